@@ -1,0 +1,20 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "engine/base/error.h"
+
+namespace palpate {
+
+// One sub-command: adds its options to `app` and returns what runs it. An error is printed to
+// standard error as one sentence, and the program exits with 1; wrong usage exits with 2.
+using Command = std::function<Result<void>()>;
+
+Command add_info(CLI::App& app);
+Command add_convert(CLI::App& app);
+Command add_render(CLI::App& app);
+Command add_compare(CLI::App& app);
+Command add_doctor(CLI::App& app);
+
+} // namespace palpate

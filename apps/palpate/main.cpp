@@ -1,0 +1,58 @@
+#include <algorithm>
+#include <exception>
+#include <utility>
+#include <vector>
+
+#include "apps/palpate/command.h"
+#include "engine/base/log.h"
+
+namespace {
+
+using palpate::Command;
+
+struct Entry {
+    const char* name;
+    const char* purpose;
+    Command (*add)(CLI::App&);
+};
+
+constexpr std::array<Entry, 0> kCommands{};
+
+} // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app("See, touch and carve a CT or MR volume.");
+    app.require_subcommand(1);
+    bool verbose = false, quiet = false;
+    app.add_flag("--verbose", verbose, "Say more");
+    app.add_flag("--quiet", quiet, "Say only what went wrong");
+
+    std::vector<std::pair<CLI::App*, Command>> commands;
+    for (const Entry& entry : kCommands) {
+        CLI::App* sub = app.add_subcommand(entry.name, entry.purpose);
+        sub->fallthrough();
+        commands.emplace_back(sub, entry.add(*sub));
+    }
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        return app.exit(error) == 0 ? 0 : 2;
+    }
+    if (verbose)
+        palpate::log::set_level(palpate::log::Level::debug);
+    if (quiet)
+        palpate::log::set_level(palpate::log::Level::error);
+    try {
+        for (auto& [sub, command] : commands)
+            if (sub->parsed()) {
+                const palpate::Result<void> result = command();
+                if (result)
+                    return 0;
+                palpate::log::error("{}", result.error().message);
+                return 1;
+            }
+    } catch (const std::exception& error) {
+        palpate::log::error("{}", error.what());
+    }
+    return 1;
+}

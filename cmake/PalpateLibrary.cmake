@@ -1,0 +1,42 @@
+# Compile options every target shares, and the function that declares a library of the engine.
+
+find_program(CCACHE_PROGRAM ccache)
+if(CCACHE_PROGRAM)
+    set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
+endif()
+
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+
+add_library(palpate_options INTERFACE)
+# Results must not depend on how a compiler fuses multiplications and additions.
+target_compile_options(palpate_options INTERFACE -ffp-contract=off)
+target_compile_definitions(palpate_options INTERFACE GLM_FORCE_XYZW_ONLY GLM_FORCE_EXPLICIT_CTOR)
+
+add_library(palpate_warnings INTERFACE)
+target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow
+                       -Wnon-virtual-dtor $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
+if(PALPATE_SANITIZE)
+    add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
+    add_link_options(-fsanitize=${PALPATE_SANITIZE})
+endif()
+
+# palpate_library(<name> SOURCES ... [DEPENDS ...] [PRIVATE_DEPENDS ...])
+# Declares the static library palpate_<name>, known to users as palpate::<name>.
+# DEPENDS are seen through its headers; PRIVATE_DEPENDS by its sources only.
+function(palpate_library name)
+    cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+    set(target palpate_${name})
+    add_library(${target} STATIC ${ARG_SOURCES})
+    add_library(palpate::${name} ALIAS ${target})
+    set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+    target_include_directories(${target} PUBLIC
+        $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+        $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/palpate>)
+    target_link_libraries(${target} PUBLIC palpate_options ${ARG_DEPENDS}
+                          PRIVATE $<BUILD_INTERFACE:palpate_warnings> ${ARG_PRIVATE_DEPENDS})
+    set_property(GLOBAL APPEND PROPERTY PALPATE_LIBRARIES ${target})
+endfunction()
+include(GNUInstallDirs)

@@ -1,0 +1,85 @@
+#include "engine/base/file.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+namespace palpate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Result<void> sync_to_disk(const fs::path& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        return fail("{}: cannot be read back: {}", path.string(), std::strerror(errno));
+    const int failed = ::fsync(fd);
+    const int reason = errno;
+    ::close(fd);
+    if (failed)
+        return fail("{}: cannot be written to disk: {}", path.string(), std::strerror(reason));
+    return {};
+}
+
+} // namespace
+
+Result<void> write_atomically(const fs::path& path,
+                              const std::function<Result<void>(const fs::path&)>& write) {
+    fs::path temporary = path;
+    temporary.replace_filename(
+        fmt::format(".{}.{}.tmp{}", path.stem().string(), ::getpid(), path.extension().string()));
+    std::error_code ignored;
+    Result<void> written = write(temporary);
+    if (written)
+        written = sync_to_disk(temporary);
+    if (!written) {
+        fs::remove(temporary, ignored);
+        return written;
+    }
+    std::error_code renamed;
+    fs::rename(temporary, path, renamed);
+    if (renamed) {
+        fs::remove(temporary, ignored);
+        return fail("{}: cannot be written: {}", path.string(), renamed.message());
+    }
+    return {};
+}
+
+Result<void> save_bytes(const fs::path& path, std::span<const std::byte> bytes) {
+    return write_atomically(path, [&](const fs::path& temporary) -> Result<void> {
+        std::ofstream out(temporary, std::ios::binary);
+        out.write(reinterpret_cast<const char*>(bytes.data()),
+                  static_cast<std::streamsize>(bytes.size()));
+        out.close();
+        if (!out)
+            return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
+        return {};
+    });
+}
+
+Result<std::string> load_text(const fs::path& path, uint64_t limit_bytes) {
+    std::error_code error;
+    const fs::file_status status = fs::status(path, error);
+    if (!fs::exists(status))
+        return fail("{}: no such file", path.string());
+    if (!fs::is_regular_file(status))
+        return fail("{}: expected a file, found a folder or device", path.string());
+    const uint64_t size = fs::file_size(path, error);
+    if (error)
+        return fail("{}: cannot be read: {}", path.string(), error.message());
+    if (size > limit_bytes)
+        return fail("{}: expected at most {} bytes, found {}", path.string(), limit_bytes, size);
+    std::string text(size, '\0');
+    std::ifstream in(path, std::ios::binary);
+    in.read(text.data(), static_cast<std::streamsize>(size));
+    if (!in || static_cast<uint64_t>(in.gcount()) != size)
+        return fail("{}: cannot be read whole: expected {} bytes, found {}", path.string(), size,
+                    in.gcount());
+    return text;
+}
+
+} // namespace palpate

@@ -1,0 +1,11 @@
+#pragma once
+
+#include <cstdint>
+
+namespace palpate {
+
+// Bytes of memory this process may hope for: the machine's RAM, or less where a control group
+// limits it.
+uint64_t physical_memory_bytes();
+
+} // namespace palpate

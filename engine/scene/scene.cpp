@@ -1,0 +1,28 @@
+#include "engine/scene/scene.h"
+
+#include <cmath>
+
+namespace palpate {
+
+LabelStyle style_of(const LabelLayer& layer, uint32_t label) {
+    if (label < layer.styles.size())
+        return layer.styles[label];
+    // Hues a golden-ratio apart are far from each other for any run of labels.
+    const double hue = 6.0 * std::fmod(0.61803398874989485 * label, 1.0);
+    const double value = label / 7 % 2 == 0 ? 1.0 : 0.75;
+    const double saturation = label / 3 % 2 == 0 ? 0.85 : 0.6;
+    const auto channel = [&](double offset) {
+        const double k = std::fmod(offset + hue, 6.0);
+        return value - value * saturation * std::clamp(std::min(k, 4.0 - k), 0.0, 1.0);
+    };
+    return {{channel(5.0), channel(3.0), channel(1.0)}, true};
+}
+
+double step_mm_of(const RayCastLayer& layer, const Grid& grid) {
+    if (layer.step_mm > 0.0)
+        return layer.step_mm;
+    const glm::dvec3 spacing = spacing_mm(grid);
+    return std::min({spacing.x, spacing.y, spacing.z});
+}
+
+} // namespace palpate

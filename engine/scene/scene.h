@@ -1,0 +1,128 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/scene/camera.h"
+#include "engine/scene/transfer_function.h"
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+enum class RayMode { mip, alpha, iso };
+enum class Integrator { fast, preintegrated };
+enum class StereoLayout { side_by_side, top_bottom, row_interleaved, anaglyph, separate };
+enum class SlabMode { mean, maximum };
+enum class Interpolation { linear, cubic };
+
+struct IsoSurface {
+    double value; // in the volume's units
+    glm::dvec3 color{1.0, 0.94, 0.85};
+    double opacity = 1.0; // 0 < opacity <= 1
+
+    friend bool operator==(const IsoSurface&, const IsoSurface&) = default;
+};
+
+// Blinn-Phong with a light at the eye; the weights of ambient, diffuse and specular light.
+struct Shading {
+    double ambient = 0.2, diffuse = 0.8, specular = 0.2;
+    double shininess = 10.0;
+
+    friend bool operator==(const Shading&, const Shading&) = default;
+};
+
+// The volume seen along rays. Samples lie on one lattice: segment k of a ray covers the distances
+// [k, k + 1) * step_mm from its start, cut by the volume's box, the clip planes and the slices; a
+// segment is sampled at its middle. So nothing that skips or splits work changes a picture.
+struct RayCastLayer {
+    RayMode mode = RayMode::alpha;
+    Integrator integrator = Integrator::fast;
+    double step_mm = 0.0; // > 0; 0 means the smallest spacing of the volume
+    TransferFunction transfer;
+    std::vector<IsoSurface> isos;   // mode iso: 1 .. 8, sorted by value
+    std::optional<Shading> shading; // alpha: unshaded if absent; iso always shades, with defaults
+    double min_transmittance = 1.0 / 1024.0; // a ray stops below it; bounds the error in colour
+
+    friend bool operator==(const RayCastLayer&, const RayCastLayer&) = default;
+};
+
+// A plane through the volume, opaque wherever it lies inside the sampled box.
+struct SliceLayer {
+    glm::dvec3 point_mm{0.0};
+    glm::dvec3 normal{0.0, 0.0, 1.0}; // any length but 0
+    Interpolation interpolation = Interpolation::linear;
+    double slab_mm = 0.0; // thickness about the plane; 0 is a plain slice
+    SlabMode slab_mode = SlabMode::mean;
+
+    friend bool operator==(const SliceLayer&, const SliceLayer&) = default;
+};
+
+// Keeps the half space where dot(normal, x - point_mm) >= 0.
+struct ClipPlane {
+    glm::dvec3 point_mm{0.0};
+    glm::dvec3 normal{1.0, 0.0, 0.0};
+
+    friend bool operator==(const ClipPlane&, const ClipPlane&) = default;
+};
+constexpr size_t kMaxClipPlanes = 8;
+constexpr size_t kMaxIsos = 8;
+
+struct LabelStyle {
+    glm::dvec3 color{1.0};
+    bool visible = true;
+
+    friend bool operator==(const LabelStyle&, const LabelStyle&) = default;
+};
+
+// How a label map is shown. Labels are taken from the nearest voxel, never interpolated.
+// Label 0 is background: never coloured and always visible.
+struct LabelLayer {
+    std::vector<LabelStyle> styles; // by label number; labels beyond take generated colours
+    double ray_cast_weight = 0.7;   // 0 .. 1: how far labels tint the ray-cast colour
+    double slice_opacity = 0.4;     // 0 .. 1: of the filled overlay on slices
+    double outline_px = 1.0;        // width of the outline on slices; 0 draws none
+
+    friend bool operator==(const LabelLayer&, const LabelLayer&) = default;
+};
+
+struct StereoSettings {
+    StereoRig rig;
+    StereoLayout layout = StereoLayout::side_by_side;
+
+    friend bool operator==(const StereoSettings&, const StereoSettings&) = default;
+};
+
+// Everything that decides a picture, except the voxels. A value: it can be compared, hashed, read
+// from and written to JSON (engine/scene/scene_file.h).
+struct Scene {
+    glm::uvec2 size_px{512, 512}; // of one eye's picture
+    Camera camera;
+    std::optional<StereoSettings> stereo;
+    glm::dvec3 background{0.0};
+    std::optional<RayCastLayer> ray_cast;
+    std::vector<SliceLayer> slices;     // grey values through slice_transfer
+    TransferFunction slice_transfer;    // used when there are slices; opacity is ignored
+    std::vector<ClipPlane> clip_planes; // at most kMaxClipPlanes; they cut ray casting only
+    std::optional<LabelLayer> labels;   // needs SceneData::labels
+    // Also return, per pixel, the value behind it (MIP: the maximum; iso: the iso-value) and the
+    // distance in mm from the ray's start (iso, slices); NaN where there is none.
+    bool value_and_depth = false;
+
+    friend bool operator==(const Scene&, const Scene&) = default;
+};
+
+// The voxels of a scene. Labels lie on a grid of their own, in the same world.
+struct SceneData {
+    Volume volume;
+    std::optional<Volume> labels; // u8 or u16
+};
+
+// The style of a label: the scene's own, or a generated colour that differs from its neighbours'.
+LabelStyle style_of(const LabelLayer& layer, uint32_t label);
+
+// The step a layer marches with: its own, or the smallest spacing where it leaves that open.
+double step_mm_of(const RayCastLayer& layer, const Grid& grid);
+
+} // namespace palpate

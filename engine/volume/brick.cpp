@@ -1,0 +1,165 @@
+#include "engine/volume/brick.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <new>
+#include <type_traits>
+
+#include "engine/base/assert.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr std::align_val_t kAlignment{64};
+
+// One bit pattern for "no data", so that equal bricks are equal bytes.
+template <class T>
+T canonical(T value) {
+    if constexpr (std::is_floating_point_v<T>)
+        return std::isfinite(value) ? value : std::numeric_limits<T>::quiet_NaN();
+    else
+        return value;
+}
+
+template <class T>
+bool same_bits(T a, T b) {
+    return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+template <class T>
+void repeat_into_padding(T* samples, glm::uvec3 valid) {
+    if (valid == glm::uvec3(kBrickSide))
+        return;
+    for (uint32_t z = 0; z < kBrickSide; ++z)
+        for (uint32_t y = 0; y < kBrickSide; ++y) {
+            const uint32_t row = offset_in_brick({0, y, z});
+            const uint32_t from =
+                offset_in_brick({0, std::min(y, valid.y - 1), std::min(z, valid.z - 1)});
+            if (row != from)
+                std::memcpy(samples + row, samples + from, valid.x * sizeof(T));
+            std::fill(samples + row + valid.x, samples + row + kBrickSide,
+                      samples[row + valid.x - 1]);
+        }
+}
+
+} // namespace
+
+void Brick::Free::operator()(std::byte* p) const {
+    ::operator delete(p, kAlignment);
+}
+
+template <class T>
+BrickPtr Brick::make(std::span<const T> samples, glm::uvec3 valid) {
+    PALPATE_ASSERT(samples.size() == kBrickSamples || samples.size() == 1);
+    auto brick = std::make_shared<Brick>();
+    brick->type_ = scalar_type_of<T>;
+    const auto store = [&](size_t count) {
+        brick->samples_.reset(
+            static_cast<std::byte*>(::operator new(count * sizeof(T), kAlignment)));
+        return reinterpret_cast<T*>(brick->samples_.get());
+    };
+    const auto make_constant = [&](T value) {
+        *store(1) = value;
+        brick->stride_ = 0;
+        brick->block_ranges_.reset();
+        brick->range_ = {};
+        brick->no_data_count_ = 0;
+        if (value == value)
+            brick->range_.include(static_cast<float>(value));
+        else
+            brick->no_data_count_ = valid.x * valid.y * valid.z;
+        return brick;
+    };
+    if (samples.size() == 1)
+        return make_constant(canonical(samples[0]));
+
+    T* kept = store(kBrickSamples);
+    std::transform(samples.begin(), samples.end(), kept, canonical<T>);
+    repeat_into_padding(kept, valid);
+    if (std::all_of(kept, kept + kBrickSamples, [&](T v) { return same_bits(v, kept[0]); }))
+        return make_constant(T{kept[0]});
+
+    brick->stride_ = 1;
+    brick->block_ranges_ = std::make_unique<std::array<ValueRange, kBlocksPerBrick>>();
+    for (uint32_t z = 0; z < valid.z; ++z)
+        for (uint32_t y = 0; y < valid.y; ++y)
+            for (uint32_t x0 = 0; x0 < valid.x; x0 += kBlockSide) {
+                ValueRange range;
+                const T* row = kept + offset_in_brick({x0, y, z});
+                for (uint32_t x = 0; x < std::min(kBlockSide, valid.x - x0); ++x) {
+                    if (row[x] == row[x])
+                        range.include(static_cast<float>(row[x]));
+                    else
+                        ++brick->no_data_count_;
+                }
+                (*brick->block_ranges_)[block_of({x0, y, z})].include(range);
+            }
+    for (const ValueRange& range : *brick->block_ranges_)
+        brick->range_.include(range);
+    return brick;
+}
+
+template BrickPtr Brick::make(std::span<const uint8_t>, glm::uvec3);
+template BrickPtr Brick::make(std::span<const int8_t>, glm::uvec3);
+template BrickPtr Brick::make(std::span<const uint16_t>, glm::uvec3);
+template BrickPtr Brick::make(std::span<const int16_t>, glm::uvec3);
+template BrickPtr Brick::make(std::span<const float>, glm::uvec3);
+
+float Brick::value(uint32_t offset) const {
+    return visit_scalar(type_, [&](auto t) {
+        return static_cast<float>(samples<decltype(t)>()[stride_ * offset]);
+    });
+}
+
+template <class T>
+void Brick::read(std::span<T> out) const {
+    PALPATE_ASSERT_CMP(out.size(), ==, size_t{kBrickSamples});
+    visit_scalar(type_, [&](auto t) {
+        const auto in = samples<decltype(t)>();
+        if (is_constant())
+            std::fill(out.begin(), out.end(), static_cast<T>(in[0]));
+        else
+            std::transform(in.begin(), in.end(), out.begin(),
+                           [](auto v) { return static_cast<T>(v); });
+    });
+}
+
+template void Brick::read(std::span<uint8_t>) const;
+template void Brick::read(std::span<int8_t>) const;
+template void Brick::read(std::span<uint16_t>) const;
+template void Brick::read(std::span<int16_t>) const;
+template void Brick::read(std::span<int32_t>) const;
+template void Brick::read(std::span<float>) const;
+
+size_t Brick::bytes() const {
+    return sizeof(Brick) + (is_constant() ? 1 : kBrickSamples) * bytes_per_sample(type_) +
+           (block_ranges_ ? sizeof(*block_ranges_) : 0);
+}
+
+uint64_t differing_blocks(const Brick& a, const Brick& b) {
+    PALPATE_ASSERT(a.type() == b.type());
+    return visit_scalar(a.type(), [&](auto t) {
+        using T = decltype(t);
+        const T* pa = a.samples<T>().data();
+        const T* pb = b.samples<T>().data();
+        uint64_t mask = 0;
+        for (uint32_t z = 0; z < kBrickSide; ++z)
+            for (uint32_t y = 0; y < kBrickSide; ++y)
+                for (uint32_t x0 = 0; x0 < kBrickSide; x0 += kBlockSide) {
+                    const uint64_t bit = uint64_t{1} << block_of({x0, y, z});
+                    if (mask & bit)
+                        continue;
+                    const uint32_t row = offset_in_brick({x0, y, z});
+                    for (uint32_t x = row; x < row + kBlockSide; ++x)
+                        if (!same_bits(pa[a.stride() * x], pb[b.stride() * x])) {
+                            mask |= bit;
+                            break;
+                        }
+                }
+        return mask;
+    });
+}
+
+} // namespace palpate

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+struct ChangedBrick {
+    glm::uvec3 position; // in bricks
+    uint64_t blocks;     // bit b: some sample of 8x8x8 block b differs; never 0
+
+    friend bool operator==(const ChangedBrick&, const ChangedBrick&) = default;
+};
+
+// The bricks in which two snapshots of one volume differ, in x-fastest order.
+//
+// This is the one list of what is dirty: upload, meshing, min-max and touch all read it. Pages and
+// bricks that the snapshots share are skipped by pointer, so the cost follows the edit and not the
+// volume. Both must have the same size and type.
+std::vector<ChangedBrick> changed_bricks(const Volume& before, const Volume& after);
+
+} // namespace palpate

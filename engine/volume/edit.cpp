@@ -1,0 +1,114 @@
+#include "engine/volume/edit.h"
+
+#include <cmath>
+#include <type_traits>
+#include <vector>
+
+#include "engine/base/assert.h"
+#include "engine/volume/builder.h"
+
+namespace palpate {
+
+struct VolumeEdit::Staged {
+    glm::uvec3 position;
+    std::vector<std::byte> samples;
+};
+
+namespace {
+
+uint64_t brick_key(const Volume& volume, glm::uvec3 p) {
+    const glm::uvec3 count = volume.brick_count();
+    return p.x + count.x * (p.y + uint64_t{count.y} * p.z);
+}
+
+} // namespace
+
+VolumeEdit::VolumeEdit(Volume base) : base_(std::move(base)) {}
+VolumeEdit::~VolumeEdit() = default;
+
+VolumeEdit::Staged& VolumeEdit::staged(glm::uvec3 position) {
+    std::unique_ptr<Staged>& entry = bricks_[brick_key(base_, position)];
+    if (!entry) {
+        entry = std::make_unique<Staged>();
+        entry->position = position;
+        entry->samples.resize(kBrickSamples * bytes_per_sample(base_.type()));
+        visit_scalar(base_.type(), [&](auto t) {
+            using T = decltype(t);
+            base_.brick(position).read(
+                std::span<T>(reinterpret_cast<T*>(entry->samples.data()), kBrickSamples));
+        });
+    }
+    return *entry;
+}
+
+float VolumeEdit::value(glm::uvec3 index) const {
+    const auto found = bricks_.find(brick_key(base_, index / kBrickSide));
+    if (found == bricks_.end())
+        return base_.value(index);
+    return visit_scalar(base_.type(), [&](auto t) {
+        const auto* samples = reinterpret_cast<const decltype(t)*>(found->second->samples.data());
+        return static_cast<float>(samples[offset_in_brick(index % kBrickSide)]);
+    });
+}
+
+void VolumeEdit::set(glm::uvec3 index, double value) {
+    visit_scalar(base_.type(), [&](auto t) {
+        using T = decltype(t);
+        T stored;
+        if constexpr (std::is_floating_point_v<T>)
+            stored = static_cast<T>(value);
+        else
+            stored = static_cast<T>(std::clamp<double>(std::nearbyint(value),
+                                                       std::numeric_limits<T>::min(),
+                                                       std::numeric_limits<T>::max()));
+        write_brick<T>(index / kBrickSide)[offset_in_brick(index % kBrickSide)] = stored;
+    });
+}
+
+template <class T>
+std::span<T> VolumeEdit::write_brick(glm::uvec3 position) {
+    PALPATE_ASSERT(base_.type() == scalar_type_of<T>);
+    return {reinterpret_cast<T*>(staged(position).samples.data()), kBrickSamples};
+}
+
+template std::span<uint8_t> VolumeEdit::write_brick(glm::uvec3);
+template std::span<int8_t> VolumeEdit::write_brick(glm::uvec3);
+template std::span<uint16_t> VolumeEdit::write_brick(glm::uvec3);
+template std::span<int16_t> VolumeEdit::write_brick(glm::uvec3);
+template std::span<float> VolumeEdit::write_brick(glm::uvec3);
+
+Volume VolumeEdit::commit() {
+    std::shared_ptr<Volume::Root> root;
+    std::unordered_map<size_t, std::shared_ptr<Page>> pages;
+    for (const auto& [key, staged] : bricks_) {
+        const glm::uvec3 position = staged->position;
+        const BrickPtr made = visit_scalar(base_.type(), [&](auto t) {
+            using T = decltype(t);
+            return Brick::make(
+                std::span<const T>(reinterpret_cast<T*>(staged->samples.data()), kBrickSamples),
+                base_.valid_in_brick(position));
+        });
+        if (differing_blocks(base_.brick(position), *made) == 0)
+            continue;
+        if (!root)
+            root = std::make_shared<Volume::Root>(base_.root());
+        const glm::uvec3 page = position / kPageSide;
+        const glm::uvec3 slot = position % kPageSide;
+        const size_t at =
+            page.x + root->page_count.x * (page.y + size_t{root->page_count.y} * page.z);
+        std::shared_ptr<Page>& copy = pages[at];
+        if (!copy) {
+            copy = std::make_shared<Page>(*root->pages[at]);
+            root->pages[at] = copy;
+        }
+        copy->bricks[slot.x + kPageSide * (slot.y + kPageSide * slot.z)] = made;
+    }
+    bricks_.clear();
+    if (!root)
+        return base_;
+    root->version = next_version();
+    summarise(*root);
+    return Volume(std::move(root));
+}
+
+} // namespace palpate
