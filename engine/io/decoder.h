@@ -1,0 +1,155 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/volume/grid.h"
+
+// What a decoder of a file format is given and must give back. Decoders run in the child process
+// (engine/io/child.h): they may crash, but not lie about what they checked.
+namespace palpate::io {
+
+// How one component of a voxel is stored in a file.
+enum class ComponentType : uint8_t { u8, i8, u16, i16, u32, i32, u64, i64, f32, f64 };
+
+constexpr size_t bytes_per_component(ComponentType type) {
+    constexpr size_t bytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+    return bytes[static_cast<size_t>(type)];
+}
+
+// Calls visitor(T{}) with the C++ type that stores `type`, and returns what it returns.
+template <class Visitor>
+decltype(auto) visit_component(ComponentType type, Visitor&& visitor) {
+    switch (type) {
+        case ComponentType::u8:
+            return visitor(uint8_t{});
+        case ComponentType::i8:
+            return visitor(int8_t{});
+        case ComponentType::u16:
+            return visitor(uint16_t{});
+        case ComponentType::i16:
+            return visitor(int16_t{});
+        case ComponentType::u32:
+            return visitor(uint32_t{});
+        case ComponentType::i32:
+            return visitor(int32_t{});
+        case ComponentType::u64:
+            return visitor(uint64_t{});
+        case ComponentType::i64:
+            return visitor(int64_t{});
+        case ComponentType::f32:
+            return visitor(float{});
+        case ComponentType::f64:
+            break;
+    }
+    return visitor(double{});
+}
+
+// "u8" .. "f64".
+const char* name_of(ComponentType type);
+
+struct DecodeRequest {
+    std::filesystem::path path; // file, folder or pattern
+    std::optional<uint32_t> frame;
+    std::optional<std::string> series;
+};
+
+// physical value = slope * stored value + intercept, computed in double by the parent.
+struct Rescale {
+    double slope = 1;
+    double intercept = 0;
+
+    friend bool operator==(const Rescale&, const Rescale&) = default;
+};
+
+// What a decoder returns beside the voxels it wrote to the sink. `grid` must have the claimed size.
+struct Decoded {
+    Grid grid;                    // world_from_index in LPS millimetres, for voxels in stored order
+    std::vector<Rescale> rescale; // empty: none; one: for all; grid.size.z of them: one per slice
+    std::string modality;
+    std::vector<std::string> warnings; // sentences, which name the file where there are several
+    std::vector<std::string> notes;
+};
+
+// What a header claims, before any memory is taken for it.
+struct VoxelClaim {
+    glm::uvec3 size{};
+    ComponentType type{};
+    uint32_t components = 1;     // interleaved; the parent refuses what it cannot show
+    uint64_t source_bytes = 0;   // bytes of the file (or files) that hold these voxels
+    double most_expansion = 1.0; // voxel bytes that one source byte can stand for: 1 for raw
+    uint64_t working_bytes = 0;  // memory the decoder needs beside the voxels
+};
+
+constexpr double kRawExpansion = 1.0;
+constexpr double kDeflateExpansion = 1032.0; // the format's bound, zlib "Technical Details"
+
+// The shared memory that takes the voxels. One per decode, allocated once.
+class VoxelSink {
+ public:
+    // `memory_fd` is resized by allocate(); `report_fd` takes messages for the parent, or is -1.
+    VoxelSink(int memory_fd, int report_fd, uint64_t max_bytes);
+    ~VoxelSink();
+    VoxelSink(const VoxelSink&) = delete;
+    VoxelSink& operator=(const VoxelSink&) = delete;
+
+    // Checks the claim against the source and against the limit, raises this process's own memory
+    // limit by it, and returns zeroed memory of exactly the claimed bytes: native byte order,
+    // x fastest, components interleaved. An error states both numbers and begins with `name`.
+    Result<std::span<std::byte>> allocate(const std::string& name, const VoxelClaim& claim);
+
+    // Tells the parent that work goes on (once per file of a series, say), so that it waits.
+    void alive() const;
+
+    const std::optional<VoxelClaim>& claim() const { return claim_; }
+
+ private:
+    int memory_fd_, report_fd_;
+    uint64_t max_bytes_;
+    std::optional<VoxelClaim> claim_;
+    std::span<std::byte> voxels_;
+};
+
+// The bytes a claim stands for; absent when a size is 0 or the product passes 2^62.
+std::optional<uint64_t> claimed_bytes(const VoxelClaim& claim);
+
+// The frame to read of a file that has `frames` (>= 1): the one asked for, else 0 with a warning
+// when there are others. An error names the file when there is no such frame.
+Result<uint32_t> choose_frame(const DecodeRequest& request, uint32_t frames,
+                              std::vector<std::string>& warnings);
+
+// The file that a header names, when it lies in the header's folder or below it; links are
+// followed. An error names both files else, or when it does not exist.
+Result<std::filesystem::path> file_beside(const std::filesystem::path& header,
+                                          const std::string& name);
+
+// Refuses what is not a regular file (a pipe would block for ever); returns the size in bytes.
+Result<uint64_t> regular_file_bytes(const std::filesystem::path& path);
+
+// The beginning of what is to be decoded, by which formats are told apart.
+struct FileHead {
+    std::filesystem::path path;
+    std::string extension; // last one, lower case, with the dot; ".nii.gz" counts as one
+    std::string bytes;     // the first 1024, or fewer; empty for folders and patterns
+};
+
+using Decode = Result<Decoded> (*)(const DecodeRequest& request, VoxelSink& sink);
+
+// One line of the table in engine/io/formats.cpp; the first that recognises a file decodes it.
+struct Format {
+    const char* name; // "NIfTI"
+    bool (*recognises)(const FileHead& head);
+    Decode decode;
+};
+
+// Finds the format and decodes; an error names the file.
+Result<Decoded> decode_any(const DecodeRequest& request, VoxelSink& sink);
+
+} // namespace palpate::io

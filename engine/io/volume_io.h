@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/memory.h"
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+struct ReadOptions {
+    // Upper bound for everything loading needs at once: the file's voxels as they are decoded, and
+    // the volume made from them.
+    uint64_t max_memory_bytes = physical_memory_bytes() / 4 * 3;
+
+    std::optional<uint32_t> frame;     // of a 4-D file; absent: frame 0, with a warning if others
+    std::optional<std::string> series; // DICOM: series instance UID, or part of the description;
+                                       // absent: the series with the most images
+
+    // Seconds of processor time a file may take without progress before its size is known, and
+    // (beside 1 s per 4 MB of voxels) afterwards. Ten times as much wall clock is allowed.
+    double max_quiet_s = 1.5;
+
+    std::stop_token stop; // asked to stop, loading ends with an error
+};
+
+// A volume read from a file, and what a person should know about it.
+struct LoadedVolume {
+    Volume volume;
+    std::vector<std::string> warnings; // sentences: what was assumed, lost or odd
+    std::vector<std::string> notes;    // sentences: the list of DICOM series found, and the like
+    std::string modality;              // as DICOM names it: "CT", "MR"; empty where unknown
+};
+
+// Reads a volume: a file, a folder (DICOM series or slices) or a slice pattern ("ct_%03d.png",
+// "ct_*.png").
+//
+// Voxels keep the order in which they are stored; world_from_index says where they lie, in LPS
+// millimetres. Values are physical (HU for CT): the smallest of u8, i8, u16, i16 and f32 that holds
+// every one exactly; where none does, f32, and a warning states the largest rounding. NaN and
+// infinities are no-data, counted in a warning.
+//
+// The file is decoded in a child process with limits on memory and time (docs/decisions), so that
+// a damaged file ends in an error, whatever the libraries that read it do. An error names the file.
+Result<LoadedVolume> load_volume(const std::filesystem::path& path,
+                                 const ReadOptions& options = {});
+
+// The same for label maps: every value must be a whole number in 0 .. 65535, of whatever type; the
+// volume is u8 where the largest is at most 255, else u16. Refused else, with the offending value.
+Result<LoadedVolume> load_labels(const std::filesystem::path& path,
+                                 const ReadOptions& options = {});
+
+// Writes a volume in the format its extension names: .nii, .nii.gz, .nrrd, .mha, .mhd (with a .raw
+// or .zraw beside it) or .vtk (structured points; refused when the grid is turned, which that
+// format cannot say). The voxels keep their order and type; no-data is NaN.
+//
+// The file appears whole or not at all, also when `stop` asks to end early.
+Result<void> save_volume(const std::filesystem::path& path, const Volume& volume,
+                         const std::stop_token& stop = {});
+
+} // namespace palpate
