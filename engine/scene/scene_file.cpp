@@ -1,0 +1,304 @@
+#include "engine/scene/scene_file.h"
+
+#include <algorithm>
+
+#include "engine/base/file.h"
+#include "engine/base/json_value.h"
+#include "engine/scene/presets.h"
+#include "engine/scene/scene_names.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr double kLargestMm = 1e9;
+constexpr double kLargestValue = 1e30;
+constexpr uint32_t kLargestLabel = 65535;
+
+// read_x(object, "key", target) leaves the target as it is where there is no key.
+
+void read_number(const JsonValue& in, const char* key, double low, double high, double& out) {
+    if (const auto value = in.find(key))
+        out = value->number(low, high);
+}
+void read_above(const JsonValue& in, const char* key, double low, double high, double& out) {
+    if (const auto value = in.find(key))
+        out = value->number_above(low, high);
+}
+void read_color(const JsonValue& in, const char* key, glm::dvec3& out) {
+    if (const auto value = in.find(key))
+        out = value->vector(0.0, 1.0);
+}
+void read_direction(const JsonValue& in, const char* key, glm::dvec3& out) {
+    if (const auto value = in.find(key))
+        out = value->direction();
+}
+bool read_point(const JsonValue& in, const char* key, glm::dvec3& out) {
+    const auto value = in.find(key);
+    if (value)
+        out = value->vector(-kLargestMm, kLargestMm);
+    return value.has_value();
+}
+template <class Enum>
+void read_choice(const JsonValue& in, const char* key, Enum& out) {
+    if (const auto value = in.find(key))
+        out = value->choice(Names<Enum>::list);
+}
+
+void check_up(const JsonValue& in, glm::dvec3 forward, glm::dvec3 up) {
+    const double sine = glm::length(glm::cross(glm::normalize(forward), glm::normalize(up)));
+    if (!(sine > 1e-6))
+        in.complain("expected \"up\" to differ from the view direction, found them parallel");
+}
+
+void read_camera(const JsonValue& in, SceneFile& file) {
+    Camera& camera = file.scene.camera;
+    if (in.find("direction")) {
+        in.only_keys({"direction", "up", "fill", "view_angle_deg", "projection"});
+        Framing framing;
+        read_direction(in, "direction", framing.direction);
+        read_direction(in, "up", framing.up);
+        read_above(in, "fill", 0.0, 1e6, framing.fill);
+        read_above(in, "view_angle_deg", 0.0, 179.0, framing.view_angle_deg);
+        read_choice(in, "projection", framing.projection);
+        check_up(in, framing.direction, framing.up);
+        file.framing = framing;
+        return;
+    }
+    if (!in.only_keys({"projection", "eye_mm", "target_mm", "up", "view_angle_deg",
+                       "view_height_mm", "direction", "fill"}))
+        return;
+    if (in.find("fill"))
+        in.complain("expected \"direction\" beside \"fill\", found none");
+    read_choice(in, "projection", camera.projection);
+    read_point(in, "eye_mm", camera.eye_mm);
+    read_point(in, "target_mm", camera.target_mm);
+    read_direction(in, "up", camera.up);
+    read_above(in, "view_angle_deg", 0.0, 179.0, camera.view_angle_deg);
+    read_above(in, "view_height_mm", 0.0, kLargestMm, camera.view_height_mm);
+    const glm::dvec3 forward = camera.target_mm - camera.eye_mm;
+    if (!(glm::length(forward) > 1e-6))
+        in.complain("expected \"eye_mm\" and \"target_mm\" to differ, found the same point");
+    else
+        check_up(in, forward, camera.up);
+}
+
+std::vector<IsoSurface> read_isos(const JsonValue& in) {
+    std::vector<IsoSurface> isos;
+    for (const JsonValue& item : in.items(1, kMaxIsos)) {
+        IsoSurface iso{};
+        if (!item.only_keys({"value", "color", "opacity"}))
+            continue;
+        if (!item.find("value"))
+            item.complain("expected the key \"value\", found none");
+        read_number(item, "value", -kLargestValue, kLargestValue, iso.value);
+        read_color(item, "color", iso.color);
+        read_above(item, "opacity", 0.0, 1.0, iso.opacity);
+        if (!isos.empty() && !(isos.back().value < iso.value))
+            in.complain(fmt::format("expected iso-values that rise, found {} after {}", iso.value,
+                                    isos.back().value));
+        isos.push_back(iso);
+    }
+    return isos;
+}
+
+Shading read_shading(const JsonValue& in) {
+    Shading shading;
+    in.only_keys({"ambient", "diffuse", "specular", "shininess"});
+    read_number(in, "ambient", 0.0, 10.0, shading.ambient);
+    read_number(in, "diffuse", 0.0, 10.0, shading.diffuse);
+    read_number(in, "specular", 0.0, 10.0, shading.specular);
+    read_number(in, "shininess", 0.0, 1e4, shading.shininess);
+    return shading;
+}
+
+RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& folder) {
+    RayCastLayer layer;
+    if (!in.only_keys(
+            {"mode", "integrator", "step_mm", "transfer", "isos", "shading", "min_transmittance"}))
+        return layer;
+    read_choice(in, "mode", layer.mode);
+    read_choice(in, "integrator", layer.integrator);
+    read_number(in, "step_mm", 0.0, 1e6, layer.step_mm);
+    if (layer.step_mm > 0.0 && layer.step_mm < 1e-7)
+        in.find("step_mm")->reject("0 or a number from 1e-07 to 1e+06");
+    read_number(in, "min_transmittance", 0.0, 1.0, layer.min_transmittance);
+    if (const auto transfer = in.find("transfer"))
+        layer.transfer = read_transfer_function(*transfer, folder);
+    else if (layer.mode != RayMode::iso)
+        in.complain("expected the key \"transfer\", found none");
+    if (const auto isos = in.find("isos"))
+        layer.isos = read_isos(*isos);
+    else if (layer.mode == RayMode::iso)
+        in.complain("expected the key \"isos\" for mode \"iso\", found none");
+    if (const auto shading = in.find("shading")) {
+        if (!shading->is(Json::Kind::boolean))
+            layer.shading = read_shading(*shading);
+        else if (shading->boolean())
+            layer.shading = Shading{};
+    }
+    return layer;
+}
+
+void read_slices(const JsonValue& in, SceneFile& file) {
+    for (const JsonValue& item : in.items(0, 64)) {
+        SliceLayer slice;
+        if (!item.only_keys({"point_mm", "normal", "interpolation", "slab_mm", "slab_mode"}))
+            return;
+        if (!read_point(item, "point_mm", slice.point_mm))
+            file.centered_slices.push_back(file.scene.slices.size());
+        read_direction(item, "normal", slice.normal);
+        read_choice(item, "interpolation", slice.interpolation);
+        read_number(item, "slab_mm", 0.0, 1e6, slice.slab_mm);
+        read_choice(item, "slab_mode", slice.slab_mode);
+        file.scene.slices.push_back(slice);
+    }
+}
+
+void read_clip_planes(const JsonValue& in, SceneFile& file) {
+    for (const JsonValue& item : in.items(0, kMaxClipPlanes)) {
+        ClipPlane plane;
+        if (!item.only_keys({"point_mm", "normal"}))
+            return;
+        if (!read_point(item, "point_mm", plane.point_mm))
+            file.centered_clips.push_back(file.scene.clip_planes.size());
+        read_direction(item, "normal", plane.normal);
+        file.scene.clip_planes.push_back(plane);
+    }
+}
+
+LabelLayer read_label_layer(const JsonValue& in) {
+    LabelLayer layer;
+    if (!in.only_keys({"styles", "ray_cast_weight", "slice_opacity", "outline_px"}))
+        return layer;
+    read_number(in, "ray_cast_weight", 0.0, 1.0, layer.ray_cast_weight);
+    read_number(in, "slice_opacity", 0.0, 1.0, layer.slice_opacity);
+    read_number(in, "outline_px", 0.0, 100.0, layer.outline_px);
+    const auto styles = in.find("styles");
+    if (!styles)
+        return layer;
+    std::vector<std::pair<uint32_t, LabelStyle>> given;
+    uint32_t largest = 0;
+    for (const JsonValue& item : styles->items(0, kLargestLabel)) {
+        if (!item.only_keys({"label", "color", "visible"}))
+            return layer;
+        const auto label = item.find("label");
+        if (!label)
+            item.complain("expected the key \"label\", found none");
+        const uint32_t number = label ? label->whole_number(1, kLargestLabel) : 1;
+        LabelStyle style = style_of(LabelLayer{}, number);
+        read_color(item, "color", style.color);
+        if (const auto visible = item.find("visible"))
+            style.visible = visible->boolean();
+        given.emplace_back(number, style);
+        largest = std::max(largest, number);
+    }
+    // Labels in between keep their generated colours.
+    for (uint32_t i = 0; !given.empty() && i <= largest; ++i)
+        layer.styles.push_back(style_of(LabelLayer{}, i));
+    for (const auto& [number, style] : given)
+        layer.styles[number] = style;
+    return layer;
+}
+
+StereoSettings read_stereo(const JsonValue& in) {
+    StereoSettings stereo;
+    in.only_keys({"layout", "eye_separation_mm", "convergence_mm"});
+    read_choice(in, "layout", stereo.layout);
+    read_above(in, "eye_separation_mm", 0.0, 1e6, stereo.rig.eye_separation_mm);
+    read_above(in, "convergence_mm", 0.0, 1e6, stereo.rig.convergence_mm);
+    return stereo;
+}
+
+void read_scene(const JsonValue& in, SceneFile& file) {
+    if (!in.only_keys({"volume", "labels", "frame", "series", "size_px", "background", "camera",
+                       "stereo", "ray_cast", "slices", "slice_transfer", "clip_planes",
+                       "label_layer", "value_and_depth"}))
+        return;
+    Scene& scene = file.scene;
+    if (const auto volume = in.find("volume"))
+        file.volume = volume->text();
+    if (const auto labels = in.find("labels"))
+        file.labels = labels->text();
+    if (const auto frame = in.find("frame"))
+        file.frame = frame->whole_number(0, 1'000'000);
+    if (const auto series = in.find("series"))
+        file.series = series->text();
+    if (const auto size = in.find("size_px")) {
+        const std::vector<JsonValue> sides = size->items(2, 2);
+        if (sides.size() == 2)
+            scene.size_px = {sides[0].whole_number(1, 16384), sides[1].whole_number(1, 16384)};
+    }
+    read_color(in, "background", scene.background);
+    if (const auto camera = in.find("camera"))
+        read_camera(*camera, file);
+    else
+        file.framing = Framing{};
+    if (const auto stereo = in.find("stereo"))
+        scene.stereo = read_stereo(*stereo);
+    if (const auto ray_cast = in.find("ray_cast"))
+        scene.ray_cast = read_ray_cast(*ray_cast, file.folder);
+    if (const auto slices = in.find("slices"))
+        read_slices(*slices, file);
+    if (const auto transfer = in.find("slice_transfer"))
+        scene.slice_transfer = read_transfer_function(*transfer, file.folder);
+    else if (scene.ray_cast)
+        scene.slice_transfer = scene.ray_cast->transfer;
+    if (!scene.slices.empty() && scene.slice_transfer.colors.empty())
+        in.complain("expected the key \"slice_transfer\" for \"slices\", found none");
+    if (const auto planes = in.find("clip_planes"))
+        read_clip_planes(*planes, file);
+    if (const auto layer = in.find("label_layer"))
+        scene.labels = read_label_layer(*layer);
+    else if (!file.labels.empty())
+        scene.labels = LabelLayer{};
+    if (const auto value = in.find("value_and_depth"))
+        scene.value_and_depth = value->boolean();
+}
+
+} // namespace
+
+Scene resolved_scene(const SceneFile& file, const Grid& grid) {
+    Scene scene = file.scene;
+    if (file.framing) {
+        scene.camera = frame_volume(grid, file.framing->direction, file.framing->up,
+                                    file.framing->fill, file.framing->view_angle_deg);
+        scene.camera.projection = file.framing->projection;
+    }
+    for (const size_t i : file.centered_slices)
+        scene.slices[i].point_mm = center_mm(grid);
+    for (const size_t i : file.centered_clips)
+        scene.clip_planes[i].point_mm = center_mm(grid);
+    return scene;
+}
+
+bool is_synthetic(std::string_view volume) {
+    return volume.starts_with("synthetic:");
+}
+
+std::filesystem::path volume_path(const SceneFile& file, std::string_view volume) {
+    return file.folder / std::filesystem::path(volume); // an absolute path replaces the folder
+}
+
+Result<SceneFile> parse_scene(std::string_view text, const std::string& name,
+                              const std::filesystem::path& folder) {
+    Result<Json> json = parse_json(text, name);
+    if (!json)
+        return pass_on(json);
+    JsonErrors errors{name, {}};
+    SceneFile file;
+    file.folder = folder;
+    read_scene(JsonValue(*json, "", errors), file);
+    if (errors.first)
+        return tl::unexpected<Error>(*errors.first);
+    return file;
+}
+
+Result<SceneFile> load_scene(const std::filesystem::path& path) {
+    Result<std::string> text = load_text(path, 16 << 20);
+    if (!text)
+        return pass_on(text);
+    return parse_scene(*text, path.string(), path.parent_path());
+}
+
+} // namespace palpate
