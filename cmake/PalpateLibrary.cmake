@@ -23,6 +23,11 @@ if(PALPATE_SANITIZE)
     add_link_options(-fsanitize=${PALPATE_SANITIZE})
 endif()
 
+if(PALPATE_TIDY)
+    find_program(CLANG_TIDY clang-tidy REQUIRED)
+    set(CMAKE_CXX_CLANG_TIDY ${CLANG_TIDY} --quiet)
+endif()
+
 # palpate_library(<name> SOURCES ... [DEPENDS ...] [PRIVATE_DEPENDS ...])
 # Declares the static library palpate_<name>, known to users as palpate::<name>.
 # DEPENDS are seen through its headers; PRIVATE_DEPENDS by its sources only.
