@@ -1,9 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <glm/glm.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "engine/base/error.h"
 
 namespace palpate {
 
@@ -27,5 +32,16 @@ struct Image {
 
 // An image of zeros.
 Image make_image(glm::uvec2 size_px, std::vector<std::string> channels);
+
+// Where a channel of this name lies within a pixel, if there is one.
+std::optional<size_t> channel_index(const Image& image, std::string_view name);
+
+// What a picture read from a file may claim: 2^16 pixels on a side, 64 channels, and 1 GiB of
+// samples in all. Readers refuse more before they allocate.
+constexpr uint64_t kMaxImageSide = 65536;
+constexpr uint64_t kMaxImageChannels = 64;
+constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;
+Result<void> check_image_limits(const std::filesystem::path& path, uint64_t width, uint64_t height,
+                                uint64_t channels);
 
 } // namespace palpate

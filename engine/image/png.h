@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+
+#include "engine/base/error.h"
+#include "engine/image/image.h"
+
+namespace palpate {
+
+// Writes the channels R, G, B, and A where there is one, as 8-bit PNG: round(255 * clamp(v, 0, 1)),
+// NaN as 0. Other channels stay behind; an image without R, G and B is refused. The file is a
+// function of the samples alone: it carries no time.
+Result<void> save_png(const std::filesystem::path& path, const Image& image);
+
+// Reads a PNG of any kind: 8-bit samples become v / 255, 16-bit ones v / 65535, narrower ones and
+// palettes are widened to 8 bits. Channels are "Y" for grey and "R", "G", "B" for colour, then "A"
+// where the file has alpha or a transparent colour. Stored values are taken as they are: gamma and
+// colour profiles are not applied. Claims beyond the limits of image.h, or beyond what deflate can
+// hold in a file of this length, are refused before the picture is allocated.
+Result<Image> load_png(const std::filesystem::path& path);
+
+} // namespace palpate
