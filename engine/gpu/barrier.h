@@ -1,0 +1,46 @@
+#pragma once
+
+#include <vulkan/vulkan_core.h>
+
+#include <optional>
+
+namespace palpate {
+
+// How the next command will use a resource.
+enum class Use {
+    none,          // contents are not needed yet
+    sampled,       // read by a compute shader through a sampler
+    uniform,       // read by a compute shader as a uniform block
+    storage_read,  // read by a compute shader as storage
+    storage_write, // written (and maybe read) by a compute shader as storage
+    copy_source,
+    copy_target,
+    host_read, // by the CPU after the submission is over
+};
+
+struct Access {
+    VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_NONE;
+    VkAccessFlags2 access = VK_ACCESS_2_NONE;
+    VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;
+    bool writes = false;
+};
+
+// What a use means to Vulkan.
+Access access_of(Use use);
+
+// What must stand between the last use of a resource and the next one.
+struct Dependency {
+    Access before, after;
+};
+
+// Remembers how one resource was used last.
+class UseTracker {
+ public:
+    // The dependency that `next` needs, or nothing: two reads in one layout need none.
+    std::optional<Dependency> advance(Use next);
+
+ private:
+    Access last_{}; // merged over reads that follow one another
+};
+
+} // namespace palpate

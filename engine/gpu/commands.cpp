@@ -1,0 +1,226 @@
+#include "engine/gpu/commands.h"
+
+#include <volk.h>
+
+#include "engine/base/assert.h"
+#include "engine/gpu/error.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr uint32_t kMaxPasses = 64;
+
+VkImageSubresourceLayers layers_of(const Commands::Region& region) {
+    return {VK_IMAGE_ASPECT_COLOR_BIT, 0, region.first_layer, region.layers};
+}
+
+std::vector<VkBufferImageCopy> to_vulkan(std::span<const Commands::Region> regions) {
+    std::vector<VkBufferImageCopy> copies;
+    for (const auto& r : regions)
+        copies.push_back(
+            {r.buffer_offset,
+             r.row_texels,
+             r.plane_rows,
+             layers_of(r),
+             {static_cast<int32_t>(r.image_offset.x), static_cast<int32_t>(r.image_offset.y),
+              static_cast<int32_t>(r.image_offset.z)},
+             {r.size.x, r.size.y, r.size.z}});
+    return copies;
+}
+
+} // namespace
+
+Commands::Commands(Device& device) : device_(&device) {
+    const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
+                                       .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
+                                       .queueFamilyIndex = device.queue_family()};
+    check(vkCreateCommandPool(device.handle(), &pool, nullptr, &pool_), "creating a command pool");
+    const VkCommandBufferAllocateInfo allocate{
+        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
+        .commandPool = pool_,
+        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
+        .commandBufferCount = 1};
+    check(vkAllocateCommandBuffers(device.handle(), &allocate, &buffer_), "allocating commands");
+    const VkQueryPoolCreateInfo queries{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
+                                        .queryType = VK_QUERY_TYPE_TIMESTAMP,
+                                        .queryCount = 2 * kMaxPasses};
+    check(vkCreateQueryPool(device.handle(), &queries, nullptr, &queries_), "creating timestamps");
+    const VkCommandBufferBeginInfo begin{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
+                                         .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
+    check(vkBeginCommandBuffer(buffer_, &begin), "beginning commands");
+    vkCmdResetQueryPool(buffer_, queries_, 0, 2 * kMaxPasses);
+}
+
+Commands::~Commands() {
+    device_->retire([device = device_->handle(), pool = pool_, queries = queries_,
+                     descriptors = std::move(descriptor_pools_)] {
+        for (const VkDescriptorPool p : descriptors)
+            vkDestroyDescriptorPool(device, p, nullptr);
+        vkDestroyQueryPool(device, queries, nullptr);
+        vkDestroyCommandPool(device, pool, nullptr);
+    });
+}
+
+void Commands::begin_pass(const std::string& name) {
+    PALPATE_ASSERT_CMP(passes_.size(), <, size_t{kMaxPasses});
+    if (device_->has_debug_utils()) {
+        const VkDebugUtilsLabelEXT label{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
+                                         .pLabelName = name.c_str()};
+        vkCmdBeginDebugUtilsLabelEXT(buffer_, &label);
+    }
+    vkCmdWriteTimestamp2(buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
+                         static_cast<uint32_t>(2 * passes_.size()));
+    passes_.push_back(name);
+}
+
+void Commands::end_pass() {
+    vkCmdWriteTimestamp2(buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
+                         static_cast<uint32_t>(2 * passes_.size() - 1));
+    if (device_->has_debug_utils())
+        vkCmdEndDebugUtilsLabelEXT(buffer_);
+}
+
+void Commands::use(GpuImage& image, Use use) {
+    const auto needed = image.tracker().advance(use);
+    if (!needed)
+        return;
+    const VkImageMemoryBarrier2 image_barrier{
+        .sType = VK_STRUCTURE_TYPE_IMAGE_MEMORY_BARRIER_2,
+        .srcStageMask = needed->before.stages,
+        .srcAccessMask = needed->before.access,
+        .dstStageMask = needed->after.stages,
+        .dstAccessMask = needed->after.access,
+        .oldLayout = needed->before.layout,
+        .newLayout = needed->after.layout,
+        .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+        .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+        .image = image.handle(),
+        .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS}};
+    barrier({.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
+             .imageMemoryBarrierCount = 1,
+             .pImageMemoryBarriers = &image_barrier});
+}
+
+void Commands::use(Buffer& buffer, Use use) {
+    const auto needed = buffer.tracker().advance(use);
+    if (!needed)
+        return;
+    const VkBufferMemoryBarrier2 buffer_barrier{.sType = VK_STRUCTURE_TYPE_BUFFER_MEMORY_BARRIER_2,
+                                                .srcStageMask = needed->before.stages,
+                                                .srcAccessMask = needed->before.access,
+                                                .dstStageMask = needed->after.stages,
+                                                .dstAccessMask = needed->after.access,
+                                                .srcQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+                                                .dstQueueFamilyIndex = VK_QUEUE_FAMILY_IGNORED,
+                                                .buffer = buffer.handle(),
+                                                .size = VK_WHOLE_SIZE};
+    barrier({.sType = VK_STRUCTURE_TYPE_DEPENDENCY_INFO,
+             .bufferMemoryBarrierCount = 1,
+             .pBufferMemoryBarriers = &buffer_barrier});
+}
+
+void Commands::barrier(const VkDependencyInfo& info) {
+    vkCmdPipelineBarrier2(buffer_, &info);
+}
+
+void Commands::dispatch(const ComputePipeline& pipeline, std::span<const Bound> bound,
+                        glm::uvec3 groups, glm::uvec3 first_group) {
+    PALPATE_ASSERT_CMP(bound.size(), ==, pipeline.slots().size());
+    std::vector<VkDescriptorPoolSize> sizes;
+    for (const BindingSlot& slot : pipeline.slots())
+        sizes.push_back({slot.type, 1});
+    const VkDescriptorPoolCreateInfo create{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
+                                            .maxSets = 1,
+                                            .poolSizeCount = static_cast<uint32_t>(sizes.size()),
+                                            .pPoolSizes = sizes.data()};
+    VkDescriptorPool pool = VK_NULL_HANDLE;
+    check(vkCreateDescriptorPool(device_->handle(), &create, nullptr, &pool), "creating bindings");
+    descriptor_pools_.push_back(pool);
+    const VkDescriptorSetLayout layout = pipeline.set_layout();
+    const VkDescriptorSetAllocateInfo allocate{
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+        .descriptorPool = pool,
+        .descriptorSetCount = 1,
+        .pSetLayouts = &layout};
+    VkDescriptorSet set = VK_NULL_HANDLE;
+    check(vkAllocateDescriptorSets(device_->handle(), &allocate, &set), "allocating bindings");
+
+    std::vector<VkDescriptorBufferInfo> buffers(bound.size());
+    std::vector<VkDescriptorImageInfo> images(bound.size());
+    std::vector<VkWriteDescriptorSet> writes;
+    for (size_t i = 0; i < bound.size(); ++i) {
+        const Bound& b = bound[i];
+        const BindingSlot& slot = pipeline.slots()[i];
+        PALPATE_ASSERT_CMP(b.binding, ==, slot.binding);
+        VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                   .dstSet = set,
+                                   .dstBinding = b.binding,
+                                   .descriptorCount = 1,
+                                   .descriptorType = slot.type};
+        if (auto* const* buffer = std::get_if<Buffer*>(&b.resource)) {
+            use(**buffer, b.use);
+            buffers[i] = {(*buffer)->handle(), 0, VK_WHOLE_SIZE};
+            write.pBufferInfo = &buffers[i];
+        } else {
+            GpuImage& image = *std::get<GpuImage*>(b.resource);
+            use(image, b.use);
+            images[i] = {b.sampler ? b.sampler->handle() : VK_NULL_HANDLE, image.view(),
+                         access_of(b.use).layout};
+            write.pImageInfo = &images[i];
+        }
+        writes.push_back(write);
+    }
+    vkUpdateDescriptorSets(device_->handle(), static_cast<uint32_t>(writes.size()), writes.data(),
+                           0, nullptr);
+    vkCmdBindPipeline(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
+    vkCmdBindDescriptorSets(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &set,
+                            0, nullptr);
+    vkCmdDispatchBase(buffer_, first_group.x, first_group.y, first_group.z, groups.x, groups.y,
+                      groups.z);
+}
+
+void Commands::copy(Buffer& from, GpuImage& to, std::span<const Region> regions) {
+    use(from, Use::copy_source);
+    use(to, Use::copy_target);
+    const auto copies = to_vulkan(regions);
+    vkCmdCopyBufferToImage(buffer_, from.handle(), to.handle(),
+                           VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
+                           static_cast<uint32_t>(copies.size()), copies.data());
+}
+
+void Commands::copy(GpuImage& from, Buffer& to, std::span<const Region> regions) {
+    use(from, Use::copy_source);
+    use(to, Use::copy_target);
+    const auto copies = to_vulkan(regions);
+    vkCmdCopyImageToBuffer(buffer_, from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                           to.handle(), static_cast<uint32_t>(copies.size()), copies.data());
+    use(to, Use::host_read);
+}
+
+uint64_t Commands::submit() {
+    check(vkEndCommandBuffer(buffer_), "ending commands");
+    submitted_ = device_->submit(buffer_);
+    return submitted_;
+}
+
+std::vector<PassTime> Commands::finish() {
+    PALPATE_ASSERT(submitted_ > 0);
+    device_->wait(submitted_);
+    std::vector<PassTime> times;
+    if (passes_.empty())
+        return times;
+    std::vector<uint64_t> stamps(2 * passes_.size());
+    check(
+        vkGetQueryPoolResults(device_->handle(), queries_, 0, static_cast<uint32_t>(stamps.size()),
+                              stamps.size() * 8, stamps.data(), 8,
+                              VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+        "reading timestamps");
+    const double ms_per_tick = static_cast<double>(device_->limits().timestampPeriod) * 1e-6;
+    for (size_t i = 0; i < passes_.size(); ++i)
+        times.push_back(
+            {passes_[i], static_cast<double>(stamps[2 * i + 1] - stamps[2 * i]) * ms_per_tick});
+    return times;
+}
+
+} // namespace palpate

@@ -1,0 +1,91 @@
+#pragma once
+
+#include <vulkan/vulkan_core.h>
+
+#include <glm/glm.hpp>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "engine/gpu/device.h"
+#include "engine/gpu/pipeline.h"
+#include "engine/gpu/resource.h"
+
+namespace palpate {
+
+// What a shader'"'"'s binding is tied to for one dispatch.
+struct Bound {
+    uint32_t binding;
+    Use use;
+    std::variant<Buffer*, GpuImage*> resource;
+    const Sampler* sampler = nullptr;
+};
+inline Bound bind_uniform(uint32_t binding, Buffer& buffer) {
+    return {binding, Use::uniform, &buffer};
+}
+inline Bound bind_storage(uint32_t binding, Buffer& buffer, Use use = Use::storage_read) {
+    return {binding, use, &buffer};
+}
+inline Bound bind_sampled(uint32_t binding, GpuImage& image, const Sampler& sampler) {
+    return {binding, Use::sampled, &image, &sampler};
+}
+inline Bound bind_storage_image(uint32_t binding, GpuImage& image) {
+    return {binding, Use::storage_write, &image};
+}
+
+struct PassTime {
+    std::string name;
+    double gpu_ms; // between two timestamps round the pass
+};
+
+// Records one submission: passes in a list, with the barriers their uses need. Used once.
+class Commands {
+ public:
+    explicit Commands(Device& device);
+    ~Commands();
+    Commands(const Commands&) = delete;
+    Commands& operator=(const Commands&) = delete;
+
+    // Names what follows, in captures and in the times that finish() returns.
+    void begin_pass(const std::string& name);
+    void end_pass();
+
+    void use(GpuImage& image, Use use);
+    void use(Buffer& buffer, Use use);
+
+    // `bound` covers every slot of the pipeline; uses are tracked here. Workgroup numbers start at
+    // `first_group`.
+    void dispatch(const ComputePipeline& pipeline, std::span<const Bound> bound, glm::uvec3 groups,
+                  glm::uvec3 first_group = {});
+
+    // Regions of texels from a tightly packed buffer: rows of row_texels, planes of plane_rows
+    // rows.
+    struct Region {
+        uint64_t buffer_offset;
+        glm::uvec3 image_offset, size;
+        uint32_t row_texels = 0, plane_rows = 0; // 0: as wide and high as `size`
+        uint32_t first_layer = 0, layers = 1;
+    };
+    void copy(Buffer& from, GpuImage& to, std::span<const Region> regions);
+    void copy(GpuImage& from, Buffer& to, std::span<const Region> regions);
+
+    // Hands the work over and returns at once; the timeline value to wait for.
+    uint64_t submit();
+
+    // Waits for submit()'"'"'s work and returns the time of each pass.
+    std::vector<PassTime> finish();
+
+ private:
+    void barrier(const VkDependencyInfo& info);
+
+    Device* device_;
+    VkCommandPool pool_ = VK_NULL_HANDLE;
+    VkCommandBuffer buffer_ = VK_NULL_HANDLE;
+    VkQueryPool queries_ = VK_NULL_HANDLE;
+    std::vector<VkDescriptorPool> descriptor_pools_;
+    std::vector<std::string> passes_;
+    uint64_t submitted_ = 0;
+};
+
+} // namespace palpate

@@ -1,0 +1,209 @@
+#include "engine/gpu/device.h"
+
+#include <volk.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "engine/base/error.h"
+#include "engine/gpu/error.h"
+
+namespace palpate {
+
+namespace {
+
+int preference(const DeviceInfo& info) {
+    switch (info.type) {
+        case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
+            return 4;
+        case VK_PHYSICAL_DEVICE_TYPE_INTEGRATED_GPU:
+            return 3;
+        case VK_PHYSICAL_DEVICE_TYPE_VIRTUAL_GPU:
+            return 2;
+        case VK_PHYSICAL_DEVICE_TYPE_CPU:
+            return 1;
+        default:
+            return 0;
+    }
+}
+
+bool selects(const std::string& select, const DeviceInfo& info) {
+    if (select.empty() || select == std::to_string(info.index))
+        return true;
+    const auto lower = [](std::string text) {
+        std::transform(text.begin(), text.end(), text.begin(),
+                       [](unsigned char c) { return std::tolower(c); });
+        return text;
+    };
+    return lower(info.name).find(lower(select)) != std::string::npos;
+}
+
+Instance::Candidate choose(const Instance& instance, const std::string& select) {
+    const auto candidates = instance.candidates();
+    const Instance::Candidate* best = nullptr;
+    std::string reasons;
+    for (const auto& candidate : candidates) {
+        if (!selects(select, candidate.info))
+            reasons += fmt::format("; {} is not '{}'", candidate.info.name, select);
+        else if (!candidate.info.refusal.empty())
+            reasons += fmt::format("; {}: {}", candidate.info.name, candidate.info.refusal);
+        else if (!best || preference(candidate.info) > preference(best->info))
+            best = &candidate;
+    }
+    if (!best)
+        throw GpuError(fmt::format("no Vulkan device can be used{}",
+                                   candidates.empty() ? ": none is installed" : reasons));
+    return *best;
+}
+
+} // namespace
+
+Device::Device(const DeviceOptions& options) : instance_(options.validation) {
+    std::string select = options.select;
+    if (const char* wish = std::getenv("PALPATE_DEVICE"); select.empty() && wish)
+        select = wish;
+    const Instance::Candidate chosen = choose(instance_, select);
+    physical_ = chosen.handle;
+    info_ = chosen.info;
+    VkPhysicalDeviceProperties properties;
+    vkGetPhysicalDeviceProperties(physical_, &properties);
+    limits_ = properties.limits;
+    vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
+
+    uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, families.data());
+    for (uint32_t i = count; i-- > 0;) // the first that computes
+        if (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT)
+            queue_family_ = i;
+
+    const float priority = 1.0f;
+    const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
+                                        .queueFamilyIndex = queue_family_,
+                                        .queueCount = 1,
+                                        .pQueuePriorities = &priority};
+    VkPhysicalDeviceVulkan13Features v13{
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
+        .synchronization2 = VK_TRUE,
+        .maintenance4 = VK_TRUE};
+    VkPhysicalDeviceVulkan12Features v12{
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
+        .pNext = &v13,
+        .scalarBlockLayout = VK_TRUE,
+        .timelineSemaphore = VK_TRUE};
+    const VkDeviceCreateInfo create{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+                                    .pNext = &v12,
+                                    .queueCreateInfoCount = 1,
+                                    .pQueueCreateInfos = &queue};
+    check(vkCreateDevice(physical_, &create, nullptr, &handle_),
+          "creating a device on " + info_.name);
+    vkGetDeviceQueue(handle_, queue_family_, 0, &queue_);
+
+    const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
+                                         .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
+    const VkSemaphoreCreateInfo semaphore{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
+                                          .pNext = &type};
+    check(vkCreateSemaphore(handle_, &semaphore, nullptr, &timeline_), "creating a timeline");
+}
+
+Device::~Device() {
+    vkDeviceWaitIdle(handle_);
+    while (!retired_.empty()) {
+        retired_.front().second();
+        retired_.pop_front();
+    }
+    vkDestroySemaphore(handle_, timeline_, nullptr);
+    vkDestroyDevice(handle_, nullptr);
+}
+
+bool Device::can_filter_linearly(VkFormat format) const {
+    VkFormatProperties properties;
+    vkGetPhysicalDeviceFormatProperties(physical_, format, &properties);
+    return (properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) !=
+           0;
+}
+
+uint64_t Device::submit(VkCommandBuffer commands) {
+    const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
+                                           .commandBuffer = commands};
+    const VkSemaphoreSubmitInfo signal{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
+                                       .semaphore = timeline_,
+                                       .value = submitted_ + 1,
+                                       .stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT};
+    const VkSubmitInfo2 submit{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
+                               .commandBufferInfoCount = 1,
+                               .pCommandBufferInfos = &buffer,
+                               .signalSemaphoreInfoCount = 1,
+                               .pSignalSemaphoreInfos = &signal};
+    check(vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE), "submitting work");
+    return ++submitted_;
+}
+
+void Device::wait(uint64_t value) {
+    const VkSemaphoreWaitInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
+                                   .semaphoreCount = 1,
+                                   .pSemaphores = &timeline_,
+                                   .pValues = &value};
+    constexpr uint64_t timeout_ns = 60'000'000'000;
+    check(vkWaitSemaphores(handle_, &info, timeout_ns), "waiting for the device");
+    run_retired();
+}
+
+void Device::retire(std::function<void()> destroy) {
+    retired_.emplace_back(submitted_, std::move(destroy));
+    run_retired();
+}
+
+void Device::run_retired() {
+    if (retired_.empty())
+        return;
+    uint64_t passed = 0;
+    check(vkGetSemaphoreCounterValue(handle_, timeline_, &passed), "reading the timeline");
+    while (!retired_.empty() && retired_.front().first <= passed) {
+        retired_.front().second();
+        retired_.pop_front();
+    }
+}
+
+VkDeviceMemory Device::allocate(const VkMemoryRequirements& needs, bool visible, bool cached,
+                                const std::string& name) {
+    const VkMemoryPropertyFlags wanted =
+        visible ? VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
+                : VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
+    const VkMemoryPropertyFlags preferred =
+        cached ? wanted | VK_MEMORY_PROPERTY_HOST_CACHED_BIT : wanted;
+    for (const VkMemoryPropertyFlags flags : {preferred, wanted}) {
+        for (uint32_t i = 0; i < memory_.memoryTypeCount; ++i) {
+            if (!(needs.memoryTypeBits >> i & 1) ||
+                (memory_.memoryTypes[i].propertyFlags & flags) != flags)
+                continue;
+            const VkMemoryAllocateInfo info{.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO,
+                                            .allocationSize = needs.size,
+                                            .memoryTypeIndex = i};
+            VkDeviceMemory memory = VK_NULL_HANDLE;
+            const VkResult result = vkAllocateMemory(handle_, &info, nullptr, &memory);
+            if (result == VK_SUCCESS)
+                return memory;
+            throw GpuError(fmt::format(
+                "graphics device: {} needs {} bytes and the heap of {} bytes does not give them "
+                "({})",
+                name, needs.size, memory_.memoryHeaps[memory_.memoryTypes[i].heapIndex].size,
+                name_of(result)));
+        }
+    }
+    throw GpuError(fmt::format("graphics device: no kind of memory suits {}", name));
+}
+
+void Device::name_object(VkObjectType type, uint64_t handle, const std::string& name) const {
+    if (!instance_.has_debug_utils())
+        return;
+    const VkDebugUtilsObjectNameInfoEXT info{
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_OBJECT_NAME_INFO_EXT,
+        .objectType = type,
+        .objectHandle = handle,
+        .pObjectName = name.c_str()};
+    vkSetDebugUtilsObjectNameEXT(handle_, &info);
+}
+
+} // namespace palpate

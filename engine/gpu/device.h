@@ -1,0 +1,91 @@
+#pragma once
+
+#include <vulkan/vulkan_core.h>
+
+#include <deque>
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/gpu/instance.h"
+
+namespace palpate {
+
+struct DeviceOptions {
+    // A part of a device'"'"'s name, or its index in list_devices(); empty chooses the first
+    // discrete, then integrated, then CPU device. The environment variable PALPATE_DEVICE stands in
+    // for it.
+    std::string select;
+    bool validation = false; // Khronos validation with synchronisation validation
+};
+
+// One live image, buffer or pipeline, for `--stats`.
+struct ResourceInfo {
+    std::string name;
+    std::string kind; // "image", "buffer", "pipeline"
+    uint64_t bytes;   // of device memory; 0 for pipelines
+};
+
+// A Vulkan device with one queue and one timeline. Declared before everything it must outlive.
+class Device {
+ public:
+    // Throws GpuError with the reason for each device refused.
+    explicit Device(const DeviceOptions& options);
+    ~Device(); // waits for the queue
+    Device(const Device&) = delete;
+    Device& operator=(const Device&) = delete;
+
+    const DeviceInfo& info() const { return info_; }
+    VkDevice handle() const { return handle_; }
+    VkPhysicalDevice physical() const { return physical_; }
+    uint32_t queue_family() const { return queue_family_; }
+    const VkPhysicalDeviceLimits& limits() const { return limits_; }
+    bool can_filter_linearly(VkFormat format) const;
+    std::vector<std::string> validation_messages() const { return instance_.messages(); }
+    bool has_debug_utils() const { return instance_.has_debug_utils(); }
+
+    // Hands a recorded command buffer to the queue; returns the timeline value it will signal.
+    uint64_t submit(VkCommandBuffer commands);
+    // Blocks until the timeline has passed `value`. Throws GpuError when the device is lost, or has
+    // not answered for a minute.
+    void wait(uint64_t value);
+    uint64_t last_submitted() const { return submitted_; }
+
+    // Runs `destroy` once the GPU is past everything submitted so far.
+    void retire(std::function<void()> destroy);
+
+    // Memory for a resource; `visible` asks for memory the CPU can map. Throws GpuError with both
+    // numbers when there is not enough.
+    VkDeviceMemory allocate(const VkMemoryRequirements& needs, bool visible, bool cached,
+                            const std::string& name);
+    void name_object(VkObjectType type, uint64_t handle, const std::string& name) const;
+
+    // What exists now. A resource registers itself and leaves when dropped.
+    using ResourceEntry = std::list<ResourceInfo>::iterator;
+    ResourceEntry enter(ResourceInfo info) {
+        return resources_.insert(resources_.end(), std::move(info));
+    }
+    void leave(ResourceEntry entry) { resources_.erase(entry); }
+    const std::list<ResourceInfo>& resources() const { return resources_; }
+
+ private:
+    void run_retired();
+
+    Instance instance_;
+    DeviceInfo info_;
+    VkPhysicalDevice physical_ = VK_NULL_HANDLE;
+    VkDevice handle_ = VK_NULL_HANDLE;
+    VkQueue queue_ = VK_NULL_HANDLE;
+    VkSemaphore timeline_ = VK_NULL_HANDLE;
+    VkPhysicalDeviceLimits limits_{};
+    VkPhysicalDeviceMemoryProperties memory_{};
+    uint32_t queue_family_ = 0;
+    uint64_t submitted_ = 0;
+    std::deque<std::pair<uint64_t, std::function<void()>>> retired_;
+    std::list<ResourceInfo> resources_;
+};
+
+} // namespace palpate

@@ -1,0 +1,218 @@
+#include "engine/gpu/instance.h"
+
+#include <array>
+#include <cstring>
+#define VOLK_IMPLEMENTATION
+#include <volk.h>
+
+#include "engine/base/log.h"
+#include "engine/gpu/error.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+
+bool has_layer(const char* name) {
+    uint32_t count = 0;
+    vkEnumerateInstanceLayerProperties(&count, nullptr);
+    std::vector<VkLayerProperties> layers(count);
+    vkEnumerateInstanceLayerProperties(&count, layers.data());
+    for (const auto& layer : layers)
+        if (std::strcmp(layer.layerName, name) == 0)
+            return true;
+    return false;
+}
+
+bool has_instance_extension(const char* name, const char* layer) {
+    uint32_t count = 0;
+    vkEnumerateInstanceExtensionProperties(layer, &count, nullptr);
+    std::vector<VkExtensionProperties> extensions(count);
+    vkEnumerateInstanceExtensionProperties(layer, &count, extensions.data());
+    for (const auto& extension : extensions)
+        if (std::strcmp(extension.extensionName, name) == 0)
+            return true;
+    return false;
+}
+
+// What the engine cannot do without; empty if the device has it all.
+std::string refusal_of(VkPhysicalDevice device, uint32_t api_version) {
+    if (api_version < VK_API_VERSION_1_3)
+        return fmt::format("expected Vulkan 1.3, found {}.{}", VK_API_VERSION_MAJOR(api_version),
+                           VK_API_VERSION_MINOR(api_version));
+    VkPhysicalDeviceVulkan13Features v13{.sType =
+                                             VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
+    VkPhysicalDeviceVulkan12Features v12{
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES, .pNext = &v13};
+    VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                       .pNext = &v12};
+    vkGetPhysicalDeviceFeatures2(device, &features);
+    const std::array<std::pair<VkBool32, const char*>, 4> needed{{
+        {v12.timelineSemaphore, "timelineSemaphore"},
+        {v12.scalarBlockLayout, "scalarBlockLayout"},
+        {v13.synchronization2, "synchronization2"},
+        {v13.maintenance4, "maintenance4"},
+    }};
+    for (const auto& [present, name] : needed)
+        if (!present)
+            return fmt::format("the feature {} is missing", name);
+    uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+    for (const auto& family : families)
+        if (family.queueFlags & VK_QUEUE_COMPUTE_BIT)
+            return "";
+    return "no queue can compute";
+}
+
+DeviceInfo describe(VkPhysicalDevice device, uint32_t index) {
+    VkPhysicalDeviceDriverProperties driver{
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_DRIVER_PROPERTIES};
+    VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                           .pNext = &driver};
+    vkGetPhysicalDeviceProperties2(device, &properties);
+    VkPhysicalDeviceMemoryProperties memory;
+    vkGetPhysicalDeviceMemoryProperties(device, &memory);
+    DeviceInfo info;
+    info.index = index;
+    info.name = properties.properties.deviceName;
+    info.driver = fmt::format("{} {}", driver.driverName, driver.driverInfo);
+    info.type = properties.properties.deviceType;
+    info.api_version = properties.properties.apiVersion;
+    for (uint32_t h = 0; h < memory.memoryHeapCount; ++h)
+        if (memory.memoryHeaps[h].flags & VK_MEMORY_HEAP_DEVICE_LOCAL_BIT)
+            info.memory_bytes = std::max<uint64_t>(info.memory_bytes, memory.memoryHeaps[h].size);
+    info.refusal = refusal_of(device, info.api_version);
+    return info;
+}
+
+} // namespace
+
+const char* name_of(VkResult result) {
+    switch (result) {
+        case VK_SUCCESS:
+            return "VK_SUCCESS";
+        case VK_NOT_READY:
+            return "VK_NOT_READY";
+        case VK_TIMEOUT:
+            return "VK_TIMEOUT";
+        case VK_ERROR_OUT_OF_HOST_MEMORY:
+            return "VK_ERROR_OUT_OF_HOST_MEMORY";
+        case VK_ERROR_OUT_OF_DEVICE_MEMORY:
+            return "VK_ERROR_OUT_OF_DEVICE_MEMORY";
+        case VK_ERROR_INITIALIZATION_FAILED:
+            return "VK_ERROR_INITIALIZATION_FAILED";
+        case VK_ERROR_DEVICE_LOST:
+            return "VK_ERROR_DEVICE_LOST";
+        case VK_ERROR_LAYER_NOT_PRESENT:
+            return "VK_ERROR_LAYER_NOT_PRESENT";
+        case VK_ERROR_EXTENSION_NOT_PRESENT:
+            return "VK_ERROR_EXTENSION_NOT_PRESENT";
+        case VK_ERROR_FEATURE_NOT_PRESENT:
+            return "VK_ERROR_FEATURE_NOT_PRESENT";
+        case VK_ERROR_INCOMPATIBLE_DRIVER:
+            return "VK_ERROR_INCOMPATIBLE_DRIVER";
+        case VK_ERROR_FORMAT_NOT_SUPPORTED:
+            return "VK_ERROR_FORMAT_NOT_SUPPORTED";
+        default:
+            return "an unnamed VkResult";
+    }
+}
+
+void check(VkResult result, const std::string& what) {
+    if (result != VK_SUCCESS)
+        throw GpuError(fmt::format("graphics device: {} failed with {} ({})", what, name_of(result),
+                                   static_cast<int>(result)));
+}
+
+Instance::Instance(bool validation) {
+    if (volkInitialize() != VK_SUCCESS)
+        throw GpuError(
+            "no Vulkan loader (libvulkan.so.1) was found; install libvulkan1 and a driver");
+    if (validation && !has_layer(kValidationLayer))
+        throw GpuError("the Vulkan validation layer is not installed (vulkan-validationlayers)");
+    has_debug_utils_ =
+        has_instance_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME, nullptr) ||
+        (validation && has_instance_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME, kValidationLayer));
+
+    const VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
+                                        .pApplicationName = "palpate",
+                                        .pEngineName = "palpate",
+                                        .apiVersion = VK_API_VERSION_1_3};
+    const VkValidationFeatureEnableEXT enable =
+        VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT;
+    const VkDebugUtilsMessengerCreateInfoEXT messenger{
+        .sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_MESSENGER_CREATE_INFO_EXT,
+        .messageSeverity = VK_DEBUG_UTILS_MESSAGE_SEVERITY_WARNING_BIT_EXT |
+                           VK_DEBUG_UTILS_MESSAGE_SEVERITY_ERROR_BIT_EXT,
+        .messageType = VK_DEBUG_UTILS_MESSAGE_TYPE_VALIDATION_BIT_EXT |
+                       VK_DEBUG_UTILS_MESSAGE_TYPE_PERFORMANCE_BIT_EXT,
+        .pfnUserCallback = &Instance::on_message,
+        .pUserData = this};
+    const VkValidationFeaturesEXT features{.sType = VK_STRUCTURE_TYPE_VALIDATION_FEATURES_EXT,
+                                           .enabledValidationFeatureCount = 1,
+                                           .pEnabledValidationFeatures = &enable};
+    std::vector<const char*> extensions;
+    if (has_debug_utils_)
+        extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    if (validation)
+        extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+    const VkInstanceCreateInfo create{
+        .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
+        .pNext = validation ? &features : nullptr,
+        .pApplicationInfo = &application,
+        .enabledLayerCount = validation ? 1u : 0u,
+        .ppEnabledLayerNames = &kValidationLayer,
+        .enabledExtensionCount = static_cast<uint32_t>(extensions.size()),
+        .ppEnabledExtensionNames = extensions.data()};
+    check(vkCreateInstance(&create, nullptr, &handle_), "creating a Vulkan instance");
+    volkLoadInstance(handle_);
+    if (validation && has_debug_utils_)
+        check(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),
+              "listening to validation");
+}
+
+Instance::~Instance() {
+    if (messenger_)
+        vkDestroyDebugUtilsMessengerEXT(handle_, messenger_, nullptr);
+    vkDestroyInstance(handle_, nullptr);
+}
+
+VkBool32 VKAPI_CALL Instance::on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                         VkDebugUtilsMessageTypeFlagsEXT,
+                                         const VkDebugUtilsMessengerCallbackDataEXT* data,
+                                         void* user) {
+    auto& instance = *static_cast<Instance*>(user);
+    const std::scoped_lock lock(instance.mutex_);
+    instance.messages_.emplace_back(data->pMessage);
+    log::warning("Vulkan validation: {}", data->pMessage);
+    return VK_FALSE;
+}
+
+std::vector<std::string> Instance::messages() const {
+    const std::scoped_lock lock(mutex_);
+    return messages_;
+}
+
+std::vector<Instance::Candidate> Instance::candidates() const {
+    uint32_t count = 0;
+    check(vkEnumeratePhysicalDevices(handle_, &count, nullptr), "listing devices");
+    std::vector<VkPhysicalDevice> handles(count);
+    check(vkEnumeratePhysicalDevices(handle_, &count, handles.data()), "listing devices");
+    std::vector<Candidate> found;
+    for (uint32_t i = 0; i < count; ++i)
+        found.push_back({handles[i], describe(handles[i], i)});
+    return found;
+}
+
+std::vector<DeviceInfo> list_devices() {
+    const Instance instance(false);
+    std::vector<DeviceInfo> infos;
+    for (const auto& candidate : instance.candidates())
+        infos.push_back(candidate.info);
+    return infos;
+}
+
+} // namespace palpate

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <vulkan/vulkan_core.h>
+
+#include <mutex>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+// A Vulkan device as a person chooses it.
+struct DeviceInfo {
+    uint32_t index = 0; // as listed on this machine
+    std::string name;   // "llvmpipe (LLVM 15.0.6, 256 bits)"
+    std::string driver; // "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"
+    VkPhysicalDeviceType type = VK_PHYSICAL_DEVICE_TYPE_OTHER;
+    uint32_t api_version = 0;
+    uint64_t memory_bytes = 0; // of the largest device-local heap
+    std::string refusal;       // why it cannot be used; empty if it can
+    bool is_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
+};
+
+// The Vulkan loader and what validation has said. One per Device; made without any window system.
+class Instance {
+ public:
+    // validation: load the Khronos layer with synchronisation validation; throws GpuError where
+    // the layer is not installed.
+    explicit Instance(bool validation);
+    ~Instance();
+    Instance(const Instance&) = delete;
+    Instance& operator=(const Instance&) = delete;
+
+    VkInstance handle() const { return handle_; }
+    bool has_debug_utils() const { return has_debug_utils_; }
+
+    struct Candidate {
+        VkPhysicalDevice handle;
+        DeviceInfo info;
+    };
+    std::vector<Candidate> candidates() const;
+
+    // Warnings and errors of the validation layer so far.
+    std::vector<std::string> messages() const;
+
+ private:
+    static VkBool32 VKAPI_CALL on_message(VkDebugUtilsMessageSeverityFlagBitsEXT,
+                                          VkDebugUtilsMessageTypeFlagsEXT,
+                                          const VkDebugUtilsMessengerCallbackDataEXT*, void*);
+
+    VkInstance handle_ = VK_NULL_HANDLE;
+    VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
+    bool has_debug_utils_ = false;
+    mutable std::mutex mutex_;
+    std::vector<std::string> messages_;
+};
+
+// Every Vulkan device of this machine, usable or not. Throws GpuError where there is no loader.
+std::vector<DeviceInfo> list_devices();
+
+} // namespace palpate

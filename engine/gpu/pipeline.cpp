@@ -1,0 +1,69 @@
+#include "engine/gpu/pipeline.h"
+
+#include <volk.h>
+
+#include "engine/gpu/error.h"
+
+namespace palpate {
+
+ComputePipeline::ComputePipeline(Device& device, std::string name, std::span<const uint32_t> spirv,
+                                 std::span<const BindingSlot> slots,
+                                 std::span<const uint32_t> constants)
+    : device_(&device), name_(std::move(name)), slots_(slots.begin(), slots.end()) {
+    std::vector<VkDescriptorSetLayoutBinding> bindings;
+    for (const BindingSlot& slot : slots)
+        bindings.push_back({.binding = slot.binding,
+                            .descriptorType = slot.type,
+                            .descriptorCount = 1,
+                            .stageFlags = VK_SHADER_STAGE_COMPUTE_BIT});
+    const VkDescriptorSetLayoutCreateInfo set{
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO,
+        .bindingCount = static_cast<uint32_t>(bindings.size()),
+        .pBindings = bindings.data()};
+    check(vkCreateDescriptorSetLayout(device.handle(), &set, nullptr, &set_layout_),
+          "creating the bindings of " + name_);
+    const VkPipelineLayoutCreateInfo layout{.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO,
+                                            .setLayoutCount = 1,
+                                            .pSetLayouts = &set_layout_};
+    check(vkCreatePipelineLayout(device.handle(), &layout, nullptr, &layout_),
+          "creating the layout of " + name_);
+
+    std::vector<VkSpecializationMapEntry> entries;
+    for (uint32_t i = 0; i < constants.size(); ++i)
+        entries.push_back({i, i * 4, 4});
+    const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
+                                              constants.size_bytes(), constants.data()};
+    const VkShaderModuleCreateInfo module_info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
+                                               .codeSize = spirv.size_bytes(),
+                                               .pCode = spirv.data()};
+    VkShaderModule module = VK_NULL_HANDLE;
+    check(vkCreateShaderModule(device.handle(), &module_info, nullptr, &module),
+          "reading the shader of " + name_);
+    const VkComputePipelineCreateInfo create{
+        .sType = VK_STRUCTURE_TYPE_COMPUTE_PIPELINE_CREATE_INFO,
+        .flags = VK_PIPELINE_CREATE_DISPATCH_BASE_BIT,
+        .stage = {.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO,
+                  .stage = VK_SHADER_STAGE_COMPUTE_BIT,
+                  .module = module,
+                  .pName = "main",
+                  .pSpecializationInfo = &specialization},
+        .layout = layout_};
+    const VkResult result =
+        vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &create, nullptr, &handle_);
+    vkDestroyShaderModule(device.handle(), module, nullptr);
+    check(result, "creating the pipeline " + name_);
+    device.name_object(VK_OBJECT_TYPE_PIPELINE, reinterpret_cast<uint64_t>(handle_), name_);
+    entry_ = device.enter({name_, "pipeline", 0});
+}
+
+ComputePipeline::~ComputePipeline() {
+    device_->leave(entry_);
+    device_->retire(
+        [device = device_->handle(), pipeline = handle_, layout = layout_, set = set_layout_] {
+            vkDestroyPipeline(device, pipeline, nullptr);
+            vkDestroyPipelineLayout(device, layout, nullptr);
+            vkDestroyDescriptorSetLayout(device, set, nullptr);
+        });
+}
+
+} // namespace palpate

@@ -1,0 +1,46 @@
+#pragma once
+
+#include <vulkan/vulkan_core.h>
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/gpu/device.h"
+
+namespace palpate {
+
+struct BindingSlot {
+    uint32_t binding;
+    VkDescriptorType type;
+};
+
+// One compute shader with its constants, ready to dispatch. Creating it takes milliseconds, its
+// first dispatch may take more: drivers compile then. Made once per process and variant.
+class ComputePipeline {
+ public:
+    // constants[i] becomes the specialization constant with constant_id i (all 32 bits wide).
+    ComputePipeline(Device& device, std::string name, std::span<const uint32_t> spirv,
+                    std::span<const BindingSlot> slots, std::span<const uint32_t> constants = {});
+    ~ComputePipeline();
+    ComputePipeline(const ComputePipeline&) = delete;
+    ComputePipeline& operator=(const ComputePipeline&) = delete;
+
+    VkPipeline handle() const { return handle_; }
+    VkPipelineLayout layout() const { return layout_; }
+    VkDescriptorSetLayout set_layout() const { return set_layout_; }
+    const std::vector<BindingSlot>& slots() const { return slots_; }
+    const std::string& name() const { return name_; }
+
+ private:
+    Device* device_;
+    std::string name_;
+    std::vector<BindingSlot> slots_;
+    VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
+    VkPipelineLayout layout_ = VK_NULL_HANDLE;
+    VkPipeline handle_ = VK_NULL_HANDLE;
+    Device::ResourceEntry entry_;
+};
+
+} // namespace palpate

@@ -1,0 +1,136 @@
+#include "engine/gpu/resource.h"
+
+#include <volk.h>
+
+#include <utility>
+
+#include "engine/base/assert.h"
+#include "engine/gpu/error.h"
+
+namespace palpate {
+
+Buffer::Buffer(Device& device, std::string name, uint64_t bytes, Memory memory)
+    : device_(&device), bytes_(bytes) {
+    PALPATE_ASSERT(bytes > 0);
+    const VkBufferCreateInfo create{
+        .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
+        .size = bytes,
+        .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
+                 VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT};
+    check(vkCreateBuffer(device.handle(), &create, nullptr, &handle_), "creating buffer " + name);
+    VkMemoryRequirements needs;
+    vkGetBufferMemoryRequirements(device.handle(), handle_, &needs);
+    try {
+        memory_ =
+            device.allocate(needs, memory != Memory::device, memory == Memory::read_back, name);
+    } catch (...) {
+        vkDestroyBuffer(device.handle(), handle_, nullptr);
+        throw;
+    }
+    check(vkBindBufferMemory(device.handle(), handle_, memory_, 0), "binding buffer " + name);
+    if (memory != Memory::device)
+        check(vkMapMemory(device.handle(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped_),
+              "mapping buffer " + name);
+    device.name_object(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(handle_), name);
+    entry_ = device.enter({std::move(name), "buffer", needs.size});
+}
+
+Buffer::Buffer(Buffer&& other) noexcept
+    : device_(other.device_),
+      handle_(std::exchange(other.handle_, VK_NULL_HANDLE)),
+      memory_(other.memory_),
+      bytes_(other.bytes_),
+      mapped_(other.mapped_),
+      tracker_(other.tracker_),
+      entry_(other.entry_) {}
+
+Buffer::~Buffer() {
+    if (!handle_)
+        return;
+    device_->leave(entry_);
+    device_->retire([device = device_->handle(), buffer = handle_, memory = memory_] {
+        vkDestroyBuffer(device, buffer, nullptr);
+        vkFreeMemory(device, memory, nullptr);
+    });
+}
+
+GpuImage::GpuImage(Device& device, std::string name, const ImageShape& shape)
+    : device_(&device), shape_(shape) {
+    const bool is_3d = shape.type == VK_IMAGE_TYPE_3D;
+    const VkImageCreateInfo create{
+        .sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO,
+        .imageType = shape.type,
+        .format = shape.format,
+        .extent = {shape.size.x, shape.size.y, is_3d ? shape.size.z : 1},
+        .mipLevels = 1,
+        .arrayLayers = is_3d ? 1 : shape.layers,
+        .samples = VK_SAMPLE_COUNT_1_BIT,
+        .tiling = VK_IMAGE_TILING_OPTIMAL,
+        .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
+                 VK_IMAGE_USAGE_TRANSFER_DST_BIT |
+                 (shape.storage ? VkImageUsageFlags{VK_IMAGE_USAGE_STORAGE_BIT} : 0u)};
+    check(vkCreateImage(device.handle(), &create, nullptr, &handle_), "creating image " + name);
+    VkMemoryRequirements needs;
+    vkGetImageMemoryRequirements(device.handle(), handle_, &needs);
+    bytes_ = needs.size;
+    try {
+        memory_ = device.allocate(needs, false, false, name);
+    } catch (...) {
+        vkDestroyImage(device.handle(), handle_, nullptr);
+        throw;
+    }
+    check(vkBindImageMemory(device.handle(), handle_, memory_, 0), "binding image " + name);
+    const VkImageViewCreateInfo view{
+        .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
+        .image = handle_,
+        .viewType = is_3d ? VK_IMAGE_VIEW_TYPE_3D : VK_IMAGE_VIEW_TYPE_2D_ARRAY,
+        .format = shape.format,
+        .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS}};
+    check(vkCreateImageView(device.handle(), &view, nullptr, &view_), "viewing image " + name);
+    device.name_object(VK_OBJECT_TYPE_IMAGE, reinterpret_cast<uint64_t>(handle_), name);
+    entry_ = device.enter({std::move(name), "image", needs.size});
+}
+
+GpuImage::GpuImage(GpuImage&& other) noexcept
+    : device_(other.device_),
+      shape_(other.shape_),
+      handle_(std::exchange(other.handle_, VK_NULL_HANDLE)),
+      view_(other.view_),
+      memory_(other.memory_),
+      bytes_(other.bytes_),
+      tracker_(other.tracker_),
+      entry_(other.entry_) {}
+
+GpuImage::~GpuImage() {
+    if (!handle_)
+        return;
+    device_->leave(entry_);
+    device_->retire([device = device_->handle(), image = handle_, view = view_, memory = memory_] {
+        vkDestroyImageView(device, view, nullptr);
+        vkDestroyImage(device, image, nullptr);
+        vkFreeMemory(device, memory, nullptr);
+    });
+}
+
+Sampler::Sampler(Device& device, Filter filter, Edge edge) : device_(&device) {
+    const VkFilter f = filter == Filter::linear ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
+    const VkSamplerAddressMode mode = edge == Edge::clamp ? VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE
+                                                          : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
+    const VkSamplerCreateInfo create{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,
+                                     .magFilter = f,
+                                     .minFilter = f,
+                                     .mipmapMode = VK_SAMPLER_MIPMAP_MODE_NEAREST,
+                                     .addressModeU = mode,
+                                     .addressModeV = mode,
+                                     .addressModeW = mode,
+                                     .borderColor = VK_BORDER_COLOR_INT_TRANSPARENT_BLACK};
+    check(vkCreateSampler(device.handle(), &create, nullptr, &handle_), "creating a sampler");
+}
+
+Sampler::~Sampler() {
+    device_->retire([device = device_->handle(), sampler = handle_] {
+        vkDestroySampler(device, sampler, nullptr);
+    });
+}
+
+} // namespace palpate

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <vulkan/vulkan_core.h>
+
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <span>
+#include <string>
+
+#include "engine/gpu/barrier.h"
+#include "engine/gpu/device.h"
+
+namespace palpate {
+
+enum class Memory {
+    device,    // read and written by the GPU only
+    upload,    // written by the CPU, read by the GPU
+    read_back, // written by the GPU, read by the CPU
+};
+
+// A range of memory the GPU sees. Dropping it while the GPU still reads it is safe.
+class Buffer {
+ public:
+    // bytes > 0.
+    Buffer(Device& device, std::string name, uint64_t bytes, Memory memory);
+    ~Buffer();
+    Buffer(Buffer&& other) noexcept;
+    Buffer& operator=(Buffer&&) = delete;
+
+    VkBuffer handle() const { return handle_; }
+    uint64_t bytes() const { return bytes_; }
+    // Memory::upload and Memory::read_back: the mapped bytes, for the buffer'"'"'s whole life.
+    std::span<std::byte> mapped() const { return {static_cast<std::byte*>(mapped_), bytes_}; }
+    UseTracker& tracker() { return tracker_; }
+
+ private:
+    Device* device_;
+    VkBuffer handle_ = VK_NULL_HANDLE;
+    VkDeviceMemory memory_ = VK_NULL_HANDLE;
+    uint64_t bytes_ = 0;
+    void* mapped_ = nullptr;
+    UseTracker tracker_;
+    Device::ResourceEntry entry_;
+};
+
+struct ImageShape {
+    VkImageType type = VK_IMAGE_TYPE_2D;
+    VkFormat format = VK_FORMAT_R32_SFLOAT;
+    glm::uvec3 size{1};   // texels; z counts for 3D images only
+    uint32_t layers = 1;  // of a 2D image; a view always sees them as an array
+    bool storage = false; // written by shaders
+};
+
+// An image with one view of all of it and one mip level.
+class GpuImage {
+ public:
+    GpuImage(Device& device, std::string name, const ImageShape& shape);
+    ~GpuImage();
+    GpuImage(GpuImage&& other) noexcept;
+    GpuImage& operator=(GpuImage&&) = delete;
+
+    VkImage handle() const { return handle_; }
+    VkImageView view() const { return view_; }
+    const ImageShape& shape() const { return shape_; }
+    uint64_t bytes() const { return bytes_; }
+    UseTracker& tracker() { return tracker_; }
+
+ private:
+    Device* device_;
+    ImageShape shape_;
+    VkImage handle_ = VK_NULL_HANDLE;
+    VkImageView view_ = VK_NULL_HANDLE;
+    VkDeviceMemory memory_ = VK_NULL_HANDLE;
+    uint64_t bytes_ = 0;
+    UseTracker tracker_;
+    Device::ResourceEntry entry_;
+};
+
+enum class Filter { nearest, linear };
+enum class Edge { clamp, border_zero };
+
+class Sampler {
+ public:
+    Sampler(Device& device, Filter filter, Edge edge);
+    ~Sampler();
+    Sampler(const Sampler&) = delete;
+    Sampler& operator=(const Sampler&) = delete;
+    VkSampler handle() const { return handle_; }
+
+ private:
+    Device* device_;
+    VkSampler handle_ = VK_NULL_HANDLE;
+};
+
+} // namespace palpate

@@ -1,0 +1,88 @@
+// Samples along a ray: values, table entries, labels, gradients. Included by ray_cast.comp.
+
+// A ray in texture space, so that a sample costs one multiplication and one addition per axis.
+struct RaySampler {
+    vec3 origin;     // texture coordinates
+    vec3 direction;  // texture coordinates per mm
+    Ray ray;         // index space
+};
+
+RaySampler ray_sampler(Ray ray) {
+    RaySampler s;
+    s.origin = (ray.origin + 0.5) * frame.texture_from_index;
+    s.direction = ray.direction * frame.texture_from_index;
+    s.ray = ray;
+    return s;
+}
+
+float value_at(RaySampler s, float t) {
+    return textureLod(volume, s.origin + t * s.direction, 0.0).r * frame.value_scale +
+           frame.value_bias;
+}
+
+// Position of a value in the transfer table: 0 .. 1.
+float table_x(float value) { return value * frame.table_scale + frame.table_bias; }
+
+vec4 table_entry(float x, uint row) {
+    const float n = float(kTableEntries);
+    const float u = (floor(clamp(x, 0.0, 1.0) * (n - 1.0) + 0.5) + 0.5) / n;
+    return textureLod(table, vec3(u, (float(row) + 0.5) / float(kTableRows), 0.0), 0.0);
+}
+
+// Running integral of the table at x, extended linearly beyond its ends. Interpolated here and not
+// by the sampler, whose weights have 8 bits on most devices.
+vec4 table_integral(float x) {
+    const float n1 = float(kTableEntries) - 1.0;
+    const float at = clamp(x, 0.0, 1.0) * n1;
+    const float low = min(floor(at), n1 - 1.0);
+    const float row = (float(kTableRowIntegral) + 0.5) / float(kTableRows);
+    const float n = float(kTableEntries);
+    const vec4 a = textureLod(table, vec3((low + 0.5) / n, row, 0.0), 0.0);
+    const vec4 b = textureLod(table, vec3((low + 1.5) / n, row, 0.0), 0.0);
+    const vec4 end = table_entry(x, kTableRowTau);
+    const float beyond = x - clamp(x, 0.0, 1.0);
+    return mix(a, b, at - low) + beyond * vec4(end.rgb * end.a, end.a);
+}
+
+#if HAS_LABELS
+// The style of the label at a point of the ray: rgb and how far it tints (0 for background);
+// a negative tint means "not shown".
+vec4 label_tint(RaySampler s, float t) {
+    const vec3 index = s.ray.origin + t * s.ray.direction;
+    const uint label =
+        textureLod(labels, frame.label_from_index * index + frame.label_origin, 0.0).r;
+    const vec4 style = styles[min(label, frame.style_count - 1u)];
+    const float weight = style.a > 0.0 ? frame.label_weight : -1.0;
+    return vec4(style.rgb, label == 0u ? 0.0 : weight);
+}
+#endif
+
+// Differences of the value one sample to each side, per sample, positions clamped to the box.
+vec3 gradient_index_at(RaySampler s, float t) {
+    const vec3 low = 0.5 * frame.texture_from_index;
+    const vec3 high = 1.0 - low;
+    const vec3 h = frame.texture_from_index;
+    const vec3 p = clamp(s.origin + t * s.direction, low, high);
+    const vec3 a = max(p - h, low);
+    const vec3 b = min(p + h, high);
+    const vec3 g = vec3(textureLod(volume, vec3(b.x, p.y, p.z), 0.0).r -
+                            textureLod(volume, vec3(a.x, p.y, p.z), 0.0).r,
+                        textureLod(volume, vec3(p.x, b.y, p.z), 0.0).r -
+                            textureLod(volume, vec3(p.x, a.y, p.z), 0.0).r,
+                        textureLod(volume, vec3(p.x, p.y, b.z), 0.0).r -
+                            textureLod(volume, vec3(p.x, p.y, a.z), 0.0).r);
+    return 0.5 * frame.value_scale * g;
+}
+
+// Blinn-Phong with the light at the eye: light, view and half vector are one. Both sides are lit.
+// The product of a covector and a direction is the same in index space and in world; only the
+// covector's length needs the world.
+vec3 shade(vec3 color, RaySampler s, float t) {
+    const vec3 g = gradient_index_at(s, t);
+    const vec3 g_world = frame.world_from_index_covector * g;
+    const float size = length(g_world);
+    float facing = abs(dot(g, s.ray.direction)) / (size > 0.0 ? size : 1.0);
+    facing = size > 0.0 ? min(facing, 1.0) : 1.0; // also where a neighbour has no data
+    const float spec = frame.shading.z * pow(facing, frame.shading.w);
+    return clamp(color * (frame.shading.x + frame.shading.y * facing) + spec, 0.0, 1.0);
+}

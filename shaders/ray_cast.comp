@@ -1,0 +1,78 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+
+// The ray caster: one invocation per pixel and eye, one pass. Segments of one step each lie on a
+// lattice that starts at the eye; only the first and the last are cut, and they are taken out of the
+// loops. Loops are do-while with the rare work outside, because software devices run every branch.
+//
+// Built once for each combination of HAS_LABELS, HAS_SLICES and HAS_VALUES (0 or 1), so that what a
+// scene does not use needs no binding.
+
+#include "shaders/shared/ray_cast.h"
+#include "shaders/lib/rays.glsl"
+
+layout(constant_id = 0) const uint kMode = kModeAlpha;
+layout(constant_id = 1) const uint kPreintegrated = 0u;
+layout(constant_id = 2) const uint kShaded = 0u;
+layout(constant_id = 3) const uint kHasNoData = 0u;   // samples may be NaN
+layout(constant_id = 4) const uint kIsoCount = 1u;
+
+layout(local_size_x = 64) in;
+
+layout(scalar, binding = kRayFrame) uniform FrameBlock { Frame frame; };
+layout(binding = kRayVolume) uniform sampler3D volume;
+layout(binding = kRayTable) uniform sampler2DArray table;
+#if HAS_LABELS
+layout(binding = kRayLabels) uniform usampler3D labels;
+layout(scalar, binding = kRayStyles) readonly buffer Styles { vec4 styles[]; }; // rgb, visible
+#endif
+#if HAS_SLICES
+layout(binding = kRayBehind) uniform sampler2DArray behind_color;
+layout(binding = kRayBehindValues) uniform sampler2DArray behind_values; // (value, depth)
+#endif
+layout(binding = kRayColor, rgba32f) uniform writeonly image2DArray color_image;
+#if HAS_VALUES
+layout(binding = kRayValues, rg32f) uniform writeonly image2DArray value_image;
+#endif
+
+#define kNaN uintBitsToFloat(0x7fc00000u)
+
+#include "shaders/lib/ray_sampling.glsl"
+#include "shaders/lib/ray_modes.glsl"
+
+void main() {
+    const uvec2 tile = gl_WorkGroupID.xy;
+    const uvec2 pixel = tile * kTileSide + pixel_in_tile(gl_LocalInvocationID.x);
+    const uint eye = gl_WorkGroupID.z;
+    const Ray ray = ray_through(frame.eyes[eye], vec2(pixel), frame.size_px);
+
+    vec2 t = clip_to_box(ray, frame.last);
+    for (uint i = 0u; i < frame.clip_count; ++i)
+        t = clip_to_plane(ray, t, frame.clips[i]);
+    vec4 behind = vec4(frame.background, 0.0);
+#if HAS_SLICES
+    behind = texelFetch(behind_color, ivec3(pixel, eye), 0);
+    const vec2 behind_value = texelFetch(behind_values, ivec3(pixel, eye), 0).rg;
+    t.y = behind_value.g > 0.0 ? min(t.y, behind_value.g) : t.y;
+#endif
+    const bool inside = t.x < t.y && all(lessThan(pixel, frame.size_px));
+    t = inside ? t : vec2(0.0);
+
+    const Marched marched = march(ray_sampler(ray), t, inside);
+
+    if (all(lessThan(pixel, frame.size_px))) {
+        const float transmittance = 1.0 - marched.color.a;
+        imageStore(color_image, ivec3(pixel, eye),
+                   vec4(marched.color.rgb + transmittance * behind.rgb,
+                        marched.color.a + transmittance * behind.a));
+#if HAS_VALUES
+        vec2 values = vec2(marched.value, marched.depth);
+#if HAS_SLICES
+        values = vec2(isnan(values.x) ? behind_value.x : values.x,
+                      isnan(values.y) ? behind_value.y : values.y);
+#endif
+        imageStore(value_image, ivec3(pixel, eye), vec4(values, 0.0, 0.0));
+#endif
+    }
+}

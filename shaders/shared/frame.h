@@ -1,0 +1,67 @@
+// What every pass of a frame reads: both eyes' rays, the volume's placement, clip planes.
+#ifndef PALPATE_SHARED_FRAME_H
+#define PALPATE_SHARED_FRAME_H
+#include "shaders/shared/types.h"
+GPU_BEGIN
+const uint kMaxClips = 8u;
+const uint kMaxIsoValues = 8u;
+const uint kMaxSlices = 8u;
+
+const uint kOrthographic = 1u; // FrameEye::projection
+const uint kPerspective = 0u;
+
+// One eye's rays in index space (sample (i, j, k) is at exactly (i, j, k)). Composed in double on
+// the CPU; the GPU never sees world coordinates.
+struct FrameEye {
+    vec3 eye;           // index
+    vec3 right;         // index per mm along the image's x axis
+    vec3 up;            // index per mm
+    vec3 forward;       // index per mm
+    vec4 bounds;        // left, right, bottom, top of the image: tangents, or mm if orthographic
+    uint projection;
+};
+
+struct ClipPlaneIndex {
+    vec3 normal;        // mm per index: dot(normal, index) + offset is the distance in mm
+    float offset;       // mm; the kept side is positive
+};
+
+struct Frame {
+    FrameEye eyes[2];
+    ClipPlaneIndex clips[kMaxClips];
+    vec3 last;              // size - 1: the sampled box is [0, last], in index
+    vec3 texture_from_index; // 1 / size
+    mat3 world_from_index_covector; // turns a gradient per sample into one per mm
+    // Label texture coordinates of an index position: label_scale * index + label_origin.
+    mat3 label_from_index;
+    vec3 label_origin;
+    vec3 background;
+    float value_scale, value_bias; // value = texel * value_scale + value_bias
+    float table_scale, table_bias; // x = value * table_scale + table_bias; 0 .. 1 over the table
+    float step;             // mm
+    float min_transmittance;
+    float opacity_unit_mm;
+    float label_weight;     // how far labels tint the ray-cast colour
+    float label_opacity;    // of the fill on slices
+    float outline_px;
+    vec4 shading;           // ambient, diffuse, specular, shininess
+    float iso_values[kMaxIsoValues];
+    vec4 iso_colors[kMaxIsoValues]; // rgb, opacity
+    uvec2 size_px;
+    uint clip_count;
+    uint slice_count;
+    uint style_count;       // entries of the style buffer
+};
+
+// One plane through the volume.
+struct SliceIndex {
+    vec3 normal;            // mm per index, unit length in world
+    float offset;           // dot(normal, index) + offset is the distance from the plane in mm
+    vec3 normal_step;       // index between two samples of the slab, along the normal
+    uint samples;           // of the slab, >= 1
+    uint flags;             // kSlice...
+};
+const uint kSliceCubic = 1u;
+const uint kSliceMaximum = 2u;
+GPU_END
+#endif

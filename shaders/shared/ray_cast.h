@@ -1,0 +1,28 @@
+// Bindings and constants of the ray caster.
+#ifndef PALPATE_SHARED_RAY_CAST_H
+#define PALPATE_SHARED_RAY_CAST_H
+#include "shaders/shared/frame.h"
+GPU_BEGIN
+const uint kRayFrame = 0u;
+const uint kRayVolume = 1u;
+const uint kRayTable = 2u;
+const uint kRayLabels = 3u;
+const uint kRayStyles = 4u;
+const uint kRayBehind = 5u;       // colour of the slices
+const uint kRayBehindValues = 6u; // (value, distance in mm) of the slices; NaN where there is none
+const uint kRayColor = 7u;
+const uint kRayValues = 8u;       // (value, distance in mm); NaN where there is none
+
+const uint kModeMip = 0u;
+const uint kModeAlpha = 1u;
+const uint kModeIso = 2u;
+
+const uint kTableEntries = 4096u;
+const uint kTableRowStep = 0u;      // rgb, opacity of one whole step
+const uint kTableRowTau = 1u;       // rgb, tau per mm
+const uint kTableRowIntegral = 2u;  // running integrals
+const uint kTableRows = 3u;
+
+const uint kTileSide = 8u;          // pixels; one workgroup of 64 marches one tile
+GPU_END
+#endif

@@ -1,0 +1,143 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+
+// Slices through the volume: per pixel the nearest plane that the ray meets inside the box, with its
+// grey value through the transfer function and the label overlay. Leaves colour and distance, which
+// the ray caster stops at; without a ray caster the colour is the picture. Built with and without
+// HAS_LABELS.
+
+#include "shaders/shared/slices.h"
+#include "shaders/lib/rays.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(scalar, binding = kSliceFrame) uniform FrameBlock { Frame frame; };
+layout(binding = kSliceVolume) uniform sampler3D volume;
+layout(binding = kSliceTable) uniform sampler2DArray table;
+#if HAS_LABELS
+layout(binding = kSliceLabels) uniform usampler3D labels;
+layout(scalar, binding = kSliceStyles) readonly buffer Styles { vec4 styles[]; };
+#endif
+layout(scalar, binding = kSlicePlanes) uniform Planes { SliceIndex planes[kMaxSlices]; };
+layout(binding = kSliceColor, rgba32f) uniform writeonly image2DArray color_image;
+layout(binding = kSliceValues, rg32f) uniform writeonly image2DArray value_image;
+
+#define kNaN uintBitsToFloat(0x7fc00000u)
+
+float linear_at(vec3 index) {
+    return textureLod(volume, (index + 0.5) * frame.texture_from_index, 0.0).r;
+}
+
+float texel_at(ivec3 at) {
+    return texelFetch(volume, clamp(at, ivec3(0), ivec3(frame.last)), 0).r;
+}
+
+// Catmull-Rom weights of the four samples round a point `f` between the second and third.
+vec4 cubic_weights(float f) {
+    const float f2 = f * f, f3 = f2 * f;
+    return 0.5 * vec4(-f3 + 2.0 * f2 - f, 3.0 * f3 - 5.0 * f2 + 2.0, -3.0 * f3 + 4.0 * f2 + f,
+                      f3 - f2);
+}
+
+float cubic_at(vec3 index) {
+    const vec3 low = floor(index);
+    const vec3 f = index - low;
+    const vec4 wx = cubic_weights(f.x), wy = cubic_weights(f.y), wz = cubic_weights(f.z);
+    float sum = 0.0;
+    for (int z = 0; z < 4; ++z)
+        for (int y = 0; y < 4; ++y) {
+            float row = 0.0;
+            for (int x = 0; x < 4; ++x)
+                row += wx[x] * texel_at(ivec3(low) + ivec3(x, y, z) - 1);
+            sum += wz[z] * wy[y] * row;
+        }
+    return sum;
+}
+
+// Grey value of a slab about the plane; NaN where none of its samples has data.
+float slab_value(SliceIndex plane, vec3 index) {
+    const bool largest = (plane.flags & kSliceMaximum) != 0u;
+    float sum = 0.0, most = -3.4e38, count = 0.0;
+    for (uint i = 0u; i < plane.samples; ++i) {
+        const float offset = float(i) + 0.5 - 0.5 * float(plane.samples);
+        const vec3 p = index + offset * plane.normal_step;
+        // The plane's own sample is inside by construction, give or take rounding.
+        const vec3 slack = vec3(plane.samples == 1u ? 1e-3 : 0.0);
+        const bool within = all(greaterThanEqual(p, -slack)) &&
+                            all(lessThanEqual(p, frame.last + slack));
+        const float value = (plane.flags & kSliceCubic) != 0u ? cubic_at(p) : linear_at(p);
+        const bool counts = within && value == value;
+        sum += counts ? value : 0.0;
+        most = counts ? max(most, value) : most;
+        count += counts ? 1.0 : 0.0;
+    }
+    return count > 0.0 ? (largest ? most : sum / count) : kNaN;
+}
+
+#if HAS_LABELS
+uint label_at(vec3 index) {
+    const uint label =
+        textureLod(labels, frame.label_from_index * index + frame.label_origin, 0.0).r;
+    return styles[min(label, frame.style_count - 1u)].a > 0.0 ? label : 0u;
+}
+#endif
+
+float plane_distance(SliceIndex plane, Ray ray) {
+    const float rate = dot(plane.normal, ray.direction);
+    const float at_start = dot(plane.normal, ray.origin) + plane.offset;
+    return rate != 0.0 ? -at_start / rate : -1.0;
+}
+
+vec3 point_on(SliceIndex plane, FrameEye eye, vec2 pixel) {
+    const Ray ray = ray_through(eye, pixel, frame.size_px);
+    return ray.origin + plane_distance(plane, ray) * ray.direction;
+}
+
+void main() {
+    const uvec2 tile = gl_WorkGroupID.xy;
+    const uvec2 pixel = tile * kTileSide + pixel_in_tile(gl_LocalInvocationID.x);
+    const FrameEye eye = frame.eyes[gl_WorkGroupID.z];
+    const Ray ray = ray_through(eye, vec2(pixel), frame.size_px);
+
+    float nearest = 1e30;
+    uint which = 0u;
+    for (uint i = 0u; i < frame.slice_count; ++i) {
+        const float t = plane_distance(planes[i], ray);
+        const vec3 p = ray.origin + t * ray.direction;
+        const float slack = 1e-4; // index; keeps the plane of the outermost samples whole
+        const bool within = all(greaterThanEqual(p, vec3(-slack))) &&
+                            all(lessThanEqual(p, frame.last + slack));
+        const bool closer = within && t >= 0.0 && t < nearest;
+        nearest = closer ? t : nearest;
+        which = closer ? i : which;
+    }
+    const bool hit = nearest < 1e30;
+    const SliceIndex plane = planes[which];
+    const vec3 index = clamp(ray.origin + nearest * ray.direction, vec3(0.0), frame.last);
+    const float value = slab_value(plane, index) * frame.value_scale + frame.value_bias;
+    const float n = float(kTableEntries);
+    const float x = clamp(value * frame.table_scale + frame.table_bias, 0.0, 1.0);
+    const float u = (floor(x * (n - 1.0) + 0.5) + 0.5) / n;
+    const float v = (float(kTableRowTau) + 0.5) / float(kTableRows);
+    vec3 color = textureLod(table, vec3(u, v, 0.0), 0.0).rgb;
+    color = value == value ? color : frame.background;
+
+#if HAS_LABELS
+    const uint label = label_at(index);
+    bool edge = false;
+    const vec2 sides[4] = vec2[4](vec2(1, 0), vec2(-1, 0), vec2(0, 1), vec2(0, -1));
+    for (int i = 0; i < 4; ++i) {
+        const vec3 beside = point_on(plane, eye, vec2(pixel) + frame.outline_px * sides[i]);
+        edge = edge || (frame.outline_px > 0.0 && label_at(beside) != label);
+    }
+    const float opacity = label == 0u ? 0.0 : edge ? 1.0 : frame.label_opacity;
+    color = mix(color, styles[min(label, frame.style_count - 1u)].rgb, opacity);
+#endif
+    if (all(lessThan(pixel, frame.size_px))) {
+        imageStore(color_image, ivec3(pixel, gl_WorkGroupID.z),
+                   hit ? vec4(color, 1.0) : vec4(frame.background, 0.0));
+        imageStore(value_image, ivec3(pixel, gl_WorkGroupID.z),
+                   hit ? vec4(value, max(nearest, 1e-6), 0.0, 0.0) : vec4(kNaN));
+    }
+}
