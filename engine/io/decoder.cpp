@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <nlohmann/json.hpp>
 
 #include "engine/base/assert.h"
 #include "engine/io/report.h"
@@ -97,8 +98,8 @@ Result<std::span<std::byte>> VoxelSink::allocate(const std::string& name, const 
     return voxels_;
 }
 
-void VoxelSink::alive(const std::string& file) const {
-    write_report(report_fd_, alive_report(file));
+void VoxelSink::alive() const {
+    write_report(report_fd_, alive_report());
 }
 
 Result<uint32_t> choose_frame(const DecodeRequest& request, uint32_t frames,

@@ -1,0 +1,136 @@
+#include "engine/render/frame_block.h"
+
+#include <cmath>
+
+#include "engine/base/assert.h"
+
+namespace palpate {
+
+namespace {
+
+// Everything linear that turns world into index; the origin is dealt with by differences, so that a
+// far-away patient costs no digits.
+struct IndexSpace {
+    explicit IndexSpace(const Grid& grid)
+        : index_from_world(glm::inverse(glm::dmat3(grid.world_from_index))),
+          world_from_index(grid.world_from_index),
+          origin_mm(grid.world_from_index[3]) {}
+
+    glm::dvec3 point(glm::dvec3 world_mm) const {
+        return index_from_world * (world_mm - origin_mm);
+    }
+    glm::dvec3 direction(glm::dvec3 world_mm) const { return index_from_world * world_mm; }
+    // A plane through `point_mm` with a unit normal, as (normal, offset) in mm over index.
+    gpu::ClipPlaneIndex plane(glm::dvec3 point_mm, glm::dvec3 normal) const {
+        const glm::dvec3 n = glm::normalize(normal);
+        return {glm::vec3(glm::transpose(world_from_index) * n),
+                static_cast<float>(glm::dot(n, origin_mm - point_mm))};
+    }
+
+    glm::dmat3 index_from_world;
+    glm::dmat3 world_from_index;
+    glm::dvec3 origin_mm;
+};
+
+gpu::FrameEye make_eye(const View& view, const IndexSpace& space) {
+    gpu::FrameEye eye{};
+    eye.eye = glm::vec3(space.point(view.eye_mm));
+    eye.right = glm::vec3(space.direction(view.right));
+    eye.up = glm::vec3(space.direction(view.up));
+    eye.forward = glm::vec3(space.direction(view.forward));
+    eye.bounds = glm::vec4(view.left, view.right_edge, view.bottom, view.top);
+    eye.projection =
+        view.projection == Projection::orthographic ? gpu::kOrthographic : gpu::kPerspective;
+    return eye;
+}
+
+void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& grid) {
+    frame.step = static_cast<float>(step_mm_of(layer, grid));
+    frame.min_transmittance = static_cast<float>(layer.min_transmittance);
+    frame.opacity_unit_mm = static_cast<float>(layer.transfer.opacity_unit_mm);
+    const Shading shading = layer.shading.value_or(Shading{});
+    frame.shading =
+        glm::vec4(shading.ambient, shading.diffuse, shading.specular, shading.shininess);
+    PALPATE_ASSERT_CMP(layer.isos.size(), <=, kMaxIsos);
+    for (size_t i = 0; i < layer.isos.size(); ++i) {
+        frame.iso_values[i] = static_cast<float>(layer.isos[i].value);
+        frame.iso_colors[i] =
+            glm::vec4(glm::vec3(layer.isos[i].color), static_cast<float>(layer.isos[i].opacity));
+    }
+}
+
+} // namespace
+
+static_assert(gpu::kMaxClips == kMaxClipPlanes && gpu::kMaxIsoValues == kMaxIsos);
+
+gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span<const View> views,
+                            const FrameInputs& inputs) {
+    const Grid& grid = data.volume.grid();
+    const IndexSpace space(grid);
+    gpu::Frame frame{};
+    PALPATE_ASSERT(!views.empty() && views.size() <= 2);
+    for (size_t i = 0; i < views.size(); ++i)
+        frame.eyes[i] = make_eye(views[i], space);
+    PALPATE_ASSERT_CMP(scene.clip_planes.size(), <=, kMaxClipPlanes);
+    for (size_t i = 0; i < scene.clip_planes.size(); ++i)
+        frame.clips[i] = space.plane(scene.clip_planes[i].point_mm, scene.clip_planes[i].normal);
+    frame.last = glm::vec3(grid.size) - 1.0f;
+    frame.texture_from_index = glm::vec3(1.0 / glm::dvec3(grid.size));
+    frame.world_from_index_covector = glm::mat3(glm::transpose(space.index_from_world));
+    if (data.labels) {
+        const Grid& labels = data.labels->grid();
+        const IndexSpace label_space(labels);
+        const glm::dmat3 index = label_space.index_from_world * space.world_from_index;
+        const glm::dvec3 origin = label_space.point(space.origin_mm) + 0.5;
+        const glm::dvec3 size(labels.size);
+        frame.label_from_index = glm::mat3(index[0] / size, index[1] / size, index[2] / size);
+        frame.label_origin = glm::vec3(origin / size);
+    }
+    frame.background = glm::vec3(scene.background);
+    frame.value_scale = inputs.value_scale;
+    frame.value_bias = inputs.value_bias;
+    frame.table_scale = static_cast<float>(1.0 / (inputs.table_high - inputs.table_low));
+    frame.table_bias =
+        static_cast<float>(-inputs.table_low / (inputs.table_high - inputs.table_low));
+    if (scene.ray_cast)
+        fill_ray_cast(frame, *scene.ray_cast, grid);
+    if (scene.labels) {
+        frame.label_weight = static_cast<float>(scene.labels->ray_cast_weight);
+        frame.label_opacity = static_cast<float>(scene.labels->slice_opacity);
+        frame.outline_px = static_cast<float>(scene.labels->outline_px);
+    }
+    frame.size_px = scene.size_px;
+    frame.clip_count = static_cast<uint32_t>(scene.clip_planes.size());
+    frame.slice_count = static_cast<uint32_t>(scene.slices.size());
+    frame.style_count = inputs.style_count;
+    return frame;
+}
+
+std::vector<gpu::SliceIndex> make_slice_planes(const Scene& scene, const Grid& grid) {
+    const IndexSpace space(grid);
+    const glm::dvec3 spacing = spacing_mm(grid);
+    const double finest = std::min({spacing.x, spacing.y, spacing.z});
+    std::vector<gpu::SliceIndex> planes;
+    for (const SliceLayer& layer : scene.slices) {
+        const gpu::ClipPlaneIndex plane = space.plane(layer.point_mm, layer.normal);
+        const double samples = std::max(1.0, std::ceil(layer.slab_mm / finest));
+        planes.push_back(
+            {plane.normal, plane.offset,
+             glm::vec3(space.direction(glm::normalize(layer.normal)) * (layer.slab_mm / samples)),
+             static_cast<uint32_t>(samples),
+             (layer.interpolation == Interpolation::cubic ? gpu::kSliceCubic : 0u) |
+                 (layer.slab_mode == SlabMode::maximum ? gpu::kSliceMaximum : 0u)});
+    }
+    return planes;
+}
+
+std::vector<glm::vec4> make_label_styles(const LabelLayer& layer, uint32_t largest_label) {
+    std::vector<glm::vec4> styles{glm::vec4(1.0f)};
+    for (uint32_t label = 1; label <= largest_label; ++label) {
+        const LabelStyle style = style_of(layer, label);
+        styles.emplace_back(glm::vec3(style.color), style.visible ? 1.0f : 0.0f);
+    }
+    return styles;
+}
+
+} // namespace palpate

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <vector>
+
+#include "engine/scene/scene.h"
+#include "shaders/shared/frame.h"
+
+namespace palpate {
+
+// How values and labels reach the shader.
+struct FrameInputs {
+    float value_scale = 1, value_bias = 0; // value = texel * scale + bias
+    double table_low = 0, table_high = 1;  // value range of the transfer table
+    uint32_t style_count = 1;
+};
+
+// The uniform block of a frame: world and double precision end here. `views` holds one view an eye.
+gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span<const View> views,
+                            const FrameInputs& inputs);
+
+// The planes of the slice pass, in index space.
+std::vector<gpu::SliceIndex> make_slice_planes(const Scene& scene, const Grid& grid);
+
+// One entry a label: colour, and 1 where it is shown. Entry 0 is background. The last entry serves
+// every label beyond.
+std::vector<glm::vec4> make_label_styles(const LabelLayer& layer, uint32_t largest_label);
+
+} // namespace palpate

@@ -1,0 +1,115 @@
+#include "engine/render/pipelines.h"
+
+#include <fmt/format.h>
+
+#include <array>
+
+#include "engine/base/timer.h"
+#include "shaders/shared/ray_cast.h"
+#include "shaders/shared/slices.h"
+#include "spirv/ray_cast_000.h"
+#include "spirv/ray_cast_001.h"
+#include "spirv/ray_cast_010.h"
+#include "spirv/ray_cast_011.h"
+#include "spirv/ray_cast_100.h"
+#include "spirv/ray_cast_101.h"
+#include "spirv/ray_cast_110.h"
+#include "spirv/ray_cast_111.h"
+#include "spirv/slices_0.h"
+#include "spirv/slices_1.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr auto kUniform = VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
+constexpr auto kStorage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
+constexpr auto kSampled = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+constexpr auto kStorageImage = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+
+std::span<const uint32_t> ray_cast_code(const RayCastVariant& v) {
+    switch (4 * v.labels + 2 * v.slices + v.values) {
+        case 0:
+            return spirv::ray_cast_000;
+        case 1:
+            return spirv::ray_cast_001;
+        case 2:
+            return spirv::ray_cast_010;
+        case 3:
+            return spirv::ray_cast_011;
+        case 4:
+            return spirv::ray_cast_100;
+        case 5:
+            return spirv::ray_cast_101;
+        case 6:
+            return spirv::ray_cast_110;
+        default:
+            return spirv::ray_cast_111;
+    }
+}
+
+std::string name_of(const RayCastVariant& v) {
+    constexpr const char* modes[] = {"mip", "alpha", "iso"};
+    std::string name = fmt::format("ray_cast {}", modes[v.mode]);
+    if (v.mode == gpu::kModeIso)
+        name += fmt::format(" x{}", v.iso_count);
+    for (const auto& [on, text] :
+         {std::pair(v.preintegrated, " preintegrated"), std::pair(v.shaded, " shaded"),
+          std::pair(v.labels, " labels"), std::pair(v.slices, " slices"),
+          std::pair(v.values, " values"), std::pair(v.no_data, " no-data")})
+        if (on)
+            name += text;
+    return name;
+}
+
+} // namespace
+
+ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
+    std::unique_ptr<ComputePipeline>& pipeline = ray_casts_[variant];
+    if (!pipeline) {
+        const Timer timer;
+        std::vector<BindingSlot> slots{
+            {gpu::kRayFrame, kUniform}, {gpu::kRayVolume, kSampled}, {gpu::kRayTable, kSampled}};
+        if (variant.labels) {
+            slots.push_back({gpu::kRayLabels, kSampled});
+            slots.push_back({gpu::kRayStyles, kStorage});
+        }
+        if (variant.slices) {
+            slots.push_back({gpu::kRayBehind, kSampled});
+            slots.push_back({gpu::kRayBehindValues, kSampled});
+        }
+        slots.push_back({gpu::kRayColor, kStorageImage});
+        if (variant.values)
+            slots.push_back({gpu::kRayValues, kStorageImage});
+        const std::array<uint32_t, 5> constants{variant.mode, variant.preintegrated, variant.shaded,
+                                                variant.no_data, variant.iso_count};
+        pipeline = std::make_unique<ComputePipeline>(*device_, name_of(variant),
+                                                     ray_cast_code(variant), slots, constants);
+        creation_ms_ += timer.ms();
+    }
+    return *pipeline;
+}
+
+ComputePipeline& Pipelines::slices(bool labels) {
+    std::unique_ptr<ComputePipeline>& pipeline = slices_[labels];
+    if (!pipeline) {
+        const Timer timer;
+        std::vector<BindingSlot> slots{{gpu::kSliceFrame, kUniform},
+                                       {gpu::kSliceVolume, kSampled},
+                                       {gpu::kSliceTable, kSampled}};
+        if (labels) {
+            slots.push_back({gpu::kSliceLabels, kSampled});
+            slots.push_back({gpu::kSliceStyles, kStorage});
+        }
+        slots.push_back({gpu::kSlicePlanes, kUniform});
+        slots.push_back({gpu::kSliceColor, kStorageImage});
+        slots.push_back({gpu::kSliceValues, kStorageImage});
+        pipeline =
+            std::make_unique<ComputePipeline>(*device_, labels ? "slices labels" : "slices",
+                                              labels ? spirv::slices_1 : spirv::slices_0, slots);
+        creation_ms_ += timer.ms();
+    }
+    return *pipeline;
+}
+
+} // namespace palpate

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "engine/gpu/pipeline.h"
+
+namespace palpate {
+
+// What distinguishes one compiled ray caster from another.
+struct RayCastVariant {
+    uint32_t mode = 0; // gpu::kMode...
+    bool preintegrated = false, shaded = false;
+    bool labels = false, slices = false, values = false, no_data = false;
+    uint32_t iso_count = 1;
+
+    friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
+};
+
+// Makes each pipeline when a scene first needs it, once per process.
+class Pipelines {
+ public:
+    explicit Pipelines(Device& device) : device_(&device) {}
+
+    ComputePipeline& ray_cast(const RayCastVariant& variant);
+    ComputePipeline& slices(bool labels);
+
+    double creation_ms() const { return creation_ms_; } // spent so far
+
+ private:
+    Device* device_;
+    double creation_ms_ = 0;
+    std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
+    std::map<bool, std::unique_ptr<ComputePipeline>> slices_;
+};
+
+} // namespace palpate

@@ -1,0 +1,355 @@
+#include "engine/render/renderer.h"
+
+#include <cmath>
+#include <cstring>
+#include <deque>
+
+#include "engine/base/assert.h"
+#include "engine/base/timer.h"
+#include "engine/render/frame_block.h"
+#include "engine/render/transfer_image.h"
+#include "shaders/shared/ray_cast.h"
+#include "shaders/shared/slices.h"
+
+namespace palpate {
+
+namespace {
+
+// A submission on a device with a watchdog takes at most about this many samples: 50 ms at 2e10
+// samples a second, a tenth of what a large GPU reaches.
+constexpr double kSamplesPerSubmission = 1e9;
+
+uint32_t eye_count(const Scene& scene) {
+    return scene.stereo ? 2 : 1;
+}
+
+glm::uvec2 tile_count(const Scene& scene) {
+    return (scene.size_px + (gpu::kTileSide - 1)) / gpu::kTileSide;
+}
+
+// Rows of tiles that one submission marches.
+uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid) {
+    const uint32_t rows = tile_count(scene).y;
+    if (device.info().is_cpu() || !scene.ray_cast)
+        return rows;
+    const glm::dvec3 extent_mm = spacing_mm(grid) * glm::dvec3(grid.size);
+    const double per_ray = glm::length(extent_mm) / step_mm_of(*scene.ray_cast, grid);
+    const double per_row = per_ray * scene.size_px.x * gpu::kTileSide * eye_count(scene);
+    return std::clamp(static_cast<uint32_t>(kSamplesPerSubmission / per_row), 1u, rows);
+}
+
+std::vector<View> views_of(const Scene& scene) {
+    if (!scene.stereo)
+        return {make_view(scene.camera, scene.size_px)};
+    const auto pair = make_stereo_views(scene.camera, scene.stereo->rig, scene.size_px);
+    return {pair.begin(), pair.end()};
+}
+
+uint32_t mode_of(RayMode mode) {
+    switch (mode) {
+        case RayMode::mip:
+            return gpu::kModeMip;
+        case RayMode::alpha:
+            return gpu::kModeAlpha;
+        case RayMode::iso:
+            return gpu::kModeIso;
+    }
+    return gpu::kModeAlpha;
+}
+
+RayCastVariant variant_of(const Scene& scene, const Volume& volume) {
+    const RayCastLayer& layer = *scene.ray_cast;
+    RayCastVariant variant;
+    variant.mode = mode_of(layer.mode);
+    const bool alpha = layer.mode == RayMode::alpha;
+    variant.preintegrated = alpha && layer.integrator == Integrator::preintegrated;
+    variant.shaded = alpha && layer.shading.has_value();
+    variant.labels = scene.labels.has_value();
+    variant.slices = !scene.slices.empty();
+    variant.values = scene.value_and_depth;
+    variant.no_data = volume.no_data_count() > 0;
+    if (layer.mode == RayMode::iso)
+        variant.iso_count = static_cast<uint32_t>(layer.isos.size());
+    return variant;
+}
+
+// Keeps a small buffer in step with its contents: written only when they differ.
+class MirroredBuffer {
+ public:
+    void hold(Device& device, const char* name, std::span<const std::byte> bytes) {
+        if (buffer_ && bytes.size() == buffer_->bytes() &&
+            std::memcmp(bytes.data(), buffer_->mapped().data(), bytes.size()) == 0)
+            return;
+        buffer_.emplace(device, name, bytes.size(), Memory::upload); // the old one is retired
+        std::memcpy(buffer_->mapped().data(), bytes.data(), bytes.size());
+    }
+    void drop() { buffer_.reset(); }
+    Buffer& get() { return *buffer_; }
+
+ private:
+    std::optional<Buffer> buffer_;
+};
+
+template <class T>
+std::span<const std::byte> bytes_of(const T& value) {
+    return std::as_bytes(std::span(&value, 1));
+}
+
+} // namespace
+
+struct Renderer::Targets {
+    glm::uvec2 size_px;
+    uint32_t eyes;
+    std::optional<GpuImage> color, values;         // what is read back
+    std::optional<GpuImage> behind, behind_values; // slices that a ray caster draws over
+};
+
+struct Renderer::Held {
+    std::optional<GpuVolume> volume, labels;
+    std::optional<TransferImage> transfer, slice_transfer;
+    MirroredBuffer frame, slice_frame, planes, styles;
+    std::optional<Targets> targets;
+    RayCastVariant variant;
+};
+
+Renderer::Renderer(Device& device, RendererOptions options)
+    : device_(&device),
+      options_(options),
+      pipelines_(device),
+      linear_(device, Filter::linear, Edge::clamp),
+      nearest_(device, Filter::nearest, Edge::clamp),
+      label_sampler_(device, Filter::nearest, Edge::border_zero),
+      held_(std::make_unique<Held>()) {
+    if (options_.memory_limit_bytes == 0)
+        options_.memory_limit_bytes = device.info().memory_bytes / 4 * 3;
+}
+
+Renderer::~Renderer() = default;
+
+Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, const char* name,
+                                     const Volume& volume, TexelFormat format,
+                                     uint64_t limit_bytes) {
+    if (held && held->suits(volume, format))
+        return held->update(volume);
+    held.reset();
+    Result<GpuVolume> made = GpuVolume::make(*device_, name, volume, format, limit_bytes);
+    if (!made)
+        return pass_on(made);
+    held.emplace(std::move(*made));
+    const glm::uvec3 bricks = volume.brick_count();
+    return size_t{bricks.x} * bricks.y * bricks.z;
+}
+
+void Renderer::keep_targets(const Scene& scene) {
+    const bool slices_behind = !scene.slices.empty() && scene.ray_cast.has_value();
+    const bool values = scene.value_and_depth || (!scene.slices.empty() && !scene.ray_cast);
+    std::optional<Targets>& held = held_->targets;
+    if (held && held->size_px == scene.size_px && held->eyes == eye_count(scene) &&
+        held->values.has_value() == values && held->behind.has_value() == slices_behind)
+        return;
+    held.reset();
+    held.emplace();
+    held->size_px = scene.size_px;
+    held->eyes = eye_count(scene);
+    const auto make = [&](std::optional<GpuImage>& image, const char* name, VkFormat format) {
+        image.emplace(*device_, name,
+                      ImageShape{.format = format,
+                                 .size = {scene.size_px, 1},
+                                 .layers = eye_count(scene),
+                                 .storage = true});
+    };
+    make(held->color, "picture", VK_FORMAT_R32G32B32A32_SFLOAT);
+    if (values)
+        make(held->values, "value and depth", VK_FORMAT_R32G32_SFLOAT);
+    if (slices_behind) {
+        make(held->behind, "slices", VK_FORMAT_R32G32B32A32_SFLOAT);
+        make(held->behind_values, "slices' value and depth", VK_FORMAT_R32G32_SFLOAT);
+    }
+}
+
+Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
+    PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
+    const uint64_t limit = options_.memory_limit_bytes;
+    Result<size_t> uploaded =
+        keep_volume(held_->volume, "volume", data.volume, options_.volume_format, limit);
+    if (!uploaded)
+        return uploaded;
+    FrameInputs inputs;
+    inputs.value_scale = held_->volume->value_scale();
+    inputs.value_bias = held_->volume->value_bias();
+    if (data.labels) {
+        const Result<size_t> more =
+            keep_volume(held_->labels, "labels", *data.labels, TexelFormat::label,
+                        limit - std::min(limit, held_->volume->image().bytes()));
+        if (!more)
+            return more;
+        *uploaded += *more;
+        const auto largest = static_cast<uint32_t>(std::max(0.0f, data.labels->range().max));
+        const auto styles = make_label_styles(*scene.labels, largest);
+        inputs.style_count = static_cast<uint32_t>(styles.size());
+        held_->styles.hold(*device_, "label styles", std::as_bytes(std::span(styles)));
+    } else {
+        held_->labels.reset();
+        held_->styles.drop();
+    }
+
+    const std::vector<View> views = views_of(scene);
+    const auto hold_transfer = [&](std::optional<TransferImage>& held, MirroredBuffer& block,
+                                   const char* name, const TransferFunction& function,
+                                   double step_mm) {
+        if (!held || held->function() != function || held->step_mm() != step_mm)
+            held.emplace(*device_, name, function, step_mm);
+        inputs.table_low = held->low();
+        inputs.table_high = held->high();
+        block.hold(*device_, name, bytes_of(make_frame_block(scene, data, views, inputs)));
+    };
+    if (scene.ray_cast) {
+        hold_transfer(held_->transfer, held_->frame, "ray cast", scene.ray_cast->transfer,
+                      step_mm_of(*scene.ray_cast, data.volume.grid()));
+        held_->variant = variant_of(scene, data.volume);
+    } else {
+        held_->transfer.reset();
+        held_->frame.drop();
+    }
+    if (!scene.slices.empty()) {
+        hold_transfer(held_->slice_transfer, held_->slice_frame, "slices", scene.slice_transfer,
+                      1.0);
+        auto planes = make_slice_planes(scene, data.volume.grid());
+        planes.resize(gpu::kMaxSlices);
+        held_->planes.hold(*device_, "slice planes", std::as_bytes(std::span(planes)));
+    } else {
+        held_->slice_transfer.reset();
+        held_->slice_frame.drop();
+        held_->planes.drop();
+    }
+    keep_targets(scene);
+    return uploaded;
+}
+
+void Renderer::record_slices(Commands& commands, const Scene& scene) {
+    Targets& targets = *held_->targets;
+    std::vector<Bound> bound{
+        bind_uniform(gpu::kSliceFrame, held_->slice_frame.get()),
+        bind_sampled(gpu::kSliceVolume, held_->volume->image(), linear_),
+        bind_sampled(gpu::kSliceTable, held_->slice_transfer->image(), nearest_)};
+    if (scene.labels) {
+        bound.push_back(bind_sampled(gpu::kSliceLabels, held_->labels->image(), label_sampler_));
+        bound.push_back(bind_storage(gpu::kSliceStyles, held_->styles.get()));
+    }
+    bound.push_back(bind_uniform(gpu::kSlicePlanes, held_->planes.get()));
+    const bool behind = targets.behind.has_value();
+    bound.push_back(
+        bind_storage_image(gpu::kSliceColor, behind ? *targets.behind : *targets.color));
+    bound.push_back(
+        bind_storage_image(gpu::kSliceValues, behind ? *targets.behind_values : *targets.values));
+    commands.begin_pass("slices");
+    commands.dispatch(pipelines_.slices(scene.labels.has_value()), bound,
+                      {tile_count(scene), eye_count(scene)});
+    commands.end_pass();
+}
+
+void Renderer::record_ray_cast(Commands& commands, const Scene& scene, uint32_t first_row,
+                               uint32_t rows) {
+    Targets& targets = *held_->targets;
+    std::vector<Bound> bound{bind_uniform(gpu::kRayFrame, held_->frame.get()),
+                             bind_sampled(gpu::kRayVolume, held_->volume->image(), linear_),
+                             bind_sampled(gpu::kRayTable, held_->transfer->image(), nearest_)};
+    if (scene.labels) {
+        bound.push_back(bind_sampled(gpu::kRayLabels, held_->labels->image(), label_sampler_));
+        bound.push_back(bind_storage(gpu::kRayStyles, held_->styles.get()));
+    }
+    if (!scene.slices.empty()) {
+        bound.push_back(bind_sampled(gpu::kRayBehind, *targets.behind, nearest_));
+        bound.push_back(bind_sampled(gpu::kRayBehindValues, *targets.behind_values, nearest_));
+    }
+    bound.push_back(bind_storage_image(gpu::kRayColor, *targets.color));
+    if (scene.value_and_depth)
+        bound.push_back(bind_storage_image(gpu::kRayValues, *targets.values));
+    commands.begin_pass("ray cast");
+    commands.dispatch(pipelines_.ray_cast(held_->variant), bound,
+                      {tile_count(scene).x, rows, eye_count(scene)}, {0, first_row, 0});
+    commands.end_pass();
+}
+
+Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
+    PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty());
+    FrameStats stats;
+    const Result<size_t> uploaded = prepare(scene, data);
+    if (!uploaded)
+        return tl::unexpected(uploaded.error());
+    stats.uploaded_bricks = *uploaded;
+
+    const Timer timer;
+    const uint32_t rows = tile_count(scene).y;
+    const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
+    std::deque<Commands> submissions;
+    submissions.emplace_back(*device_);
+    if (!scene.slices.empty())
+        record_slices(submissions.back(), scene);
+    if (scene.ray_cast)
+        for (uint32_t row = 0; row < rows; row += band) {
+            if (row > 0) {
+                submissions.back().submit();
+                submissions.emplace_back(*device_);
+            }
+            record_ray_cast(submissions.back(), scene, row, std::min(band, rows - row));
+        }
+    submissions.back().submit();
+    for (Commands& submission : submissions)
+        for (PassTime& time : submission.finish()) {
+            if (!stats.passes.empty() && stats.passes.back().name == time.name)
+                stats.passes.back().gpu_ms += time.gpu_ms;
+            else
+                stats.passes.push_back(std::move(time));
+        }
+    stats.wall_ms = timer.ms();
+    return stats;
+}
+
+std::vector<Image> Renderer::read_back() {
+    PALPATE_ASSERT(held_->targets.has_value());
+    Targets& targets = *held_->targets;
+    const size_t pixels = size_t{targets.size_px.x} * targets.size_px.y;
+    const auto fetch = [&](GpuImage& image, size_t channels) {
+        Buffer buffer(*device_, "read back", pixels * targets.eyes * channels * sizeof(float),
+                      Memory::read_back);
+        Commands commands(*device_);
+        const Commands::Region region{.buffer_offset = 0,
+                                      .image_offset = {},
+                                      .size = {targets.size_px, 1},
+                                      .layers = targets.eyes};
+        commands.copy(image, buffer, std::span(&region, 1));
+        commands.submit();
+        commands.finish();
+        std::vector<float> samples(pixels * targets.eyes * channels);
+        std::memcpy(samples.data(), buffer.mapped().data(), buffer.bytes());
+        return samples;
+    };
+    const std::vector<float> color = fetch(*targets.color, 4);
+    const std::vector<float> values =
+        targets.values ? fetch(*targets.values, 2) : std::vector<float>{};
+    std::vector<std::string> channels{"R", "G", "B", "A"};
+    if (targets.values)
+        channels.insert(channels.end(), {"value", "depth"});
+    std::vector<Image> eyes;
+    for (uint32_t eye = 0; eye < targets.eyes; ++eye) {
+        Image image = make_image(targets.size_px, channels);
+        for (size_t p = 0; p < pixels; ++p) {
+            float* out = &image.samples[p * channels.size()];
+            std::copy_n(&color[(eye * pixels + p) * 4], 4, out);
+            if (targets.values)
+                std::copy_n(&values[(eye * pixels + p) * 2], 2, out + 4);
+        }
+        eyes.push_back(std::move(image));
+    }
+    return eyes;
+}
+
+Result<Frame> Renderer::render(const Scene& scene, const SceneData& data) {
+    Result<FrameStats> stats = draw(scene, data);
+    if (!stats)
+        return pass_on(stats);
+    return Frame{read_back(), std::move(*stats)};
+}
+
+} // namespace palpate

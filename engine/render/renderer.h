@@ -1,0 +1,72 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/gpu/commands.h"
+#include "engine/image/image.h"
+#include "engine/render/gpu_volume.h"
+#include "engine/render/pipelines.h"
+#include "engine/scene/scene.h"
+
+namespace palpate {
+
+struct RendererOptions {
+    TexelFormat volume_format = TexelFormat::automatic;
+    uint64_t memory_limit_bytes = 0; // for volumes; 0 is three quarters of the device's memory
+};
+
+// What one frame cost.
+struct FrameStats {
+    std::vector<PassTime> passes; // GPU time of each, in order
+    double wall_ms = 0;           // from recording to the GPU's last word, fenced
+    size_t uploaded_bricks = 0;
+};
+
+// One eye's picture: R, G, B, A and, where the scene asks for them, "value" and "depth".
+struct Frame {
+    std::vector<Image> eyes; // one, or left and right
+    FrameStats stats;
+};
+
+// Draws scenes. Keeps on the GPU what the last scene needed and makes nothing else; the same
+// snapshot is never uploaded twice, and of a later one only the bricks that changed.
+class Renderer {
+ public:
+    explicit Renderer(Device& device, RendererOptions options = {});
+    ~Renderer();
+
+    // Draws one frame and leaves it on the GPU; `stats` says what that took. Fails with a sentence
+    // where the volume does not fit the device.
+    Result<FrameStats> draw(const Scene& scene, const SceneData& data);
+
+    // Copies the last frame drawn to the CPU.
+    std::vector<Image> read_back();
+
+    Result<Frame> render(const Scene& scene, const SceneData& data);
+
+    double pipeline_creation_ms() const { return pipelines_.creation_ms(); }
+
+ private:
+    struct Targets; // the images a frame is drawn into
+    struct Held;    // everything kept on the GPU between frames
+
+    // Brings what is kept in line with the scene; the number of bricks uploaded.
+    Result<size_t> prepare(const Scene& scene, const SceneData& data);
+    Result<size_t> keep_volume(std::optional<GpuVolume>& held, const char* name,
+                               const Volume& volume, TexelFormat format, uint64_t limit_bytes);
+    void keep_targets(const Scene& scene);
+    void record_slices(Commands& commands, const Scene& scene);
+    void record_ray_cast(Commands& commands, const Scene& scene, uint32_t first_row, uint32_t rows);
+
+    Device* device_;
+    RendererOptions options_;
+    Pipelines pipelines_;
+    Sampler linear_, nearest_, label_sampler_;
+    std::unique_ptr<Held> held_;
+};
+
+} // namespace palpate

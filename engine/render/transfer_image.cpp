@@ -1,0 +1,44 @@
+#include "engine/render/transfer_image.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "shaders/shared/ray_cast.h"
+
+namespace palpate {
+
+static_assert(kTransferTableSize == gpu::kTableEntries);
+
+TransferImage::TransferImage(Device& device, std::string name, const TransferFunction& function,
+                             double step_mm)
+    : function_(function),
+      step_mm_(step_mm),
+      image_(device, std::move(name),
+             {.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+              .size = {gpu::kTableEntries, gpu::kTableRows, 1}}) {
+    const TransferTable table = make_table(function);
+    low_ = table.low;
+    high_ = table.high;
+    std::vector<glm::vec4> texels(size_t{gpu::kTableRows} * gpu::kTableEntries);
+    for (size_t i = 0; i < gpu::kTableEntries; ++i) {
+        const glm::vec4 entry = table.entries[i];
+        // From tau in double: an opacity of 1e-7 keeps all its digits.
+        const double value = low_ + (high_ - low_) * static_cast<double>(i) /
+                                        static_cast<double>(gpu::kTableEntries - 1);
+        const double alpha = -std::expm1(-tau_per_mm_at(function, value) * step_mm);
+        texels[gpu::kTableRowStep * gpu::kTableEntries + i] =
+            glm::vec4(glm::vec3(entry.x, entry.y, entry.z), static_cast<float>(alpha));
+        texels[gpu::kTableRowTau * gpu::kTableEntries + i] = entry;
+        texels[gpu::kTableRowIntegral * gpu::kTableEntries + i] = table.integrals[i];
+    }
+    Buffer staging(device, "transfer upload", texels.size() * sizeof(glm::vec4), Memory::upload);
+    std::memcpy(staging.mapped().data(), texels.data(), staging.bytes());
+    Commands commands(device);
+    const Commands::Region region{
+        .buffer_offset = 0, .image_offset = {}, .size = image_.shape().size};
+    commands.copy(staging, image_, std::span(&region, 1));
+    commands.submit();
+    commands.finish();
+}
+
+} // namespace palpate

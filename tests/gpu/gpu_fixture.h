@@ -1,0 +1,29 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "engine/gpu/device.h"
+#include "engine/render/renderer.h"
+
+namespace palpate {
+
+// One device with validation and synchronisation validation for all tests of a program; a message
+// fails the test that caused it.
+class GpuTest : public ::testing::Test {
+protected:
+    static Device& device() {
+        static Device instance({.validation = true});
+        return instance;
+    }
+    void SetUp() override { messages_before_ = device().validation_messages().size(); }
+    void TearDown() override {
+        const auto messages = device().validation_messages();
+        for (size_t i = messages_before_; i < messages.size(); ++i)
+            ADD_FAILURE() << messages[i];
+    }
+
+private:
+    size_t messages_before_ = 0;
+};
+
+} // namespace palpate
