@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <exception>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 #include "apps/palpate/command.h"
 #include "engine/base/log.h"
+#include "engine/io/serve.h"
 
 namespace {
 
@@ -16,11 +18,15 @@ struct Entry {
     Command (*add)(CLI::App&);
 };
 
-constexpr std::array<Entry, 0> kCommands{};
+constexpr Entry kCommands[] = {
+    {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
+};
 
 } // namespace
 
 int main(int argc, char** argv) {
+    if (argc > 1 && std::string_view(argv[1]) == "__decode") // a child of load_volume()
+        palpate::io::serve_decoding(argc, argv);
     CLI::App app("See, touch and carve a CT or MR volume.");
     app.require_subcommand(1);
     bool verbose = false, quiet = false;

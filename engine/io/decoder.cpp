@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <nlohmann/json.hpp>
 
 #include "engine/base/assert.h"
 #include "engine/io/report.h"
@@ -98,8 +97,8 @@ Result<std::span<std::byte>> VoxelSink::allocate(const std::string& name, const 
     return voxels_;
 }
 
-void VoxelSink::alive() const {
-    write_report(report_fd_, alive_report());
+void VoxelSink::alive(const std::string& file) const {
+    write_report(report_fd_, alive_report(file));
 }
 
 Result<uint32_t> choose_frame(const DecodeRequest& request, uint32_t frames,

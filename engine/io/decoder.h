@@ -105,8 +105,9 @@ class VoxelSink {
     // x fastest, components interleaved. An error states both numbers and begins with `name`.
     Result<std::span<std::byte>> allocate(const std::string& name, const VoxelClaim& claim);
 
-    // Tells the parent that work goes on (once per file of a series, say), so that it waits.
-    void alive() const;
+    // Tells the parent that work goes on, so that it waits; once per file of a series, say, which
+    // is then named should the reader crash in it.
+    void alive(const std::string& file = {}) const;
 
     const std::optional<VoxelClaim>& claim() const { return claim_; }
 

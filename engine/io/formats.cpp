@@ -13,7 +13,15 @@ namespace {
 
 constexpr size_t kHeadBytes = 1024;
 
-constexpr std::array<Format, 0> kFormats{};
+bool is_dicom(const FileHead& head) {
+    if (head.bytes.size() >= 132 && head.bytes.compare(128, 4, "DICM") == 0)
+        return true;
+    if (head.extension == ".dcm" || head.extension == ".ima" || head.extension == ".dicom")
+        return true;
+    // Without the preamble a data set begins with a small element of group 0008, little-endian.
+    const std::string_view bytes = head.bytes;
+    return bytes.size() >= 8 && bytes.starts_with(std::string_view("\x08\0", 2)) && bytes[3] == 0;
+}
 
 std::string lower_extension(const fs::path& path) {
     std::string name = path.filename().string();
@@ -34,6 +42,17 @@ FileHead head_of(const fs::path& path) {
     }
     return head;
 }
+
+Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
+    return decode_dicom(request, sink);
+}
+
+// The first that recognises a file decodes it. What is told by content comes before what is told
+// by name alone.
+constexpr Format kFormats[] = {
+    {"a folder", [](const FileHead& head) { return fs::is_directory(head.path); }, decode_folder},
+    {"DICOM", is_dicom, decode_dicom},
+};
 
 } // namespace
 

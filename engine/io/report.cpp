@@ -55,8 +55,8 @@ Decoded decoded_from(const Json& json) {
 
 } // namespace
 
-std::string alive_report() {
-    return "{}";
+std::string alive_report(const std::string& file) {
+    return dumped({{"at", file}});
 }
 
 std::string claim_report(const VoxelClaim& claim) {
@@ -114,6 +114,8 @@ Result<void> take_report(const std::string& line, Reported& reported) {
             to.type = static_cast<ComponentType>(type);
             to.components = claim.at("components").get<uint32_t>();
         }
+        if (json.contains("at"))
+            reported.at = json.at("at").get<std::string>();
         if (json.contains("decoded"))
             reported.decoded = decoded_from(json.at("decoded"));
         if (json.contains("error"))

@@ -7,7 +7,7 @@
 // The messages a decoding child writes to its parent: one JSON object a line.
 namespace palpate::io {
 
-std::string alive_report();
+std::string alive_report(const std::string& file);
 std::string claim_report(const VoxelClaim& claim);
 std::string error_report(const std::string& message);
 std::string decoded_report(const Decoded& decoded);
@@ -20,6 +20,7 @@ struct Reported {
     std::optional<VoxelClaim> claim;
     std::optional<Decoded> decoded;
     std::optional<std::string> error;
+    std::string at; // the file of a series it works on; empty when not told
 };
 
 // Takes one line in. An error when it is not one of the above: the child is then not believed.

@@ -1,0 +1,111 @@
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
+#include "apps/palpate/read_options.h"
+#include "engine/base/log.h"
+#include "engine/io/volume_io.h"
+
+namespace palpate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(const LoadedVolume& loaded) {
+    const Volume& volume = loaded.volume;
+    const Grid& grid = volume.grid();
+    const glm::dvec3 spacing = spacing_mm(grid);
+    Json matrix = Json::array();
+    for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column)
+            matrix.push_back(grid.world_from_index[column][row]);
+    Json json;
+    json["size"] = {grid.size.x, grid.size.y, grid.size.z};
+    json["spacing_mm"] = {spacing.x, spacing.y, spacing.z};
+    json["world_from_index"] = matrix;
+    json["type"] = name_of(volume.type());
+    json["range"] =
+        volume.range().empty() ? Json() : Json({volume.range().min, volume.range().max});
+    json["no_data_count"] = volume.no_data_count();
+    if (!loaded.modality.empty())
+        json["modality"] = loaded.modality;
+    json["warnings"] = loaded.warnings;
+    return json;
+}
+
+// Where an index axis points in the patient: "left 100 %, posterior 3 %", largest share first.
+std::string direction_words(glm::dvec3 axis) {
+    constexpr const char* words[3][2] = {
+        {"right", "left"}, {"anterior", "posterior"}, {"inferior", "superior"}};
+    int largest = 0;
+    for (int i = 1; i < 3; ++i)
+        if (std::abs(axis[i]) > std::abs(axis[largest]))
+            largest = i;
+    const double share = std::abs(axis[largest]) / glm::length(axis);
+    const double degrees = std::acos(std::min(1.0, share)) * 180.0 / std::acos(-1.0);
+    const char* word = words[largest][axis[largest] > 0 ? 1 : 0];
+    return degrees < 0.05 ? word : fmt::format("{} ({:.1f} degrees off)", word, degrees);
+}
+
+std::string text_of(const LoadedVolume& loaded) {
+    const Volume& volume = loaded.volume;
+    const Grid& grid = volume.grid();
+    const glm::dvec3 spacing = spacing_mm(grid);
+    const glm::dmat4& m = grid.world_from_index;
+    std::string text = fmt::format(
+        "size       {} x {} x {}\n"
+        "spacing    {:g} x {:g} x {:g} mm\n"
+        "x towards  {}\n"
+        "y towards  {}\n"
+        "z towards  {}\n"
+        "first at   {:g}, {:g}, {:g} mm (left, posterior, superior)\n"
+        "type       {}\n",
+        grid.size.x, grid.size.y, grid.size.z, spacing.x, spacing.y, spacing.z,
+        direction_words(glm::dvec3(m[0])), direction_words(glm::dvec3(m[1])),
+        direction_words(glm::dvec3(m[2])), m[3].x, m[3].y, m[3].z, name_of(volume.type()));
+    if (volume.range().empty())
+        text += "range      none, there is no data\n";
+    else
+        text += fmt::format("range      {:g} .. {:g}\n", volume.range().min, volume.range().max);
+    text +=
+        fmt::format("no data    {} of {} samples\n", volume.no_data_count(), sample_count(grid));
+    if (!loaded.modality.empty())
+        text += fmt::format("modality   {}\n", loaded.modality);
+    return text;
+}
+
+struct InfoOptions {
+    ReadFlags read;
+    bool labels = false;
+    bool json = false;
+};
+
+Result<void> run_info(const InfoOptions& options) {
+    const Interrupt interrupt;
+    const Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
+    if (!loaded)
+        return fail("{}", loaded.error().message);
+    if (options.json)
+        std::cout << json_of(*loaded).dump(2) << '\n';
+    else
+        std::cout << text_of(*loaded);
+    if (!std::cout.flush())
+        return fail("standard output cannot be written");
+    return {};
+}
+
+} // namespace
+
+Command add_info(CLI::App& app) {
+    auto options = std::make_shared<InfoOptions>();
+    add_read_flags(app, options->read);
+    app.add_flag("--labels", options->labels, "Read as a label map (default: grey values)");
+    app.add_flag("--json", options->json,
+                 "Print JSON for programs (default: text for people); lengths are in mm");
+    return [options] { return run_info(*options); };
+}
+
+} // namespace palpate

@@ -1,0 +1,46 @@
+#include "apps/palpate/read_options.h"
+
+#include "engine/base/log.h"
+
+namespace palpate {
+
+void add_read_flags(CLI::App& app, ReadFlags& flags) {
+    app.add_option("V", flags.path,
+                   "Volume: a file, a DICOM folder, a folder of slices, or a pattern such as "
+                   "ct_%03d.png or 'ct_*.png'")
+        ->required();
+    app.add_option("--frame", flags.frame,
+                   "Frame of a 4-D file, counted from 0 (default: 0, with a warning)")
+        ->check(CLI::Range(int64_t{0}, int64_t{0xffffffff}))
+        ->type_name("N");
+    app.add_option("--series", flags.series,
+                   "DICOM series: its UID or a part of its description (default: the largest)")
+        ->type_name("NAME");
+    app.add_option("--max-memory", flags.max_memory_mib,
+                   "Most memory for reading, in MiB (default: 75 % of this machine's)")
+        ->check(CLI::PositiveNumber)
+        ->type_name("MIB");
+}
+
+Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
+    ReadOptions options;
+    if (flags.frame >= 0)
+        options.frame = static_cast<uint32_t>(flags.frame);
+    if (!flags.series.empty())
+        options.series = flags.series;
+    if (flags.max_memory_mib > 0)
+        options.max_memory_bytes =
+            static_cast<uint64_t>(std::min(flags.max_memory_mib, 1e12) * 1024 * 1024);
+    options.stop = interrupt.token();
+    Result<LoadedVolume> loaded =
+        labels ? load_labels(flags.path, options) : load_volume(flags.path, options);
+    if (loaded) {
+        for (const std::string& note : loaded->notes)
+            log::info("{}", note);
+        for (const std::string& warning : loaded->warnings)
+            log::warning("{}", warning);
+    }
+    return loaded;
+}
+
+} // namespace palpate

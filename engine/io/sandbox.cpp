@@ -1,0 +1,291 @@
+#include "engine/io/sandbox.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <sstream>
+#include <vector>
+
+#include "engine/base/timer.h"
+#include "engine/io/report.h"
+
+extern char** environ;
+
+namespace palpate::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kPollMs = 20;
+constexpr size_t kMostReportBytes = 64 << 20;
+constexpr double kWallPerCpu = 10.0;
+constexpr double kSlowestBytesPerSecond = 4e6;
+
+class Fd {
+ public:
+    explicit Fd(int fd = -1) : fd_(fd) {}
+    Fd(Fd&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    Fd& operator=(Fd&& other) noexcept {
+        std::swap(fd_, other.fd_);
+        return *this;
+    }
+    ~Fd() {
+        if (fd_ >= 0)
+            ::close(fd_);
+    }
+    int get() const { return fd_; }
+
+    // The same file under a number that posix_spawn's dup2 to kMemoryFd, kReportFd cannot clobber.
+    Fd moved_up() const { return Fd(::fcntl(fd_, F_DUPFD_CLOEXEC, 10)); }
+
+ private:
+    int fd_;
+};
+
+// A running child; killed and waited for when it goes out of scope, so that none is left over.
+class Child {
+ public:
+    Child(pid_t pid, Fd reports) : pid_(pid), reports_(std::move(reports)) {}
+    ~Child() {
+        if (pid_ > 0) {
+            ::kill(pid_, SIGKILL);
+            (void)wait();
+        }
+    }
+    Child(Child&& other) noexcept
+        : pid_(std::exchange(other.pid_, 0)), reports_(std::move(other.reports_)) {}
+
+    int reports() const { return reports_.get(); }
+
+    // Seconds of processor time used so far, by all its threads.
+    double cpu_s() const {
+        clockid_t clock;
+        timespec time{};
+        if (::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &time) != 0)
+            return 0;
+        return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+    }
+
+    // The exit status, as of waitpid.
+    int wait() {
+        int status = 0;
+        while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+        }
+        pid_ = 0;
+        return status;
+    }
+
+ private:
+    pid_t pid_;
+    Fd reports_;
+};
+
+Result<Child> start_child(const DecodeRequest& request, const ReadOptions& options,
+                          const Fd& memory) {
+    const fs::path program = decoder_program();
+    if (program.empty())
+        return fail(
+            "{}: cannot be decoded, because the program palpate is not found beside this "
+            "program or on PATH (PALPATE_DECODER may name it)",
+            request.path.string());
+    int ends[2];
+    if (::pipe2(ends, O_CLOEXEC) != 0)
+        return fail("{}: no pipe to a decoder: {}", request.path.string(), std::strerror(errno));
+    Fd from_child(ends[0]);
+    const Fd low_end(ends[1]);
+    const Fd to_parent = low_end.moved_up();
+
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
+    ::posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
+    if (!std::getenv("PALPATE_DECODER_NOISE")) // for those who look into a reader's messages
+        ::posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
+    ::posix_spawn_file_actions_adddup2(&actions, memory.get(), kMemoryFd);
+    ::posix_spawn_file_actions_adddup2(&actions, to_parent.get(), kReportFd);
+    ::posix_spawn_file_actions_addclosefrom_np(&actions, kReportFd + 1);
+
+    posix_spawnattr_t attributes;
+    ::posix_spawnattr_init(&attributes);
+    sigset_t none, all;
+    ::sigemptyset(&none);
+    ::sigfillset(&all);
+    ::posix_spawnattr_setsigmask(&attributes, &none);
+    ::posix_spawnattr_setsigdefault(&attributes, &all);
+    ::posix_spawnattr_setpgroup(&attributes, 0); // Ctrl-C is the parent's to handle
+    ::posix_spawnattr_setflags(
+        &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+
+    const std::vector<std::string> words{program.string(),
+                                         "__decode",
+                                         std::to_string(::getpid()),
+                                         std::to_string(options.max_memory_bytes),
+                                         request.path.string(),
+                                         request.frame ? std::to_string(*request.frame) : "-",
+                                         request.series ? "=" + *request.series : "-"};
+    std::vector<char*> argv;
+    for (const std::string& word : words)
+        argv.push_back(const_cast<char*>(word.c_str()));
+    argv.push_back(nullptr);
+    pid_t pid = 0;
+    const int failed =
+        ::posix_spawn(&pid, program.c_str(), &actions, &attributes, argv.data(), environ);
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::posix_spawnattr_destroy(&attributes);
+    if (failed)
+        return fail("{}: cannot be decoded, because {} does not start: {}", request.path.string(),
+                    program.string(), std::strerror(failed));
+    return Child(pid, std::move(from_child));
+}
+
+// Why a child ended without a last word.
+std::string cause_of(int status) {
+    if (WIFSIGNALED(status))
+        return fmt::format("the reader crashed (signal {}, {})", WTERMSIG(status),
+                           ::strsignal(WTERMSIG(status)));
+    return fmt::format("the reader ended without a result (exit status {})", WEXITSTATUS(status));
+}
+
+Result<void> check_decoded(const Decoded& decoded, const VoxelClaim& claim) {
+    if (decoded.grid.size != claim.size)
+        return fail("its size changed while it was read");
+    const glm::dmat4& m = decoded.grid.world_from_index;
+    double longest = 0;
+    for (int column = 0; column < 4; ++column) {
+        for (int row = 0; row < 4; ++row)
+            if (!std::isfinite(m[column][row]))
+                return fail("its geometry is not finite");
+        if (m[column][3] != (column == 3 ? 1.0 : 0.0))
+            return fail("its geometry is not affine");
+        if (column < 3)
+            longest = std::max(longest, glm::length(m[column]));
+    }
+    // Below this, a volume of 10^5 samples a side would be thinner than a double resolves.
+    if (!(std::abs(glm::determinant(glm::dmat3(m))) > 1e-12 * longest * longest * longest))
+        return fail("its axes span no space (spacing or directions of zero)");
+    if (decoded.rescale.size() > 1 && decoded.rescale.size() != claim.size.z)
+        return fail("{} slices have {} rescale entries", claim.size.z, decoded.rescale.size());
+    for (const Rescale& rescale : decoded.rescale)
+        if (!std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept))
+            return fail("its rescale slope or intercept is not finite");
+    return {};
+}
+
+// Listens to a child until its last word; the error has no file name yet.
+Result<void> listen(Child& child, const ReadOptions& options, Reported& reported) {
+    std::string pending;
+    size_t total = 0;
+    Timer quiet_wall;
+    double quiet_since_cpu_s = 0;
+    while (!reported.decoded && !reported.error) {
+        if (options.stop.stop_requested())
+            return fail("reading was interrupted");
+        double limit_s = options.max_quiet_s;
+        if (reported.claim)
+            limit_s += static_cast<double>(claimed_bytes(*reported.claim).value_or(0)) /
+                       kSlowestBytesPerSecond;
+        if (child.cpu_s() - quiet_since_cpu_s > limit_s ||
+            quiet_wall.ms() > 1000 * kWallPerCpu * limit_s)
+            return fail("the reader was stopped, because it got nowhere in {:.1f} s", limit_s);
+
+        pollfd waiting{child.reports(), POLLIN, 0};
+        if (::poll(&waiting, 1, kPollMs) <= 0)
+            continue;
+        char buffer[65536];
+        const ssize_t got = ::read(child.reports(), buffer, sizeof buffer);
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got <= 0)
+            return fail("{}", cause_of(child.wait()));
+        total += static_cast<size_t>(got);
+        if (total > kMostReportBytes)
+            return fail("the reader was stopped, because it said too much");
+        quiet_wall = Timer();
+        quiet_since_cpu_s = child.cpu_s();
+        pending.append(buffer, static_cast<size_t>(got));
+        for (size_t end; (end = pending.find('\n')) != std::string::npos;) {
+            if (Result<void> taken = take_report(pending.substr(0, end), reported); !taken)
+                return fail("the reader's report makes no sense: {}", taken.error().message);
+            pending.erase(0, end + 1);
+        }
+    }
+    return {};
+}
+
+bool is_executable(const fs::path& path) {
+    return fs::is_regular_file(path) && ::access(path.c_str(), X_OK) == 0;
+}
+
+} // namespace
+
+fs::path decoder_program() {
+    if (const char* named = std::getenv("PALPATE_DECODER"))
+        return named;
+    std::vector<fs::path> folders;
+    std::error_code error;
+    if (const fs::path self = fs::read_symlink("/proc/self/exe", error); !error)
+        folders.push_back(self.parent_path());
+    folders.emplace_back(PALPATE_INSTALLED_BIN);
+    if (const char* path = std::getenv("PATH")) {
+        std::istringstream entries(path);
+        for (std::string entry; std::getline(entries, entry, ':');)
+            folders.emplace_back(entry);
+    }
+    for (const fs::path& folder : folders)
+        if (is_executable(folder / "palpate"))
+            return folder / "palpate";
+    return {};
+}
+
+Result<DecodedVoxels> decode_in_child(const DecodeRequest& request, const ReadOptions& options) {
+    const std::string name = request.path.string();
+    const Fd low(::memfd_create("palpate-voxels", MFD_CLOEXEC));
+    const Fd memory = low.moved_up();
+    if (memory.get() < 0)
+        return fail("{}: no shared memory to decode into: {}", name, std::strerror(errno));
+    Reported reported;
+    {
+        Result<Child> child = start_child(request, options, memory);
+        if (!child)
+            return pass_on(child);
+        if (Result<void> heard = listen(*child, options, reported); !heard)
+            return fail("{}: {}{}", name, heard.error().message,
+                        reported.at.empty() ? "" : ", while it read " + reported.at);
+    } // the child is gone: nobody can shrink the memory under the mapping
+    if (reported.error)
+        return fail("{}", *reported.error);
+    if (!reported.claim)
+        return fail("{}: the reader's report makes no sense: it has no size", name);
+    if (Result<void> checked = check_decoded(*reported.decoded, *reported.claim); !checked)
+        return fail("{}: cannot be used: {}", name, checked.error().message);
+
+    const std::optional<uint64_t> bytes = claimed_bytes(*reported.claim);
+    struct stat status {};
+    if (!bytes || ::fstat(memory.get(), &status) != 0 ||
+        static_cast<uint64_t>(status.st_size) != *bytes)
+        return fail("{}: the reader's report makes no sense: it left {} bytes", name,
+                    status.st_size);
+    void* const mapped = ::mmap(nullptr, *bytes, PROT_READ, MAP_SHARED, memory.get(), 0);
+    if (mapped == MAP_FAILED)
+        return fail("{}: no shared memory of {} bytes: {}", name, *bytes, std::strerror(errno));
+    const size_t length = *bytes;
+    return DecodedVoxels{std::move(*reported.decoded), *reported.claim,
+                         std::shared_ptr<const std::byte>(
+                             static_cast<const std::byte*>(mapped), [length](const std::byte* p) {
+                                 ::munmap(const_cast<std::byte*>(p), length);
+                             })};
+}
+
+} // namespace palpate::io
