@@ -80,13 +80,14 @@ template std::span<float> VolumeEdit::write_brick(glm::uvec3);
 Volume VolumeEdit::commit() {
     std::shared_ptr<Volume::Root> root;
     std::unordered_map<size_t, std::shared_ptr<Page>> pages;
-    for (const auto& [key, staged] : bricks_) {
-        const glm::uvec3 position = staged->position;
+    for (const auto& entry : bricks_) {
+        const Staged& staged = *entry.second;
+        const glm::uvec3 position = staged.position;
         const BrickPtr made = visit_scalar(base_.type(), [&](auto t) {
             using T = decltype(t);
-            return Brick::make(
-                std::span<const T>(reinterpret_cast<T*>(staged->samples.data()), kBrickSamples),
-                base_.valid_in_brick(position));
+            return Brick::make(std::span<const T>(reinterpret_cast<const T*>(staged.samples.data()),
+                                                  kBrickSamples),
+                               base_.valid_in_brick(position));
         });
         if (differing_blocks(base_.brick(position), *made) == 0)
             continue;
