@@ -4,6 +4,8 @@
 
 #include "engine/io/decoder.h"
 #include "engine/io/formats.h"
+#include "engine/io/picture.h"
+#include "engine/io/slice_list.h"
 
 namespace palpate::io {
 
@@ -13,15 +15,60 @@ namespace {
 
 constexpr size_t kHeadBytes = 1024;
 
+bool is_folder(const FileHead& head) {
+    return fs::is_directory(head.path);
+}
+bool is_slices(const FileHead& head) {
+    return is_picture(head.extension) || is_pattern(head.path.filename().string());
+}
 bool is_dicom(const FileHead& head) {
     if (head.bytes.size() >= 132 && head.bytes.compare(128, 4, "DICM") == 0)
         return true;
     if (head.extension == ".dcm" || head.extension == ".ima" || head.extension == ".dicom")
         return true;
     // Without the preamble a data set begins with a small element of group 0008, little-endian.
-    const std::string_view bytes = head.bytes;
-    return bytes.size() >= 8 && bytes.starts_with(std::string_view("\x08\0", 2)) && bytes[3] == 0;
+    return head.bytes.size() >= 8 && head.bytes.starts_with(std::string_view("\x08\0", 2)) &&
+           head.bytes[3] == 0;
 }
+bool is_refused(const FileHead& head) {
+    return head.extension == ".mgz" || head.extension == ".mgh" || head.extension == ".mnc" ||
+           head.extension == ".bz2";
+}
+
+FileHead head_of(const fs::path& path);
+
+// A DICOM series or slices, by what lies in the folder.
+Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
+    bool has_pictures = false;
+    for (const fs::directory_entry& entry : fs::directory_iterator(request.path)) {
+        if (!entry.is_regular_file())
+            continue;
+        if (entry.path().filename() == kSidecarName)
+            return decode_slices(request, sink);
+        const FileHead head = head_of(entry.path());
+        has_pictures = has_pictures || is_picture(head.extension);
+        if (is_dicom(head))
+            return decode_dicom(request, sink);
+    }
+    if (has_pictures)
+        return decode_slices(request, sink);
+    return fail(
+        "{}: expected a folder of DICOM files, of pictures (PNG, TIFF, JPEG, BMP) or of "
+        "slices described by {}",
+        request.path.string(), kSidecarName);
+}
+
+Result<Decoded> refuse_by_name(const DecodeRequest& request, VoxelSink&) {
+    return fail("{}: files of the kind {} are not read", request.path.string(),
+                request.path.extension().string());
+}
+
+constexpr Format kFormats[] = {
+    {"a folder", is_folder, decode_folder},
+    {"slices", is_slices, decode_slices},
+    {"DICOM", is_dicom, decode_dicom},
+    {"a known kind", is_refused, refuse_by_name},
+};
 
 std::string lower_extension(const fs::path& path) {
     std::string name = path.filename().string();
@@ -43,20 +90,15 @@ FileHead head_of(const fs::path& path) {
     return head;
 }
 
-Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
-    return decode_dicom(request, sink);
-}
-
-// The first that recognises a file decodes it. What is told by content comes before what is told
-// by name alone.
-constexpr Format kFormats[] = {
-    {"a folder", [](const FileHead& head) { return fs::is_directory(head.path); }, decode_folder},
-    {"DICOM", is_dicom, decode_dicom},
-};
-
 } // namespace
 
 Result<Decoded> decode_any(const DecodeRequest& request, VoxelSink& sink) {
+    const fs::file_status status = fs::status(request.path);
+    const bool is_there = fs::exists(status);
+    if (!is_there && !is_pattern(request.path.filename().string()))
+        return fail("{}: no such file or folder", request.path.string());
+    if (is_there && !fs::is_regular_file(status) && !fs::is_directory(status))
+        return fail("{}: expected a file or folder, found a device or pipe", request.path.string());
     const FileHead head = head_of(request.path);
     for (const Format& format : kFormats) {
         if (!format.recognises(head))

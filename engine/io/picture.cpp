@@ -1,0 +1,127 @@
+#include "engine/io/picture.h"
+
+#include <itkBMPImageIO.h>
+#include <itkJPEGImageIO.h>
+#include <itkPNGImageIO.h>
+#include <itkTIFFImageIO.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+
+namespace palpate::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Io = itk::ImageIOBase;
+
+struct Kind {
+    std::string_view extension;
+    Io::Pointer (*make)();
+};
+
+template <class T>
+Io::Pointer make_io() {
+    return T::New().GetPointer();
+}
+
+constexpr Kind kKinds[] = {
+    {".png", make_io<itk::PNGImageIO>},   {".tif", make_io<itk::TIFFImageIO>},
+    {".tiff", make_io<itk::TIFFImageIO>}, {".jpg", make_io<itk::JPEGImageIO>},
+    {".jpeg", make_io<itk::JPEGImageIO>}, {".bmp", make_io<itk::BMPImageIO>},
+};
+
+std::optional<ComponentType> component_type(Io::IOComponentType type) {
+    switch (type) {
+        case itk::IOComponentEnum::UCHAR:
+            return ComponentType::u8;
+        case itk::IOComponentEnum::CHAR:
+            return ComponentType::i8;
+        case itk::IOComponentEnum::USHORT:
+            return ComponentType::u16;
+        case itk::IOComponentEnum::SHORT:
+            return ComponentType::i16;
+        case itk::IOComponentEnum::UINT:
+            return ComponentType::u32;
+        case itk::IOComponentEnum::INT:
+            return ComponentType::i32;
+        case itk::IOComponentEnum::FLOAT:
+            return ComponentType::f32;
+        case itk::IOComponentEnum::DOUBLE:
+            return ComponentType::f64;
+        default:
+            return {};
+    }
+}
+
+// An opened picture, its header read.
+Result<Io::Pointer> open(const fs::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension)
+        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const auto* kind = std::find_if(std::begin(kKinds), std::end(kKinds),
+                                    [&](const Kind& k) { return k.extension == extension; });
+    if (kind == std::end(kKinds))
+        return fail("{}: is no PNG, TIFF, JPEG or BMP file by its name", path.string());
+    if (Result<uint64_t> bytes = regular_file_bytes(path); !bytes)
+        return fail("{}", bytes.error().message);
+    Io::Pointer io = kind->make();
+    if (!io->CanReadFile(path.c_str()))
+        return fail("{}: is no {} file, though its name says so", path.string(),
+                    extension.substr(1));
+    io->SetFileName(path.string());
+    io->ReadImageInformation();
+    return io;
+}
+
+std::string reason(const itk::ExceptionObject& error) {
+    std::string text = error.GetDescription();
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    return text;
+}
+
+} // namespace
+
+bool is_picture(std::string_view extension) {
+    return std::any_of(std::begin(kKinds), std::end(kKinds),
+                       [&](const Kind& kind) { return kind.extension == extension; });
+}
+
+Result<PictureHeader> read_picture_header(const fs::path& path) try {
+    Result<Io::Pointer> io = open(path);
+    if (!io)
+        return pass_on(io);
+    const std::optional<ComponentType> type = component_type((*io)->GetComponentType());
+    if (!type)
+        return fail("{}: its samples are of a type that is not read", path.string());
+    PictureHeader header;
+    for (unsigned axis = 0; axis < 3; ++axis)
+        header.size[axis] = axis < (*io)->GetNumberOfDimensions()
+                                ? static_cast<uint32_t>((*io)->GetDimensions(axis))
+                                : 1;
+    header.type = *type;
+    header.components = (*io)->GetNumberOfComponents();
+    return header;
+} catch (const itk::ExceptionObject& error) {
+    return fail("{}: its header cannot be read: {}", path.string(), reason(error));
+}
+
+Result<void> read_picture(const fs::path& path, std::span<std::byte> voxels) try {
+    Result<Io::Pointer> io = open(path);
+    if (!io)
+        return pass_on(io);
+    if (static_cast<uint64_t>((*io)->GetImageSizeInBytes()) != voxels.size())
+        return fail("{}: its size changed while it was read", path.string());
+    itk::ImageIORegion region((*io)->GetNumberOfDimensions());
+    for (unsigned axis = 0; axis < (*io)->GetNumberOfDimensions(); ++axis)
+        region.SetSize(axis, (*io)->GetDimensions(axis));
+    (*io)->SetIORegion(region);
+    (*io)->Read(voxels.data());
+    return {};
+} catch (const itk::ExceptionObject& error) {
+    return fail("{}: its pixels cannot be read: {}", path.string(), reason(error));
+}
+
+} // namespace palpate::io
