@@ -30,6 +30,20 @@ bool is_dicom(const FileHead& head) {
     return head.bytes.size() >= 8 && head.bytes.starts_with(std::string_view("\x08\0", 2)) &&
            head.bytes[3] == 0;
 }
+bool is_nifti(const FileHead& head) {
+    return head.extension == ".nii" || head.extension == ".nii.gz" || head.extension == ".hdr" ||
+           head.extension == ".img";
+}
+bool is_nrrd(const FileHead& head) {
+    return head.bytes.starts_with("NRRD000") || head.extension == ".nrrd" ||
+           head.extension == ".nhdr";
+}
+bool is_meta_image(const FileHead& head) {
+    return head.extension == ".mha" || head.extension == ".mhd";
+}
+bool is_invesalius(const FileHead& head) {
+    return head.extension == ".inv3";
+}
 bool is_refused(const FileHead& head) {
     return head.extension == ".mgz" || head.extension == ".mgh" || head.extension == ".mnc" ||
            head.extension == ".bz2";
@@ -63,10 +77,16 @@ Result<Decoded> refuse_by_name(const DecodeRequest& request, VoxelSink&) {
                 request.path.extension().string());
 }
 
+// The first that recognises a file decodes it. What is told by content comes before what is told
+// by name alone.
 constexpr Format kFormats[] = {
     {"a folder", is_folder, decode_folder},
     {"slices", is_slices, decode_slices},
     {"DICOM", is_dicom, decode_dicom},
+    {"NIfTI", is_nifti, decode_nifti},
+    {"NRRD", is_nrrd, decode_nrrd},
+    {"MetaImage", is_meta_image, decode_meta_image},
+    {"InVesalius", is_invesalius, decode_invesalius},
     {"a known kind", is_refused, refuse_by_name},
 };
 

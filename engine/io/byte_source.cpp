@@ -1,0 +1,143 @@
+#include "engine/io/byte_source.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace palpate::io {
+
+namespace {
+
+constexpr size_t kPackedBytes = 1 << 16;
+constexpr int kGzipOrZlib = 15 + 32; // zlib.h: window of 2^15, header recognised by itself
+constexpr auto kGzipMagic = static_cast<std::byte>(0x1f);
+
+} // namespace
+
+void ByteSource::End::operator()(z_stream_s* stream) const {
+    inflateEnd(stream);
+    delete stream;
+}
+
+ByteSource::ByteSource(std::filesystem::path path, int fd) : path_(std::move(path)), fd_(fd) {}
+
+ByteSource::ByteSource(ByteSource&& other) noexcept
+    : path_(std::move(other.path_)),
+      fd_(std::exchange(other.fd_, -1)),
+      stream_(std::move(other.stream_)),
+      packed_(std::move(other.packed_)) {}
+
+ByteSource::~ByteSource() {
+    if (fd_ >= 0)
+        ::close(fd_);
+}
+
+Result<ByteSource> ByteSource::open(const std::filesystem::path& path, Packing packing,
+                                    uint64_t offset) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        return fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
+    ByteSource source(path, fd);
+    if (offset > static_cast<uint64_t>(std::numeric_limits<off_t>::max()) ||
+        ::lseek(fd, static_cast<off_t>(offset), SEEK_SET) < 0)
+        return fail("{}: cannot be read from byte {}", path.string(), offset);
+    if (packing == Packing::deflate) {
+        source.packed_.resize(kPackedBytes);
+        source.stream_.reset(new z_stream_s{});
+        if (inflateInit2(source.stream_.get(), kGzipOrZlib) != Z_OK)
+            return fail("{}: no memory to unpack it", path.string());
+    }
+    return source;
+}
+
+Result<size_t> ByteSource::read_file(std::span<std::byte> out) {
+    size_t done = 0;
+    while (done < out.size()) {
+        const ssize_t got = ::read(fd_, out.data() + done, out.size() - done);
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            return fail("{}: cannot be read: {}", path_.string(), std::strerror(errno));
+        if (got == 0)
+            break;
+        done += static_cast<size_t>(got);
+    }
+    return done;
+}
+
+Result<bool> ByteSource::refill() {
+    if (stream_->avail_in > 0)
+        return true;
+    Result<size_t> got = read_file(packed_);
+    if (!got)
+        return pass_on(got);
+    stream_->next_in = reinterpret_cast<Bytef*>(packed_.data());
+    stream_->avail_in = static_cast<uInt>(*got);
+    return *got > 0;
+}
+
+Result<bool> ByteSource::begin_next() {
+    Result<bool> more = refill();
+    if (!more)
+        return more;
+    // What follows the last member and is none itself is padding, as gzip takes it.
+    if (!*more || static_cast<std::byte>(*stream_->next_in) != kGzipMagic)
+        return false;
+    inflateReset(stream_.get());
+    return true;
+}
+
+Result<size_t> ByteSource::read(std::span<std::byte> out) {
+    if (!stream_)
+        return fd_ < 0 ? Result<size_t>(0) : read_file(out);
+    size_t done = 0;
+    while (done < out.size()) {
+        Result<bool> more = refill();
+        if (!more)
+            return pass_on(more);
+        if (!*more)
+            return fail("{}: its compressed data are cut off", path_.string());
+        const size_t room = std::min<size_t>(out.size() - done, std::numeric_limits<uInt>::max());
+        stream_->next_out = reinterpret_cast<Bytef*>(out.data() + done);
+        stream_->avail_out = static_cast<uInt>(room);
+        const int status = inflate(stream_.get(), Z_NO_FLUSH);
+        done += room - stream_->avail_out;
+        if (status == Z_STREAM_END) {
+            Result<bool> next = begin_next();
+            if (!next)
+                return pass_on(next);
+            if (!*next) {
+                stream_.reset();
+                ::close(std::exchange(fd_, -1));
+                break;
+            }
+        } else if (status != Z_OK && status != Z_BUF_ERROR) {
+            return fail("{}: its compressed data are damaged", path_.string());
+        }
+    }
+    return done;
+}
+
+Result<uint64_t> ByteSource::skip(uint64_t count) {
+    std::array<std::byte, 1 << 16> passed;
+    uint64_t done = 0;
+    while (done < count) {
+        const size_t part = std::min<uint64_t>(passed.size(), count - done);
+        Result<size_t> got = read({passed.data(), part});
+        if (!got)
+            return pass_on(got);
+        done += *got;
+        if (*got < part)
+            break;
+    }
+    return done;
+}
+
+} // namespace palpate::io

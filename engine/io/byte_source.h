@@ -1,0 +1,51 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/base/error.h"
+
+struct z_stream_s;
+
+namespace palpate::io {
+
+// How bytes are packed in a file. `deflate` is gzip (several members too) or a zlib stream.
+enum class Packing : uint8_t { none, deflate };
+
+// Reads a file forward from an offset on, unpacking on the way.
+class ByteSource {
+ public:
+    // An error names the file when it cannot be opened.
+    static Result<ByteSource> open(const std::filesystem::path& path, Packing packing,
+                                   uint64_t offset = 0);
+    ~ByteSource();
+    ByteSource(ByteSource&&) noexcept;
+    ByteSource& operator=(ByteSource&&) = delete;
+
+    // Fills `out`, or as much of it as there is before the end, and returns how much that was.
+    // An error when the packed bytes are damaged or end too early.
+    Result<size_t> read(std::span<std::byte> out);
+
+    // Passes over `count` bytes, or as many as there are; returns how many.
+    Result<uint64_t> skip(uint64_t count);
+
+ private:
+    struct End {
+        void operator()(z_stream_s* stream) const;
+    };
+    ByteSource(std::filesystem::path path, int fd);
+    Result<size_t> read_file(std::span<std::byte> out);
+    Result<bool> refill();     // false at the end of the file
+    Result<bool> begin_next(); // true when another gzip member follows
+
+    std::filesystem::path path_;
+    int fd_;
+    std::unique_ptr<z_stream_s, End> stream_; // null for Packing::none, and after the last member
+    std::vector<std::byte> packed_;
+};
+
+} // namespace palpate::io

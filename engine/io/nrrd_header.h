@@ -1,0 +1,45 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/io/decoder.h"
+
+namespace palpate::io {
+
+// The fields of a NRRD header that say what the voxels are and where they lie.
+// Source: teem.sourceforge.net/nrrd/format.html.
+struct NrrdHeader {
+    enum class Encoding { raw, gzip, ascii };
+
+    // One axis of the array, fastest first.
+    struct Axis {
+        int64_t size = 0;
+        std::optional<glm::dvec3> direction; // step in the file's space and unit; absent: no space
+        double spacing = 1;                  // where no direction is given
+        bool is_spatial = true;              // false for components, time and lists
+    };
+
+    ComponentType type{};
+    std::vector<Axis> axes;
+    Encoding encoding{};
+    bool big_endian = false;
+    std::string space; // lower case, long form; empty where the header names none
+    std::optional<glm::dvec3> origin;
+    double mm_per_unit = 1;
+    int64_t line_skip = 0;
+    int64_t byte_skip = 0; // -1: the voxels are the last bytes
+    std::string data_file; // empty: the voxels follow the header
+    size_t bytes = 0;      // of the header with the empty line that ends it
+};
+
+// From the beginning of a file. An error begins with `name` and names the field; warnings are
+// added for what is assumed.
+Result<NrrdHeader> parse_nrrd_header(const std::string& name, std::string_view text,
+                                     std::vector<std::string>& warnings);
+
+} // namespace palpate::io
