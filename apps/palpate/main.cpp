@@ -19,7 +19,10 @@ struct Entry {
 };
 
 constexpr Entry kCommands[] = {
+    {"doctor", "Say what this machine offers: Vulkan devices, memory, real-time policy",
+     palpate::add_doctor},
     {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
+    {"render", "Draw a scene or a volume to a picture", palpate::add_render},
 };
 
 } // namespace
