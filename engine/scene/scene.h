@@ -103,7 +103,7 @@ struct Scene {
     std::optional<StereoSettings> stereo;
     glm::dvec3 background{0.0};
     std::optional<RayCastLayer> ray_cast;
-    std::vector<SliceLayer> slices;     // grey values through slice_transfer
+    std::vector<SliceLayer> slices;     // at most kMaxSlices; grey by slice_transfer
     TransferFunction slice_transfer;    // used when there are slices; opacity is ignored
     std::vector<ClipPlane> clip_planes; // at most kMaxClipPlanes; they cut ray casting only
     std::optional<LabelLayer> labels;   // needs SceneData::labels

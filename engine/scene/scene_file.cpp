@@ -141,7 +141,7 @@ RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& fol
 }
 
 void read_slices(const JsonValue& in, SceneFile& file) {
-    for (const JsonValue& item : in.items(0, 64)) {
+    for (const JsonValue& item : in.items(0, kMaxSlices)) {
         SliceLayer slice;
         if (!item.only_keys({"point_mm", "normal", "interpolation", "slab_mm", "slab_mode"}))
             return;

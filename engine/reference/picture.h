@@ -1,0 +1,100 @@
+#pragma once
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <cmath>
+#include <limits>
+
+#include "engine/reference/march.h"
+#include "engine/reference/slices.h"
+#include "engine/reference/twin.h"
+
+namespace palpate::reference {
+
+// What twin and truth share: one eye's pixels, ray by ray, slices and ray casting put together.
+//
+// `make_marcher(rays, sampler)` makes, once per row, what turns a ray and a stretch into a Marched;
+// `slice_color` is the colour of a slice's value. All references must outlive the picture.
+template <class MakeMarcher>
+class Picture {
+ public:
+    Picture(const Scene& scene, const SceneData& data, int eye, MakeMarcher make_marcher,
+            std::function<glm::dvec3(double)> slice_color)
+        : scene_(scene),
+          data_(data),
+          rays_(scene, data, eye),
+          make_marcher_(std::move(make_marcher)),
+          slice_color_(std::move(slice_color)) {}
+
+    PixelSample pixel(glm::dvec2 at) const {
+        PixelSample sample;
+        trace(
+            1, [&](uint32_t) { return at; }, [&](uint32_t, PixelSample s) { sample = s; });
+        return sample;
+    }
+
+    // Threaded by rows; rows do not depend on each other, so neither do the bits on the threads.
+    Image image(PixelStride pixels) const {
+        std::vector<std::string> channels{"R", "G", "B", "A"};
+        if (scene_.value_and_depth)
+            channels.insert(channels.end(), {"value", "depth"});
+        Image image = make_image(pixels.size(scene_.size_px), channels);
+        const auto draw_row = [&](uint32_t y) {
+            trace(
+                image.size_px.x,
+                [&](uint32_t x) {
+                    return glm::dvec2(pixels.offset + pixels.step * glm::uvec2(x, y));
+                },
+                [&](uint32_t x, const PixelSample& sample) {
+                    for (int c = 0; c < 4; ++c)
+                        image.at(x, y, c) = static_cast<float>(sample.rgba[c]);
+                    if (scene_.value_and_depth) {
+                        image.at(x, y, 4) = static_cast<float>(sample.value);
+                        image.at(x, y, 5) = static_cast<float>(sample.depth);
+                    }
+                });
+        };
+        tbb::parallel_for(tbb::blocked_range<uint32_t>(0, image.size_px.y),
+                          [&](const tbb::blocked_range<uint32_t>& rows) {
+                              for (uint32_t y = rows.begin(); y != rows.end(); ++y)
+                                  draw_row(y);
+                          });
+        return image;
+    }
+
+ private:
+    // Pixels pixel_at(0) .. pixel_at(count - 1), each handed to put(i, sample).
+    template <class PixelAt, class Put>
+    void trace(uint32_t count, const PixelAt& pixel_at, const Put& put) const {
+        Sampler sampler(scene_, data_, rays_);
+        Slices slices(scene_, data_, rays_, sampler, slice_color_);
+        auto march = make_marcher_(rays_, sampler);
+        for (uint32_t i = 0; i < count; ++i) {
+            const glm::dvec2 pixel = pixel_at(i);
+            const LocalRay ray = rays_.through(pixel);
+            const std::optional<SliceHit> slice = slices.hit(ray, pixel);
+            Stretch t = rays_.inside(ray);
+            if (slice)
+                t.to = std::min(t.to, slice->t);
+            const Marched seen = scene_.ray_cast && !t.empty() ? march(ray, t) : Marched{};
+            const glm::dvec3 color =
+                seen.color + seen.transmittance * (slice ? slice->color : scene_.background);
+            PixelSample sample{glm::dvec4(color, slice ? 1.0 : 1.0 - seen.transmittance),
+                               seen.value, seen.depth};
+            if (slice && !scene_.ray_cast)
+                sample.value = slice->value;
+            if (slice && std::isnan(seen.depth))
+                sample.depth = slice->t;
+            put(i, sample);
+        }
+    }
+
+    const Scene& scene_;
+    const SceneData& data_;
+    Rays rays_;
+    MakeMarcher make_marcher_;
+    std::function<glm::dvec3(double)> slice_color_;
+};
+
+} // namespace palpate::reference

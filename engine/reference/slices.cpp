@@ -1,0 +1,130 @@
+#include "engine/reference/slices.h"
+
+#include <cmath>
+#include <limits>
+
+namespace palpate::reference {
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// A plane through the outermost samples is met although rounding leaves the point beside the box.
+constexpr double kSlack = 1e-4; // samples
+
+bool within(glm::dvec3 index, glm::dvec3 last, double slack) {
+    return glm::all(glm::greaterThanEqual(index, glm::dvec3(-slack))) &&
+           glm::all(glm::lessThanEqual(index, last + slack));
+}
+
+std::array<double, 4> catmull_rom_weights(double f) {
+    const double f2 = f * f, f3 = f2 * f;
+    return {0.5 * (-f3 + 2.0 * f2 - f), 0.5 * (3.0 * f3 - 5.0 * f2 + 2.0),
+            0.5 * (-3.0 * f3 + 4.0 * f2 + f), 0.5 * (f3 - f2)};
+}
+
+std::optional<double> plane_distance(glm::dvec3 point, glm::dvec3 normal, const LocalRay& ray) {
+    const double rate = glm::dot(normal, ray.direction);
+    if (rate == 0.0)
+        return std::nullopt;
+    return glm::dot(normal, point - ray.origin_mm) / rate;
+}
+
+} // namespace
+
+double catmull_rom(const Volume& volume, glm::dvec3 index) {
+    const glm::dvec3 low = glm::floor(index);
+    const auto wx = catmull_rom_weights(index.x - low.x);
+    const auto wy = catmull_rom_weights(index.y - low.y);
+    const auto wz = catmull_rom_weights(index.z - low.z);
+    const glm::ivec3 last = glm::ivec3(volume.size()) - 1;
+    double sum = 0.0;
+    for (int z = 0; z < 4; ++z)
+        for (int y = 0; y < 4; ++y)
+            for (int x = 0; x < 4; ++x) {
+                const glm::ivec3 at =
+                    glm::clamp(glm::ivec3(low) + glm::ivec3(x, y, z) - 1, glm::ivec3(0), last);
+                sum += wz[z] * wy[y] * wx[x] * volume.value(glm::uvec3(at));
+            }
+    return sum;
+}
+
+Slices::Slices(const Scene& scene, const SceneData& data, const Rays& rays, const Sampler& sampler,
+               std::function<glm::dvec3(double)> color)
+    : scene_(scene),
+      data_(data),
+      rays_(rays),
+      sampler_(sampler),
+      color_(std::move(color)),
+      cursor_(data.volume) {}
+
+double Slices::value_at(const SliceLayer& slice, glm::dvec3 index) {
+    return slice.interpolation == Interpolation::linear ? cursor_.value(index)
+                                                        : catmull_rom(data_.volume, index);
+}
+
+double Slices::slab_value(const SliceLayer& slice, glm::dvec3 normal, glm::dvec3 index) {
+    const glm::dvec3 spacing = spacing_mm(data_.volume.grid());
+    const double finest = std::min({spacing.x, spacing.y, spacing.z});
+    const double samples = std::max(1.0, std::ceil(slice.slab_mm / finest));
+    const glm::dvec3 step = rays_.index_from_local() * normal * (slice.slab_mm / samples);
+    double sum = 0.0, count = 0.0, maximum = kNaN;
+    for (double i = 0.0; i < samples; i += 1.0) {
+        const glm::dvec3 at = index + (i + 0.5 - 0.5 * samples) * step;
+        if (!within(at, rays_.last(), 0.0))
+            continue;
+        const double value = value_at(slice, at);
+        if (std::isnan(value))
+            continue;
+        sum += value;
+        count += 1.0;
+        maximum = std::isnan(maximum) ? value : std::max(maximum, value);
+    }
+    if (slice.slab_mode == SlabMode::maximum)
+        return maximum;
+    return count > 0.0 ? sum / count : kNaN;
+}
+
+glm::dvec3 Slices::with_labels(const SliceLayer& slice, glm::dvec3 normal, glm::dvec2 pixel,
+                               glm::dvec3 local_mm, glm::dvec3 color) const {
+    const uint32_t label = sampler_.shown_label(local_mm);
+    if (label == 0)
+        return color;
+    const LabelLayer& layer = *scene_.labels;
+    const LabelStyle style = sampler_.style(label);
+    const glm::dvec2 sides[] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+    for (const glm::dvec2 side : sides) {
+        if (!(layer.outline_px > 0.0))
+            break;
+        const LocalRay beside = rays_.through(pixel + layer.outline_px * side);
+        const auto t = plane_distance(rays_.local_point(slice.point_mm), normal, beside);
+        if (t && sampler_.shown_label(beside.origin_mm + *t * beside.direction) != label)
+            return style.color;
+    }
+    return glm::mix(color, style.color, layer.slice_opacity);
+}
+
+std::optional<SliceHit> Slices::hit(const LocalRay& ray, glm::dvec2 pixel) {
+    double nearest = std::numeric_limits<double>::infinity();
+    const SliceLayer* which = nullptr;
+    for (const SliceLayer& slice : scene_.slices) {
+        const auto t =
+            plane_distance(rays_.local_point(slice.point_mm), glm::normalize(slice.normal), ray);
+        if (t && *t >= 0.0 && *t < nearest &&
+            within(ray.origin + *t * ray.step, rays_.last(), kSlack)) {
+            nearest = *t;
+            which = &slice;
+        }
+    }
+    if (which == nullptr)
+        return std::nullopt;
+    const glm::dvec3 normal = glm::normalize(which->normal);
+    SliceHit hit{nearest, slab_value(*which, normal, rays_.index_at(ray, nearest)), {}};
+    hit.color = std::isnan(hit.value) ? scene_.background : color_(hit.value);
+    if (sampler_.has_labels())
+        hit.color =
+            with_labels(*which, normal, pixel, ray.origin_mm + nearest * ray.direction, hit.color);
+    return hit;
+}
+
+} // namespace palpate::reference
