@@ -19,10 +19,8 @@ struct Entry {
 };
 
 constexpr Entry kCommands[] = {
-    {"doctor", "Say what this machine offers: Vulkan devices, memory, real-time policy",
-     palpate::add_doctor},
     {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
-    {"render", "Draw a scene or a volume to a picture", palpate::add_render},
+    {"compare", "Measure how two pictures, volumes or label maps differ", palpate::add_compare},
 };
 
 } // namespace

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-#include "tests/unit/image/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace palpate {
 namespace {

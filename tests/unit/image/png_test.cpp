@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <limits>
 
-#include "tests/unit/image/temporary_folder.h"
+#include "tests/support/temporary_folder.h"
 
 namespace palpate {
 namespace {

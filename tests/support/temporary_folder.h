@@ -29,6 +29,7 @@ class TemporaryFolder : public testing::Test {
         return {std::istreambuf_iterator<char>(in), {}};
     }
     void write(const std::string& name, const std::string& bytes) const {
+        std::filesystem::remove(file(name)); // ext4 flushes a file that is cut short and rewritten
         std::ofstream(file(name), std::ios::binary) << bytes;
     }
 

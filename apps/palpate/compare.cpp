@@ -1,0 +1,290 @@
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
+#include "apps/palpate/read_options.h"
+#include "engine/image/compare.h"
+#include "engine/image/exr.h"
+#include "engine/image/png.h"
+#include "engine/volume/compare.h"
+
+namespace palpate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A limit that a person may set on one measure.
+struct Tolerance {
+    const char* flag;
+    const char* measure; // its name in a sentence
+    bool at_least;       // the limit is the least that passes, not the most
+    const char* help;
+    std::optional<double> limit = {};
+};
+
+struct CompareOptions {
+    std::string first, second;
+    bool labels = false;
+    double bound = 0.0;
+    double pixels_per_degree = kFlipPixelsPerDegree;
+    double max_memory_mib = 0.0; // 0: the default of reading
+    std::vector<Tolerance> tolerances{
+        {"--max", "the largest difference", false,
+         "Most that a sample may differ, in its own units"},
+        {"--share", "the share beyond the bound", false,
+         "Most pixels or voxels that may differ by more than the bound, as a share 0 .. 1"},
+        {"--rmse", "the root mean square", false,
+         "Largest root mean square of the differences, in the samples' units"},
+        {"--mean", "the mean difference", false,
+         "Largest mean of B - A in either direction, in the samples' units"},
+        {"--flip", "FLIP", false, "Pictures: largest mean FLIP difference, 0 .. 1"},
+        {"--neighborhood", "the share that matches nearby", true,
+         "Pictures: fewest pixels that match one of the 3x3 pixels around, within the bound, as a "
+         "share 0 .. 1"},
+        {"--dice", "the least Dice coefficient", true,
+         "Labels: least Dice coefficient of any label, 0 .. 1"},
+    };
+    double geometry_mm = 0.001;
+};
+
+// Holds what was measured against the tolerances, and collects what is beyond.
+class Verdict {
+ public:
+    explicit Verdict(const CompareOptions& options) : unused_(options.tolerances) {
+        std::erase_if(unused_, [](const Tolerance& t) { return !t.limit; });
+        none_given_ = unused_.empty();
+    }
+
+    void judge(std::string_view flag, double found) {
+        const auto at = std::find_if(unused_.begin(), unused_.end(),
+                                     [&](const Tolerance& t) { return t.flag == flag; });
+        if (at == unused_.end())
+            return;
+        if (at->at_least ? found < *at->limit : found > *at->limit)
+            failed_.push_back(fmt::format("{} is {:.6g}, {} than {:g}", at->measure, found,
+                                          at->at_least ? "less" : "more", *at->limit));
+        unused_.erase(at);
+    }
+    // What is required whatever was given.
+    void require_at_most(const char* measure, double found, double limit) {
+        if (found > limit)
+            failed_.push_back(fmt::format("{} is {:.6g}, more than {:g}", measure, found, limit));
+    }
+    // The measures that every kind with numbers has. Where no tolerance was given, nothing may
+    // differ by more than the bound; else what cannot be measured may only hide in the share.
+    void judge_samples(const SampleDifference& difference) {
+        if (none_given_)
+            require_at_most("the share beyond the bound", difference.share_beyond, 0.0);
+        const size_t before = unused_.size();
+        judge("--max", difference.max_abs);
+        judge("--rmse", difference.rmse);
+        judge("--mean", std::abs(difference.mean_signed));
+        if (unused_.size() < before)
+            require_at_most("the number of samples without a counterpart (NaN, infinity)",
+                            static_cast<double>(difference.nan_mismatch), 0.0);
+        judge("--share", difference.share_beyond);
+    }
+
+    bool none_given() const { return none_given_; }
+    const std::vector<Tolerance>& unused() const { return unused_; }
+    const std::vector<std::string>& failed() const { return failed_; }
+
+ private:
+    std::vector<Tolerance> unused_; // given, and not yet judged
+    bool none_given_ = false;
+    std::vector<std::string> failed_;
+};
+
+std::string extension_of(const std::string& path) {
+    std::string extension = std::filesystem::path(path).extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return extension;
+}
+
+bool is_picture(const std::string& path) {
+    const std::string extension = extension_of(path);
+    const bool pattern = path.find_first_of("*?%") != std::string::npos;
+    return !pattern && (extension == ".exr" || extension == ".png");
+}
+
+Result<Image> load_picture(const std::string& path) {
+    if (extension_of(path) == ".png")
+        return load_png(path);
+    Result<ExrFile> file = load_exr(path);
+    if (!file)
+        return pass_on(file);
+    return std::move(file->image);
+}
+
+Json json_of(const SampleDifference& difference) {
+    return {{"max", difference.max_abs},
+            {"rmse", difference.rmse},
+            {"mean_signed", difference.mean_signed},
+            {"share_beyond", difference.share_beyond},
+            {"beyond", difference.beyond},
+            {"nan_mismatch", difference.nan_mismatch}};
+}
+
+Json json_of(const ImageDifference& difference) {
+    Json json = json_of(difference.all);
+    if (difference.rgb)
+        json["rgb"] = json_of(*difference.rgb);
+    for (const SampleDifference& channel : difference.channels)
+        json["channels"][channel.channel] = json_of(channel);
+    json["neighborhood_match_share"] = difference.neighborhood_match_share;
+    json["flip_mean"] = difference.flip_mean ? Json(*difference.flip_mean) : Json();
+    return json;
+}
+
+Result<Json> compare_pictures(const CompareOptions& options, Verdict& verdict) {
+    Result<Image> first = load_picture(options.first);
+    if (!first)
+        return pass_on(first);
+    Result<Image> second = load_picture(options.second);
+    if (!second)
+        return pass_on(second);
+    Result<ImageDifference> difference =
+        compare_images(*first, *second, options.bound, options.pixels_per_degree);
+    if (!difference)
+        return fail("{} and {}: {}", options.first, options.second, difference.error().message);
+    verdict.judge_samples(difference->all);
+    verdict.judge("--neighborhood", difference->neighborhood_match_share);
+    if (difference->flip_mean)
+        verdict.judge("--flip", *difference->flip_mean);
+    Json json{{"kind", "image"},
+              {"size_px", {first->size_px.x, first->size_px.y}},
+              {"bound", options.bound}};
+    json.update(json_of(*difference));
+    return json;
+}
+
+// The figures of volumes under the names that pictures have them.
+SampleDifference samples_of(const VolumeDifference& difference, uint64_t count) {
+    return {.channel = "all",
+            .max_abs = difference.max_abs,
+            .rmse = difference.rmse,
+            .mean_signed = difference.mean_signed,
+            .share_beyond = static_cast<double>(difference.differing) / static_cast<double>(count),
+            .beyond = difference.differing,
+            .nan_mismatch = difference.nan_mismatch};
+}
+
+Json json_of(const std::vector<LabelAgreement>& labels) {
+    Json json = Json::array();
+    for (const LabelAgreement& label : labels)
+        json.push_back({{"label", label.label},
+                        {"voxels", {label.first, label.second}},
+                        {"both", label.both},
+                        {"dice", label.dice()},
+                        {"jaccard", label.jaccard()}});
+    return json;
+}
+
+Result<Json> compare_voxels(const CompareOptions& options, Verdict& verdict) {
+    const Interrupt interrupt;
+    std::vector<Volume> volumes;
+    for (const std::string& path : {options.first, options.second}) {
+        const ReadFlags flags{.path = path, .max_memory_mib = options.max_memory_mib};
+        Result<LoadedVolume> loaded = load(flags, options.labels, interrupt);
+        if (!loaded)
+            return pass_on(loaded);
+        volumes.push_back(std::move(loaded->volume));
+    }
+    const double bound = options.labels ? 0.0 : options.bound;
+    Result<VolumeDifference> difference = compare_volumes(volumes[0], volumes[1], bound);
+    if (!difference)
+        return fail("{} and {}: {}", options.first, options.second, difference.error().message);
+    verdict.require_at_most("the distance in mm between like corners", difference->geometry_mm,
+                            options.geometry_mm);
+    const glm::uvec3 size = volumes[0].size();
+    const SampleDifference samples = samples_of(*difference, sample_count(volumes[0].grid()));
+    Json json{{"kind", options.labels ? "labels" : "volume"},
+              {"size", {size.x, size.y, size.z}},
+              {"bound", bound},
+              {"geometry_mm", difference->geometry_mm},
+              {"same_type", difference->same_type}};
+    if (!options.labels) {
+        verdict.judge_samples(samples);
+        json.update(json_of(samples));
+        return json;
+    }
+    const Result<std::vector<LabelAgreement>> labels = compare_labels(volumes[0], volumes[1]);
+    double least = 1.0;
+    for (const LabelAgreement& label : *labels)
+        least = std::min(least, label.dice());
+    if (verdict.none_given())
+        verdict.require_at_most("the share of voxels with another label", samples.share_beyond, 0);
+    verdict.judge("--share", samples.share_beyond);
+    verdict.judge("--dice", least);
+    json["share_beyond"] = samples.share_beyond;
+    json["beyond"] = samples.beyond;
+    json["least_dice"] = least;
+    json["labels"] = json_of(*labels);
+    return json;
+}
+
+Result<void> run_compare(const CompareOptions& options) {
+    const bool pictures = is_picture(options.first);
+    if (pictures != is_picture(options.second))
+        return fail("{} and {}: a picture and a volume cannot be compared", options.first,
+                    options.second);
+    Verdict verdict(options);
+    Result<Json> json =
+        pictures ? compare_pictures(options, verdict) : compare_voxels(options, verdict);
+    if (!json)
+        return pass_on(json);
+    if (!verdict.unused().empty())
+        return fail("{} does not apply to what {} holds", verdict.unused()[0].flag, options.first);
+    (*json)["failed"] = verdict.failed();
+    (*json)["pass"] = verdict.failed().empty();
+    std::cout << json->dump(2) << '\n';
+    if (!std::cout.flush())
+        return fail("standard output cannot be written");
+    if (!verdict.failed().empty())
+        return fail("{} and {} differ: {}", options.first, options.second,
+                    fmt::join(verdict.failed(), "; "));
+    return {};
+}
+
+} // namespace
+
+Command add_compare(CLI::App& app) {
+    auto options = std::make_shared<CompareOptions>();
+    app.add_option("A", options->first, "A picture (.exr or .png) or a volume")->required();
+    app.add_option("B", options->second, "Another of the same kind")->required();
+    app.add_flag("--labels", options->labels,
+                 "Volumes: compare as label maps (default: grey values)");
+    app.add_option("--bound", options->bound,
+                   "Differences up to this do not count in shares, in the samples' units; for "
+                   "colours 1 is white")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    app.add_option("--pixels-per-degree", options->pixels_per_degree,
+                   "Pictures: pixels per degree of visual angle, for FLIP")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--geometry", options->geometry_mm,
+                   "Volumes: most mm that like corners may lie apart")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    app.add_option("--max-memory", options->max_memory_mib,
+                   "Volumes: most memory for reading each, in MiB (default: 75 % of this "
+                   "machine's)")
+        ->check(CLI::PositiveNumber);
+    for (Tolerance& tolerance : options->tolerances)
+        app.add_option(tolerance.flag, tolerance.limit,
+                       fmt::format("{} (default: any)", tolerance.help))
+            ->check(CLI::NonNegativeNumber)
+            ->group("Tolerances; with none given, nothing may differ by more than the bound");
+    return [options] { return run_compare(*options); };
+}
+
+} // namespace palpate

@@ -1,0 +1,100 @@
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "engine/image/exr.h"
+#include "engine/image/png.h"
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+
+class CompareCommand : public ProgramTest {
+ protected:
+    // a.exr and b.exr: 8 x 8 grey, of which b is 0.25 brighter in 4 pixels; c.png is b in 8 bits.
+    CompareCommand() {
+        Image image = make_image({8, 8}, {"R", "G", "B"});
+        std::fill(image.samples.begin(), image.samples.end(), 0.5f);
+        EXPECT_TRUE(save_exr(file("a.exr"), image, ExrPrecision::half_float));
+        for (uint32_t x = 0; x < 4; ++x)
+            for (size_t c = 0; c < 3; ++c)
+                image.at(x, 0, c) = 0.75f;
+        EXPECT_TRUE(save_exr(file("b.exr"), image, ExrPrecision::full_float));
+        EXPECT_TRUE(save_png(file("c.png"), image));
+    }
+
+    ProgramRun compare(const std::string& a, const std::string& b,
+                       std::vector<std::string> options = {}) const {
+        options.insert(options.begin(), {"compare", file(a).string(), file(b).string()});
+        return run(options);
+    }
+};
+
+TEST_F(CompareCommand, PassesWhatIsIdentical) {
+    const ProgramRun same = compare("a.exr", "a.exr");
+    EXPECT_EQ(same.exit_code, 0) << same.messages;
+    EXPECT_EQ(same.messages, "");
+    const Json json = Json::parse(same.output);
+    EXPECT_EQ(json["kind"], "image");
+    EXPECT_EQ(json["size_px"], Json({8, 8}));
+    EXPECT_EQ(json["max"], 0.0);
+    EXPECT_EQ(json["flip_mean"], 0.0);
+    EXPECT_TRUE(json["pass"]);
+}
+
+TEST_F(CompareCommand, FailsWhatDiffersAndSaysByHowMuch) {
+    const ProgramRun differing = compare("a.exr", "b.exr");
+    EXPECT_EQ(differing.exit_code, 1);
+    EXPECT_NE(differing.messages.find("share beyond the bound is 0.0625"), std::string::npos)
+        << differing.messages;
+    const Json json = Json::parse(differing.output);
+    EXPECT_FALSE(json["pass"]);
+    EXPECT_EQ(json["failed"].size(), 1u);
+    EXPECT_EQ(json["max"], 0.25);
+    EXPECT_EQ(json["beyond"], 4);
+    EXPECT_EQ(json["rmse"], std::sqrt(0.0625 * 4 / 64));
+    EXPECT_EQ(json["rgb"]["mean_signed"], 0.25 * 4 / 64);
+    EXPECT_EQ(json["channels"]["G"]["max"], 0.25);
+    EXPECT_GT(json["flip_mean"], 0.0);
+}
+
+TEST_F(CompareCommand, JudgesByTheTolerancesThatAreGiven) {
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--max", "0.25"}).exit_code, 0);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--max", "0.24"}).exit_code, 1);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--share", "0.0625"}).exit_code, 0);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--share", "0.06"}).exit_code, 1);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--share", "0", "--bound", "0.25"}).exit_code, 0);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--rmse", "0.0625"}).exit_code, 0);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--mean", "0.015"}).exit_code, 1);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--flip", "0.9"}).exit_code, 0);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--flip", "0.0001"}).exit_code, 1);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--neighborhood", "1"}).exit_code, 1);
+    EXPECT_EQ(compare("a.exr", "b.exr", {"--max", "0.25", "--rmse", "0.01"}).exit_code, 1);
+}
+
+TEST_F(CompareCommand, ComparesAcrossFileFormats) {
+    // 0.5 and 0.75 are no multiples of 1/255: rounding is at most half a step.
+    EXPECT_EQ(compare("b.exr", "c.png", {"--max", "0.00197"}).exit_code, 0);
+    EXPECT_EQ(compare("b.exr", "c.png").exit_code, 1);
+}
+
+TEST_F(CompareCommand, RefusesWhatCannotBeComparedInOneSentence) {
+    ASSERT_TRUE(save_png(file("small.png"), make_image({2, 2}, {"R", "G", "B"})));
+    write("broken.exr", bytes_of("a.exr").substr(0, 100));
+    for (const ProgramRun& refused :
+         {compare("a.exr", "small.png"), compare("a.exr", "broken.exr"),
+          compare("a.exr", "absent.png"), compare("a.exr", "volume.nii"),
+          compare("a.exr", "a.exr", {"--dice", "1"})}) {
+        EXPECT_EQ(refused.exit_code, 1);
+        EXPECT_EQ(refused.output, "");
+        EXPECT_EQ(std::count(refused.messages.begin(), refused.messages.end(), '\n'), 1)
+            << refused.messages;
+    }
+    EXPECT_EQ(run({"compare", "one.exr"}).exit_code, 2);
+    EXPECT_EQ(compare("a.exr", "a.exr", {"--max", "-1"}).exit_code, 2);
+}
+
+} // namespace
+} // namespace palpate
