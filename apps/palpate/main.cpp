@@ -19,8 +19,11 @@ struct Entry {
 };
 
 constexpr Entry kCommands[] = {
-    {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
     {"compare", "Measure how two pictures, volumes or label maps differ", palpate::add_compare},
+    {"doctor", "Say what this machine offers: Vulkan devices, memory, real-time policy",
+     palpate::add_doctor},
+    {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
+    {"render", "Draw a scene or a volume to a picture", palpate::add_render},
 };
 
 } // namespace

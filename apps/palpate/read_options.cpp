@@ -9,6 +9,10 @@ void add_read_flags(CLI::App& app, ReadFlags& flags) {
                    "Volume: a file, a DICOM folder, a folder of slices, or a pattern such as "
                    "ct_%03d.png or 'ct_*.png'")
         ->required();
+    add_read_limits(app, flags);
+}
+
+void add_read_limits(CLI::App& app, ReadFlags& flags) {
     app.add_option("--frame", flags.frame,
                    "Frame of a 4-D file, counted from 0 (default: 0, with a warning)")
         ->check(CLI::Range(int64_t{0}, int64_t{0xffffffff}))
@@ -22,7 +26,7 @@ void add_read_flags(CLI::App& app, ReadFlags& flags) {
         ->type_name("MIB");
 }
 
-Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
+ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt) {
     ReadOptions options;
     if (flags.frame >= 0)
         options.frame = static_cast<uint32_t>(flags.frame);
@@ -32,6 +36,11 @@ Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& 
         options.max_memory_bytes =
             static_cast<uint64_t>(std::min(flags.max_memory_mib, 1e12) * 1024 * 1024);
     options.stop = interrupt.token();
+    return options;
+}
+
+Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
+    const ReadOptions options = read_options(flags, interrupt);
     Result<LoadedVolume> loaded =
         labels ? load_labels(flags.path, options) : load_volume(flags.path, options);
     if (loaded) {

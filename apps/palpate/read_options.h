@@ -16,8 +16,13 @@ struct ReadFlags {
     double max_memory_mib = 0; // 0: the default of ReadOptions
 };
 
-// Adds the positional argument V and --frame, --series, --max-memory.
+// Adds --frame, --series and --max-memory.
+void add_read_limits(CLI::App& app, ReadFlags& flags);
+
+// The same, and the positional argument V.
 void add_read_flags(CLI::App& app, ReadFlags& flags);
+
+ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt);
 
 // Loads, and prints the notes and warnings.
 Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt);

@@ -61,7 +61,8 @@ void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& gri
 
 } // namespace
 
-static_assert(gpu::kMaxClips == kMaxClipPlanes && gpu::kMaxIsoValues == kMaxIsos);
+static_assert(gpu::kMaxClips == kMaxClipPlanes && gpu::kMaxIsoValues == kMaxIsos &&
+              gpu::kMaxSlices == kMaxSlices);
 
 gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span<const View> views,
                             const FrameInputs& inputs) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <deque>
+#include <limits>
 
 #include "engine/base/assert.h"
 #include "engine/base/timer.h"
@@ -96,6 +97,35 @@ std::span<const std::byte> bytes_of(const T& value) {
 }
 
 } // namespace
+
+uint64_t count_segments(const Scene& scene, const Grid& grid) {
+    const double step = step_mm_of(*scene.ray_cast, grid);
+    const glm::dmat4 to_index = index_from_world(grid);
+    const glm::dvec3 last = glm::dvec3(grid.size) - 1.0;
+    uint64_t count = 0;
+    for (const View& view : views_of(scene))
+        for (uint32_t y = 0; y < scene.size_px.y; ++y)
+            for (uint32_t x = 0; x < scene.size_px.x; ++x) {
+                const Ray ray = ray_through(view, {x, y}, scene.size_px);
+                const glm::dvec3 origin = index_point(grid, ray.origin_mm);
+                const glm::dvec3 direction = glm::dmat3(to_index) * ray.direction;
+                double near = 0.0, far = std::numeric_limits<double>::infinity();
+                for (int axis = 0; axis < 3; ++axis) {
+                    if (direction[axis] == 0.0) {
+                        if (origin[axis] < 0.0 || origin[axis] > last[axis])
+                            far = -1.0;
+                        continue;
+                    }
+                    const double a = -origin[axis] / direction[axis];
+                    const double b = (last[axis] - origin[axis]) / direction[axis];
+                    near = std::max(near, std::min(a, b));
+                    far = std::min(far, std::max(a, b));
+                }
+                if (near < far)
+                    count += static_cast<uint64_t>(std::ceil(far / step) - std::floor(near / step));
+            }
+    return count;
+}
 
 struct Renderer::Targets {
     glm::uvec2 size_px;

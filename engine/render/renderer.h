@@ -19,6 +19,10 @@ struct RendererOptions {
     uint64_t memory_limit_bytes = 0; // for volumes; 0 is three quarters of the device's memory
 };
 
+// How many segments of the sample lattice lie inside the volume's box, over all rays of a picture:
+// what a ray caster that skips and stops nowhere would sample. Clip planes and slices left out.
+uint64_t count_segments(const Scene& scene, const Grid& grid);
+
 // What one frame cost.
 struct FrameStats {
     std::vector<PassTime> passes; // GPU time of each, in order

@@ -1,0 +1,230 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
+#include "apps/palpate/read_options.h"
+#include "apps/palpate/scene_options.h"
+#include "engine/base/file.h"
+#include "engine/base/log.h"
+#include "engine/base/timer.h"
+#include "engine/image/exr.h"
+#include "engine/image/png.h"
+#include "engine/render/renderer.h"
+#include "engine/render/stereo_layout.h"
+
+namespace palpate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct RenderOptions {
+    SceneOptions scene;
+    ReadFlags read;
+    std::string output, stats, device, format = "auto", write_scene;
+    uint32_t frames = 1;
+    double orbit_deg = 0.0;
+    bool half = false, validate = false;
+};
+
+double percentile(std::vector<double> values, double share) {
+    std::sort(values.begin(), values.end());
+    return values[static_cast<size_t>(std::ceil(share * static_cast<double>(values.size()))) - 1];
+}
+
+// What the frames of one run took.
+struct Timing {
+    double first_frame_ms = 0;           // pipelines, uploads and the first frame
+    std::vector<double> wall_ms, gpu_ms; // of the frames after it; of the first if it is alone
+    std::vector<PassTime> passes;        // medians
+};
+
+Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& data,
+                           const RenderOptions& options, const Interrupt& interrupt) {
+    Timing timing;
+    std::vector<std::vector<double>> passes;
+    // One frame more than asked for: the first pays for pipelines and uploads, and is told apart.
+    const uint32_t count = options.frames > 1 ? options.frames + 1 : 1;
+    for (uint32_t i = 0; i < count; ++i) {
+        if (interrupt.token().stop_requested())
+            return fail("interrupted after {} of {} frames", i, count);
+        const Timer timer;
+        const Result<FrameStats> stats = renderer.draw(scene, data);
+        if (!stats)
+            return tl::unexpected(stats.error());
+        if (i == 0)
+            timing.first_frame_ms = timer.ms();
+        if (i > 0 || count == 1) {
+            timing.wall_ms.push_back(stats->wall_ms);
+            double gpu = 0;
+            passes.resize(stats->passes.size());
+            for (size_t p = 0; p < stats->passes.size(); ++p) {
+                gpu += stats->passes[p].gpu_ms;
+                passes[p].push_back(stats->passes[p].gpu_ms);
+            }
+            timing.gpu_ms.push_back(gpu);
+            timing.passes = stats->passes;
+        }
+        if (i + 1 < count)
+            scene.camera = orbit(scene.camera, options.orbit_deg);
+    }
+    for (size_t p = 0; p < passes.size(); ++p)
+        timing.passes[p].gpu_ms = percentile(passes[p], 0.5);
+    return timing;
+}
+
+Json stats_json(const Device& device, const Renderer& renderer, const Timing& timing,
+                const Scene& scene, const SceneData& data) {
+    Json json;
+    json["device"] = device.info().name;
+    json["driver"] = device.info().driver;
+    json["first_frame_ms"] = timing.first_frame_ms;
+    json["pipeline_creation_ms"] = renderer.pipeline_creation_ms();
+    json["frame_ms"] = {{"median", percentile(timing.wall_ms, 0.5)},
+                        {"p95", percentile(timing.wall_ms, 0.95)},
+                        {"gpu_median", percentile(timing.gpu_ms, 0.5)},
+                        {"frames", timing.wall_ms.size()}};
+    json["passes"] = Json::array();
+    for (const PassTime& pass : timing.passes)
+        json["passes"].push_back({{"name", pass.name}, {"gpu_ms", pass.gpu_ms}});
+    json["resources"] = Json::array();
+    for (const ResourceInfo& resource : device.resources())
+        json["resources"].push_back(
+            {{"name", resource.name}, {"kind", resource.kind}, {"bytes", resource.bytes}});
+    json["samples"] = scene.ray_cast ? count_segments(scene, data.volume.grid()) : 0;
+    json["skipped_share"] = 0.0; // no space is skipped
+    // What early termination may hide, in colour: the one error that is bounded beforehand.
+    json["error_estimate"] = scene.ray_cast ? scene.ray_cast->min_transmittance : 0.0;
+    json["volume_version"] = data.volume.version();
+    return json;
+}
+
+Result<void> save_picture(const std::filesystem::path& path, const Image& image,
+                          const RenderOptions& options, const ImageMetadata& metadata) {
+    if (path.extension() == ".png")
+        return save_png(path, image);
+    return save_exr(path, image, options.half ? ExrPrecision::half_float : ExrPrecision::full_float,
+                    metadata);
+}
+
+// "dir/name_left.png" from "dir/name.png".
+std::filesystem::path with_suffix(std::filesystem::path path, const char* suffix) {
+    return path.replace_filename(path.stem().string() + suffix + path.extension().string());
+}
+
+Result<void> save_frame(const RenderOptions& options, const Scene& scene,
+                        const std::vector<Image>& eyes, const ImageMetadata& metadata) {
+    const std::filesystem::path path = options.output;
+    if (eyes.size() == 1)
+        return save_picture(path, eyes[0], options, metadata);
+    if (scene.stereo->layout == StereoLayout::separate) {
+        auto saved = save_picture(with_suffix(path, "_left"), eyes[0], options, metadata);
+        return saved ? save_picture(with_suffix(path, "_right"), eyes[1], options, metadata)
+                     : saved;
+    }
+    return save_picture(path, join_eyes(eyes[0], eyes[1], scene.stereo->layout), options, metadata);
+}
+
+Result<TexelFormat> texel_format(const std::string& name) {
+    if (name == "auto")
+        return TexelFormat::automatic;
+    if (name == "r16")
+        return TexelFormat::unorm16;
+    if (name == "r32f")
+        return TexelFormat::f32;
+    return fail("--volume-format: expected auto, r16 or r32f, found '{}'", name);
+}
+
+Result<void> run_render(const RenderOptions& options) {
+    const std::string extension = std::filesystem::path(options.output).extension();
+    if (extension != ".png" && extension != ".exr")
+        return fail("{}: expected a name ending in .png or .exr", options.output);
+    const Result<TexelFormat> format = texel_format(options.format);
+    if (!format)
+        return fail("{}", format.error().message);
+    const Interrupt interrupt;
+    Result<SceneFile> file = base_scene(options.scene);
+    if (!file)
+        return pass_on(file);
+    const Result<LoadedScene> loaded =
+        load_scene_data(*file, read_options(options.read, interrupt));
+    if (!loaded)
+        return fail("{}", loaded.error().message);
+    for (const std::string& note : loaded->notes)
+        log::info("{}", note);
+    for (const std::string& warning : loaded->warnings)
+        log::warning("{}", warning);
+    const Result<Scene> scene = final_scene(options.scene, *file, *loaded);
+    if (!scene)
+        return fail("{}", scene.error().message);
+
+    SceneFile drawn = *file;
+    drawn.scene = *scene;
+    drawn.framing.reset();
+    drawn.centered_slices.clear();
+    drawn.centered_clips.clear();
+    if (!options.write_scene.empty()) {
+        const std::string text = write_scene(drawn);
+        if (auto saved = save_bytes(options.write_scene, std::as_bytes(std::span(text))); !saved)
+            return saved;
+    }
+
+    Device device({.select = options.device, .validation = options.validate});
+    log::debug("drawing on {}, {}", device.info().name, device.info().driver);
+    Renderer renderer(device, {.volume_format = *format});
+    const Result<Timing> timing = draw_frames(renderer, *scene, loaded->data, options, interrupt);
+    if (!timing)
+        return fail("{}", timing.error().message);
+    const ImageMetadata metadata{{"palpate:version", PALPATE_VERSION},
+                                 {"palpate:device", device.info().name},
+                                 {"palpate:driver", device.info().driver},
+                                 {"palpate:scene", scene_hash(drawn)}};
+    if (auto saved = save_frame(options, *scene, renderer.read_back(), metadata); !saved)
+        return saved;
+    if (!options.stats.empty()) {
+        const std::string text =
+            stats_json(device, renderer, *timing, *scene, loaded->data).dump(2) + "\n";
+        if (options.stats == "-")
+            fmt::print("{}", text);
+        else if (auto saved = save_bytes(options.stats, std::as_bytes(std::span(text))); !saved)
+            return saved;
+    }
+    if (!device.validation_messages().empty())
+        return fail("Vulkan validation had {} complaints, the first: {}",
+                    device.validation_messages().size(), device.validation_messages().front());
+    return {};
+}
+
+} // namespace
+
+Command add_render(CLI::App& app) {
+    auto o = std::make_shared<RenderOptions>();
+    add_scene_options(app, o->scene);
+    add_read_limits(app, o->read);
+    app.add_option("-o,--output", o->output, "Picture to write: .png (8 bit) or .exr")->required();
+    app.add_flag("--half", o->half, "EXR: 16-bit samples (default: 32-bit)");
+    app.add_option("--frames", o->frames,
+                   "Frames to time, after one that warms up; the last is written")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    app.add_option("--orbit-deg", o->orbit_deg, "Turn between frames, in degrees about up")
+        ->capture_default_str();
+    app.add_option("--stats", o->stats,
+                   "Write times, passes and resources as JSON to a file, or - (default: none)");
+    app.add_option("--write-scene", o->write_scene,
+                   "Write the scene that is drawn, all options applied (default: none)");
+    app.add_option("--device", o->device,
+                   "Vulkan device: part of its name, or its number in palpate doctor (default: the "
+                   "first discrete, integrated, then CPU device)");
+    app.add_option("--volume-format", o->format,
+                   "Voxels on the device: r16, r32f, or auto (r32f on CPU devices)")
+        ->capture_default_str();
+    app.add_flag("--validate", o->validate, "Run under Vulkan validation; a message is a failure");
+    return [o] { return run_render(*o); };
+}
+
+} // namespace palpate

@@ -1,0 +1,356 @@
+#include "apps/palpate/scene_options.h"
+
+#include <charconv>
+
+#include "apps/palpate/default_scene.h"
+#include "engine/scene/presets.h"
+#include "engine/scene/scene_names.h"
+
+namespace palpate {
+
+namespace {
+
+// The value of an enum by the name scene files give it.
+template <class Enum>
+Result<Enum> enum_of(const char* option, const std::string& text) {
+    std::string known;
+    for (const auto& [name, value] : Names<Enum>::list) {
+        if (text == name)
+            return value;
+        known += known.empty() ? name : fmt::format(", {}", name);
+    }
+    return fail("{}: expected one of {}, found '{}'", option, known, text);
+}
+
+Result<std::vector<double>> numbers(const char* option, const std::string& text, size_t count) {
+    std::vector<double> values;
+    const char* at = text.data();
+    const char* end = at + text.size();
+    while (at < end) {
+        double value = 0;
+        const auto [next, error] = std::from_chars(at, end, value);
+        if (error != std::errc() || !std::isfinite(value) || (next < end && *next != ','))
+            break;
+        values.push_back(value);
+        at = next < end ? next + 1 : next;
+        if (next == end)
+            break;
+    }
+    if (at != end || values.size() != count)
+        return fail("{}: expected {} numbers separated by commas, found '{}'", option, count, text);
+    return values;
+}
+
+// "axial", "coronal:-12.5", or "px,py,pz,nx,ny,nz".
+Result<SliceLayer> slice_of(const std::string& text, const Grid& grid) {
+    SliceLayer slice;
+    slice.point_mm = center_mm(grid);
+    constexpr std::pair<const char*, int> planes[] = {
+        {"sagittal", 0}, {"coronal", 1}, {"axial", 2}};
+    for (const auto& [name, axis] : planes) {
+        if (!text.starts_with(name))
+            continue;
+        slice.normal = glm::dvec3(0.0);
+        slice.normal[axis] = 1.0;
+        const std::string rest = text.substr(std::string_view(name).size());
+        if (rest.empty())
+            return slice;
+        if (rest.front() != ':')
+            break;
+        const Result<std::vector<double>> at = numbers("--slice", rest.substr(1), 1);
+        if (!at)
+            return fail("{}", at.error().message);
+        slice.point_mm[axis] = at->front();
+        return slice;
+    }
+    const Result<std::vector<double>> v = numbers("--slice", text, 6);
+    if (!v)
+        return fail(
+            "--slice: expected axial, coronal or sagittal, with :MM if wanted, or "
+            "px,py,pz,nx,ny,nz; found '{}'",
+            text);
+    slice.point_mm = {(*v)[0], (*v)[1], (*v)[2]};
+    slice.normal = {(*v)[3], (*v)[4], (*v)[5]};
+    if (glm::length(slice.normal) == 0.0)
+        return fail("--slice: expected a normal that is not 0, found '{}'", text);
+    return slice;
+}
+
+Result<void> apply_slices(const SceneOptions& options, const Grid& grid, Scene& scene) {
+    if (!options.slices.empty())
+        scene.slices.clear();
+    for (const std::string& text : options.slices) {
+        Result<SliceLayer> slice = slice_of(text, grid);
+        if (!slice)
+            return fail("{}", slice.error().message);
+        scene.slices.push_back(*slice);
+    }
+    if (scene.slices.size() > kMaxSlices)
+        return fail("--slice: expected at most {} slices, found {}", kMaxSlices,
+                    scene.slices.size());
+    for (SliceLayer& slice : scene.slices) {
+        if (!options.interpolation.empty()) {
+            const auto found = enum_of<Interpolation>("--interpolation", options.interpolation);
+            if (!found)
+                return fail("{}", found.error().message);
+            slice.interpolation = *found;
+        }
+        if (!options.slab_mode.empty()) {
+            const auto found = enum_of<SlabMode>("--slab-mode", options.slab_mode);
+            if (!found)
+                return fail("{}", found.error().message);
+            slice.slab_mode = *found;
+        }
+        if (options.slab_mm > 0)
+            slice.slab_mm = options.slab_mm;
+    }
+    return {};
+}
+
+Result<void> apply_clips(const SceneOptions& options, Scene& scene) {
+    for (const std::string& text : options.clips) {
+        const Result<std::vector<double>> v = numbers("--clip", text, 6);
+        if (!v)
+            return fail("{}", v.error().message);
+        const glm::dvec3 normal((*v)[3], (*v)[4], (*v)[5]);
+        if (glm::length(normal) == 0.0)
+            return fail("--clip: expected a normal that is not 0, found '{}'", text);
+        scene.clip_planes.push_back({{(*v)[0], (*v)[1], (*v)[2]}, normal});
+    }
+    if (scene.clip_planes.size() > kMaxClipPlanes)
+        return fail("--clip: expected at most {} planes, found {}", kMaxClipPlanes,
+                    scene.clip_planes.size());
+    return {};
+}
+
+Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedScene& loaded,
+                                     RayMode mode) {
+    if (!options.window.empty()) {
+        if (!(options.window[0] < options.window[1]))
+            return fail("--window: expected LOW below HIGH, found {},{}", options.window[0],
+                        options.window[1]);
+        return window_function(options.window[0], options.window[1],
+                               mode == RayMode::mip ? 1.0 : 0.1);
+    }
+    if (const auto found = preset(options.transfer))
+        return fitted(*found, options.transfer, loaded);
+    return load_transfer_function(options.transfer);
+}
+
+Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& loaded, Scene& scene) {
+    const bool wanted = !options.mode.empty() || !options.isos.empty();
+    if (!wanted && !scene.ray_cast)
+        return {};
+    RayMode mode = scene.ray_cast ? scene.ray_cast->mode : RayMode::iso;
+    if (!options.mode.empty()) {
+        const auto found = enum_of<RayMode>("--mode", options.mode);
+        if (!found)
+            return fail("{}", found.error().message);
+        mode = *found;
+    }
+    if (!scene.ray_cast || scene.ray_cast->mode != mode)
+        scene.ray_cast = default_ray_cast(mode, loaded);
+    RayCastLayer& layer = *scene.ray_cast;
+    if (!options.integrator.empty()) {
+        const auto found = enum_of<Integrator>("--integrator", options.integrator);
+        if (!found)
+            return fail("{}", found.error().message);
+        layer.integrator = *found;
+    }
+    if (!options.window.empty() || !options.transfer.empty()) {
+        const auto found = transfer_of(options, loaded, mode);
+        if (!found)
+            return fail("{}", found.error().message);
+        layer.transfer = *found;
+    }
+    if (!options.isos.empty()) {
+        if (options.isos.size() > kMaxIsos)
+            return fail("--iso: expected at most {} values, found {}", kMaxIsos,
+                        options.isos.size());
+        layer.isos = iso_surfaces(options.isos);
+    }
+    if (options.step_mm >= 0)
+        layer.step_mm = options.step_mm;
+    if (options.min_transmittance >= 0)
+        layer.min_transmittance = options.min_transmittance;
+    if (options.shade)
+        layer.shading = Shading{};
+    if (options.no_shade)
+        layer.shading.reset();
+    return {};
+}
+
+Result<void> apply_camera(const SceneOptions& options, const Grid& grid, Scene& scene) {
+    if (!options.camera.empty()) {
+        const auto& v = options.camera;
+        if (v.size() != 6 && v.size() != 9)
+            return fail("--camera: expected 6 or 9 numbers, found {}", v.size());
+        scene.camera.eye_mm = {v[0], v[1], v[2]};
+        scene.camera.target_mm = {v[3], v[4], v[5]};
+        if (v.size() == 9)
+            scene.camera.up = {v[6], v[7], v[8]};
+        scene.camera.view_angle_deg = options.view_angle_deg;
+        const glm::dvec3 forward = scene.camera.target_mm - scene.camera.eye_mm;
+        if (!(glm::length(glm::cross(forward, scene.camera.up)) > 1e-9 * glm::length(forward)))
+            return fail(
+                "--camera: expected a target apart from the eye and an up that is not the "
+                "view direction");
+    } else if (!options.view.empty()) {
+        const std::optional<ViewDirection> view = view_direction(options.view);
+        if (!view)
+            return fail("--view: expected one of {}, found '{}'", view_names(), options.view);
+        scene.camera =
+            frame_volume(grid, view->towards, view->up, options.fill, options.view_angle_deg);
+    }
+    if (!options.projection.empty()) {
+        const auto found = enum_of<Projection>("--projection", options.projection);
+        if (!found)
+            return fail("{}", found.error().message);
+        scene.camera.projection = *found;
+    }
+    return {};
+}
+
+Result<void> apply_stereo(const SceneOptions& options, Scene& scene) {
+    if (!options.stereo.empty()) {
+        const auto layout = enum_of<StereoLayout>("--stereo", options.stereo);
+        if (!layout)
+            return fail("{}", layout.error().message);
+        if (!scene.stereo) {
+            // A comfortable pair: the eyes converge on the target, 1/30 of the distance apart.
+            const double distance = glm::length(scene.camera.target_mm - scene.camera.eye_mm);
+            scene.stereo = StereoSettings{{distance / 30.0, distance}, *layout};
+        }
+        scene.stereo->layout = *layout;
+    }
+    if (scene.stereo && options.eye_separation_mm > 0)
+        scene.stereo->rig.eye_separation_mm = options.eye_separation_mm;
+    if (scene.stereo && options.convergence_mm > 0)
+        scene.stereo->rig.convergence_mm = options.convergence_mm;
+    return {};
+}
+
+} // namespace
+
+void add_scene_options(CLI::App& app, SceneOptions& o) {
+    app.add_option("SCENE", o.input,
+                   "Scene file (.json), or a volume: file, DICOM folder, slice pattern, "
+                   "synthetic:NAME")
+        ->required();
+    app.add_option("--labels", o.labels, "Label map shown with the volume (default: none)")
+        ->type_name("FILE");
+    app.add_option("--mode", o.mode, "mip, alpha or iso (default: alpha; none with --slice alone)");
+    app.add_option("--iso", o.isos, "Iso-values, in the volume's units (default: 300 HU for CT)")
+        ->delimiter(',');
+    app.add_option("--tf", o.transfer,
+                   "Transfer function: a preset or a JSON file (default: by modality)");
+    app.add_option("--window", o.window,
+                   "Grey from LOW to HIGH, in the volume's units, instead of --tf")
+        ->delimiter(',')
+        ->expected(2);
+    app.add_option("--integrator", o.integrator, "fast or preintegrated (default: fast)");
+    app.add_option("--step", o.step_mm,
+                   "Distance between samples in mm; 0 is the smallest spacing (default: 0)");
+    app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");
+    app.add_flag("--no-shade", o.no_shade, "No gradient shading");
+    app.add_option("--min-transmittance", o.min_transmittance,
+                   "A ray stops when less light comes through, 0 .. 1 (default: 1/1024)")
+        ->check(CLI::Range(0.0, 1.0));
+    app.add_option("--slice", o.slices,
+                   "A slice: axial, coronal or sagittal, with :MM for its place in world mm, or "
+                   "px,py,pz,nx,ny,nz (default place: the centre); repeatable");
+    app.add_option("--interpolation", o.interpolation, "Slices: linear or cubic (default: linear)");
+    app.add_option("--slab", o.slab_mm, "Slices: thickness in mm (default: 0)")
+        ->check(CLI::NonNegativeNumber);
+    app.add_option("--slab-mode", o.slab_mode, "Slabs: mean or maximum (default: mean)");
+    app.add_option("--clip", o.clips,
+                   "Keep the side of a plane its normal points to: px,py,pz,nx,ny,nz in mm; "
+                   "repeatable");
+    app.add_option("--view", o.view, fmt::format("Camera: {} (default: oblique)", view_names()));
+    app.add_option("--fill", o.fill, "--view: below 1 comes closer (default: 0.8)")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--view-angle", o.view_angle_deg, "Angle from bottom to top in degrees")
+        ->capture_default_str()
+        ->check(CLI::Range(0.001, 179.0));
+    app.add_option("--camera", o.camera,
+                   "Camera: eye and target in mm, and up: ex,ey,ez,tx,ty,tz[,ux,uy,uz]")
+        ->delimiter(',');
+    app.add_option("--projection", o.projection,
+                   "perspective or orthographic (default: perspective)");
+    app.add_option("--size", o.size_px, "Width and height in pixels (default: 512,512)")
+        ->delimiter(',')
+        ->expected(2)
+        ->check(CLI::Range(1, 16384));
+    app.add_option("--stereo", o.stereo,
+                   "side_by_side, top_bottom, row_interleaved, anaglyph or separate "
+                   "(default: one eye)");
+    app.add_option("--eye-separation", o.eye_separation_mm,
+                   "Stereo: mm between the eyes (default: 1/30 of the distance)")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--convergence", o.convergence_mm,
+                   "Stereo: mm to where both eyes meet (default: the target)")
+        ->check(CLI::PositiveNumber);
+    app.add_option("--background", o.background, "Colour r,g,b, 0 .. 1 (default: black)")
+        ->delimiter(',')
+        ->expected(3)
+        ->check(CLI::Range(0.0, 1.0));
+    app.add_flag("--values", o.values,
+                 "EXR: also write value and depth in mm (default: colours only)");
+}
+
+Result<SceneFile> base_scene(const SceneOptions& options) {
+    SceneFile file;
+    if (options.input.ends_with(".json") && !is_synthetic(options.input)) {
+        Result<SceneFile> loaded = load_scene(options.input);
+        if (!loaded)
+            return loaded;
+        file = std::move(*loaded);
+    } else {
+        file.volume = options.input;
+        file.framing = Framing{};
+    }
+    if (!options.labels.empty()) {
+        file.labels = is_synthetic(options.labels)
+                          ? options.labels
+                          : std::filesystem::absolute(options.labels).string();
+        if (!file.scene.labels)
+            file.scene.labels = LabelLayer{};
+    }
+    return file;
+}
+
+Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const LoadedScene& loaded) {
+    const Grid& grid = loaded.data.volume.grid();
+    const bool from_volume = !file.scene.ray_cast && file.scene.slices.empty();
+    Scene scene = resolved_scene(file, grid);
+    if (options.size_px.size() == 2)
+        scene.size_px = {options.size_px[0], options.size_px[1]};
+    if (options.background.size() == 3)
+        scene.background = {options.background[0], options.background[1], options.background[2]};
+    scene.value_and_depth = scene.value_and_depth || options.values;
+    if (from_volume && options.slices.empty() && options.mode.empty() && options.isos.empty())
+        scene.ray_cast = default_ray_cast(RayMode::alpha, loaded);
+    if (auto done = apply_ray_cast(options, loaded, scene); !done)
+        return pass_on(done);
+    if (auto done = apply_slices(options, grid, scene); !done)
+        return pass_on(done);
+    if (!scene.slices.empty() && scene.slice_transfer.colors.empty())
+        scene.slice_transfer = default_slice_transfer(loaded);
+    if (!options.slices.empty() && (!options.window.empty() || !options.transfer.empty())) {
+        const auto found = transfer_of(options, loaded, RayMode::mip);
+        if (!found)
+            return fail("{}", found.error().message);
+        scene.slice_transfer = *found;
+    }
+    if (from_volume)
+        scene.camera = default_camera(scene, grid);
+    if (auto done = apply_clips(options, scene); !done)
+        return pass_on(done);
+    if (auto done = apply_camera(options, grid, scene); !done)
+        return pass_on(done);
+    if (auto done = apply_stereo(options, scene); !done)
+        return pass_on(done);
+    return scene;
+}
+
+} // namespace palpate

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/io/scene_data.h"
+#include "engine/scene/scene_file.h"
+
+namespace palpate {
+
+// The options of `palpate render` that say what is drawn. Where the input is a scene file, they
+// replace what the file says; where it is a volume, they start from a scene that suits it.
+struct SceneOptions {
+    std::string input; // SCENE.json, a volume, or synthetic:NAME
+    std::string labels;
+    std::string mode, integrator, transfer, stereo, interpolation, slab_mode, view, projection;
+    std::vector<double> window, isos, camera, background;
+    std::vector<std::string> slices, clips;
+    std::vector<uint32_t> size_px;
+    double step_mm = -1, slab_mm = 0, fill = 0.8, view_angle_deg = 30;
+    double eye_separation_mm = -1, convergence_mm = -1, min_transmittance = -1;
+    bool shade = false, no_shade = false, values = false;
+};
+
+void add_scene_options(CLI::App& app, SceneOptions& options);
+
+// The scene file the options start from, its volumes not yet loaded.
+Result<SceneFile> base_scene(const SceneOptions& options);
+
+// Applies the options to a scene whose volumes are loaded, and settles what depends on them:
+// camera, slice positions, default transfer functions.
+Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const LoadedScene& loaded);
+
+} // namespace palpate

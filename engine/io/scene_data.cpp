@@ -1,0 +1,54 @@
+#include "engine/io/scene_data.h"
+
+#include "engine/volume/synthetic_name.h"
+
+namespace palpate {
+
+namespace {
+
+Result<LoadedVolume> load_named(const SceneFile& file, const std::string& name, bool labels,
+                                const ReadOptions& options) {
+    if (is_synthetic(name)) {
+        Result<Volume> made = make_synthetic(name, options.max_memory_bytes);
+        if (!made)
+            return pass_on(made);
+        if (labels && made->type() != ScalarType::u8 && made->type() != ScalarType::u16)
+            return fail("{}: expected labels (checkerboard), found grey values", name);
+        return LoadedVolume{std::move(*made), {}, {}, {}};
+    }
+    const std::filesystem::path path = volume_path(file, name);
+    return labels ? load_labels(path, options) : load_volume(path, options);
+}
+
+void keep_messages(LoadedScene& scene, const LoadedVolume& from) {
+    scene.notes.insert(scene.notes.end(), from.notes.begin(), from.notes.end());
+    scene.warnings.insert(scene.warnings.end(), from.warnings.begin(), from.warnings.end());
+}
+
+} // namespace
+
+Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& options) {
+    ReadOptions volume_options = options;
+    if (file.frame > 0)
+        volume_options.frame = file.frame;
+    if (!file.series.empty())
+        volume_options.series = file.series;
+    Result<LoadedVolume> volume = load_named(file, file.volume, false, volume_options);
+    if (!volume)
+        return pass_on(volume);
+    LoadedScene scene{{volume->volume, std::nullopt}, volume->modality, {}, {}};
+    keep_messages(scene, *volume);
+    if (!file.labels.empty()) {
+        ReadOptions label_options = options;
+        label_options.frame.reset();
+        label_options.series.reset();
+        Result<LoadedVolume> labels = load_named(file, file.labels, true, label_options);
+        if (!labels)
+            return pass_on(labels);
+        keep_messages(scene, *labels);
+        scene.data.labels = std::move(labels->volume);
+    }
+    return scene;
+}
+
+} // namespace palpate

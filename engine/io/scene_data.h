@@ -1,0 +1,20 @@
+#pragma once
+
+#include "engine/base/error.h"
+#include "engine/io/volume_io.h"
+#include "engine/scene/scene_file.h"
+
+namespace palpate {
+
+// The voxels a scene file names, and what a person should know about them.
+struct LoadedScene {
+    SceneData data;
+    std::string modality; // of the volume; empty where unknown
+    std::vector<std::string> notes, warnings;
+};
+
+// Loads, or makes (synthetic:NAME), the volume and the labels of a scene. `options` says how files
+// are read; the scene's own frame and series take precedence. An error names the file.
+Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& options = {});
+
+} // namespace palpate
