@@ -144,19 +144,21 @@ uint64_t differing_blocks(const Brick& a, const Brick& b) {
         using T = decltype(t);
         const T* pa = a.samples<T>().data();
         const T* pb = b.samples<T>().data();
+        const auto same_row = [&](uint32_t start) {
+            if (a.stride() == 1 && b.stride() == 1)
+                return std::memcmp(pa + start, pb + start, kBlockSide * sizeof(T)) == 0;
+            for (uint32_t i = start; i < start + kBlockSide; ++i)
+                if (!same_bits(pa[a.stride() * i], pb[b.stride() * i]))
+                    return false;
+            return true;
+        };
         uint64_t mask = 0;
         for (uint32_t z = 0; z < kBrickSide; ++z)
             for (uint32_t y = 0; y < kBrickSide; ++y)
                 for (uint32_t x0 = 0; x0 < kBrickSide; x0 += kBlockSide) {
                     const uint64_t bit = uint64_t{1} << block_of({x0, y, z});
-                    if (mask & bit)
-                        continue;
-                    const uint32_t row = offset_in_brick({x0, y, z});
-                    for (uint32_t x = row; x < row + kBlockSide; ++x)
-                        if (!same_bits(pa[a.stride() * x], pb[b.stride() * x])) {
-                            mask |= bit;
-                            break;
-                        }
+                    if (!(mask & bit) && !same_row(offset_in_brick({x0, y, z})))
+                        mask |= bit;
                 }
         return mask;
     });

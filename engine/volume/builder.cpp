@@ -59,15 +59,23 @@ uint64_t next_version() {
     return ++counter;
 }
 
+void summarise(Page& page) {
+    page.range = {};
+    page.no_data_count = 0;
+    for (const BrickPtr& brick : page.bricks)
+        if (brick) {
+            page.range.include(brick->range());
+            page.no_data_count += brick->no_data_count();
+        }
+}
+
 void summarise(Volume::Root& root) {
     root.range = {};
     root.no_data_count = 0;
-    for (const auto& page : root.pages)
-        for (const BrickPtr& brick : page->bricks)
-            if (brick) {
-                root.range.include(brick->range());
-                root.no_data_count += brick->no_data_count();
-            }
+    for (const auto& page : root.pages) {
+        root.range.include(page->range);
+        root.no_data_count += page->no_data_count;
+    }
 }
 
 VolumeBuilder::VolumeBuilder(const Grid& grid, ScalarType type)
@@ -94,6 +102,8 @@ void VolumeBuilder::set_brick(glm::uvec3 position, BrickPtr brick) {
 }
 
 Volume VolumeBuilder::finish() {
+    for (const auto& page : pages_)
+        summarise(*page);
     root_->pages.assign(pages_.begin(), pages_.end());
     root_->version = next_version();
     summarise(*root_);

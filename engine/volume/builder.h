@@ -40,7 +40,9 @@ Volume with_grid(const Volume& volume, const Grid& grid);
 // The next version number: positive, different for every call in this process.
 uint64_t next_version();
 
-// Fills range and no_data_count of a root from its bricks.
+// Fills range and no_data_count: of a page from its bricks, of a root from its pages. So an edit
+// looks at the bricks of the pages it copied, and at no others.
+void summarise(Page& page);
 void summarise(Volume::Root& root);
 
 } // namespace palpate

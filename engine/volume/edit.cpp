@@ -107,8 +107,10 @@ Volume VolumeEdit::commit() {
     bricks_.clear();
     if (!root)
         return base_;
-    root->version = next_version();
+    for (const auto& entry : pages)
+        summarise(*entry.second);
     summarise(*root);
+    root->version = next_version();
     return Volume(std::move(root));
 }
 

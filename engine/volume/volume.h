@@ -15,6 +15,8 @@ constexpr uint32_t kBricksPerPage = 64;
 // 4x4x4 bricks; what an edit copies on its way to one brick. Entries beyond the volume are null.
 struct Page {
     std::array<BrickPtr, kBricksPerPage> bricks;
+    ValueRange range; // of all its bricks
+    uint64_t no_data_count = 0;
 };
 
 // An immutable snapshot of a sampled field: a grid and a two-level table of shared bricks.
