@@ -106,6 +106,8 @@ TEST(Labels, FillAndOutlineSlices) {
     EXPECT_EQ(at(-0.5), glm::dvec3(0, 1, 0)) << "within a pixel (1 mm) of the border";
     scene.labels->outline_px = 0.0;
     EXPECT_NEAR(at(-0.5).y, 0.75 * 0.45 + 0.25, table);
+    EXPECT_NEAR(at(-0.01).y, 0.75 * 0.499 + 0.25, table) << "the nearest voxel's label";
+    EXPECT_NEAR(at(0.01).y, 0.501, table);
     scene.labels->styles[1].visible = false;
     EXPECT_NEAR(at(-0.5).y, 0.45, table);
 }
