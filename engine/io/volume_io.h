@@ -56,8 +56,8 @@ Result<LoadedVolume> load_labels(const std::filesystem::path& path,
                                  const ReadOptions& options = {});
 
 // Writes a volume in the format its extension names: .nii, .nii.gz, .nrrd, .mha, .mhd (with a .raw
-// or .zraw beside it) or .vtk (structured points; refused when the grid is turned, which that
-// format cannot say). The voxels keep their order and type; no-data is NaN.
+// beside it) or .vtk (structured points). The voxels keep their order and type; no-data is NaN.
+// What a format cannot hold is refused: shear by MetaImage, turned axes by VTK.
 //
 // The file appears whole or not at all, also when `stop` asks to end early.
 Result<void> save_volume(const std::filesystem::path& path, const Volume& volume,

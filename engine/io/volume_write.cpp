@@ -1,0 +1,145 @@
+#include <algorithm>
+#include <cctype>
+#include <span>
+#include <vector>
+
+#include "engine/base/file.h"
+#include "engine/io/output_file.h"
+#include "engine/io/volume_headers.h"
+#include "engine/io/volume_io.h"
+
+namespace palpate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using io::OutputFile;
+using io::VolumeHeader;
+
+template <class T>
+void reverse_words(std::vector<T>& values) {
+    for (T& value : values) {
+        const auto bytes = std::as_writable_bytes(std::span(&value, 1));
+        std::reverse(bytes.begin(), bytes.end());
+    }
+}
+
+// Row by row through the bricks; one slice at a time is held in memory.
+template <class T>
+Result<void> write_voxels(OutputFile& file, const std::string& name, const Volume& volume,
+                          bool big_endian, const std::stop_token& stop) {
+    const glm::uvec3 size = volume.size();
+    std::vector<float> row(size.x);
+    std::vector<T> slice;
+    for (uint32_t z = 0; z < size.z; ++z) {
+        if (stop.stop_requested())
+            return fail("{}: writing was stopped", name);
+        slice.clear();
+        for (uint32_t y = 0; y < size.y; ++y) {
+            read_row(volume, {0, y, z}, size.x, row.data());
+            for (const float value : row)
+                slice.push_back(static_cast<T>(value));
+        }
+        if (big_endian)
+            reverse_words(slice);
+        if (Result<void> written = file.write(std::as_bytes(std::span(slice))); !written)
+            return written;
+    }
+    return {};
+}
+
+Result<void> write_voxels(OutputFile& file, const std::string& name, const Volume& volume,
+                          bool big_endian, const std::stop_token& stop) {
+    return visit_scalar(volume.type(), [&](auto t) {
+        return write_voxels<decltype(t)>(file, name, volume, big_endian, stop);
+    });
+}
+
+// Header and voxels in one file.
+Result<void> save_single(const fs::path& path, const Volume& volume, const VolumeHeader& header,
+                         const std::stop_token& stop) {
+    const std::string name = path.string();
+    return write_atomically(path, [&](const fs::path& temporary) -> Result<void> {
+        Result<OutputFile> file = OutputFile::create(temporary, name);
+        if (!file)
+            return pass_on(file);
+        if (header.packed == VolumeHeader::Packed::all)
+            if (Result<void> begun = file->begin_packing(); !begun)
+                return begun;
+        if (Result<void> written = file->write(header.bytes); !written)
+            return written;
+        if (header.packed == VolumeHeader::Packed::voxels)
+            if (Result<void> begun = file->begin_packing(); !begun)
+                return begun;
+        if (Result<void> written = write_voxels(*file, name, volume, header.big_endian, stop);
+            !written)
+            return written;
+        return file->finish();
+    });
+}
+
+// A header and a file of voxels beside it. At no moment does a header lie beside voxels that are
+// not its own: an old header goes before its voxels do, and the new one comes last.
+Result<void> save_pair(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
+    const fs::path raw = fs::path(path).replace_extension(".raw");
+    Result<VolumeHeader> header = io::meta_image_volume_header(
+        path.string(), volume.grid(), volume.type(), raw.filename().string());
+    if (!header)
+        return pass_on(header);
+    return write_atomically(path, [&](const fs::path& temporary) -> Result<void> {
+        Result<OutputFile> text = OutputFile::create(temporary, path.string());
+        if (!text)
+            return pass_on(text);
+        if (Result<void> written = text->write(header->bytes); !written)
+            return written;
+        if (Result<void> finished = text->finish(); !finished)
+            return finished;
+        return write_atomically(raw, [&](const fs::path& temporary_raw) -> Result<void> {
+            Result<OutputFile> file = OutputFile::create(temporary_raw, raw.string());
+            if (!file)
+                return pass_on(file);
+            if (Result<void> written = write_voxels(*file, raw.string(), volume, false, stop);
+                !written)
+                return written;
+            if (Result<void> finished = file->finish(); !finished)
+                return finished;
+            std::error_code failed;
+            fs::remove(path, failed);
+            if (failed)
+                return fail("{}: cannot be replaced: {}", path.string(), failed.message());
+            return {};
+        });
+    });
+}
+
+} // namespace
+
+Result<void> save_volume(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
+    std::string name = path.filename().string();
+    std::transform(name.begin(), name.end(), name.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const Grid& grid = volume.grid();
+    if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
+        VolumeHeader header = io::nifti_volume_header(grid, volume.type());
+        if (name.ends_with(".gz"))
+            header.packed = VolumeHeader::Packed::all;
+        return save_single(path, volume, header, stop);
+    }
+    if (name.ends_with(".nrrd"))
+        return save_single(path, volume, io::nrrd_volume_header(grid, volume.type()), stop);
+    if (name.ends_with(".mhd"))
+        return save_pair(path, volume, stop);
+    Result<VolumeHeader> header =
+        fail("{}: expected an extension .nii, .nii.gz, .nrrd, .mha, .mhd or .vtk, found \"{}\"",
+             path.string(), path.extension().string());
+    if (name.ends_with(".mha"))
+        header = io::meta_image_volume_header(path.string(), grid, volume.type(), "LOCAL");
+    if (name.ends_with(".vtk"))
+        header = io::vtk_volume_header(path.string(), grid, volume.type());
+    if (!header)
+        return pass_on(header);
+    return save_single(path, volume, *header, stop);
+}
+
+} // namespace palpate
