@@ -97,6 +97,16 @@ Result<std::span<std::byte>> VoxelSink::allocate(const std::string& name, const 
     return voxels_;
 }
 
+Result<void> VoxelSink::reserve(const std::string& name, uint64_t bytes) {
+    if (bytes > max_bytes_)
+        return fail(
+            "{}: reading it needs {} bytes of memory, more than the limit of {} "
+            "(--max-memory)",
+            name, bytes, max_bytes_);
+    raise_memory_limit(bytes);
+    return {};
+}
+
 void VoxelSink::alive(const std::string& file) const {
     write_report(report_fd_, alive_report(file));
 }

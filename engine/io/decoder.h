@@ -105,6 +105,10 @@ class VoxelSink {
     // x fastest, components interleaved. An error states both numbers and begins with `name`.
     Result<std::span<std::byte>> allocate(const std::string& name, const VoxelClaim& claim);
 
+    // Raises this process's own memory limit by what reading a header needs, for formats whose
+    // header is as long as the file. An error, as above, beyond the limit for all.
+    Result<void> reserve(const std::string& name, uint64_t bytes);
+
     // Tells the parent that work goes on, so that it waits; once per file of a series, say, which
     // is then named should the reader crash in it.
     void alive(const std::string& file = {}) const;

@@ -6,9 +6,9 @@
 #include <gdcmSequenceOfItems.h>
 #include <gdcmUIDs.h>
 
-#include <charconv>
+#include <cmath>
 #include <cstdlib>
-#include <cstring>
+#include <fstream>
 
 namespace palpate::io {
 
@@ -16,6 +16,8 @@ namespace {
 
 using gdcm::DataSet;
 using gdcm::Tag;
+
+const Tag kPixels(0x7fe0, 0x0010);
 
 // Encodings store a black image in next to nothing; this bounds what the header may claim.
 constexpr double kCodecExpansion = 20000.0;
@@ -159,6 +161,39 @@ Result<void> check_kind(const std::string& name, const DataSet& set, const std::
     return {};
 }
 
+// GDCM fills what is cut off with something: finds it out beforehand. The pixels start at byte
+// `start`. Deflated files are checked by their own sum.
+Result<void> check_pixels(const DicomFile& file, const gdcm::TransferSyntax& syntax, uint64_t start,
+                          double claimed_bytes) {
+    const std::string name = file.path.string();
+    if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian)
+        return {};
+    if (start > file.bytes)
+        return fail("{}: ends before its pixels", name);
+    const uint64_t held = file.bytes - start;
+    if (!syntax.IsEncapsulated()) {
+        if (claimed_bytes > static_cast<double>(held))
+            return fail("{}: is cut off: expected {:.0f} bytes of pixels, found {}", name,
+                        claimed_bytes, held);
+        return {};
+    }
+    // Items follow one another, each with its length (PS3.5 A.4), up to a delimiter.
+    std::ifstream in(file.path, std::ios::binary);
+    uint64_t at = start;
+    for (;;) {
+        uint8_t head[8];
+        in.seekg(static_cast<std::streamoff>(at));
+        if (!in.read(reinterpret_cast<char*>(head), sizeof head))
+            return fail("{}: is cut off: its encoded pixels have no end within its {} bytes", name,
+                        file.bytes);
+        if (head[0] != 0xfe || head[1] != 0xff || head[3] != 0xe0)
+            return fail("{}: its encoded pixels are damaged at byte {}", name, at);
+        if (head[2] == 0xdd)
+            return {};
+        at += sizeof head + (head[4] | head[5] << 8 | head[6] << 16 | uint64_t{head[7]} << 24);
+    }
+}
+
 } // namespace
 
 Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
@@ -168,7 +203,8 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         return fail("{}", bytes.error().message);
     gdcm::Reader reader;
     reader.SetFileName(path.c_str());
-    if (!reader.ReadUpToTag(Tag(0x7fe0, 0x0010)))
+    // Skipped, the pixels are not read: the stream then stands at their first byte.
+    if (!reader.ReadUpToTag(kPixels, {kPixels}))
         return fail("{}: is no DICOM file, or a damaged one", name);
     const DataSet& set = reader.GetFile().GetDataSet();
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
@@ -203,10 +239,14 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     take_geometry(set, frame);
 
     const double count = decimal(set, Tag(0x0028, 0x0008)).value_or(1.0);
-    const double most = most_expansion(syntax) * static_cast<double>(*bytes);
-    if (!(count >= 1) || count * frame.size.x * frame.size.y * bytes_per_component(*type) > most)
+    const double claimed =
+        count * frame.size.x * frame.size.y * static_cast<double>(bytes_per_component(*type));
+    if (!(claimed > 0) || claimed > most_expansion(syntax) * static_cast<double>(*bytes))
         return fail("{}: claims {} frames of {} x {} samples of {}, but holds only {} bytes", name,
                     count, frame.size.x, frame.size.y, name_of(*type), *bytes);
+    if (Result<void> whole = check_pixels(file, syntax, reader.GetStreamCurrentPosition(), claimed);
+        !whole)
+        return pass_on(whole);
     const auto shared = sequence(set, Tag(0x5200, 0x9229));
     const auto per_frame = sequence(set, Tag(0x5200, 0x9230));
     take_groups(item(shared, 1), frame);

@@ -44,6 +44,12 @@ bool is_meta_image(const FileHead& head) {
 bool is_invesalius(const FileHead& head) {
     return head.extension == ".inv3";
 }
+bool is_vtk(const FileHead& head) {
+    return head.bytes.starts_with("# vtk DataFile") || head.extension == ".vtk";
+}
+bool is_vti(const FileHead& head) {
+    return head.extension == ".vti" || head.bytes.find("<VTKFile") != std::string::npos;
+}
 bool is_refused(const FileHead& head) {
     return head.extension == ".mgz" || head.extension == ".mgh" || head.extension == ".mnc" ||
            head.extension == ".bz2";
@@ -87,6 +93,8 @@ constexpr Format kFormats[] = {
     {"NRRD", is_nrrd, decode_nrrd},
     {"MetaImage", is_meta_image, decode_meta_image},
     {"InVesalius", is_invesalius, decode_invesalius},
+    {"VTK", is_vtk, decode_vtk},
+    {"VTI", is_vti, decode_vti},
     {"a known kind", is_refused, refuse_by_name},
 };
 

@@ -152,6 +152,8 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
 
 // Why a child ended without a last word.
 std::string cause_of(int status) {
+    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT)
+        return "its reader gave up (signal 6), as readers do on damaged files";
     if (WIFSIGNALED(status))
         return fmt::format("the reader crashed (signal {}, {})", WTERMSIG(status),
                            ::strsignal(WTERMSIG(status)));

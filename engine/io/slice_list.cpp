@@ -117,6 +117,13 @@ std::optional<ComponentType> type_named(const std::string& name) {
     return {};
 }
 
+// JSON's own conversion wraps negative numbers and drops fractions.
+uint64_t whole_from(const Json& json, uint64_t most) {
+    if (!json.is_number_unsigned() || json.get<uint64_t>() > most)
+        throw std::invalid_argument(fmt::format("expected a whole number in 0 .. {}", most));
+    return json.get<uint64_t>();
+}
+
 glm::dvec3 vector_from(const Json& json) {
     if (!json.is_array() || json.size() != 3)
         throw std::invalid_argument("expected three numbers");
@@ -145,7 +152,8 @@ void take_key(const std::string& key, const Json& value, SliceSidecar& sidecar) 
     } else if (key == "size") {
         if (!value.is_array() || value.size() != 2)
             throw std::invalid_argument("expected two numbers");
-        sidecar.size = glm::uvec2(value[0].get<uint32_t>(), value[1].get<uint32_t>());
+        sidecar.size =
+            glm::uvec2(whole_from(value[0], 0xffffffff), whole_from(value[1], 0xffffffff));
     } else if (key == "type") {
         sidecar.type = type_named(value.get<std::string>());
         if (!sidecar.type)
@@ -156,7 +164,7 @@ void take_key(const std::string& key, const Json& value, SliceSidecar& sidecar) 
             throw std::invalid_argument("expected little or big");
         sidecar.big_endian = order == "big";
     } else if (key == "header_bytes") {
-        sidecar.header_bytes = value.get<uint64_t>();
+        sidecar.header_bytes = whole_from(value, uint64_t{1} << 40);
     } else if (key == "modality") {
         sidecar.modality = value.get<std::string>();
     } else {

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "engine/io/formats.h"
+#include "engine/io/payload.h"
 #include "engine/io/picture.h"
 #include "engine/io/slice_list.h"
 
@@ -122,12 +123,6 @@ Result<void> read_pictures(const std::string& name, const Slices& slices, VoxelS
     return {};
 }
 
-void reverse_bytes(std::span<std::byte> bytes, size_t width) {
-    for (size_t i = 0; i + width <= bytes.size(); i += width)
-        std::reverse(bytes.begin() + static_cast<std::ptrdiff_t>(i),
-                     bytes.begin() + static_cast<std::ptrdiff_t>(i + width));
-}
-
 Result<void> read_raw(const std::string& name, const Slices& slices, VoxelSink& sink,
                       VoxelClaim& claim, std::vector<std::string>& warnings) {
     const SliceSidecar& sidecar = slices.sidecar;
@@ -161,7 +156,7 @@ Result<void> read_raw(const std::string& name, const Slices& slices, VoxelSink& 
             longer = fmt::format("{}: holds {} bytes, {} are read as {} says",
                                  slices.files[i].string(), found, expected, kSidecarName);
         if (sidecar.big_endian)
-            reverse_bytes(slice, bytes_per_component(claim.type));
+            swap_bytes(slice, bytes_per_component(claim.type));
     }
     if (!longer.empty())
         warnings.push_back(longer);

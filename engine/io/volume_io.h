@@ -24,7 +24,7 @@ struct ReadOptions {
 
     // Seconds of processor time a file may take without progress before its size is known, and
     // (beside 1 s per 4 MB of voxels) afterwards. Ten times as much wall clock is allowed.
-    double max_quiet_s = 1.5;
+    double max_quiet_s = 1.0;
 
     std::stop_token stop; // asked to stop, loading ends with an error
 };
