@@ -23,6 +23,7 @@ constexpr Entry kCommands[] = {
     {"doctor", "Say what this machine offers: Vulkan devices, memory, real-time policy",
      palpate::add_doctor},
     {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
+    {"convert", "Read a volume in any format and write it in another", palpate::add_convert},
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},
 };
 

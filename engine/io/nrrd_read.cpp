@@ -135,6 +135,33 @@ Result<void> place(const std::string& name, const fs::path& header_path, const N
     return {};
 }
 
+// A data file may be a whole NIfTI file, whose own header comes first. A NRRD header that skips
+// nothing would read it shifted: the voxels are then taken from the end, with a warning.
+Result<void> pass_nifti_header(const std::string& name, Payload& payload,
+                               std::vector<std::string>& warnings) {
+    if (payload.encoding == Encoding::ascii || payload.skip != 0u)
+        return {};
+    Result<ByteSource> source = ByteSource::open(
+        payload.file, payload.encoding == Encoding::raw ? Packing::none : Packing::deflate,
+        payload.offset);
+    if (!source)
+        return pass_on(source);
+    std::array<char, 348> head;
+    Result<size_t> got = source->read(std::as_writable_bytes(std::span(head)));
+    if (!got || *got < head.size() ||
+        std::string_view(&head[344], 4) != std::string_view("n+1\0", 4))
+        return {}; // what is damaged is found when the voxels are read
+    Result<uint64_t> rest = source->skip(UINT64_MAX);
+    if (!rest)
+        return pass_on(rest);
+    payload.skip.reset();
+    warnings.push_back(fmt::format(
+        "{}: the data file {} holds {} bytes and is a NIfTI file of its own; the header "
+        "claims {}, which are taken from its end",
+        name, payload.file.filename().string(), *got + *rest, describe(payload)));
+    return {};
+}
+
 } // namespace
 
 Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink) {
@@ -163,6 +190,8 @@ Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink) {
     decoded.grid = *grid;
     if (Result<void> placed = place(name, request.path, *header, payload); !placed)
         return pass_on(placed);
+    if (Result<void> passed = pass_nifti_header(name, payload, decoded.warnings); !passed)
+        return pass_on(passed);
     if (Result<void> read = read_payload(payload, sink, decoded.warnings); !read)
         return pass_on(read);
     return decoded;
