@@ -25,9 +25,11 @@ class TemporaryFolder {
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
 
-    // Writes a file and returns its path.
+    // Writes a file and returns its path. An old one is removed, not cut: some file systems wait
+    // for the disk when a file is cut to nothing and written again.
     std::filesystem::path write(const std::string& name, const std::string& bytes) const {
         const std::filesystem::path path = path_ / name;
+        std::filesystem::remove(path);
         std::ofstream(path, std::ios::binary)
             .write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         return path;
