@@ -45,8 +45,7 @@ const std::vector<Preset>& presets() {
          {{{-500, {0.72, 0.47, 0.37}}, {-150, {0.93, 0.70, 0.58}}, {300, {1.0, 0.87, 0.79}}},
           {{-500, 0.0}, {-350, 0.3}, {-200, 0.7}, {3071, 0.9}},
           1.0}},
-        // The points of the comparison with VTK's volume mappers: OPACITY and COLOR of
-        // bench/peers/vtk_volume.py.
+        // The points of the comparison with VTK's volume mappers (bench/peers_vtk.py).
         {"ct-peer",
          {{{-500, {0.62, 0.36, 0.26}},
            {-200, {0.88, 0.60, 0.50}},

@@ -67,6 +67,7 @@ TransferFunction window_function(double low, double high, double max_opacity,
 TransferTable make_table(const TransferFunction& function, size_t size) {
     PALPATE_ASSERT_CMP(size, >=, size_t{2});
     TransferTable table;
+    PALPATE_ASSERT(!function.colors.empty() && !function.opacities.empty());
     const std::vector<double> cuts = knots(function);
     table.low = cuts.front();
     table.high = cuts.back();

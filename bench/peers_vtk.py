@@ -1,0 +1,151 @@
+#!/usr/bin/python3
+"""Pictures of VTK's volume mappers, to be held against grid truth.
+
+usage: peers_vtk.py DATA OUT.npz VOLUME gpu|fixed
+
+Writes, for 512x512 pixels at a step of one in-plane voxel, row 0 at the top:
+  mip    the maximum in HU. VTK gives 8-bit pictures, so it is read through windows of 128 HU:
+         the last bit is half a HU
+  alpha  colours 0 .. 1, from 8 bits
+  hit    where the iso-surface (300 HU) is seen
+  depth  gpu only: distance from the eye in mm, from the mapper's depth picture; NaN where none
+Needs a display; runs under xvfb."""
+import sys
+
+import numpy as np
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+import peers_data
+
+SIZE = 512
+WINDOW_HU = 128
+# The points of the preset ct-peer (engine/scene/presets.cpp); opacity hides per mm.
+OPACITY = [(-1024, 0), (-500, 0), (-200, 0.04), (70, 0.03), (180, 0.08), (300, 0.45), (1200, 0.85),
+           (3071, 0.85)]
+COLOR = [(-500, .62, .36, .26), (-200, .88, .60, .50), (70, .90, .62, .50), (300, 1, .94, .85),
+         (1200, 1, 1, .95)]
+ISO_HU = 300
+
+
+def vtk_image(samples, spacing):
+    image = vtk.vtkImageData()
+    image.SetDimensions(samples.shape[::-1])
+    image.SetSpacing(*spacing)
+    image.GetPointData().SetScalars(numpy_to_vtk(samples.reshape(-1), deep=True))
+    return image
+
+
+def volume_property(opacity, color):
+    result = vtk.vtkVolumeProperty()
+    opacities, colors = vtk.vtkPiecewiseFunction(), vtk.vtkColorTransferFunction()
+    for point in opacity:
+        opacities.AddPoint(*point)
+    for point in color:
+        colors.AddRGBPoint(*point)
+    result.SetScalarOpacity(opacities)
+    result.SetColor(colors)
+    result.SetScalarOpacityUnitDistance(1.0)
+    result.SetInterpolationTypeToLinear()
+    return result
+
+
+def make_mapper(kind, image, step_mm):
+    if kind == "gpu":
+        mapper = vtk.vtkGPUVolumeRayCastMapper()
+        mapper.UseJitteringOff()
+    else:
+        mapper = vtk.vtkFixedPointVolumeRayCastMapper()
+    mapper.AutoAdjustSampleDistancesOff()
+    mapper.LockSampleDistanceToInputSpacingOff()
+    mapper.SetImageSampleDistance(1.0)
+    mapper.SetSampleDistance(step_mm)
+    mapper.SetInputData(image)
+    return mapper
+
+
+class Stage:
+    """One window, one volume, the camera of the comparison."""
+
+    def __init__(self, samples, spacing, mapper):
+        self.window = vtk.vtkRenderWindow()
+        self.window.SetOffScreenRendering(1)
+        self.window.SetMultiSamples(0)
+        self.window.SetSize(SIZE, SIZE)
+        self.renderer = vtk.vtkRenderer()
+        self.window.AddRenderer(self.renderer)
+        self.mapper = mapper
+        self.volume = vtk.vtkVolume()
+        self.volume.SetMapper(mapper)
+        self.renderer.AddVolume(self.volume)
+        eye, target = peers_data.camera(samples.shape[::-1], spacing)
+        self.camera = self.renderer.GetActiveCamera()
+        self.camera.SetPosition(*eye)
+        self.camera.SetFocalPoint(*target)
+        self.camera.SetViewUp(0, 0, 1)
+        self.camera.SetViewAngle(peers_data.VIEW_ANGLE_DEG)
+        self.renderer.ResetCameraClippingRange()
+
+    def draw(self, look):
+        """Colours 0 .. 1, row 0 at the top."""
+        self.volume.SetProperty(look)
+        self.window.Render()
+        pixels = vtk.vtkUnsignedCharArray()
+        self.window.GetPixelData(0, 0, SIZE - 1, SIZE - 1, 0, pixels, 0)
+        return vtk_to_numpy(pixels).reshape(SIZE, SIZE, 3)[::-1] / 255.0
+
+
+def maximum(stage):
+    stage.mapper.SetBlendModeToMaximumIntensity()
+    result = np.full((SIZE, SIZE), np.nan)
+    # Windows overlap, and the middle half of each counts: the ends are rounded by VTK's table.
+    for low in range(-1024 - WINDOW_HU, 3072, WINDOW_HU // 2):
+        # Opaque throughout, grey across the window alone: 0 below it, 1 above.
+        look = volume_property([(-2000, 1), (4000, 1)],
+                               [(low, 0, 0, 0), (low + WINDOW_HU, 1, 1, 1)])
+        grey = stage.draw(look)[..., 0]
+        inside = (grey >= 0.25) & (grey < 0.75)
+        result[inside] = low + WINDOW_HU * grey[inside]
+    return result
+
+
+def surface_depth(stage, look):
+    """Distance from the eye in mm where the depth picture of the GPU mapper has one."""
+    stage.mapper.SetRenderToImage(1)
+    stage.volume.SetProperty(look)
+    stage.window.Render()
+    image = vtk.vtkImageData()
+    stage.mapper.GetDepthImage(image)
+    stage.mapper.SetRenderToImage(0)
+    depth = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(SIZE, SIZE)[::-1]
+    depth = depth.astype(float)
+    near, far = stage.camera.GetClippingRange()
+    along_axis = near * far / (far - depth * (far - near))
+    tangent = np.tan(np.radians(peers_data.VIEW_ANGLE_DEG / 2))
+    place = tangent * ((np.arange(SIZE) + 0.5) / SIZE * 2 - 1)
+    result = along_axis * np.sqrt(1 + place[None, :]**2 + place[:, None]**2)
+    result[(depth <= 0) | (depth >= 1)] = np.nan
+    return result
+
+
+def main():
+    data, out, name, kind = sys.argv[1:5]
+    samples, spacing = peers_data.volume(data, name)
+    image = vtk_image(samples, spacing)
+    pictures = {}
+    stage = Stage(samples, spacing, make_mapper(kind, image, spacing[0]))
+    pictures["mip"] = maximum(stage)
+    stage.mapper.SetBlendModeToComposite()
+    pictures["alpha"] = stage.draw(volume_property(OPACITY, COLOR))
+    # The fixed-point mapper has no iso mode: a step of the opacity stands in.
+    look = volume_property([(ISO_HU - 1, 0), (ISO_HU, 1)], [(ISO_HU, 1, 1, 1)])
+    if kind == "gpu":
+        look.GetIsoSurfaceValues().SetValue(0, ISO_HU)
+        stage.mapper.SetBlendModeToIsoSurface()
+    pictures["hit"] = stage.draw(look)[..., 0] > 0.5
+    if kind == "gpu":
+        pictures["depth"] = surface_depth(stage, look)
+    np.savez_compressed(out, **pictures)
+
+
+main()
