@@ -30,8 +30,7 @@ Result<void> sync_to_disk(const fs::path& path) {
 Result<void> write_atomically(const fs::path& path,
                               const std::function<Result<void>(const fs::path&)>& write) {
     fs::path temporary = path;
-    temporary.replace_filename(
-        fmt::format(".{}.{}.tmp{}", path.stem().string(), ::getpid(), path.extension().string()));
+    temporary.replace_filename(fmt::format(".{}.tmp.{}", ::getpid(), path.filename().string()));
     std::error_code ignored;
     Result<void> written = write(temporary);
     if (written)

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <functional>
+#include <random>
+
+namespace palpate {
+
+// How a child process that ran `work` ended.
+enum class End { finished, failed, killed };
+
+// Runs `work` in a child, which exits with what it returns (or becomes another program), and kills
+// it after `delay` unless it has ended. Returns when the child and all its descendants are gone, so
+// one that outlives its parent is a test that hangs. Call it while this process has one thread.
+inline End run_and_kill(std::chrono::microseconds delay, const std::function<int()>& work) {
+    ::prctl(PR_SET_CHILD_SUBREAPER, 1); // orphaned descendants become ours to wait for
+    const pid_t child = ::fork();
+    if (child == 0)
+        ::_exit(work());
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(delay);
+    const timespec limit{seconds.count(), std::chrono::nanoseconds(delay - seconds).count()};
+    pollfd ended{static_cast<int>(::syscall(SYS_pidfd_open, child, 0)), POLLIN, 0};
+    ::ppoll(&ended, 1, &limit, nullptr);
+    ::close(ended.fd);
+    ::kill(child, SIGKILL); // no harm to one that has ended
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    while (::waitpid(-1, nullptr, 0) > 0) {
+    }
+    if (WIFSIGNALED(status))
+        return WTERMSIG(status) == SIGKILL ? End::killed : End::failed;
+    return WEXITSTATUS(status) == 0 ? End::finished : End::failed;
+}
+
+// Kills `work` at `count` moments of its life and calls `check` after each. Half of the moments are
+// spread over the time of an undisturbed run, half over its last quarter, where files are written.
+// The moments come from the clock and so differ from run to run; what is checked must hold at any.
+inline void kill_at_many_moments(int count, const std::function<int()>& work,
+                                 const std::function<void()>& check) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    const pid_t child = ::fork();
+    if (child == 0)
+        ::_exit(work());
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    const std::chrono::duration<double> undisturbed = Clock::now() - start;
+    ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "the work fails undisturbed";
+
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    int killed = 0;
+    for (int i = 0; i < count; ++i) {
+        const double share = i % 2 ? 0.75 + 0.3 * uniform(random) : uniform(random);
+        const End end = run_and_kill(
+            std::chrono::duration_cast<std::chrono::microseconds>(share * undisturbed), work);
+        ASSERT_NE(end, End::failed);
+        killed += end == End::killed;
+        check();
+        if (testing::Test::HasFatalFailure())
+            return;
+    }
+    EXPECT_GE(killed, count / 4) << "too few runs were met alive for the test to mean anything";
+}
+
+} // namespace palpate
