@@ -47,7 +47,8 @@ float VolumeEdit::value(glm::uvec3 index) const {
         return base_.value(index);
     return visit_scalar(base_.type(), [&](auto t) {
         const auto* samples = reinterpret_cast<const decltype(t)*>(found->second->samples.data());
-        return static_cast<float>(samples[offset_in_brick(index % kBrickSide)]);
+        const auto value = static_cast<float>(samples[offset_in_brick(index % kBrickSide)]);
+        return std::isfinite(value) ? value : std::numeric_limits<float>::quiet_NaN();
     });
 }
 
