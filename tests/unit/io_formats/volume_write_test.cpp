@@ -195,6 +195,21 @@ TEST_F(VolumeWrite, VtkHoldsBigEndianNumbersAfterItsHeader) {
     }
 }
 
+TEST_F(VolumeWrite, VtkComesBackByItsOwnReader) {
+    for (const ScalarType type : kTypes) {
+        const Volume volume = sample_volume(upright(), type);
+        ASSERT_TRUE(save_volume(folder_.path() / "v.vtk", volume));
+        const auto read = decode_here(folder_.path() / "v.vtk");
+        ASSERT_TRUE(read) << read.error().message;
+        EXPECT_STREQ(name_of(read->claim.type), name_of(type));
+        EXPECT_EQ(read->decoded.grid, upright());
+        for (size_t i = 0; i < read->values.size(); ++i) {
+            const float expected = volume.value({i % 37, i / 37 % 9, i / (37 * 9)});
+            ASSERT_TRUE(read->values[i] == expected || std::isnan(expected)) << i;
+        }
+    }
+}
+
 TEST_F(VolumeWrite, TwoRunsGiveTheSameBytes) {
     const Volume volume = sample_volume(oblique(), ScalarType::i16);
     for (const std::string extension : {".nii.gz", ".nrrd", ".mha"}) {
