@@ -35,11 +35,14 @@ Volume build(const Grid& grid, ScalarType type, const Make& make) {
     VolumeBuilder builder(grid, type);
     const glm::uvec3 count = builder.brick_count();
     const size_t total = size_t{count.x} * count.y * count.z;
+    std::atomic<size_t> made{0}; // shows the thread sanitizer, too, that tasks are awaited
     tbb::parallel_for(size_t{0}, total, [&](size_t i) {
         const glm::uvec3 position(i % count.x, i / count.x % count.y,
                                   i / (size_t{count.x} * count.y));
         builder.set_brick(position, make(position));
+        ++made;
     });
+    PALPATE_ASSERT_CMP(made.load(), ==, total);
     return builder.finish();
 }
 
