@@ -11,6 +11,8 @@ set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 
 add_library(palpate_options INTERFACE)
+set_target_properties(palpate_options PROPERTIES EXPORT_NAME options)
+target_compile_features(palpate_options INTERFACE cxx_std_20)
 # Results must not depend on how a compiler fuses multiplications and additions.
 target_compile_options(palpate_options INTERFACE -ffp-contract=off)
 target_compile_definitions(palpate_options INTERFACE GLM_FORCE_XYZW_ONLY GLM_FORCE_EXPLICIT_CTOR)

@@ -15,7 +15,7 @@
 namespace palpate {
 
 struct DeviceOptions {
-    // A part of a device'"'"'s name, or its index in list_devices(); empty chooses the first
+    // A part of a device's name, or its index in list_devices(); empty chooses the first
     // discrete, then integrated, then CPU device. The environment variable PALPATE_DEVICE stands in
     // for it.
     std::string select;

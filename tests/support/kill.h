@@ -19,7 +19,7 @@ enum class End { finished, failed, killed };
 
 // Runs `work` in a child, which exits with what it returns (or becomes another program), and kills
 // it after `delay` unless it has ended. Returns when the child and all its descendants are gone, so
-// one that outlives its parent is a test that hangs. Call it while this process has one thread.
+// one that outlives its parent is a test that hangs. The child has one thread, whatever this has.
 inline End run_and_kill(std::chrono::microseconds delay, const std::function<int()>& work) {
     ::prctl(PR_SET_CHILD_SUBREAPER, 1); // orphaned descendants become ours to wait for
     const pid_t child = ::fork();
