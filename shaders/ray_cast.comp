@@ -22,7 +22,7 @@ layout(local_size_x = 64) in;
 
 layout(scalar, binding = kRayFrame) uniform FrameBlock { Frame frame; };
 layout(binding = kRayVolume) uniform sampler3D volume;
-layout(binding = kRayTable) uniform sampler2DArray table;
+layout(binding = kRayTable) uniform sampler1DArray table;
 #if HAS_LABELS
 layout(binding = kRayLabels) uniform usampler3D labels;
 layout(scalar, binding = kRayStyles) readonly buffer Styles { vec4 styles[]; }; // rgb, visible

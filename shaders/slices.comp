@@ -14,7 +14,7 @@ layout(local_size_x = 64) in;
 
 layout(scalar, binding = kSliceFrame) uniform FrameBlock { Frame frame; };
 layout(binding = kSliceVolume) uniform sampler3D volume;
-layout(binding = kSliceTable) uniform sampler2DArray table;
+layout(binding = kSliceTable) uniform sampler1DArray table;
 #if HAS_LABELS
 layout(binding = kSliceLabels) uniform usampler3D labels;
 layout(scalar, binding = kSliceStyles) readonly buffer Styles { vec4 styles[]; };
@@ -55,8 +55,8 @@ float cubic_at(vec3 index) {
     return sum;
 }
 
-// Grey value of a slab about the plane; NaN where none of its samples has data.
-float slab_value(SliceIndex plane, vec3 index) {
+// The texel of a slab about the plane; NaN where none of its samples has data.
+float slab_texel(SliceIndex plane, vec3 index) {
     const bool largest = (plane.flags & kSliceMaximum) != 0u;
     float sum = 0.0, most = -3.4e38, count = 0.0;
     for (uint i = 0u; i < plane.samples; ++i) {
@@ -115,12 +115,10 @@ void main() {
     const bool hit = nearest < 1e30;
     const SliceIndex plane = planes[which];
     const vec3 index = clamp(ray.origin + nearest * ray.direction, vec3(0.0), frame.last);
-    const float value = slab_value(plane, index) * frame.value_scale + frame.value_bias;
-    const float n = float(kTableEntries);
-    const float x = clamp(value * frame.table_scale + frame.table_bias, 0.0, 1.0);
-    const float u = (floor(x * (n - 1.0) + 0.5) + 0.5) / n;
-    const float v = (float(kTableRowTau) + 0.5) / float(kTableRows);
-    vec3 color = textureLod(table, vec3(u, v, 0.0), 0.0).rgb;
+    const float texel = slab_texel(plane, index);
+    const float value = texel * frame.value_scale + frame.value_bias;
+    const vec2 at = vec2(texel * frame.table_scale + frame.table_bias, float(kTableRowTau));
+    vec3 color = textureLod(table, at, 0.0).rgb;
     color = value == value ? color : frame.background;
 
 #if HAS_LABELS

@@ -83,7 +83,9 @@ GpuImage::GpuImage(Device& device, std::string name, const ImageShape& shape)
     const VkImageViewCreateInfo view{
         .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
         .image = handle_,
-        .viewType = is_3d ? VK_IMAGE_VIEW_TYPE_3D : VK_IMAGE_VIEW_TYPE_2D_ARRAY,
+        .viewType = is_3d                            ? VK_IMAGE_VIEW_TYPE_3D
+                    : shape.type == VK_IMAGE_TYPE_1D ? VK_IMAGE_VIEW_TYPE_1D_ARRAY
+                                                     : VK_IMAGE_VIEW_TYPE_2D_ARRAY,
         .format = shape.format,
         .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS}};
     check(vkCreateImageView(device.handle(), &view, nullptr, &view_), "viewing image " + name);

@@ -47,7 +47,7 @@ struct ImageShape {
     VkImageType type = VK_IMAGE_TYPE_2D;
     VkFormat format = VK_FORMAT_R32_SFLOAT;
     glm::uvec3 size{1};   // texels; z counts for 3D images only
-    uint32_t layers = 1;  // of a 2D image; a view always sees them as an array
+    uint32_t layers = 1;  // of a 1D or 2D image; a view always sees them as an array
     bool storage = false; // written by shaders
 };
 

@@ -53,7 +53,8 @@ void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& gri
         glm::vec4(shading.ambient, shading.diffuse, shading.specular, shading.shininess);
     PALPATE_ASSERT_CMP(layer.isos.size(), <=, kMaxIsos);
     for (size_t i = 0; i < layer.isos.size(); ++i) {
-        frame.iso_values[i] = static_cast<float>(layer.isos[i].value);
+        frame.iso_texels[i] =
+            static_cast<float>((layer.isos[i].value - frame.value_bias) / frame.value_scale);
         frame.iso_colors[i] =
             glm::vec4(glm::vec3(layer.isos[i].color), static_cast<float>(layer.isos[i].opacity));
     }
@@ -90,9 +91,18 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
     frame.background = glm::vec3(scene.background);
     frame.value_scale = inputs.value_scale;
     frame.value_bias = inputs.value_bias;
-    frame.table_scale = static_cast<float>(1.0 / (inputs.table_high - inputs.table_low));
+    const double width = inputs.table_high - inputs.table_low;
+    // Entry i of n lies at (i + 0.5) / n and stands for low + i / (n - 1) * width.
+    const double entries = kTransferTableSize;
+    const double shrink = (entries - 1.0) / entries;
+    frame.table_scale = static_cast<float>(inputs.value_scale / width * shrink);
     frame.table_bias =
-        static_cast<float>(-inputs.table_low / (inputs.table_high - inputs.table_low));
+        static_cast<float>((inputs.value_bias - inputs.table_low) / width * shrink + 0.5 / entries);
+    const auto weighted = [](glm::vec4 entry) {
+        return glm::vec4(glm::vec3(entry.x, entry.y, entry.z) * entry.w, entry.w);
+    };
+    frame.table_first = weighted(inputs.table_first);
+    frame.table_last = weighted(inputs.table_last);
     if (scene.ray_cast)
         fill_ray_cast(frame, *scene.ray_cast, grid);
     if (scene.labels) {

@@ -11,6 +11,7 @@ namespace palpate {
 struct FrameInputs {
     float value_scale = 1, value_bias = 0; // value = texel * scale + bias
     double table_low = 0, table_high = 1;  // value range of the transfer table
+    glm::vec4 table_first{}, table_last{}; // its end entries: rgb, tau per mm
     uint32_t style_count = 1;
 };
 

@@ -231,6 +231,8 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
             held.emplace(*device_, name, function, step_mm);
         inputs.table_low = held->low();
         inputs.table_high = held->high();
+        inputs.table_first = held->first();
+        inputs.table_last = held->last();
         block.hold(*device_, name, bytes_of(make_frame_block(scene, data, views, inputs)));
     };
     if (scene.ray_cast) {

@@ -14,11 +14,15 @@ TransferImage::TransferImage(Device& device, std::string name, const TransferFun
     : function_(function),
       step_mm_(step_mm),
       image_(device, std::move(name),
-             {.format = VK_FORMAT_R32G32B32A32_SFLOAT,
-              .size = {gpu::kTableEntries, gpu::kTableRows, 1}}) {
+             {.type = VK_IMAGE_TYPE_1D,
+              .format = VK_FORMAT_R32G32B32A32_SFLOAT,
+              .size = {gpu::kTableEntries, 1, 1},
+              .layers = gpu::kTableRows}) {
     const TransferTable table = make_table(function);
     low_ = table.low;
     high_ = table.high;
+    first_ = table.entries.front();
+    last_ = table.entries.back();
     std::vector<glm::vec4> texels(size_t{gpu::kTableRows} * gpu::kTableEntries);
     for (size_t i = 0; i < gpu::kTableEntries; ++i) {
         const glm::vec4 entry = table.entries[i];
@@ -29,13 +33,17 @@ TransferImage::TransferImage(Device& device, std::string name, const TransferFun
         texels[gpu::kTableRowStep * gpu::kTableEntries + i] =
             glm::vec4(glm::vec3(entry.x, entry.y, entry.z), static_cast<float>(alpha));
         texels[gpu::kTableRowTau * gpu::kTableEntries + i] = entry;
-        texels[gpu::kTableRowIntegral * gpu::kTableEntries + i] = table.integrals[i];
+        // In units of one entry's width.
+        texels[gpu::kTableRowIntegral * gpu::kTableEntries + i] =
+            table.integrals[i] * static_cast<float>(gpu::kTableEntries - 1);
     }
     Buffer staging(device, "transfer upload", texels.size() * sizeof(glm::vec4), Memory::upload);
     std::memcpy(staging.mapped().data(), texels.data(), staging.bytes());
     Commands commands(device);
-    const Commands::Region region{
-        .buffer_offset = 0, .image_offset = {}, .size = image_.shape().size};
+    const Commands::Region region{.buffer_offset = 0,
+                                  .image_offset = {},
+                                  .size = image_.shape().size,
+                                  .layers = gpu::kTableRows};
     commands.copy(staging, image_, std::span(&region, 1));
     commands.submit();
     commands.finish();

@@ -17,10 +17,13 @@ class TransferImage {
     double step_mm() const { return step_mm_; }
     double low() const { return low_; }
     double high() const { return high_; }
+    glm::vec4 first() const { return first_; } // (rgb, tau per mm) of the entries at the ends
+    glm::vec4 last() const { return last_; }
 
  private:
     TransferFunction function_;
     double step_mm_, low_, high_;
+    glm::vec4 first_, last_;
     GpuImage image_;
 };
 

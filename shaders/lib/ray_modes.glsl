@@ -30,7 +30,7 @@ float hidden_by(float optical_depth) {
     return x < 0.01 ? x * (1.0 - x * (0.5 - x * (1.0 / 6.0))) : 1.0 - exp(-x);
 }
 
-bool is_data(float value) { return kHasNoData == 0u || value == value; }
+bool is_data(float texel) { return kHasNoData == 0u || texel == texel; }
 
 // Segment k of the lattice, cut to [t.x, t.y].
 vec2 segment(float k, vec2 t) {
@@ -39,32 +39,43 @@ vec2 segment(float k, vec2 t) {
 
 // ---- alpha ----
 
-// Colour and opacity of one segment; `whole` says that it is one full step long. `x_in` is the table
-// position at its start (preintegrated only), replaced by the one at its end.
-vec4 segment_color(RaySampler s, vec2 ends, bool whole, inout float x_in) {
+// Where a segment starts in the transfer table (preintegrated only).
+struct TableState {
+    float position;
+    vec4 integral;
+};
+
+TableState table_state(float texel) {
+    const float position = table_position(texel);
+    return TableState(position, table_integral(position));
+}
+
+// Colour and opacity of one segment; `whole` says that it is one full step long. `state` moves from
+// the segment's start to its end.
+vec4 segment_color(RaySampler s, vec2 ends, bool whole, inout TableState state) {
     const float middle = 0.5 * (ends.x + ends.y);
     const float length_mm = max(ends.y - ends.x, 0.0);
     vec4 entry;
     bool valid;
     if (kPreintegrated != 0u) {
-        const float x_out = table_x(value_at(s, ends.y));
-        const float mean_x = 0.5 * (x_in + x_out);
-        const float dx = x_out - x_in;
-        valid = is_data(x_in) && is_data(x_out);
-        const bool narrow = abs(dx) * (float(kTableEntries) - 1.0) < 1.0;
-        const vec4 point = table_entry(mean_x, kTableRowTau);
-        const vec4 mean = (table_integral(x_out) - table_integral(x_in)) / (narrow ? 1.0 : dx);
+        const TableState end = table_state(texel_at(s, ends.y));
+        const float width = end.position - state.position;
+        const bool narrow = abs(width) < 1.0;
+        const float between = 0.5 * (state.position + end.position);
+        const vec4 point =
+            textureLod(table, vec2((between + 0.5) / float(kTableEntries), float(kTableRowTau)), 0.0);
+        const vec4 mean = (end.integral - state.integral) / (narrow ? 1.0 : width);
+        valid = is_data(state.position) && is_data(end.position);
         entry.rgb = narrow ? point.rgb : mean.rgb / max(mean.a, 1e-30);
         entry.a = hidden_by(max(narrow ? point.a : mean.a, 0.0) * length_mm);
-        x_in = x_out;
+        state = end;
     } else {
-        const float value = value_at(s, middle);
-        valid = is_data(value);
-        const float x = table_x(value);
+        const float texel = texel_at(s, middle);
+        valid = is_data(texel);
         if (whole) {
-            entry = table_entry(x, kTableRowStep);
+            entry = table_entry(texel, kTableRowStep);
         } else {
-            entry = table_entry(x, kTableRowTau);
+            entry = table_entry(texel, kTableRowTau);
             entry.a = hidden_by(entry.a * length_mm);
         }
     }
@@ -78,8 +89,8 @@ vec4 segment_color(RaySampler s, vec2 ends, bool whole, inout float x_in) {
     return entry;
 }
 
-void add_segment(inout Accumulator a, RaySampler s, vec2 ends, bool whole, inout float x_in) {
-    const vec4 entry = segment_color(s, ends, whole, x_in);
+void add_segment(inout Accumulator a, RaySampler s, vec2 ends, inout TableState state) {
+    const vec4 entry = segment_color(s, ends, false, state);
     const vec3 color = kShaded != 0u ? shade(entry.rgb, s, 0.5 * (ends.x + ends.y)) : entry.rgb;
     composite(a, color, entry.a);
 }
@@ -90,42 +101,44 @@ Marched march_alpha(RaySampler s, vec2 t, bool inside) {
     const float opaque = 1.0 - frame.min_transmittance;
     float k = floor(t.x / h);
     const float last = inside ? ceil(t.y / h) - 1.0 : k;
-    float x_in = kPreintegrated != 0u ? table_x(value_at(s, t.x)) : 0.0;
+    TableState state;
+    if (kPreintegrated != 0u)
+        state = table_state(texel_at(s, t.x));
 
-    add_segment(a, s, segment(k, t), false, x_in);
+    add_segment(a, s, segment(k, t), state);
     k += 1.0;
     if (k < last) {
         if (kShaded != 0u) {
             do {
                 vec4 entry;
                 do { // to the next segment that is not transparent
-                    entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, x_in);
+                    entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
                     k += 1.0;
                 } while (entry.a <= 0.0 && k < last);
                 composite(a, shade(entry.rgb, s, (k - 0.5) * h), entry.a);
             } while (k < last && a.sum.a <= opaque);
         } else {
             do {
-                const vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, x_in);
+                const vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
                 composite(a, entry.rgb, entry.a);
                 k += 1.0;
             } while (k < last && a.sum.a <= opaque);
         }
     }
     if (k == last && a.sum.a <= opaque)
-        add_segment(a, s, segment(k, t), false, x_in);
+        add_segment(a, s, segment(k, t), state);
     return Marched(inside ? a.sum : vec4(0.0), kNaN, kNaN);
 }
 
 // ---- maximum intensity ----
 
 float mip_sample(RaySampler s, float t, float maximum) {
-    const float value = value_at(s, t);
-    bool counts = value > maximum; // false for no-data
+    const float texel = texel_at(s, t);
+    bool counts = texel > maximum; // false for no-data
 #if HAS_LABELS
     counts = counts && label_tint(s, t).a >= 0.0;
 #endif
-    return counts ? value : maximum;
+    return counts ? texel : maximum;
 }
 
 Marched march_mip(RaySampler s, vec2 t, bool inside) {
@@ -147,26 +160,27 @@ Marched march_mip(RaySampler s, vec2 t, bool inside) {
         maximum = mip_sample(s, 0.5 * (ends.x + ends.y), maximum);
     }
     const bool found = inside && maximum > none;
-    const vec4 entry = table_entry(table_x(maximum), kTableRowTau);
+    const vec4 entry = table_entry(maximum, kTableRowTau);
     const float alpha = found ? hidden_by(entry.a * frame.opacity_unit_mm) : 0.0;
-    return Marched(vec4(entry.rgb, 1.0) * alpha, found ? maximum : kNaN, kNaN);
+    const float value = maximum * frame.value_scale + frame.value_bias;
+    return Marched(vec4(entry.rgb, 1.0) * alpha, found ? value : kNaN, kNaN);
 }
 
 // ---- iso-surfaces ----
 
-// How many iso-values a value reaches.
-int level_of(float value) {
-    int level = 0;
-    for (uint i = 0u; i < kIsoCount; ++i)
-        level += value >= frame.iso_values[i] ? 1 : 0;
+// How many iso-values a texel reaches.
+int level_of(float texel) {
+    int level = texel >= frame.iso_texels[0] ? 1 : 0;
+    for (uint i = 1u; i < kIsoCount; ++i)
+        level += texel >= frame.iso_texels[i] ? 1 : 0;
     return level;
 }
 
-// Where the value is `iso` between a and b, by false position: (t, value - iso) at either end.
+// Where the texel is `iso` between a and b, by false position: (t, texel - iso) at either end.
 float crossing(RaySampler s, vec2 a, vec2 b, float iso) {
     for (int i = 0; i < 4; ++i) {
         const float t = a.x - a.y * (b.x - a.x) / (b.y - a.y);
-        const vec2 m = vec2(t, value_at(s, t) - iso);
+        const vec2 m = vec2(t, texel_at(s, t) - iso);
         const bool low = (m.y >= 0.0) == (a.y >= 0.0);
         a = low ? m : a;
         b = low ? b : m;
@@ -179,36 +193,33 @@ Marched march_iso(RaySampler s, vec2 t, bool inside) {
     Marched result = Marched(vec4(0.0), kNaN, kNaN);
     const float h = frame.step;
     const float opaque = 1.0 - frame.min_transmittance;
-    // Samples: the start, the middle of each segment, the end.
-    float k = floor(t.x / h) - 1.0;
-    const float last = inside ? ceil(t.y / h) : k; // beyond the last segment: the end
-    float t_now = t.x, v_now = value_at(s, t.x);
-    float t_was, v_was;
-    int level = level_of(v_now);
+    // Samples: the start, the middle of each segment of the lattice within, the end.
+    float k = floor(t.x / h - 0.5);
+    const float last = inside ? ceil(t.y / h - 0.5) : k;
+    vec2 was, now = vec2(t.x, texel_at(s, t.x)); // (distance, texel)
+    int level = level_of(now.y);
     int level_now;
     bool going;
     do {
         do {
-            t_was = t_now;
-            v_was = v_now;
+            was = now;
             k += 1.0;
-            const vec2 ends = segment(k, t);
-            t_now = k < last ? 0.5 * (ends.x + ends.y) : t.y;
-            v_now = value_at(s, t_now);
-            level_now = level_of(v_now);
+            now.x = clamp((k + 0.5) * h, t.x, t.y);
+            now.y = texel_at(s, now.x);
+            level_now = level_of(now.y);
             if (kHasNoData != 0u) { // nothing crosses beside missing data; the next sample starts anew
-                level_now = v_now == v_now ? level_now : level;
-                level = v_was == v_was ? level : level_now;
+                level_now = now.y == now.y ? level_now : level;
+                level = was.y == was.y ? level : level_now;
             }
         } while (level_now == level && k < last);
-        going = inside && k <= last;
-        const int direction = level_now > level ? 1 : -1;
+        going = inside;
         do {
             const bool hit = going && level_now != level;
+            const int direction = level_now > level ? 1 : -1;
             const int which = direction > 0 ? level : level - 1;
-            const uint i = uint(clamp(which, 0, int(kIsoCount) - 1));
-            const float iso = frame.iso_values[i];
-            const float at = crossing(s, vec2(t_was, v_was - iso), vec2(t_now, v_now - iso), iso);
+            const uint i = kIsoCount == 1u ? 0u : uint(clamp(which, 0, int(kIsoCount) - 1));
+            const float iso = frame.iso_texels[i];
+            const float at = crossing(s, was - vec2(0.0, iso), now - vec2(0.0, iso), iso);
             vec4 color = frame.iso_colors[i];
 #if HAS_LABELS
             const vec4 tint = label_tint(s, at);
@@ -219,11 +230,10 @@ Marched march_iso(RaySampler s, vec2 t, bool inside) {
             composite(a, shade(color.rgb, s, at), color.a);
             const bool first = color.a > 0.0 && isnan(result.depth);
             result.depth = first ? at : result.depth;
-            result.value = first ? iso : result.value;
+            result.value = first ? iso * frame.value_scale + frame.value_bias : result.value;
             going = going && a.sum.a <= opaque;
             level += hit ? direction : 0;
-            t_was = at;
-            v_was = iso;
+            was = vec2(at, iso);
         } while (kIsoCount > 1u && going && level_now != level);
         going = going && k < last;
     } while (going);

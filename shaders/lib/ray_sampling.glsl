@@ -15,33 +15,33 @@ RaySampler ray_sampler(Ray ray) {
     return s;
 }
 
-float value_at(RaySampler s, float t) {
-    return textureLod(volume, s.origin + t * s.direction, 0.0).r * frame.value_scale +
-           frame.value_bias;
+// What is stored at distance t; its value is texel * value_scale + value_bias. Loops stay in texels.
+float texel_at(RaySampler s, float t) {
+    return textureLod(volume, s.origin + t * s.direction, 0.0).r;
 }
 
-// Position of a value in the transfer table: 0 .. 1.
-float table_x(float value) { return value * frame.table_scale + frame.table_bias; }
-
-vec4 table_entry(float x, uint row) {
-    const float n = float(kTableEntries);
-    const float u = (floor(clamp(x, 0.0, 1.0) * (n - 1.0) + 0.5) + 0.5) / n;
-    return textureLod(table, vec3(u, (float(row) + 0.5) / float(kTableRows), 0.0), 0.0);
+// The table's entry nearest to a texel's value; the sampler clamps to the ends.
+vec4 table_entry(float texel, uint row) {
+    return textureLod(table, vec2(texel * frame.table_scale + frame.table_bias, float(row)), 0.0);
 }
 
-// Running integral of the table at x, extended linearly beyond its ends. Interpolated here and not
-// by the sampler, whose weights have 8 bits on most devices.
-vec4 table_integral(float x) {
-    const float n1 = float(kTableEntries) - 1.0;
-    const float at = clamp(x, 0.0, 1.0) * n1;
-    const float low = min(floor(at), n1 - 1.0);
-    const float row = (float(kTableRowIntegral) + 0.5) / float(kTableRows);
+// Position of a texel in the table, in entries: 0 is the first, kTableEntries - 1 the last.
+float table_position(float texel) {
+    return (texel * frame.table_scale + frame.table_bias) * float(kTableEntries) - 0.5;
+}
+
+// Running integral of the table at a position, in units of one entry's width; beyond the ends it
+// goes on with the end entries. Interpolated here and not by the sampler, whose weights have 8 bits
+// on most devices.
+vec4 table_integral(float position) {
     const float n = float(kTableEntries);
-    const vec4 a = textureLod(table, vec3((low + 0.5) / n, row, 0.0), 0.0);
-    const vec4 b = textureLod(table, vec3((low + 1.5) / n, row, 0.0), 0.0);
-    const vec4 end = table_entry(x, kTableRowTau);
-    const float beyond = x - clamp(x, 0.0, 1.0);
-    return mix(a, b, at - low) + beyond * vec4(end.rgb * end.a, end.a);
+    const float inside = clamp(position, 0.0, n - 1.0);
+    const float low = min(floor(inside), n - 2.0);
+    const float row = float(kTableRowIntegral);
+    const vec4 a = textureLod(table, vec2((low + 0.5) / n, row), 0.0);
+    const vec4 b = textureLod(table, vec2((low + 1.5) / n, row), 0.0);
+    const vec4 end = position < 0.0 ? frame.table_first : frame.table_last;
+    return a + (inside - low) * (b - a) + (position - inside) * end;
 }
 
 #if HAS_LABELS

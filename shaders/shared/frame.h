@@ -37,7 +37,9 @@ struct Frame {
     vec3 label_origin;
     vec3 background;
     float value_scale, value_bias; // value = texel * value_scale + value_bias
-    float table_scale, table_bias; // x = value * table_scale + table_bias; 0 .. 1 over the table
+    // Texture coordinate of a texel's value in the transfer table: texel * table_scale + table_bias.
+    float table_scale, table_bias;
+    vec4 table_first, table_last; // (rgb * tau, tau) of the table's ends
     float step;             // mm
     float min_transmittance;
     float opacity_unit_mm;
@@ -45,7 +47,7 @@ struct Frame {
     float label_opacity;    // of the fill on slices
     float outline_px;
     vec4 shading;           // ambient, diffuse, specular, shininess
-    float iso_values[kMaxIsoValues];
+    float iso_texels[kMaxIsoValues];
     vec4 iso_colors[kMaxIsoValues]; // rgb, opacity
     uvec2 size_px;
     uint clip_count;
