@@ -180,8 +180,15 @@ Marched Marcher::march_iso(const LocalRay& ray, Stretch t) {
         before = now;
         return true;
     };
+    // After the start: the middle of each segment of the lattice that lies within, then the end.
     bool open = true;
-    for_each_segment(t, [&](const Segment& segment) { return open = advance(segment.middle); });
+    for (double k = std::floor(t.from / step_mm_ - 0.5); open; k += 1.0) {
+        const double middle = (k + 0.5) * step_mm_;
+        if (middle >= t.to)
+            break;
+        if (middle > t.from)
+            open = advance(middle);
+    }
     if (open)
         advance(t.to);
     return result;

@@ -130,6 +130,7 @@ uint64_t count_segments(const Scene& scene, const Grid& grid) {
 struct Renderer::Targets {
     glm::uvec2 size_px;
     uint32_t eyes;
+    bool return_values;                            // the scene asks for value and depth
     std::optional<GpuImage> color, values;         // what is read back
     std::optional<GpuImage> behind, behind_values; // slices that a ray caster draws over
 };
@@ -175,12 +176,14 @@ void Renderer::keep_targets(const Scene& scene) {
     const bool values = scene.value_and_depth || (!scene.slices.empty() && !scene.ray_cast);
     std::optional<Targets>& held = held_->targets;
     if (held && held->size_px == scene.size_px && held->eyes == eye_count(scene) &&
-        held->values.has_value() == values && held->behind.has_value() == slices_behind)
+        held->return_values == scene.value_and_depth && held->values.has_value() == values &&
+        held->behind.has_value() == slices_behind)
         return;
     held.reset();
     held.emplace();
     held->size_px = scene.size_px;
     held->eyes = eye_count(scene);
+    held->return_values = scene.value_and_depth;
     const auto make = [&](std::optional<GpuImage>& image, const char* name, VkFormat format) {
         image.emplace(*device_, name,
                       ImageShape{.format = format,
@@ -359,9 +362,9 @@ std::vector<Image> Renderer::read_back() {
     };
     const std::vector<float> color = fetch(*targets.color, 4);
     const std::vector<float> values =
-        targets.values ? fetch(*targets.values, 2) : std::vector<float>{};
+        targets.return_values ? fetch(*targets.values, 2) : std::vector<float>{};
     std::vector<std::string> channels{"R", "G", "B", "A"};
-    if (targets.values)
+    if (targets.return_values)
         channels.insert(channels.end(), {"value", "depth"});
     std::vector<Image> eyes;
     for (uint32_t eye = 0; eye < targets.eyes; ++eye) {
@@ -369,7 +372,7 @@ std::vector<Image> Renderer::read_back() {
         for (size_t p = 0; p < pixels; ++p) {
             float* out = &image.samples[p * channels.size()];
             std::copy_n(&color[(eye * pixels + p) * 4], 4, out);
-            if (targets.values)
+            if (targets.return_values)
                 std::copy_n(&values[(eye * pixels + p) * 2], 2, out + 4);
         }
         eyes.push_back(std::move(image));

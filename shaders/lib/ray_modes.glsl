@@ -112,6 +112,10 @@ Marched march_alpha(RaySampler s, vec2 t, bool inside) {
             do {
                 vec4 entry;
                 do { // to the next segment that is not transparent
+                    // Taken anew: llvmpipe of Mesa 22.3 loses a state that is carried through an
+                    // inner loop which lanes leave at different times (a test would show it).
+                    if (kPreintegrated != 0u)
+                        state = table_state(texel_at(s, k * h));
                     entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
                     k += 1.0;
                 } while (entry.a <= 0.0 && k < last);
@@ -125,8 +129,11 @@ Marched march_alpha(RaySampler s, vec2 t, bool inside) {
             } while (k < last && a.sum.a <= opaque);
         }
     }
-    if (k == last && a.sum.a <= opaque)
+    if (k == last && a.sum.a <= opaque) {
+        if (kPreintegrated != 0u && kShaded != 0u)
+            state = table_state(texel_at(s, k * h));
         add_segment(a, s, segment(k, t), state);
+    }
     return Marched(inside ? a.sum : vec4(0.0), kNaN, kNaN);
 }
 

@@ -10,7 +10,7 @@ namespace palpate {
 // One device with validation and synchronisation validation for all tests of a program; a message
 // fails the test that caused it.
 class GpuTest : public ::testing::Test {
-protected:
+ protected:
     static Device& device() {
         static Device instance({.validation = true});
         return instance;
@@ -22,7 +22,7 @@ protected:
             ADD_FAILURE() << messages[i];
     }
 
-private:
+ private:
     size_t messages_before_ = 0;
 };
 
