@@ -6,13 +6,13 @@
 // lattice that starts at the eye; only the first and the last are cut, and they are taken out of the
 // loops. Loops are do-while with the rare work outside, because software devices run every branch.
 //
-// Built once for each combination of HAS_LABELS, HAS_SLICES and HAS_VALUES (0 or 1), so that what a
-// scene does not use needs no binding.
+// Built once for each combination of IS_ISO, HAS_LABELS, HAS_SLICES and HAS_VALUES (0 or 1), so that
+// what a scene does not use needs no binding.
 
 #include "shaders/shared/ray_cast.h"
 #include "shaders/lib/rays.glsl"
 
-layout(constant_id = 0) const uint kMode = kModeAlpha;
+layout(constant_id = 0) const uint kMode = kModeAlpha; // if not IS_ISO
 layout(constant_id = 1) const uint kPreintegrated = 0u;
 layout(constant_id = 2) const uint kShaded = 0u;
 layout(constant_id = 3) const uint kHasNoData = 0u;   // samples may be NaN
@@ -22,7 +22,9 @@ layout(local_size_x = 64) in;
 
 layout(scalar, binding = kRayFrame) uniform FrameBlock { Frame frame; };
 layout(binding = kRayVolume) uniform sampler3D volume;
+#if !IS_ISO
 layout(binding = kRayTable) uniform sampler1DArray table;
+#endif
 #if HAS_LABELS
 layout(binding = kRayLabels) uniform usampler3D labels;
 layout(scalar, binding = kRayStyles) readonly buffer Styles { vec4 styles[]; }; // rgb, visible

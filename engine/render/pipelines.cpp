@@ -7,16 +7,8 @@
 #include "engine/base/timer.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
-#include "spirv/ray_cast_000.h"
-#include "spirv/ray_cast_001.h"
-#include "spirv/ray_cast_010.h"
-#include "spirv/ray_cast_011.h"
-#include "spirv/ray_cast_100.h"
-#include "spirv/ray_cast_101.h"
-#include "spirv/ray_cast_110.h"
-#include "spirv/ray_cast_111.h"
-#include "spirv/slices_0.h"
-#include "spirv/slices_1.h"
+#include "spirv/ray_cast.h"
+#include "spirv/slices.h"
 
 namespace palpate {
 
@@ -27,25 +19,10 @@ constexpr auto kStorage = VK_DESCRIPTOR_TYPE_STORAGE_BUFFER;
 constexpr auto kSampled = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
 constexpr auto kStorageImage = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
 
+// Bits in the order of the macros in CMakeLists.txt.
 std::span<const uint32_t> ray_cast_code(const RayCastVariant& v) {
-    switch (4 * v.labels + 2 * v.slices + v.values) {
-        case 0:
-            return spirv::ray_cast_000;
-        case 1:
-            return spirv::ray_cast_001;
-        case 2:
-            return spirv::ray_cast_010;
-        case 3:
-            return spirv::ray_cast_011;
-        case 4:
-            return spirv::ray_cast_100;
-        case 5:
-            return spirv::ray_cast_101;
-        case 6:
-            return spirv::ray_cast_110;
-        default:
-            return spirv::ray_cast_111;
-    }
+    const bool iso = v.mode == gpu::kModeIso;
+    return spirv::ray_cast[iso + 2 * v.labels + 4 * v.slices + 8 * v.values];
 }
 
 std::string name_of(const RayCastVariant& v) {
@@ -68,8 +45,9 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
     std::unique_ptr<ComputePipeline>& pipeline = ray_casts_[variant];
     if (!pipeline) {
         const Timer timer;
-        std::vector<BindingSlot> slots{
-            {gpu::kRayFrame, kUniform}, {gpu::kRayVolume, kSampled}, {gpu::kRayTable, kSampled}};
+        std::vector<BindingSlot> slots{{gpu::kRayFrame, kUniform}, {gpu::kRayVolume, kSampled}};
+        if (variant.mode != gpu::kModeIso)
+            slots.push_back({gpu::kRayTable, kSampled});
         if (variant.labels) {
             slots.push_back({gpu::kRayLabels, kSampled});
             slots.push_back({gpu::kRayStyles, kStorage});
@@ -104,9 +82,8 @@ ComputePipeline& Pipelines::slices(bool labels) {
         slots.push_back({gpu::kSlicePlanes, kUniform});
         slots.push_back({gpu::kSliceColor, kStorageImage});
         slots.push_back({gpu::kSliceValues, kStorageImage});
-        pipeline =
-            std::make_unique<ComputePipeline>(*device_, labels ? "slices labels" : "slices",
-                                              labels ? spirv::slices_1 : spirv::slices_0, slots);
+        pipeline = std::make_unique<ComputePipeline>(*device_, labels ? "slices labels" : "slices",
+                                                     spirv::slices[labels], slots);
         creation_ms_ += timer.ms();
     }
     return *pipeline;

@@ -227,28 +227,33 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
     }
 
     const std::vector<View> views = views_of(scene);
-    const auto hold_transfer = [&](std::optional<TransferImage>& held, MirroredBuffer& block,
-                                   const char* name, const TransferFunction& function,
-                                   double step_mm) {
+    const auto hold_transfer = [&](std::optional<TransferImage>& held, const char* name,
+                                   const TransferFunction& function, double step_mm) {
         if (!held || held->function() != function || held->step_mm() != step_mm)
             held.emplace(*device_, name, function, step_mm);
         inputs.table_low = held->low();
         inputs.table_high = held->high();
         inputs.table_first = held->first();
         inputs.table_last = held->last();
-        block.hold(*device_, name, bytes_of(make_frame_block(scene, data, views, inputs)));
     };
     if (scene.ray_cast) {
-        hold_transfer(held_->transfer, held_->frame, "ray cast", scene.ray_cast->transfer,
-                      step_mm_of(*scene.ray_cast, data.volume.grid()));
+        if (scene.ray_cast->mode == RayMode::iso) // surfaces have colours of their own
+            held_->transfer.reset();
+        else
+            hold_transfer(held_->transfer, "transfer function", scene.ray_cast->transfer,
+                          step_mm_of(*scene.ray_cast, data.volume.grid()));
+        held_->frame.hold(*device_, "ray cast",
+                          bytes_of(make_frame_block(scene, data, views, inputs)));
         held_->variant = variant_of(scene, data.volume);
     } else {
         held_->transfer.reset();
         held_->frame.drop();
     }
     if (!scene.slices.empty()) {
-        hold_transfer(held_->slice_transfer, held_->slice_frame, "slices", scene.slice_transfer,
+        hold_transfer(held_->slice_transfer, "slices' transfer function", scene.slice_transfer,
                       1.0);
+        held_->slice_frame.hold(*device_, "slices",
+                                bytes_of(make_frame_block(scene, data, views, inputs)));
         auto planes = make_slice_planes(scene, data.volume.grid());
         planes.resize(gpu::kMaxSlices);
         held_->planes.hold(*device_, "slice planes", std::as_bytes(std::span(planes)));
@@ -287,8 +292,9 @@ void Renderer::record_ray_cast(Commands& commands, const Scene& scene, uint32_t 
                                uint32_t rows) {
     Targets& targets = *held_->targets;
     std::vector<Bound> bound{bind_uniform(gpu::kRayFrame, held_->frame.get()),
-                             bind_sampled(gpu::kRayVolume, held_->volume->image(), linear_),
-                             bind_sampled(gpu::kRayTable, held_->transfer->image(), nearest_)};
+                             bind_sampled(gpu::kRayVolume, held_->volume->image(), linear_)};
+    if (held_->transfer)
+        bound.push_back(bind_sampled(gpu::kRayTable, held_->transfer->image(), nearest_));
     if (scene.labels) {
         bound.push_back(bind_sampled(gpu::kRayLabels, held_->labels->image(), label_sampler_));
         bound.push_back(bind_storage(gpu::kRayStyles, held_->styles.get()));

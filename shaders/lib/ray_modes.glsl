@@ -37,6 +37,8 @@ vec2 segment(float k, vec2 t) {
     return vec2(max(k * frame.step, t.x), min((k + 1.0) * frame.step, t.y));
 }
 
+#if !IS_ISO
+
 // ---- alpha ----
 
 // Where a segment starts in the transfer table (preintegrated only).
@@ -173,6 +175,8 @@ Marched march_mip(RaySampler s, vec2 t, bool inside) {
     return Marched(vec4(entry.rgb, 1.0) * alpha, found ? value : kNaN, kNaN);
 }
 
+#else
+
 // ---- iso-surfaces ----
 
 // How many iso-values a texel reaches.
@@ -248,10 +252,14 @@ Marched march_iso(RaySampler s, vec2 t, bool inside) {
     return result;
 }
 
+#endif
+
 Marched march(RaySampler s, vec2 t, bool inside) {
+#if IS_ISO
+    return march_iso(s, t, inside);
+#else
     if (kMode == kModeMip)
         return march_mip(s, t, inside);
-    if (kMode == kModeIso)
-        return march_iso(s, t, inside);
     return march_alpha(s, t, inside);
+#endif
 }

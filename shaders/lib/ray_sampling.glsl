@@ -20,6 +20,7 @@ float texel_at(RaySampler s, float t) {
     return textureLod(volume, s.origin + t * s.direction, 0.0).r;
 }
 
+#if !IS_ISO
 // The table's entry nearest to a texel's value; the sampler clamps to the ends.
 vec4 table_entry(float texel, uint row) {
     return textureLod(table, vec2(texel * frame.table_scale + frame.table_bias, float(row)), 0.0);
@@ -43,6 +44,7 @@ vec4 table_integral(float position) {
     const vec4 end = position < 0.0 ? frame.table_first : frame.table_last;
     return a + (inside - low) * (b - a) + (position - inside) * end;
 }
+#endif
 
 #if HAS_LABELS
 // The style of the label at a point of the ray: rgb and how far it tints (0 for background);
