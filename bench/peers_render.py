@@ -34,10 +34,10 @@ def run(*command, **options):
     return subprocess.run(list(map(str, command)), check=True, **options)
 
 
-def under_display(*command, cwd=None):
+def under_display(*command):
     environment = dict(os.environ, MESA_SHADER_CACHE_DISABLE="true")
     run("xvfb-run", "-a", "-s", "-screen 0 1280x1280x24 -noreset", *command, env=environment,
-        cwd=cwd, stdout=subprocess.DEVNULL)
+        stdout=subprocess.DEVNULL)
 
 
 def write_scene(path, data, name, ray_cast, size):
@@ -75,7 +75,7 @@ def time_palpate(args, data, name):
 def time_vtk(args, data, name, kind):
     """{(mode, size): median ms} at a step of one voxel."""
     under_display(PYTHON, os.path.join(args.peers, "vtk_volume.py"), os.path.abspath(data),
-                  os.path.abspath(args.out), name, kind, cwd=args.peers)
+                  os.path.abspath(args.out), name, kind)
     with open(os.path.join(args.out, f"vtk_volume_{kind}_{name}.json")) as file:
         rows = {row["case"]: row["median_ms"] for row in json.load(file)["results"]}
     return {(mode, size): rows[f"{kind}/{name}/{key}/{size}px/step1.0"]
