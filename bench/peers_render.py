@@ -25,7 +25,7 @@ MODES = {  # name in the table: (name in vtk_volume.py, ray_cast of the scene)
     "MIP": ("mip", {"mode": "mip", "transfer": {"window": [-200, 2000]}}),
     "alpha": ("alpha", {"mode": "alpha", "transfer": "ct-peer"}),
     "alpha, shaded": ("alpha_shaded", {"mode": "alpha", "transfer": "ct-peer", "shading": True}),
-    "iso": ("iso_shaded", {"mode": "iso", "isos": [{"value": 300}], "transfer": "ct-peer"}),
+    "iso": ("iso_shaded", {"mode": "iso", "isos": [{"value": 300}]}),
 }
 
 
