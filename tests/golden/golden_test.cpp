@@ -1,0 +1,269 @@
+// golden_test check FOLDER WORK   compares a golden case with what the program draws now
+// golden_test bless FOLDER WORK   makes what the program draws now the case's expected picture
+//
+// FOLDER is golden/<case>, described in golden/README.md; WORK is a folder for what is drawn.
+// Exit 0 when passed or blessed, else 1 with a sentence.
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <string_view>
+
+#include "engine/base/file.h"
+#include "engine/image/compare.h"
+#include "engine/image/exr.h"
+#include "engine/image/png.h"
+#include "engine/io/scene_data.h"
+#include "engine/io/serve.h"
+#include "engine/reference/truth.h"
+#include "engine/render/stereo_layout.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+struct GoldenCase {
+    std::string name;
+    fs::path folder, work;
+    Json scene;                          // as in a scene file, size_px included
+    double max_channel_difference = 0.0; // in 1/255 of white
+    double max_differing_share = 0.0;    // of pixels that may differ by more, 0 .. 1
+    double stated_error = 0.0;           // RMSE of colours against grid truth, 1 is white
+    uint32_t truth_step = 1;             // truth is taken at every n-th pixel, both ways
+
+    fs::path expected() const { return folder / "expected.exr"; }
+};
+
+Result<Json> load_json(const fs::path& path) {
+    Result<std::string> text = load_text(path);
+    if (!text)
+        return pass_on(text);
+    try {
+        return Json::parse(*text);
+    } catch (const Json::exception& error) {
+        return fail("{}: {}", path.string(), error.what());
+    }
+}
+
+Result<GoldenCase> load_case(const fs::path& folder, const fs::path& work) {
+    const fs::path path = folder / "case.json";
+    Result<Json> json = load_json(path);
+    if (!json)
+        return pass_on(json);
+    GoldenCase golden{.name = folder.filename(), .folder = folder, .work = work};
+    try {
+        golden.scene = json->at("scene");
+        golden.scene["size_px"] = json->at("size_px");
+        golden.max_channel_difference = json->at("max_channel_difference");
+        golden.max_differing_share = json->at("max_differing_share");
+        golden.stated_error = json->at("stated_error");
+        golden.truth_step = json->value("truth_step", 1u);
+        if (json->at("why").get<std::string>().empty())
+            return fail("{}: expected a reason under 'why', found none", path.string());
+    } catch (const Json::exception& error) {
+        return fail("{}: {}", path.string(), error.what());
+    }
+    // Pixels of a joint picture do not lie where those of an eye do.
+    if (golden.truth_step < 1 || (golden.truth_step > 1 && golden.scene.contains("stereo")))
+        return fail("{}: expected truth_step 1 in stereo, and at least 1 else, found {}",
+                    path.string(), golden.truth_step);
+    return golden;
+}
+
+// Every n-th pixel of a picture, colours and alpha alone.
+Image every_nth(const Image& image, uint32_t step) {
+    Image out = make_image((image.size_px + step - 1u) / step, {"R", "G", "B", "A"});
+    for (uint32_t y = 0; y < out.size_px.y; ++y)
+        for (uint32_t x = 0; x < out.size_px.x; ++x)
+            for (size_t c = 0; c < 4; ++c)
+                out.at(x, y, c) =
+                    image.at(x * step, y * step, *channel_index(image, out.channels[c]));
+    return out;
+}
+
+// The colours and alpha of a picture; scenes may have other channels.
+Result<ExrFile> load_colors(const fs::path& path) {
+    Result<ExrFile> file = load_exr(path);
+    if (!file)
+        return file;
+    for (const char* name : {"R", "G", "B", "A"})
+        if (!channel_index(file->image, name))
+            return fail("{}: expected the channels R, G, B and A, found no {}", path.string(),
+                        name);
+    file->image = every_nth(file->image, 1);
+    return file;
+}
+
+// Draws the case with the program, on the kind of driver that golden pictures are made for.
+Result<ExrFile> draw(const GoldenCase& golden) {
+    const fs::path scene = golden.work / "scene.json", actual = golden.work / "actual.exr";
+    const std::string text = golden.scene.dump(2);
+    if (auto saved = save_bytes(scene, std::as_bytes(std::span(text))); !saved)
+        return pass_on(saved);
+    fs::remove(actual);
+    // Mesa's software driver compiles for the widest vectors it finds; one width gives one picture.
+    setenv("LP_NATIVE_VECTOR_WIDTH", "256", 1);
+    const std::string command =
+        fmt::format("'{}' --quiet render '{}' -o '{}' --half --device llvmpipe --validate",
+                    PALPATE_PROGRAM, scene.string(), actual.string());
+    if (const int status = std::system(command.c_str()); status != 0)
+        return fail("{}: palpate render ended with status {}", golden.name, status);
+    return load_colors(actual);
+}
+
+// The field itself, as a picture like the program's but for truth_step.
+Result<Image> truth_of(const GoldenCase& golden) {
+    Result<SceneFile> file = load_scene(golden.work / "scene.json");
+    if (!file)
+        return pass_on(file);
+    Result<LoadedScene> loaded = load_scene_data(*file);
+    if (!loaded)
+        return pass_on(loaded);
+    const Scene scene = resolved_scene(*file, loaded->data.volume.grid());
+    const Image left = render_truth(scene, loaded->data, 0, {.step = golden.truth_step});
+    if (!scene.stereo)
+        return every_nth(left, 1);
+    return join_eyes(left, render_truth(scene, loaded->data, 1), scene.stereo->layout);
+}
+
+// The picture's RMSE against truth; an error when it is more than stated.
+Result<double> check_truth(const GoldenCase& golden, const char* which, const Image& picture,
+                           const Image& truth) {
+    Result<ImageDifference> difference =
+        compare_images(truth, every_nth(picture, golden.truth_step), 0.0);
+    if (!difference)
+        return fail("{}: {} and truth: {}", golden.name, which, difference.error().message);
+    const double rmse = difference->all.rmse;
+    if (!(rmse <= golden.stated_error) || difference->all.nan_mismatch > 0)
+        return fail("{}: {} is {:.6f} from grid truth (RMSE), more than the stated {:.6f}",
+                    golden.name, which, rmse, golden.stated_error);
+    return rmse;
+}
+
+std::string drawn_on(const ExrFile& file) {
+    const auto text = [&](const char* key) {
+        const auto at = file.metadata.find(key);
+        return at == file.metadata.end() ? std::string("unknown") : at->second;
+    };
+    return text("palpate:device") + ", " + text("palpate:driver");
+}
+
+// Leaves the pictures and the two numbers where a person finds them.
+Result<void> leave_evidence(const GoldenCase& golden, const Image& expected, const Image& actual,
+                            const SampleDifference& difference) {
+    const float gain = 8.0f; // small differences would be too dark to see
+    const std::string numbers = Json{{"channel_difference", difference.max_abs * 255.0},
+                                     {"max_channel_difference", golden.max_channel_difference},
+                                     {"differing_share", difference.share_beyond},
+                                     {"max_differing_share", golden.max_differing_share}}
+                                    .dump(2);
+    fs::copy_file(golden.expected(), golden.work / "expected.exr",
+                  fs::copy_options::overwrite_existing);
+    if (auto saved =
+            save_png(golden.work / "difference.png", difference_image(expected, actual, gain));
+        !saved)
+        return saved;
+    return save_bytes(golden.work / "numbers.json", std::as_bytes(std::span(numbers)));
+}
+
+Result<void> check(const GoldenCase& golden) {
+    Result<ExrFile> expected = load_colors(golden.expected());
+    if (!expected)
+        return pass_on(expected);
+    Result<ExrFile> actual = draw(golden);
+    if (!actual)
+        return pass_on(actual);
+    Result<ImageDifference> difference =
+        compare_images(expected->image, actual->image, golden.max_channel_difference / 255.0);
+    if (!difference)
+        return fail("{}: {}", golden.name, difference.error().message);
+    const SampleDifference& all = difference->all;
+    if (all.share_beyond > golden.max_differing_share) {
+        if (auto left = leave_evidence(golden, expected->image, actual->image, all); !left)
+            return left;
+        return fail(
+            "{}: {:.4f} of the pixels differ by more than {:g}/255, allowed are {:.4f}; the "
+            "largest difference is {:.1f}/255; drawn on {}, expected from {}; see {}",
+            golden.name, all.share_beyond, golden.max_channel_difference,
+            golden.max_differing_share, all.max_abs * 255.0, drawn_on(*actual), drawn_on(*expected),
+            golden.work.string());
+    }
+    Result<Image> truth = truth_of(golden);
+    if (!truth)
+        return pass_on(truth);
+    for (const auto& [which, file] :
+         {std::pair("expected.exr", &*expected), std::pair("the picture drawn now", &*actual)}) {
+        Result<double> error = check_truth(golden, which, file->image, *truth);
+        if (!error)
+            return pass_on(error);
+        fmt::print("{}: {}: {:.6f} from truth, stated {:g}\n", golden.name, which, *error,
+                   golden.stated_error);
+    }
+    fmt::print("{}: {:.4f} of the pixels differ by more than {:g}/255, the most by {:.2f}/255\n",
+               golden.name, all.share_beyond, golden.max_channel_difference, all.max_abs * 255.0);
+    return {};
+}
+
+Result<void> bless(const GoldenCase& golden) {
+    Result<Json> driver = load_json(golden.folder.parent_path() / "driver.json");
+    if (!driver)
+        return pass_on(driver);
+    Result<ExrFile> actual = draw(golden);
+    if (!actual)
+        return pass_on(actual);
+    const std::string recorded = driver->value("device", "") + ", " + driver->value("driver", "");
+    if (drawn_on(*actual) != recorded)
+        return fail("{}: golden pictures are blessed on {} only, and this is {}", golden.name,
+                    recorded, drawn_on(*actual));
+    Result<Image> truth = truth_of(golden);
+    if (!truth)
+        return pass_on(truth);
+    Result<double> error = check_truth(golden, "the picture", actual->image, *truth);
+    if (!error)
+        return pass_on(error);
+    if (Result<ExrFile> before = load_colors(golden.expected())) {
+        Result<ImageDifference> change = compare_images(before->image, actual->image, 0.0);
+        if (change)
+            fmt::print("{}: {:.4f} of the pixels change, the most by {:.2f}/255\n", golden.name,
+                       change->all.share_beyond, change->all.max_abs * 255.0);
+    }
+    fmt::print("{}: blessed, {:.6f} from truth, stated {:g}\n", golden.name, *error,
+               golden.stated_error);
+    Result<std::string> bytes = load_text(golden.work / "actual.exr");
+    if (!bytes)
+        return pass_on(bytes);
+    return save_bytes(golden.expected(), std::as_bytes(std::span(*bytes)));
+}
+
+int run(int argc, char** argv) {
+    const std::string_view mode = argc == 4 ? argv[1] : "";
+    if (mode != "check" && mode != "bless") {
+        fmt::print(stderr, "usage: golden_test check|bless FOLDER WORK\n");
+        return 2;
+    }
+    fs::create_directories(argv[3]);
+    for (const char* name : {"expected.exr", "difference.png", "numbers.json"})
+        fs::remove(fs::path(argv[3]) / name);
+    const Result<GoldenCase> golden = load_case(fs::absolute(argv[2]), fs::absolute(argv[3]));
+    const Result<void> done = !golden           ? Result<void>(fail("{}", golden.error().message))
+                              : mode == "check" ? check(*golden)
+                                                : bless(*golden);
+    if (!done)
+        fmt::print(stderr, "golden: {}\n", done.error().message);
+    return done ? 0 : 1;
+}
+
+} // namespace
+} // namespace palpate
+
+int main(int argc, char** argv) {
+    if (argc > 1 && std::string_view(argv[1]) == "__decode") // a child of load_volume()
+        palpate::io::serve_decoding(argc, argv);
+    try {
+        return palpate::run(argc, argv);
+    } catch (const std::exception& error) {
+        fmt::print(stderr, "golden: {}\n", error.what());
+        return 1;
+    }
+}
