@@ -5,6 +5,7 @@
 #include <array>
 
 #include "engine/base/timer.h"
+#include "engine/render/shader_code.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
 #include "spirv/ray_cast.h"
@@ -40,6 +41,10 @@ std::string name_of(const RayCastVariant& v) {
 }
 
 } // namespace
+
+std::span<const uint32_t> ray_cast_shader() {
+    return spirv::ray_cast[0];
+}
 
 ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
     std::unique_ptr<ComputePipeline>& pipeline = ray_casts_[variant];

@@ -195,6 +195,10 @@ float crossing(RaySampler s, vec2 a, vec2 b, float iso) {
         const bool low = (m.y >= 0.0) == (a.y >= 0.0);
         a = low ? m : a;
         b = low ? b : m;
+        if (kHasNoData != 0u && m.y != m.y) { // a gap in the data: no better place is known
+            a = vec2(t, 0.0);
+            b = vec2(t, 1.0);
+        }
     }
     return a.x - a.y * (b.x - a.x) / (b.y - a.y);
 }

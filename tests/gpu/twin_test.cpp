@@ -9,8 +9,10 @@
 //             entry's difference at every sample.
 
 #include <cmath>
+#include <limits>
 
 #include "engine/reference/twin.h"
+#include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
 #include "tests/gpu/gpu_fixture.h"
 
@@ -200,6 +202,26 @@ TEST_F(TwinTest, Iso) {
     EXPECT_LE(compare(scene, data, bound).share_beyond, 0.01);
     scene.ray_cast->isos = {{-300.0, {0.9, 0.6, 0.5}, 0.35}, {200.0, {1, 0, 0}, 0.5}, {700.0}};
     EXPECT_LE(compare(scene, data, 3.0 * bound).share_beyond, 0.01);
+}
+
+// Gaps in the data: a hundred samples are missing, on the surface too. Colours stay the twin's but
+// for rays that graze a cell with a missing corner.
+TEST_F(TwinTest, MissingData) {
+    const Grid grid = make_grid({64, 64, 40}, {1.5, 1.5, 2.4}, {-47.25, -47.25, -46.8});
+    Volume volume = sample(gaussian({}, 15.0), grid, ScalarType::f32);
+    VolumeEdit edit(volume);
+    for (uint32_t i = 0; i < 100; ++i)
+        edit.set({20 + i * 7 % 23, 20 + i * 11 % 25, 10 + i * 5 % 19},
+                 std::numeric_limits<double>::quiet_NaN());
+    const SceneData data{edit.commit(), std::nullopt};
+    ASSERT_GT(data.volume.no_data_count(), 50u);
+    for (const RayMode mode : {RayMode::alpha, RayMode::mip, RayMode::iso}) {
+        Scene scene = base_scene(data, mode);
+        scene.ray_cast->transfer = window_function(0, 1000, mode == RayMode::mip ? 1.0 : 0.02);
+        const Difference found = compare(scene, data, 0.02);
+        EXPECT_LE(found.share_beyond, 0.01);
+        EXPECT_TRUE(std::isfinite(found.worst));
+    }
 }
 
 // A slice pixel errs by one entry's colour; a border between labels may fall on the other side.

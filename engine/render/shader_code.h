@@ -1,0 +1,11 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+namespace palpate {
+
+// The SPIR-V words of the plainest ray caster, for tools and tests that look into it.
+std::span<const uint32_t> ray_cast_shader();
+
+} // namespace palpate

@@ -1,0 +1,84 @@
+// The structs that C++ and GLSL share lie the same in both: the offsets in the built SPIR-V are
+// those of C++.
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/render/shader_code.h"
+#include "shaders/shared/frame.h"
+
+namespace palpate {
+namespace {
+
+// Member offsets of every struct in a SPIR-V module, by struct and member name (the first of each
+// struct name: blocks are the only decorated ones).
+std::map<std::string, std::map<std::string, uint32_t>> offsets_in(std::span<const uint32_t> words) {
+    constexpr uint32_t kOpName = 5, kOpMemberName = 6, kOpMemberDecorate = 72, kOffset = 35;
+    std::map<uint32_t, std::string> names;
+    std::map<std::pair<uint32_t, uint32_t>, std::string> members;
+    std::map<std::string, std::map<std::string, uint32_t>> offsets;
+    for (size_t i = 5; i < words.size(); i += words[i] >> 16) {
+        const uint32_t* op = &words[i];
+        switch (op[0] & 0xffff) {
+            case kOpName:
+                names[op[1]] = reinterpret_cast<const char*>(op + 2);
+                break;
+            case kOpMemberName:
+                members[{op[1], op[2]}] = reinterpret_cast<const char*>(op + 3);
+                break;
+            case kOpMemberDecorate:
+                if (op[3] == kOffset)
+                    offsets[names[op[1]]][members[{op[1], op[2]}]] = op[4];
+                break;
+            default:
+                break;
+        }
+    }
+    return offsets;
+}
+
+TEST(SharedStructs, OffsetsInSpirvAreThoseOfCpp) {
+    const auto found = offsets_in(ray_cast_shader());
+    ASSERT_TRUE(found.contains("Frame") && found.contains("FrameEye") &&
+                found.contains("ClipPlaneIndex"));
+#define EXPECT_OFFSET(Struct, member) \
+    EXPECT_EQ(found.at(#Struct).at(#member), offsetof(gpu::Struct, member)) << #member
+    EXPECT_OFFSET(FrameEye, eye);
+    EXPECT_OFFSET(FrameEye, right);
+    EXPECT_OFFSET(FrameEye, up);
+    EXPECT_OFFSET(FrameEye, forward);
+    EXPECT_OFFSET(FrameEye, bounds);
+    EXPECT_OFFSET(FrameEye, projection);
+    EXPECT_OFFSET(ClipPlaneIndex, normal);
+    EXPECT_OFFSET(ClipPlaneIndex, offset);
+    EXPECT_OFFSET(Frame, eyes);
+    EXPECT_OFFSET(Frame, clips);
+    EXPECT_OFFSET(Frame, last);
+    EXPECT_OFFSET(Frame, texture_from_index);
+    EXPECT_OFFSET(Frame, world_from_index_covector);
+    EXPECT_OFFSET(Frame, label_from_index);
+    EXPECT_OFFSET(Frame, label_origin);
+    EXPECT_OFFSET(Frame, background);
+    EXPECT_OFFSET(Frame, value_scale);
+    EXPECT_OFFSET(Frame, table_scale);
+    EXPECT_OFFSET(Frame, table_first);
+    EXPECT_OFFSET(Frame, table_last);
+    EXPECT_OFFSET(Frame, step);
+    EXPECT_OFFSET(Frame, min_transmittance);
+    EXPECT_OFFSET(Frame, opacity_unit_mm);
+    EXPECT_OFFSET(Frame, label_weight);
+    EXPECT_OFFSET(Frame, outline_px);
+    EXPECT_OFFSET(Frame, shading);
+    EXPECT_OFFSET(Frame, iso_texels);
+    EXPECT_OFFSET(Frame, iso_colors);
+    EXPECT_OFFSET(Frame, size_px);
+    EXPECT_OFFSET(Frame, style_count);
+#undef EXPECT_OFFSET
+}
+
+} // namespace
+} // namespace palpate
