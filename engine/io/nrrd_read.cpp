@@ -1,6 +1,7 @@
 #include "engine/io/affine.h"
 #include "engine/io/formats.h"
 #include "engine/io/nrrd_header.h"
+#include "engine/io/nrrd_list.h"
 #include "engine/io/payload.h"
 #include "engine/io/text_header.h"
 
@@ -100,8 +101,10 @@ Result<void> place(const std::string& name, const fs::path& header_path, const N
     payload.offset = header.bytes;
     if (!header.data_file.empty()) {
         if (header.data_file.starts_with("LIST") || header.data_file.find('%') != std::string::npos)
-            return fail("{}: expected one data file, found a list of them (\"{}\")", name,
-                        header.data_file);
+            return fail(
+                "{}: expected one data file or \"name.%d first last step\", found another list of "
+                "them (\"{}\")",
+                name, header.data_file);
         Result<fs::path> beside = file_beside(header_path, header.data_file);
         if (!beside)
             return pass_on(beside);
@@ -188,6 +191,21 @@ Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink) {
     if (!grid)
         return pass_on(grid);
     decoded.grid = *grid;
+    Result<std::optional<std::vector<fs::path>>> files =
+        nrrd_file_list(request.path, header->data_file);
+    if (!files)
+        return pass_on(files);
+    if (*files) {
+        if (header->encoding != NrrdHeader::Encoding::raw || header->line_skip > 0)
+            return fail("{}: expected raw data files without a line skip in a list of them", name);
+        payload.file = request.path;
+        payload.skip.reset();
+        if (header->byte_skip >= 0)
+            payload.skip = static_cast<uint64_t>(header->byte_skip);
+        if (Result<void> read = read_file_list(payload, **files, sink); !read)
+            return pass_on(read);
+        return decoded;
+    }
     if (Result<void> placed = place(name, request.path, *header, payload); !placed)
         return pass_on(placed);
     if (Result<void> passed = pass_nifti_header(name, payload, decoded.warnings); !passed)

@@ -69,6 +69,23 @@ TEST_F(Nrrd, LinesMayEndInCarriageReturns) {
     EXPECT_EQ(decode(with_returns + twelve_shorts())->values, kOneToTwelve);
 }
 
+TEST_F(Nrrd, VoxelsMayBeSpreadOverNumberedFiles) {
+    const std::string bytes = twelve_shorts();
+    folder_.write("s1.raw", bytes.substr(0, 8));
+    folder_.write("s3.raw", bytes.substr(8, 8));
+    folder_.write("s5.raw", bytes.substr(16));
+    const auto read = [&](const std::string& list) {
+        return decode_here(folder_.write(
+            "v.nhdr", nrrd_header("encoding: raw\nendian: little\ndata file: " + list + "\n")));
+    };
+    const auto result = read("s%d.raw 1 5 2");
+    ASSERT_TRUE(result) << result.error().message;
+    EXPECT_EQ(result->values, kOneToTwelve);
+    folder_.write("s5.raw", bytes.substr(17));
+    EXPECT_THAT(read("s%d.raw 1 5 2").error().message, HasSubstr("expected 8 bytes"));
+    EXPECT_THAT(read("s%d.raw 1 3 2").error().message, HasSubstr("expected 12 bytes"));
+}
+
 TEST_F(Nrrd, DetachedDataLieInTheHeadersFolder) {
     folder_.write("v.raw", twelve_shorts());
     std::filesystem::create_directory(folder_.path() / "below");
@@ -91,7 +108,11 @@ TEST_F(Nrrd, DetachedDataLieInTheHeadersFolder) {
     EXPECT_THAT(refused("below/../../v.raw"), HasSubstr("outside"));
     EXPECT_THAT(refused("missing.raw"), HasSubstr("no such file"));
     EXPECT_THAT(refused("LIST"), HasSubstr("list of them"));
-    EXPECT_THAT(refused("s%03d.raw 1 4 1"), HasSubstr("list of them"));
+    EXPECT_THAT(refused("s%03d.raw 1 4 1 2"), HasSubstr("list of them"));
+    EXPECT_THAT(refused("s%s.raw 1 4 1"), HasSubstr("list of them"));
+    EXPECT_THAT(refused("s%03d.raw 1 4 0"), HasSubstr("range of"));
+    EXPECT_THAT(refused("s%03d.raw 1 4 1"), HasSubstr("no such file"));
+    EXPECT_THAT(refused("../s%03d.raw 1 4 1"), HasSubstr("outside"));
     std::filesystem::create_symlink("/etc/passwd", folder_.path() / "link.raw");
     EXPECT_THAT(refused("link.raw"), HasSubstr("outside"));
     std::filesystem::create_directory(folder_.path() / "folder.raw");

@@ -40,6 +40,8 @@ const std::vector<Loads> kLoads = {
      {122, 101, 112}, {3, 3, 3}, {177.956329, -11.3190002, 94.3017578}, "RAS", "i16", -1207, 3382, -360.020385286479, ""},
     {"ct_trunk_labels/labels_totalseg_v2.nii.gz",
      {122, 101, 112}, {3, 3, 3}, {177.956329, -11.3190002, 94.3017578}, "RAS", "u8", 0, 117, 11.0059714621931, ""},
+    {"ct_head/raw_slices_headsq/quarter.nhdr",
+     {64, 64, 93}, {3.2, 3.2, 1.5}, {0, 0, 0}, "LPS", "u16", 0, 3926, 507.687324113743, "names no side"},
     {"dicom_codecs/CT0012*",
      {512, 512, 2}, {0.388672, 0.388672, 10}, {99.5, -301.5, -149}, "RPI", "i16", -14, 1199, 379.041732788086, ""},
     {"dicom_codecs/CTImage.dcm",
@@ -189,7 +191,6 @@ const std::vector<Refused> kRefused = {
     {"SHA256SUMS", "no format"},
     {"ct_head", "expected a folder of DICOM files"},
     {"ct_head/raw_slices_headsq", "described by slices.json"}, // see SlicesOfHeadsq
-    {"ct_head/raw_slices_headsq/quarter.nhdr", "a list of them"},
     {"dicom_small/liver_1frame.dcm", "DICOM segmentation (SEG)"},
     {"dicom_small/no_meta.dcm", "no DICOM file, or a damaged one"}, // begins with a stray byte
     {"dicom_small/rtstruct.dcm", "radiotherapy structure set (RTSTRUCT)"},
