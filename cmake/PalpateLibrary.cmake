@@ -23,7 +23,8 @@ target_compile_definitions(palpate_options INTERFACE GLM_FORCE_XYZW_ONLY GLM_FOR
 add_library(palpate_warnings INTERFACE)
 target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow
                        -Wnon-virtual-dtor -Wno-missing-field-initializers
-                       -Wno-maybe-uninitialized $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
+                       $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
+                       $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
 if(PALPATE_SANITIZE)
     add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
     add_link_options(-fsanitize=${PALPATE_SANITIZE})

@@ -1,5 +1,7 @@
 #include "engine/io/picture.h"
 
+#include "engine/io/itk_compiler.h"
+
 #include <itkBMPImageIO.h>
 #include <itkJPEGImageIO.h>
 #include <itkPNGImageIO.h>

@@ -75,7 +75,7 @@ TEST_F(File, FolderThatCannotBeWrittenIsOneSentence) {
     write("plain", "a file");
     fs::create_directory(file("folder"));
     for (const fs::path& path : {file("absent/a.png"), file("plain/a.png"), file("folder"),
-                                fs::path("/proc/palpate.png")}) {
+                                 fs::path("/proc/palpate.png")}) {
         const Result<void> written = save_bytes(path, as_bytes("x"));
         ASSERT_FALSE(written) << path;
         const std::string& message = written.error().message;

@@ -17,7 +17,7 @@ constexpr ComponentType component_type_of = ComponentType::f64;
 template <>
 constexpr ComponentType component_type_of<uint8_t> = ComponentType::u8;
 template <>
-constexpr ComponentType component_type_of<int8_t> = ComponentType::i8;
+[[maybe_unused]] constexpr ComponentType component_type_of<int8_t> = ComponentType::i8;
 template <>
 constexpr ComponentType component_type_of<uint16_t> = ComponentType::u16;
 template <>
@@ -25,7 +25,7 @@ constexpr ComponentType component_type_of<int16_t> = ComponentType::i16;
 template <>
 constexpr ComponentType component_type_of<int32_t> = ComponentType::i32;
 template <>
-constexpr ComponentType component_type_of<uint32_t> = ComponentType::u32;
+[[maybe_unused]] constexpr ComponentType component_type_of<uint32_t> = ComponentType::u32;
 template <>
 constexpr ComponentType component_type_of<int64_t> = ComponentType::i64;
 template <>

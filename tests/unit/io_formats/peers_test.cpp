@@ -1,4 +1,6 @@
 #include <gtest/gtest.h>
+#include "engine/io/itk_compiler.h"
+
 #include <itkMetaImageIO.h>
 #include <itkNrrdImageIO.h>
 

@@ -28,8 +28,9 @@ struct Loads {
 };
 
 // From nibabel 5.0 (NIfTI), pydicom 2.3 with GDCM 3.0 (DICOM), VTK 9.1 (.vtk, .vti) and numpy on
-// the plain bytes (NRRD, MetaImage), none of which is used by palpate's readers except GDCM. The retired JPEG processes 6/8 and 10/12, which
-// pydicom refuses, are held against process 2/4 of the same image.
+// the plain bytes (NRRD, MetaImage), none of which is used by palpate's readers except GDCM. The
+// retired JPEG processes 6/8 and 10/12, which pydicom refuses, are held against process 2/4 of the
+// same image.
 // clang-format off
 const std::vector<Loads> kLoads = {
     {"ct_head/ct_brain_atlas_1mm.nii.gz",
