@@ -103,10 +103,20 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
     return json;
 }
 
+// Colours alone: they already contain the background, and a viewer would blend them once more.
+Image without_alpha(const Image& image) {
+    Image opaque = make_image(image.size_px, {"R", "G", "B"});
+    for (uint32_t y = 0; y < image.size_px.y; ++y)
+        for (uint32_t x = 0; x < image.size_px.x; ++x)
+            for (size_t c = 0; c < 3; ++c)
+                opaque.at(x, y, c) = image.at(x, y, c);
+    return opaque;
+}
+
 Result<void> save_picture(const std::filesystem::path& path, const Image& image,
                           const RenderOptions& options, const ImageMetadata& metadata) {
     if (path.extension() == ".png")
-        return save_png(path, image);
+        return save_png(path, without_alpha(image));
     return save_exr(path, image, options.half ? ExrPrecision::half_float : ExrPrecision::full_float,
                     metadata);
 }
