@@ -45,7 +45,7 @@ struct LoadedVolume {
 // every one exactly; where none does, f32, and a warning states the largest rounding. NaN and
 // infinities are no-data, counted in a warning.
 //
-// The file is decoded in a child process with limits on memory and time (docs/decisions), so that
+// The file is decoded in a child process with limits on memory and time (docs/decisions/3), so that
 // a damaged file ends in an error, whatever the libraries that read it do. An error names the file.
 Result<LoadedVolume> load_volume(const std::filesystem::path& path,
                                  const ReadOptions& options = {});
