@@ -242,7 +242,7 @@ void read_scene(const JsonValue& in, SceneFile& file) {
         read_slices(*slices, file);
     if (const auto transfer = in.find("slice_transfer"))
         scene.slice_transfer = read_transfer_function(*transfer, file.folder);
-    else if (scene.ray_cast)
+    else if (!scene.slices.empty() && scene.ray_cast)
         scene.slice_transfer = scene.ray_cast->transfer;
     if (!scene.slices.empty() && scene.slice_transfer.colors.empty())
         in.complain("expected the key \"slice_transfer\" for \"slices\", found none");

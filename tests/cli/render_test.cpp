@@ -1,0 +1,134 @@
+// palpate render, as a person runs it.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+class RenderCommand : public ProgramTest {
+ protected:
+    std::vector<std::string> command(const std::vector<std::string>& more) const {
+        std::vector<std::string> all{"render", "synthetic:phantom?size=40", "--size", "64,48",
+                                     "-o",     file("picture.exr").string()};
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+    bool exists(const std::string& name) const { return std::filesystem::exists(file(name)); }
+};
+
+TEST_F(RenderCommand, GivesTheSameBytesTwiceAndOnOneThread) {
+    for (const std::vector<std::string>& scene : {std::vector<std::string>{"--mode", "alpha"},
+                                                  {"--mode", "mip", "--values"},
+                                                  {"--iso=-300,300", "--stereo", "side_by_side"},
+                                                  {"--slice", "axial"}}) {
+        std::vector<std::string> bytes;
+        for (const char* threads : {"2", "2", "1"}) {
+            ::setenv("LP_NUM_THREADS", threads, 1);
+            const ProgramRun ran = run(command(scene));
+            ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+            bytes.push_back(bytes_of("picture.exr"));
+        }
+        ::unsetenv("LP_NUM_THREADS");
+        EXPECT_FALSE(bytes[0].empty());
+        EXPECT_TRUE(bytes[0] == bytes[1]) << "two runs differ: " << scene[0];
+        EXPECT_TRUE(bytes[0] == bytes[2]) << "one thread differs: " << scene[0];
+    }
+}
+
+TEST_F(RenderCommand, StatsHaveTheKeysProgramsRelyOn) {
+    const ProgramRun ran = run(command({"--frames", "3", "--orbit-deg", "5", "--stats", "-"}));
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const auto stats = nlohmann::json::parse(ran.output);
+    for (const char* key : {"device", "driver", "first_frame_ms", "frame_ms", "passes", "resources",
+                            "samples", "skipped_share", "error_estimate"})
+        EXPECT_TRUE(stats.contains(key)) << key;
+    for (const char* key : {"median", "p95", "gpu_median"})
+        EXPECT_GT(stats["frame_ms"][key].get<double>(), 0.0) << key;
+    EXPECT_EQ(stats["passes"].size(), 1u);
+    // 64 x 48 rays, none longer than the box's diagonal of 69 steps.
+    EXPECT_GT(stats["samples"].get<uint64_t>(), 0u);
+    EXPECT_LT(stats["samples"].get<uint64_t>(), 64u * 48u * 70u);
+}
+
+TEST_F(RenderCommand, WritesBothEyesApart) {
+    ASSERT_EQ(run(command({"--iso", "300", "--stereo", "separate"})).exit_code, 0);
+    EXPECT_TRUE(exists("picture_left.exr"));
+    EXPECT_TRUE(exists("picture_right.exr"));
+    EXPECT_NE(bytes_of("picture_left.exr"), bytes_of("picture_right.exr"));
+}
+
+TEST_F(RenderCommand, TheSceneItWritesDrawsTheSamePicture) {
+    ASSERT_EQ(run(command({"--mode", "alpha", "--view", "front", "--write-scene",
+                           file("scene.json").string()}))
+                  .exit_code,
+              0);
+    const std::string first = bytes_of("picture.exr");
+    const ProgramRun again =
+        run({"render", file("scene.json").string(), "-o", file("again.exr").string()});
+    ASSERT_EQ(again.exit_code, 0) << again.messages;
+    EXPECT_TRUE(first == bytes_of("again.exr"));
+}
+
+TEST_F(RenderCommand, RefusesWithOneSentenceAndWritesNothing) {
+    const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
+        {{"--mode", "fog"}, "--mode: expected one of"},
+        {{"--tf", "no-such-preset"}, "no-such-preset"},
+        {{"--window", "5,5"}, "expected LOW below HIGH"},
+        {{"--slice", "diagonal"}, "--slice: expected axial"},
+        {{"--clip", "1,2,3"}, "expected 6 numbers"},
+        {{"--clip", "0,0,0,0,0,0"}, "normal that is not 0"},
+        {{"--view", "inside"}, "--view: expected one of"},
+        {{"--camera", "0,0,0,0,0,0"}, "target apart from the eye"},
+        {{"--iso", "1,2,3,4,5,6,7,8,9"}, "at most 8"},
+        {{"--labels", "no/such/file.nii"}, "no/such/file.nii"},
+        {{"--device", "no such device"}, "is not 'no such device'"},
+        {{"--volume-format", "r8"}, "expected auto, r16 or r32f"},
+    };
+    for (const auto& [arguments, words] : cases) {
+        const ProgramRun ran = run(command(arguments));
+        EXPECT_EQ(ran.exit_code, 1) << words;
+        EXPECT_THAT(ran.messages, HasSubstr(words));
+        EXPECT_EQ(std::count(ran.messages.begin(), ran.messages.end(), '\n'), 1) << ran.messages;
+        EXPECT_FALSE(exists("picture.exr"));
+    }
+}
+
+TEST_F(RenderCommand, RefusesVolumesThatAreNone) {
+    for (const auto& [volume, words] : std::vector<std::pair<std::string, std::string>>{
+             {"no/such/file.nrrd", "no/such/file.nrrd"},
+             {"synthetic:teapot", "expected one of phantom"},
+             {"synthetic:phantom?size=99999", "1 .. 4096 samples"},
+             {"synthetic:phantom?colour=red", "expected the keys size and spacing"}}) {
+        const ProgramRun ran = run({"render", volume, "-o", file("picture.png").string()});
+        EXPECT_EQ(ran.exit_code, 1) << volume;
+        EXPECT_THAT(ran.messages, HasSubstr(words));
+        EXPECT_FALSE(exists("picture.png"));
+    }
+    EXPECT_THAT(run({"render", "synthetic:phantom", "-o", "picture.bmp"}).messages,
+                HasSubstr("ending in .png or .exr"));
+}
+
+TEST_F(RenderCommand, WrongUsageIsTwo) {
+    EXPECT_EQ(run({"render"}).exit_code, 2);
+    EXPECT_EQ(run({"render", "synthetic:phantom"}).exit_code, 2);
+    EXPECT_EQ(run(command({"--size", "0,0"})).exit_code, 2);
+    EXPECT_EQ(run(command({"--no-such-option"})).exit_code, 2);
+}
+
+TEST_F(RenderCommand, DoctorNamesADeviceThatCanBeUsed) {
+    const ProgramRun ran = run({"doctor"});
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_THAT(ran.output, HasSubstr("can be used"));
+    EXPECT_THAT(ran.output, HasSubstr("chosen by default"));
+}
+
+} // namespace
+} // namespace palpate
