@@ -1,12 +1,12 @@
 #include "engine/io/dicom_stack.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <set>
 
 #include "engine/base/assert.h"
+#include "engine/io/text_header.h"
 
 namespace palpate::io {
 
@@ -18,12 +18,6 @@ constexpr double kPositionRoundingMm = 0.01;
 constexpr double kSameDirection = 1e-4;
 // Beyond this share of the step, a slice put on the regular lattice would be in a wrong place.
 constexpr double kMostUneven = 0.1;
-
-std::string lower(std::string text) {
-    for (char& c : text)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
 
 std::string leaf(const DicomFrame& frame) {
     const std::string name = frame.file.filename().string();
@@ -240,7 +234,7 @@ Result<size_t> choose_series(const DecodeRequest& request, const std::vector<Dic
     for (size_t i = 0; i < all.size(); ++i) {
         if (all[i].uid == *request.series)
             return i;
-        if (lower(all[i].description).find(lower(*request.series)) != std::string::npos)
+        if (lower_case(all[i].description).find(lower_case(*request.series)) != std::string::npos)
             found.push_back(i);
     }
     if (found.size() != 1)

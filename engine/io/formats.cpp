@@ -1,4 +1,3 @@
-#include <cctype>
 #include <exception>
 #include <fstream>
 
@@ -6,6 +5,7 @@
 #include "engine/io/formats.h"
 #include "engine/io/picture.h"
 #include "engine/io/slice_list.h"
+#include "engine/io/text_header.h"
 
 namespace palpate::io {
 
@@ -99,12 +99,8 @@ constexpr Format kFormats[] = {
 };
 
 std::string lower_extension(const fs::path& path) {
-    std::string name = path.filename().string();
-    for (char& c : name)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    if (name.ends_with(".nii.gz"))
-        return ".nii.gz";
-    return fs::path(name).extension().string();
+    const std::string name = lower_case(path.filename().string());
+    return name.ends_with(".nii.gz") ? ".nii.gz" : fs::path(name).extension().string();
 }
 
 FileHead head_of(const fs::path& path) {

@@ -9,7 +9,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
+
+#include "engine/io/text_header.h"
 
 namespace palpate::io {
 
@@ -60,9 +61,7 @@ std::optional<ComponentType> component_type(Io::IOComponentType type) {
 
 // An opened picture, its header read.
 Result<Io::Pointer> open(const fs::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string extension = lower_case(path.extension().string());
     const auto* kind = std::find_if(std::begin(kKinds), std::end(kKinds),
                                     [&](const Kind& k) { return k.extension == extension; });
     if (kind == std::end(kKinds))

@@ -31,7 +31,8 @@ namespace {
 constexpr int kPollMs = 20;
 constexpr size_t kMostReportBytes = 64 << 20;
 constexpr double kWallPerCpu = 10.0;
-constexpr double kSlowestBytesPerSecond = 4e6;
+constexpr double kSlowestBytesPerSecond = 4e6;      // decoded
+constexpr double kSlowestFileBytesPerSecond = 20e6; // read, and unpacked to be counted
 
 class Fd {
  public:
@@ -186,7 +187,8 @@ Result<void> check_decoded(const Decoded& decoded, const VoxelClaim& claim) {
 }
 
 // Listens to a child until its last word; the error has no file name yet.
-Result<void> listen(Child& child, const ReadOptions& options, Reported& reported) {
+// `file_s` are the seconds that reading the file once may take.
+Result<void> listen(Child& child, const ReadOptions& options, double file_s, Reported& reported) {
     std::string pending;
     size_t total = 0;
     Timer quiet_wall;
@@ -194,7 +196,7 @@ Result<void> listen(Child& child, const ReadOptions& options, Reported& reported
     while (!reported.decoded && !reported.error) {
         if (options.stop.stop_requested())
             return fail("reading was interrupted");
-        double limit_s = options.max_quiet_s;
+        double limit_s = options.max_quiet_s + file_s;
         if (reported.claim)
             limit_s += static_cast<double>(claimed_bytes(*reported.claim).value_or(0)) /
                        kSlowestBytesPerSecond;
@@ -224,6 +226,12 @@ Result<void> listen(Child& child, const ReadOptions& options, Reported& reported
         }
     }
     return {};
+}
+
+double seconds_to_read(const fs::path& path) {
+    std::error_code error;
+    const uint64_t bytes = fs::is_regular_file(path, error) ? fs::file_size(path, error) : 0;
+    return error ? 0.0 : static_cast<double>(bytes) / kSlowestFileBytesPerSecond;
 }
 
 bool is_executable(const fs::path& path) {
@@ -262,7 +270,8 @@ Result<DecodedVoxels> decode_in_child(const DecodeRequest& request, const ReadOp
         Result<Child> child = start_child(request, options, memory);
         if (!child)
             return pass_on(child);
-        if (Result<void> heard = listen(*child, options, reported); !heard)
+        if (Result<void> heard = listen(*child, options, seconds_to_read(request.path), reported);
+            !heard)
             return fail("{}: {}{}", name, heard.error().message,
                         reported.at.empty() ? "" : ", while it read " + reported.at);
     } // the child is gone: nobody can shrink the memory under the mapping

@@ -3,13 +3,13 @@
 #include <fnmatch.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "engine/base/file.h"
 #include "engine/io/picture.h"
+#include "engine/io/text_header.h"
 
 namespace palpate::io {
 
@@ -20,13 +20,6 @@ namespace {
 
 bool is_digit(char c) {
     return c >= '0' && c <= '9';
-}
-
-std::string lower_extension(const fs::path& path) {
-    std::string extension = path.extension().string();
-    for (char& c : extension)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return extension;
 }
 
 // A printf pattern in its parts: "ct_%03d.png" is "ct_", 3 digits at least, ".png".
@@ -217,13 +210,16 @@ Result<std::vector<fs::path>> files_matching(const fs::path& folder, const std::
 Result<std::vector<fs::path>> pictures_of(const fs::path& folder,
                                           std::vector<std::string>& warnings) {
     Result<std::vector<fs::path>> files = sorted_files(
-        folder, [](const fs::path& path) { return is_picture(lower_extension(path)); }, warnings);
+        folder,
+        [](const fs::path& path) { return is_picture(lower_case(path.extension().string())); },
+        warnings);
     if (!files)
         return files;
     if (files->empty())
         return fail("{}: holds no pictures (PNG, TIFF, JPEG, BMP)", folder.string());
     for (const fs::path& file : *files)
-        if (lower_extension(file) != lower_extension(files->front()))
+        if (lower_case(file.extension().string()) !=
+            lower_case(files->front().extension().string()))
             return fail("{}: holds pictures of several kinds ({}, {}); a pattern chooses",
                         folder.string(), files->front().filename().string(),
                         file.filename().string());

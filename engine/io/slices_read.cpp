@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <cstring>
 #include <fstream>
 
@@ -7,6 +6,7 @@
 #include "engine/io/payload.h"
 #include "engine/io/picture.h"
 #include "engine/io/slice_list.h"
+#include "engine/io/text_header.h"
 
 namespace palpate::io {
 
@@ -178,10 +178,7 @@ Result<Decoded> decode_slices(const DecodeRequest& request, VoxelSink& sink) {
         return fail("{}", bytes.error().message);
     VoxelClaim claim;
     claim.source_bytes = *bytes;
-    std::string extension = slices->files.front().extension().string();
-    for (char& c : extension)
-        c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    const Result<void> read = is_picture(extension)
+    const Result<void> read = is_picture(lower_case(slices->files.front().extension().string()))
                                   ? read_pictures(name, *slices, sink, claim)
                                   : read_raw(name, *slices, sink, claim, decoded.warnings);
     if (!read)

@@ -22,8 +22,9 @@ struct ReadOptions {
     std::optional<std::string> series; // DICOM: series instance UID, or part of the description;
                                        // absent: the series with the most images
 
-    // Seconds of processor time a file may take without progress before its size is known, and
-    // (beside 1 s per 4 MB of voxels) afterwards. Ten times as much wall clock is allowed.
+    // Seconds of processor time that reading may take without progress, beside 1 s for each 20 MB
+    // of the file and, once their number is known, 1 s for each 4 MB of voxels. Ten times as much
+    // wall clock is allowed.
     double max_quiet_s = 1.0;
 
     std::stop_token stop; // asked to stop, loading ends with an error
