@@ -101,10 +101,19 @@ TEST_F(Killed, MetaImageHeaderNeverNamesOtherVoxels) {
 }
 
 TEST_F(Killed, RenderLeavesNoPartialPicture) {
-    expect_whole_or_untouched(
-        10,
-        {"render", "synthetic:phantom?size=32", "--size", "64,64", "-o", file("out.exr").string()},
-        {"out.exr"});
+    for (const std::string name : {"out.exr", "out.png"})
+        expect_whole_or_untouched(
+            10,
+            {"render", "synthetic:phantom?size=32", "--size", "64,64", "-o", file(name).string()},
+            {name});
+}
+
+// Two files, each whole or not there; killed between them, the left one alone is there.
+TEST_F(Killed, RenderLeavesNoPartialEye) {
+    expect_whole_or_untouched(10,
+                              {"render", "synthetic:phantom?size=32", "--size", "64,64", "--stereo",
+                               "separate", "-o", file("out.png").string()},
+                              {"out_left.png", "out_right.png"});
 }
 
 } // namespace

@@ -43,6 +43,9 @@ class HardCases : public GpuTest {
 TEST_F(HardCases, R1ZeroComponentsAndFaces) {
     run(hard_cases::zero_components_and_faces());
 }
+TEST_F(HardCases, R2CameraInside) {
+    run(hard_cases::camera_inside());
+}
 TEST_F(HardCases, R3GrazingAnEdge) {
     run(hard_cases::grazing_an_edge());
 }

@@ -41,9 +41,9 @@ Scene parallel(glm::dvec3 direction, glm::dvec3 target, double pitch_mm, glm::uv
     return scene;
 }
 
-// Length of the line inside [low, high]; touching counts where a component is 0.
-double chord(const Ray& ray, glm::dvec3 low, glm::dvec3 high) {
-    double from = 0.0, to = std::numeric_limits<double>::infinity();
+// Length of the line inside [low, high], beyond `from`; touching counts where a component is 0.
+double chord(const Ray& ray, glm::dvec3 low, glm::dvec3 high, double from = 0.0) {
+    double to = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
         if (ray.direction[axis] == 0.0) {
             if (ray.origin_mm[axis] < low[axis] || ray.origin_mm[axis] > high[axis])
@@ -58,19 +58,21 @@ double chord(const Ray& ray, glm::dvec3 low, glm::dvec3 high) {
     return std::max(to - from, 0.0);
 }
 
-// A box of one extinction: each pixel hides by its chord, between those of a box a rounding smaller
-// and larger. With margin 0, lateral places are exact and so is the set of pixels hit.
+// A box of one extinction, seen from beyond a plane near_mm in front of the eye: each pixel hides
+// by its chord, between those of a box a rounding smaller and larger. With margin 0, lateral places
+// are exact and so is the set of pixels hit.
 std::function<void(const Image&)> box_of(const Scene& scene, glm::dvec3 size_mm, double tau,
-                                         double margin_mm) {
+                                         double margin_mm, double near_mm = 0.0) {
     return [=](const Image& image) {
         const View view = make_view(scene.camera, scene.size_px);
         for (uint32_t y = 0; y < image.size_px.y; ++y)
             for (uint32_t x = 0; x < image.size_px.x; ++x) {
                 const Ray ray = ray_through(view, {x, y}, scene.size_px);
+                const double start = near_mm / glm::dot(ray.direction, view.forward);
                 const double least =
-                    chord(ray, glm::dvec3(margin_mm), size_mm - glm::dvec3(margin_mm));
+                    chord(ray, glm::dvec3(margin_mm), size_mm - glm::dvec3(margin_mm), start);
                 const double most =
-                    chord(ray, glm::dvec3(-margin_mm), size_mm + glm::dvec3(margin_mm));
+                    chord(ray, glm::dvec3(-margin_mm), size_mm + glm::dvec3(margin_mm), start);
                 const double seen = image.at(x, y, 3);
                 // Along the ray, both ends may be a place off.
                 EXPECT_GE(seen, -std::expm1(-tau * least) - 2.0 * tau * kPlaceMm) << x << " " << y;
@@ -120,6 +122,46 @@ std::vector<Case> zero_components_and_faces() {
                                      box_of(scene, size, tau, components == 1 ? 0.0 : kPlaceMm)});
                 }
             }
+    return cases;
+}
+
+std::vector<Case> camera_inside() {
+    std::vector<Case> cases;
+    const glm::dvec3 size(4.0);
+    const double tau = 0.3;
+    const SceneData data{filled(make_grid({5, 5, 5}, {1, 1, 1}), 0.5), {}};
+    const auto beside = [](float face, float towards) {
+        return static_cast<double>(std::nextafter(face, towards));
+    };
+    // At the centre; on a face, an edge and a corner; one fp32 step inside and outside of either.
+    std::vector<std::pair<std::string, glm::dvec3>> eyes{
+        {"centre", {2, 2, 2}}, {"face", {4, 2, 2}}, {"edge", {4, 0, 2}}, {"corner", {0, 4, 0}}};
+    for (const float towards : {2.0f, 8.0f})
+        eyes.emplace_back("beside the far face", glm::dvec3(beside(4.0f, towards), 2, 2));
+    for (const float towards : {2.0f, -2.0f})
+        eyes.emplace_back("beside the near face", glm::dvec3(beside(0.0f, towards), 2, 2));
+    for (const auto& [name, eye] : eyes)
+        for (const glm::dvec3 forward : {glm::dvec3(1, 0, 0), glm::dvec3(-1, 0, 0),
+                                         glm::dvec3(0, 1, 0), glm::dvec3(-0.5, 0.75, 0.25)})
+            for (const double near_mm : {0.0, 0.7})
+                for (const Integrator integrator : {Integrator::fast, Integrator::preintegrated}) {
+                    Scene scene;
+                    scene.size_px = {16, 16};
+                    scene.camera.eye_mm = eye;
+                    scene.camera.target_mm = eye + forward;
+                    scene.camera.view_angle_deg = 100.0;
+                    scene.ray_cast = RayCastLayer{};
+                    scene.ray_cast->integrator = integrator;
+                    scene.ray_cast->min_transmittance = 0.0;
+                    scene.ray_cast->transfer = constant(tau);
+                    scene.ray_cast->step_mm = 0.75;
+                    if (near_mm > 0.0)
+                        scene.clip_planes = {{eye + near_mm * glm::normalize(forward), forward}};
+                    cases.push_back(
+                        {fmt::format("{}, looking {} {} {}, cut {} mm off, {}", name, forward.x,
+                                     forward.y, forward.z, near_mm, static_cast<int>(integrator)),
+                         scene, data, box_of(scene, size, tau, kPlaceMm, near_mm)});
+                }
     return cases;
 }
 

@@ -23,6 +23,7 @@ struct Case {
 };
 
 std::vector<Case> zero_components_and_faces(); // R1
+std::vector<Case> camera_inside();             // R2
 std::vector<Case> grazing_an_edge();           // R3
 std::vector<Case> same_slab_other_spacing();   // R6
 std::vector<Case> tiny_and_huge_depth();       // R7

@@ -35,6 +35,9 @@ void run(const std::vector<hard_cases::Same>& cases) {
 TEST(HardCases, R1ZeroComponentsAndFaces) {
     run(hard_cases::zero_components_and_faces());
 }
+TEST(HardCases, R2CameraInside) {
+    run(hard_cases::camera_inside());
+}
 TEST(HardCases, R3GrazingAnEdge) {
     run(hard_cases::grazing_an_edge());
 }
