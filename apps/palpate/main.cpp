@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <exception>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "apps/palpate/command.h"
 #include "engine/base/log.h"
+#include "engine/base/profile.h"
 #include "engine/io/serve.h"
 
 namespace {
@@ -27,6 +29,19 @@ constexpr Entry kCommands[] = {
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},
 };
 
+// Runs a command; where a trace is asked for and the command succeeds, writes it.
+palpate::Result<void> profiled(const Command& command, const std::string& trace) {
+    if (trace.empty())
+        return command();
+    palpate::profile::start();
+    palpate::profile::name_thread("main");
+    const palpate::Result<void> result = [&] {
+        const palpate::profile::Scope scope("command");
+        return command();
+    }();
+    return result ? palpate::profile::save(trace) : result;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -37,6 +52,11 @@ int main(int argc, char** argv) {
     bool verbose = false, quiet = false;
     app.add_flag("--verbose", verbose, "Say more");
     app.add_flag("--quiet", quiet, "Say only what went wrong");
+    std::string trace;
+    app.add_option("--profile", trace,
+                   "Write what the run does, and when, for ui.perfetto.dev or chrome://tracing "
+                   "(default: none)")
+        ->type_name("FILE");
 
     std::vector<std::pair<CLI::App*, Command>> commands;
     for (const Entry& entry : kCommands) {
@@ -56,7 +76,7 @@ int main(int argc, char** argv) {
     try {
         for (auto& [sub, command] : commands)
             if (sub->parsed()) {
-                const palpate::Result<void> result = command();
+                const palpate::Result<void> result = profiled(command, trace);
                 if (result)
                     return 0;
                 palpate::log::error("{}", result.error().message);

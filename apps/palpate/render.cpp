@@ -10,6 +10,7 @@
 #include "apps/palpate/scene_options.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
+#include "engine/base/profile.h"
 #include "engine/base/timer.h"
 #include "engine/image/exr.h"
 #include "engine/image/png.h"
@@ -41,7 +42,27 @@ struct Timing {
     double first_frame_ms = 0;           // pipelines, uploads and the first frame
     std::vector<double> wall_ms, gpu_ms; // of the frames after it; of the first if it is alone
     std::vector<PassTime> passes;        // medians
+
+    // Median over the frames of how far the GPU's timestamps and the fenced wall clock are apart,
+    // as a share of the latter. Clocks that lie, passes that nobody timed and waits between
+    // submissions show here.
+    double disagreement() const {
+        std::vector<double> shares;
+        for (size_t i = 0; i < wall_ms.size(); ++i)
+            shares.push_back(std::abs(gpu_ms[i] - wall_ms[i]) / wall_ms[i]);
+        return percentile(shares, 0.5);
+    }
 };
+constexpr double kClocksMayDiffer = 0.1;
+
+void say_clocks(const Timing& timing) {
+    if (timing.disagreement() > kClocksMayDiffer)
+        log::warning(
+            "GPU timestamps give {:.3f} ms a frame and the fenced wall clock {:.3f} ms: they "
+            "differ by {:.0f} %",
+            percentile(timing.gpu_ms, 0.5), percentile(timing.wall_ms, 0.5),
+            100.0 * timing.disagreement());
+}
 
 Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& data,
                            const RenderOptions& options, const Interrupt& interrupt) {
@@ -88,6 +109,15 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
                         {"p95", percentile(timing.wall_ms, 0.95)},
                         {"gpu_median", percentile(timing.gpu_ms, 0.5)},
                         {"frames", timing.wall_ms.size()}};
+    json["clocks"] = {{"gpu_ms", percentile(timing.gpu_ms, 0.5)},
+                      {"fenced_wall_ms", percentile(timing.wall_ms, 0.5)},
+                      {"disagreement", timing.disagreement()},
+                      {"agree", timing.disagreement() <= kClocksMayDiffer}};
+    const Device::Traffic& traffic = device.traffic();
+    json["bytes_moved"] = {{"to_device", traffic.uploaded_bytes},
+                           {"uploads", traffic.uploads},
+                           {"from_device", traffic.read_back_bytes},
+                           {"read_backs", traffic.read_backs}};
     json["passes"] = Json::array();
     for (const PassTime& pass : timing.passes)
         json["passes"].push_back({{"name", pass.name}, {"gpu_ms", pass.gpu_ms}});
@@ -128,6 +158,7 @@ std::filesystem::path with_suffix(std::filesystem::path path, const char* suffix
 
 Result<void> save_frame(const RenderOptions& options, const Scene& scene,
                         const std::vector<Image>& eyes, const ImageMetadata& metadata) {
+    const profile::Scope scope("save");
     const std::filesystem::path path = options.output;
     if (eyes.size() == 1)
         return save_picture(path, eyes[0], options, metadata);
@@ -195,6 +226,8 @@ Result<void> run_render(const RenderOptions& options) {
                                  {"palpate:scene", scene_hash(drawn)}};
     if (auto saved = save_frame(options, *scene, renderer.read_back(), metadata); !saved)
         return saved;
+    if (!options.stats.empty() || profile::on())
+        say_clocks(*timing);
     if (!options.stats.empty()) {
         const std::string text =
             stats_json(device, renderer, *timing, *scene, loaded->data).dump(2) + "\n";

@@ -2,7 +2,11 @@
 
 #include <volk.h>
 
+#include <algorithm>
+#include <string_view>
+
 #include "engine/base/assert.h"
+#include "engine/base/profile.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
@@ -13,6 +17,16 @@ constexpr uint32_t kMaxPasses = 64;
 
 VkImageSubresourceLayers layers_of(const Commands::Region& region) {
     return {VK_IMAGE_ASPECT_COLOR_BIT, 0, region.first_layer, region.layers};
+}
+
+constexpr const char* kUpload = "upload";
+constexpr const char* kReadBack = "read back";
+
+uint64_t bytes_of(const GpuImage& image, std::span<const Commands::Region> regions) {
+    uint64_t texels = 0;
+    for (const auto& r : regions)
+        texels += uint64_t{r.size.x} * r.size.y * r.size.z * r.layers;
+    return texels * bytes_per_texel(image.shape().format);
 }
 
 std::vector<VkBufferImageCopy> to_vulkan(std::span<const Commands::Region> regions) {
@@ -63,22 +77,49 @@ Commands::~Commands() {
 }
 
 void Commands::begin_pass(const std::string& name) {
-    PALPATE_ASSERT_CMP(passes_.size(), <, size_t{kMaxPasses});
     if (device_->has_debug_utils()) {
         const VkDebugUtilsLabelEXT label{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
                                          .pLabelName = name.c_str()};
         vkCmdBeginDebugUtilsLabelEXT(buffer_, &label);
     }
-    vkCmdWriteTimestamp2(buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
-                         static_cast<uint32_t>(2 * passes_.size()));
-    passes_.push_back(name);
+    begin_stamp({name});
+    in_pass_ = true;
 }
 
 void Commands::end_pass() {
-    vkCmdWriteTimestamp2(buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
-                         static_cast<uint32_t>(2 * passes_.size() - 1));
+    end_stamp();
+    in_pass_ = false;
     if (device_->has_debug_utils())
         vkCmdEndDebugUtilsLabelEXT(buffer_);
+}
+
+void Commands::begin_stamp(Pass pass) {
+    PALPATE_ASSERT_CMP(passes_.size(), <, size_t{kMaxPasses});
+    vkCmdWriteTimestamp2(buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
+                         static_cast<uint32_t>(2 * passes_.size()));
+    passes_.push_back(std::move(pass));
+}
+
+void Commands::end_stamp() {
+    vkCmdWriteTimestamp2(buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
+                         static_cast<uint32_t>(2 * passes_.size() - 1));
+}
+
+void Commands::begin_copy(const char* name, const GpuImage& image,
+                          std::span<const Region> regions) {
+    const uint64_t bytes = bytes_of(image, regions);
+    Device::Traffic& traffic = device_->traffic();
+    const bool upload = std::string_view(name) == kUpload;
+    (upload ? traffic.uploads : traffic.read_backs) += 1;
+    (upload ? traffic.uploaded_bytes : traffic.read_back_bytes) += bytes;
+    timing_copy_ = profile::on() && !in_pass_ && passes_.size() < kMaxPasses;
+    if (timing_copy_)
+        begin_stamp({name, bytes});
+}
+
+void Commands::end_copy() {
+    if (timing_copy_)
+        end_stamp();
 }
 
 void Commands::use(GpuImage& image, Use use) {
@@ -173,6 +214,10 @@ void Commands::dispatch(const ComputePipeline& pipeline, std::span<const Bound> 
     }
     vkUpdateDescriptorSets(device_->handle(), static_cast<uint32_t>(writes.size()), writes.data(),
                            0, nullptr);
+    if (in_pass_ && pipeline.take_first_use()) {
+        std::string& names = passes_.back().first_uses;
+        names += (names.empty() ? "" : ", ") + pipeline.name();
+    }
     vkCmdBindPipeline(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
     vkCmdBindDescriptorSets(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &set,
                             0, nullptr);
@@ -184,22 +229,28 @@ void Commands::copy(Buffer& from, GpuImage& to, std::span<const Region> regions)
     use(from, Use::copy_source);
     use(to, Use::copy_target);
     const auto copies = to_vulkan(regions);
+    begin_copy(kUpload, to, regions);
     vkCmdCopyBufferToImage(buffer_, from.handle(), to.handle(),
                            VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                            static_cast<uint32_t>(copies.size()), copies.data());
+    end_copy();
 }
 
 void Commands::copy(GpuImage& from, Buffer& to, std::span<const Region> regions) {
     use(from, Use::copy_source);
     use(to, Use::copy_target);
     const auto copies = to_vulkan(regions);
+    begin_copy(kReadBack, from, regions);
     vkCmdCopyImageToBuffer(buffer_, from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                            to.handle(), static_cast<uint32_t>(copies.size()), copies.data());
+    end_copy();
     use(to, Use::host_read);
 }
 
 uint64_t Commands::submit() {
     check(vkEndCommandBuffer(buffer_), "ending commands");
+    if (profile::on())
+        submitted_ns_ = profile::now_ns();
     submitted_ = device_->submit(buffer_);
     return submitted_;
 }
@@ -207,6 +258,7 @@ uint64_t Commands::submit() {
 std::vector<PassTime> Commands::finish() {
     PALPATE_ASSERT(submitted_ > 0);
     device_->wait(submitted_);
+    const int64_t finished_ns = profile::on() ? profile::now_ns() : 0;
     std::vector<PassTime> times;
     if (passes_.empty())
         return times;
@@ -218,9 +270,39 @@ std::vector<PassTime> Commands::finish() {
         "reading timestamps");
     const double ms_per_tick = static_cast<double>(device_->limits().timestampPeriod) * 1e-6;
     for (size_t i = 0; i < passes_.size(); ++i)
-        times.push_back(
-            {passes_[i], static_cast<double>(stamps[2 * i + 1] - stamps[2 * i]) * ms_per_tick});
+        if (passes_[i].copied_bytes == 0)
+            times.push_back({passes_[i].name,
+                             static_cast<double>(stamps[2 * i + 1] - stamps[2 * i]) * ms_per_tick});
+    if (profile::on() && submitted_ns_ > 0)
+        profile_passes(stamps, finished_ns);
     return times;
+}
+
+// Times are those of the CPU's clock: as calibrated, or so that the last pass ends when the wait
+// for it did. Work lies between its submission and the end of the wait, so what rounding or
+// calibration move beyond is moved back.
+void Commands::profile_passes(std::span<const uint64_t> stamps, int64_t finished_ns) const {
+    const double ns_per_tick = static_cast<double>(device_->limits().timestampPeriod);
+    const int64_t last_ns = device_->cpu_ns_of(stamps.back()).value_or(finished_ns);
+    const auto cpu_ns = [&](uint64_t stamp) {
+        const double before = static_cast<double>(stamps.back() - stamp) * ns_per_tick;
+        return std::clamp(last_ns - static_cast<int64_t>(before), submitted_ns_, finished_ns);
+    };
+    for (size_t i = 0; i < passes_.size(); ++i) {
+        const Pass& pass = passes_[i];
+        const int64_t from = cpu_ns(stamps[2 * i]);
+        const int64_t to = std::max(from, cpu_ns(stamps[2 * i + 1]));
+        if (pass.copied_bytes > 0) {
+            profile::add(profile::Track::copies, pass.name, from, to,
+                         {{"bytes", Json::of(static_cast<double>(pass.copied_bytes))}});
+            continue;
+        }
+        const double gpu_ms =
+            static_cast<double>(stamps[2 * i + 1] - stamps[2 * i]) * ns_per_tick * 1e-6;
+        profile::add(profile::Track::passes, pass.name, from, to, {{"gpu_ms", Json::of(gpu_ms)}});
+        if (!pass.first_uses.empty())
+            profile::add(profile::Track::compile, pass.first_uses, from, to);
+    }
 }
 
 } // namespace palpate

@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-// What a shader'"'"'s binding is tied to for one dispatch.
+// What a shader's binding is tied to for one dispatch.
 struct Bound {
     uint32_t binding;
     Use use;
@@ -73,19 +73,34 @@ class Commands {
     // Hands the work over and returns at once; the timeline value to wait for.
     uint64_t submit();
 
-    // Waits for submit()'"'"'s work and returns the time of each pass.
+    // Waits for submit()'s work and returns the time of each pass. While a profile is recorded the
+    // passes go there too, and every copy as one more.
     std::vector<PassTime> finish();
 
  private:
+    struct Pass {
+        std::string name;
+        uint64_t copied_bytes = 0;   // of a copy that is timed for the profile alone
+        std::string first_uses = {}; // pipelines that had not been dispatched before
+    };
+
     void barrier(const VkDependencyInfo& info);
+    void begin_stamp(Pass pass);
+    void end_stamp();
+    void begin_copy(const char* name, const GpuImage& image, std::span<const Region> regions);
+    void end_copy();
+    void profile_passes(std::span<const uint64_t> stamps, int64_t finished_ns) const;
 
     Device* device_;
     VkCommandPool pool_ = VK_NULL_HANDLE;
     VkCommandBuffer buffer_ = VK_NULL_HANDLE;
     VkQueryPool queries_ = VK_NULL_HANDLE;
     std::vector<VkDescriptorPool> descriptor_pools_;
-    std::vector<std::string> passes_;
+    std::vector<Pass> passes_;
+    bool in_pass_ = false;     // between begin_pass() and end_pass()
+    bool timing_copy_ = false; // between begin_copy() and end_copy(), where those stamp
     uint64_t submitted_ = 0;
+    int64_t submitted_ns_ = 0; // while a profile is recorded
 };
 
 } // namespace palpate

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "engine/base/error.h"
+#include "engine/base/profile.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
@@ -56,6 +57,27 @@ Instance::Candidate choose(const Instance& instance, const std::string& select) 
     return *best;
 }
 
+// The device reads its clock together with CLOCK_MONOTONIC, which profile::now_ns() counts in.
+bool can_calibrate(VkPhysicalDevice device) {
+    uint32_t count = 0;
+    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+    std::vector<VkExtensionProperties> extensions(count);
+    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+    const bool known = std::any_of(extensions.begin(), extensions.end(), [](const auto& extension) {
+        return std::string_view(extension.extensionName) ==
+               VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME;
+    });
+    if (!known)
+        return false;
+    vkGetPhysicalDeviceCalibrateableTimeDomainsEXT(device, &count, nullptr);
+    std::vector<VkTimeDomainEXT> domains(count);
+    vkGetPhysicalDeviceCalibrateableTimeDomainsEXT(device, &count, domains.data());
+    const auto has = [&](VkTimeDomainEXT domain) {
+        return std::find(domains.begin(), domains.end(), domain) != domains.end();
+    };
+    return has(VK_TIME_DOMAIN_DEVICE_EXT) && has(VK_TIME_DOMAIN_CLOCK_MONOTONIC_EXT);
+}
+
 } // namespace
 
 Device::Device(const DeviceOptions& options) : instance_(options.validation) {
@@ -92,12 +114,19 @@ Device::Device(const DeviceOptions& options) : instance_(options.validation) {
         .pNext = &v13,
         .scalarBlockLayout = VK_TRUE,
         .timelineSemaphore = VK_TRUE};
+    calibrates_ = can_calibrate(physical_);
+    const char* const calibration = VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME;
     const VkDeviceCreateInfo create{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
                                     .pNext = &v12,
                                     .queueCreateInfoCount = 1,
-                                    .pQueueCreateInfos = &queue};
-    check(vkCreateDevice(physical_, &create, nullptr, &handle_),
-          "creating a device on " + info_.name);
+                                    .pQueueCreateInfos = &queue,
+                                    .enabledExtensionCount = calibrates_ ? 1u : 0u,
+                                    .ppEnabledExtensionNames = &calibration};
+    {
+        const profile::Scope scope("create the device");
+        check(vkCreateDevice(physical_, &create, nullptr, &handle_),
+              "creating a device on " + info_.name);
+    }
     vkGetDeviceQueue(handle_, queue_family_, 0, &queue_);
 
     const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
@@ -136,6 +165,7 @@ uint64_t Device::submit(VkCommandBuffer commands) {
                                .pCommandBufferInfos = &buffer,
                                .signalSemaphoreInfoCount = 1,
                                .pSignalSemaphoreInfos = &signal};
+    const profile::Scope scope("submit");
     check(vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE), "submitting work");
     return ++submitted_;
 }
@@ -145,9 +175,27 @@ void Device::wait(uint64_t value) {
                                    .semaphoreCount = 1,
                                    .pSemaphores = &timeline_,
                                    .pValues = &value};
+    const profile::Scope scope("wait for the device");
     constexpr uint64_t timeout_ns = 60'000'000'000;
     check(vkWaitSemaphores(handle_, &info, timeout_ns), "waiting for the device");
     run_retired();
+}
+
+std::optional<int64_t> Device::cpu_ns_of(uint64_t ticks) const {
+    if (!calibrates_)
+        return std::nullopt;
+    const VkCalibratedTimestampInfoEXT clocks[] = {
+        {.sType = VK_STRUCTURE_TYPE_CALIBRATED_TIMESTAMP_INFO_EXT,
+         .timeDomain = VK_TIME_DOMAIN_DEVICE_EXT},
+        {.sType = VK_STRUCTURE_TYPE_CALIBRATED_TIMESTAMP_INFO_EXT,
+         .timeDomain = VK_TIME_DOMAIN_CLOCK_MONOTONIC_EXT}};
+    uint64_t now[2] = {}, deviation_ns = 0;
+    check(vkGetCalibratedTimestampsEXT(handle_, 2, clocks, now, &deviation_ns),
+          "reading the clocks");
+    const auto behind = static_cast<int64_t>(now[0] - ticks); // small, of either sign
+    const double behind_ns =
+        static_cast<double>(behind) * static_cast<double>(limits_.timestampPeriod);
+    return static_cast<int64_t>(now[1]) - static_cast<int64_t>(behind_ns);
 }
 
 void Device::retire(std::function<void()> destroy) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,6 +64,20 @@ class Device {
                             const std::string& name);
     void name_object(VkObjectType type, uint64_t handle, const std::string& name) const;
 
+    // What copies have moved between CPU and GPU so far; Commands counts them. Small blocks that
+    // the GPU reads where the CPU wrote them are no copies.
+    struct Traffic {
+        uint64_t uploads = 0, uploaded_bytes = 0;
+        uint64_t read_backs = 0, read_back_bytes = 0;
+    };
+    Traffic& traffic() { return traffic_; }
+    const Traffic& traffic() const { return traffic_; }
+
+    // A timestamp of the GPU in nanoseconds of profile::now_ns(), by VK_EXT_calibrated_timestamps;
+    // nothing where the driver lacks it. Good to about the microsecond in which both clocks are
+    // read, and asked anew every time, so that clocks that drift do no harm.
+    std::optional<int64_t> cpu_ns_of(uint64_t ticks) const;
+
     // What exists now. A resource registers itself and leaves when dropped.
     using ResourceEntry = std::list<ResourceInfo>::iterator;
     ResourceEntry enter(ResourceInfo info) {
@@ -86,6 +101,8 @@ class Device {
     uint64_t submitted_ = 0;
     std::deque<std::pair<uint64_t, std::function<void()>>> retired_;
     std::list<ResourceInfo> resources_;
+    Traffic traffic_;
+    bool calibrates_ = false; // the driver tells its clock beside ours
 };
 
 } // namespace palpate

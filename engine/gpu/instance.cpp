@@ -6,6 +6,7 @@
 #include <volk.h>
 
 #include "engine/base/log.h"
+#include "engine/base/profile.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
@@ -128,6 +129,7 @@ void check(VkResult result, const std::string& what) {
 }
 
 Instance::Instance(bool validation) {
+    const profile::Scope scope("load the graphics driver");
     if (volkInitialize() != VK_SUCCESS)
         throw GpuError(
             "no Vulkan loader (libvulkan.so.1) was found; install libvulkan1 and a driver");

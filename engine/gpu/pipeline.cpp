@@ -2,6 +2,7 @@
 
 #include <volk.h>
 
+#include "engine/base/profile.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
@@ -48,6 +49,9 @@ ComputePipeline::ComputePipeline(Device& device, std::string name, std::span<con
                   .pName = "main",
                   .pSpecializationInfo = &specialization},
         .layout = layout_};
+    profile::Scope scope("create a pipeline");
+    if (scope.recorded())
+        scope.tell("pipeline", Json::of(name_));
     const VkResult result =
         vkCreateComputePipelines(device.handle(), VK_NULL_HANDLE, 1, &create, nullptr, &handle_);
     vkDestroyShaderModule(device.handle(), module, nullptr);

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/gpu/device.h"
@@ -32,10 +33,13 @@ class ComputePipeline {
     VkDescriptorSetLayout set_layout() const { return set_layout_; }
     const std::vector<BindingSlot>& slots() const { return slots_; }
     const std::string& name() const { return name_; }
+    // True once: for the dispatch in which the driver may compile.
+    bool take_first_use() const { return std::exchange(unused_, false); }
 
  private:
     Device* device_;
     std::string name_;
+    mutable bool unused_ = true;
     std::vector<BindingSlot> slots_;
     VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
     VkPipelineLayout layout_ = VK_NULL_HANDLE;

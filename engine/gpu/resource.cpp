@@ -2,12 +2,36 @@
 
 #include <volk.h>
 
+#include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "engine/base/assert.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
+
+uint32_t bytes_per_texel(VkFormat format) {
+    // Formats of one size follow each other in the specification's list; here is the last of each.
+    struct Last {
+        VkFormat format;
+        uint32_t bytes;
+    };
+    constexpr Last kLasts[] = {
+        {VK_FORMAT_R4G4_UNORM_PACK8, 1},  {VK_FORMAT_A1R5G5B5_UNORM_PACK16, 2},
+        {VK_FORMAT_R8_SRGB, 1},           {VK_FORMAT_R8G8_SRGB, 2},
+        {VK_FORMAT_B8G8R8_SRGB, 3},       {VK_FORMAT_A2B10G10R10_SINT_PACK32, 4},
+        {VK_FORMAT_R16_SFLOAT, 2},        {VK_FORMAT_R16G16_SFLOAT, 4},
+        {VK_FORMAT_R16G16B16_SFLOAT, 6},  {VK_FORMAT_R16G16B16A16_SFLOAT, 8},
+        {VK_FORMAT_R32_SFLOAT, 4},        {VK_FORMAT_R32G32_SFLOAT, 8},
+        {VK_FORMAT_R32G32B32_SFLOAT, 12}, {VK_FORMAT_R32G32B32A32_SFLOAT, 16}};
+    PALPATE_ASSERT_CMP(static_cast<int>(format), >, static_cast<int>(VK_FORMAT_UNDEFINED));
+    PALPATE_ASSERT_CMP(static_cast<int>(format), <=,
+                       static_cast<int>(VK_FORMAT_R32G32B32A32_SFLOAT));
+    return std::find_if(std::begin(kLasts), std::end(kLasts),
+                        [&](const Last& last) { return format <= last.format; })
+        ->bytes;
+}
 
 Buffer::Buffer(Device& device, std::string name, uint64_t bytes, Memory memory)
     : device_(&device), bytes_(bytes) {

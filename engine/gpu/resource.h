@@ -29,7 +29,7 @@ class Buffer {
 
     VkBuffer handle() const { return handle_; }
     uint64_t bytes() const { return bytes_; }
-    // Memory::upload and Memory::read_back: the mapped bytes, for the buffer'"'"'s whole life.
+    // Memory::upload and Memory::read_back: the mapped bytes, for the buffer's whole life.
     std::span<std::byte> mapped() const { return {static_cast<std::byte*>(mapped_), bytes_}; }
     UseTracker& tracker() { return tracker_; }
 
@@ -75,6 +75,9 @@ class GpuImage {
     UseTracker tracker_;
     Device::ResourceEntry entry_;
 };
+
+// Bytes of one texel of an uncompressed colour format of at most 32 bits a channel.
+uint32_t bytes_per_texel(VkFormat format);
 
 enum class Filter { nearest, linear };
 enum class Edge { clamp, border_zero };

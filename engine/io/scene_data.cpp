@@ -1,5 +1,6 @@
 #include "engine/io/scene_data.h"
 
+#include "engine/base/profile.h"
 #include "engine/volume/synthetic_name.h"
 
 namespace palpate {
@@ -28,6 +29,7 @@ void keep_messages(LoadedScene& scene, const LoadedVolume& from) {
 } // namespace
 
 Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& options) {
+    const profile::Scope scope("load");
     ReadOptions volume_options = options;
     if (file.frame > 0)
         volume_options.frame = file.frame;

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "engine/base/assert.h"
+#include "engine/base/profile.h"
 #include "engine/volume/changes.h"
 
 namespace palpate {
@@ -123,6 +124,7 @@ size_t GpuVolume::update(const Volume& next) {
 void GpuVolume::upload(const Volume& from, std::span<const glm::uvec3> bricks) {
     if (bricks.empty())
         return;
+    const profile::Scope scope("upload bricks");
     // Two halves of staging: one is filled while the GPU copies the other.
     const VkFormat format = image_.shape().format;
     const size_t brick_bytes = kBrickSamples * texel_bytes(format);

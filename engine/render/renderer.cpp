@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/base/assert.h"
+#include "engine/base/profile.h"
 #include "engine/base/timer.h"
 #include "engine/render/frame_block.h"
 #include "engine/render/transfer_image.h"
@@ -201,6 +202,7 @@ void Renderer::keep_targets(const Scene& scene) {
 }
 
 Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
+    const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
     const uint64_t limit = options_.memory_limit_bytes;
     Result<size_t> uploaded =
@@ -315,6 +317,7 @@ void Renderer::record_ray_cast(Commands& commands, const Scene& scene, uint32_t 
 Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty());
     FrameStats stats;
+    profile::Scope frame("frame");
     const Result<size_t> uploaded = prepare(scene, data);
     if (!uploaded)
         return tl::unexpected(uploaded.error());
@@ -344,10 +347,13 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
                 stats.passes.push_back(std::move(time));
         }
     stats.wall_ms = timer.ms();
+    if (frame.recorded())
+        frame.tell("wall_ms", Json::of(stats.wall_ms));
     return stats;
 }
 
 std::vector<Image> Renderer::read_back() {
+    const profile::Scope scope("read back");
     PALPATE_ASSERT(held_->targets.has_value());
     Targets& targets = *held_->targets;
     const size_t pixels = size_t{targets.size_px.x} * targets.size_px.y;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/assert.h"
+#include "engine/base/profile.h"
 
 namespace palpate {
 
@@ -37,6 +38,7 @@ Volume build(const Grid& grid, ScalarType type, const Make& make) {
     const size_t total = size_t{count.x} * count.y * count.z;
     std::atomic<size_t> made{0}; // shows the thread sanitizer, too, that tasks are awaited
     tbb::parallel_for(size_t{0}, total, [&](size_t i) {
+        const profile::Scope scope("make a brick");
         const glm::uvec3 position(i % count.x, i / count.x % count.y,
                                   i / (size_t{count.x} * count.y));
         builder.set_brick(position, make(position));
