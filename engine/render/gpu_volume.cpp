@@ -56,7 +56,8 @@ void convert(const Brick& brick, VkFormat format, std::byte* out) {
             return;
         case VK_FORMAT_R16_UNORM:
             visit_scalar(brick.type(), [&](auto t) {
-                const auto* in = brick.samples<decltype(t)>().data();
+                const auto samples = brick.samples<decltype(t)>();
+                const auto* in = samples.data();
                 const int32_t bias = code_bias(brick.type());
                 auto* codes = reinterpret_cast<uint16_t*>(out);
                 for (uint32_t i = 0; i < kBrickSamples; ++i)

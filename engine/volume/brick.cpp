@@ -82,7 +82,7 @@ BrickPtr Brick::make(std::span<const T> samples, glm::uvec3 valid) {
         return make_constant(T{kept[0]});
 
     brick->stride_ = 1;
-    brick->block_ranges_ = std::make_unique<std::array<ValueRange, kBlocksPerBrick>>();
+    const auto blocks = std::make_shared<BlockRanges>();
     for (uint32_t z = 0; z < valid.z; ++z)
         for (uint32_t y = 0; y < valid.y; ++y)
             for (uint32_t x0 = 0; x0 < valid.x; x0 += kBlockSide) {
@@ -94,10 +94,11 @@ BrickPtr Brick::make(std::span<const T> samples, glm::uvec3 valid) {
                     else
                         ++brick->no_data_count_;
                 }
-                (*brick->block_ranges_)[block_of({x0, y, z})].include(range);
+                (*blocks)[block_of({x0, y, z})].include(range);
             }
-    for (const ValueRange& range : *brick->block_ranges_)
+    for (const ValueRange& range : *blocks)
         brick->range_.include(range);
+    brick->block_ranges_ = blocks;
     return brick;
 }
 
@@ -107,9 +108,28 @@ template BrickPtr Brick::make(std::span<const uint16_t>, glm::uvec3);
 template BrickPtr Brick::make(std::span<const int16_t>, glm::uvec3);
 template BrickPtr Brick::make(std::span<const float>, glm::uvec3);
 
+BrickPtr Brick::in_source(std::shared_ptr<const BrickSource> source, uint64_t key, Known known) {
+    PALPATE_ASSERT(source && known.block_ranges);
+    auto brick = std::make_shared<Brick>();
+    brick->type_ = known.type;
+    brick->stride_ = 1;
+    brick->no_data_count_ = known.no_data_count;
+    for (const ValueRange& range : *known.block_ranges)
+        brick->range_.include(range);
+    brick->block_ranges_ = std::move(known.block_ranges);
+    brick->source_ = std::move(source);
+    brick->key_ = key;
+    return brick;
+}
+
 float Brick::value(uint32_t offset) const {
+    return value(pin(), offset);
+}
+
+float Brick::value(const Pinned& pinned, uint32_t offset) const {
     return visit_scalar(type_, [&](auto t) {
-        return static_cast<float>(samples<decltype(t)>()[stride_ * offset]);
+        const auto* samples = reinterpret_cast<const decltype(t)*>(pinned.bytes);
+        return static_cast<float>(samples[stride_ * offset]);
     });
 }
 
@@ -134,7 +154,8 @@ template void Brick::read(std::span<int32_t>) const;
 template void Brick::read(std::span<float>) const;
 
 size_t Brick::bytes() const {
-    return sizeof(Brick) + (is_constant() ? 1 : kBrickSamples) * bytes_per_sample(type_) +
+    const size_t samples = source_ ? 0 : is_constant() ? 1 : kBrickSamples;
+    return sizeof(Brick) + samples * bytes_per_sample(type_) +
            (block_ranges_ ? sizeof(*block_ranges_) : 0);
 }
 
@@ -142,8 +163,9 @@ uint64_t differing_blocks(const Brick& a, const Brick& b) {
     PALPATE_ASSERT(a.type() == b.type());
     return visit_scalar(a.type(), [&](auto t) {
         using T = decltype(t);
-        const T* pa = a.samples<T>().data();
-        const T* pb = b.samples<T>().data();
+        const BrickSamples<T> samples_a = a.samples<T>(), samples_b = b.samples<T>();
+        const T* pa = samples_a.data();
+        const T* pb = samples_b.data();
         const auto same_row = [&](uint32_t start) {
             if (a.stride() == 1 && b.stride() == 1)
                 return std::memcmp(pa + start, pb + start, kBlockSide * sizeof(T)) == 0;

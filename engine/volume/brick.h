@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 
+#include "engine/volume/brick_source.h"
 #include "engine/volume/scalar.h"
 
 namespace palpate {
@@ -28,7 +29,32 @@ constexpr uint32_t block_of(glm::uvec3 local) {
            kBlocksPerSide * (local.y / kBlockSide + kBlocksPerSide * (local.z / kBlockSide));
 }
 
+using BlockRanges = std::array<ValueRange, kBlocksPerBrick>;
+
+// The samples of a brick, in memory for as long as this lives: kBrickSamples of them, x fastest, or
+// one for a constant brick. Name it before taking its data().
+template <class T>
+class BrickSamples {
+ public:
+    BrickSamples(const T* data, uint32_t size, SamplesPtr keep)
+        : data_(data), size_(size), keep_(std::move(keep)) {}
+    const T* data() const& { return data_; }
+    const T* data() && = delete; // would outlive the samples
+    uint32_t size() const { return size_; }
+    T operator[](uint32_t i) const { return data_[i]; }
+    const T* begin() const& { return data_; }
+    const T* end() const& { return data_ + size_; }
+
+ private:
+    const T* data_;
+    uint32_t size_;
+    SamplesPtr keep_; // null where the brick itself holds them
+};
+
 // 32x32x32 samples of one type, immutable once made and shared between snapshots.
+//
+// What is known of the samples (type, ranges, no-data) is always in memory; the samples themselves
+// may lie in a BrickSource, a file say, and are then fetched when they are read.
 //
 // A brick of one value stores that value once. Where a volume's size is no multiple of 32, the
 // samples beyond it repeat the nearest sample inside and count in no range. No-data is NaN.
@@ -41,17 +67,45 @@ class Brick {
     static std::shared_ptr<const Brick> make(std::span<const T> samples,
                                              glm::uvec3 valid = glm::uvec3(kBrickSide));
 
+    // A brick that is not constant and whose samples lie in `source`, as its brick `key`. What is
+    // told of them must be what make() would find.
+    struct Known {
+        ScalarType type;
+        std::shared_ptr<const BlockRanges> block_ranges;
+        uint32_t no_data_count;
+    };
+    static std::shared_ptr<const Brick> in_source(std::shared_ptr<const BrickSource> source,
+                                                  uint64_t key, Known known);
+    bool is_in_source() const { return source_ != nullptr; }
+
     ScalarType type() const { return type_; }
     bool is_constant() const { return stride_ == 0; }
 
     // No-data reads as NaN. offset < kBrickSamples.
     float value(uint32_t offset) const;
 
-    // One sample if constant, else kBrickSamples. T must be the stored type.
+    // One sample if constant, else kBrickSamples. T must be the stored type. Reading a brick whose
+    // samples lie in a source throws what the source throws.
     template <class T>
-    std::span<const T> samples() const {
-        return {reinterpret_cast<const T*>(samples_.get()), is_constant() ? 1 : kBrickSamples};
+    BrickSamples<T> samples() const {
+        Pinned pinned = pin();
+        return {reinterpret_cast<const T*>(pinned.bytes), is_constant() ? 1 : kBrickSamples,
+                std::move(pinned.keep)};
     }
+
+    // The same without a type: value(), for many samples of one brick.
+    struct Pinned {
+        const std::byte* bytes = nullptr;
+        SamplesPtr keep;
+    };
+    Pinned pin() const {
+        if (!source_)
+            return {samples_.get(), nullptr};
+        SamplesPtr keep = source_->fetch(key_);
+        const std::byte* bytes = keep.get();
+        return {bytes, std::move(keep)};
+    }
+    float value(const Pinned& pinned, uint32_t offset) const;
 
     // Expands to kBrickSamples values of T, converted; T must hold every value of the stored type.
     template <class T>
@@ -62,7 +116,7 @@ class Brick {
         return block_ranges_ ? (*block_ranges_)[block] : range_;
     }
     uint32_t no_data_count() const { return no_data_count_; } // within the volume, padding apart
-    size_t bytes() const;                                     // memory this brick holds
+    size_t bytes() const; // memory this brick holds; a source's apart
 
     // Blocks whose samples (padding included) differ in any bit between two bricks of one type:
     // bit b stands for block b.
@@ -80,7 +134,9 @@ class Brick {
     uint32_t no_data_count_ = 0;
     ValueRange range_;
     std::unique_ptr<std::byte[], Free> samples_;
-    std::unique_ptr<std::array<ValueRange, kBlocksPerBrick>> block_ranges_; // null if constant
+    std::shared_ptr<const BlockRanges> block_ranges_; // null if constant
+    std::shared_ptr<const BrickSource> source_;       // null where samples_ has them
+    uint64_t key_ = 0;                                // in the source
 };
 
 uint64_t differing_blocks(const Brick& a, const Brick& b);

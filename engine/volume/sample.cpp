@@ -77,8 +77,9 @@ float SampleCursor::at(glm::uvec3 index) {
     if (position != brick_position_) {
         brick_position_ = position;
         brick_ = &volume_.brick(position);
+        pinned_ = brick_->pin();
     }
-    return brick_->value(offset_in_brick(index % kBrickSide));
+    return brick_->value(pinned_, offset_in_brick(index % kBrickSide));
 }
 
 double SampleCursor::value(glm::dvec3 index) {

@@ -34,6 +34,7 @@ class SampleCursor {
     Volume volume_;
     glm::uvec3 brick_position_{~0u};
     const Brick* brick_ = nullptr;
+    Brick::Pinned pinned_;
     glm::uvec3 cell_{~0u};
     std::array<float, 8> corners_{};
 };

@@ -26,7 +26,7 @@ void read_row(const Volume& volume, glm::uvec3 start, uint32_t count, float* out
         const uint32_t offset =
             offset_in_brick({in_brick, start.y % kBrickSide, start.z % kBrickSide});
         visit_scalar(brick.type(), [&](auto t) {
-            const auto* samples = brick.samples<decltype(t)>().data();
+            const auto samples = brick.samples<decltype(t)>();
             for (uint32_t i = 0; i < n; ++i)
                 out[i] = static_cast<float>(samples[brick.stride() * (offset + i)]);
         });
