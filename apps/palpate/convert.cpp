@@ -1,7 +1,14 @@
+#include <filesystem>
+
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
+#include "engine/io/brick_file.h"
 #include "engine/io/volume_io.h"
+#include "engine/scene/scene_file.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/synthetic_name.h"
 
 namespace palpate {
 
@@ -13,9 +20,36 @@ struct ConvertOptions {
     bool labels = false;
 };
 
+// Brick by brick: of a synthetic volume or another brick file no more is in memory than what is
+// being written.
+Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& interrupt) {
+    BrickStream stream;
+    if (is_synthetic(options.read.path)) {
+        const Result<SyntheticVolume> found = find_synthetic(options.read.path);
+        if (!found)
+            return fail("{}", found.error().message);
+        stream = {found->grid, found->type, options.labels, {}, [made = *found](glm::uvec3 at) {
+                      return make_brick(made.grid, made.type, made.value, at);
+                  }};
+    } else {
+        const Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
+        if (!loaded)
+            return fail("{}", loaded.error().message);
+        stream = stream_of(loaded->volume);
+        stream.modality = loaded->modality;
+        stream.labels = options.labels;
+    }
+    Progress progress("writing " + options.out);
+    return save_brick_file(options.out, stream, {interrupt.token(), [&progress](double share) {
+                                                     progress.show(share);
+                                                 }});
+}
+
 Result<void> run_convert(const ConvertOptions& options) {
     const Interrupt interrupt;
-    const Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
+    if (std::filesystem::path(options.out).extension() == ".pbv")
+        return convert_to_bricks(options, interrupt);
+    Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
     if (!loaded)
         return fail("{}", loaded.error().message);
     return save_volume(options.out, loaded->volume, interrupt.token());
@@ -27,8 +61,9 @@ Command add_convert(CLI::App& app) {
     auto options = std::make_shared<ConvertOptions>();
     add_read_flags(app, options->read);
     app.add_option("OUT", options->out,
-                   "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd or .vtk; voxels keep their "
-                   "order and values, lengths are in mm")
+                   "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv (packed bricks, "
+                   "for volumes larger than memory); voxels keep their order and values, lengths "
+                   "are in mm")
         ->required();
     app.add_flag("--labels", options->labels,
                  "Read as a label map: whole numbers, 0 is background (default: grey values)");

@@ -1,13 +1,15 @@
 #include "apps/palpate/read_options.h"
 
 #include "engine/base/log.h"
+#include "engine/scene/scene_file.h"
+#include "engine/volume/synthetic_name.h"
 
 namespace palpate {
 
 void add_read_flags(CLI::App& app, ReadFlags& flags) {
     app.add_option("V", flags.path,
-                   "Volume: a file, a DICOM folder, a folder of slices, or a pattern such as "
-                   "ct_%03d.png or 'ct_*.png'")
+                   "Volume: a file, a DICOM folder, a folder of slices, a pattern such as "
+                   "ct_%03d.png or 'ct_*.png', or synthetic:NAME")
         ->required();
     add_read_limits(app, flags);
 }
@@ -41,6 +43,14 @@ ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt) {
 
 Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
     const ReadOptions options = read_options(flags, interrupt);
+    if (is_synthetic(flags.path)) {
+        Result<Volume> made = make_synthetic(flags.path, options.max_memory_bytes);
+        if (!made)
+            return pass_on(made);
+        if (labels && made->type() != ScalarType::u8)
+            return fail("{}: expected labels (checkerboard), found grey values", flags.path);
+        return LoadedVolume{std::move(*made), {}, {}, {}, {}};
+    }
     Result<LoadedVolume> loaded =
         labels ? load_labels(flags.path, options) : load_volume(flags.path, options);
     if (loaded) {

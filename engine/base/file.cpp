@@ -32,7 +32,13 @@ Result<void> write_atomically(const fs::path& path,
     fs::path temporary = path;
     temporary.replace_filename(fmt::format(".{}.tmp.{}", ::getpid(), path.filename().string()));
     std::error_code ignored;
-    Result<void> written = write(temporary);
+    Result<void> written;
+    try {
+        written = write(temporary);
+    } catch (...) { // what is written comes from a file that proves to be damaged, say
+        fs::remove(temporary, ignored);
+        throw;
+    }
     if (written)
         written = sync_to_disk(temporary);
     if (!written) {

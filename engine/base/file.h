@@ -14,9 +14,9 @@ namespace palpate {
 // Writes a file whole or not at all.
 //
 // `write(temporary)` fills a file of another name in the same folder; when it succeeds the file is
-// synced and renamed to `path`, else it is removed. A program killed in between leaves at most the
-// temporary file, named ".<process>.tmp.<name>", never a partial `path`. The temporary name ends as
-// `path` does, because some writers choose the format by it.
+// synced and renamed to `path`, else (also when it throws) it is removed. A program killed in
+// between leaves at most the temporary file, named ".<process>.tmp.<name>", never a partial `path`.
+// The temporary name ends as `path` does, because some writers choose the format by it.
 Result<void> write_atomically(
     const std::filesystem::path& path,
     const std::function<Result<void>(const std::filesystem::path& temporary)>& write);

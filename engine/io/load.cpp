@@ -1,3 +1,6 @@
+#include <algorithm>
+
+#include "engine/io/brick_file.h"
 #include "engine/io/narrow.h"
 #include "engine/io/sandbox.h"
 #include "engine/io/volume_io.h"
@@ -6,8 +9,28 @@ namespace palpate {
 
 namespace {
 
+Result<LoadedVolume> open_bricks(const std::filesystem::path& path, const ReadOptions& options,
+                                 io::VolumeKind kind) {
+    Result<BrickFile> file =
+        open_brick_file(path, std::min(options.brick_cache_bytes, options.max_memory_bytes / 2));
+    if (!file)
+        return pass_on(file);
+    const ScalarType type = file->volume.type();
+    if (kind == io::VolumeKind::labels && type != ScalarType::u8 && type != ScalarType::u16)
+        return fail("{}: expected labels of type u8 or u16, found {}", path.string(),
+                    name_of(type));
+    LoadedVolume loaded{
+        std::move(file->volume), {}, {}, std::move(file->modality), std::move(file->coarser)};
+    if (const uint64_t missing = loaded.volume.no_data_count(); missing > 0)
+        loaded.warnings.push_back(
+            fmt::format("{}: {} samples hold no data", path.string(), missing));
+    return loaded;
+}
+
 Result<LoadedVolume> load(const std::filesystem::path& path, const ReadOptions& options,
                           io::VolumeKind kind) {
+    if (is_brick_file(path))
+        return open_bricks(path, options, kind);
     const Result<io::DecodedVoxels> voxels =
         io::decode_in_child({path, options.frame, options.series}, options);
     if (!voxels)

@@ -15,7 +15,7 @@ Result<LoadedVolume> load_named(const SceneFile& file, const std::string& name, 
             return pass_on(made);
         if (labels && made->type() != ScalarType::u8 && made->type() != ScalarType::u16)
             return fail("{}: expected labels (checkerboard), found grey values", name);
-        return LoadedVolume{std::move(*made), {}, {}, {}};
+        return LoadedVolume{std::move(*made), {}, {}, {}, {}};
     }
     const std::filesystem::path path = volume_path(file, name);
     return labels ? load_labels(path, options) : load_volume(path, options);

@@ -27,6 +27,10 @@ struct ReadOptions {
     // wall clock is allowed.
     double max_quiet_s = 1.0;
 
+    // Of a brick file: samples kept in memory beside those in use; at most half of
+    // max_memory_bytes.
+    uint64_t brick_cache_bytes = uint64_t{512} << 20;
+
     std::stop_token stop; // asked to stop, loading ends with an error
 };
 
@@ -36,6 +40,7 @@ struct LoadedVolume {
     std::vector<std::string> warnings; // sentences: what was assumed, lost or odd
     std::vector<std::string> notes;    // sentences: the list of DICOM series found, and the like
     std::string modality;              // as DICOM names it: "CT", "MR"; empty where unknown
+    std::vector<Volume> coarser;       // of a brick file: levels 1, 2, .., each half as fine
 };
 
 // Reads a volume: a file, a folder (DICOM series or slices) or a slice pattern ("ct_%03d.png",
@@ -46,8 +51,12 @@ struct LoadedVolume {
 // every one exactly; where none does, f32, and a warning states the largest rounding. NaN and
 // infinities are no-data, counted in a warning.
 //
-// The file is decoded in a child process with limits on memory and time (docs/decisions/3), so that
-// a damaged file ends in an error, whatever the libraries that read it do. An error names the file.
+// A brick file (engine/io/brick_file.h) is opened, and its samples are fetched as they are read; a
+// reader that meets a damaged one gets a SourceError.
+//
+// Any other file is decoded in a child process with limits on memory and time (docs/decisions/3),
+// so that a damaged file ends in an error, whatever the libraries that read it do. An error names
+// the file.
 Result<LoadedVolume> load_volume(const std::filesystem::path& path,
                                  const ReadOptions& options = {});
 
@@ -57,8 +66,8 @@ Result<LoadedVolume> load_labels(const std::filesystem::path& path,
                                  const ReadOptions& options = {});
 
 // Writes a volume in the format its extension names: .nii, .nii.gz, .nrrd, .mha, .mhd (with a .raw
-// beside it) or .vtk (structured points). The voxels keep their order and type; no-data is NaN.
-// What a format cannot hold is refused: shear by MetaImage, turned axes by VTK.
+// beside it), .vtk (structured points) or .pbv (brick file). The voxels keep their order and type;
+// no-data is NaN. What a format cannot hold is refused: shear by MetaImage, turned axes by VTK.
 //
 // The file appears whole or not at all, also when `stop` asks to end early.
 Result<void> save_volume(const std::filesystem::path& path, const Volume& volume,

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "engine/base/file.h"
+#include "engine/io/brick_file.h"
 #include "engine/io/output_file.h"
 #include "engine/io/volume_headers.h"
 #include "engine/io/volume_io.h"
@@ -130,9 +131,11 @@ Result<void> save_volume(const fs::path& path, const Volume& volume, const std::
         return save_single(path, volume, io::nrrd_volume_header(grid, volume.type()), stop);
     if (name.ends_with(".mhd"))
         return save_pair(path, volume, stop);
-    Result<VolumeHeader> header =
-        fail("{}: expected an extension .nii, .nii.gz, .nrrd, .mha, .mhd or .vtk, found \"{}\"",
-             path.string(), path.extension().string());
+    if (name.ends_with(".pbv"))
+        return save_brick_file(path, stream_of(volume), {stop, {}});
+    Result<VolumeHeader> header = fail(
+        "{}: expected an extension .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv, found \"{}\"",
+        path.string(), path.extension().string());
     if (name.ends_with(".mha"))
         header = io::meta_image_volume_header(path.string(), grid, volume.type(), "LOCAL");
     if (name.ends_with(".vtk"))

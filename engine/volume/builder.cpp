@@ -141,22 +141,26 @@ template Volume make_volume(const Grid&, std::span<const uint16_t>);
 template Volume make_volume(const Grid&, std::span<const int16_t>);
 template Volume make_volume(const Grid&, std::span<const float>);
 
-Volume make_volume(const Grid& grid, ScalarType type,
-                   const std::function<double(glm::uvec3)>& value) {
+BrickPtr make_brick(const Grid& grid, ScalarType type,
+                    const std::function<double(glm::uvec3)>& value, glm::uvec3 position) {
     return visit_scalar(type, [&](auto t) {
         using T = decltype(t);
-        return build(grid, type, [&](glm::uvec3 position) {
-            const glm::uvec3 start = position * kBrickSide;
-            const glm::uvec3 valid = glm::min(glm::uvec3(kBrickSide), grid.size - start);
-            std::vector<T> staged(kBrickSamples);
-            for (uint32_t z = 0; z < valid.z; ++z)
-                for (uint32_t y = 0; y < valid.y; ++y)
-                    for (uint32_t x = 0; x < valid.x; ++x)
-                        staged[offset_in_brick({x, y, z})] =
-                            rounded<T>(value(start + glm::uvec3(x, y, z)));
-            return Brick::make(std::span<const T>(staged), valid);
-        });
+        const glm::uvec3 start = position * kBrickSide;
+        const glm::uvec3 valid = glm::min(glm::uvec3(kBrickSide), grid.size - start);
+        std::vector<T> staged(kBrickSamples);
+        for (uint32_t z = 0; z < valid.z; ++z)
+            for (uint32_t y = 0; y < valid.y; ++y)
+                for (uint32_t x = 0; x < valid.x; ++x)
+                    staged[offset_in_brick({x, y, z})] =
+                        rounded<T>(value(start + glm::uvec3(x, y, z)));
+        return Brick::make(std::span<const T>(staged), valid);
     });
+}
+
+Volume make_volume(const Grid& grid, ScalarType type,
+                   const std::function<double(glm::uvec3)>& value) {
+    return build(grid, type,
+                 [&](glm::uvec3 position) { return make_brick(grid, type, value, position); });
 }
 
 Volume with_grid(const Volume& volume, const Grid& grid) {

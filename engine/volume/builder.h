@@ -34,6 +34,11 @@ Volume make_volume(const Grid& grid, std::span<const T> samples);
 Volume make_volume(const Grid& grid, ScalarType type,
                    const std::function<double(glm::uvec3 index)>& value);
 
+// One brick of that volume, for who writes it away before making the next. position < size / 32
+// rounded up, on every axis.
+BrickPtr make_brick(const Grid& grid, ScalarType type,
+                    const std::function<double(glm::uvec3 index)>& value, glm::uvec3 position);
+
 // The same bricks under another grid of the same size.
 Volume with_grid(const Volume& volume, const Grid& grid);
 

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 
 namespace palpate {
@@ -76,7 +77,7 @@ std::optional<glm::dvec3> three_numbers(std::string_view text, double low, doubl
 
 } // namespace
 
-Result<Volume> make_synthetic(const std::string& name, uint64_t limit_bytes) {
+Result<SyntheticVolume> find_synthetic(const std::string& name) {
     std::string_view rest = name;
     if (!rest.starts_with(kPrefix))
         return fail("{}: expected a name that starts with '{}'", name, kPrefix);
@@ -95,6 +96,7 @@ Result<Volume> make_synthetic(const std::string& name, uint64_t limit_bytes) {
         return fail("{}: expected one of {}, found '{}'", name, known, kind);
 
     glm::dvec3 size(64.0), ratio(1.0);
+    ScalarType type = recipe->type;
     while (!rest.empty()) {
         const std::string_view pair = rest.substr(0, rest.find('&'));
         rest.remove_prefix(std::min(rest.size(), pair.size() + 1));
@@ -112,23 +114,40 @@ Result<Volume> make_synthetic(const std::string& name, uint64_t limit_bytes) {
                 return fail("{}: expected spacing=X,Y,Z with ratios of 0.001 .. 1000, found '{}'",
                             name, pair);
             ratio = *found;
+        } else if (key == "type") {
+            if (value == "u16" && recipe->type == ScalarType::i16)
+                type = ScalarType::u16;
+            else if (value != name_of(recipe->type))
+                return fail("{}: expected type={}{}, found '{}'", name, name_of(recipe->type),
+                            recipe->type == ScalarType::i16 ? " or type=u16" : "", pair);
         } else {
-            return fail("{}: expected the keys size and spacing, found '{}'", name, pair);
+            return fail("{}: expected the keys size, spacing and type, found '{}'", name, pair);
         }
     }
-    const double bytes =
-        size.x * size.y * size.z * static_cast<double>(bytes_per_sample(recipe->type));
-    if (bytes > static_cast<double>(limit_bytes))
-        return fail("{}: needs {:.0f} bytes of memory, and the limit is {}", name, bytes,
-                    limit_bytes);
     // The finest spacing that still covers the field on every axis.
     const glm::dvec3 intervals = glm::max(size - 1.0, glm::dvec3(1.0));
     const glm::dvec3 needed = 2.0 * recipe->half_extent_mm / (intervals * ratio);
     const glm::dvec3 spacing = ratio * std::max({needed.x, needed.y, needed.z});
     const Grid grid = make_grid(glm::uvec3(size), spacing, -0.5 * (size - 1.0) * spacing);
-    if (recipe->name == "phantom")
-        return synthetic::sample_ct_phantom(grid);
-    return synthetic::sample(recipe->field(), grid, recipe->type);
+    const double noise_sigma = recipe->name == "phantom" ? synthetic::kCtNoise_hu : 0.0;
+    const double offset = type == ScalarType::u16 ? 1024.0 : 0.0;
+    return SyntheticVolume{
+        grid, type,
+        [grid, noise_sigma, offset, field = recipe->field()](glm::uvec3 index) {
+            const double value = field.value(world_point(grid, glm::dvec3(index))) + offset;
+            return noise_sigma > 0.0 ? value + noise_sigma * synthetic::noise(index, 1) : value;
+        },
+        type == ScalarType::u8};
+}
+
+Result<Volume> make_synthetic(const std::string& name, uint64_t limit_bytes) {
+    Result<SyntheticVolume> found = find_synthetic(name);
+    if (!found)
+        return pass_on(found);
+    const uint64_t bytes = sample_count(found->grid) * bytes_per_sample(found->type);
+    if (bytes > limit_bytes)
+        return fail("{}: needs {} bytes of memory, and the limit is {}", name, bytes, limit_bytes);
+    return make_volume(found->grid, found->type, found->value);
 }
 
 } // namespace palpate

@@ -106,7 +106,7 @@ TEST_F(RenderCommand, RefusesVolumesThatAreNone) {
              {"no/such/file.nrrd", "no/such/file.nrrd"},
              {"synthetic:teapot", "expected one of phantom"},
              {"synthetic:phantom?size=99999", "1 .. 4096 samples"},
-             {"synthetic:phantom?colour=red", "expected the keys size and spacing"}}) {
+             {"synthetic:phantom?colour=red", "expected the keys size, spacing and type"}}) {
         const ProgramRun ran = run({"render", volume, "-o", file("picture.png").string()});
         EXPECT_EQ(ran.exit_code, 1) << volume;
         EXPECT_THAT(ran.messages, HasSubstr(words));

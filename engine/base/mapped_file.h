@@ -1,0 +1,41 @@
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+#include "engine/base/error.h"
+
+namespace palpate {
+
+// A regular file mapped into memory for reading.
+//
+// Reading a part that the file no longer has, because somebody cut it short meanwhile, ends the
+// process (SIGBUS): ask is_whole() before touching pages.
+class MappedFile {
+ public:
+    // An error names the file. A file of 0 bytes maps to nothing.
+    static Result<MappedFile> open(const std::filesystem::path& path);
+    ~MappedFile();
+    MappedFile(MappedFile&&) noexcept;
+    MappedFile& operator=(MappedFile&&) = delete;
+
+    std::span<const std::byte> bytes() const { return bytes_; }
+
+    // Whether the file is still as long as when it was opened; else `now_bytes` is its length.
+    bool is_whole(uint64_t& now_bytes) const;
+
+    // Counts `bytes` as read. Every 64 MiB the pages are handed back to the system's file cache, so
+    // that a pass over a large file does not make this process look large.
+    void count_read(uint64_t bytes) const;
+
+ private:
+    MappedFile(int fd, std::span<const std::byte> bytes) : fd_(fd), bytes_(bytes) {}
+    int fd_;
+    std::span<const std::byte> bytes_;
+    mutable std::atomic<uint64_t> read_since_ = 0;
+};
+
+} // namespace palpate
