@@ -1,12 +1,13 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_vote : require
 
 // The ray caster: one invocation per pixel and eye, one pass. Segments of one step each lie on a
 // lattice that starts at the eye; only the first and the last are cut, and they are taken out of the
 // loops. Loops are do-while with the rare work outside, because software devices run every branch.
 //
-// Built once for each combination of IS_ISO, HAS_LABELS, HAS_SLICES and HAS_VALUES (0 or 1), so that
+// Built once for each combination of IS_ISO, HAS_LABELS, HAS_SLICES, HAS_VALUES and IS_EXACT (0 or 1), so that
 // what a scene does not use needs no binding.
 
 #include "shaders/shared/ray_cast.h"
@@ -24,6 +25,12 @@ layout(scalar, binding = kRayFrame) uniform FrameBlock { Frame frame; };
 layout(binding = kRayVolume) uniform sampler3D volume;
 #if !IS_ISO
 layout(binding = kRayTable) uniform sampler1DArray table;
+#endif
+#if IS_EXACT
+layout(binding = kRayCorners) uniform sampler3D corners;
+#if !IS_ISO
+layout(binding = kRaySmoothTable) uniform sampler1DArray smooth_table;
+#endif
 #endif
 #if HAS_LABELS
 layout(binding = kRayLabels) uniform usampler3D labels;

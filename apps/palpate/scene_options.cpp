@@ -171,6 +171,8 @@ Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& load
     }
     if (options.step_mm >= 0)
         layer.step_mm = options.step_mm;
+    if (options.sub_steps > 0)
+        layer.sub_steps = options.sub_steps;
     if (options.min_transmittance >= 0)
         layer.min_transmittance = options.min_transmittance;
     if (options.shade)
@@ -248,7 +250,10 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "Grey from LOW to HIGH, in the volume's units, instead of --tf")
         ->delimiter(',')
         ->expected(2);
-    app.add_option("--integrator", o.integrator, "fast or preintegrated (default: fast)");
+    app.add_option("--integrator", o.integrator, "fast, preintegrated or exact (default: fast)");
+    app.add_option("--sub-steps", o.sub_steps,
+                   "Exact, alpha: pieces of a cell's part of a ray at most (default: 8)")
+        ->check(CLI::Range(1u, kMaxSubSteps));
     app.add_option("--step", o.step_mm,
                    "Distance between samples in mm; 0 is the smallest spacing (default: 0)");
     app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");

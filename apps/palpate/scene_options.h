@@ -21,6 +21,7 @@ struct SceneOptions {
     std::vector<uint32_t> size_px;
     double step_mm = -1, slab_mm = 0, fill = 0.8, view_angle_deg = 30;
     double eye_separation_mm = -1, convergence_mm = -1, min_transmittance = -1;
+    uint32_t sub_steps = 0;
     bool shade = false, no_shade = false, values = false;
 };
 

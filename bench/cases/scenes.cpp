@@ -41,7 +41,7 @@ double largest_difference(const Image& a, const Image& b) {
 }
 
 std::vector<Integrator> integrators() {
-    return {Integrator::fast, Integrator::preintegrated};
+    return {Integrator::fast, Integrator::preintegrated, Integrator::exact};
 }
 
 const char* name_of(Integrator integrator) {
@@ -50,6 +50,8 @@ const char* name_of(Integrator integrator) {
             return "fast";
         case Integrator::preintegrated:
             return "preintegrated";
+        case Integrator::exact:
+            return "exact";
     }
     return "";
 }

@@ -1,5 +1,6 @@
 #include "engine/reference/twin.h"
 
+#include "engine/reference/exact.h"
 #include "engine/reference/picture.h"
 
 namespace palpate {
@@ -21,12 +22,19 @@ auto with_picture(const Scene& scene, const SceneData& data, int eye, const Use&
     if (!scene.slices.empty())
         slice_table = make_table(scene.slice_transfer);
     const double step_mm = step_mm_of(layer, data.volume.grid());
+    const auto slice_color = [&](double value) {
+        return glm::dvec3(nearest_entry(slice_table, value));
+    };
+    if (layer.integrator == Integrator::exact) {
+        const auto make_marcher = [&](const Rays& rays, Sampler& sampler) {
+            return [marcher = ExactMarcher(layer, table, data.volume, rays, sampler)](
+                       const LocalRay& ray, Stretch t) mutable { return marcher.march(ray, t); };
+        };
+        return use(Picture(scene, data, eye, make_marcher, slice_color));
+    }
     const auto make_marcher = [&](const Rays&, Sampler& sampler) {
         return [marcher = Marcher(layer, table, step_mm, sampler)](
                    const LocalRay& ray, Stretch t) mutable { return marcher.march(ray, t); };
-    };
-    const auto slice_color = [&](double value) {
-        return glm::dvec3(nearest_entry(slice_table, value));
     };
     return use(Picture(scene, data, eye, make_marcher, slice_color));
 }

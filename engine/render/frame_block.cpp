@@ -44,8 +44,16 @@ gpu::FrameEye make_eye(const View& view, const IndexSpace& space) {
     return eye;
 }
 
-void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& grid) {
+void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& grid,
+                   double values_per_entry) {
     frame.step = static_cast<float>(step_mm_of(layer, grid));
+    const double detail_entries =
+        layer.transfer.colors.empty()
+            ? 1.0
+            : std::max(finest_detail(layer.transfer) / values_per_entry, 1.0);
+    frame.sub_steps = static_cast<float>(layer.sub_steps);
+    frame.sub_steps_per_bend =
+        static_cast<float>(layer.sub_steps * layer.sub_steps / (8.0 * detail_entries));
     frame.min_transmittance = static_cast<float>(layer.min_transmittance);
     frame.opacity_unit_mm = static_cast<float>(layer.transfer.opacity_unit_mm);
     const Shading shading = layer.shading.value_or(Shading{});
@@ -104,7 +112,7 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
     frame.table_first = weighted(inputs.table_first);
     frame.table_last = weighted(inputs.table_last);
     if (scene.ray_cast)
-        fill_ray_cast(frame, *scene.ray_cast, grid);
+        fill_ray_cast(frame, *scene.ray_cast, grid, width / (entries - 1.0));
     if (scene.labels) {
         frame.label_weight = static_cast<float>(scene.labels->ray_cast_weight);
         frame.label_opacity = static_cast<float>(scene.labels->slice_opacity);

@@ -23,7 +23,7 @@ constexpr auto kStorageImage = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
 // Bits in the order of the macros in CMakeLists.txt.
 std::span<const uint32_t> ray_cast_code(const RayCastVariant& v) {
     const bool iso = v.mode == gpu::kModeIso;
-    return spirv::ray_cast[iso + 2 * v.labels + 4 * v.slices + 8 * v.values];
+    return spirv::ray_cast[iso + 2 * v.labels + 4 * v.slices + 8 * v.values + 16 * v.exact];
 }
 
 std::string name_of(const RayCastVariant& v) {
@@ -32,9 +32,10 @@ std::string name_of(const RayCastVariant& v) {
     if (v.mode == gpu::kModeIso)
         name += fmt::format(" x{}", v.iso_count);
     for (const auto& [on, text] :
-         {std::pair(v.preintegrated, " preintegrated"), std::pair(v.shaded, " shaded"),
-          std::pair(v.labels, " labels"), std::pair(v.slices, " slices"),
-          std::pair(v.values, " values"), std::pair(v.no_data, " no-data")})
+         {std::pair(v.preintegrated, " preintegrated"), std::pair(v.exact, " exact"),
+          std::pair(v.shaded, " shaded"), std::pair(v.labels, " labels"),
+          std::pair(v.slices, " slices"), std::pair(v.values, " values"),
+          std::pair(v.no_data, " no-data")})
         if (on)
             name += text;
     return name;
@@ -53,6 +54,10 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         std::vector<BindingSlot> slots{{gpu::kRayFrame, kUniform}, {gpu::kRayVolume, kSampled}};
         if (variant.mode != gpu::kModeIso)
             slots.push_back({gpu::kRayTable, kSampled});
+        if (variant.exact)
+            slots.push_back({gpu::kRayCorners, kSampled});
+        if (variant.exact && variant.mode != gpu::kModeIso)
+            slots.push_back({gpu::kRaySmoothTable, kSampled});
         if (variant.labels) {
             slots.push_back({gpu::kRayLabels, kSampled});
             slots.push_back({gpu::kRayStyles, kStorage});

@@ -11,7 +11,7 @@ namespace palpate {
 // What distinguishes one compiled ray caster from another.
 struct RayCastVariant {
     uint32_t mode = 0; // gpu::kMode...
-    bool preintegrated = false, shaded = false;
+    bool preintegrated = false, exact = false, shaded = false;
     bool labels = false, slices = false, values = false, no_data = false;
     uint32_t iso_count = 1;
 

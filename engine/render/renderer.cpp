@@ -65,6 +65,7 @@ RayCastVariant variant_of(const Scene& scene, const Volume& volume) {
     variant.mode = mode_of(layer.mode);
     const bool alpha = layer.mode == RayMode::alpha;
     variant.preintegrated = alpha && layer.integrator == Integrator::preintegrated;
+    variant.exact = layer.integrator == Integrator::exact;
     variant.shaded = alpha && layer.shading.has_value();
     variant.labels = scene.labels.has_value();
     variant.slices = !scene.slices.empty();
@@ -297,6 +298,11 @@ void Renderer::record_ray_cast(Commands& commands, const Scene& scene, uint32_t 
                              bind_sampled(gpu::kRayVolume, held_->volume->image(), linear_)};
     if (held_->transfer)
         bound.push_back(bind_sampled(gpu::kRayTable, held_->transfer->image(), nearest_));
+    if (held_->variant.exact) {
+        bound.push_back(bind_sampled(gpu::kRayCorners, held_->volume->image(), nearest_));
+        if (held_->transfer)
+            bound.push_back(bind_sampled(gpu::kRaySmoothTable, held_->transfer->image(), linear_));
+    }
     if (scene.labels) {
         bound.push_back(bind_sampled(gpu::kRayLabels, held_->labels->image(), label_sampler_));
         bound.push_back(bind_storage(gpu::kRayStyles, held_->styles.get()));

@@ -114,14 +114,16 @@ Shading read_shading(const JsonValue& in) {
 
 RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& folder) {
     RayCastLayer layer;
-    if (!in.only_keys(
-            {"mode", "integrator", "step_mm", "transfer", "isos", "shading", "min_transmittance"}))
+    if (!in.only_keys({"mode", "integrator", "step_mm", "sub_steps", "transfer", "isos", "shading",
+                       "min_transmittance"}))
         return layer;
     read_choice(in, "mode", layer.mode);
     read_choice(in, "integrator", layer.integrator);
     read_number(in, "step_mm", 0.0, 1e6, layer.step_mm);
     if (layer.step_mm > 0.0 && layer.step_mm < 1e-7)
         in.find("step_mm")->reject("0 or a number from 1e-07 to 1e+06");
+    if (const auto sub_steps = in.find("sub_steps"))
+        layer.sub_steps = sub_steps->whole_number(1, kMaxSubSteps);
     read_number(in, "min_transmittance", 0.0, 1.0, layer.min_transmittance);
     if (const auto transfer = in.find("transfer"))
         layer.transfer = read_transfer_function(*transfer, folder);

@@ -23,7 +23,9 @@ struct Names<RayMode> {
 template <>
 struct Names<Integrator> {
     static constexpr std::initializer_list<std::pair<const char*, Integrator>> list{
-        {"fast", Integrator::fast}, {"preintegrated", Integrator::preintegrated}};
+        {"fast", Integrator::fast},
+        {"preintegrated", Integrator::preintegrated},
+        {"exact", Integrator::exact}};
 };
 template <>
 struct Names<StereoLayout> {

@@ -40,7 +40,8 @@ Json camera_json(const SceneFile& file) {
 Json ray_cast_json(const RayCastLayer& layer) {
     Json out = Json::object({{"mode", name_json(layer.mode)},
                              {"integrator", name_json(layer.integrator)},
-                             {"step_mm", Json::of(layer.step_mm)}});
+                             {"step_mm", Json::of(layer.step_mm)},
+                             {"sub_steps", Json::of(static_cast<double>(layer.sub_steps))}});
     if (!layer.transfer.colors.empty())
         out.members.emplace_back("transfer", transfer_function_json(layer.transfer));
     if (!layer.isos.empty()) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/base/assert.h"
 
@@ -55,6 +56,21 @@ std::vector<double> knots(const TransferFunction& function) {
     std::sort(values.begin(), values.end());
     values.erase(std::unique(values.begin(), values.end()), values.end());
     return values;
+}
+
+double finest_detail(const TransferFunction& function) {
+    const auto has_step = [](const auto& points) {
+        return std::adjacent_find(points.begin(), points.end(), [](const auto& a, const auto& b) {
+                   return a.value == b.value;
+               }) != points.end();
+    };
+    if (has_step(function.colors) || has_step(function.opacities))
+        return 0.0;
+    const std::vector<double> values = knots(function);
+    double finest = std::numeric_limits<double>::infinity();
+    for (size_t i = 1; i < values.size(); ++i)
+        finest = std::min(finest, values[i] - values[i - 1]);
+    return finest;
 }
 
 TransferFunction window_function(double low, double high, double max_opacity,

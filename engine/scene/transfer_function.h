@@ -39,6 +39,9 @@ double tau_per_mm_at(const TransferFunction& function, double value);
 // All values at which colour or opacity has a kink or step, sorted, each once.
 std::vector<double> knots(const TransferFunction& function);
 
+// The smallest distance between neighbouring knots; 0 where two points of one value make a step.
+double finest_detail(const TransferFunction& function);
+
 // Grey from black at `low` to white at `high`, opacity from 0 to `max_opacity` over the same range.
 TransferFunction window_function(double low, double high, double max_opacity,
                                  double opacity_unit_mm = 1.0);

@@ -261,8 +261,18 @@ Marched march_iso(RaySampler s, vec2 t, bool inside) {
 
 #endif
 
+#if IS_EXACT
+#include "shaders/lib/ray_exact.glsl"
+#endif
+
 Marched march(RaySampler s, vec2 t, bool inside) {
-#if IS_ISO
+#if IS_EXACT && IS_ISO
+    return march_iso_exact(s, t, inside);
+#elif IS_EXACT
+    if (kMode == kModeMip)
+        return march_mip_exact(s, t, inside);
+    return march_alpha_exact(s, t, inside);
+#elif IS_ISO
     return march_iso(s, t, inside);
 #else
     if (kMode == kModeMip)

@@ -41,6 +41,8 @@ struct Frame {
     float table_scale, table_bias;
     vec4 table_first, table_last; // (rgb * tau, tau) of the table's ends
     float step;             // mm
+    float sub_steps;        // exact: pieces of a cell at most
+    float sub_steps_per_bend; // exact: pieces^2 by the table entries a second derivative amounts to
     float min_transmittance;
     float opacity_unit_mm;
     float label_weight;     // how far labels tint the ray-cast colour

@@ -12,6 +12,9 @@ const uint kRayBehind = 5u;       // colour of the slices
 const uint kRayBehindValues = 6u; // (value, distance in mm) of the slices; NaN where there is none
 const uint kRayColor = 7u;
 const uint kRayValues = 8u;       // (value, distance in mm); NaN where there is none
+// Integrator exact:
+const uint kRayCorners = 20u;     // the volume, unfiltered
+const uint kRaySmoothTable = 21u; // the table, linear between entries
 
 const uint kModeMip = 0u;
 const uint kModeAlpha = 1u;
@@ -22,6 +25,8 @@ const uint kTableRowStep = 0u;      // rgb, opacity of one whole step
 const uint kTableRowTau = 1u;       // rgb, tau per mm
 const uint kTableRowIntegral = 2u;  // running integrals
 const uint kTableRows = 3u;
+// Between places of the table nearer than this, the table counts as linear.
+const float kNarrowEntries = 2.0f;
 
 const uint kTileSide = 8u;          // pixels; one workgroup of 64 marches one tile
 GPU_END

@@ -57,6 +57,63 @@ TEST(Convergence, PreintegrationIsOfSecondOrder) {
     EXPECT_NEAR(order_of(Integrator::preintegrated), 2.0, 0.2);
 }
 
+// The smoothest table that 4096 entries hold: a squared sine in many points. Sub-steps 2, 4 and 8
+// of a cell; below that the table shows.
+TEST(Convergence, ExactIsOfThirdOrderInItsSubSteps) {
+    auto [scene, data] = marschner_lobb();
+    const double pi = std::acos(-1.0);
+    scene.ray_cast->transfer.opacities.clear();
+    for (int i = 0; i <= 256; ++i)
+        scene.ray_cast->transfer.opacities.push_back(
+            {i / 256.0, 0.1 * std::pow(std::sin(pi * i / 256.0), 2)});
+    scene.ray_cast->integrator = Integrator::exact;
+    const Image truth = render_truth(scene, data);
+    std::vector<double> errors;
+    for (const uint32_t sub_steps : {2u, 4u, 8u}) {
+        scene.ray_cast->sub_steps = sub_steps;
+        errors.push_back(rmse(render_twin(scene, data), truth));
+    }
+    EXPECT_GE(0.5 * std::log2(errors.front() / errors.back()), 2.7);
+    EXPECT_LT(errors.back(), 1e-5);
+}
+
+// A peak whose feet are 2 % of the range apart.
+TEST(Convergence, ExactResolvesANarrowPeak) {
+    auto [scene, data] = marschner_lobb();
+    scene.ray_cast->transfer.opacities = {
+        {0.0, 0.0}, {0.49, 0.0}, {0.5, 0.9}, {0.51, 0.0}, {1.0, 0.0}};
+    const Image truth = render_truth(scene, data);
+    const double midpoint = rmse(render_twin(scene, data), truth); // one sample a voxel
+    scene.ray_cast->integrator = Integrator::exact;
+    std::vector<double> errors;
+    for (const uint32_t sub_steps : {2u, 4u, 8u}) {
+        scene.ray_cast->sub_steps = sub_steps;
+        errors.push_back(rmse(render_twin(scene, data), truth));
+    }
+    EXPECT_GE(0.5 * std::log2(errors.front() / errors.back()), 2.0);
+    EXPECT_LE(errors.back(), 5e-4);
+    EXPECT_GE(midpoint / errors.back(), 100.0);
+}
+
+TEST(Convergence, ExactMaximaAndSurfacesAreThoseOfTheGrid) {
+    auto [scene, data] = marschner_lobb();
+    scene.value_and_depth = true;
+    scene.ray_cast->integrator = Integrator::exact;
+    scene.ray_cast->isos = {{0.3, glm::dvec3(1.0), 0.5}, {0.5}};
+    for (const RayMode mode : {RayMode::mip, RayMode::iso}) {
+        scene.ray_cast->mode = mode;
+        const Image truth = render_truth(scene, data), twin = render_twin(scene, data);
+        for (uint32_t y = 0; y < 24; ++y)
+            for (uint32_t x = 0; x < 24; ++x)
+                for (const size_t channel : {4u, 5u}) {
+                    const float a = truth.at(x, y, channel), b = twin.at(x, y, channel);
+                    EXPECT_EQ(std::isnan(a), std::isnan(b));
+                    // Both are rounded to float; distances are below 8 mm.
+                    EXPECT_FALSE(std::abs(a - b) > 1e-6) << a << " " << b;
+                }
+    }
+}
+
 TEST(Convergence, IsoDepthIsExactWhereNoCrossingIsMissed) {
     const Grid grid = make_grid({33, 33, 33}, glm::dvec3(1.0), glm::dvec3(-16.0));
     const SceneData data{sampled(grid, [](glm::dvec3 p) { return 12.0 - glm::length(p); }), {}};

@@ -20,7 +20,7 @@ constexpr const char* kFull = R"({
   "camera": {"projection": "orthographic", "eye_mm": [1, 2, 3], "target_mm": [0.1, 0, 0],
              "up": [0, 0, 2], "view_angle_deg": 45, "view_height_mm": 123.5},
   "stereo": {"layout": "anaglyph", "eye_separation_mm": 60, "convergence_mm": 400},
-  "ray_cast": {"mode": "iso", "integrator": "preintegrated", "step_mm": 0.7,
+  "ray_cast": {"mode": "iso", "integrator": "exact", "step_mm": 0.7, "sub_steps": 5,
                "isos": [{"value": -300, "opacity": 0.3}, {"value": 300, "color": [1, 0.5, 0]}],
                "transfer": {"window": [-200, 2000], "max_opacity": 0.5},
                "shading": {"ambient": 0.3, "shininess": 20}, "min_transmittance": 0.01},
@@ -55,7 +55,8 @@ TEST(SceneFile, ReadsEveryKey) {
     EXPECT_EQ(scene.camera.view_height_mm, 123.5);
     EXPECT_EQ(scene.stereo->layout, StereoLayout::anaglyph);
     EXPECT_EQ(scene.ray_cast->mode, RayMode::iso);
-    EXPECT_EQ(scene.ray_cast->integrator, Integrator::preintegrated);
+    EXPECT_EQ(scene.ray_cast->integrator, Integrator::exact);
+    EXPECT_EQ(scene.ray_cast->sub_steps, 5u);
     ASSERT_EQ(scene.ray_cast->isos.size(), 2u);
     EXPECT_EQ(scene.ray_cast->isos[0].opacity, 0.3);
     EXPECT_EQ(scene.ray_cast->isos[1].color, glm::dvec3(1, 0.5, 0));
@@ -133,6 +134,8 @@ TEST(SceneFile, RefusesWhatNoSceneCanMean) {
          "iso-values that rise"},
         {R"({"ray_cast": {"mode": "iso", "isos": [{"value": 2, "opacity": 0}]}})", "opacity"},
         {R"({"ray_cast": {"step_mm": -1, "transfer": "mr"}})", "step_mm"},
+        {R"({"ray_cast": {"sub_steps": 0, "transfer": "mr"}})", "sub_steps"},
+        {R"({"ray_cast": {"sub_steps": 65, "transfer": "mr"}})", "sub_steps"},
         {R"({"ray_cast": {"step_mm": 1e-300, "transfer": "mr"}})", "step_mm"},
         {R"({"ray_cast": {"transfer": "ct-bones"}})", "expected a preset"},
         {R"({"ray_cast": {"transfer": "nowhere.json"}})", "nowhere.json: no such file"},
