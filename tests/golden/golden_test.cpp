@@ -1,5 +1,8 @@
 // golden_test check FOLDER WORK   compares a golden case with what the program draws now
 // golden_test bless FOLDER WORK   makes what the program draws now the case's expected picture
+// golden_test measure FOLDER WORK PROGRAM DEVICE
+//                                 draws with another program or device and prints the numbers of a
+//                                 check as JSON, whatever they are
 //
 // FOLDER is golden/<case>, described in golden/README.md; WORK is a folder for what is drawn.
 // Exit 0 when passed or blessed, else 1 with a sentence.
@@ -95,8 +98,13 @@ Result<ExrFile> load_colors(const fs::path& path) {
     return file;
 }
 
-// Draws the case with the program, on the kind of driver that golden pictures are made for.
-Result<ExrFile> draw(const GoldenCase& golden) {
+// Who draws: the program beside this one, on the kind of driver that golden pictures are made for;
+// or as told.
+struct Drawer {
+    std::string program = PALPATE_PROGRAM, device = "llvmpipe", more = " --validate";
+};
+
+Result<ExrFile> draw(const GoldenCase& golden, const Drawer& drawer = {}) {
     const fs::path scene = golden.work / "scene.json", actual = golden.work / "actual.exr";
     const std::string text = golden.scene.dump(2);
     if (auto saved = save_bytes(scene, std::as_bytes(std::span(text))); !saved)
@@ -105,8 +113,8 @@ Result<ExrFile> draw(const GoldenCase& golden) {
     // Mesa's software driver compiles for the widest vectors it finds; one width gives one picture.
     setenv("LP_NATIVE_VECTOR_WIDTH", "256", 1);
     const std::string command =
-        fmt::format("'{}' --quiet render '{}' -o '{}' --half --device llvmpipe --validate",
-                    PALPATE_PROGRAM, scene.string(), actual.string());
+        fmt::format("'{}' --quiet render '{}' -o '{}' --half --device '{}'{}", drawer.program,
+                    scene.string(), actual.string(), drawer.device, drawer.more);
     if (const int status = std::system(command.c_str()); status != 0)
         return fail("{}: palpate render ended with status {}", golden.name, status);
     return load_colors(actual);
@@ -205,6 +213,33 @@ Result<void> check(const GoldenCase& golden) {
     return {};
 }
 
+Result<void> measure(const GoldenCase& golden, const Drawer& drawer) {
+    Result<ExrFile> expected = load_colors(golden.expected());
+    if (!expected)
+        return pass_on(expected);
+    Result<ExrFile> actual = draw(golden, drawer);
+    if (!actual)
+        return pass_on(actual);
+    Result<Image> truth = truth_of(golden);
+    if (!truth)
+        return pass_on(truth);
+    Result<ImageDifference> error =
+        compare_images(*truth, every_nth(actual->image, golden.truth_step), 0.0);
+    Result<ImageDifference> difference =
+        compare_images(expected->image, actual->image, golden.max_channel_difference / 255.0);
+    for (const auto* compared : {&error, &difference})
+        if (!*compared)
+            return fail("{}: {}", golden.name, compared->error().message);
+    const Json numbers{{"rmse", error->all.rmse},
+                       {"stated_error", golden.stated_error},
+                       {"differing_share", difference->all.share_beyond},
+                       {"max_differing_share", golden.max_differing_share},
+                       {"channel_difference", difference->all.max_abs * 255.0},
+                       {"drawn_on", drawn_on(*actual)}};
+    fmt::print("{}\n", numbers.dump());
+    return {};
+}
+
 Result<void> bless(const GoldenCase& golden) {
     Result<Json> driver = load_json(golden.folder.parent_path() / "driver.json");
     if (!driver)
@@ -237,18 +272,21 @@ Result<void> bless(const GoldenCase& golden) {
 }
 
 int run(int argc, char** argv) {
-    const std::string_view mode = argc == 4 ? argv[1] : "";
-    if (mode != "check" && mode != "bless") {
-        fmt::print(stderr, "usage: golden_test check|bless FOLDER WORK\n");
+    const std::string_view mode = argc > 1 ? argv[1] : "";
+    if (!(argc == 4 && (mode == "check" || mode == "bless")) && !(argc == 6 && mode == "measure")) {
+        fmt::print(stderr,
+                   "usage: golden_test check|bless FOLDER WORK\n"
+                   "       golden_test measure FOLDER WORK PROGRAM DEVICE\n");
         return 2;
     }
     fs::create_directories(argv[3]);
     for (const char* name : {"expected.exr", "difference.png", "numbers.json"})
         fs::remove(fs::path(argv[3]) / name);
     const Result<GoldenCase> golden = load_case(fs::absolute(argv[2]), fs::absolute(argv[3]));
-    const Result<void> done = !golden           ? Result<void>(fail("{}", golden.error().message))
-                              : mode == "check" ? check(*golden)
-                                                : bless(*golden);
+    const Result<void> done = !golden             ? Result<void>(fail("{}", golden.error().message))
+                              : mode == "measure" ? measure(*golden, {argv[4], argv[5], ""})
+                              : mode == "check"   ? check(*golden)
+                                                  : bless(*golden);
     if (!done)
         fmt::print(stderr, "golden: {}\n", done.error().message);
     return done ? 0 : 1;
