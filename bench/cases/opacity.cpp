@@ -33,11 +33,13 @@ void sharp_transfer(Painter& painter, Findings& findings) {
                 // height off at most: `fast` is at its Nyquist limit and beyond. The field is
                 // linear, so that preintegration is exact but for the width of each segment in
                 // entries of the table: places are kPlaceMm off at both ends, positions in the
-                // table are 2^-12 apart there and rounded twice.
+                // table are 2^-12 apart there and rounded twice. `exact` does the same with pieces
+                // of a cell, whatever the step.
+                const double segment = integrator == Integrator::exact ? 1.0 / 8 : step;
                 const double entry = range / 4095.0;
                 const double width_error =
                     4.0 * 0x1p-12 + 2.0 * (2.0 * kPlaceMm + painter.weight_rounding()) / entry;
-                const double exact = depth * width_error / (step * forward.x / entry) + 1e-5;
+                const double exact = depth * width_error / (segment * forward.x / entry) + 1e-5;
                 double least = 1e9, most = 0.0;
                 for (int phase = 0; phase < 16; ++phase) {
                     Scene scene = parallel(direction, {32.0, 4.0, 4.0}, 1.0, {1, 1});

@@ -103,7 +103,8 @@ void maximum_peak(Painter& painter, Findings& findings) {
                     const glm::dvec3 forward = glm::abs(glm::normalize(direction));
                     const double slope = curvature * (forward.x + forward.y + forward.z) *
                                          (0.5 * step + std::sqrt(3.0) + 2.1);
-                    const double missed = 0.5 * step * std::min(slope, 202.0);
+                    const double missed =
+                        integrator == Integrator::exact ? 0.0 : 0.5 * step * std::min(slope, 202.0);
                     findings.part(
                         fmt::format("maximum below its exact value, {}", name_of(integrator)));
                     for_each_pixel(scene, findings, [&](uint32_t x, uint32_t y, const Ray&) {
@@ -212,12 +213,121 @@ void spheres(Painter& painter, Findings& findings, Integrator integrator) {
         }
 }
 
+// Held where a ray crosses a surface twice, `apart` mm from the first time to the second: the exact
+// integrator misses none, the others none that are more than a step apart. depth_bound is for the
+// exact one; the others find the crossing within the bracket that a step makes.
+void expect_first_of_two(Findings& findings, const Image& seen, const Scene& scene, uint32_t x,
+                         uint32_t y, double apart, double depth, double depth_bound) {
+    const Integrator integrator = scene.ray_cast->integrator;
+    const bool hit = seen.at(x, y, 3) > 0.0f;
+    const bool exact = integrator == Integrator::exact;
+    findings.part(fmt::format("crossings missed, {}", name_of(integrator)));
+    if (exact || apart > scene.ray_cast->step_mm + 2.0 * kPlaceMm)
+        findings.within(hit ? 0.0 : 1.0, 0.0);
+    if (!hit)
+        return;
+    findings.part(
+        fmt::format("mm that the first of two crossings is off, {}", name_of(integrator)));
+    findings.near(seen.at(x, y, 5), depth, exact ? depth_bound : scene.ray_cast->step_mm);
+}
+
+// Two surfaces d apart, d / step = 0.1 .. 2: what rises to 1 on one plane of samples and falls
+// again.
+void two_sheets(Painter& painter, Findings& findings, Integrator integrator) {
+    const SceneData data{make_volume(make_grid({17, 33, 33}, {1, 1, 1}), ScalarType::f32,
+                                     [](glm::uvec3 i) { return i.x == 8 ? 1.0 : 0.0; }),
+                         {}};
+    for (const double step : {0.5, 1.0, 3.0})
+        for (const double ratio : {0.1, 0.3, 0.7, 1.0, 1.5, 2.0})
+            for (const glm::dvec3 direction : {glm::dvec3(1, 0, 0), glm::dvec3(1, 0.6, -0.3)}) {
+                const double d = ratio * step;
+                if (d >= 2.0) // there is no more than the sheet
+                    continue;
+                const Scene scene = surface(direction, {8.1, 16.2, 15.9}, 0.37, {16, 16},
+                                            1.0 - 0.5 * d, step, integrator);
+                findings.in(fmt::format("sheets {} apart, step {}, along {} {} {}", d, step,
+                                        direction.x, direction.y, direction.z));
+                const Image seen = painter.draw(scene, data);
+                for_each_pixel(scene, findings, [&](uint32_t x, uint32_t y, const Ray& ray) {
+                    const double cosine = ray.direction.x; // the slope along the ray
+                    expect_first_of_two(
+                        findings, seen, scene, x, y, d / cosine,
+                        (8.0 - 0.5 * d - ray.origin_mm.x) / cosine,
+                        (3.0 * kPlaceMm + painter.weight_rounding()) / cosine + kPlaceMm);
+                });
+            }
+}
+
+// Two crossings, nearly one, within one cell: from corner to corner its value is 3 u (1 - u).
+void one_cell(Painter& painter, Findings& findings, Integrator integrator) {
+    const SceneData data{make_volume(make_grid({2, 2, 2}, {1, 1, 1}), ScalarType::f32,
+                                     [](glm::uvec3 i) {
+                                         const uint32_t sum = i.x + i.y + i.z;
+                                         return sum == 0 || sum == 3 ? 0.0 : 1.0;
+                                     }),
+                         {}};
+    for (const double iso : {0.3, 0.7, 0.74, 0.7499, 0.74999})
+        for (const double step : {0.1, 1.0, 3.0}) {
+            const Scene scene =
+                surface({1, 1, 1}, glm::dvec3(0.5), 0.01, {1, 1}, iso, step, integrator);
+            findings.in(fmt::format("corner to corner of a cell, iso {}, step {}", iso, step));
+            const Image seen = painter.draw(scene, data);
+            const double off = std::sqrt(0.25 - iso / 3.0); // of u, to either side of the middle
+            // The value errs by a few of 2^-23, its place by that over the slope 6 off, in u.
+            const double value_error = 8.0 * 0x1p-23 + 3.0 * painter.weight_rounding();
+            const double side = std::sqrt(3.0);
+            expect_first_of_two(findings, seen, scene, 0, 0, 2.0 * off * side, 64.0 - off * side,
+                                value_error / (6.0 * off) * side + kPlaceMm);
+        }
+}
+
+// Spherical shells against grid truth, which may have holes where a shell is thinner than a cell.
+void shells(Painter& painter, Findings& findings) {
+    const double radius = 9.0, rounding = 3.0 * kPlaceMm + 3.0 * painter.weight_rounding();
+    for (const double d : {0.1, 0.5, 1.0, 2.0})
+        for (const glm::dvec3 direction : {glm::dvec3(0, 1, 0), glm::dvec3(1, 0.7, -0.4)}) {
+            const Grid grid = make_grid({25, 25, 25}, {1, 1, 1}, glm::dvec3(-12.0));
+            const SceneData data{make_volume(grid, ScalarType::f32,
+                                             [&](glm::uvec3 i) {
+                                                 const double r = glm::length(glm::dvec3(i) - 12.0);
+                                                 return 0.5 * d - std::abs(r - radius);
+                                             }),
+                                 {}};
+            const Scene scene =
+                surface(direction, glm::dvec3(0.0), 0.5, {40, 40}, 0.0, 1.0, Integrator::exact);
+            findings.in(fmt::format("shells {} apart, along {} {} {}", d, direction.x, direction.y,
+                                    direction.z));
+            const Image seen = painter.draw(scene, data);
+            const Around truth = truth_around(scene, data, rounding);
+            for_each_pixel(scene, findings, [&](uint32_t x, uint32_t y, const Ray&) {
+                if (!truth.sure(x, y))
+                    return;
+                const bool hit = seen.at(x, y, 3) > 0.0f, there = truth.at.at(x, y, 3) > 0.0f;
+                findings.part("crossings missed or invented on shells, exact");
+                findings.within(hit == there ? 0.0 : 1.0, 0.0);
+                if (!hit || !there)
+                    return;
+                // Between the depths at iso-values a rounding lower and higher.
+                const double depth = seen.at(x, y, 5);
+                findings.part("mm that a shell's depth is off its place give or take a rounding");
+                findings.within(
+                    std::max({truth.nearest(x, y) - depth, depth - truth.farthest(x, y), 0.0}),
+                    2.0 * kPlaceMm);
+            });
+        }
+}
+
 } // namespace
 
 void iso_crossings(Painter& painter, Findings& findings) {
-    for (const Integrator integrator : integrators())
-        if (integrator != Integrator::preintegrated) // surfaces are not integrals
-            spheres(painter, findings, integrator);
+    for (const Integrator integrator : integrators()) {
+        if (integrator == Integrator::preintegrated) // surfaces are not integrals
+            continue;
+        spheres(painter, findings, integrator);
+        two_sheets(painter, findings, integrator);
+        one_cell(painter, findings, integrator);
+    }
+    shells(painter, findings);
 }
 
 } // namespace palpate::cases
