@@ -24,6 +24,7 @@ TransferImage::TransferImage(Device& device, std::string name, const TransferFun
     first_ = table.entries.front();
     last_ = table.entries.back();
     std::vector<glm::vec4> texels(size_t{gpu::kTableRows} * gpu::kTableEntries);
+    float visible = 0.0f;
     for (size_t i = 0; i < gpu::kTableEntries; ++i) {
         const glm::vec4 entry = table.entries[i];
         // From tau in double: an opacity of 1e-7 keeps all its digits.
@@ -33,6 +34,9 @@ TransferImage::TransferImage(Device& device, std::string name, const TransferFun
         texels[gpu::kTableRowStep * gpu::kTableEntries + i] =
             glm::vec4(glm::vec3(entry.x, entry.y, entry.z), static_cast<float>(alpha));
         texels[gpu::kTableRowTau * gpu::kTableEntries + i] = entry;
+        const float below = visible;
+        visible += entry.w > 0.0f ? 1.0f : 0.0f;
+        texels[gpu::kTableRowVisible * gpu::kTableEntries + i] = glm::vec4(visible, below, 0, 0);
         // In units of one entry's width.
         texels[gpu::kTableRowIntegral * gpu::kTableEntries + i] =
             table.integrals[i] * static_cast<float>(gpu::kTableEntries - 1);

@@ -5,9 +5,10 @@
 // Every cut is a function of the whole number of its face and of the ray alone, never a sum of
 // steps: wherever a march starts or leaps to, it meets the same cuts, to the bit.
 //
-// All lanes of a subgroup leave a loop together and keep what they have found by selects: llvmpipe
-// of Mesa 22.3 mixes up the iterations of values that are used after a loop which lanes leave at
-// different times. Devices run a loop until its last lane is done anyway.
+// A march has an inner loop to the next piece that may matter to any lane of the subgroup, and does
+// what is dear after it. All lanes leave a loop together and keep what they have found by selects:
+// llvmpipe of Mesa 22.3 mixes up the iterations of values that are used after a loop which lanes
+// leave at different times.
 
 // Equally spaced faces, at whole numbers of `origin + t * direction`.
 struct Faces {
@@ -224,18 +225,23 @@ vec4 table_span(TablePoint a, TablePoint b, float bend, float length_mm) {
     return vec4(clamp(color, 0.0, 1.0), hidden_by(depth));
 }
 
-// What a cell shows between distances `ends`: premultiplied colour, opacity. `middle` is the
-// distance in the middle of what is seen.
-vec4 piece_color(RaySampler s, Walk w, Place p, vec2 ends, out float middle) {
-    // In entries of the table.
-    vec4 c = cell_cubic(w, p, ends.x, ends.y);
-    const bool valid = is_data(c.x);
-    c *= frame.table_scale * float(kTableEntries);
-    c.x += frame.table_bias * float(kTableEntries) - 0.5;
+// Whether any entry of the table that the cubic, in entries, comes by has opacity. Places are rounded
+// to 1/256.
+bool may_show(vec4 c) {
+    const float n = float(kTableEntries);
+    const vec2 range = clamp(hull(c) + vec2(-1.0, 1.0) / 128.0, 0.0, n - 1.0);
+    const float row = float(kTableRowVisible);
+    return textureLod(table, vec2((ceil(range.y) + 0.5) / n, row), 0.0).r >
+           textureLod(table, vec2((floor(range.x) + 0.5) / n, row), 0.0).g;
+}
+
+// What a cubic of places in the table shows over length_mm: premultiplied colour, opacity. `middle`
+// is the middle of what is seen, 0 .. 1.
+vec4 piece_color(vec4 c, float length_mm, bool counts, out float middle) {
     const float bend = max(abs(2.0 * c.z), abs(2.0 * c.z + 6.0 * c.w));
-    const float n = clamp(ceil(sqrt(bend * frame.sub_steps_per_bend)), 1.0, frame.sub_steps);
+    const float n =
+        counts ? clamp(ceil(sqrt(bend * frame.sub_steps_per_bend)), 1.0, frame.sub_steps) : 1.0;
     const float part = 1.0 / n;
-    const float length_mm = (ends.y - ends.x) * part;
     vec4 sum = vec4(0.0);
     float moment = 0.0;
     float i = 0.0;
@@ -243,52 +249,52 @@ vec4 piece_color(RaySampler s, Walk w, Place p, vec2 ends, out float middle) {
     do {
         const TablePoint now = table_point(cubic_at(c, (i + 1.0) * part));
         const float u = (i + 0.5) * part;
-        const bool counts = i < n;
         const float above = (2.0 * c.z + 6.0 * c.w * u) * (-0.125 * part * part);
-        const vec4 span = table_span(before, now, above, length_mm);
-        const float seen = counts ? (1.0 - sum.a) * span.a : 0.0;
+        const vec4 span = table_span(before, now, above, length_mm * part);
+        const float seen = i < n ? (1.0 - sum.a) * span.a : 0.0;
         sum += seen * vec4(span.rgb, 1.0);
         moment += seen * u;
         before = now;
         i += 1.0;
     } while (subgroupAny(i < n));
-    if (kHasNoData != 0u)
-        sum = valid ? sum : vec4(0.0);
-#if HAS_LABELS
-    const vec4 tint = label_tint(s, w.anchor + 0.5 * (ends.x + ends.y));
-    sum.rgb = mix(sum.rgb, tint.rgb * sum.a, max(tint.a, 0.0));
-    sum = tint.a < 0.0 ? vec4(0.0) : sum;
-#endif
-    middle = mix(ends.x, ends.y, sum.a > 0.0 ? moment / sum.a : 0.5);
-    return sum;
+    middle = sum.a > 0.0 ? moment / sum.a : 0.5;
+    return counts ? sum : vec4(0.0);
 }
 
 Marched march_alpha_exact(RaySampler s, vec2 t, bool inside) {
     Accumulator a = Accumulator(vec4(0.0), vec4(0.0));
     const float opaque = 1.0 - frame.min_transmittance;
+    const float entries = float(kTableEntries);
     const Walk w = walk_of(s.ray);
     vec2 ends = vec2(t.x - w.anchor);
     const float end = t.y - w.anchor;
     Place p = place_at(w, ends.x);
     bool going = inside;
     do {
-        vec4 seen = vec4(0.0);
-        float middle = 0.0;
-        bool searching = going;
-        do { // shaded: to the next piece that shows anything
-            const vec2 piece = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
-            float piece_middle;
-            const vec4 piece_seen = piece_color(s, w, p, piece, piece_middle);
-            p = beyond(w, p, piece.y, searching);
-            ends = searching ? piece : ends;
-            seen = searching ? piece_seen : seen;
-            middle = searching ? piece_middle : middle;
-            searching = searching && kShaded != 0u && seen.a <= 0.0 && ends.y < end;
-        } while (subgroupAny(searching));
+        vec4 c;
+        bool counts;
+        do {
+            ends = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
+            c = cell_cubic(w, p, ends.x, ends.y);
+            counts = going && is_data(c.x);
+            c *= frame.table_scale * entries;
+            c.x += frame.table_bias * entries - 0.5;
+            counts = counts && may_show(c);
+            p = beyond(w, p, ends.y, going);
+            going = going && ends.y < end;
+        } while (!subgroupAny(counts) && subgroupAny(going));
+        float u;
+        vec4 seen = piece_color(c, ends.y - ends.x, counts, u);
+#if HAS_LABELS
+        const vec4 tint = label_tint(s, w.anchor + 0.5 * (ends.x + ends.y));
+        seen.rgb = mix(seen.rgb, tint.rgb * seen.a, max(tint.a, 0.0));
+        seen = tint.a < 0.0 ? vec4(0.0) : seen;
+#endif
         if (kShaded != 0u)
-            seen.rgb = seen.a * shade(seen.rgb / max(seen.a, 1e-30), s, w.anchor + middle);
+            seen.rgb = seen.a * shade(seen.rgb / max(seen.a, 1e-30), s,
+                                      w.anchor + mix(ends.x, ends.y, u));
         add_piece(a, seen);
-        going = going && ends.y < end && a.sum.a <= opaque;
+        going = going && a.sum.a <= opaque;
     } while (subgroupAny(going));
     return Marched(inside ? a.sum : vec4(0.0), kNaN, kNaN);
 }
@@ -304,27 +310,23 @@ Marched march_mip_exact(RaySampler s, vec2 t, bool inside) {
     float maximum = none;
     bool going = inside;
     do {
-        vec4 c = vec4(0.0);
-        bool counts = false, searching = going;
-        do { // to the next piece that may hold more
-            const vec2 piece = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
-            const vec4 piece_c = cell_cubic(w, p, piece.x, piece.y);
-            bool piece_counts = hull(piece_c).y > maximum && is_data(piece_c.x);
-#if HAS_LABELS
-            piece_counts =
-                piece_counts && label_tint(s, w.anchor + 0.5 * (piece.x + piece.y)).a >= 0.0;
-#endif
-            p = beyond(w, p, piece.y, searching);
-            ends = searching ? piece : ends;
-            c = searching ? piece_c : c;
-            counts = searching ? piece_counts : counts;
-            searching = searching && !counts && ends.y < end;
-        } while (subgroupAny(searching));
+        vec4 c;
+        bool counts;
+        do {
+            ends = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
+            c = cell_cubic(w, p, ends.x, ends.y);
+            counts = going && is_data(c.x) && hull(c).y > maximum;
+            p = beyond(w, p, ends.y, going);
+            going = going && ends.y < end;
+        } while (!subgroupAny(counts) && subgroupAny(going));
         const vec2 turns = turning_points(c);
         const float most = max(max(c.x, cubic_at(c, 1.0)),
                                max(cubic_at(c, turns.x), cubic_at(c, turns.y)));
-        maximum = counts ? max(maximum, most) : maximum;
-        going = going && ends.y < end;
+        counts = counts && most > maximum;
+#if HAS_LABELS
+        counts = counts && label_tint(s, w.anchor + 0.5 * (ends.x + ends.y)).a >= 0.0;
+#endif
+        maximum = counts ? most : maximum;
     } while (subgroupAny(going));
     const bool found = inside && maximum > none;
     const vec4 entry = table_entry(maximum, kTableRowTau);
@@ -374,32 +376,27 @@ Marched march_iso_exact(RaySampler s, vec2 t, bool inside) {
     int level = -1;
     bool going = inside;
     do {
-        vec4 c = vec4(0.0);
-        bool crossed = false, searching = going;
-        do { // to the next piece whose values lie on more than one level
-            const vec2 piece = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
-            const vec4 piece_c = cell_cubic(w, p, piece.x, piece.y);
-            const vec2 range = hull(piece_c);
-            int piece_level = level < 0 ? level_of(piece_c.x) : level;
-            bool piece_crossed =
-                level_of(range.x) != piece_level || level_of(range.y) != piece_level;
+        vec4 c;
+        bool crossed;
+        do {
+            ends = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
+            c = cell_cubic(w, p, ends.x, ends.y);
+            const vec2 range = hull(c);
+            level = level < 0 ? level_of(c.x) : level;
+            crossed = going && (level_of(range.x) != level || level_of(range.y) != level);
             if (kHasNoData != 0u) {
-                piece_crossed = piece_crossed && is_data(piece_c.x);
-                piece_level = is_data(piece_c.x) ? piece_level : -1;
+                crossed = crossed && is_data(c.x);
+                level = is_data(c.x) ? level : -1;
             }
-            p = beyond(w, p, piece.y, searching);
-            ends = searching ? piece : ends;
-            c = searching ? piece_c : c;
-            level = searching ? piece_level : level;
-            crossed = searching ? piece_crossed : crossed;
-            searching = searching && !crossed && ends.y < end;
-        } while (subgroupAny(searching));
+            p = beyond(w, p, ends.y, going);
+            going = going && ends.y < end;
+        } while (!subgroupAny(crossed) && subgroupAny(going));
         // The cubic rises or falls throughout between the turning points.
         const vec2 turns = turning_points(c);
         const ivec3 levels = ivec3(level_of(cubic_at(c, turns.x)), level_of(cubic_at(c, turns.y)),
                                    level_of(cubic_at(c, 1.0)));
         int part = 0;
-        bool more = going && crossed;
+        bool more = crossed;
         do {
             part = part <= 0 && levels.x != level ? 0 : part <= 1 && levels.y != level ? 1 : 2;
             const int goal = part == 0 ? levels.x : part == 1 ? levels.y : levels.z;
@@ -426,7 +423,7 @@ Marched march_iso_exact(RaySampler s, vec2 t, bool inside) {
             more = hit && a.sum.a <= opaque &&
                    (level != goal || level != levels.z || (part < 1 && level != levels.y));
         } while (subgroupAny(more));
-        going = going && ends.y < end && a.sum.a <= opaque;
+        going = going && a.sum.a <= opaque;
     } while (subgroupAny(going));
     result.color = a.sum;
     return result;
