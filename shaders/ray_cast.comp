@@ -3,9 +3,11 @@
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_KHR_shader_subgroup_vote : require
 
-// The ray caster: one invocation per pixel and eye, one pass. Segments of one step each lie on a
-// lattice that starts at the eye; only the first and the last are cut, and they are taken out of the
-// loops. Loops are do-while with the rare work outside, because software devices run every branch.
+// The ray caster: one workgroup a listed tile, one invocation a pixel, one pass. Segments of one step
+// each lie on a lattice that starts at the eye; only the first and the last are cut, and they are
+// taken out of the loops. Loops are do-while with the rare work outside, because software devices run
+// every branch. Stretches of empty macro-cells are jumped over; what is marched is the same bit for
+// bit without (lib/skipping.glsl).
 //
 // Built once for each combination of IS_ISO, HAS_LABELS, HAS_SLICES, HAS_VALUES and IS_EXACT (0 or 1), so that
 // what a scene does not use needs no binding.
@@ -18,6 +20,8 @@ layout(constant_id = 1) const uint kPreintegrated = 0u;
 layout(constant_id = 2) const uint kShaded = 0u;
 layout(constant_id = 3) const uint kHasNoData = 0u;   // samples may be NaN
 layout(constant_id = 4) const uint kIsoCount = 1u;
+layout(constant_id = 5) const uint kSkip = 1u;        // jump over empty space
+layout(constant_id = 6) const uint kCount = 0u;       // write how many samples a tile took
 
 layout(local_size_x = 64) in;
 
@@ -45,15 +49,31 @@ layout(binding = kRayColor, rgba32f) uniform writeonly image2DArray color_image;
 layout(binding = kRayValues, rg32f) uniform writeonly image2DArray value_image;
 #endif
 
+layout(binding = kRayCells) uniform sampler3D cells;
+layout(scalar, binding = kRayTiles) buffer Tiles { TileEntry tiles[]; };
+layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups { uint tile_count; };
+
 #define kNaN uintBitsToFloat(0x7fc00000u)
 
+uint samples_taken = 0u;
+
+#include "shaders/lib/skipping.glsl"
 #include "shaders/lib/ray_sampling.glsl"
 #include "shaders/lib/ray_modes.glsl"
 
+// The list's order, taken alternately from its two halves' point of view: devices that give each
+// thread one stretch of workgroups then have equal work for all.
+uint entry_of(uint group) {
+    const uint half_count = (tile_count + 1u) / 2u;
+    return group < half_count ? 2u * group : 2u * (group - half_count) + 1u;
+}
+
 void main() {
-    const uvec2 tile = gl_WorkGroupID.xy;
+    const uint entry = entry_of(gl_WorkGroupID.x);
+    const TileEntry listed = tiles[entry];
+    const uint eye = listed.tile >> kTileEyeShift;
+    const uvec2 tile = uvec2(listed.tile, listed.tile >> kTileXBits) & ((1u << kTileXBits) - 1u);
     const uvec2 pixel = tile * kTileSide + pixel_in_tile(gl_LocalInvocationID.x);
-    const uint eye = gl_WorkGroupID.z;
     const Ray ray = ray_through(frame.eyes[eye], vec2(pixel), frame.size_px);
 
     vec2 t = clip_to_box(ray, frame.last);
@@ -68,7 +88,9 @@ void main() {
     const bool inside = t.x < t.y && all(lessThan(pixel, frame.size_px));
     t = inside ? t : vec2(0.0);
 
-    const Marched marched = march(ray_sampler(ray), t, inside);
+    const Marched marched = march(ray_sampler(ray), t, vec2(listed.near, listed.far), inside);
+    if (kCount != 0u && inside)
+        atomicAdd(tiles[entry].samples, samples_taken);
 
     if (all(lessThan(pixel, frame.size_px))) {
         const float transmittance = 1.0 - marched.color.a;

@@ -29,7 +29,7 @@ struct RenderOptions {
     std::string output, stats, device, format = "auto", write_scene;
     uint32_t frames = 1;
     double orbit_deg = 0.0;
-    bool half = false, validate = false;
+    bool half = false, validate = false, no_skipping = false;
 };
 
 double percentile(std::vector<double> values, double share) {
@@ -42,6 +42,8 @@ struct Timing {
     double first_frame_ms = 0;           // pipelines, uploads and the first frame
     std::vector<double> wall_ms, gpu_ms; // of the frames after it; of the first if it is alone
     std::vector<PassTime> passes;        // medians
+    double cell_map_ms = 0;              // of the first frame
+    uint64_t samples = 0;                // of the last frame, see count_last()
 
     // Median over the frames of how far the GPU's timestamps and the fenced wall clock are apart,
     // as a share of the latter. Clocks that lie, passes that nobody timed and waits between
@@ -77,8 +79,10 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
         const Result<FrameStats> stats = renderer.draw(scene, data);
         if (!stats)
             return tl::unexpected(stats.error());
-        if (i == 0)
+        if (i == 0) {
             timing.first_frame_ms = timer.ms();
+            timing.cell_map_ms = stats->cell_map_ms;
+        }
         if (i > 0 || count == 1) {
             timing.wall_ms.push_back(stats->wall_ms);
             double gpu = 0;
@@ -92,6 +96,13 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
         }
         if (i + 1 < count)
             scene.camera = orbit(scene.camera, options.orbit_deg);
+    }
+    if (!options.stats.empty() && scene.ray_cast) {
+        // Once more with the variant that counts, which no timed frame pays for.
+        const Result<uint64_t> samples = renderer.count_samples(scene, data);
+        if (!samples)
+            return tl::unexpected(samples.error());
+        timing.samples = *samples;
     }
     for (size_t p = 0; p < passes.size(); ++p)
         timing.passes[p].gpu_ms = percentile(passes[p], 0.5);
@@ -125,8 +136,15 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
     for (const ResourceInfo& resource : device.resources())
         json["resources"].push_back(
             {{"name", resource.name}, {"kind", resource.kind}, {"bytes", resource.bytes}});
-    json["samples"] = scene.ray_cast ? count_segments(scene, data.volume.grid()) : 0;
-    json["skipped_share"] = 0.0; // no space is skipped
+    if (scene.ray_cast) {
+        const auto segments = static_cast<double>(count_segments(scene, data.volume.grid()));
+        json["segments"] = segments;
+        json["samples"] = timing.samples;
+        json["skipped_share"] =
+            segments > 0 ? std::max(0.0, 1.0 - static_cast<double>(timing.samples) / segments)
+                         : 0.0;
+        json["cell_map_ms"] = timing.cell_map_ms;
+    }
     // What early termination may hide, in colour: the one error that is bounded beforehand.
     json["error_estimate"] = scene.ray_cast ? scene.ray_cast->min_transmittance : 0.0;
     json["volume_version"] = data.volume.version();
@@ -216,7 +234,7 @@ Result<void> run_render(const RenderOptions& options) {
 
     Device device({.select = options.device, .validation = options.validate});
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
-    Renderer renderer(device, {.volume_format = *format});
+    Renderer renderer(device, {.volume_format = *format, .skipping = !options.no_skipping});
     const Result<Timing> timing = draw_frames(renderer, *scene, loaded->data, options, interrupt);
     if (!timing)
         return fail("{}", timing.error().message);
@@ -266,6 +284,8 @@ Command add_render(CLI::App& app) {
     app.add_option("--volume-format", o->format,
                    "Voxels on the device: r16, r32f, or auto (r32f on CPU devices)")
         ->capture_default_str();
+    app.add_flag("--no-skipping", o->no_skipping,
+                 "March through empty space, too; the picture is the same, bit for bit");
     app.add_flag("--validate", o->validate, "Run under Vulkan validation; a message is a failure");
     return [o] { return run_render(*o); };
 }

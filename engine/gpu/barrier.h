@@ -13,9 +13,11 @@ enum class Use {
     uniform,       // read by a compute shader as a uniform block
     storage_read,  // read by a compute shader as storage
     storage_write, // written (and maybe read) by a compute shader as storage
+    indirect,      // read as the group counts of a dispatch
     copy_source,
     copy_target,
-    host_read, // by the CPU after the submission is over
+    clear_target, // filled by a command
+    host_read,    // by the CPU after the submission is over
 };
 
 struct Access {

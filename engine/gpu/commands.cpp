@@ -165,8 +165,7 @@ void Commands::barrier(const VkDependencyInfo& info) {
     vkCmdPipelineBarrier2(buffer_, &info);
 }
 
-void Commands::dispatch(const ComputePipeline& pipeline, std::span<const Bound> bound,
-                        glm::uvec3 groups, glm::uvec3 first_group) {
+void Commands::bind(const ComputePipeline& pipeline, std::span<const Bound> bound) {
     PALPATE_ASSERT_CMP(bound.size(), ==, pipeline.slots().size());
     std::vector<VkDescriptorPoolSize> sizes;
     for (const BindingSlot& slot : pipeline.slots())
@@ -221,8 +220,48 @@ void Commands::dispatch(const ComputePipeline& pipeline, std::span<const Bound> 
     vkCmdBindPipeline(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
     vkCmdBindDescriptorSets(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &set,
                             0, nullptr);
+}
+
+void Commands::dispatch(const ComputePipeline& pipeline, std::span<const Bound> bound,
+                        glm::uvec3 groups, glm::uvec3 first_group) {
+    bind(pipeline, bound);
     vkCmdDispatchBase(buffer_, first_group.x, first_group.y, first_group.z, groups.x, groups.y,
                       groups.z);
+}
+
+void Commands::dispatch_indirect(const ComputePipeline& pipeline, std::span<const Bound> bound,
+                                 Buffer& groups) {
+    use(groups, Use::indirect);
+    bind(pipeline, bound);
+    vkCmdDispatchIndirect(buffer_, groups.handle(), 0);
+}
+
+void Commands::clear(GpuImage& image, glm::vec4 value) {
+    use(image, Use::clear_target);
+    const VkClearColorValue color{.float32 = {value.x, value.y, value.z, value.w}};
+    const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0,
+                                      VK_REMAINING_ARRAY_LAYERS};
+    vkCmdClearColorImage(buffer_, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &color, 1,
+                         &all);
+}
+
+void Commands::fill(Buffer& buffer, std::span<const uint32_t> words) {
+    use(buffer, Use::clear_target);
+    vkCmdUpdateBuffer(buffer_, buffer.handle(), 0, words.size_bytes(), words.data());
+}
+
+void Commands::copy(GpuImage& from, GpuImage& to) {
+    use(from, Use::copy_source);
+    use(to, Use::copy_target);
+    const ImageShape& shape = from.shape();
+    const bool is_3d = shape.type == VK_IMAGE_TYPE_3D;
+    const VkImageSubresourceLayers layers{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0,
+                                          is_3d ? 1 : shape.layers};
+    const VkImageCopy all{.srcSubresource = layers,
+                          .dstSubresource = layers,
+                          .extent = {shape.size.x, shape.size.y, is_3d ? shape.size.z : 1}};
+    vkCmdCopyImage(buffer_, from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.handle(),
+                   VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &all);
 }
 
 void Commands::copy(Buffer& from, GpuImage& to, std::span<const Region> regions) {
@@ -244,6 +283,15 @@ void Commands::copy(GpuImage& from, Buffer& to, std::span<const Region> regions)
     vkCmdCopyImageToBuffer(buffer_, from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
                            to.handle(), static_cast<uint32_t>(copies.size()), copies.data());
     end_copy();
+    use(to, Use::host_read);
+}
+
+void Commands::copy(Buffer& from, Buffer& to) {
+    PALPATE_ASSERT_CMP(from.bytes(), <=, to.bytes());
+    use(from, Use::copy_source);
+    use(to, Use::copy_target);
+    const VkBufferCopy all{0, 0, from.bytes()};
+    vkCmdCopyBuffer(buffer_, from.handle(), to.handle(), 1, &all);
     use(to, Use::host_read);
 }
 

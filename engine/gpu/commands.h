@@ -59,6 +59,14 @@ class Commands {
     void dispatch(const ComputePipeline& pipeline, std::span<const Bound> bound, glm::uvec3 groups,
                   glm::uvec3 first_group = {});
 
+    // The same with the group counts (three uint32) that `groups` holds when the GPU gets there.
+    void dispatch_indirect(const ComputePipeline& pipeline, std::span<const Bound> bound,
+                           Buffer& groups);
+
+    // Sets every texel of a colour image, or the first bytes of a buffer (at most 64 KiB).
+    void clear(GpuImage& image, glm::vec4 value);
+    void fill(Buffer& buffer, std::span<const uint32_t> words);
+
     // Regions of texels from a tightly packed buffer: rows of row_texels, planes of plane_rows
     // rows.
     struct Region {
@@ -69,6 +77,8 @@ class Commands {
     };
     void copy(Buffer& from, GpuImage& to, std::span<const Region> regions);
     void copy(GpuImage& from, Buffer& to, std::span<const Region> regions);
+    void copy(GpuImage& from, GpuImage& to); // all of it; both have one shape
+    void copy(Buffer& from, Buffer& to);     // all of it; `to` is no smaller
 
     // Hands the work over and returns at once; the timeline value to wait for.
     uint64_t submit();
@@ -84,6 +94,7 @@ class Commands {
         std::string first_uses = {}; // pipelines that had not been dispatched before
     };
 
+    void bind(const ComputePipeline& pipeline, std::span<const Bound> bound);
     void barrier(const VkDependencyInfo& info);
     void begin_stamp(Pass pass);
     void end_stamp();

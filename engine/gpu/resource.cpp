@@ -40,7 +40,8 @@ Buffer::Buffer(Device& device, std::string name, uint64_t bytes, Memory memory)
         .sType = VK_STRUCTURE_TYPE_BUFFER_CREATE_INFO,
         .size = bytes,
         .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
-                 VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT};
+                 VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
+                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT};
     check(vkCreateBuffer(device.handle(), &create, nullptr, &handle_), "creating buffer " + name);
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(device.handle(), handle_, &needs);

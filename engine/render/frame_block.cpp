@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/base/assert.h"
+#include "shaders/shared/ray_cast.h"
 
 namespace palpate {
 
@@ -31,6 +32,36 @@ struct IndexSpace {
     glm::dmat3 world_from_index;
     glm::dvec3 origin_mm;
 };
+
+// The most that a vector of 1 mm can measure along an index axis, in samples.
+double samples_per_mm(const IndexSpace& space) {
+    const glm::dmat3 rows = glm::transpose(space.index_from_world);
+    return std::max({glm::length(rows[0]), glm::length(rows[1]), glm::length(rows[2])});
+}
+
+double farthest_mm(const View& view, const IndexSpace& space, const Grid& grid) {
+    double most = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 index((corner & 1) * (grid.size.x - 1.0),
+                               (corner >> 1 & 1) * (grid.size.y - 1.0),
+                               (corner >> 2) * (grid.size.z - 1.0));
+        most = std::max(
+            most, glm::length(space.world_from_index * index + space.origin_mm - view.eye_mm));
+    }
+    return most;
+}
+
+// How far the rays of a tile spread about the one through its middle: see FrameEye. Unit vectors
+// through two points of the plane at distance 1 differ by at most the points' distance.
+void fill_spread(gpu::FrameEye& eye, const View& view, const IndexSpace& space, const Grid& grid,
+                 glm::uvec2 size_px) {
+    const glm::dvec2 pixel((view.right_edge - view.left) / size_px.x,
+                           (view.top - view.bottom) / size_px.y);
+    const double widest = 0.5 * gpu::kTileSide * glm::length(pixel) * samples_per_mm(space);
+    const bool parallel = view.projection == Projection::orthographic;
+    eye.spread = parallel ? glm::vec2(widest, 0.0f) : glm::vec2(0.0f, widest);
+    eye.reach = static_cast<float>(farthest_mm(view, space, grid));
+}
 
 gpu::FrameEye make_eye(const View& view, const IndexSpace& space) {
     gpu::FrameEye eye{};
@@ -79,12 +110,18 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
     const IndexSpace space(grid);
     gpu::Frame frame{};
     PALPATE_ASSERT(!views.empty() && views.size() <= 2);
-    for (size_t i = 0; i < views.size(); ++i)
+    for (size_t i = 0; i < views.size(); ++i) {
         frame.eyes[i] = make_eye(views[i], space);
+        fill_spread(frame.eyes[i], views[i], space, grid, scene.size_px);
+    }
     PALPATE_ASSERT_CMP(scene.clip_planes.size(), <=, kMaxClipPlanes);
     for (size_t i = 0; i < scene.clip_planes.size(); ++i)
         frame.clips[i] = space.plane(scene.clip_planes[i].point_mm, scene.clip_planes[i].normal);
     frame.last = glm::vec3(grid.size) - 1.0f;
+    frame.cell_last = glm::vec3(inputs.cells) - 1.0f;
+    frame.cell_texture = glm::vec3(1.0 / glm::dvec3(inputs.cells));
+    frame.cell_side = static_cast<float>(inputs.cell_side);
+    frame.cell_margin = static_cast<float>(inputs.cell_margin / inputs.value_scale);
     frame.texture_from_index = glm::vec3(1.0 / glm::dvec3(grid.size));
     frame.world_from_index_covector = glm::mat3(glm::transpose(space.index_from_world));
     if (data.labels) {

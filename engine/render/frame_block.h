@@ -13,6 +13,9 @@ struct FrameInputs {
     double table_low = 0, table_high = 1;  // value range of the transfer table
     glm::vec4 table_first{}, table_last{}; // its end entries: rgb, tau per mm
     uint32_t style_count = 1;
+    glm::uvec3 cells{1};    // macro-cells on each axis
+    uint32_t cell_side = 1; // samples
+    double cell_margin = 0; // of values
 };
 
 // The uniform block of a frame: world and double precision end here. `views` holds one view an eye.

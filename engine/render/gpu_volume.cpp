@@ -6,7 +6,6 @@
 
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
-#include "engine/volume/changes.h"
 
 namespace palpate {
 
@@ -111,15 +110,12 @@ bool GpuVolume::suits(const Volume& next, TexelFormat format) const {
            format == requested_;
 }
 
-size_t GpuVolume::update(const Volume& next) {
-    if (next.is_same_as(snapshot_))
-        return 0;
+void GpuVolume::update(const Volume& next, std::span<const ChangedBrick> changed) {
     std::vector<glm::uvec3> positions;
-    for (const ChangedBrick& brick : changed_bricks(snapshot_, next))
+    for (const ChangedBrick& brick : changed)
         positions.push_back(brick.position);
     upload(next, positions);
     snapshot_ = next;
-    return positions.size();
 }
 
 void GpuVolume::upload(const Volume& from, std::span<const glm::uvec3> bricks) {

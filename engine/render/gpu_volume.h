@@ -3,7 +3,7 @@
 #include "engine/base/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/gpu/resource.h"
-#include "engine/volume/volume.h"
+#include "engine/volume/changes.h"
 
 namespace palpate {
 
@@ -26,9 +26,9 @@ class GpuVolume {
     static Result<GpuVolume> make(Device& device, std::string name, const Volume& volume,
                                   TexelFormat format, uint64_t memory_limit_bytes);
 
-    // Uploads the bricks in which `next` differs from the snapshot held now, and holds `next`.
-    // Returns how many that were. Size and type must be those of the first snapshot.
-    size_t update(const Volume& next);
+    // Uploads the bricks in which `next` differs from the snapshot held now (changed_bricks() tells
+    // them), and holds `next`. Size and type must be those of the first snapshot.
+    void update(const Volume& next, std::span<const ChangedBrick> changed);
 
     // Whether update() can take this volume.
     bool suits(const Volume& next, TexelFormat format) const;

@@ -8,8 +8,10 @@
 #include "engine/render/shader_code.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
+#include "shaders/shared/tiles.h"
 #include "spirv/ray_cast.h"
 #include "spirv/slices.h"
+#include "spirv/tiles.h"
 
 namespace palpate {
 
@@ -35,7 +37,8 @@ std::string name_of(const RayCastVariant& v) {
          {std::pair(v.preintegrated, " preintegrated"), std::pair(v.exact, " exact"),
           std::pair(v.shaded, " shaded"), std::pair(v.labels, " labels"),
           std::pair(v.slices, " slices"), std::pair(v.values, " values"),
-          std::pair(v.no_data, " no-data")})
+          std::pair(v.no_data, " no-data"), std::pair(!v.skip, " unskipped"),
+          std::pair(v.count, " counting")})
         if (on)
             name += text;
     return name;
@@ -69,10 +72,30 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         slots.push_back({gpu::kRayColor, kStorageImage});
         if (variant.values)
             slots.push_back({gpu::kRayValues, kStorageImage});
-        const std::array<uint32_t, 5> constants{variant.mode, variant.preintegrated, variant.shaded,
-                                                variant.no_data, variant.iso_count};
+        slots.push_back({gpu::kRayCells, kSampled});
+        slots.push_back({gpu::kRayTiles, kStorage});
+        slots.push_back({gpu::kRayTileGroups, kStorage});
+        const std::array<uint32_t, 7> constants{
+            variant.mode,      variant.preintegrated, variant.shaded, variant.no_data,
+            variant.iso_count, variant.skip,          variant.count};
         pipeline = std::make_unique<ComputePipeline>(*device_, name_of(variant),
                                                      ray_cast_code(variant), slots, constants);
+        creation_ms_ += timer.ms();
+    }
+    return *pipeline;
+}
+
+ComputePipeline& Pipelines::tiles(bool skip) {
+    std::unique_ptr<ComputePipeline>& pipeline = tiles_[skip];
+    if (!pipeline) {
+        const Timer timer;
+        const BindingSlot slots[] = {{gpu::kTileFrame, kUniform},
+                                     {gpu::kTileCells, kSampled},
+                                     {gpu::kTileGroups, kStorage},
+                                     {gpu::kTileEntries, kStorage}};
+        const uint32_t constants[] = {skip};
+        pipeline = std::make_unique<ComputePipeline>(*device_, skip ? "tiles" : "all tiles",
+                                                     spirv::tiles[0], slots, constants);
         creation_ms_ += timer.ms();
     }
     return *pipeline;

@@ -14,6 +14,8 @@ struct RayCastVariant {
     bool preintegrated = false, exact = false, shaded = false;
     bool labels = false, slices = false, values = false, no_data = false;
     uint32_t iso_count = 1;
+    bool skip = true;   // jump over empty space
+    bool count = false; // count samples
 
     friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
 };
@@ -25,6 +27,8 @@ class Pipelines {
 
     ComputePipeline& ray_cast(const RayCastVariant& variant);
     ComputePipeline& slices(bool labels);
+    // Lists tiles: those that meet something (skip), or all that see the volume.
+    ComputePipeline& tiles(bool skip);
 
     double creation_ms() const { return creation_ms_; } // spent so far
 
@@ -32,7 +36,7 @@ class Pipelines {
     Device* device_;
     double creation_ms_ = 0;
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
-    std::map<bool, std::unique_ptr<ComputePipeline>> slices_;
+    std::map<bool, std::unique_ptr<ComputePipeline>> slices_, tiles_;
 };
 
 } // namespace palpate

@@ -10,8 +10,10 @@
 #include "engine/base/timer.h"
 #include "engine/render/frame_block.h"
 #include "engine/render/transfer_image.h"
+#include "engine/volume/changes.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
+#include "shaders/shared/tiles.h"
 
 namespace palpate {
 
@@ -29,9 +31,13 @@ glm::uvec2 tile_count(const Scene& scene) {
     return (scene.size_px + (gpu::kTileSide - 1)) / gpu::kTileSide;
 }
 
-// Rows of tiles that one submission marches.
+// Rows of tiles that one submission marches: as many as a dispatch has workgroups for, and on a
+// device with a watchdog no more than take a moment.
 uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid) {
-    const uint32_t rows = tile_count(scene).y;
+    const glm::uvec2 count = tile_count(scene);
+    const uint32_t tiles_per_row = count.x * eye_count(scene);
+    const uint32_t most = std::max(1u, device.limits().maxComputeWorkGroupCount[0] / tiles_per_row);
+    const uint32_t rows = std::min(count.y, most);
     if (device.info().is_cpu() || !scene.ray_cast)
         return rows;
     const glm::dvec3 extent_mm = spacing_mm(grid) * glm::dvec3(grid.size);
@@ -139,6 +145,9 @@ struct Renderer::Targets {
 
 struct Renderer::Held {
     std::optional<GpuVolume> volume, labels;
+    std::optional<CellMap> cells;
+    std::optional<Buffer> tile_groups, tiles;
+    double cell_map_ms = 0;
     std::optional<TransferImage> transfer, slice_transfer;
     MirroredBuffer frame, slice_frame, planes, styles;
     std::optional<Targets> targets;
@@ -159,18 +168,35 @@ Renderer::Renderer(Device& device, RendererOptions options)
 
 Renderer::~Renderer() = default;
 
-Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, const char* name,
-                                     const Volume& volume, TexelFormat format,
+Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, std::optional<CellMap>* cells,
+                                     const char* name, const Volume& volume, TexelFormat format,
                                      uint64_t limit_bytes) {
-    if (held && held->suits(volume, format))
-        return held->update(volume);
+    if (held && held->suits(volume, format)) {
+        if (volume.is_same_as(held->snapshot()))
+            return size_t{0};
+        const std::vector<ChangedBrick> changed = changed_bricks(held->snapshot(), volume);
+        held->update(volume, changed);
+        if (cells && *cells)
+            (*cells)->update(volume, changed);
+        return changed.size();
+    }
     held.reset();
+    if (cells)
+        cells->reset();
     Result<GpuVolume> made = GpuVolume::make(*device_, name, volume, format, limit_bytes);
     if (!made)
         return pass_on(made);
     held.emplace(std::move(*made));
     const glm::uvec3 bricks = volume.brick_count();
     return size_t{bricks.x} * bricks.y * bricks.z;
+}
+
+void Renderer::keep_cells(const RayCastLayer& layer, const Volume& volume) {
+    const Timer timer;
+    if (!held_->cells)
+        held_->cells.emplace(*device_, volume);
+    held_->cells->show(layer, held_->volume->value_scale(), held_->volume->value_bias());
+    held_->cell_map_ms = timer.ms();
 }
 
 void Renderer::keep_targets(const Scene& scene) {
@@ -182,6 +208,7 @@ void Renderer::keep_targets(const Scene& scene) {
         held->behind.has_value() == slices_behind)
         return;
     held.reset();
+    held_->tiles.reset();
     held.emplace();
     held->size_px = scene.size_px;
     held->eyes = eye_count(scene);
@@ -206,8 +233,8 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
     const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
     const uint64_t limit = options_.memory_limit_bytes;
-    Result<size_t> uploaded =
-        keep_volume(held_->volume, "volume", data.volume, options_.volume_format, limit);
+    Result<size_t> uploaded = keep_volume(held_->volume, &held_->cells, "volume", data.volume,
+                                          options_.volume_format, limit);
     if (!uploaded)
         return uploaded;
     FrameInputs inputs;
@@ -215,7 +242,7 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
     inputs.value_bias = held_->volume->value_bias();
     if (data.labels) {
         const Result<size_t> more =
-            keep_volume(held_->labels, "labels", *data.labels, TexelFormat::label,
+            keep_volume(held_->labels, nullptr, "labels", *data.labels, TexelFormat::label,
                         limit - std::min(limit, held_->volume->image().bytes()));
         if (!more)
             return more;
@@ -245,10 +272,19 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         else
             hold_transfer(held_->transfer, "transfer function", scene.ray_cast->transfer,
                           step_mm_of(*scene.ray_cast, data.volume.grid()));
+        keep_cells(*scene.ray_cast, data.volume);
+        inputs.cells = held_->cells->count();
+        inputs.cell_side = held_->cells->side();
+        inputs.cell_margin = held_->cells->margin();
         held_->frame.hold(*device_, "ray cast",
                           bytes_of(make_frame_block(scene, data, views, inputs)));
         held_->variant = variant_of(scene, data.volume);
+        held_->variant.skip = options_.skipping && held_->cells->pays(scene.ray_cast->mode);
+        held_->variant.count = counting_;
     } else {
+        held_->cells.reset();
+        held_->tiles.reset();
+        held_->tile_groups.reset();
         held_->transfer.reset();
         held_->frame.drop();
     }
@@ -291,8 +327,45 @@ void Renderer::record_slices(Commands& commands, const Scene& scene) {
     commands.end_pass();
 }
 
-void Renderer::record_ray_cast(Commands& commands, const Scene& scene, uint32_t first_row,
-                               uint32_t rows) {
+void Renderer::record_background(Commands& commands, const Scene& scene) {
+    Targets& targets = *held_->targets;
+    commands.begin_pass("background");
+    if (targets.behind)
+        commands.copy(*targets.behind, *targets.color);
+    else
+        commands.clear(*targets.color, glm::vec4(glm::vec3(scene.background), 0.0f));
+    if (scene.value_and_depth) {
+        if (targets.behind_values)
+            commands.copy(*targets.behind_values, *targets.values);
+        else
+            commands.clear(*targets.values, glm::vec4(std::numeric_limits<float>::quiet_NaN()));
+    }
+    commands.end_pass();
+}
+
+void Renderer::record_tiles(Commands& commands, const Scene& scene, uint32_t first_row,
+                            uint32_t rows) {
+    const glm::uvec2 count = tile_count(scene);
+    const size_t most = size_t{count.x} * count.y * eye_count(scene);
+    if (!held_->tile_groups)
+        held_->tile_groups.emplace(*device_, "tile count", 3 * sizeof(uint32_t), Memory::device);
+    if (!held_->tiles)
+        held_->tiles.emplace(*device_, "tiles", most * sizeof(gpu::TileEntry), Memory::device);
+    // A MIP passes over nothing before it has met something.
+    const bool skip = options_.skipping && scene.ray_cast->mode != RayMode::mip;
+    const uint32_t none[] = {0, 1, 1};
+    commands.begin_pass("tiles");
+    commands.fill(*held_->tile_groups, none);
+    const Bound bound[] = {bind_uniform(gpu::kTileFrame, held_->frame.get()),
+                           bind_sampled(gpu::kTileCells, held_->cells->image(), nearest_),
+                           bind_storage(gpu::kTileGroups, *held_->tile_groups, Use::storage_write),
+                           bind_storage(gpu::kTileEntries, *held_->tiles, Use::storage_write)};
+    commands.dispatch(pipelines_.tiles(skip), bound, {(count.x + 63) / 64, rows, eye_count(scene)},
+                      {0, first_row, 0});
+    commands.end_pass();
+}
+
+void Renderer::record_ray_cast(Commands& commands, const Scene& scene) {
     Targets& targets = *held_->targets;
     std::vector<Bound> bound{bind_uniform(gpu::kRayFrame, held_->frame.get()),
                              bind_sampled(gpu::kRayVolume, held_->volume->image(), linear_)};
@@ -314,10 +387,32 @@ void Renderer::record_ray_cast(Commands& commands, const Scene& scene, uint32_t 
     bound.push_back(bind_storage_image(gpu::kRayColor, *targets.color));
     if (scene.value_and_depth)
         bound.push_back(bind_storage_image(gpu::kRayValues, *targets.values));
+    bound.push_back(bind_sampled(gpu::kRayCells, held_->cells->image(), nearest_));
+    bound.push_back(bind_storage(gpu::kRayTiles, *held_->tiles,
+                                 held_->variant.count ? Use::storage_write : Use::storage_read));
+    bound.push_back(bind_storage(gpu::kRayTileGroups, *held_->tile_groups));
     commands.begin_pass("ray cast");
-    commands.dispatch(pipelines_.ray_cast(held_->variant), bound,
-                      {tile_count(scene).x, rows, eye_count(scene)}, {0, first_row, 0});
+    commands.dispatch_indirect(pipelines_.ray_cast(held_->variant), bound, *held_->tile_groups);
     commands.end_pass();
+}
+
+uint64_t Renderer::read_sample_count() {
+    Buffer copy(*device_, "tiles read back", held_->tiles->bytes(), Memory::read_back);
+    Buffer groups(*device_, "tile count read back", held_->tile_groups->bytes(), Memory::read_back);
+    Commands commands(*device_);
+    commands.copy(*held_->tiles, copy);
+    commands.copy(*held_->tile_groups, groups);
+    commands.submit();
+    commands.finish();
+    uint32_t count = 0;
+    std::memcpy(&count, groups.mapped().data(), sizeof count);
+    uint64_t samples = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+        gpu::TileEntry entry;
+        std::memcpy(&entry, copy.mapped().data() + i * sizeof entry, sizeof entry);
+        samples += entry.samples;
+    }
+    return samples;
 }
 
 Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
@@ -328,6 +423,8 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     if (!uploaded)
         return tl::unexpected(uploaded.error());
     stats.uploaded_bricks = *uploaded;
+    if (scene.ray_cast)
+        stats.cell_map_ms = held_->cell_map_ms;
 
     const Timer timer;
     const uint32_t rows = tile_count(scene).y;
@@ -336,19 +433,28 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     submissions.emplace_back(*device_);
     if (!scene.slices.empty())
         record_slices(submissions.back(), scene);
-    if (scene.ray_cast)
+    if (scene.ray_cast) {
+        record_background(submissions.back(), scene);
         for (uint32_t row = 0; row < rows; row += band) {
             if (row > 0) {
                 submissions.back().submit();
+                if (counting_)
+                    samples_ += read_sample_count();
                 submissions.emplace_back(*device_);
             }
-            record_ray_cast(submissions.back(), scene, row, std::min(band, rows - row));
+            record_tiles(submissions.back(), scene, row, std::min(band, rows - row));
+            record_ray_cast(submissions.back(), scene);
         }
+    }
     submissions.back().submit();
+    if (scene.ray_cast && counting_)
+        samples_ += read_sample_count();
     for (Commands& submission : submissions)
         for (PassTime& time : submission.finish()) {
-            if (!stats.passes.empty() && stats.passes.back().name == time.name)
-                stats.passes.back().gpu_ms += time.gpu_ms;
+            const auto same = std::find_if(stats.passes.begin(), stats.passes.end(),
+                                           [&](const PassTime& p) { return p.name == time.name; });
+            if (same != stats.passes.end())
+                same->gpu_ms += time.gpu_ms;
             else
                 stats.passes.push_back(std::move(time));
         }
@@ -356,6 +462,16 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     if (frame.recorded())
         frame.tell("wall_ms", Json::of(stats.wall_ms));
     return stats;
+}
+
+Result<uint64_t> Renderer::count_samples(const Scene& scene, const SceneData& data) {
+    counting_ = true;
+    samples_ = 0;
+    const Result<FrameStats> drawn = draw(scene, data);
+    counting_ = false;
+    if (!drawn)
+        return tl::unexpected(drawn.error());
+    return samples_;
 }
 
 std::vector<Image> Renderer::read_back() {

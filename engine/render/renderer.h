@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/gpu/commands.h"
 #include "engine/image/image.h"
+#include "engine/render/cell_map.h"
 #include "engine/render/gpu_volume.h"
 #include "engine/render/pipelines.h"
 #include "engine/scene/scene.h"
@@ -17,6 +18,7 @@ namespace palpate {
 struct RendererOptions {
     TexelFormat volume_format = TexelFormat::automatic;
     uint64_t memory_limit_bytes = 0; // for volumes; 0 is three quarters of the device's memory
+    bool skipping = true;            // jump over empty space; changes no bit of a picture
 };
 
 // How many segments of the sample lattice lie inside the volume's box, over all rays of a picture:
@@ -28,6 +30,7 @@ struct FrameStats {
     std::vector<PassTime> passes; // GPU time of each, in order
     double wall_ms = 0;           // from recording to the GPU's last word, fenced
     size_t uploaded_bricks = 0;
+    double cell_map_ms = 0; // CPU time for what is jumped over, where that had to be made
 };
 
 // One eye's picture: R, G, B, A and, where the scene asks for them, "value" and "depth".
@@ -47,6 +50,10 @@ class Renderer {
     // where the volume does not fit the device.
     Result<FrameStats> draw(const Scene& scene, const SceneData& data);
 
+    // Draws the frame once more with a variant that counts how many samples of the volume its rays
+    // take. Leaves the same picture.
+    Result<uint64_t> count_samples(const Scene& scene, const SceneData& data);
+
     // Copies the last frame drawn to the CPU.
     std::vector<Image> read_back();
 
@@ -60,14 +67,21 @@ class Renderer {
 
     // Brings what is kept in line with the scene; the number of bricks uploaded.
     Result<size_t> prepare(const Scene& scene, const SceneData& data);
-    Result<size_t> keep_volume(std::optional<GpuVolume>& held, const char* name,
-                               const Volume& volume, TexelFormat format, uint64_t limit_bytes);
+    Result<size_t> keep_volume(std::optional<GpuVolume>& held, std::optional<CellMap>* cells,
+                               const char* name, const Volume& volume, TexelFormat format,
+                               uint64_t limit_bytes);
     void keep_targets(const Scene& scene);
     void record_slices(Commands& commands, const Scene& scene);
-    void record_ray_cast(Commands& commands, const Scene& scene, uint32_t first_row, uint32_t rows);
+    void keep_cells(const RayCastLayer& layer, const Volume& volume);
+    void record_background(Commands& commands, const Scene& scene);
+    void record_tiles(Commands& commands, const Scene& scene, uint32_t first_row, uint32_t rows);
+    void record_ray_cast(Commands& commands, const Scene& scene);
+    uint64_t read_sample_count();
 
     Device* device_;
     RendererOptions options_;
+    bool counting_ = false; // within count_samples()
+    uint64_t samples_ = 0;
     Pipelines pipelines_;
     Sampler linear_, nearest_, label_sampler_;
     std::unique_ptr<Held> held_;

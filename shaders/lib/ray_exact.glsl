@@ -261,7 +261,7 @@ vec4 piece_color(vec4 c, float length_mm, bool counts, out float middle) {
     return counts ? sum : vec4(0.0);
 }
 
-Marched march_alpha_exact(RaySampler s, vec2 t, bool inside) {
+Marched march_alpha_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
     Accumulator a = Accumulator(vec4(0.0), vec4(0.0));
     const float opaque = 1.0 - frame.min_transmittance;
     const float entries = float(kTableEntries);
@@ -301,7 +301,7 @@ Marched march_alpha_exact(RaySampler s, vec2 t, bool inside) {
 
 // ---- maximum intensity ----
 
-Marched march_mip_exact(RaySampler s, vec2 t, bool inside) {
+Marched march_mip_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
     const float none = -3.4e38;
     const Walk w = walk_of(s.ray);
     vec2 ends = vec2(t.x - w.anchor);
@@ -363,7 +363,7 @@ float root_between(vec4 c, float iso, float a, float b) {
     return u;
 }
 
-Marched march_iso_exact(RaySampler s, vec2 t, bool inside) {
+Marched march_iso_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
     Accumulator a = Accumulator(vec4(0.0), vec4(0.0));
     Marched result = Marched(vec4(0.0), kNaN, kNaN);
     const float opaque = 1.0 - frame.min_transmittance;

@@ -1,4 +1,11 @@
 // The march of each mode. Included by ray_cast.comp.
+//
+// A rule for loops that lanes leave at different times: behind such a loop only what the loop carries
+// from one turn to the next may be used. llvmpipe of Mesa 22.3 computes anything else again for lanes
+// that have left, from carried values that have moved on since. afresh(x) is x, hidden from the
+// compiler, so that what is taken from it behind a loop is not taken out of the loop.
+
+float afresh(float x) { return x + frame.zero; }
 
 struct Marched {
     vec4 color;  // premultiplied; a is what the ray hides
@@ -20,8 +27,12 @@ void add(inout Accumulator a, vec4 term) {
     a.sum = t;
 }
 
+// A segment that hides nothing leaves the sum as it is, to the bit.
 void composite(inout Accumulator a, vec3 color, float alpha) {
-    add(a, ((1.0 - a.sum.a) * alpha) * vec4(color, 1.0));
+    const Accumulator before = a;
+    add(a, ((1.0 - before.sum.a) * alpha) * vec4(color, 1.0));
+    a.sum = alpha > 0.0 ? a.sum : before.sum;
+    a.carry = alpha > 0.0 ? a.carry : before.carry;
 }
 
 // 1 - exp(-x) without cancellation: the series to x^5 is good to 2e-8 of itself below 0.1, where the
@@ -100,42 +111,78 @@ void add_segment(inout Accumulator a, RaySampler s, vec2 ends, inout TableState 
     composite(a, color, entry.a);
 }
 
-Marched march_alpha(RaySampler s, vec2 t, bool inside) {
+// The segment to take after segment k: the next one, or the first that does not lie in empty space.
+float segment_after(RaySampler s, float k) {
+    float next = k + 1.0;
+    if (kSkip != 0u) {
+        // A midpoint sample concerns one point; a table integral all values between two nodes.
+        const float from = kPreintegrated != 0u ? k + 1.0 : k + 0.5;
+        const float free = empty_until(s.cells, from * frame.step) / frame.step - kClearance;
+        next = max(next, kPreintegrated != 0u ? floor(free) : ceil(free - 0.5));
+    }
+    return next;
+}
+
+// Preintegrated, unshaded: marches from node to node, so that each takes one sample. After a jump
+// the segment that ends at the new node is not joined to the one before, and adds nothing.
+void march_nodes(inout Accumulator a, RaySampler s, inout float k, float end, float opaque,
+                 inout TableState state, inout bool joined) {
+    const float h = frame.step;
+    do {
+        vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
+        entry.a = joined ? entry.a : 0.0;
+        composite(a, entry.rgb, entry.a);
+        const float node = segment_after(s, k);
+        joined = node == k + 1.0;
+        k = joined ? node : node - 1.0;
+    } while (k < end && a.sum.a <= opaque);
+}
+
+Marched march_alpha(RaySampler s, vec2 t, vec2 span, bool inside) {
     Accumulator a = Accumulator(vec4(0.0), vec4(0.0));
     const float h = frame.step;
     const float opaque = 1.0 - frame.min_transmittance;
     float k = floor(t.x / h);
     const float last = inside ? ceil(t.y / h) - 1.0 : k;
+    const float end = min(last, floor(span.y / h) + 1.0); // nothing is seen beyond
     TableState state;
+    bool joined = true; // whether `state` is that of node k
     if (kPreintegrated != 0u)
         state = table_state(texel_at(s, t.x));
 
     add_segment(a, s, segment(k, t), state);
-    k += 1.0;
-    if (k < last) {
+    k = max(k + 1.0, floor(span.x / h));
+    if (k < end) {
         if (kShaded != 0u) {
             do {
-                vec4 entry;
+                float found = k; // carried
+                bool seen = false;
                 do { // to the next segment that is not transparent
-                    // Taken anew: llvmpipe of Mesa 22.3 loses a state that is carried through an
-                    // inner loop which lanes leave at different times (a test would show it).
                     if (kPreintegrated != 0u)
                         state = table_state(texel_at(s, k * h));
-                    entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
-                    k += 1.0;
-                } while (entry.a <= 0.0 && k < last);
-                composite(a, shade(entry.rgb, s, (k - 0.5) * h), entry.a);
-            } while (k < last && a.sum.a <= opaque);
+                    seen = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state).a > 0.0;
+                    found = seen ? k : found;
+                    k = segment_after(s, k);
+                } while (!seen && k < end);
+                found = afresh(found);
+                if (kPreintegrated != 0u)
+                    state = table_state(texel_at(s, found * h));
+                const vec4 entry = segment_color(s, vec2(found * h, (found + 1.0) * h), true, state);
+                composite(a, shade(entry.rgb, s, (found + 0.5) * h), entry.a);
+            } while (k < end && a.sum.a <= opaque);
+        } else if (kPreintegrated != 0u) {
+            state = table_state(texel_at(s, k * h));
+            march_nodes(a, s, k, end, opaque, state, joined);
         } else {
             do {
                 const vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
                 composite(a, entry.rgb, entry.a);
-                k += 1.0;
-            } while (k < last && a.sum.a <= opaque);
+                k = segment_after(s, k);
+            } while (k < end && a.sum.a <= opaque);
         }
     }
-    if (k == last && a.sum.a <= opaque) {
-        if (kPreintegrated != 0u && kShaded != 0u)
+    if (k == last && joined && a.sum.a <= opaque) {
+        if (kPreintegrated != 0u)
             state = table_state(texel_at(s, k * h));
         add_segment(a, s, segment(k, t), state);
     }
@@ -153,7 +200,34 @@ float mip_sample(RaySampler s, float t, float maximum) {
     return counts ? texel : maximum;
 }
 
-Marched march_mip(RaySampler s, vec2 t, bool inside) {
+// The highest texel that a ray meets, as far as one look at the cell with the highest bound tells:
+// with it most other cells can be passed over.
+float mip_guess(RaySampler s, vec2 t, float last, float maximum) {
+    const float h = frame.step;
+    const float nudge = 0.01 * h;
+    vec2 best = vec2(t.x);
+    float best_bound = -3.4e38;
+    float at = t.x;
+    do {
+        const vec3 cell = cell_at(s.cells, at);
+        const float bound = cell_entry(cell);
+        const float leaves = max(cell_exit(s.cells, cell, 1.0), at) + nudge;
+        best = bound > best_bound ? vec2(at, leaves) : best;
+        best_bound = max(bound, best_bound);
+        at = leaves;
+    } while (at < t.y);
+    float k = floor(best.x / h) + 1.0;
+    const float end = min(last, ceil(best.y / h));
+    if (k < end) {
+        do {
+            maximum = mip_sample(s, (k + 0.5) * h, maximum);
+            k += 1.0;
+        } while (k < end);
+    }
+    return maximum;
+}
+
+Marched march_mip(RaySampler s, vec2 t, vec2 span, bool inside) {
     const float none = -3.4e38;
     const float h = frame.step;
     float k = floor(t.x / h);
@@ -162,13 +236,31 @@ Marched march_mip(RaySampler s, vec2 t, bool inside) {
     float maximum = mip_sample(s, 0.5 * (first.x + first.y), none);
     k += 1.0;
     if (k < last) {
-        do {
-            maximum = mip_sample(s, (k + 0.5) * h, maximum);
-            k += 1.0;
-        } while (k < last);
+        if (kSkip != 0u) {
+            maximum = mip_guess(s, t, last, maximum);
+            do { // cell by cell
+                const float at = (k + 0.5) * h;
+                const vec3 cell = cell_at(s.cells, at);
+                const bool passed = cell_entry(cell) + frame.cell_margin <= maximum;
+                const float leaves = cell_exit(s.cells, cell, 1.0) / h - kClearance;
+                const float beyond = min(max(k + 1.0, ceil(leaves - 0.5)), last);
+                // A cell that holds nothing higher costs one sample all the same, of the next one.
+                k = passed ? min(beyond, last - 1.0) : k;
+                const float end = passed ? k + 1.0 : beyond;
+                do {
+                    maximum = mip_sample(s, (k + 0.5) * h, maximum);
+                    k += 1.0;
+                } while (k < end);
+            } while (k < last);
+        } else {
+            do {
+                maximum = mip_sample(s, (k + 0.5) * h, maximum);
+                k += 1.0;
+            } while (k < last);
+        }
     }
-    if (k == last) {
-        const vec2 ends = segment(k, t);
+    if (inside && last > floor(t.x / h)) {
+        const vec2 ends = segment(last, t);
         maximum = mip_sample(s, 0.5 * (ends.x + ends.y), maximum);
     }
     const bool found = inside && maximum > none;
@@ -206,30 +298,48 @@ float crossing(RaySampler s, vec2 a, vec2 b, float iso) {
     return a.x - a.y * (b.x - a.x) / (b.y - a.y);
 }
 
-Marched march_iso(RaySampler s, vec2 t, bool inside) {
+// Sample k of a ray: the middle of segment k, within the ray's stretch. Those below and above it
+// are its start and its end.
+float iso_place(float k, vec2 t) { return clamp((k + 0.5) * frame.step, t.x, t.y); }
+
+Marched march_iso(RaySampler s, vec2 t, vec2 span, bool inside) {
     Accumulator a = Accumulator(vec4(0.0), vec4(0.0));
     Marched result = Marched(vec4(0.0), kNaN, kNaN);
     const float h = frame.step;
     const float opaque = 1.0 - frame.min_transmittance;
-    // Samples: the start, the middle of each segment of the lattice within, the end.
     float k = floor(t.x / h - 0.5);
     const float last = inside ? ceil(t.y / h - 0.5) : k;
+    const float end = min(last, floor(span.y / h + 0.5) + 1.0); // nothing is met beyond
     vec2 was, now = vec2(t.x, texel_at(s, t.x)); // (distance, texel)
     int level = level_of(now.y);
+    k = clamp(floor(span.x / h - 0.5), k, last);
     int level_now;
     bool going;
     do {
         do {
-            was = now;
+            if (kSkip != 0u) { // to the last sample that lies in empty space
+                const float free = empty_until(s.cells, iso_place(k, t)) / h - 0.5 - kClearance;
+                k = clamp(floor(free), k, last - 1.0);
+            }
+            if (kHasNoData != 0u)
+                was.y = texel_at(s, iso_place(k, t));
             k += 1.0;
-            now.x = clamp((k + 0.5) * h, t.x, t.y);
+            now.x = iso_place(k, t);
             now.y = texel_at(s, now.x);
             level_now = level_of(now.y);
             if (kHasNoData != 0u) { // nothing crosses beside missing data; the next sample starts anew
                 level_now = now.y == now.y ? level_now : level;
                 level = was.y == was.y ? level : level_now;
             }
-        } while (level_now == level && k < last);
+        } while (level_now == level && k < end);
+        const float found = afresh(k);
+        was.x = iso_place(found - 1.0, t);
+        was.y = texel_at(s, was.x);
+        now.x = iso_place(found, t);
+        now.y = texel_at(s, now.x);
+        level_now = level_of(now.y);
+        if (kHasNoData != 0u)
+            level_now = now.y == now.y ? level_now : level;
         going = inside;
         do {
             const bool hit = going && level_now != level;
@@ -253,7 +363,7 @@ Marched march_iso(RaySampler s, vec2 t, bool inside) {
             level += hit ? direction : 0;
             was = vec2(at, iso);
         } while (kIsoCount > 1u && going && level_now != level);
-        going = going && k < last;
+        going = going && k < end;
     } while (going);
     result.color = a.sum;
     return result;
@@ -265,18 +375,18 @@ Marched march_iso(RaySampler s, vec2 t, bool inside) {
 #include "shaders/lib/ray_exact.glsl"
 #endif
 
-Marched march(RaySampler s, vec2 t, bool inside) {
+Marched march(RaySampler s, vec2 t, vec2 span, bool inside) {
 #if IS_EXACT && IS_ISO
-    return march_iso_exact(s, t, inside);
+    return march_iso_exact(s, t, span, inside);
 #elif IS_EXACT
     if (kMode == kModeMip)
-        return march_mip_exact(s, t, inside);
-    return march_alpha_exact(s, t, inside);
+        return march_mip_exact(s, t, span, inside);
+    return march_alpha_exact(s, t, span, inside);
 #elif IS_ISO
-    return march_iso(s, t, inside);
+    return march_iso(s, t, span, inside);
 #else
     if (kMode == kModeMip)
-        return march_mip(s, t, inside);
-    return march_alpha(s, t, inside);
+        return march_mip(s, t, span, inside);
+    return march_alpha(s, t, span, inside);
 #endif
 }

@@ -5,6 +5,7 @@ struct RaySampler {
     vec3 origin;     // texture coordinates
     vec3 direction;  // texture coordinates per mm
     Ray ray;         // index space
+    CellRay cells;
 };
 
 RaySampler ray_sampler(Ray ray) {
@@ -12,11 +13,14 @@ RaySampler ray_sampler(Ray ray) {
     s.origin = (ray.origin + 0.5) * frame.texture_from_index;
     s.direction = ray.direction * frame.texture_from_index;
     s.ray = ray;
+    s.cells = cell_ray(ray);
     return s;
 }
 
 // What is stored at distance t; its value is texel * value_scale + value_bias. Loops stay in texels.
 float texel_at(RaySampler s, float t) {
+    if (kCount != 0u)
+        samples_taken += 1u;
     return textureLod(volume, s.origin + t * s.direction, 0.0).r;
 }
 

@@ -19,6 +19,10 @@ struct FrameEye {
     vec3 forward;       // index per mm
     vec4 bounds;        // left, right, bottom, top of the image: tangents, or mm if orthographic
     uint projection;
+    // How far, on any axis, the rays of a tile lie from the ray through its middle at equal
+    // distances t: spread.x + spread.y * t samples. Farthest point of the volume: `reach` mm.
+    vec2 spread;
+    float reach;
 };
 
 struct ClipPlaneIndex {
@@ -40,6 +44,12 @@ struct Frame {
     // Texture coordinate of a texel's value in the transfer table: texel * table_scale + table_bias.
     float table_scale, table_bias;
     vec4 table_first, table_last; // (rgb * tau, tau) of the table's ends
+    // Macro-cells: how many less one, one over how many, and samples from face to face.
+    vec3 cell_last;
+    vec3 cell_texture;
+    float cell_side;
+    float cell_margin;      // texels: how far a sampled texel may lie above its cell's highest
+    float zero;             // 0
     float step;             // mm
     float sub_steps;        // exact: pieces of a cell at most
     float sub_steps_per_bend; // exact: pieces^2 by the table entries a second derivative amounts to

@@ -15,6 +15,9 @@ const uint kRayValues = 8u;       // (value, distance in mm); NaN where there is
 // Integrator exact:
 const uint kRayCorners = 20u;     // the volume, unfiltered
 const uint kRaySmoothTable = 21u; // the table, linear between entries
+const uint kRayCells = 9u;        // distances to occupied macro-cells; MIP: highest texel of each
+const uint kRayTiles = 10u;       // TileEntry[]
+const uint kRayTileGroups = 11u;  // how many of them, as the groups of a dispatch
 
 const uint kModeMip = 0u;
 const uint kModeAlpha = 1u;
@@ -30,5 +33,14 @@ const uint kTableRows = 4u;
 const float kNarrowEntries = 2.0f;
 
 const uint kTileSide = 8u;          // pixels; one workgroup of 64 marches one tile
+
+// One tile of a picture that rays are marched in.
+struct TileEntry {
+    uint tile;         // x + 2^15 y + 2^30 eye, in tiles
+    float near, far;   // mm: outside of these its rays meet nothing that can be seen
+    uint samples;      // taken in it; written by the counting variant only
+};
+const uint kTileXBits = 15u;
+const uint kTileEyeShift = 30u;
 GPU_END
 #endif

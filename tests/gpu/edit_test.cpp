@@ -114,7 +114,7 @@ TEST_F(EditTest, AnIsoSceneHoldsNeitherLabelsNorTablesNorASecondEye) {
     for (const ResourceInfo& resource : device().resources())
         if (resource.kind == "image")
             names.push_back(resource.name);
-    EXPECT_EQ(names, (std::vector<std::string>{"volume", "picture"}));
+    EXPECT_EQ(names, (std::vector<std::string>{"volume", "macro-cells", "picture"}));
 }
 
 } // namespace

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "engine/render/shader_code.h"
-#include "shaders/shared/frame.h"
+#include "shaders/shared/ray_cast.h"
 
 namespace palpate {
 namespace {
@@ -53,6 +53,8 @@ TEST(SharedStructs, OffsetsInSpirvAreThoseOfCpp) {
     EXPECT_OFFSET(FrameEye, forward);
     EXPECT_OFFSET(FrameEye, bounds);
     EXPECT_OFFSET(FrameEye, projection);
+    EXPECT_OFFSET(FrameEye, spread);
+    EXPECT_OFFSET(FrameEye, reach);
     EXPECT_OFFSET(ClipPlaneIndex, normal);
     EXPECT_OFFSET(ClipPlaneIndex, offset);
     EXPECT_OFFSET(Frame, eyes);
@@ -67,7 +69,15 @@ TEST(SharedStructs, OffsetsInSpirvAreThoseOfCpp) {
     EXPECT_OFFSET(Frame, table_scale);
     EXPECT_OFFSET(Frame, table_first);
     EXPECT_OFFSET(Frame, table_last);
+    EXPECT_OFFSET(Frame, cell_last);
+    EXPECT_OFFSET(Frame, cell_texture);
+    EXPECT_OFFSET(Frame, cell_side);
+    EXPECT_OFFSET(Frame, cell_margin);
     EXPECT_OFFSET(Frame, step);
+    EXPECT_OFFSET(TileEntry, tile);
+    EXPECT_OFFSET(TileEntry, near);
+    EXPECT_OFFSET(TileEntry, far);
+    EXPECT_OFFSET(TileEntry, samples);
     EXPECT_OFFSET(Frame, min_transmittance);
     EXPECT_OFFSET(Frame, opacity_unit_mm);
     EXPECT_OFFSET(Frame, label_weight);

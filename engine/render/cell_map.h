@@ -1,0 +1,62 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/gpu/commands.h"
+#include "engine/gpu/resource.h"
+#include "engine/scene/scene.h"
+#include "engine/volume/cell_range.h"
+
+namespace palpate {
+
+// What the ray caster jumps by: one texel (R32F) for each macro-cell of the volume.
+//
+// Modes alpha and iso: the distance, in cells and on the longest axis, to the nearest cell in which
+// something can be seen (occupancy.h). Mode MIP: the highest texel of the cell, -infinity where it
+// has no data. Voxels are read once, and again where they change; a new transfer function or
+// iso-value costs one pass over the cells.
+class CellMap {
+ public:
+    CellMap(Device& device, const Volume& volume);
+
+    // Takes a later snapshot of the volume; `changed` is where it differs.
+    void update(const Volume& next, std::span<const ChangedBrick> changed);
+
+    // Makes the image what `layer` needs, if it is not that already. value = texel * scale + bias.
+    void show(const RayCastLayer& layer, float value_scale, float value_bias);
+
+    // Whether jumping by this map is faster than not: always, but for a MIP of a small volume,
+    // where cells are as large as what lies in them (256 x 256 x 108: 314 ms of CPU time against
+    // 257).
+    bool pays(RayMode mode) const;
+
+    // After show().
+    GpuImage& image() { return *image_; }
+    uint32_t side() const { return shown_->side; }
+    glm::uvec3 count() const { return shown_->count; }
+    double margin() const { return margin_; }          // of values, see range_margin()
+    double last_build_ms() const { return build_ms_; } // of the last image that was made
+
+ private:
+    struct Shown { // what the image was made from
+        RayMode mode;
+        TransferFunction transfer;
+        std::vector<double> isos;
+        float value_scale, value_bias;
+        uint32_t side;
+        glm::uvec3 count;
+        uint64_t version;
+    };
+    void upload(const std::vector<float>& texels, glm::uvec3 count);
+
+    Device* device_;
+    CellRanges ranges_;
+    uint64_t version_;
+    double margin_, build_ms_ = 0;
+    std::optional<Shown> shown_;
+    std::optional<GpuImage> image_;
+};
+
+} // namespace palpate

@@ -1,0 +1,145 @@
+#include "engine/volume/cell_range.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "engine/base/assert.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// A NaN leaves both as they are: every comparison with it is false.
+void include(float& low, float& high, float value) {
+    low = value < low ? value : low;
+    high = value > high ? value : high;
+}
+
+// A box of cells: [first, end).
+struct CellBox {
+    glm::uvec3 first, end;
+};
+
+// Recomputes one layer (z) of the cells of a box.
+void fill_layer(CellRanges& ranges, const Volume& volume, const CellBox& box, uint32_t z) {
+    const uint32_t side = ranges.side;
+    const glm::uvec3 last = volume.size() - 1u;
+    const uint32_t x0 = box.first.x * side;
+    const uint32_t x1 = std::min(box.end.x * side, last.x);
+    const uint32_t cells = box.end.x - box.first.x;
+    std::vector<float> row(x1 - x0 + 1), low(cells), high(cells);
+    std::vector<uint8_t> gap(ranges.gaps.empty() ? 0 : cells);
+    for (uint32_t cy = box.first.y; cy < box.end.y; ++cy)
+        for (uint32_t cx = box.first.x; cx < box.end.x; ++cx) {
+            const size_t cell = cx + ranges.count.x * (cy + size_t{ranges.count.y} * z);
+            ranges.low[cell] = kInfinity;
+            ranges.high[cell] = -kInfinity;
+            if (!ranges.gaps.empty())
+                ranges.gaps[cell] = 0;
+        }
+    const uint32_t y1 = std::min(box.end.y * side, last.y);
+    for (uint32_t sz = z * side; sz <= std::min((z + 1) * side, last.z); ++sz)
+        for (uint32_t sy = box.first.y * side; sy <= y1; ++sy) {
+            read_row(volume, {x0, sy, sz}, static_cast<uint32_t>(row.size()), row.data());
+            for (uint32_t c = 0; c < cells; ++c) {
+                low[c] = kInfinity;
+                high[c] = -kInfinity;
+                const size_t end = std::min<size_t>(size_t{c + 1} * side + 1, row.size());
+                for (size_t i = size_t{c} * side; i < end; ++i)
+                    include(low[c], high[c], row[i]);
+                if (!gap.empty())
+                    gap[c] = std::any_of(row.begin() + c * side, row.begin() + end,
+                                         [](float v) { return v != v; });
+            }
+            // A row between two cells belongs to both.
+            const uint32_t upper = std::min(sy / side, box.end.y - 1);
+            const uint32_t lower =
+                sy % side == 0 && sy / side > box.first.y ? sy / side - 1 : upper;
+            for (uint32_t cy = lower; cy <= upper; ++cy) {
+                const size_t first =
+                    box.first.x + ranges.count.x * (cy + size_t{ranges.count.y} * z);
+                for (uint32_t c = 0; c < cells; ++c) {
+                    ranges.low[first + c] = std::min(ranges.low[first + c], low[c]);
+                    ranges.high[first + c] = std::max(ranges.high[first + c], high[c]);
+                    if (!gap.empty())
+                        ranges.gaps[first + c] |= gap[c];
+                }
+            }
+        }
+}
+
+void fill(CellRanges& ranges, const Volume& volume, const CellBox& box) {
+    tbb::parallel_for(box.first.z, box.end.z,
+                      [&](uint32_t z) { fill_layer(ranges, volume, box, z); });
+}
+
+} // namespace
+
+uint32_t cell_side_for(glm::uvec3 size) {
+    return uint64_t{size.x} * size.y * size.z > 320ull * 320 * 320 ? 8 : 4;
+}
+
+CellRanges make_cell_ranges(const Volume& volume, uint32_t side) {
+    PALPATE_ASSERT_CMP(side, >=, 1u);
+    CellRanges ranges;
+    ranges.side = side;
+    ranges.count = glm::max((volume.size() - 1u + (side - 1)) / side, glm::uvec3(1));
+    ranges.low.resize(ranges.cells());
+    ranges.high.resize(ranges.cells());
+    if (volume.no_data_count() > 0)
+        ranges.gaps.resize(ranges.cells());
+    fill(ranges, volume, {glm::uvec3(0), ranges.count});
+    return ranges;
+}
+
+void update_cell_ranges(CellRanges& ranges, const Volume& volume,
+                        std::span<const ChangedBrick> changed) {
+    if (ranges.gaps.empty() != (volume.no_data_count() == 0)) { // the first gap, or the last
+        ranges = make_cell_ranges(volume, ranges.side);
+        return;
+    }
+    for (const ChangedBrick& brick : changed) {
+        glm::uvec3 low(kBrickSide), high(0); // samples of the brick that may have changed
+        for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
+            if (brick.blocks >> block & 1) {
+                const glm::uvec3 at(block % kBlocksPerSide, block / kBlocksPerSide % kBlocksPerSide,
+                                    block / (kBlocksPerSide * kBlocksPerSide));
+                low = glm::min(low, at * kBlockSide);
+                high = glm::max(high, at * kBlockSide + (kBlockSide - 1));
+            }
+        const glm::uvec3 first = brick.position * kBrickSide + low;
+        const glm::uvec3 last = glm::min(brick.position * kBrickSide + high, volume.size() - 1u);
+        // The cell below reads the first sample, too.
+        const glm::uvec3 below = glm::max(first, glm::uvec3(1)) - 1u;
+        fill(ranges, volume,
+             {glm::min(below / ranges.side, ranges.count - 1u),
+              glm::min(last / ranges.side + 1u, ranges.count)});
+    }
+}
+
+CellRanges coarser(const CellRanges& fine) {
+    CellRanges coarse;
+    coarse.side = 2 * fine.side;
+    coarse.count = (fine.count + 1u) / 2u;
+    coarse.low.assign(coarse.cells(), kInfinity);
+    coarse.high.assign(coarse.cells(), -kInfinity);
+    coarse.gaps.resize(fine.gaps.empty() ? 0 : coarse.cells());
+    size_t i = 0;
+    for (uint32_t z = 0; z < fine.count.z; ++z)
+        for (uint32_t y = 0; y < fine.count.y; ++y)
+            for (uint32_t x = 0; x < fine.count.x; ++x, ++i) {
+                const size_t cell =
+                    x / 2 + coarse.count.x * (y / 2 + size_t{coarse.count.y} * (z / 2));
+                coarse.low[cell] = std::min(coarse.low[cell], fine.low[i]);
+                coarse.high[cell] = std::max(coarse.high[cell], fine.high[i]);
+                if (!fine.gaps.empty())
+                    coarse.gaps[cell] |= fine.gaps[i];
+            }
+    return coarse;
+}
+
+} // namespace palpate

@@ -1,0 +1,11 @@
+// Bindings of the pass that lists the tiles worth marching.
+#ifndef PALPATE_SHARED_TILES_H
+#define PALPATE_SHARED_TILES_H
+#include "shaders/shared/ray_cast.h"
+GPU_BEGIN
+const uint kTileFrame = 0u;
+const uint kTileCells = 1u;   // as kRayCells
+const uint kTileGroups = 2u;  // uvec3, (0, 1, 1) before the pass
+const uint kTileEntries = 3u; // TileEntry[], room for every tile
+GPU_END
+#endif
