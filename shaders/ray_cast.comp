@@ -60,6 +60,9 @@ uint samples_taken = 0u;
 #include "shaders/lib/skipping.glsl"
 #include "shaders/lib/ray_sampling.glsl"
 #include "shaders/lib/ray_modes.glsl"
+#if IS_ISO
+#include "shaders/lib/ray_cap.glsl"
+#endif
 
 // The list's order, taken alternately from its two halves' point of view: devices that give each
 // thread one stretch of workgroups then have equal work for all.
@@ -77,8 +80,12 @@ void main() {
     const Ray ray = ray_through(frame.eyes[eye], vec2(pixel), frame.size_px);
 
     vec2 t = clip_to_box(ray, frame.last);
-    for (uint i = 0u; i < frame.clip_count; ++i)
+    float cut = 0.0; // cosine between the ray and the normal of the clip plane it starts on, if any
+    for (uint i = 0u; i < frame.clip_count; ++i) {
+        const float before = t.x;
         t = clip_to_plane(ray, t, frame.clips[i]);
+        cut = t.x > before ? abs(dot(frame.clips[i].normal, ray.direction)) : cut;
+    }
     vec4 behind = vec4(frame.background, 0.0);
 #if HAS_SLICES
     behind = texelFetch(behind_color, ivec3(pixel, eye), 0);
@@ -88,7 +95,14 @@ void main() {
     const bool inside = t.x < t.y && all(lessThan(pixel, frame.size_px));
     t = inside ? t : vec2(0.0);
 
-    const Marched marched = march(ray_sampler(ray), t, vec2(listed.near, listed.far), inside);
+    const RaySampler s = ray_sampler(ray);
+    const vec2 span = vec2(listed.near, listed.far);
+#if IS_ISO
+    const Marched cap = cap_of(s, t.x, inside ? cut : 0.0);
+    const Marched marched = over(cap, march(s, t, span, inside && cap.color.a < 1.0));
+#else
+    const Marched marched = march(s, t, span, inside);
+#endif
     if (kCount != 0u && inside)
         atomicAdd(tiles[entry].samples, samples_taken);
 

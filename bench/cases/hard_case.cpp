@@ -38,6 +38,7 @@ constexpr HardCase kCases[] = {
      range_scaling},
     {"R14", "gradient operator", "normals that ignore spacing or step in stairs",
      gradient_operator},
+    {"R15", "cuts through surfaces", "clip planes leave hollow or black holes", clipped_surface},
     {"R16", "missing data", "one NaN blackens what is beside it, or all", missing_data},
     {"R17", "huge offset, tiny spacing", "fp32 world coordinates lose millimetres", far_or_tiny},
     {"R20", "borders of bricks", "seams where bricks meet", brick_seams},

@@ -1,4 +1,4 @@
-// R14, R22, R23: normals, maxima and surfaces between samples.
+// R14, R15, R22, R23: normals, cuts, maxima and surfaces between samples.
 
 #include <cmath>
 #include <limits>
@@ -63,6 +63,58 @@ void gradient_operator(Painter& painter, Findings& findings) {
         findings.part("radians that normals are off in the mean");
         findings.within(sum / count, 0.5 * bound);
     }
+}
+
+// A sphere cut open by planes: where a plane cuts into it, a cap lies in the plane and has its
+// normal.
+void clipped_surface(Painter& painter, Findings& findings) {
+    const double radius = 10.0;
+    const Grid grid = make_grid({27, 27, 27}, {1, 1, 1}, glm::dvec3(-13.0));
+    const SceneData sphere{
+        synthetic::sample(synthetic::sphere_distance({}, radius), grid, ScalarType::f32), {}};
+    // Uniform but for its edge, where there is no gradient to light a cut by.
+    const SceneData ball{
+        synthetic::sample(synthetic::sphere({}, radius, 0.5), grid, ScalarType::f32), {}};
+    const ClipPlane planes[] = {{{0, -2, 0}, {0, 1, 0}},
+                                {{1, 1, 0}, {1, 1, 0}},
+                                {{3, 0, -4}, {0.3, 0.5, -0.8}},
+                                {{0, 9, 0}, {0, 1, 0.2}}};
+    for (const ClipPlane& plane : planes)
+        for (const glm::dvec3 direction : {glm::dvec3(0, 1, 0), glm::dvec3(1, 0.7, -0.4)}) {
+            const glm::dvec3 normal = glm::normalize(plane.normal);
+            const double cosine = glm::dot(normal, glm::normalize(direction));
+            if (cosine < 0.1) // seen from behind or along the plane
+                continue;
+            Scene scene = parallel(direction, glm::dvec3(0.0), 0.75, {32, 32});
+            scene.ray_cast->mode = RayMode::iso;
+            scene.ray_cast->isos = {{0.0, glm::dvec3(1.0)}};
+            scene.ray_cast->step_mm = 0.5;
+            scene.ray_cast->shading = Shading{0.0, 1.0, 0.0, 1.0}; // its light is the cosine
+            scene.clip_planes = {plane};
+            scene.value_and_depth = true;
+            findings.in(fmt::format("plane {:.1f} {:.1f} {:.1f}, along {:.1f} {:.1f} {:.1f}",
+                                    normal.x, normal.y, normal.z, direction.x, direction.y,
+                                    direction.z));
+            const Image cut = painter.draw(scene, sphere);
+            scene.ray_cast->mode = RayMode::alpha;
+            scene.ray_cast->transfer = {
+                {{0.0, glm::dvec3(1.0)}}, {{499.0, 0.0}, {500.0, 1.0}}, 1.0};
+            const Image uniform = painter.draw(scene, ball);
+            for_each_pixel(scene, findings, [&](uint32_t x, uint32_t y, const Ray& ray) {
+                const double t = glm::dot(plane.point_mm - ray.origin_mm, normal) / cosine;
+                const double from_centre = glm::length(ray.origin_mm + t * ray.direction);
+                if (from_centre < radius - 0.1) { // interpolation moves the sphere by 0.03
+                    findings.part("mm that a cap is off its plane");
+                    findings.near(cut.at(x, y, 5), t, 2.0 * kPlaceMm);
+                    findings.part("cosine of a cap's normal off its plane's");
+                    findings.near(cut.at(x, y, 0), cosine, 1e-5);
+                }
+                if (from_centre < radius - 6.0) { // a difference's cells end 3 mm before the edge
+                    findings.part("light on a cut through uniform matter, alpha");
+                    findings.near(uniform.at(x, y, 0), 1.0, 1e-5);
+                }
+            });
+        }
 }
 
 void maximum_peak(Painter& painter, Findings& findings) {

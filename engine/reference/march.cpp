@@ -37,6 +37,13 @@ glm::dvec4 integral_at(const TransferTable& table, double x) {
 
 Marched::Marched() : value(kNaN), depth(kNaN) {}
 
+void Marched::then(const Marched& behind) {
+    color += transmittance * behind.color;
+    transmittance *= behind.transmittance;
+    value = std::isnan(value) ? behind.value : value;
+    depth = std::isnan(depth) ? behind.depth : depth;
+}
+
 size_t level_of(const std::vector<IsoSurface>& isos, double value) {
     size_t level = 0;
     while (level < isos.size() && isos[level].value <= value)

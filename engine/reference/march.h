@@ -16,6 +16,8 @@ struct Marched {
         color += transmittance * opacity * sample_color;
         transmittance *= 1.0 - opacity;
     }
+    // Puts `behind` behind this; value and depth stay those of the first that has any.
+    void then(const Marched& behind);
 };
 
 // The ray caster's algorithm (engine/scene/scene.h, RayCastLayer), in double. `table` belongs to

@@ -77,7 +77,9 @@ class Picture {
             Stretch t = rays_.inside(ray);
             if (slice)
                 t.to = std::min(t.to, slice->t);
-            const Marched seen = scene_.ray_cast && !t.empty() ? march(ray, t) : Marched{};
+            Marched seen = scene_.ray_cast && !t.empty() ? cap(sampler, ray, t) : Marched{};
+            if (scene_.ray_cast && !t.empty() && seen.transmittance > 0.0)
+                seen.then(march(ray, t));
             const glm::dvec3 color =
                 seen.color + seen.transmittance * (slice ? slice->color : scene_.background);
             PixelSample sample{glm::dvec4(color, slice ? 1.0 : 1.0 - seen.transmittance),
@@ -88,6 +90,25 @@ class Picture {
                 sample.depth = slice->t;
             put(i, sample);
         }
+    }
+
+    // Where a clip plane cuts into what an iso-surface encloses, the cut is closed by a cap: in the
+    // colour of the innermost surface about it, and lit by the plane's normal.
+    Marched cap(Sampler& sampler, const LocalRay& ray, Stretch t) const {
+        const RayCastLayer& layer = *scene_.ray_cast;
+        Marched seen;
+        if (layer.mode != RayMode::iso || t.cut == 0.0)
+            return seen;
+        const size_t level = level_of(layer.isos, sampler.value(ray, t.from));
+        const Tint tint = sampler.tint(ray, t.from);
+        if (level == 0 || !tint.visible)
+            return seen;
+        const IsoSurface& surface = layer.isos[level - 1];
+        const glm::dvec3 color = glm::mix(surface.color, tint.color, tint.weight);
+        seen.add(Sampler::lit(layer.shading.value_or(Shading{}), color, t.cut), surface.opacity);
+        seen.value = surface.value;
+        seen.depth = t.from;
+        return seen;
     }
 
     const Scene& scene_;

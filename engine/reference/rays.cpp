@@ -47,8 +47,11 @@ Stretch Rays::inside(const LocalRay& ray) const {
     for (const HalfSpace& clip : clips_) {
         const double at_start = glm::dot(clip.normal, ray.origin_mm - clip.point_mm);
         const double rate = glm::dot(clip.normal, ray.direction);
-        if (rate > 0.0)
-            t.from = std::max(t.from, -at_start / rate);
+        if (rate > 0.0 && -at_start / rate > t.from) {
+            t.from = -at_start / rate;
+            t.cut = rate / glm::length(clip.normal);
+        } else if (rate > 0.0)
+            continue;
         else if (rate < 0.0)
             t.to = std::min(t.to, -at_start / rate);
         else if (at_start < 0.0)

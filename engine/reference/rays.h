@@ -20,6 +20,8 @@ struct LocalRay {
 // From `from` to `to` millimetres along a ray; empty unless from < to.
 struct Stretch {
     double from = 0.0, to = 0.0;
+    // |cosine| between the ray and the normal of the clip plane that `from` lies on; 0 for none.
+    double cut = 0.0;
     bool empty() const { return !(from < to); }
 };
 

@@ -352,7 +352,9 @@ void Renderer::record_tiles(Commands& commands, const Scene& scene, uint32_t fir
     if (!held_->tiles)
         held_->tiles.emplace(*device_, "tiles", most * sizeof(gpu::TileEntry), Memory::device);
     // A MIP passes over nothing before it has met something.
-    const bool skip = options_.skipping && scene.ray_cast->mode != RayMode::mip;
+    // A cap lies where clip planes cut into values above an iso-value, not where those change.
+    const bool capped = scene.ray_cast->mode == RayMode::iso && !scene.clip_planes.empty();
+    const bool skip = options_.skipping && scene.ray_cast->mode != RayMode::mip && !capped;
     const uint32_t none[] = {0, 1, 1};
     commands.begin_pass("tiles");
     commands.fill(*held_->tile_groups, none);

@@ -81,6 +81,13 @@ vec3 gradient_index_at(RaySampler s, float t) {
 }
 
 // Blinn-Phong with the light at the eye: light, view and half vector are one. Both sides are lit.
+// `facing` is the cosine between the normal and the ray.
+vec3 lit(vec3 color, float facing) {
+    const float spec = frame.shading.z * pow(facing, frame.shading.w);
+    return clamp(color * (frame.shading.x + frame.shading.y * facing) + spec, 0.0, 1.0);
+}
+
+// The colour lit by the gradient at distance t.
 // The product of a covector and a direction is the same in index space and in world; only the
 // covector's length needs the world.
 vec3 shade(vec3 color, RaySampler s, float t) {
@@ -88,7 +95,5 @@ vec3 shade(vec3 color, RaySampler s, float t) {
     const vec3 g_world = frame.world_from_index_covector * g;
     const float size = length(g_world);
     float facing = abs(dot(g, s.ray.direction)) / (size > 0.0 ? size : 1.0);
-    facing = size > 0.0 ? min(facing, 1.0) : 1.0; // also where a neighbour has no data
-    const float spec = frame.shading.z * pow(facing, frame.shading.w);
-    return clamp(color * (frame.shading.x + frame.shading.y * facing) + spec, 0.0, 1.0);
+    return lit(color, size > 0.0 ? min(facing, 1.0) : 1.0); // also where a neighbour has no data
 }
