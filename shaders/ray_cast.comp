@@ -95,11 +95,15 @@ void main() {
     const bool inside = t.x < t.y && all(lessThan(pixel, frame.size_px));
     t = inside ? t : vec2(0.0);
 
-    const RaySampler s = ray_sampler(ray);
-    const vec2 span = vec2(listed.near, listed.far);
+    // Distances are counted from where the lattice begins.
+    const float jitter = frame.jitter_mm * jitter_share(frame.jitter_seed, pixel, eye);
+    const RaySampler s = ray_sampler(Ray(ray.origin - jitter * ray.direction, ray.direction));
+    const vec2 span = vec2(listed.near, listed.far) + jitter;
+    t += jitter;
 #if IS_ISO
     const Marched cap = cap_of(s, t.x, inside ? cut : 0.0);
-    const Marched marched = over(cap, march(s, t, span, inside && cap.color.a < 1.0));
+    Marched marched = over(cap, march(s, t, span, inside && cap.color.a < 1.0));
+    marched.depth -= jitter;
 #else
     const Marched marched = march(s, t, span, inside);
 #endif

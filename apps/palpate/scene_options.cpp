@@ -173,6 +173,8 @@ Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& load
         layer.step_mm = options.step_mm;
     if (options.sub_steps > 0)
         layer.sub_steps = options.sub_steps;
+    if (options.jitter_seed)
+        layer.jitter_seed = options.jitter_seed;
     if (options.min_transmittance >= 0)
         layer.min_transmittance = options.min_transmittance;
     if (options.shade)
@@ -254,6 +256,9 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--sub-steps", o.sub_steps,
                    "Exact, alpha: pieces of a cell's part of a ray at most (default: 8)")
         ->check(CLI::Range(1u, kMaxSubSteps));
+    app.add_option("--jitter", o.jitter_seed,
+                   "Fast, preintegrated: move each ray's samples by a share of a step that a hash "
+                   "of its pixel and this seed gives (default: none)");
     app.add_option("--step", o.step_mm,
                    "Distance between samples in mm; 0 is the smallest spacing (default: 0)");
     app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");

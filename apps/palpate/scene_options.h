@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct SceneOptions {
     double step_mm = -1, slab_mm = 0, fill = 0.8, view_angle_deg = 30;
     double eye_separation_mm = -1, convergence_mm = -1, min_transmittance = -1;
     uint32_t sub_steps = 0;
+    std::optional<uint32_t> jitter_seed;
     bool shade = false, no_shade = false, values = false;
 };
 

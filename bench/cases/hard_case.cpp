@@ -41,6 +41,7 @@ constexpr HardCase kCases[] = {
     {"R15", "cuts through surfaces", "clip planes leave hollow or black holes", clipped_surface},
     {"R16", "missing data", "one NaN blackens what is beside it, or all", missing_data},
     {"R17", "huge offset, tiny spacing", "fp32 world coordinates lose millimetres", far_or_tiny},
+    {"R18", "jitter", "noise that hides rings may bring a bias, or a residue at the start", jitter},
     {"R20", "borders of bricks", "seams where bricks meet", brick_seams},
     {"R21", "interpolated labels", "between labels 1 and 3 a label 2 that nobody drew", labels},
     {"R22", "maximum between samples", "peaks are missed by half a step; maxima of colours",

@@ -179,15 +179,6 @@ Volume tube() {
                        [](glm::uvec3 i) { return i.x == 8 && i.y == 8 ? kTubePeak : 0.0; });
 }
 
-// Extinction tau per mm and unit of value, between 0 and 1: a table is linear in the opacity, so
-// the function takes many points on the curve.
-TransferFunction linear_extinction(double tau) {
-    TransferFunction function{{{0.0, glm::dvec3(1.0)}}, {}, 1.0};
-    for (int i = 0; i <= 512; ++i)
-        function.opacities.push_back({i / 512.0, -std::expm1(-tau * i / 512.0)});
-    return function;
-}
-
 // One pixel, whose opacity is 1 - exp(-depth); `share` of the depth may be missing or too much.
 // The table's nearest entry is at most half of 1 / 4095 off, over `length_mm` of non-zero values.
 void thin(Painter& painter, Findings& findings, const Scene& scene, const Volume& volume,

@@ -60,6 +60,13 @@ TransferFunction constant(double tau_per_mm, double unit_mm, glm::dvec3 color) {
     return {{{0.0, color}}, {{0.0, -std::expm1(-tau_per_mm * unit_mm)}}, unit_mm};
 }
 
+TransferFunction linear_extinction(double tau) {
+    TransferFunction function{{{0.0, glm::dvec3(1.0)}}, {}, 1.0};
+    for (int i = 0; i <= 512; ++i)
+        function.opacities.push_back({i / 512.0, -std::expm1(-tau * i / 512.0)});
+    return function;
+}
+
 Volume filled(const Grid& grid, double value) {
     return make_volume(grid, ScalarType::f32, [&](glm::uvec3) { return value; });
 }

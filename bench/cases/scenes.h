@@ -46,6 +46,10 @@ const char* name_of(Integrator integrator);
 TransferFunction constant(double tau_per_mm, double unit_mm = 1.0,
                           glm::dvec3 color = glm::dvec3(1.0));
 
+// Extinction tau per mm and unit of value, for values between 0 and 1. A transfer function is
+// linear in the opacity, so this takes many points on the curve.
+TransferFunction linear_extinction(double tau);
+
 Volume filled(const Grid& grid, double value);
 
 // Parallel rays along `direction`, pixels pitch_mm apart; where size_px is a power of two, the

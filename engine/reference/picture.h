@@ -23,6 +23,7 @@ class Picture {
             std::function<glm::dvec3(double)> slice_color)
         : scene_(scene),
           data_(data),
+          eye_(eye),
           rays_(scene, data, eye),
           make_marcher_(std::move(make_marcher)),
           slice_color_(std::move(slice_color)) {}
@@ -77,9 +78,18 @@ class Picture {
             Stretch t = rays_.inside(ray);
             if (slice)
                 t.to = std::min(t.to, slice->t);
-            Marched seen = scene_.ray_cast && !t.empty() ? cap(sampler, ray, t) : Marched{};
-            if (scene_.ray_cast && !t.empty() && seen.transmittance > 0.0)
-                seen.then(march(ray, t));
+            Marched seen;
+            if (scene_.ray_cast && !t.empty()) {
+                // Distances are counted from where the lattice begins.
+                const double before = jitter_mm(pixel);
+                const LocalRay moved{ray.origin_mm - before * ray.direction, ray.direction,
+                                     ray.origin - before * ray.step, ray.step};
+                t = {t.from + before, t.to + before, t.cut};
+                seen = cap(sampler, moved, t);
+                if (seen.transmittance > 0.0)
+                    seen.then(march(moved, t));
+                seen.depth -= before;
+            }
             const glm::dvec3 color =
                 seen.color + seen.transmittance * (slice ? slice->color : scene_.background);
             PixelSample sample{glm::dvec4(color, slice ? 1.0 : 1.0 - seen.transmittance),
@@ -90,6 +100,14 @@ class Picture {
                 sample.depth = slice->t;
             put(i, sample);
         }
+    }
+
+    double jitter_mm(glm::dvec2 pixel) const {
+        const RayCastLayer& layer = *scene_.ray_cast;
+        if (!layer.jitter_seed || layer.integrator == Integrator::exact)
+            return 0.0;
+        return jitter_share(*layer.jitter_seed, glm::uvec2(pixel), static_cast<uint32_t>(eye_)) *
+               step_mm_of(layer, data_.volume.grid());
     }
 
     // Where a clip plane cuts into what an iso-surface encloses, the cut is closed by a cap: in the
@@ -113,6 +131,7 @@ class Picture {
 
     const Scene& scene_;
     const SceneData& data_;
+    int eye_;
     Rays rays_;
     MakeMarcher make_marcher_;
     std::function<glm::dvec3(double)> slice_color_;

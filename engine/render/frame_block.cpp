@@ -82,6 +82,10 @@ void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& gri
         layer.transfer.colors.empty()
             ? 1.0
             : std::max(finest_detail(layer.transfer) / values_per_entry, 1.0);
+    if (layer.jitter_seed && layer.integrator != Integrator::exact) {
+        frame.jitter_mm = frame.step;
+        frame.jitter_seed = *layer.jitter_seed;
+    }
     frame.sub_steps = static_cast<float>(layer.sub_steps);
     frame.sub_steps_per_bend =
         static_cast<float>(layer.sub_steps * layer.sub_steps / (8.0 * detail_entries));

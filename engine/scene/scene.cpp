@@ -18,6 +18,17 @@ LabelStyle style_of(const LabelLayer& layer, uint32_t label) {
     return {{channel(5.0), channel(3.0), channel(1.0)}, true};
 }
 
+double jitter_share(uint32_t seed, glm::uvec2 pixel, uint32_t eye) {
+    uint32_t h =
+        seed * 0x27d4eb2fu ^ pixel.x * 0x9e3779b1u ^ pixel.y * 0x85ebca77u ^ eye * 0xc2b2ae3du;
+    for (int i = 0; i < 2; ++i) { // the finaliser of MurmurHash3, twice: neighbours are far apart
+        h = (h ^ h >> 16) * 0x85ebca6bu;
+        h = (h ^ h >> 13) * 0xc2b2ae35u;
+        h ^= h >> 16;
+    }
+    return (h >> 8) * 0x1p-24;
+}
+
 double step_mm_of(const RayCastLayer& layer, const Grid& grid) {
     if (layer.step_mm > 0.0)
         return layer.step_mm;

@@ -49,6 +49,9 @@ struct RayCastLayer {
     TransferFunction transfer;
     std::vector<IsoSurface> isos;   // mode iso: 1 .. 8, sorted by value
     std::optional<Shading> shading; // alpha: unshaded if absent; iso always shades, with defaults
+    // Moves each ray's lattice by a share of a step, which a hash of its pixel and this seed gives:
+    // the rings of a coarse step become noise. Not used by `exact`.
+    std::optional<uint32_t> jitter_seed;
     double min_transmittance = 1.0 / 1024.0; // a ray stops below it; bounds the error in colour
 
     friend bool operator==(const RayCastLayer&, const RayCastLayer&) = default;
@@ -126,6 +129,10 @@ struct SceneData {
     Volume volume;
     std::optional<Volume> labels; // u8 or u16
 };
+
+// How far a jittered ray's lattice begins before its start, in steps: 0 <= share < 1, a multiple of
+// 2^-24. eye is 0, or 1 for the right one.
+double jitter_share(uint32_t seed, glm::uvec2 pixel, uint32_t eye);
 
 // The style of a label: the scene's own, or a generated colour that differs from its neighbours'.
 LabelStyle style_of(const LabelLayer& layer, uint32_t label);

@@ -114,8 +114,8 @@ Shading read_shading(const JsonValue& in) {
 
 RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& folder) {
     RayCastLayer layer;
-    if (!in.only_keys({"mode", "integrator", "step_mm", "sub_steps", "transfer", "isos", "shading",
-                       "min_transmittance"}))
+    if (!in.only_keys({"mode", "integrator", "step_mm", "sub_steps", "jitter", "transfer", "isos",
+                       "shading", "min_transmittance"}))
         return layer;
     read_choice(in, "mode", layer.mode);
     read_choice(in, "integrator", layer.integrator);
@@ -124,6 +124,8 @@ RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& fol
         in.find("step_mm")->reject("0 or a number from 1e-07 to 1e+06");
     if (const auto sub_steps = in.find("sub_steps"))
         layer.sub_steps = sub_steps->whole_number(1, kMaxSubSteps);
+    if (const auto jitter = in.find("jitter"))
+        layer.jitter_seed = jitter->whole_number(0, ~0u);
     read_number(in, "min_transmittance", 0.0, 1.0, layer.min_transmittance);
     if (const auto transfer = in.find("transfer"))
         layer.transfer = read_transfer_function(*transfer, folder);

@@ -42,6 +42,8 @@ Json ray_cast_json(const RayCastLayer& layer) {
                              {"integrator", name_json(layer.integrator)},
                              {"step_mm", Json::of(layer.step_mm)},
                              {"sub_steps", Json::of(static_cast<double>(layer.sub_steps))}});
+    if (layer.jitter_seed)
+        out.members.emplace_back("jitter", Json::of(static_cast<double>(*layer.jitter_seed)));
     if (!layer.transfer.colors.empty())
         out.members.emplace_back("transfer", transfer_function_json(layer.transfer));
     if (!layer.isos.empty()) {

@@ -50,6 +50,18 @@ vec2 clip_to_plane(Ray ray, vec2 t, ClipPlaneIndex plane) {
     return t;
 }
 
+// How far before its start a ray's lattice begins, in steps; as jitter_share() of engine/scene.
+float jitter_share(uint seed, uvec2 pixel, uint eye) {
+    uint h = seed * 0x27d4eb2fu ^ pixel.x * 0x9e3779b1u ^ pixel.y * 0x85ebca77u ^
+             eye * 0xc2b2ae3du;
+    for (int i = 0; i < 2; ++i) {
+        h = (h ^ h >> 16) * 0x85ebca6bu;
+        h = (h ^ h >> 13) * 0xc2b2ae35u;
+        h ^= h >> 16;
+    }
+    return float(h >> 8) * (1.0 / 16777216.0);
+}
+
 // The lane's pixel within an 8x8 tile: packets of 4x2 pixels suit 8-wide devices best.
 uvec2 pixel_in_tile(uint lane) {
     const uint packet = lane >> 3;

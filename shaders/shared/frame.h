@@ -65,6 +65,8 @@ struct Frame {
     uint clip_count;
     uint slice_count;
     uint style_count;       // entries of the style buffer
+    float jitter_mm;        // rays' lattices begin up to this before their start; 0 for none
+    uint jitter_seed;
 };
 
 // One plane through the volume.

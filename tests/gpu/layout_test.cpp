@@ -87,6 +87,8 @@ TEST(SharedStructs, OffsetsInSpirvAreThoseOfCpp) {
     EXPECT_OFFSET(Frame, iso_colors);
     EXPECT_OFFSET(Frame, size_px);
     EXPECT_OFFSET(Frame, style_count);
+    EXPECT_OFFSET(Frame, jitter_mm);
+    EXPECT_OFFSET(Frame, jitter_seed);
 #undef EXPECT_OFFSET
 }
 
