@@ -42,6 +42,8 @@ constexpr HardCase kCases[] = {
     {"R16", "missing data", "one NaN blackens what is beside it, or all", missing_data},
     {"R17", "huge offset, tiny spacing", "fp32 world coordinates lose millimetres", far_or_tiny},
     {"R18", "jitter", "noise that hides rings may bring a bias, or a residue at the start", jitter},
+    {"R19", "space skipping", "matter on the border of a skipped cell, or behind a corner, is lost",
+     space_skipping},
     {"R20", "borders of bricks", "seams where bricks meet", brick_seams},
     {"R21", "interpolated labels", "between labels 1 and 3 a label 2 that nobody drew", labels},
     {"R22", "maximum between samples", "peaks are missed by half a step; maxima of colours",

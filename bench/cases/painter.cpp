@@ -13,7 +13,8 @@ Image GpuPainter::draw(const Scene& scene, const SceneData& data, const Choices&
     auto kept = std::find_if(renderers_.begin(), renderers_.end(),
                              [&](const auto& entry) { return entry.first == choices; });
     if (kept == renderers_.end()) {
-        const RendererOptions options{.volume_format = choices.volume_format};
+        const RendererOptions options{.volume_format = choices.volume_format,
+                                      .skipping = choices.skipping};
         renderers_.emplace_back(choices, std::make_unique<Renderer>(device_, options));
         kept = renderers_.end() - 1;
     }

@@ -12,6 +12,7 @@ namespace palpate::cases {
 // What a renderer may do in more than one way without changing a scene.
 struct Choices {
     TexelFormat volume_format = TexelFormat::automatic;
+    bool skipping = true; // jump over empty space
 
     friend bool operator==(const Choices&, const Choices&) = default;
 };
