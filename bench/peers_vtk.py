@@ -65,25 +65,31 @@ def make_mapper(kind, image, step_mm):
 
 
 class Stage:
-    """One window, one volume, the camera of the comparison."""
+    """One window and one volume; `view` is a camera: eye, target, up and view_angle_deg. The volume
+    is not yet in the scene, as whoever times a first frame wants to put it there."""
 
-    def __init__(self, samples, spacing, mapper):
+    def __init__(self, view, mapper, size):
         self.window = vtk.vtkRenderWindow()
         self.window.SetOffScreenRendering(1)
         self.window.SetMultiSamples(0)
-        self.window.SetSize(SIZE, SIZE)
         self.renderer = vtk.vtkRenderer()
         self.window.AddRenderer(self.renderer)
         self.mapper = mapper
         self.volume = vtk.vtkVolume()
         self.volume.SetMapper(mapper)
-        self.renderer.AddVolume(self.volume)
-        eye, target = peers_data.camera(samples.shape[::-1], spacing)
+        self.view = view
         self.camera = self.renderer.GetActiveCamera()
-        self.camera.SetPosition(*eye)
-        self.camera.SetFocalPoint(*target)
-        self.camera.SetViewUp(0, 0, 1)
-        self.camera.SetViewAngle(peers_data.VIEW_ANGLE_DEG)
+        self.resize(size)
+        self.window.Render()
+
+    def resize(self, size):
+        """Another size, and the camera back where it began."""
+        self.size = size
+        self.window.SetSize(size, size)
+        self.camera.SetPosition(*self.view["eye"])
+        self.camera.SetFocalPoint(*self.view["target"])
+        self.camera.SetViewUp(*self.view["up"])
+        self.camera.SetViewAngle(self.view["view_angle_deg"])
         self.renderer.ResetCameraClippingRange()
 
     def draw(self, look):
@@ -91,21 +97,27 @@ class Stage:
         self.volume.SetProperty(look)
         self.window.Render()
         pixels = vtk.vtkUnsignedCharArray()
-        self.window.GetPixelData(0, 0, SIZE - 1, SIZE - 1, 0, pixels, 0)
-        return vtk_to_numpy(pixels).reshape(SIZE, SIZE, 3)[::-1] / 255.0
+        self.window.GetPixelData(0, 0, self.size - 1, self.size - 1, 0, pixels, 0)
+        return vtk_to_numpy(pixels).reshape(self.size, self.size, 3)[::-1] / 255.0
+
+    def close(self):
+        self.renderer.RemoveVolume(self.volume)
+        self.volume.ReleaseGraphicsResources(self.window)
+        self.window.Finalize()
 
 
-def maximum(stage):
+def maximum(stage, least=-1024, most=3072, window_hu=WINDOW_HU):
+    """The maximum of each ray, for volumes of values between least and most."""
     stage.mapper.SetBlendModeToMaximumIntensity()
-    result = np.full((SIZE, SIZE), np.nan)
+    result = np.full((stage.size, stage.size), np.nan)
     # Windows overlap, and the middle half of each counts: the ends are rounded by VTK's table.
-    for low in range(-1024 - WINDOW_HU, 3072, WINDOW_HU // 2):
+    for low in range(int(least) - window_hu, int(most), window_hu // 2):
         # Opaque throughout, grey across the window alone: 0 below it, 1 above.
         look = volume_property([(-2000, 1), (4000, 1)],
-                               [(low, 0, 0, 0), (low + WINDOW_HU, 1, 1, 1)])
+                               [(low, 0, 0, 0), (low + window_hu, 1, 1, 1)])
         grey = stage.draw(look)[..., 0]
         inside = (grey >= 0.25) & (grey < 0.75)
-        result[inside] = low + WINDOW_HU * grey[inside]
+        result[inside] = low + window_hu * grey[inside]
     return result
 
 
@@ -117,12 +129,13 @@ def surface_depth(stage, look):
     image = vtk.vtkImageData()
     stage.mapper.GetDepthImage(image)
     stage.mapper.SetRenderToImage(0)
-    depth = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(SIZE, SIZE)[::-1]
+    size = stage.size
+    depth = vtk_to_numpy(image.GetPointData().GetScalars()).reshape(size, size)[::-1]
     depth = depth.astype(float)
     near, far = stage.camera.GetClippingRange()
     along_axis = near * far / (far - depth * (far - near))
-    tangent = np.tan(np.radians(peers_data.VIEW_ANGLE_DEG / 2))
-    place = tangent * ((np.arange(SIZE) + 0.5) / SIZE * 2 - 1)
+    tangent = np.tan(np.radians(stage.view["view_angle_deg"] / 2))
+    place = tangent * ((np.arange(size) + 0.5) / size * 2 - 1)
     result = along_axis * np.sqrt(1 + place[None, :]**2 + place[:, None]**2)
     result[(depth <= 0) | (depth >= 1)] = np.nan
     return result
@@ -133,7 +146,12 @@ def main():
     samples, spacing = peers_data.volume(data, name)
     image = vtk_image(samples, spacing)
     pictures = {}
-    stage = Stage(samples, spacing, make_mapper(kind, image, spacing[0]))
+    eye, target = peers_data.camera(samples.shape[::-1], spacing)
+    view = {"eye": eye, "target": target, "up": (0, 0, 1),
+            "view_angle_deg": peers_data.VIEW_ANGLE_DEG}
+    stage = Stage(view, make_mapper(kind, image, spacing[0]), SIZE)
+    stage.renderer.AddVolume(stage.volume)
+    stage.renderer.ResetCameraClippingRange()
     pictures["mip"] = maximum(stage)
     stage.mapper.SetBlendModeToComposite()
     pictures["alpha"] = stage.draw(volume_property(OPACITY, COLOR))
@@ -148,4 +166,5 @@ def main():
     np.savez_compressed(out, **pictures)
 
 
-main()
+if __name__ == "__main__":
+    main()

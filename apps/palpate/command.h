@@ -16,5 +16,6 @@ Command add_convert(CLI::App& app);
 Command add_render(CLI::App& app);
 Command add_compare(CLI::App& app);
 Command add_doctor(CLI::App& app);
+Command add_bench(CLI::App& app);
 
 } // namespace palpate

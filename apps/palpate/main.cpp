@@ -26,6 +26,7 @@ constexpr Entry kCommands[] = {
      palpate::add_doctor},
     {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
     {"convert", "Read a volume in any format and write it in another", palpate::add_convert},
+    {"bench", "Measure speed beside error", palpate::add_bench},
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},
 };
 

@@ -1,0 +1,59 @@
+#include <algorithm>
+#include <filesystem>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
+#include "bench/suite/page.h"
+#include "bench/suite/suites.h"
+
+namespace palpate {
+
+namespace {
+
+struct BenchOptions {
+    std::string suite, out = "out/bench", device, head_ct = bench::kHeadCt;
+    bool full = false, brief = false, tiny = false, no_peers = false;
+};
+
+std::string suite_list() {
+    std::string text;
+    for (const bench::Suite& suite : bench::suites())
+        text += fmt::format("{}{} ({})", text.empty() ? "" : "; ", suite.name, suite.purpose);
+    return text + "; page (write index.html anew from the results in --out)";
+}
+
+Result<void> run_bench(const BenchOptions& options) {
+    if (options.suite == "page")
+        return bench::write_page(options.out);
+    const Interrupt interrupt;
+    return bench::run_suite(options.suite, {.out = options.out,
+                                            .full = options.full,
+                                            .device = options.device,
+                                            .head_ct = options.head_ct,
+                                            .peers = !options.no_peers,
+                                            .tiny = options.tiny,
+                                            .stop = interrupt.token()});
+}
+
+} // namespace
+
+Command add_bench(CLI::App& app) {
+    auto o = std::make_shared<BenchOptions>();
+    app.add_option("SUITE", o->suite, suite_list())->required();
+    app.add_option("-o,--out", o->out, "Folder for results, index.html, pictures and cached truth")
+        ->capture_default_str();
+    auto* brief = app.add_flag("--short", o->brief, "About 10 minutes on 2 cores (default)");
+    auto* full =
+        app.add_flag("--full", o->full, "Hours: finer, larger, more frames")->excludes(brief);
+    app.add_flag("--tiny", o->tiny, "Seconds: sizes that prove the bench works and nothing else")
+        ->excludes(brief)
+        ->excludes(full);
+    app.add_option("--ct", o->head_ct, "The head CT: any volume in HU")->capture_default_str();
+    app.add_flag("--no-peers", o->no_peers, "Do not ask VTK");
+    app.add_option("--device", o->device,
+                   "Vulkan device: part of its name, or its number in palpate doctor (default: the "
+                   "first discrete, integrated, then CPU device)");
+    return [o] { return run_bench(*o); };
+}
+
+} // namespace palpate

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "engine/gpu/device.h"
+
+namespace palpate::bench {
+
+using Value = nlohmann::ordered_json;
+
+// Where figures come from: commit, compiler, processor, device and driver, and how busy the machine
+// was.
+Value environment(const DeviceInfo& device);
+
+// The commit this program was built from, "-dirty" behind it where files had changed; "unknown"
+// outside a checkout.
+const char* built_from();
+
+// How much of the machine other processes used since construction.
+class Neighbours {
+ public:
+    Neighbours();
+    double cores() const; // kept busy by others, on average
+
+ private:
+    double busy_s_, own_s_, wall_s_;
+};
+
+// Processor time of this process so far, in ms, over all threads.
+double process_cpu_ms();
+
+} // namespace palpate::bench

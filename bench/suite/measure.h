@@ -1,0 +1,79 @@
+#pragma once
+
+#include <map>
+#include <stop_token>
+
+#include "bench/suite/errors.h"
+#include "bench/suite/statistics.h"
+#include "engine/reference/twin.h"
+#include "engine/render/renderer.h"
+
+namespace palpate::bench {
+
+// What a suite is asked for.
+struct Options {
+    fs::path out;               // a folder: results, page, pictures, cached truth
+    bool full = false;          // the long form
+    std::string device;         // as for palpate render
+    fs::path head_ct = kHeadCt; // or another volume in HU
+    bool peers = true;          // time VTK where it is installed
+    bool tiny = false;          // everything as small as it can be: for tests
+    std::stop_token stop;
+};
+
+// The size of a picture, and which of its pixels are held against truth: every stride-th one of
+// every stride-th row, the first of them at (stride / 2, stride / 2).
+struct Sampling {
+    uint32_t size_px = 512, stride = 1;
+
+    PixelStride pixels() const { return {stride, glm::uvec2(stride / 2)}; }
+    uint32_t rays() const { return pixels().size(glm::uvec2(size_px)).x; } // on each side
+    Image of(const Image& picture) const;                                  // those pixels alone
+};
+
+// Frames of one setting: wall clock about a fence, GPU time by timestamps, processor time of all
+// threads; ms.
+struct Frames {
+    std::vector<double> wall_ms, gpu_ms, cpu_ms;
+
+    Value json() const;
+};
+
+// Draws settings of a subject and holds them against truth.
+class Bench {
+ public:
+    Bench(Device& device, const Options& options);
+
+    // Grid truth of some pixels of a subject's picture; kept in OUT/truth under a hash of scene,
+    // pixels and voxels, and read from there the next time.
+    Result<Image> truth(const Subject& subject, Sampling sampling);
+
+    struct Drawn {
+        Setting setting;
+        Frames frames;
+        Errors errors;
+        Image picture; // the pixels that were scored
+    };
+    // Draws every setting: for the error one picture, of which `sampling` says what is scored, for
+    // the time `rounds` times three frames of its size, turning one degree a frame. Rounds go
+    // through all settings in turn, so that a machine that grows slower grows slower for all; a
+    // frame that is not counted comes first.
+    Result<std::vector<Drawn>> draw(const Subject& subject, const std::vector<Setting>& settings,
+                                    Sampling sampling, int rounds);
+
+    // From a volume in memory to its first picture, with a renderer of its own: upload, pipelines
+    // and one frame; ms. Cold where the driver's shader cache is off.
+    Result<double> first_frame_ms(const Subject& subject, const Setting& setting, uint32_t size_px);
+
+    const Options& options() const { return options_; }
+    Device& device() { return device_; }
+
+ private:
+    Device& device_;
+    Options options_;
+};
+
+// The smallest spacing of a volume: the unit of steps and of surface errors.
+double sample_mm(const Volume& volume);
+
+} // namespace palpate::bench

@@ -1,0 +1,77 @@
+#include "bench/suite/page.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "bench/suite/page_template.h"
+#include "engine/base/file.h"
+
+namespace palpate::bench {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string base64(std::string_view bytes) {
+    constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string text;
+    for (size_t i = 0; i < bytes.size(); i += 3) {
+        const size_t left = std::min<size_t>(3, bytes.size() - i);
+        uint32_t word = 0;
+        for (size_t k = 0; k < 3; ++k)
+            word = word << 8 | (k < left ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+        for (size_t k = 0; k < 4; ++k)
+            text += k <= left ? kDigits[word >> (18 - 6 * k) & 63] : '=';
+    }
+    return text;
+}
+
+// Replaces each "png" that names a file by the picture itself. Names that leave the folder, and
+// files that are not there, lose their picture.
+void put_pictures_inside(Value& value, const fs::path& folder) {
+    if (value.is_object() && value.contains("png") && value["png"].is_string()) {
+        const fs::path name = value["png"].get<std::string>();
+        const bool inside =
+            name.is_relative() && name.lexically_normal().native().rfind("..", 0) != 0;
+        const Result<std::string> bytes =
+            inside ? load_text(folder / name) : fail("{}: not below the folder", name.string());
+        value["png"] = bytes ? Value("data:image/png;base64," + base64(*bytes)) : Value();
+    }
+    if (value.is_object() || value.is_array())
+        for (Value& item : value)
+            put_pictures_inside(item, folder);
+}
+
+} // namespace
+
+std::string page_html(const Value& results) {
+    // "</script" and "<!--" must not appear inside a script element.
+    std::string data;
+    for (const char c : results.dump())
+        data += c == '<' ? std::string("\\u003c") : std::string(1, c);
+    const std::string_view page = kPageTemplate;
+    constexpr std::string_view kPlace = "@RESULTS@";
+    const size_t at = page.find(kPlace);
+    return std::string(page.substr(0, at)) + data + std::string(page.substr(at + kPlace.size()));
+}
+
+Result<void> write_page(const fs::path& folder) {
+    Value results = Value::array();
+    for (const char* suite : {"quality", "render", "stability", "upload"}) {
+        const fs::path path = folder / fmt::format("{}.json", suite);
+        if (!fs::exists(path))
+            continue;
+        const Result<std::string> text = load_text(path);
+        if (!text)
+            return fail("{}", text.error().message);
+        Value result = Value::parse(*text, nullptr, false);
+        if (!result.is_object() || !result.contains("suite") || result["suite"] != suite)
+            return fail("{}: expected the result of palpate bench {}", path.string(), suite);
+        put_pictures_inside(result, folder);
+        results.push_back(std::move(result));
+    }
+    const std::string html = page_html(results);
+    return save_bytes(folder / "index.html", std::as_bytes(std::span(html)));
+}
+
+} // namespace palpate::bench

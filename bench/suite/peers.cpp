@@ -1,0 +1,238 @@
+#include "bench/suite/peers.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+
+#include "engine/base/assert.h"
+#include "engine/base/file.h"
+#include "engine/base/log.h"
+#include "engine/base/profile.h"
+
+extern char** environ;
+
+namespace palpate::bench {
+
+namespace {
+
+constexpr const char* kPython = "/usr/bin/python3";
+
+// Runs a program with its output in a file; its exit code, 127 where it does not exist.
+int run(std::vector<std::string> command, const fs::path& output) {
+    std::vector<char*> arguments;
+    for (std::string& word : command)
+        arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_addopen(&actions, 1, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                       0644);
+    ::posix_spawn_file_actions_adddup2(&actions, 1, 2);
+    pid_t child = 0;
+    const int failed =
+        ::posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+    ::posix_spawn_file_actions_destroy(&actions);
+    if (failed)
+        return 127;
+    int status = 0;
+    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+std::string last_line(const fs::path& file) {
+    std::ifstream in(file);
+    std::string last;
+    for (std::string line; std::getline(in, line);)
+        if (!line.empty())
+            last = line;
+    return last;
+}
+
+// Why VTK cannot be asked on this machine; empty where it can.
+std::string missing(const fs::path& out) {
+    const fs::path script = fs::path(PALPATE_BENCH_SCRIPTS) / "peers_points.py";
+    if (!fs::exists(script))
+        return fmt::format("VTK was not asked: its script {} is not there", script.string());
+    const fs::path said = out / "probe.txt";
+    if (run({"xvfb-run", "--help"}, said) != 0)
+        return "VTK was not asked: xvfb-run is not installed (scripts/bootstrap --peers)";
+    if (run({kPython, "-c", "import vtk, numpy"}, said) != 0)
+        return "VTK was not asked: python3-vtk9 is not installed (scripts/bootstrap --peers)";
+    return {};
+}
+
+Value vector_json(glm::dvec3 v) {
+    return {v.x, v.y, v.z};
+}
+
+// The voxels as VTK reads them: raw, x fastest.
+Result<Value> save_raw(const Sample& sample, const fs::path& path) {
+    const glm::uvec3 size = sample.volume.size();
+    const bool floats = sample.volume.type() == ScalarType::f32;
+    std::vector<float> row(size.x);
+    std::vector<int16_t> whole(size.x);
+    std::string bytes;
+    bytes.reserve(sample_count(sample.volume.grid()) * (floats ? 4 : 2));
+    for (uint32_t z = 0; z < size.z; ++z)
+        for (uint32_t y = 0; y < size.y; ++y) {
+            read_row(sample.volume, {0, y, z}, size.x, row.data());
+            for (uint32_t x = 0; x < size.x; ++x)
+                whole[x] = static_cast<int16_t>(row[x]);
+            bytes.append(floats ? reinterpret_cast<const char*>(row.data())
+                                : reinterpret_cast<const char*>(whole.data()),
+                         size.x * (floats ? sizeof(float) : sizeof(int16_t)));
+        }
+    if (Result<void> saved = save_bytes(path, std::as_bytes(std::span(bytes))); !saved)
+        return pass_on(saved);
+    const glm::dvec3 spacing = spacing_mm(sample.volume.grid());
+    return Value{{"file", fs::absolute(path).string()},
+                 {"dtype", floats ? "<f4" : "<i2"},
+                 {"dims", {size.x, size.y, size.z}},
+                 {"spacing", vector_json(spacing)}};
+}
+
+bool scored(const Subject& subject) {
+    return !subject.layer.shading.has_value();
+}
+
+Value case_json(const Subject& subject, const std::vector<double>& steps) {
+    const RayCastLayer& layer = subject.layer;
+    Value v{{"name", subject.name},
+            {"volume", subject.sample->name},
+            {"mode", subject.peers},
+            {"eye", vector_json(subject.camera.eye_mm)},
+            {"target", vector_json(subject.camera.target_mm)},
+            {"up", vector_json(subject.camera.up)},
+            {"view_angle_deg", subject.camera.view_angle_deg},
+            {"scored", scored(subject)},
+            {"opacity_unit_mm", layer.transfer.opacity_unit_mm}};
+    const ValueRange range = subject.sample->volume.range();
+    v["range"] = {range.min, range.max};
+    v["opacity"] = Value::array();
+    v["color"] = Value::array();
+    for (const auto& point : layer.transfer.opacities)
+        v["opacity"].push_back({point.value, point.opacity});
+    for (const auto& point : layer.transfer.colors)
+        v["color"].push_back({point.value, point.color.x, point.color.y, point.color.z});
+    if (!layer.isos.empty())
+        v["iso"] = layer.isos[0].value;
+    v["steps_mm"] = Value::array();
+    for (const double step : steps)
+        v["steps_mm"].push_back(step * sample_mm(subject.sample->volume));
+    return v;
+}
+
+Result<Image> read_picture(const fs::path& path, const Subject& subject, const std::string& mapper,
+                           Sampling sampling) {
+    std::vector<std::string> channels{"value"};
+    if (subject.metric == Metric::color)
+        channels = {"R", "G", "B"};
+    if (subject.metric == Metric::surface)
+        channels = {mapper == "gpu" ? "depth" : "hit"};
+    Image image = make_image(glm::uvec2(sampling.size_px), channels);
+    std::ifstream in(path, std::ios::binary);
+    const auto bytes = static_cast<std::streamsize>(image.samples.size() * sizeof(float));
+    in.read(reinterpret_cast<char*>(image.samples.data()), bytes);
+    if (!in || in.gcount() != bytes || in.peek() != EOF)
+        return fail("{}: expected {} bytes", path.string(), bytes);
+    return sampling.of(image);
+}
+
+} // namespace
+
+std::string PeerPoint::name() const {
+    return fmt::format("VTK {} mapper, step {:g}", mapper == "gpu" ? "GPU" : "fixed-point",
+                       step_samples);
+}
+
+Result<Peers> measure_peers(Bench& bench, const std::vector<Subject>& subjects,
+                            const std::vector<double>& steps, Sampling sampling, int frames,
+                            double budget_s) {
+    const profile::Scope scope("peers");
+    Peers peers;
+    const fs::path out = bench.options().out / "peers";
+    std::error_code ignored;
+    fs::create_directories(out, ignored);
+    if (!bench.options().peers) {
+        peers.absent_because = "VTK was not asked (--no-peers)";
+        return peers;
+    }
+    if (peers.absent_because = missing(out); !peers.absent_because.empty())
+        return peers;
+    Value job{{"size_px", sampling.size_px},
+              {"frames", frames},
+              {"budget_s", budget_s},
+              {"out", fs::absolute(out).string()}};
+    job["volumes"] = Value::object();
+    job["cases"] = Value::array();
+    for (const Subject& subject : subjects) {
+        if (subject.peers.empty())
+            continue;
+        Value& volume = job["volumes"][subject.sample->name];
+        if (volume.is_null()) {
+            Result<Value> saved = save_raw(*subject.sample, out / (subject.sample->name + ".raw"));
+            if (!saved)
+                return pass_on(saved);
+            volume = *saved;
+        }
+        job["cases"].push_back(case_json(subject, steps));
+    }
+    ::setenv("MESA_SHADER_CACHE_DISABLE", "true", 1); // first frames compile
+    for (const std::string mapper : {"gpu", "fixed"}) {
+        job["mapper"] = mapper;
+        const fs::path said = out / ("said_" + mapper + ".txt");
+        const fs::path work = out / ("job_" + mapper + ".json");
+        const std::string text = job.dump(1) + "\n";
+        if (Result<void> saved = save_bytes(work, std::as_bytes(std::span(text))); !saved)
+            return pass_on(saved);
+        log::info("VTK's {} mapper", mapper == "gpu" ? "GPU" : "fixed-point");
+        const int code =
+            run({"xvfb-run", "-a", "-s", "-screen 0 1280x1280x24 -noreset", kPython,
+                 std::string(PALPATE_BENCH_SCRIPTS) + "/peers_points.py", work.string()},
+                said);
+        if (code != 0) {
+            peers.absent_because = fmt::format("VTK's {} mapper failed with code {}: {}", mapper,
+                                               code, last_line(said));
+            return peers;
+        }
+        std::ifstream file(out / ("results_" + mapper + ".json"));
+        const Value results = Value::parse(file);
+        peers.version = results["vtk"];
+        for (const Value& row : results["rows"]) {
+            const auto subject =
+                std::find_if(subjects.begin(), subjects.end(),
+                             [&](const Subject& s) { return s.name == row["case"]; });
+            PALPATE_ASSERT(subject != subjects.end());
+            PeerPoint point{
+                .subject = subject->name,
+                .mapper = mapper,
+                .step_samples = row["step_mm"].get<double>() / sample_mm(subject->sample->volume),
+                .wall_ms = row["wall_ms"],
+                .cpu_ms = row["cpu_ms"],
+                .first_frame_ms = row["first_frame_ms"]};
+            if (row.contains("picture")) {
+                Result<Image> picture =
+                    read_picture(row["picture"].get<std::string>(), *subject, mapper, sampling);
+                if (!picture)
+                    return pass_on(picture);
+                const Result<Image> truth = bench.truth(*subject, sampling);
+                if (!truth)
+                    return fail("{}", truth.error().message);
+                point.errors = errors_of(*picture, *truth, subject->metric,
+                                         sample_mm(subject->sample->volume));
+                point.picture = std::move(*picture);
+            }
+            peers.points.push_back(std::move(point));
+        }
+    }
+    return peers;
+}
+
+} // namespace palpate::bench

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "bench/suite/measure.h"
+
+namespace palpate::bench {
+
+// VTK's two volume mappers on the scenes of a suite: timed and drawn by bench/peers_points.py, in
+// the same run, scored here by the same errors.
+struct PeerPoint {
+    std::string subject; // its name
+    std::string mapper;  // "gpu" or "fixed"
+    double step_samples = 1.0;
+    std::vector<double> wall_ms, cpu_ms;
+    double first_frame_ms = 0;    // of the subject at its first step
+    std::optional<Errors> errors; // absent where pictures cannot be held against each other
+    Image picture;                // empty then
+
+    std::string name() const; // "VTK GPU mapper, step 0.5"
+};
+
+struct Peers {
+    std::string version;        // "9.1.0"; empty where VTK was not asked
+    std::string absent_because; // a sentence, where there are no points
+    std::vector<PeerPoint> points;
+};
+
+// `steps` in the smallest spacing. Asked are subjects that name a mode of peers; scored those whose
+// shading is VTK's too: all but shaded alpha. frames and budget_s are for each case and step. What
+// goes wrong on the way to VTK is no failure: absent_because says it, and the last lines it wrote.
+Result<Peers> measure_peers(Bench& bench, const std::vector<Subject>& subjects,
+                            const std::vector<double>& steps, Sampling sampling, int frames,
+                            double budget_s);
+
+} // namespace palpate::bench

@@ -1,0 +1,157 @@
+// Modes, integrators and sizes on the head CT: time beside error, and the aims beside VTK.
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/suite/suites.h"
+#include "engine/base/log.h"
+#include "engine/scene/presets.h"
+
+namespace palpate::bench {
+
+namespace {
+
+struct Plan {
+    std::vector<uint32_t> sizes_px;
+    uint32_t rays_px; // scored, on each side
+    int rounds;
+    double peer_budget_s;
+};
+
+Plan plan_of(const Options& options) {
+    if (options.tiny)
+        return {{24, 32}, 16, 1, 0.1};
+    return {
+        {512, 1024}, options.full ? 256u : 128u, options.full ? 10 : 3, options.full ? 60.0 : 12.0};
+}
+
+std::vector<Setting> settings(RayMode mode) {
+    std::vector<Setting> all{{"fast", 1.0, 0}};
+    if (mode == RayMode::alpha)
+        all.push_back({"preintegrated", 1.0, 0});
+    if (has_integrator("exact"))
+        all.push_back({"exact", 1.0, mode == RayMode::alpha ? 8u : 0u});
+    return all;
+}
+
+std::vector<Subject> subjects_of(const Sample& sample) {
+    return {alpha_subject(sample, *preset("ct-peer"), ""),
+            shaded_subject(sample, *preset("ct-peer")), mip_subject(sample, -200, 2000),
+            iso_subject(sample, 300)};
+}
+
+// How many times faster than a mapper each mode should be.
+struct Aim {
+    const char* mode; // as peers call it
+    const char* mapper;
+    double times_faster;
+};
+constexpr Aim kAims[] = {{"alpha_shaded", "fixed", 1.9}, {"alpha", "fixed", 1.9},
+                         {"mip", "fixed", 1.5},          {"iso", "fixed", 4.5},
+                         {"alpha_shaded", "gpu", 10.0},  {"iso", "gpu", 50.0}};
+
+// The default held against a mapper at step 1: speed, and error where both are scored.
+void add_aims(const Subject& subject, uint32_t size_px, const Bench::Drawn& mine,
+              const std::vector<PeerPoint>& peers, Value& aims) {
+    for (const Aim& aim : kAims)
+        for (const PeerPoint& peer : peers) {
+            if (subject.peers != aim.mode || peer.subject != subject.name ||
+                peer.mapper != aim.mapper)
+                continue;
+            const double ratio = spread(peer.wall_ms).median / spread(mine.frames.wall_ms).median;
+            const bool exact_enough = !peer.errors || mine.errors.rmse <= peer.errors->rmse;
+            std::string what =
+                fmt::format("{}, {} px: times faster than {}", subject.title, size_px, peer.name());
+            if (peer.errors)
+                what += fmt::format(", RMSE {:.3g} beside {:.3g} {}", mine.errors.rmse,
+                                    peer.errors->rmse, mine.errors.unit);
+            aims.push_back({{"what", what},
+                            {"aim", fmt::format("at least {:g}{}", aim.times_faster,
+                                                peer.errors ? ", with no more error" : "")},
+                            {"figure", ratio},
+                            {"reached", ratio >= aim.times_faster && exact_enough}});
+        }
+}
+
+void add_first_frame_aims(const Subject& subject, double first_ms,
+                          const std::vector<PeerPoint>& peers, Value& aims) {
+    for (const PeerPoint& peer : peers)
+        if (peer.subject == subject.name) {
+            const double share = first_ms / peer.first_frame_ms;
+            const double most = peer.mapper == "gpu" ? 0.5 : 1.0;
+            aims.push_back(
+                {{"what", fmt::format("{}: first frame ({:.0f} ms) beside that of {} "
+                                      "({:.0f} ms)",
+                                      subject.title, first_ms, peer.name(), peer.first_frame_ms)},
+                 {"aim", fmt::format("at most {:g}", most)},
+                 {"figure", share},
+                 {"reached", share <= most}});
+        }
+}
+
+} // namespace
+
+Result<Report> run_render(Bench& bench) {
+    const Options& options = bench.options();
+    const Plan plan = plan_of(options);
+    Report report;
+    Value& json = report.json;
+    json["notes"] = Value::array();
+    std::vector<Sample> samples;
+    if (options.tiny) {
+        samples.push_back(ball(32));
+    } else {
+        Result<Sample> ct = head_ct(options.head_ct);
+        if (ct) {
+            samples.push_back(std::move(*ct));
+            samples.push_back(resampled(samples[0], {512, 512, 174}, "head_ct_fine"));
+        } else {
+            json["notes"].push_back("The head CT was left out, the phantom stands in: " +
+                                    ct.error().message);
+            samples.push_back(phantom(256));
+        }
+    }
+    json["peers"] = Value::object();
+    json["panels"] = Value::array();
+    json["aims"] = Value::array();
+    json["first_frames"] = Value::array();
+    for (const Sample& sample : samples) {
+        const std::vector<Subject> subjects = subjects_of(sample);
+        for (const uint32_t size_px : plan.sizes_px) {
+            const Sampling sampling{size_px, std::max(1u, size_px / plan.rays_px)};
+            const Result<Peers> peers = measure_peers(bench, subjects, {1.0}, sampling,
+                                                      3 * plan.rounds, plan.peer_budget_s);
+            if (!peers)
+                return fail("{}", peers.error().message);
+            json["peers"] = {{"vtk", peers->version}, {"absent_because", peers->absent_because}};
+            for (const Subject& subject : subjects) {
+                log::info("{}, {} px", subject.name, size_px);
+                const auto drawn =
+                    bench.draw(subject, settings(subject.layer.mode), sampling, plan.rounds);
+                if (!drawn)
+                    return fail("{}", drawn.error().message);
+                Value panel = panel_json(subject, *drawn, peers->points, sampling, report.failures);
+                panel["title"] = fmt::format("{}, {} px", subject.title, size_px);
+                json["panels"].push_back(std::move(panel));
+                add_aims(subject, size_px, drawn->front(), peers->points, json["aims"]);
+                if (size_px != plan.sizes_px.front())
+                    continue;
+                const Result<double> first =
+                    bench.first_frame_ms(subject, default_setting(), size_px);
+                if (!first)
+                    return fail("{}", first.error().message);
+                json["first_frames"].push_back(
+                    {{"subject", subject.name}, {"renderer", "palpate"}, {"ms", *first}});
+                for (const PeerPoint& peer : peers->points)
+                    if (peer.subject == subject.name)
+                        json["first_frames"].push_back({{"subject", subject.name},
+                                                        {"renderer", peer.name()},
+                                                        {"ms", peer.first_frame_ms}});
+                add_first_frame_aims(subject, *first, peers->points, json["aims"]);
+            }
+        }
+    }
+    return report;
+}
+
+} // namespace palpate::bench

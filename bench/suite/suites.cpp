@@ -1,0 +1,92 @@
+#include "bench/suite/suites.h"
+
+#include <array>
+#include <cstdlib>
+#include <ctime>
+
+#include "bench/suite/page.h"
+#include "engine/base/file.h"
+#include "engine/base/log.h"
+#include "engine/base/timer.h"
+
+namespace palpate::bench {
+
+namespace {
+
+constexpr std::array kSuites{
+    Suite{"quality", "error against time: integrators, steps, VTK, convergence, factors",
+          run_quality},
+    Suite{"render", "modes, integrators and sizes: time beside error, and the aims beside VTK",
+          run_render},
+    Suite{"upload", "bytes to the device: a whole volume, 1 to 256 bricks, share of memcpy",
+          run_upload},
+    // stability: one line here, see bench/cases.
+};
+
+std::string now_utc() {
+    const std::time_t now = std::time(nullptr);
+    std::tm parts{};
+    ::gmtime_r(&now, &parts);
+    char text[32];
+    std::strftime(text, sizeof text, "%Y-%m-%d %H:%M:%S", &parts);
+    return text;
+}
+
+} // namespace
+
+std::span<const Suite> suites() {
+    return kSuites;
+}
+
+Result<void> run_suite(const std::string& name, const Options& options) {
+    const auto suite = std::find_if(kSuites.begin(), kSuites.end(),
+                                    [&](const Suite& s) { return name == s.name; });
+    if (suite == kSuites.end()) {
+        std::string known;
+        for (const Suite& s : kSuites)
+            known += fmt::format("{}{}", known.empty() ? "" : ", ", s.name);
+        return fail("bench: expected a suite ({}), found '{}'", known, name);
+    }
+    std::error_code error;
+    fs::create_directories(options.out, error);
+    if (error)
+        return fail("{}: cannot be made: {}", options.out.string(), error.message());
+    if (!options.tiny)
+        ::setenv("MESA_SHADER_CACHE_DISABLE", "true",
+                 1); // first frames compile, as on a new machine
+    const std::string started = now_utc();
+    const Timer timer;
+    const Neighbours neighbours;
+    Device device({.select = options.device});
+    Bench bench(device, options);
+    Result<Report> report = suite->run(bench);
+    if (!report)
+        return pass_on(report);
+    Value json{{"suite", suite->name},
+               {"form", options.tiny   ? "tiny"
+                        : options.full ? "full"
+                                       : "short"},
+               {"started_utc", started},
+               {"duration_s", timer.ms() / 1000.0},
+               {"environment", environment(device.info())},
+               {"busy_neighbours", neighbours.cores()},
+               {"pass", report->failures.empty()},
+               {"failures", report->failures}};
+    json.update(report->json);
+    const fs::path path = options.out / fmt::format("{}.json", suite->name);
+    const std::string text = json.dump(1) + "\n";
+    if (Result<void> saved = save_bytes(path, std::as_bytes(std::span(text))); !saved)
+        return saved;
+    if (Result<void> written = write_page(options.out); !written)
+        return written;
+    log::info("{} and {} after {:.0f} s", path.string(), (options.out / "index.html").string(),
+              timer.ms() / 1000.0);
+    if (!report->failures.empty())
+        return fail("{}{}", report->failures[0],
+                    report->failures.size() == 1
+                        ? ""
+                        : fmt::format(" (and {} more)", report->failures.size() - 1));
+    return {};
+}
+
+} // namespace palpate::bench

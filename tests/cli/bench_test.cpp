@@ -1,0 +1,154 @@
+// palpate bench and scripts/bench-compare, as a person runs them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+class BenchCommand : public ProgramTest {
+ protected:
+    ProgramRun bench(const std::string& suite) const {
+        return run({"bench", suite, "--tiny", "--no-peers", "--out", file("out").string()});
+    }
+    json result(const std::string& suite) const {
+        return json::parse(bytes_of("out/" + suite + ".json"));
+    }
+    ProgramRun compare(const std::string& a, const std::string& b) const {
+        const std::string command = std::string(PALPATE_SOURCE_DIR) + "/scripts/bench-compare " +
+                                    file(a).string() + " " + file(b).string() + " --all >" +
+                                    file("stdout").string() + " 2>" + file("stderr").string();
+        const int status = std::system(command.c_str());
+        return {WEXITSTATUS(status), bytes_of("stdout"), bytes_of("stderr")};
+    }
+};
+
+void expect_environment(const json& v) {
+    for (const char* key : {"commit", "compiler", "build_type", "device", "driver", "cpu", "cores"})
+        EXPECT_TRUE(v["environment"].contains(key)) << key;
+    EXPECT_FALSE(v["environment"]["commit"].get<std::string>().empty());
+}
+
+void expect_panels(const json& v) {
+    ASSERT_FALSE(v["panels"].empty());
+    for (const json& panel : v["panels"]) {
+        int defaults = 0, on_front = 0;
+        for (const json& point : panel["points"]) {
+            defaults += point["default"].get<bool>();
+            on_front += point["on_front"].get<bool>();
+            const json& wall = point["time"]["wall_ms"];
+            EXPECT_GT(wall["median"], 0.0);
+            EXPECT_LE(wall["low"], wall["median"]);
+            EXPECT_GE(wall["high"], wall["median"]);
+            EXPECT_LE(wall["median"], wall["p95"]);
+            EXPECT_GT(point["time"]["gpu_ms"]["median"], 0.0);
+            for (const char* key : {"rmse", "max", "p999", "count", "unit"})
+                EXPECT_TRUE(point["error"].contains(key)) << key;
+            EXPECT_LE(point["error"]["rmse"], point["error"]["max"]);
+            EXPECT_GE(point["error"]["flip_mean"].get<double>(), 0.0);
+        }
+        EXPECT_EQ(defaults, 1) << panel["subject"];
+        EXPECT_GE(on_front, 1) << panel["subject"];
+        EXPECT_TRUE(panel["default_on_front"].is_boolean());
+    }
+}
+
+// So short a run may find the default behind its front, by noise: then it says so and exits with 1.
+void expect_verdict(const ProgramRun& ran, const json& v) {
+    EXPECT_EQ(v["pass"].get<bool>(), v["failures"].empty());
+    EXPECT_EQ(ran.exit_code, v["pass"].get<bool>() ? 0 : 1) << ran.messages;
+    if (!v["pass"].get<bool>()) {
+        EXPECT_THAT(ran.messages, HasSubstr(v["failures"][0].get<std::string>()));
+    }
+}
+
+TEST_F(BenchCommand, QualityGivesFrontsOrdersMapsAndFactors) {
+    const ProgramRun ran = bench("quality");
+    const json v = result("quality");
+    expect_verdict(ran, v);
+    expect_environment(v);
+    expect_panels(v);
+    EXPECT_EQ(v["peers"]["absent_because"], "VTK was not asked (--no-peers)");
+    EXPECT_EQ(v["maps"].size(), v["panels"].size());
+    EXPECT_GE(v["convergence"].size(), 4u);
+    EXPECT_FALSE(v["factors"]["one_at_a_time"].empty());
+    EXPECT_FALSE(v["factors"]["main_effects"].empty());
+    // Errors fall with the step: the coarsest is no better than the finest.
+    for (const json& curve : v["convergence"])
+        EXPECT_GE(curve["rmse"].front().get<double>(), curve["rmse"].back().get<double>()) << curve;
+    const std::string html = bytes_of("out/index.html");
+    EXPECT_THAT(html, HasSubstr("data:image/png;base64,"));
+    EXPECT_EQ(html.find("http"), std::string::npos);
+    // Truth is kept, and read the second time.
+    EXPECT_FALSE(std::filesystem::is_empty(file("out/truth")));
+}
+
+TEST_F(BenchCommand, RenderAndUploadShareAPageAndCompareWithThemselves) {
+    ProgramRun ran = bench("render");
+    const json render = result("render");
+    expect_verdict(ran, render);
+    expect_panels(render);
+    ran = bench("upload");
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json upload = result("upload");
+    ASSERT_GE(upload["rows"].size(), 2u);
+    for (const json& row : upload["rows"]) {
+        EXPECT_GT(row["bytes"], 0.0) << row;
+        EXPECT_GT(row["share_of_memcpy"], 0.0) << row;
+    }
+    // Whatever is derived from it, a volume of 64^3 is no fewer bytes than its samples.
+    EXPECT_GE(upload["rows"][0]["bytes"], 64 * 64 * 64 * 2);
+    const std::string html = bytes_of("out/index.html");
+    EXPECT_THAT(html, HasSubstr("\"suite\":\"render\""));
+    EXPECT_THAT(html, HasSubstr("\"suite\":\"upload\""));
+
+    ran = compare("out/render.json", "out/render.json");
+    EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_THAT(ran.output, HasSubstr("0 faster, 0 slower"));
+    EXPECT_THAT(ran.output, HasSubstr("time x1.000 (noise"));
+    // The same with one point three times slower and less exact.
+    json worse = render;
+    json& point = worse["panels"][0]["points"][0];
+    point["time"]["wall_ms"]["median"] = 3 * point["time"]["wall_ms"]["median"].get<double>();
+    point["time"]["noise"] = 0.01;
+    point["error"]["rmse"] = 2 * point["error"]["rmse"].get<double>();
+    worse["panels"][0]["points"][1]["name"] = "another";
+    write("worse.json", worse.dump());
+    json quiet = render;
+    quiet["panels"][0]["points"][0]["time"]["noise"] = 0.01;
+    write("quiet.json", quiet.dump());
+    ran = compare("quiet.json", "worse.json");
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.output, HasSubstr("time x3.000 , error x2.000"));
+    EXPECT_THAT(ran.output, HasSubstr("slower and less exact"));
+    EXPECT_THAT(ran.output, HasSubstr("gone:"));
+    EXPECT_THAT(ran.output, HasSubstr("new:"));
+    // Refused with one sentence.
+    EXPECT_EQ(compare("out/render.json", "out/upload.json").exit_code, 2);
+    EXPECT_THAT(bytes_of("stderr"), HasSubstr("expected results of one suite"));
+    EXPECT_EQ(compare("out/render.json", "none.json").exit_code, 2);
+    EXPECT_THAT(bytes_of("stderr"), HasSubstr("none.json: No such file"));
+}
+
+TEST_F(BenchCommand, RefusesWithOneSentence) {
+    ProgramRun ran = bench("speed");
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("expected a suite (quality, "));
+    EXPECT_FALSE(std::filesystem::exists(file("out")));
+    write("file", "");
+    ran = run({"bench", "upload", "--tiny", "--out", file("file").string()});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("cannot be made"));
+    EXPECT_EQ(run({"bench"}).exit_code, 2);
+    EXPECT_EQ(run({"bench", "upload", "--tiny", "--full"}).exit_code, 2);
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,65 @@
+#include "bench/suite/page.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/temporary_folder.h"
+
+namespace palpate::bench {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class Page : public TemporaryFolder {};
+
+TEST_F(Page, NeedsNothingBesideItself) {
+    const std::string html = page_html(Value::array());
+    for (const char* outside : {"http:", "https:", "//cdn", "@import", "src=\"", "<link", "url("})
+        EXPECT_THAT(html, Not(HasSubstr(outside))) << outside;
+    for (const char c : html)
+        ASSERT_LT(static_cast<unsigned char>(c), 128); // whatever a server says the encoding is
+    EXPECT_THAT(html, Not(HasSubstr("@RESULTS@")));
+}
+
+TEST_F(Page, ResultsCannotEndTheScriptTheyStandIn) {
+    const Value evil{{"suite", "quality"}, {"note", "</script><script>alert(1)</script><!--"}};
+    const std::string html = page_html(Value::array({evil}));
+    EXPECT_THAT(html, Not(HasSubstr("</script><script>alert")));
+    EXPECT_THAT(html, Not(HasSubstr("<!--")));
+    // What a browser's JSON.parse sees is what was put in.
+    const size_t from = html.find("id=\"results\">") + 13;
+    const Value back = Value::parse(html.substr(from, html.find("</script>", from) - from));
+    EXPECT_EQ(back[0], evil);
+}
+
+TEST_F(Page, PutsPicturesInsideAndOnlyThoseOfItsFolder) {
+    std::filesystem::create_directory(file("out"));
+    std::filesystem::create_directory(file("out/maps"));
+    write("secret.png", "secret");
+    write("out/maps/a.png", std::string("\x00\xffpicture", 9));
+    write("out/quality.json",
+          Value{{"suite", "quality"},
+                {"maps",
+                 {{{"png", "maps/a.png"}}, {{"png", "../secret.png"}}, {{"png", "gone.png"}}}}}
+              .dump());
+    ASSERT_TRUE(write_page(file("out")));
+    const std::string html = bytes_of("out/index.html");
+    EXPECT_THAT(html, HasSubstr("data:image/png;base64,AP9waWN0dXJl")); // as base64(1) has it
+    EXPECT_THAT(html, Not(HasSubstr("c2VjcmV0")));                      // "secret"
+    EXPECT_THAT(html, HasSubstr("{\"png\":null}"));
+}
+
+TEST_F(Page, ADamagedResultIsOneSentence) {
+    for (const char* text : {"", "{", "[]", "{\"suite\": \"upload\"}", "{\"suite\": 3}"}) {
+        write("quality.json", text);
+        const Result<void> written = write_page(file("."));
+        ASSERT_FALSE(written) << text;
+        EXPECT_THAT(written.error().message,
+                    HasSubstr("quality.json: expected the result of palpate bench quality"));
+    }
+    EXPECT_FALSE(std::filesystem::exists(file("index.html")));
+}
+
+} // namespace
+} // namespace palpate::bench
