@@ -159,7 +159,13 @@ Value convergence_json(const std::string& title, const std::string& integrator,
                        const std::vector<double>& steps, const std::vector<double>& errors) {
     Value v{{"title", title}, {"integrator", integrator}, {"steps", steps}, {"rmse", errors}};
     constexpr double kAboveFloor = 4.0;
-    const double floor = *std::min_element(errors.begin(), errors.end());
+    constexpr double kStillFalls = 0.6, kSlower = 1.25;
+    const size_t last = errors.size() - 1;
+    const auto left = [&](size_t i) { return errors[i] / errors[i - 1]; };
+    const bool floored = last == 0   ? false
+                         : last == 1 ? left(1) > kStillFalls
+                                     : left(last) > kSlower * left(last - 1);
+    const double floor = floored ? *std::min_element(errors.begin(), errors.end()) : 0.0;
     std::vector<double> x, y;
     for (size_t i = 0; i < steps.size(); ++i)
         if (errors[i] > kAboveFloor * floor) {

@@ -23,9 +23,10 @@ Value panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
 Result<Value> map_json(const Bench& bench, const std::string& title, const Image& picture,
                        const Image& truth, const Subject& subject, double scale);
 
-// How the error of an integrator falls with the step (or the sub-step): the fitted order, over the
-// points that stand at least four times above the smallest error, which floors it: what rounding
-// adds there is below 1/16 of the square.
+// How the error of an integrator falls with the step (or the sub-step): the fitted order. Steps are
+// halved from one to the next. Where the last halving leaves 1.25 times the share of the error that
+// the one before it left, rounding has set a floor, and only points at least four times above the
+// smallest error are fitted: what the floor adds there is below 1/16 of the square.
 Value convergence_json(const std::string& title, const std::string& integrator,
                        const std::vector<double>& steps, const std::vector<double>& errors);
 
