@@ -15,6 +15,7 @@ struct Suite {
 // One file a suite.
 Result<Report> run_quality(Bench& bench);
 Result<Report> run_render(Bench& bench);
+Result<Report> run_stability(Bench& bench);
 Result<Report> run_upload(Bench& bench);
 
 std::span<const Suite> suites();
