@@ -6,9 +6,12 @@
 
 #include "engine/base/timer.h"
 #include "engine/render/shader_code.h"
+#include "shaders/shared/interactive.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
 #include "shaders/shared/tiles.h"
+#include "spirv/interpolate.h"
+#include "spirv/judge.h"
 #include "spirv/ray_cast.h"
 #include "spirv/slices.h"
 #include "spirv/tiles.h"
@@ -38,7 +41,7 @@ std::string name_of(const RayCastVariant& v) {
           std::pair(v.shaded, " shaded"), std::pair(v.labels, " labels"),
           std::pair(v.slices, " slices"), std::pair(v.values, " values"),
           std::pair(v.no_data, " no-data"), std::pair(!v.skip, " unskipped"),
-          std::pair(v.count, " counting")})
+          std::pair(v.count, " counting"), std::pair(v.from_list, " listed")})
         if (on)
             name += text;
     return name;
@@ -75,9 +78,9 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         slots.push_back({gpu::kRayCells, kSampled});
         slots.push_back({gpu::kRayTiles, kStorage});
         slots.push_back({gpu::kRayTileGroups, kStorage});
-        const std::array<uint32_t, 7> constants{
+        const std::array<uint32_t, 8> constants{
             variant.mode,      variant.preintegrated, variant.shaded, variant.no_data,
-            variant.iso_count, variant.skip,          variant.count};
+            variant.iso_count, variant.skip,          variant.count,  variant.from_list};
         pipeline = std::make_unique<ComputePipeline>(*device_, name_of(variant),
                                                      ray_cast_code(variant), slots, constants);
         creation_ms_ += timer.ms();
@@ -85,20 +88,48 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
     return *pipeline;
 }
 
-ComputePipeline& Pipelines::tiles(bool skip) {
-    std::unique_ptr<ComputePipeline>& pipeline = tiles_[skip];
+ComputePipeline& Pipelines::tiles(uint32_t which) {
+    std::unique_ptr<ComputePipeline>& pipeline = tiles_[which];
     if (!pipeline) {
         const Timer timer;
         const BindingSlot slots[] = {{gpu::kTileFrame, kUniform},
                                      {gpu::kTileCells, kSampled},
                                      {gpu::kTileGroups, kStorage},
                                      {gpu::kTileEntries, kStorage}};
-        const uint32_t constants[] = {skip};
-        pipeline = std::make_unique<ComputePipeline>(*device_, skip ? "tiles" : "all tiles",
+        const uint32_t constants[] = {which};
+        pipeline = std::make_unique<ComputePipeline>(*device_, fmt::format("tiles {}", which),
                                                      spirv::tiles[0], slots, constants);
         creation_ms_ += timer.ms();
     }
     return *pipeline;
+}
+
+ComputePipeline& Pipelines::interpolate() {
+    if (!interpolate_) {
+        const Timer timer;
+        const BindingSlot slots[] = {{gpu::kInterpolateBlock, kUniform},
+                                     {gpu::kInterpolateCoarse, kSampled},
+                                     {gpu::kInterpolateColor, kStorageImage},
+                                     {gpu::kInterpolateGroups, kStorage},
+                                     {gpu::kInterpolateRays, kStorage}};
+        interpolate_ = std::make_unique<ComputePipeline>(*device_, "interpolate",
+                                                         spirv::interpolate[0], slots);
+        creation_ms_ += timer.ms();
+    }
+    return *interpolate_;
+}
+
+ComputePipeline& Pipelines::judge() {
+    if (!judge_) {
+        const Timer timer;
+        const BindingSlot slots[] = {{gpu::kJudgeBlock, kUniform},
+                                     {gpu::kJudgeColor, kSampled},
+                                     {gpu::kJudgeTruth, kSampled},
+                                     {gpu::kJudgeSquares, kStorage}};
+        judge_ = std::make_unique<ComputePipeline>(*device_, "judge", spirv::judge[0], slots);
+        creation_ms_ += timer.ms();
+    }
+    return *judge_;
 }
 
 ComputePipeline& Pipelines::slices(bool labels) {

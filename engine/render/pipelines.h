@@ -14,8 +14,9 @@ struct RayCastVariant {
     bool preintegrated = false, exact = false, shaded = false;
     bool labels = false, slices = false, values = false, no_data = false;
     uint32_t iso_count = 1;
-    bool skip = true;   // jump over empty space
-    bool count = false; // count samples
+    bool skip = true;       // jump over empty space
+    bool count = false;     // count samples
+    bool from_list = false; // march listed rays, not tiles
 
     friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
 };
@@ -27,8 +28,9 @@ class Pipelines {
 
     ComputePipeline& ray_cast(const RayCastVariant& variant);
     ComputePipeline& slices(bool labels);
-    // Lists tiles: those that meet something (skip), or all that see the volume.
-    ComputePipeline& tiles(bool skip);
+    ComputePipeline& tiles(uint32_t which); // gpu::kList...
+    ComputePipeline& interpolate();
+    ComputePipeline& judge();
 
     double creation_ms() const { return creation_ms_; } // spent so far
 
@@ -36,7 +38,9 @@ class Pipelines {
     Device* device_;
     double creation_ms_ = 0;
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
-    std::map<bool, std::unique_ptr<ComputePipeline>> slices_, tiles_;
+    std::map<bool, std::unique_ptr<ComputePipeline>> slices_;
+    std::map<uint32_t, std::unique_ptr<ComputePipeline>> tiles_;
+    std::unique_ptr<ComputePipeline> interpolate_, judge_;
 };
 
 } // namespace palpate

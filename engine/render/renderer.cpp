@@ -9,7 +9,7 @@
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
 #include "engine/render/frame_block.h"
-#include "engine/render/transfer_image.h"
+#include "engine/render/held.h"
 #include "engine/volume/changes.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
@@ -19,38 +19,15 @@ namespace palpate {
 
 namespace {
 
-// A submission on a device with a watchdog takes at most about this many samples: 50 ms at 2e10
-// samples a second, a tenth of what a large GPU reaches.
-constexpr double kSamplesPerSubmission = 1e9;
-
-uint32_t eye_count(const Scene& scene) {
-    return scene.stereo ? 2 : 1;
-}
-
-glm::uvec2 tile_count(const Scene& scene) {
-    return (scene.size_px + (gpu::kTileSide - 1)) / gpu::kTileSide;
-}
-
-// Rows of tiles that one submission marches: as many as a dispatch has workgroups for, and on a
-// device with a watchdog no more than take a moment.
-uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid) {
-    const glm::uvec2 count = tile_count(scene);
-    const uint32_t tiles_per_row = count.x * eye_count(scene);
-    const uint32_t most = std::max(1u, device.limits().maxComputeWorkGroupCount[0] / tiles_per_row);
-    const uint32_t rows = std::min(count.y, most);
-    if (device.info().is_cpu() || !scene.ray_cast)
-        return rows;
-    const glm::dvec3 extent_mm = spacing_mm(grid) * glm::dvec3(grid.size);
-    const double per_ray = glm::length(extent_mm) / step_mm_of(*scene.ray_cast, grid);
-    const double per_row = per_ray * scene.size_px.x * gpu::kTileSide * eye_count(scene);
-    return std::clamp(static_cast<uint32_t>(kSamplesPerSubmission / per_row), 1u, rows);
-}
-
-std::vector<View> views_of(const Scene& scene) {
-    if (!scene.stereo)
-        return {make_view(scene.camera, scene.size_px)};
-    const auto pair = make_stereo_views(scene.camera, scene.stereo->rig, scene.size_px);
-    return {pair.begin(), pair.end()};
+void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times) {
+    for (PassTime& time : times) {
+        const auto same = std::find_if(sums.begin(), sums.end(),
+                                       [&](const PassTime& p) { return p.name == time.name; });
+        if (same != sums.end())
+            same->gpu_ms += time.gpu_ms;
+        else
+            sums.push_back(std::move(time));
+    }
 }
 
 uint32_t mode_of(RayMode mode) {
@@ -80,28 +57,6 @@ RayCastVariant variant_of(const Scene& scene, const Volume& volume) {
     if (layer.mode == RayMode::iso)
         variant.iso_count = static_cast<uint32_t>(layer.isos.size());
     return variant;
-}
-
-// Keeps a small buffer in step with its contents: written only when they differ.
-class MirroredBuffer {
- public:
-    void hold(Device& device, const char* name, std::span<const std::byte> bytes) {
-        if (buffer_ && bytes.size() == buffer_->bytes() &&
-            std::memcmp(bytes.data(), buffer_->mapped().data(), bytes.size()) == 0)
-            return;
-        buffer_.emplace(device, name, bytes.size(), Memory::upload); // the old one is retired
-        std::memcpy(buffer_->mapped().data(), bytes.data(), bytes.size());
-    }
-    void drop() { buffer_.reset(); }
-    Buffer& get() { return *buffer_; }
-
- private:
-    std::optional<Buffer> buffer_;
-};
-
-template <class T>
-std::span<const std::byte> bytes_of(const T& value) {
-    return std::as_bytes(std::span(&value, 1));
 }
 
 } // namespace
@@ -134,25 +89,6 @@ uint64_t count_segments(const Scene& scene, const Grid& grid) {
             }
     return count;
 }
-
-struct Renderer::Targets {
-    glm::uvec2 size_px;
-    uint32_t eyes;
-    bool return_values;                            // the scene asks for value and depth
-    std::optional<GpuImage> color, values;         // what is read back
-    std::optional<GpuImage> behind, behind_values; // slices that a ray caster draws over
-};
-
-struct Renderer::Held {
-    std::optional<GpuVolume> volume, labels;
-    std::optional<CellMap> cells;
-    std::optional<Buffer> tile_groups, tiles;
-    double cell_map_ms = 0;
-    std::optional<TransferImage> transfer, slice_transfer;
-    MirroredBuffer frame, slice_frame, planes, styles;
-    std::optional<Targets> targets;
-    RayCastVariant variant;
-};
 
 Renderer::Renderer(Device& device, RendererOptions options)
     : device_(&device),
@@ -276,8 +212,8 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         inputs.cells = held_->cells->count();
         inputs.cell_side = held_->cells->side();
         inputs.cell_margin = held_->cells->margin();
-        held_->frame.hold(*device_, "ray cast",
-                          bytes_of(make_frame_block(scene, data, views, inputs)));
+        held_->block = make_frame_block(scene, data, views, inputs);
+        held_->frame.hold(*device_, "ray cast", bytes_of(held_->block));
         held_->variant = variant_of(scene, data.volume);
         held_->variant.skip = options_.skipping && held_->cells->pays(scene.ray_cast->mode);
         held_->variant.count = counting_;
@@ -285,6 +221,7 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         held_->cells.reset();
         held_->tiles.reset();
         held_->tile_groups.reset();
+        held_->coarse.reset();
         held_->transfer.reset();
         held_->frame.drop();
     }
@@ -303,99 +240,6 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
     }
     keep_targets(scene);
     return uploaded;
-}
-
-void Renderer::record_slices(Commands& commands, const Scene& scene) {
-    Targets& targets = *held_->targets;
-    std::vector<Bound> bound{
-        bind_uniform(gpu::kSliceFrame, held_->slice_frame.get()),
-        bind_sampled(gpu::kSliceVolume, held_->volume->image(), linear_),
-        bind_sampled(gpu::kSliceTable, held_->slice_transfer->image(), nearest_)};
-    if (scene.labels) {
-        bound.push_back(bind_sampled(gpu::kSliceLabels, held_->labels->image(), label_sampler_));
-        bound.push_back(bind_storage(gpu::kSliceStyles, held_->styles.get()));
-    }
-    bound.push_back(bind_uniform(gpu::kSlicePlanes, held_->planes.get()));
-    const bool behind = targets.behind.has_value();
-    bound.push_back(
-        bind_storage_image(gpu::kSliceColor, behind ? *targets.behind : *targets.color));
-    bound.push_back(
-        bind_storage_image(gpu::kSliceValues, behind ? *targets.behind_values : *targets.values));
-    commands.begin_pass("slices");
-    commands.dispatch(pipelines_.slices(scene.labels.has_value()), bound,
-                      {tile_count(scene), eye_count(scene)});
-    commands.end_pass();
-}
-
-void Renderer::record_background(Commands& commands, const Scene& scene) {
-    Targets& targets = *held_->targets;
-    commands.begin_pass("background");
-    if (targets.behind)
-        commands.copy(*targets.behind, *targets.color);
-    else
-        commands.clear(*targets.color, glm::vec4(glm::vec3(scene.background), 0.0f));
-    if (scene.value_and_depth) {
-        if (targets.behind_values)
-            commands.copy(*targets.behind_values, *targets.values);
-        else
-            commands.clear(*targets.values, glm::vec4(std::numeric_limits<float>::quiet_NaN()));
-    }
-    commands.end_pass();
-}
-
-void Renderer::record_tiles(Commands& commands, const Scene& scene, uint32_t first_row,
-                            uint32_t rows) {
-    const glm::uvec2 count = tile_count(scene);
-    const size_t most = size_t{count.x} * count.y * eye_count(scene);
-    if (!held_->tile_groups)
-        held_->tile_groups.emplace(*device_, "tile count", 3 * sizeof(uint32_t), Memory::device);
-    if (!held_->tiles)
-        held_->tiles.emplace(*device_, "tiles", most * sizeof(gpu::TileEntry), Memory::device);
-    // A MIP passes over nothing before it has met something.
-    // A cap lies where clip planes cut into values above an iso-value, not where those change.
-    const bool capped = scene.ray_cast->mode == RayMode::iso && !scene.clip_planes.empty();
-    const bool skip = options_.skipping && scene.ray_cast->mode != RayMode::mip && !capped;
-    const uint32_t none[] = {0, 1, 1};
-    commands.begin_pass("tiles");
-    commands.fill(*held_->tile_groups, none);
-    const Bound bound[] = {bind_uniform(gpu::kTileFrame, held_->frame.get()),
-                           bind_sampled(gpu::kTileCells, held_->cells->image(), nearest_),
-                           bind_storage(gpu::kTileGroups, *held_->tile_groups, Use::storage_write),
-                           bind_storage(gpu::kTileEntries, *held_->tiles, Use::storage_write)};
-    commands.dispatch(pipelines_.tiles(skip), bound, {(count.x + 63) / 64, rows, eye_count(scene)},
-                      {0, first_row, 0});
-    commands.end_pass();
-}
-
-void Renderer::record_ray_cast(Commands& commands, const Scene& scene) {
-    Targets& targets = *held_->targets;
-    std::vector<Bound> bound{bind_uniform(gpu::kRayFrame, held_->frame.get()),
-                             bind_sampled(gpu::kRayVolume, held_->volume->image(), linear_)};
-    if (held_->transfer)
-        bound.push_back(bind_sampled(gpu::kRayTable, held_->transfer->image(), nearest_));
-    if (held_->variant.exact) {
-        bound.push_back(bind_sampled(gpu::kRayCorners, held_->volume->image(), nearest_));
-        if (held_->transfer)
-            bound.push_back(bind_sampled(gpu::kRaySmoothTable, held_->transfer->image(), linear_));
-    }
-    if (scene.labels) {
-        bound.push_back(bind_sampled(gpu::kRayLabels, held_->labels->image(), label_sampler_));
-        bound.push_back(bind_storage(gpu::kRayStyles, held_->styles.get()));
-    }
-    if (!scene.slices.empty()) {
-        bound.push_back(bind_sampled(gpu::kRayBehind, *targets.behind, nearest_));
-        bound.push_back(bind_sampled(gpu::kRayBehindValues, *targets.behind_values, nearest_));
-    }
-    bound.push_back(bind_storage_image(gpu::kRayColor, *targets.color));
-    if (scene.value_and_depth)
-        bound.push_back(bind_storage_image(gpu::kRayValues, *targets.values));
-    bound.push_back(bind_sampled(gpu::kRayCells, held_->cells->image(), nearest_));
-    bound.push_back(bind_storage(gpu::kRayTiles, *held_->tiles,
-                                 held_->variant.count ? Use::storage_write : Use::storage_read));
-    bound.push_back(bind_storage(gpu::kRayTileGroups, *held_->tile_groups));
-    commands.begin_pass("ray cast");
-    commands.dispatch_indirect(pipelines_.ray_cast(held_->variant), bound, *held_->tile_groups);
-    commands.end_pass();
 }
 
 uint64_t Renderer::read_sample_count() {
@@ -417,6 +261,37 @@ uint64_t Renderer::read_sample_count() {
     return samples;
 }
 
+uint32_t Renderer::tile_rows(const Scene& scene) {
+    return tile_count(scene.size_px).y;
+}
+
+uint32_t Renderer::tiles_to_list(const Scene& scene) const {
+    // A MIP passes over nothing before it has met something. A cap lies where clip planes cut into
+    // values above an iso-value, not where those change.
+    const bool capped = scene.ray_cast->mode == RayMode::iso && !scene.clip_planes.empty();
+    const bool visible = options_.skipping && scene.ray_cast->mode != RayMode::mip && !capped;
+    return visible ? gpu::kListVisible : gpu::kListBox;
+}
+
+Renderer::RayPass Renderer::full_pass(const Scene& scene) {
+    const glm::uvec2 count = tile_count(scene.size_px);
+    const size_t most = size_t{count.x} * count.y * eye_count(scene);
+    if (!held_->tile_groups)
+        held_->tile_groups.emplace(*device_, "tile count", 3 * sizeof(uint32_t), Memory::device);
+    if (!held_->tiles)
+        held_->tiles.emplace(*device_, "tiles", most * sizeof(gpu::TileEntry), Memory::device);
+    Targets& targets = *held_->targets;
+    return {"ray cast",
+            held_->variant,
+            scene.size_px,
+            held_->frame.get(),
+            held_->transfer ? &held_->transfer->image() : nullptr,
+            *targets.color,
+            targets.values ? &*targets.values : nullptr,
+            *held_->tile_groups,
+            *held_->tiles};
+}
+
 Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty());
     FrameStats stats;
@@ -429,7 +304,7 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
         stats.cell_map_ms = held_->cell_map_ms;
 
     const Timer timer;
-    const uint32_t rows = tile_count(scene).y;
+    const uint32_t rows = tile_rows(scene);
     const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
     std::deque<Commands> submissions;
     submissions.emplace_back(*device_);
@@ -437,6 +312,7 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
         record_slices(submissions.back(), scene);
     if (scene.ray_cast) {
         record_background(submissions.back(), scene);
+        RayPass pass = full_pass(scene);
         for (uint32_t row = 0; row < rows; row += band) {
             if (row > 0) {
                 submissions.back().submit();
@@ -444,22 +320,16 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
                     samples_ += read_sample_count();
                 submissions.emplace_back(*device_);
             }
-            record_tiles(submissions.back(), scene, row, std::min(band, rows - row));
-            record_ray_cast(submissions.back(), scene);
+            record_tiles(submissions.back(), pass, eye_count(scene), tiles_to_list(scene), row,
+                         std::min(band, rows - row));
+            record_ray_cast(submissions.back(), pass, scene);
         }
     }
     submissions.back().submit();
     if (scene.ray_cast && counting_)
         samples_ += read_sample_count();
     for (Commands& submission : submissions)
-        for (PassTime& time : submission.finish()) {
-            const auto same = std::find_if(stats.passes.begin(), stats.passes.end(),
-                                           [&](const PassTime& p) { return p.name == time.name; });
-            if (same != stats.passes.end())
-                same->gpu_ms += time.gpu_ms;
-            else
-                stats.passes.push_back(std::move(time));
-        }
+        add_times(stats.passes, submission.finish());
     stats.wall_ms = timer.ms();
     if (frame.recorded())
         frame.tell("wall_ms", Json::of(stats.wall_ms));

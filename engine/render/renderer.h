@@ -39,6 +39,24 @@ struct Frame {
     FrameStats stats;
 };
 
+// How a picture is made from fewer rays than it has pixels.
+struct CoarseSettings {
+    // Steps this much longer than the scene's; >= 1. The exact integrator has none to lengthen.
+    double step_factor = 1.0;
+    // Every second pixel both ways has a ray. Between rays that differ by more than this in some
+    // channel (0 .. 1), the others have rays, too; elsewhere they take the mean of their
+    // neighbours.
+    double contrast = 0.06;
+};
+
+struct CoarseStats {
+    FrameStats frame;
+    // RMSE of the picture's colours (1 is white), from rays of full quality through one pixel in
+    // 225, other ones in each frame.
+    double error_estimate = 0;
+    double traced_share = 0; // of the pixels: those with rays of their own
+};
+
 // Draws scenes. Keeps on the GPU what the last scene needed and makes nothing else; the same
 // snapshot is never uploaded twice, and of a later one only the bricks that changed.
 class Renderer {
@@ -49,6 +67,17 @@ class Renderer {
     // Draws one frame and leaves it on the GPU; `stats` says what that took. Fails with a sentence
     // where the volume does not fit the device.
     Result<FrameStats> draw(const Scene& scene, const SceneData& data);
+
+    // The same from fewer rays, for a hand that is moving. `scene` has a ray-cast layer, and its
+    // value_and_depth is left out.
+    Result<CoarseStats> draw_coarse(const Scene& scene, const SceneData& data,
+                                    const CoarseSettings& settings);
+
+    // Draws `rows` rows of tiles (kTileSide pixels high) of the scene over what is there, at full
+    // quality. When all rows of tile_rows() have been drawn the picture is that of draw().
+    Result<FrameStats> refine(const Scene& scene, const SceneData& data, uint32_t first_row,
+                              uint32_t rows);
+    static uint32_t tile_rows(const Scene& scene);
 
     // Draws the frame once more with a variant that counts how many samples of the volume its rays
     // take. Leaves the same picture.
@@ -64,6 +93,8 @@ class Renderer {
  private:
     struct Targets; // the images a frame is drawn into
     struct Held;    // everything kept on the GPU between frames
+    struct RayPass;
+    struct Coarse;
 
     // Brings what is kept in line with the scene; the number of bricks uploaded.
     Result<size_t> prepare(const Scene& scene, const SceneData& data);
@@ -71,11 +102,17 @@ class Renderer {
                                const char* name, const Volume& volume, TexelFormat format,
                                uint64_t limit_bytes);
     void keep_targets(const Scene& scene);
-    void record_slices(Commands& commands, const Scene& scene);
     void keep_cells(const RayCastLayer& layer, const Volume& volume);
+    void keep_coarse(const Scene& scene, const SceneData& data, const CoarseSettings& settings);
+    uint32_t tiles_to_list(const Scene& scene) const; // gpu::kList...
+    RayPass full_pass(const Scene& scene);
+    void record_slices(Commands& commands, const Scene& scene);
     void record_background(Commands& commands, const Scene& scene);
-    void record_tiles(Commands& commands, const Scene& scene, uint32_t first_row, uint32_t rows);
-    void record_ray_cast(Commands& commands, const Scene& scene);
+    void record_tiles(Commands& commands, RayPass& pass, uint32_t eyes, uint32_t which,
+                      uint32_t first_row, uint32_t rows);
+    void record_ray_cast(Commands& commands, const RayPass& pass, const Scene& scene);
+    void record_interpolation(Commands& commands, const Scene& scene);
+    void record_judgement(Commands& commands);
     uint64_t read_sample_count();
 
     Device* device_;
