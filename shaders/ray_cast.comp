@@ -9,10 +9,8 @@
 // every branch. Stretches of empty macro-cells are jumped over; what is marched is the same bit for
 // bit without (lib/skipping.glsl).
 //
-// Built once for each combination of IS_ISO, HAS_LABELS, HAS_SLICES, HAS_VALUES, IS_EXACT and
-// HAS_ATLAS (0 or 1), so that what a scene does not use needs no binding. With HAS_ATLAS one dispatch
-// marches a part of the volume, and what rays have gathered is carried on to the next
-// (lib/carry.glsl).
+// Built once for each combination of IS_ISO, HAS_LABELS, HAS_SLICES, HAS_VALUES and IS_EXACT (0 or 1), so that
+// what a scene does not use needs no binding.
 
 #include "shaders/shared/ray_cast.h"
 #include "shaders/lib/rays.glsl"
@@ -24,7 +22,7 @@ layout(constant_id = 3) const uint kHasNoData = 0u;   // samples may be NaN
 layout(constant_id = 4) const uint kIsoCount = 1u;
 layout(constant_id = 5) const uint kSkip = 1u;        // jump over empty space
 layout(constant_id = 6) const uint kCount = 0u;       // write how many samples a tile took
-layout(constant_id = 7) const uint kManual = 0u;      // interpolate by hand, in fp32
+layout(constant_id = 7) const uint kFromList = 0u;    // march listed rays, not tiles
 
 layout(local_size_x = 64) in;
 
@@ -54,27 +52,22 @@ layout(binding = kRayValues, rg32f) uniform writeonly image2DArray value_image;
 
 layout(binding = kRayCells) uniform sampler3D cells;
 layout(scalar, binding = kRayTiles) buffer Tiles { TileEntry tiles[]; };
-layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups { uint tile_count; };
-
-#if HAS_ATLAS
-layout(binding = kRayPages) uniform sampler3D pages;
-layout(scalar, binding = kRayAtlas) uniform AtlasBlock { AtlasFrame atlas; };
-layout(binding = kRayCarry, rgba32f) uniform image2DArray carry_image;
-#endif
+layout(scalar, binding = kRayTiles) readonly buffer Listed { uint listed_rays[]; };
+layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups {
+    uint tile_count;
+    uint ones[2];
+    uint ray_count; // of listed rays
+};
 
 #define kNaN uintBitsToFloat(0x7fc00000u)
 
 uint samples_taken = 0u;
 
 #include "shaders/lib/skipping.glsl"
-#include "shaders/lib/texels.glsl"
 #include "shaders/lib/ray_sampling.glsl"
 #include "shaders/lib/ray_modes.glsl"
 #if IS_ISO
 #include "shaders/lib/ray_cap.glsl"
-#endif
-#if HAS_ATLAS
-#include "shaders/lib/carry.glsl"
 #endif
 
 // The list's order, taken alternately from its two halves' point of view: devices that give each
@@ -86,11 +79,26 @@ uint entry_of(uint group) {
 
 void main() {
     const uint entry = entry_of(gl_WorkGroupID.x);
-    const TileEntry listed = tiles[entry];
-    const uint eye = listed.tile >> kTileEyeShift;
-    const uvec2 tile = uvec2(listed.tile, listed.tile >> kTileXBits) & ((1u << kTileXBits) - 1u);
-    const uvec2 pixel = tile * kTileSide + pixel_in_tile(gl_LocalInvocationID.x);
-    const Ray ray = ray_through(frame.eyes[eye], vec2(pixel), frame.size_px);
+    uvec2 place; // of the ray in its pass
+    uint eye;
+    vec2 span = vec2(0.0, 1e30);
+    bool wanted;
+    if (kFromList != 0u) {
+        const uint slot = 64u * entry + gl_LocalInvocationID.x;
+        wanted = slot < ray_count;
+        const uint packed = listed_rays[wanted ? slot : 0u];
+        eye = packed >> kTileEyeShift;
+        place = uvec2(packed, packed >> kTileXBits) & ((1u << kTileXBits) - 1u);
+    } else {
+        const TileEntry listed = tiles[entry];
+        eye = listed.tile >> kTileEyeShift;
+        const uvec2 tile = uvec2(listed.tile, listed.tile >> kTileXBits) & ((1u << kTileXBits) - 1u);
+        place = tile * kTileSide + pixel_in_tile(gl_LocalInvocationID.x);
+        span = vec2(listed.near, listed.far);
+        wanted = all(lessThan(place, frame.rays));
+    }
+    const vec2 pixel = frame.first_px + vec2(place) * frame.px_per_ray;
+    const Ray ray = ray_through(frame.eyes[eye], pixel, frame.size_px);
 
     vec2 t = clip_to_box(ray, frame.last);
     float cut = 0.0; // cosine between the ray and the normal of the clip plane it starts on, if any
@@ -101,44 +109,31 @@ void main() {
     }
     vec4 behind = vec4(frame.background, 0.0);
 #if HAS_SLICES
-    behind = texelFetch(behind_color, ivec3(pixel, eye), 0);
-    const vec2 behind_value = texelFetch(behind_values, ivec3(pixel, eye), 0).rg;
+    behind = texelFetch(behind_color, ivec3(uvec2(pixel), eye), 0);
+    const vec2 behind_value = texelFetch(behind_values, ivec3(uvec2(pixel), eye), 0).rg;
     t.y = behind_value.g > 0.0 ? min(t.y, behind_value.g) : t.y;
 #endif
-    const bool inside = t.x < t.y && all(lessThan(pixel, frame.size_px));
+    const bool inside = t.x < t.y && wanted;
     t = inside ? t : vec2(0.0);
 
     // Distances are counted from where the lattice begins.
-    const float jitter = frame.jitter_mm * jitter_share(frame.jitter_seed, pixel, eye);
+    const float jitter = frame.jitter_mm * jitter_share(frame.jitter_seed, uvec2(pixel), eye);
     const RaySampler s = ray_sampler(Ray(ray.origin - jitter * ray.direction, ray.direction));
-    const vec2 span = vec2(listed.near, listed.far) + jitter;
+    span += jitter;
     t += jitter;
-#if HAS_ATLAS
-    const Carried front = carried(pixel, eye);
-    const float start = t.x;
-    t = clip_to_part(s.ray, eye, t);
-    const bool marches = inside && t.x < t.y && !is_opaque(front);
-    t = marches ? t : vec2(start);
-    cut = t.x == start ? cut : 0.0; // a cap belongs to the part in which the ray starts
-#else
-    const bool marches = inside;
-#endif
 #if IS_ISO
-    const Marched cap = cap_of(s, t.x, marches ? cut : 0.0);
-    Marched marched = over(cap, march(s, t, span, marches && cap.color.a < 1.0));
+    const Marched cap = cap_of(s, t.x, inside ? cut : 0.0);
+    Marched marched = over(cap, march(s, t, span, inside && cap.color.a < 1.0));
     marched.depth -= jitter;
 #else
-    Marched marched = march(s, t, span, marches);
-#endif
-#if HAS_ATLAS
-    marched = carry_on(front, marched, pixel, eye);
+    const Marched marched = march(s, t, span, inside);
 #endif
     if (kCount != 0u && inside)
         atomicAdd(tiles[entry].samples, samples_taken);
 
-    if (all(lessThan(pixel, frame.size_px))) {
+    if (wanted) {
         const float transmittance = 1.0 - marched.color.a;
-        imageStore(color_image, ivec3(pixel, eye),
+        imageStore(color_image, ivec3(place, eye),
                    vec4(marched.color.rgb + transmittance * behind.rgb,
                         marched.color.a + transmittance * behind.a));
 #if HAS_VALUES
@@ -147,7 +142,7 @@ void main() {
         values = vec2(isnan(values.x) ? behind_value.x : values.x,
                       isnan(values.y) ? behind_value.y : values.y);
 #endif
-        imageStore(value_image, ivec3(pixel, eye), vec4(values, 0.0, 0.0));
+        imageStore(value_image, ivec3(place, eye), vec4(values, 0.0, 0.0));
 #endif
     }
 }

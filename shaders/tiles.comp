@@ -9,7 +9,7 @@
 #include "shaders/shared/tiles.h"
 #include "shaders/lib/rays.glsl"
 
-layout(constant_id = 0) const uint kSkip = 1u; // 0: every tile that sees the volume is listed whole
+layout(constant_id = 0) const uint kList = kListVisible;
 
 layout(local_size_x = 64) in;
 
@@ -38,18 +38,19 @@ float free_about(Ray ray, CellRay c, float t) {
 }
 
 void main() {
-    const uvec2 count = (frame.size_px + kTileSide - 1u) / kTileSide;
+    const uvec2 count = (frame.rays + kTileSide - 1u) / kTileSide;
     const uvec2 tile = gl_GlobalInvocationID.xy;
     const uint eye_index = gl_GlobalInvocationID.z;
     const FrameEye eye = frame.eyes[eye_index];
     const float middle = 0.5 * float(kTileSide) - 0.5;
-    const Ray ray = ray_through(eye, vec2(tile * kTileSide) + middle, frame.size_px);
+    const vec2 pixel = frame.first_px + (vec2(tile * kTileSide) + middle) * frame.px_per_ray;
+    const Ray ray = ray_through(eye, pixel, frame.size_px);
     const float widest = eye.spread.x + eye.spread.y * eye.reach;
     Ray widened = ray;
     widened.origin += widest;
     vec2 t = clip_to_box(widened, frame.last + 2.0 * widest);
-    bool hit = t.x < t.y && tile.x < count.x && tile.y < count.y;
-    if (kSkip != 0u) {
+    bool hit = (t.x < t.y || kList == kListAll) && tile.x < count.x && tile.y < count.y;
+    if (kList == kListVisible) {
         const CellRay c = cell_ray(ray);
         const vec3 size = abs(ray.direction);
         const float speed = max(size.x, max(size.y, size.z)); // samples per mm

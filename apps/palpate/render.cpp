@@ -1,14 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/device_options.h"
 #include "apps/palpate/interrupt.h"
-#include "apps/palpate/preview.h"
-#include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
 #include "engine/base/file.h"
@@ -17,7 +15,7 @@
 #include "engine/base/timer.h"
 #include "engine/image/exr.h"
 #include "engine/image/png.h"
-#include "engine/render/renderer.h"
+#include "engine/render/interactive.h"
 #include "engine/render/stereo_layout.h"
 
 namespace palpate {
@@ -29,12 +27,10 @@ using Json = nlohmann::ordered_json;
 struct RenderOptions {
     SceneOptions scene;
     ReadFlags read;
-    DeviceMemoryOptions memory;
-    std::string preview;
     std::string output, stats, device, format = "auto", write_scene;
     uint32_t frames = 1;
-    double orbit_deg = 0.0;
-    bool half = false, validate = false, no_skipping = false;
+    double orbit_deg = 0.0, frame_ms = 0.0;
+    bool half = false, validate = false, no_skipping = false, settle = false;
 };
 
 double percentile(std::vector<double> values, double share) {
@@ -48,8 +44,8 @@ struct Timing {
     std::vector<double> wall_ms, gpu_ms; // of the frames after it; of the first if it is alone
     std::vector<PassTime> passes;        // medians
     double cell_map_ms = 0;              // of the first frame
-    uint64_t samples = 0;                // of the last frame, see count_last()
-    FrameStats first;                    // of the first frame: uploads, residency
+    uint64_t samples = 0;                // of the last frame; not with --frame-ms
+    std::optional<InteractiveFrame> interactive; // the last frame with --frame-ms
 
     // Median over the frames of how far the GPU's timestamps and the fenced wall clock are apart,
     // as a share of the latter. Clocks that lie, passes that nobody timed and waits between
@@ -72,31 +68,44 @@ void say_clocks(const Timing& timing) {
             100.0 * timing.disagreement());
 }
 
+// Draws the scene once, for a moving hand where a budget is given.
+Result<FrameStats> draw_once(Renderer& renderer, std::optional<Interactive>& interactive,
+                             const Scene& scene, const SceneData& data, Timing& timing) {
+    if (!interactive)
+        return renderer.draw(scene, data);
+    Result<InteractiveFrame> drawn = interactive->draw(scene, data);
+    if (!drawn)
+        return tl::unexpected(drawn.error());
+    timing.interactive = *drawn;
+    return drawn->frame;
+}
+
 Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& data,
                            const RenderOptions& options, const Interrupt& interrupt) {
     Timing timing;
-    std::vector<std::vector<double>> passes;
+    std::map<std::string, std::vector<double>> passes;
+    std::optional<Interactive> interactive;
+    if (options.frame_ms > 0 && scene.ray_cast)
+        interactive.emplace(renderer, options.frame_ms);
     // One frame more than asked for: the first pays for pipelines and uploads, and is told apart.
     const uint32_t count = options.frames > 1 ? options.frames + 1 : 1;
     for (uint32_t i = 0; i < count; ++i) {
         if (interrupt.token().stop_requested())
             return fail("interrupted after {} of {} frames", i, count);
         const Timer timer;
-        const Result<FrameStats> stats = renderer.draw(scene, data);
+        const Result<FrameStats> stats = draw_once(renderer, interactive, scene, data, timing);
         if (!stats)
             return tl::unexpected(stats.error());
         if (i == 0) {
             timing.first_frame_ms = timer.ms();
             timing.cell_map_ms = stats->cell_map_ms;
-            timing.first = *stats;
         }
         if (i > 0 || count == 1) {
             timing.wall_ms.push_back(stats->wall_ms);
             double gpu = 0;
-            passes.resize(stats->passes.size());
-            for (size_t p = 0; p < stats->passes.size(); ++p) {
-                gpu += stats->passes[p].gpu_ms;
-                passes[p].push_back(stats->passes[p].gpu_ms);
+            for (const PassTime& pass : stats->passes) {
+                gpu += pass.gpu_ms;
+                passes[pass.name].push_back(pass.gpu_ms);
             }
             timing.gpu_ms.push_back(gpu);
             timing.passes = stats->passes;
@@ -104,15 +113,18 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
         if (i + 1 < count)
             scene.camera = orbit(scene.camera, options.orbit_deg);
     }
-    if (!options.stats.empty() && scene.ray_cast) {
+    while (interactive && options.settle && !timing.interactive->complete)
+        if (const auto drawn = draw_once(renderer, interactive, scene, data, timing); !drawn)
+            return tl::unexpected(drawn.error());
+    if (!options.stats.empty() && scene.ray_cast && !interactive) {
         // Once more with the variant that counts, which no timed frame pays for.
         const Result<uint64_t> samples = renderer.count_samples(scene, data);
         if (!samples)
             return tl::unexpected(samples.error());
         timing.samples = *samples;
     }
-    for (size_t p = 0; p < passes.size(); ++p)
-        timing.passes[p].gpu_ms = percentile(passes[p], 0.5);
+    for (PassTime& pass : timing.passes)
+        pass.gpu_ms = percentile(passes[pass.name], 0.5);
     return timing;
 }
 
@@ -143,7 +155,11 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
     for (const ResourceInfo& resource : device.resources())
         json["resources"].push_back(
             {{"name", resource.name}, {"kind", resource.kind}, {"bytes", resource.bytes}});
-    if (scene.ray_cast) {
+    if (scene.ray_cast && timing.interactive) {
+        json["interactive"] = {{"step_factor", timing.interactive->step_factor},
+                               {"traced_share", timing.interactive->traced_share},
+                               {"complete", timing.interactive->complete}};
+    } else if (scene.ray_cast) {
         const auto segments = static_cast<double>(count_segments(scene, data.volume.grid()));
         json["segments"] = segments;
         json["samples"] = timing.samples;
@@ -152,10 +168,10 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
                          : 0.0;
         json["cell_map_ms"] = timing.cell_map_ms;
     }
-    json["residency"] = residency_json(timing.first);
-    json["peak_rss_bytes"] = peak_rss_bytes();
     // What early termination may hide, in colour: the one error that is bounded beforehand.
     json["error_estimate"] = scene.ray_cast ? scene.ray_cast->min_transmittance : 0.0;
+    if (timing.interactive)
+        json["error_estimate"] = timing.interactive->error_estimate;
     json["volume_version"] = data.volume.version();
     return json;
 }
@@ -208,9 +224,9 @@ Result<TexelFormat> texel_format(const std::string& name) {
 }
 
 Result<void> run_render(const RenderOptions& options) {
-    for (const std::filesystem::path path : {options.output, options.preview})
-        if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
-            return fail("{}: expected a name ending in .png or .exr", path.string());
+    const std::string extension = std::filesystem::path(options.output).extension();
+    if (extension != ".png" && extension != ".exr")
+        return fail("{}: expected a name ending in .png or .exr", options.output);
     const Result<TexelFormat> format = texel_format(options.format);
     if (!format)
         return fail("{}", format.error().message);
@@ -243,33 +259,16 @@ Result<void> run_render(const RenderOptions& options) {
 
     Device device({.select = options.device, .validation = options.validate});
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
-    RendererOptions renderer_options{.volume_format = *format, .skipping = !options.no_skipping};
-    if (auto applied = apply(options.memory, renderer_options); !applied)
-        return applied;
-    std::optional<Preview> preview;
-    if (!options.preview.empty()) {
-        Result<Preview> drawn_first = draw_preview(device, renderer_options, *scene, *loaded);
-        if (!drawn_first)
-            return fail("{}", drawn_first.error().message);
-        preview = std::move(*drawn_first);
-        RenderOptions to = options;
-        to.output = options.preview;
-        if (auto saved = save_frame(to, *scene, preview->eyes, {}); !saved)
-            return saved;
-        log::info("{}: level {} of the volume, after {:.2f} s", options.preview, preview->level,
-                  preview->ms / 1000.0);
-    }
-    std::optional<Progress> progress(std::in_place, "drawing");
-    renderer_options.progress = [&](double share) {
-        progress->show(share);
-        return !interrupt.token().stop_requested();
-    };
-    Renderer renderer(device, renderer_options);
+    Renderer renderer(device, {.volume_format = *format, .skipping = !options.no_skipping});
     const Result<Timing> timing = draw_frames(renderer, *scene, loaded->data, options, interrupt);
-    progress.reset();
     if (!timing)
         return fail("{}", timing.error().message);
-    say_residency(timing->first);
+    if (timing->interactive && !timing->interactive->complete)
+        log::info(
+            "an interactive frame: {:.0f} % of the pixels have rays, steps are {} times as "
+            "long, error about {:.2g} RMSE",
+            100.0 * timing->interactive->traced_share, timing->interactive->step_factor,
+            timing->interactive->error_estimate);
     const ImageMetadata metadata{{"palpate:version", PALPATE_VERSION},
                                  {"palpate:device", device.info().name},
                                  {"palpate:driver", device.info().driver},
@@ -306,6 +305,12 @@ Command add_render(CLI::App& app) {
         ->check(CLI::Range(1, 100000));
     app.add_option("--orbit-deg", o->orbit_deg, "Turn between frames, in degrees about up")
         ->capture_default_str();
+    app.add_option("--frame-ms", o->frame_ms,
+                   "Hold this time a frame while the camera turns: fewer rays, longer steps; the "
+                   "error is estimated in --stats (default: full quality always)")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--settle", o->settle,
+                 "With --frame-ms: let the last frame rest until it is of full quality");
     app.add_option("--stats", o->stats,
                    "Write times, passes and resources as JSON to a file, or - (default: none)");
     app.add_option("--write-scene", o->write_scene,
@@ -313,10 +318,6 @@ Command add_render(CLI::App& app) {
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
-    add_device_memory_options(app, o->memory);
-    app.add_option("--preview", o->preview,
-                   "Brick files: first draw a coarse level of the volume to this picture (default: "
-                   "none)");
     app.add_option("--volume-format", o->format,
                    "Voxels on the device: r16, r32f, or auto (r32f on CPU devices)")
         ->capture_default_str();

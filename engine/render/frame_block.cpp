@@ -160,6 +160,8 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
         frame.outline_px = static_cast<float>(scene.labels->outline_px);
     }
     frame.size_px = scene.size_px;
+    frame.rays = scene.size_px;
+    frame.px_per_ray = 1.0f;
     frame.clip_count = static_cast<uint32_t>(scene.clip_planes.size());
     frame.slice_count = static_cast<uint32_t>(scene.slices.size());
     frame.style_count = inputs.style_count;

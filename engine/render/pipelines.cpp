@@ -6,9 +6,12 @@
 
 #include "engine/base/timer.h"
 #include "engine/render/shader_code.h"
+#include "shaders/shared/interactive.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
 #include "shaders/shared/tiles.h"
+#include "spirv/interpolate.h"
+#include "spirv/judge.h"
 #include "spirv/ray_cast.h"
 #include "spirv/slices.h"
 #include "spirv/tiles.h"
@@ -25,8 +28,7 @@ constexpr auto kStorageImage = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
 // Bits in the order of the macros in CMakeLists.txt.
 std::span<const uint32_t> ray_cast_code(const RayCastVariant& v) {
     const bool iso = v.mode == gpu::kModeIso;
-    return spirv::ray_cast[iso + 2 * v.labels + 4 * v.slices + 8 * v.values + 16 * v.exact +
-                           32 * v.atlas];
+    return spirv::ray_cast[iso + 2 * v.labels + 4 * v.slices + 8 * v.values + 16 * v.exact];
 }
 
 std::string name_of(const RayCastVariant& v) {
@@ -39,8 +41,7 @@ std::string name_of(const RayCastVariant& v) {
           std::pair(v.shaded, " shaded"), std::pair(v.labels, " labels"),
           std::pair(v.slices, " slices"), std::pair(v.values, " values"),
           std::pair(v.no_data, " no-data"), std::pair(!v.skip, " unskipped"),
-          std::pair(v.count, " counting"), std::pair(v.atlas, " atlas"),
-          std::pair(v.by_hand, " by hand")})
+          std::pair(v.count, " counting"), std::pair(v.from_list, " listed")})
         if (on)
             name += text;
     return name;
@@ -50,10 +51,6 @@ std::string name_of(const RayCastVariant& v) {
 
 std::span<const uint32_t> ray_cast_shader() {
     return spirv::ray_cast[0];
-}
-
-std::span<const uint32_t> ray_cast_atlas_shader() {
-    return spirv::ray_cast[32];
 }
 
 ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
@@ -81,14 +78,9 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         slots.push_back({gpu::kRayCells, kSampled});
         slots.push_back({gpu::kRayTiles, kStorage});
         slots.push_back({gpu::kRayTileGroups, kStorage});
-        if (variant.atlas) {
-            slots.push_back({gpu::kRayPages, kSampled});
-            slots.push_back({gpu::kRayAtlas, kUniform});
-            slots.push_back({gpu::kRayCarry, kStorageImage});
-        }
         const std::array<uint32_t, 8> constants{
             variant.mode,      variant.preintegrated, variant.shaded, variant.no_data,
-            variant.iso_count, variant.skip,          variant.count,  variant.by_hand};
+            variant.iso_count, variant.skip,          variant.count,  variant.from_list};
         pipeline = std::make_unique<ComputePipeline>(*device_, name_of(variant),
                                                      ray_cast_code(variant), slots, constants);
         creation_ms_ += timer.ms();
@@ -96,24 +88,52 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
     return *pipeline;
 }
 
-ComputePipeline& Pipelines::tiles(bool skip) {
-    std::unique_ptr<ComputePipeline>& pipeline = tiles_[skip];
+ComputePipeline& Pipelines::tiles(uint32_t which) {
+    std::unique_ptr<ComputePipeline>& pipeline = tiles_[which];
     if (!pipeline) {
         const Timer timer;
         const BindingSlot slots[] = {{gpu::kTileFrame, kUniform},
                                      {gpu::kTileCells, kSampled},
                                      {gpu::kTileGroups, kStorage},
                                      {gpu::kTileEntries, kStorage}};
-        const uint32_t constants[] = {skip};
-        pipeline = std::make_unique<ComputePipeline>(*device_, skip ? "tiles" : "all tiles",
+        const uint32_t constants[] = {which};
+        pipeline = std::make_unique<ComputePipeline>(*device_, fmt::format("tiles {}", which),
                                                      spirv::tiles[0], slots, constants);
         creation_ms_ += timer.ms();
     }
     return *pipeline;
 }
 
-ComputePipeline& Pipelines::slices(bool labels, bool atlas, bool by_hand) {
-    std::unique_ptr<ComputePipeline>& pipeline = slices_[labels + 2u * atlas + 4u * by_hand];
+ComputePipeline& Pipelines::interpolate() {
+    if (!interpolate_) {
+        const Timer timer;
+        const BindingSlot slots[] = {{gpu::kInterpolateBlock, kUniform},
+                                     {gpu::kInterpolateCoarse, kSampled},
+                                     {gpu::kInterpolateColor, kStorageImage},
+                                     {gpu::kInterpolateGroups, kStorage},
+                                     {gpu::kInterpolateRays, kStorage}};
+        interpolate_ = std::make_unique<ComputePipeline>(*device_, "interpolate",
+                                                         spirv::interpolate[0], slots);
+        creation_ms_ += timer.ms();
+    }
+    return *interpolate_;
+}
+
+ComputePipeline& Pipelines::judge() {
+    if (!judge_) {
+        const Timer timer;
+        const BindingSlot slots[] = {{gpu::kJudgeBlock, kUniform},
+                                     {gpu::kJudgeColor, kSampled},
+                                     {gpu::kJudgeTruth, kSampled},
+                                     {gpu::kJudgeSquares, kStorage}};
+        judge_ = std::make_unique<ComputePipeline>(*device_, "judge", spirv::judge[0], slots);
+        creation_ms_ += timer.ms();
+    }
+    return *judge_;
+}
+
+ComputePipeline& Pipelines::slices(bool labels) {
+    std::unique_ptr<ComputePipeline>& pipeline = slices_[labels];
     if (!pipeline) {
         const Timer timer;
         std::vector<BindingSlot> slots{{gpu::kSliceFrame, kUniform},
@@ -126,16 +146,8 @@ ComputePipeline& Pipelines::slices(bool labels, bool atlas, bool by_hand) {
         slots.push_back({gpu::kSlicePlanes, kUniform});
         slots.push_back({gpu::kSliceColor, kStorageImage});
         slots.push_back({gpu::kSliceValues, kStorageImage});
-        if (atlas) {
-            slots.push_back({gpu::kSlicePages, kSampled});
-            slots.push_back({gpu::kSliceAtlas, kUniform});
-        }
-        const uint32_t constants[] = {by_hand};
-        pipeline = std::make_unique<ComputePipeline>(
-            *device_,
-            fmt::format("slices{}{}{}", labels ? " labels" : "", atlas ? " atlas" : "",
-                        by_hand ? " by hand" : ""),
-            spirv::slices[labels + 2 * atlas], slots, constants);
+        pipeline = std::make_unique<ComputePipeline>(*device_, labels ? "slices labels" : "slices",
+                                                     spirv::slices[labels], slots);
         creation_ms_ += timer.ms();
     }
     return *pipeline;

@@ -14,10 +14,9 @@ struct RayCastVariant {
     bool preintegrated = false, exact = false, shaded = false;
     bool labels = false, slices = false, values = false, no_data = false;
     uint32_t iso_count = 1;
-    bool skip = true;     // jump over empty space
-    bool count = false;   // count samples
-    bool atlas = false;   // the volume lies in a brick atlas
-    bool by_hand = false; // interpolate in fp32
+    bool skip = true;       // jump over empty space
+    bool count = false;     // count samples
+    bool from_list = false; // march listed rays, not tiles
 
     friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
 };
@@ -28,9 +27,10 @@ class Pipelines {
     explicit Pipelines(Device& device) : device_(&device) {}
 
     ComputePipeline& ray_cast(const RayCastVariant& variant);
-    ComputePipeline& slices(bool labels, bool atlas, bool by_hand);
-    // Lists tiles: those that meet something (skip), or all that see the volume.
-    ComputePipeline& tiles(bool skip);
+    ComputePipeline& slices(bool labels);
+    ComputePipeline& tiles(uint32_t which); // gpu::kList...
+    ComputePipeline& interpolate();
+    ComputePipeline& judge();
 
     double creation_ms() const { return creation_ms_; } // spent so far
 
@@ -38,8 +38,9 @@ class Pipelines {
     Device* device_;
     double creation_ms_ = 0;
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
-    std::map<bool, std::unique_ptr<ComputePipeline>> tiles_;
-    std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_;
+    std::map<bool, std::unique_ptr<ComputePipeline>> slices_;
+    std::map<uint32_t, std::unique_ptr<ComputePipeline>> tiles_;
+    std::unique_ptr<ComputePipeline> interpolate_, judge_;
 };
 
 } // namespace palpate

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <deque>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,23 +15,10 @@
 
 namespace palpate {
 
-// Who interpolates between samples.
-enum class Sampling {
-    device,  // its sampler: fast; positions are rounded to a few units in their last place, and on
-             // most graphics cards weights to 8 bits
-    by_hand, // the shader, in fp32 and in one order: the same bits however the volume lies
-};
-
 struct RendererOptions {
     TexelFormat volume_format = TexelFormat::automatic;
-    // For all that is kept on the device; 0 is three quarters of the device's memory.
-    uint64_t memory_limit_bytes = 0;
-    bool skipping = true; // jump over empty space; changes no bit of a picture
-    Residency residency = Residency::automatic;
-    size_t most_resident_bricks = 0; // of an atlas, beside what fits; 0: no other limit
-    Sampling sampling = Sampling::device;
-    // Called while a frame is drawn in several parts, with the share that is done; false stops it.
-    std::function<bool(double share)> progress;
+    uint64_t memory_limit_bytes = 0; // for volumes; 0 is three quarters of the device's memory
+    bool skipping = true;            // jump over empty space; changes no bit of a picture
 };
 
 // How many segments of the sample lattice lie inside the volume's box, over all rays of a picture:
@@ -46,17 +31,30 @@ struct FrameStats {
     double wall_ms = 0;           // from recording to the GPU's last word, fenced
     size_t uploaded_bricks = 0;
     double cell_map_ms = 0; // CPU time for what is jumped over, where that had to be made
-    // How the volume lies on the device, and why; of an atlas, the bricks that can be seen, those
-    // it has room for, and in how many parts the volume was marched.
-    bool atlas = false;
-    std::string residency_reason;
-    size_t needed_bricks = 0, room_for_bricks = 0, parts = 1;
 };
 
 // One eye's picture: R, G, B, A and, where the scene asks for them, "value" and "depth".
 struct Frame {
     std::vector<Image> eyes; // one, or left and right
     FrameStats stats;
+};
+
+// How a picture is made from fewer rays than it has pixels.
+struct CoarseSettings {
+    // Steps this much longer than the scene's; >= 1. The exact integrator has none to lengthen.
+    double step_factor = 1.0;
+    // Every second pixel both ways has a ray. Between rays that differ by more than this in some
+    // channel (0 .. 1), the others have rays, too; elsewhere they take the mean of their
+    // neighbours.
+    double contrast = 0.06;
+};
+
+struct CoarseStats {
+    FrameStats frame;
+    // RMSE of the picture's colours (1 is white), from rays of full quality through one pixel in
+    // 225, other ones in each frame.
+    double error_estimate = 0;
+    double traced_share = 0; // of the pixels: those with rays of their own
 };
 
 // Draws scenes. Keeps on the GPU what the last scene needed and makes nothing else; the same
@@ -69,6 +67,17 @@ class Renderer {
     // Draws one frame and leaves it on the GPU; `stats` says what that took. Fails with a sentence
     // where the volume does not fit the device.
     Result<FrameStats> draw(const Scene& scene, const SceneData& data);
+
+    // The same from fewer rays, for a hand that is moving. `scene` has a ray-cast layer, and its
+    // value_and_depth is left out.
+    Result<CoarseStats> draw_coarse(const Scene& scene, const SceneData& data,
+                                    const CoarseSettings& settings);
+
+    // Draws `rows` rows of tiles (kTileSide pixels high) of the scene over what is there, at full
+    // quality. When all rows of tile_rows() have been drawn the picture is that of draw().
+    Result<FrameStats> refine(const Scene& scene, const SceneData& data, uint32_t first_row,
+                              uint32_t rows);
+    static uint32_t tile_rows(const Scene& scene);
 
     // Draws the frame once more with a variant that counts how many samples of the volume its rays
     // take. Leaves the same picture.
@@ -84,26 +93,26 @@ class Renderer {
  private:
     struct Targets; // the images a frame is drawn into
     struct Held;    // everything kept on the GPU between frames
+    struct RayPass;
+    struct Coarse;
 
     // Brings what is kept in line with the scene; the number of bricks uploaded.
     Result<size_t> prepare(const Scene& scene, const SceneData& data);
-    Result<size_t> keep_volume(std::optional<GpuVolume>& held, const char* name,
-                               const Volume& volume, const GpuVolumeWish& wish,
-                               std::span<const ChangedBrick> changed);
-    Result<size_t> keep_volumes(const Scene& scene, const SceneData& data);
-    uint64_t free_bytes(std::optional<GpuVolume>& apart) const;
-    uint64_t room_for_volume(const Scene& scene);
-    void find_needed_bricks(const Scene& scene, const Volume& volume);
-    Result<void> plan_atlas(const Scene& scene, const SceneData& data);
-    void bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t frame);
-    void show_part(const Part& part, bool first);
-    Result<size_t> draw_all(const Scene& scene, const SceneData& data,
-                            std::deque<Commands>& submissions);
+    Result<size_t> keep_volume(std::optional<GpuVolume>& held, std::optional<CellMap>* cells,
+                               const char* name, const Volume& volume, TexelFormat format,
+                               uint64_t limit_bytes);
     void keep_targets(const Scene& scene);
+    void keep_cells(const RayCastLayer& layer, const Volume& volume);
+    void keep_coarse(const Scene& scene, const SceneData& data, const CoarseSettings& settings);
+    uint32_t tiles_to_list(const Scene& scene) const; // gpu::kList...
+    RayPass full_pass(const Scene& scene);
     void record_slices(Commands& commands, const Scene& scene);
     void record_background(Commands& commands, const Scene& scene);
-    void record_tiles(Commands& commands, const Scene& scene, uint32_t first_row, uint32_t rows);
-    void record_ray_cast(Commands& commands, const Scene& scene);
+    void record_tiles(Commands& commands, RayPass& pass, uint32_t eyes, uint32_t which,
+                      uint32_t first_row, uint32_t rows);
+    void record_ray_cast(Commands& commands, const RayPass& pass, const Scene& scene);
+    void record_interpolation(Commands& commands, const Scene& scene);
+    void record_judgement(Commands& commands);
     uint64_t read_sample_count();
 
     Device* device_;

@@ -62,6 +62,10 @@ struct Frame {
     float iso_texels[kMaxIsoValues];
     vec4 iso_colors[kMaxIsoValues]; // rgb, opacity
     uvec2 size_px;
+    // The rays of a pass: ray r goes through pixel first_px + r * px_per_ray and fills texel r.
+    uvec2 rays;
+    vec2 first_px;
+    float px_per_ray;
     uint clip_count;
     uint slice_count;
     uint style_count;       // entries of the style buffer

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <cstring>
+#include <optional>
+
+#include "engine/render/renderer.h"
+#include "engine/render/transfer_image.h"
+#include "shaders/shared/frame.h"
+
+// What a Renderer keeps between frames. For its own sources only.
+namespace palpate {
+
+uint32_t eye_count(const Scene& scene);
+glm::uvec2 tile_count(glm::uvec2 rays);
+std::vector<View> views_of(const Scene& scene);
+
+// Rows of tiles that one submission marches: as many as a dispatch has workgroups for, and on a
+// device with a watchdog no more than take a moment.
+uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid);
+
+// Keeps a small buffer in step with its contents: written only when they differ.
+class MirroredBuffer {
+ public:
+    void hold(Device& device, const char* name, std::span<const std::byte> bytes) {
+        if (buffer_ && bytes.size() == buffer_->bytes() &&
+            std::memcmp(bytes.data(), buffer_->mapped().data(), bytes.size()) == 0)
+            return;
+        buffer_.emplace(device, name, bytes.size(), Memory::upload); // the old one is retired
+        std::memcpy(buffer_->mapped().data(), bytes.data(), bytes.size());
+    }
+    void drop() { buffer_.reset(); }
+    Buffer& get() { return *buffer_; }
+
+ private:
+    std::optional<Buffer> buffer_;
+};
+
+template <class T>
+std::span<const std::byte> bytes_of(const T& value) {
+    return std::as_bytes(std::span(&value, 1));
+}
+
+struct Renderer::Targets {
+    glm::uvec2 size_px;
+    uint32_t eyes;
+    bool return_values;                            // the scene asks for value and depth
+    std::optional<GpuImage> color, values;         // what is read back
+    std::optional<GpuImage> behind, behind_values; // slices that a ray caster draws over
+};
+
+// Rays of one kind: their block, what they are listed in and where their colours go.
+struct Renderer::RayPass {
+    const char* name;
+    RayCastVariant variant;
+    glm::uvec2 rays; // across and down
+    Buffer& frame;
+    GpuImage* table; // none in mode iso
+    GpuImage& color;
+    GpuImage* values; // where the scene asks for value and depth
+    Buffer& groups;   // how many workgroups
+    Buffer& list;     // tiles, or rays with variant.from_list
+};
+
+// A picture from fewer rays: see CoarseSettings.
+struct Renderer::Coarse {
+    glm::uvec2 size_px, rays, probes; // of the picture; every second pixel; sparse ones
+    uint32_t eyes;
+    GpuImage color, truth;
+    Buffer tile_groups, tiles, ray_groups, rays_listed, squares;
+    MirroredBuffer frame{}, listed_frame{}, probe_frame{}, interpolate{}, judge{};
+    std::optional<TransferImage> transfer{}; // where the step differs
+    uint32_t drawn = 1;                      // frames so far: the sparse rays wander
+    glm::uvec2 first_probe{0};
+};
+
+struct Renderer::Held {
+    std::optional<GpuVolume> volume, labels;
+    std::optional<CellMap> cells;
+    std::optional<Buffer> tile_groups, tiles;
+    double cell_map_ms = 0;
+    std::optional<TransferImage> transfer, slice_transfer;
+    gpu::Frame block; // what `frame` holds
+    MirroredBuffer frame, slice_frame, planes, styles;
+    std::optional<Targets> targets;
+    std::optional<Coarse> coarse;
+    RayCastVariant variant;
+};
+
+} // namespace palpate

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "engine/render/renderer.h"
+
+namespace palpate {
+
+// One interactive frame.
+struct InteractiveFrame {
+    FrameStats frame;
+    // RMSE of the colours against full quality (CoarseStats); 0 where all of it is.
+    double error_estimate = 0;
+    double step_factor = 1;  // how much longer than the scene's steps; 1 at rest
+    double traced_share = 1; // of the pixels that have rays of their own
+    bool complete = false;   // full quality everywhere
+};
+
+// Draws for a moving hand: holds a budget of milliseconds a frame by drawing fewer rays and longer
+// steps while anything changes, and refines row by row to full quality as soon as nothing does.
+class Interactive {
+ public:
+    // budget_ms > 0.
+    Interactive(Renderer& renderer, double budget_ms);
+
+    Result<InteractiveFrame> draw(const Scene& scene, const SceneData& data);
+
+ private:
+    Result<InteractiveFrame> draw_moving(const Scene& scene, const SceneData& data);
+    Result<InteractiveFrame> draw_resting(const Scene& scene, const SceneData& data);
+
+    Renderer* renderer_;
+    double budget_ms_;
+    size_t level_ = 0;          // of quality: the next frame's steps
+    double last_error_ = 0;     // of the last moving frame
+    std::optional<Scene> last_; // what was drawn last
+    uint64_t last_version_ = 0; // of its volume
+    uint64_t last_label_version_ = 0;
+    uint32_t next_row_ = 0; // of tiles, to refine
+    double row_ms_ = 0;     // what a row took lately; 0 before the first
+};
+
+} // namespace palpate

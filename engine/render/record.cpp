@@ -1,0 +1,131 @@
+// The passes of a frame, as commands.
+
+#include <limits>
+
+#include "engine/render/held.h"
+#include "shaders/shared/ray_cast.h"
+#include "shaders/shared/slices.h"
+#include "shaders/shared/tiles.h"
+
+namespace palpate {
+
+namespace {
+
+// A submission on a device with a watchdog takes at most about this many samples: 50 ms at 2e10
+// samples a second, a tenth of what a large GPU reaches.
+constexpr double kSamplesPerSubmission = 1e9;
+
+} // namespace
+
+uint32_t eye_count(const Scene& scene) {
+    return scene.stereo ? 2 : 1;
+}
+
+glm::uvec2 tile_count(glm::uvec2 rays) {
+    return (rays + (gpu::kTileSide - 1)) / gpu::kTileSide;
+}
+
+uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid) {
+    const glm::uvec2 count = tile_count(scene.size_px);
+    const uint32_t tiles_per_row = count.x * eye_count(scene);
+    const uint32_t most = std::max(1u, device.limits().maxComputeWorkGroupCount[0] / tiles_per_row);
+    const uint32_t rows = std::min(count.y, most);
+    if (device.info().is_cpu() || !scene.ray_cast)
+        return rows;
+    const glm::dvec3 extent_mm = spacing_mm(grid) * glm::dvec3(grid.size);
+    const double per_ray = glm::length(extent_mm) / step_mm_of(*scene.ray_cast, grid);
+    const double per_row = per_ray * scene.size_px.x * gpu::kTileSide * eye_count(scene);
+    return std::clamp(static_cast<uint32_t>(kSamplesPerSubmission / per_row), 1u, rows);
+}
+
+std::vector<View> views_of(const Scene& scene) {
+    if (!scene.stereo)
+        return {make_view(scene.camera, scene.size_px)};
+    const auto pair = make_stereo_views(scene.camera, scene.stereo->rig, scene.size_px);
+    return {pair.begin(), pair.end()};
+}
+
+void Renderer::record_slices(Commands& commands, const Scene& scene) {
+    Targets& targets = *held_->targets;
+    std::vector<Bound> bound{
+        bind_uniform(gpu::kSliceFrame, held_->slice_frame.get()),
+        bind_sampled(gpu::kSliceVolume, held_->volume->image(), linear_),
+        bind_sampled(gpu::kSliceTable, held_->slice_transfer->image(), nearest_)};
+    if (scene.labels) {
+        bound.push_back(bind_sampled(gpu::kSliceLabels, held_->labels->image(), label_sampler_));
+        bound.push_back(bind_storage(gpu::kSliceStyles, held_->styles.get()));
+    }
+    bound.push_back(bind_uniform(gpu::kSlicePlanes, held_->planes.get()));
+    const bool behind = targets.behind.has_value();
+    bound.push_back(
+        bind_storage_image(gpu::kSliceColor, behind ? *targets.behind : *targets.color));
+    bound.push_back(
+        bind_storage_image(gpu::kSliceValues, behind ? *targets.behind_values : *targets.values));
+    commands.begin_pass("slices");
+    commands.dispatch(pipelines_.slices(scene.labels.has_value()), bound,
+                      {tile_count(scene.size_px), eye_count(scene)});
+    commands.end_pass();
+}
+
+void Renderer::record_background(Commands& commands, const Scene& scene) {
+    Targets& targets = *held_->targets;
+    commands.begin_pass("background");
+    if (targets.behind)
+        commands.copy(*targets.behind, *targets.color);
+    else
+        commands.clear(*targets.color, glm::vec4(glm::vec3(scene.background), 0.0f));
+    if (scene.value_and_depth) {
+        if (targets.behind_values)
+            commands.copy(*targets.behind_values, *targets.values);
+        else
+            commands.clear(*targets.values, glm::vec4(std::numeric_limits<float>::quiet_NaN()));
+    }
+    commands.end_pass();
+}
+
+void Renderer::record_tiles(Commands& commands, RayPass& pass, uint32_t eyes, uint32_t which,
+                            uint32_t first_row, uint32_t rows) {
+    const uint32_t none[] = {0, 1, 1};
+    commands.begin_pass("tiles");
+    commands.fill(pass.groups, none);
+    const Bound bound[] = {bind_uniform(gpu::kTileFrame, pass.frame),
+                           bind_sampled(gpu::kTileCells, held_->cells->image(), nearest_),
+                           bind_storage(gpu::kTileGroups, pass.groups, Use::storage_write),
+                           bind_storage(gpu::kTileEntries, pass.list, Use::storage_write)};
+    const uint32_t across = (tile_count(pass.rays).x + 63) / 64;
+    commands.dispatch(pipelines_.tiles(which), bound, {across, rows, eyes}, {0, first_row, 0});
+    commands.end_pass();
+}
+
+void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Scene& scene) {
+    Targets& targets = *held_->targets;
+    std::vector<Bound> bound{bind_uniform(gpu::kRayFrame, pass.frame),
+                             bind_sampled(gpu::kRayVolume, held_->volume->image(), linear_)};
+    if (pass.table)
+        bound.push_back(bind_sampled(gpu::kRayTable, *pass.table, nearest_));
+    if (held_->variant.exact) {
+        bound.push_back(bind_sampled(gpu::kRayCorners, held_->volume->image(), nearest_));
+        if (pass.table)
+            bound.push_back(bind_sampled(gpu::kRaySmoothTable, *pass.table, linear_));
+    }
+    if (scene.labels) {
+        bound.push_back(bind_sampled(gpu::kRayLabels, held_->labels->image(), label_sampler_));
+        bound.push_back(bind_storage(gpu::kRayStyles, held_->styles.get()));
+    }
+    if (!scene.slices.empty()) {
+        bound.push_back(bind_sampled(gpu::kRayBehind, *targets.behind, nearest_));
+        bound.push_back(bind_sampled(gpu::kRayBehindValues, *targets.behind_values, nearest_));
+    }
+    bound.push_back(bind_storage_image(gpu::kRayColor, pass.color));
+    if (pass.variant.values)
+        bound.push_back(bind_storage_image(gpu::kRayValues, *pass.values));
+    bound.push_back(bind_sampled(gpu::kRayCells, held_->cells->image(), nearest_));
+    bound.push_back(bind_storage(gpu::kRayTiles, pass.list,
+                                 pass.variant.count ? Use::storage_write : Use::storage_read));
+    bound.push_back(bind_storage(gpu::kRayTileGroups, pass.groups));
+    commands.begin_pass(pass.name);
+    commands.dispatch_indirect(pipelines_.ray_cast(pass.variant), bound, pass.groups);
+    commands.end_pass();
+}
+
+} // namespace palpate

@@ -1,0 +1,219 @@
+// Pictures from fewer rays than they have pixels, and their refinement.
+
+#include <cmath>
+#include <cstring>
+
+#include "engine/base/assert.h"
+#include "engine/base/timer.h"
+#include "engine/render/held.h"
+#include "shaders/shared/interactive.h"
+#include "shaders/shared/tiles.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr uint32_t kProbeSpacing = 15; // pixels; odd: every other one has a ray anyhow
+constexpr uint32_t kRayGroupWords = 4; // see kRayTileGroups
+
+// `block` for rays through other pixels: one in px_per_ray both ways.
+gpu::Frame sparser(gpu::Frame block, glm::uvec2 rays, glm::uvec2 first_px, float px_per_ray) {
+    block.rays = rays;
+    block.first_px = glm::vec2(first_px);
+    block.px_per_ray = px_per_ray;
+    for (gpu::FrameEye& eye : block.eyes)
+        eye.spread *= px_per_ray; // a tile covers more pixels
+    return block;
+}
+
+size_t tile_bytes(glm::uvec2 rays, uint32_t eyes) {
+    const glm::uvec2 count = tile_count(rays);
+    return size_t{count.x} * count.y * eyes * sizeof(gpu::TileEntry);
+}
+
+ImageShape color_shape(glm::uvec2 size, uint32_t eyes) {
+    return {.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+            .size = {size, 1},
+            .layers = eyes,
+            .storage = true};
+}
+
+} // namespace
+
+void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
+                           const CoarseSettings& settings) {
+    std::optional<Coarse>& held = held_->coarse;
+    const uint32_t eyes = eye_count(scene);
+    if (held && (held->size_px != scene.size_px || held->eyes != eyes))
+        held.reset();
+    if (!held) {
+        const glm::uvec2 size = scene.size_px;
+        const glm::uvec2 rays = (size + 1u) / 2u;
+        const glm::uvec2 probes = (size + (kProbeSpacing - 1)) / kProbeSpacing;
+        const size_t pixels = size_t{size.x} * size.y * eyes;
+        const size_t probe_count = size_t{probes.x} * probes.y * eyes;
+        held.emplace(Coarse{
+            size, rays, probes, eyes,
+            GpuImage(*device_, "every second pixel", color_shape(rays, eyes)),
+            GpuImage(*device_, "sparse pixels", color_shape(probes, eyes)),
+            Buffer(*device_, "coarse tile count", 3 * sizeof(uint32_t), Memory::device),
+            Buffer(*device_, "coarse tiles", tile_bytes(rays, eyes), Memory::device),
+            Buffer(*device_, "listed ray count", kRayGroupWords * sizeof(uint32_t), Memory::device),
+            Buffer(*device_, "listed rays", pixels * sizeof(uint32_t), Memory::device),
+            Buffer(*device_, "squared errors", probe_count * sizeof(float), Memory::read_back)});
+    }
+    // The step of the rays between the sparse ones of full quality.
+    const RayCastLayer& layer = *scene.ray_cast;
+    const bool steps = layer.integrator != Integrator::exact;
+    const double factor = steps ? std::max(1.0, settings.step_factor) : 1.0;
+    const double step_mm = step_mm_of(layer, data.volume.grid()) * factor;
+    if (factor == 1.0 || !held_->transfer)
+        held->transfer.reset();
+    else if (!held->transfer || held->transfer->function() != layer.transfer ||
+             held->transfer->step_mm() != step_mm)
+        held->transfer.emplace(*device_, "coarse transfer function", layer.transfer, step_mm);
+
+    gpu::Frame coarse = sparser(held_->block, held->rays, {0, 0}, 2.0f);
+    coarse.step = static_cast<float>(step_mm);
+    held->frame.hold(*device_, "coarse rays", bytes_of(coarse));
+    gpu::Frame listed = held_->block;
+    listed.step = coarse.step;
+    held->listed_frame.hold(*device_, "listed rays' block", bytes_of(listed));
+    // 4 and 7 have no factor in common with the spacing: other places come by in turn.
+    const glm::uvec2 first(4 * held->drawn % kProbeSpacing, 7 * held->drawn % kProbeSpacing);
+    ++held->drawn;
+    held->first_probe = glm::min(first, scene.size_px - 1u);
+    held->probes = (scene.size_px - held->first_probe + (kProbeSpacing - 1)) / kProbeSpacing;
+    held->probe_frame.hold(
+        *device_, "sparse rays",
+        bytes_of(sparser(held_->block, held->probes, held->first_probe, float{kProbeSpacing})));
+    const gpu::InterpolateBlock interpolate{scene.size_px, static_cast<float>(settings.contrast)};
+    held->interpolate.hold(*device_, "interpolation", bytes_of(interpolate));
+    const gpu::JudgeBlock judge{held->probes, held->first_probe, kProbeSpacing};
+    held->judge.hold(*device_, "judgement", bytes_of(judge));
+}
+
+void Renderer::record_interpolation(Commands& commands, const Scene& scene) {
+    Coarse& coarse = *held_->coarse;
+    const uint32_t none[] = {0, 1, 1, 0};
+    commands.begin_pass("interpolate");
+    commands.fill(coarse.ray_groups, none);
+    const Bound bound[] = {
+        bind_uniform(gpu::kInterpolateBlock, coarse.interpolate.get()),
+        bind_sampled(gpu::kInterpolateCoarse, coarse.color, nearest_),
+        bind_storage_image(gpu::kInterpolateColor, *held_->targets->color),
+        bind_storage(gpu::kInterpolateGroups, coarse.ray_groups, Use::storage_write),
+        bind_storage(gpu::kInterpolateRays, coarse.rays_listed, Use::storage_write)};
+    commands.dispatch(pipelines_.interpolate(), bound, {tile_count(scene.size_px), coarse.eyes});
+    commands.end_pass();
+}
+
+void Renderer::record_judgement(Commands& commands) {
+    Coarse& coarse = *held_->coarse;
+    const Bound bound[] = {bind_uniform(gpu::kJudgeBlock, coarse.judge.get()),
+                           bind_sampled(gpu::kJudgeColor, *held_->targets->color, nearest_),
+                           bind_sampled(gpu::kJudgeTruth, coarse.truth, nearest_),
+                           bind_storage(gpu::kJudgeSquares, coarse.squares, Use::storage_write)};
+    commands.begin_pass("judge");
+    commands.dispatch(pipelines_.judge(), bound,
+                      {(coarse.probes.x + 63) / 64, coarse.probes.y, coarse.eyes});
+    commands.end_pass();
+    commands.use(coarse.squares, Use::host_read);
+}
+
+Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& data,
+                                          const CoarseSettings& settings) {
+    PALPATE_ASSERT(asked.ray_cast.has_value());
+    Scene scene = asked;
+    scene.value_and_depth = false;
+    CoarseStats stats;
+    const Result<size_t> uploaded = prepare(scene, data);
+    if (!uploaded)
+        return tl::unexpected(uploaded.error());
+    stats.frame.uploaded_bricks = *uploaded;
+    stats.frame.cell_map_ms = held_->cell_map_ms;
+    keep_coarse(scene, data, settings);
+
+    Coarse& coarse = *held_->coarse;
+    GpuImage* table = coarse.transfer   ? &coarse.transfer->image()
+                      : held_->transfer ? &held_->transfer->image()
+                                        : nullptr;
+    const uint32_t eyes = coarse.eyes;
+    const Timer timer;
+    Buffer counts(*device_, "listed ray count read back", coarse.ray_groups.bytes(),
+                  Memory::read_back);
+    Commands commands(*device_);
+    if (!scene.slices.empty())
+        record_slices(commands, scene);
+    record_background(commands, scene);
+    commands.begin_pass("coarse background");
+    const glm::vec4 background(glm::vec3(scene.background), 0.0f);
+    commands.clear(coarse.color, background);
+    commands.clear(coarse.truth, background);
+    commands.end_pass();
+    RayPass second{
+        "every second pixel", held_->variant, coarse.rays,        coarse.frame.get(), table,
+        coarse.color,         nullptr,        coarse.tile_groups, coarse.tiles};
+    record_tiles(commands, second, eyes,
+                 scene.slices.empty() ? tiles_to_list(scene) : gpu::kListBox, 0,
+                 tile_count(coarse.rays).y);
+    record_ray_cast(commands, second, scene);
+    record_interpolation(commands, scene);
+    RayPass listed{
+        "listed pixels",        held_->variant, scene.size_px,     coarse.listed_frame.get(), table,
+        *held_->targets->color, nullptr,        coarse.ray_groups, coarse.rays_listed};
+    listed.variant.from_list = true;
+    record_ray_cast(commands, listed, scene);
+    RayPass sparse{"sparse pixels",
+                   held_->variant,
+                   coarse.probes,
+                   coarse.probe_frame.get(),
+                   held_->transfer ? &held_->transfer->image() : nullptr,
+                   coarse.truth,
+                   nullptr,
+                   coarse.tile_groups,
+                   coarse.tiles};
+    record_tiles(commands, sparse, eyes, gpu::kListBox, 0, tile_count(coarse.probes).y);
+    record_ray_cast(commands, sparse, scene);
+    record_judgement(commands);
+    commands.copy(coarse.ray_groups, counts);
+    commands.submit();
+    stats.frame.passes = commands.finish();
+    stats.frame.wall_ms = timer.ms();
+
+    std::vector<float> squares(size_t{coarse.probes.x} * coarse.probes.y * eyes);
+    std::memcpy(squares.data(), coarse.squares.mapped().data(), squares.size() * sizeof(float));
+    double sum = 0;
+    for (const float square : squares)
+        sum += square;
+    stats.error_estimate = std::sqrt(sum / static_cast<double>(squares.size()));
+    uint32_t words[kRayGroupWords];
+    std::memcpy(words, counts.mapped().data(), sizeof words);
+    const double traced = static_cast<double>(coarse.rays.x) * coarse.rays.y * eyes + words[3];
+    stats.traced_share = traced / (static_cast<double>(scene.size_px.x) * scene.size_px.y * eyes);
+    return stats;
+}
+
+Result<FrameStats> Renderer::refine(const Scene& asked, const SceneData& data, uint32_t first_row,
+                                    uint32_t rows) {
+    PALPATE_ASSERT(asked.ray_cast.has_value());
+    PALPATE_ASSERT_CMP(first_row + rows, <=, tile_rows(asked));
+    Scene scene = asked;
+    scene.value_and_depth = false;
+    FrameStats stats;
+    const Result<size_t> uploaded = prepare(scene, data);
+    if (!uploaded)
+        return tl::unexpected(uploaded.error());
+    const Timer timer;
+    Commands commands(*device_);
+    RayPass pass = full_pass(scene);
+    // Every tile is marched, also those that see nothing: what lies there is replaced.
+    record_tiles(commands, pass, eye_count(scene), gpu::kListAll, first_row, rows);
+    record_ray_cast(commands, pass, scene);
+    commands.submit();
+    stats.passes = commands.finish();
+    stats.wall_ms = timer.ms();
+    return stats;
+}
+
+} // namespace palpate

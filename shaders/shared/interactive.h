@@ -1,0 +1,29 @@
+// Bindings of the passes that make a picture from fewer rays than it has pixels.
+#ifndef PALPATE_SHARED_INTERACTIVE_H
+#define PALPATE_SHARED_INTERACTIVE_H
+#include "shaders/shared/ray_cast.h"
+GPU_BEGIN
+// interpolate.comp: fills a picture from every second pixel both ways, and lists the pixels beside
+// which that would show.
+struct InterpolateBlock {
+    uvec2 size_px;
+    float contrast; // 0 .. 1: neighbours that differ by more, in any channel, are not interpolated
+};
+const uint kInterpolateBlock = 0u;
+const uint kInterpolateCoarse = 1u; // every second pixel
+const uint kInterpolateColor = 2u;
+const uint kInterpolateGroups = 3u; // as kRayTileGroups: (0, 1, 1, 0) before the pass
+const uint kInterpolateRays = 4u;   // the pixels listed: x + 2^15 y + 2^30 eye
+
+// judge.comp: the squared error of some pixels against rays of full quality.
+struct JudgeBlock {
+    uvec2 rays;     // of the sparse pass
+    uvec2 first_px;
+    uint px_per_ray;
+};
+const uint kJudgeBlock = 0u;
+const uint kJudgeColor = 1u;
+const uint kJudgeTruth = 2u;   // one texel a ray of the sparse pass
+const uint kJudgeSquares = 3u; // float[]: mean of the squares over r, g, b; one a ray
+GPU_END
+#endif

@@ -1,0 +1,150 @@
+// Fewer rays while the hand moves, and full quality when it rests.
+
+#include "engine/render/interactive.h"
+
+#include <cmath>
+
+#include "engine/image/compare.h"
+#include "engine/volume/synthetic.h"
+#include "tests/gpu/gpu_fixture.h"
+
+namespace palpate {
+namespace {
+
+class InteractiveTest : public GpuTest {
+ protected:
+    static const SceneData& phantom() {
+        static const SceneData data = [] {
+            const glm::uvec3 size(100, 100, 80);
+            const glm::dvec3 spacing(2.0, 2.0, 2.4);
+            const Grid grid = make_grid(size, spacing, -0.5 * (glm::dvec3(size) - 1.0) * spacing);
+            return SceneData{synthetic::sample(synthetic::ct_phantom(), grid, ScalarType::i16),
+                             std::nullopt};
+        }();
+        return data;
+    }
+    static Scene scene_of(RayMode mode) {
+        Scene scene;
+        scene.size_px = {407, 302}; // odd and even
+        scene.camera = frame_volume(phantom().volume.grid(), {-0.45, -1.0, 0.4}, {0, 0, 1});
+        scene.background = {0.1, 0.2, 0.3};
+        RayCastLayer layer;
+        layer.mode = mode;
+        layer.transfer = window_function(-100, 1200, mode == RayMode::mip ? 1.0 : 0.1);
+        layer.isos = {{300.0}};
+        scene.ray_cast = layer;
+        return scene;
+    }
+    static double rmse(const Image& a, const Image& b) {
+        double sum = 0;
+        size_t count = 0;
+        for (uint32_t y = 0; y < a.size_px.y; ++y)
+            for (uint32_t x = 0; x < a.size_px.x; ++x)
+                for (size_t c = 0; c < 3; ++c, ++count)
+                    sum += std::pow(a.at(x, y, c) - b.at(x, y, c), 2.0);
+        return std::sqrt(sum / static_cast<double>(count));
+    }
+};
+
+TEST_F(InteractiveTest, HoldsFortyDecibelsFromAFractionOfTheRays) {
+    for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
+        SCOPED_TRACE(static_cast<int>(mode));
+        const Scene scene = scene_of(mode);
+        Renderer renderer(device());
+        const Result<Frame> full = renderer.render(scene, phantom());
+        ASSERT_TRUE(full);
+        const Result<CoarseStats> coarse = renderer.draw_coarse(scene, phantom(), {});
+        ASSERT_TRUE(coarse);
+        const double error = rmse(renderer.read_back()[0], full->eyes[0]);
+        EXPECT_LT(error, 0.01); // 40 dB
+        EXPECT_GT(error, 0.0);
+        EXPECT_LT(coarse->traced_share, 0.8);
+        EXPECT_GE(coarse->traced_share, 0.25);
+    }
+}
+
+// With no contrast allowed every pixel that differs from its neighbours has a ray of its own.
+TEST_F(InteractiveTest, WithoutContrastThePictureIsTheFullOne) {
+    const Scene scene = scene_of(RayMode::alpha);
+    Renderer renderer(device());
+    const Result<Frame> full = renderer.render(scene, phantom());
+    ASSERT_TRUE(full);
+    const Result<CoarseStats> coarse =
+        renderer.draw_coarse(scene, phantom(), {.step_factor = 1.0, .contrast = -1.0});
+    ASSERT_TRUE(coarse);
+    EXPECT_EQ(coarse->traced_share, 1.0);
+    EXPECT_EQ(coarse->error_estimate, 0.0);
+    EXPECT_EQ(renderer.read_back()[0].samples, full->eyes[0].samples);
+}
+
+// The estimate is a mean over sparse pixels: taken over many frames it is the error itself.
+TEST_F(InteractiveTest, EstimatesItsError) {
+    const Scene scene = scene_of(RayMode::alpha);
+    Renderer renderer(device());
+    const Result<Frame> full = renderer.render(scene, phantom());
+    ASSERT_TRUE(full);
+    const CoarseSettings settings{.step_factor = 3.0, .contrast = 0.1};
+    double squares = 0;
+    constexpr int kFrames = 16;
+    for (int i = 0; i < kFrames; ++i) {
+        const Result<CoarseStats> coarse = renderer.draw_coarse(scene, phantom(), settings);
+        ASSERT_TRUE(coarse);
+        squares += coarse->error_estimate * coarse->error_estimate / kFrames;
+    }
+    const double error = rmse(renderer.read_back()[0], full->eyes[0]);
+    EXPECT_GT(error, 1e-4);
+    // 16 frames look at one pixel in 14: about 2200, whose squared errors spread about as widely as
+    // ten times their mean. Four standard errors of the mean square are then 0.9 of it.
+    EXPECT_LT(std::sqrt(squares), std::sqrt(1.9) * error);
+    EXPECT_GT(std::sqrt(squares), std::sqrt(0.1) * error);
+}
+
+TEST_F(InteractiveTest, ComesToRestAtFullQuality) {
+    for (const bool stereo : {false, true}) {
+        Scene scene = scene_of(RayMode::iso);
+        if (stereo)
+            scene.stereo = StereoSettings{};
+        Renderer renderer(device());
+        const Result<Frame> full = renderer.render(scene, phantom());
+        ASSERT_TRUE(full);
+        Interactive interactive(renderer, 1e-3); // a row of tiles a frame
+        Result<InteractiveFrame> frame = interactive.draw(scene, phantom());
+        ASSERT_TRUE(frame);
+        EXPECT_FALSE(frame->complete);
+        int frames = 0;
+        while (!frame->complete && frames < 100) {
+            frame = interactive.draw(scene, phantom());
+            ASSERT_TRUE(frame);
+            ++frames;
+        }
+        EXPECT_EQ(frames, static_cast<int>(Renderer::tile_rows(scene)));
+        EXPECT_EQ(frame->error_estimate, 0.0);
+        const std::vector<Image> rested = renderer.read_back();
+        for (size_t eye = 0; eye < rested.size(); ++eye)
+            EXPECT_EQ(rested[eye].samples, full->eyes[eye].samples);
+    }
+}
+
+TEST_F(InteractiveTest, LengthensStepsUnderPressureAndShortensThemAgain) {
+    Scene scene = scene_of(RayMode::alpha);
+    Renderer renderer(device());
+    Interactive hurried(renderer, 1e-3), relaxed(renderer, 1e9);
+    double factor = 0;
+    for (int i = 0; i < 6; ++i) {
+        scene.camera = orbit(scene.camera, 5.0);
+        const Result<InteractiveFrame> frame = hurried.draw(scene, phantom());
+        ASSERT_TRUE(frame);
+        EXPECT_GE(frame->step_factor, factor);
+        factor = frame->step_factor;
+    }
+    EXPECT_EQ(factor, 4.0);
+    for (int i = 0; i < 3; ++i) {
+        scene.camera = orbit(scene.camera, 5.0);
+        const Result<InteractiveFrame> frame = relaxed.draw(scene, phantom());
+        ASSERT_TRUE(frame);
+        EXPECT_EQ(frame->step_factor, 1.0);
+    }
+}
+
+} // namespace
+} // namespace palpate
