@@ -72,6 +72,42 @@ void fill_layer(CellRanges& ranges, const Volume& volume, const CellBox& box, ui
         }
 }
 
+bool is_in_source(const Volume& volume) {
+    bool in_source = false;
+    for_each_brick(volume,
+                   [&](glm::uvec3 p) { in_source = in_source || volume.brick(p).is_in_source(); });
+    return in_source;
+}
+
+// Each cell from the blocks that it touches. A gap anywhere in a brick counts for all of it.
+void fill_from_blocks(CellRanges& ranges, const Volume& volume) {
+    const uint32_t per_cell = ranges.side / kBlockSide;
+    const glm::uvec3 blocks = (volume.size() + (kBlockSide - 1)) / kBlockSide;
+    tbb::parallel_for(uint32_t{0}, ranges.count.z, [&](uint32_t z) {
+        for (uint32_t y = 0; y < ranges.count.y; ++y)
+            for (uint32_t x = 0; x < ranges.count.x; ++x) {
+                const glm::uvec3 low = glm::uvec3(x, y, z) * per_cell;
+                const glm::uvec3 high = glm::min(low + per_cell, blocks - 1u); // included
+                ValueRange range;
+                bool gap = false;
+                for (uint32_t k = low.z; k <= high.z; ++k)
+                    for (uint32_t j = low.y; j <= high.y; ++j)
+                        for (uint32_t i = low.x; i <= high.x; ++i) {
+                            const glm::uvec3 block(i, j, k);
+                            const Brick& brick = volume.brick(block / kBlocksPerSide);
+                            range.include(
+                                brick.block_range(block_of(block % kBlocksPerSide * kBlockSide)));
+                            gap = gap || brick.no_data_count() > 0;
+                        }
+                const size_t cell = x + ranges.count.x * (y + size_t{ranges.count.y} * z);
+                ranges.low[cell] = range.min;
+                ranges.high[cell] = range.max;
+                if (!ranges.gaps.empty())
+                    ranges.gaps[cell] = gap;
+            }
+    });
+}
+
 void fill(CellRanges& ranges, const Volume& volume, const CellBox& box) {
     tbb::parallel_for(box.first.z, box.end.z,
                       [&](uint32_t z) { fill_layer(ranges, volume, box, z); });
@@ -92,7 +128,10 @@ CellRanges make_cell_ranges(const Volume& volume, uint32_t side) {
     ranges.high.resize(ranges.cells());
     if (volume.no_data_count() > 0)
         ranges.gaps.resize(ranges.cells());
-    fill(ranges, volume, {glm::uvec3(0), ranges.count});
+    if (side % kBlockSide == 0 && is_in_source(volume))
+        fill_from_blocks(ranges, volume);
+    else
+        fill(ranges, volume, {glm::uvec3(0), ranges.count});
     return ranges;
 }
 

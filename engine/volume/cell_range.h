@@ -29,7 +29,10 @@ struct CellRanges {
 // The side of the cells that pay best: 4 up to about 256^3 samples, 8 beyond.
 uint32_t cell_side_for(glm::uvec3 size);
 
-// Reads every sample once or twice, on all cores.
+// Reads every sample once or twice, on all cores. Where bricks keep their samples in a source and
+// side is a multiple of a block's, the ranges of blocks serve, and nothing is read: a cell takes
+// the blocks above it whole, though it shares but a layer of samples with them, so that its range
+// may be wider than need be.
 CellRanges make_cell_ranges(const Volume& volume, uint32_t side);
 
 // Brings `ranges` of an earlier snapshot up to `volume`: reads the cells that touch a changed

@@ -99,5 +99,41 @@ TEST(CellRanges, AfterEditsAreThoseOfTheNewSnapshot) {
     }
 }
 
+// Samples that lie elsewhere are not read: ranges are those of blocks, and hold what is there.
+TEST(CellRanges, OfBricksInASourceAreThoseOfBlocks) {
+    struct Nowhere : BrickSource {
+        SamplesPtr fetch(uint64_t) const override { throw SourceError("was read"); }
+    };
+    const Grid grid = make_grid({90, 41, 64}, {1, 1, 1});
+    const Volume volume = make_volume(grid, ScalarType::f32, hashed);
+    const auto nowhere = std::make_shared<Nowhere>();
+    VolumeBuilder builder(grid, ScalarType::f32);
+    for_each_brick(volume, [&](glm::uvec3 p) {
+        const auto ranges = std::make_shared<BlockRanges>();
+        for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
+            (*ranges)[block] = volume.brick(p).block_range(block);
+        builder.set_brick(
+            p, Brick::in_source(nowhere, 0,
+                                {ScalarType::f32, ranges, volume.brick(p).no_data_count()}));
+    });
+    const CellRanges exact = make_cell_ranges(volume, 8);
+    const CellRanges wide = make_cell_ranges(builder.finish(), 8);
+    ASSERT_EQ(wide.count, exact.count);
+    for (size_t i = 0; i < exact.cells(); ++i) {
+        ASSERT_LE(wide.low[i], exact.low[i]);
+        ASSERT_GE(wide.high[i], exact.high[i]);
+        ASSERT_GE(wide.gaps[i], exact.gaps[i]);
+    }
+    // The first cell: the blocks (0 .. 1)^3, samples 0 .. 15.
+    ValueRange first;
+    for (uint32_t z = 0; z < 16; ++z)
+        for (uint32_t y = 0; y < 16; ++y)
+            for (uint32_t x = 0; x < 16; ++x)
+                if (const float value = volume.value({x, y, z}); value == value)
+                    first.include(value);
+    EXPECT_EQ(wide.low[0], first.min);
+    EXPECT_EQ(wide.high[0], first.max);
+}
+
 } // namespace
 } // namespace palpate
