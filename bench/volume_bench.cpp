@@ -1,9 +1,11 @@
-// What the volume store costs on one thread: samples, normals, and an edit of one voxel.
+// What the volume store costs on the CPU: samples, normals, an edit of one voxel, the comparison of
+// bricks, and the ranges that space skipping starts from.
 
 #include <benchmark/benchmark.h>
 
 #include "engine/volume/bspline.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/cell_range.h"
 #include "engine/volume/changes.h"
 #include "engine/volume/edit.h"
 #include "engine/volume/sample.h"
@@ -87,6 +89,53 @@ void changes_of_one_voxel(benchmark::State& state) {
         benchmark::DoNotOptimize(changed_bricks(before, after));
 }
 BENCHMARK(changes_of_one_voxel)->Name("edit/changed_bricks_of_one_voxel/i16")->Arg(128)->Arg(512);
+
+void trilinear_anywhere(benchmark::State& state) {
+    const Volume& volume = phantom(128);
+    wander(state, 30.0, [&](glm::dvec3 p) { return trilinear(volume, p); });
+}
+BENCHMARK(trilinear_anywhere)->Name("sample/trilinear/far");
+
+// Two bricks that differ in their last sample alone: every block is looked at.
+void compare_bricks(benchmark::State& state) {
+    const Volume& before = phantom(128);
+    VolumeEdit edit(before);
+    edit.set(glm::uvec3(63), 3000.0);
+    const Volume after = edit.commit();
+    const Brick& a = before.brick(glm::uvec3(1));
+    const Brick& b = after.brick(glm::uvec3(1));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(differing_blocks(a, b));
+    state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) * 2 * 2 * kBrickSamples);
+}
+BENCHMARK(compare_bricks)->Name("edit/compare_bricks/i16");
+
+// What is done to each brick on its way to the device.
+void read_brick_as_floats(benchmark::State& state) {
+    const Brick& brick = phantom(128).brick(glm::uvec3(1));
+    std::vector<float> samples(kBrickSamples);
+    for (auto _ : state) {
+        brick.read(std::span(samples));
+        benchmark::DoNotOptimize(samples.data());
+    }
+    state.SetBytesProcessed(static_cast<int64_t>(state.iterations()) * 4 * kBrickSamples);
+}
+BENCHMARK(read_brick_as_floats)->Name("upload/read_brick/i16_as_f32");
+
+void cell_ranges(benchmark::State& state) {
+    const Volume& volume = phantom(static_cast<uint32_t>(state.range(0)));
+    const auto side = static_cast<uint32_t>(state.range(1));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(make_cell_ranges(volume, side));
+    state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) *
+                            static_cast<int64_t>(sample_count(volume.grid())));
+}
+BENCHMARK(cell_ranges)
+    ->Name("skip/cell_ranges/i16")
+    ->Args({256, 4})
+    ->Args({256, 8})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 } // namespace
 } // namespace palpate

@@ -227,34 +227,38 @@ Result<Value> factors_json(Bench& bench, uint32_t hypercube) {
     v["hypercube"] = Value::array();
     double mean_time = 0, mean_error = 0;
     for (const Choice& choice : choices) {
+        if (bench.late(0.95) && found.size() > 1)
+            break;
         if (bench.options().stop.stop_requested())
             return fail("interrupted within the hypercube");
         const Result<Made> made = experiment.measure(choice);
         if (!made)
             return fail("{}", made.error().message);
         found.push_back(*made);
-        mean_time += std::log(made->ms) / hypercube;
-        mean_error += log_error(made->error) / hypercube;
+        mean_time += std::log(made->ms);
+        mean_error += log_error(made->error);
         v["hypercube"].push_back(
             {{"levels", experiment.named(choice)}, {"ms", made->ms}, {"rmse", made->error}});
     }
+    const auto drawn = static_cast<double>(found.size());
     v["main_effects"] = Value::array();
     for (size_t f = 0; f < all.size(); ++f)
         for (size_t level = 0; level < all[f].levels.size(); ++level) {
             double time = 0, error = 0;
             uint32_t n = 0;
-            for (size_t i = 0; i < choices.size(); ++i)
+            for (size_t i = 0; i < found.size(); ++i)
                 if (choices[i][f] == level) {
                     time += std::log(found[i].ms);
                     error += log_error(found[i].error);
                     ++n;
                 }
             if (n > 0)
-                v["main_effects"].push_back({{"factor", all[f].name},
-                                             {"level", all[f].levels[level]},
-                                             {"settings", n},
-                                             {"time_ratio", std::exp(time / n - mean_time)},
-                                             {"error_ratio", std::exp(error / n - mean_error)}});
+                v["main_effects"].push_back(
+                    {{"factor", all[f].name},
+                     {"level", all[f].levels[level]},
+                     {"settings", n},
+                     {"time_ratio", std::exp(time / n - mean_time / drawn)},
+                     {"error_ratio", std::exp(error / n - mean_error / drawn)}});
         }
     return v;
 }

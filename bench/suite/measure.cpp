@@ -153,7 +153,7 @@ Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
         scene.value_and_depth = false;
         scenes.push_back(std::move(scene));
     }
-    for (int round = 0; round < rounds; ++round)
+    for (int round = 0; round < rounds && !(round > 0 && late(0.8)); ++round)
         for (size_t i = 0; i < settings.size(); ++i) {
             if (options_.stop.stop_requested())
                 return fail("interrupted at {}, {}", subject.name, settings[i].name());
@@ -173,6 +173,11 @@ Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
             }
         }
     return all;
+}
+
+bool Bench::late(double share) const {
+    constexpr double kShortMs = 10 * 60 * 1000.0;
+    return !options_.full && since_.ms() > share * kShortMs;
 }
 
 Result<double> Bench::first_frame_ms(const Subject& subject, const Setting& setting,

@@ -5,6 +5,7 @@
 
 #include "bench/suite/errors.h"
 #include "bench/suite/statistics.h"
+#include "engine/base/timer.h"
 #include "engine/reference/twin.h"
 #include "engine/render/renderer.h"
 
@@ -65,12 +66,18 @@ class Bench {
     // and one frame; ms. Cold where the driver's shader cache is off.
     Result<double> first_frame_ms(const Subject& subject, const Setting& setting, uint32_t size_px);
 
+    // The short form should end within ten minutes: true once `share` of them have passed. Then
+    // draw() draws no rounds beyond the first, and experiments stop growing. Never in the long
+    // form.
+    bool late(double share) const;
+
     const Options& options() const { return options_; }
     Device& device() { return device_; }
 
  private:
     Device& device_;
     Options options_;
+    Timer since_;
 };
 
 // The smallest spacing of a volume: the unit of steps and of surface errors.
