@@ -17,6 +17,7 @@
 #include "engine/image/png.h"
 #include "engine/render/interactive.h"
 #include "engine/render/stereo_layout.h"
+#include "engine/scene/accuracy.h"
 
 namespace palpate {
 
@@ -29,7 +30,7 @@ struct RenderOptions {
     ReadFlags read;
     std::string output, stats, device, format = "auto", write_scene;
     uint32_t frames = 1;
-    double orbit_deg = 0.0, frame_ms = 0.0;
+    double orbit_deg = 0.0, frame_ms = 0.0, error = 0.0;
     bool half = false, validate = false, no_skipping = false, settle = false;
 };
 
@@ -128,6 +129,31 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
     return timing;
 }
 
+// CPU devices interpolate in fp32, others with weights of a few bits.
+double weight_error(const Device& device) {
+    return device.info().is_cpu()
+               ? 0.0
+               : std::ldexp(1.0, -static_cast<int>(device.limits().subTexelPrecisionBits) - 1);
+}
+
+// --error: the fastest setting for which pictures of this kind err less.
+Result<void> meet_error(const RenderOptions& options, const Device& device, const SceneData& data,
+                        Scene& scene) {
+    if (options.error <= 0.0)
+        return {};
+    if (!scene.ray_cast)
+        return fail("--error: expected a scene with ray casting, found slices alone");
+    const Result<AccuracyChoice> choice =
+        choose_setting(scene, data, options.error, weight_error(device));
+    if (!choice)
+        return fail("{}", choice.error().message);
+    apply(choice->setting, data.volume.grid(), *scene.ray_cast);
+    scene.ray_cast->min_transmittance = choice->min_transmittance;
+    log::info("{}: an RMSE of colour of {:.1e} is expected, {:g} was asked for",
+              text_of(choice->setting), choice->error_estimate, options.error);
+    return {};
+}
+
 Json stats_json(const Device& device, const Renderer& renderer, const Timing& timing,
                 const Scene& scene, const SceneData& data) {
     Json json;
@@ -168,8 +194,11 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
                          : 0.0;
         json["cell_map_ms"] = timing.cell_map_ms;
     }
-    // What early termination may hide, in colour: the one error that is bounded beforehand.
-    json["error_estimate"] = scene.ray_cast ? scene.ray_cast->min_transmittance : 0.0;
+    // RMSE of colour beside an exact picture of the field; where scenes of this kind were not
+    // measured, what early termination may hide.
+    json["error_estimate"] = scene.ray_cast ? estimated_error(scene, data, weight_error(device))
+                                                  .value_or(scene.ray_cast->min_transmittance)
+                                            : 0.0;
     if (timing.interactive)
         json["error_estimate"] = timing.interactive->error_estimate;
     json["volume_version"] = data.volume.version();
@@ -242,9 +271,12 @@ Result<void> run_render(const RenderOptions& options) {
         log::info("{}", note);
     for (const std::string& warning : loaded->warnings)
         log::warning("{}", warning);
-    const Result<Scene> scene = final_scene(options.scene, *file, *loaded);
+    Result<Scene> scene = final_scene(options.scene, *file, *loaded);
     if (!scene)
         return fail("{}", scene.error().message);
+    Device device({.select = options.device, .validation = options.validate});
+    if (auto met = meet_error(options, device, loaded->data, *scene); !met)
+        return met;
 
     SceneFile drawn = *file;
     drawn.scene = *scene;
@@ -257,7 +289,6 @@ Result<void> run_render(const RenderOptions& options) {
             return saved;
     }
 
-    Device device({.select = options.device, .validation = options.validate});
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
     Renderer renderer(device, {.volume_format = *format, .skipping = !options.no_skipping});
     const Result<Timing> timing = draw_frames(renderer, *scene, loaded->data, options, interrupt);
@@ -311,6 +342,14 @@ Command add_render(CLI::App& app) {
         ->check(CLI::PositiveNumber);
     app.add_flag("--settle", o->settle,
                  "With --frame-ms: let the last frame rest until it is of full quality");
+    CLI::Option* error =
+        app.add_option(
+               "--error", o->error,
+               "Largest RMSE of colour, 0 .. 1, beside an exact picture of the field; picks "
+               "integrator and step from what was measured (default: as given)")
+            ->check(CLI::PositiveNumber);
+    for (const char* given : {"--integrator", "--step", "--sub-steps"})
+        error->excludes(app.get_option(given));
     app.add_option("--stats", o->stats,
                    "Write times, passes and resources as JSON to a file, or - (default: none)");
     app.add_option("--write-scene", o->write_scene,

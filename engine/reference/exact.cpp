@@ -115,12 +115,14 @@ Marched ExactMarcher::march(const LocalRay& ray, Stretch t) {
 }
 
 // As many as leave each piece within detail / sub_steps^2 of a straight line, but no more than
-// sub_steps: a chord leaves a curve by its second derivative over 8 n^2.
+// sub_steps: a chord leaves a curve by its second derivative over 8 n^2. Where there is shading,
+// which turns within a cell however straight the values are, no fewer than a quarter of sub_steps.
 double ExactMarcher::pieces_of(const Cubic& cubic) const {
     const double bend =
         std::max(std::abs(2.0 * cubic.c[2]), std::abs(2.0 * cubic.c[2] + 6.0 * cubic.c[3])) / 8.0;
     const double most = layer_.sub_steps;
-    return std::clamp(std::ceil(most * std::sqrt(bend / detail_)), 1.0, most);
+    const double least = layer_.shading ? std::ceil(0.25 * most) : 1.0;
+    return std::clamp(std::ceil(most * std::sqrt(bend / detail_)), least, most);
 }
 
 Marched ExactMarcher::march_alpha(const LocalRay& ray, Stretch t) {
@@ -132,7 +134,7 @@ Marched ExactMarcher::march_alpha(const LocalRay& ray, Stretch t) {
         const double n = pieces_of(value);
         const double length = (piece->to - piece->from) / n;
         glm::dvec3 color(0.0);
-        double hidden = 0.0, middle = 0.0; // middle: of what is seen, weighted by opacity
+        double hidden = 0.0;
         TablePoint before = table_point(table_, value(0.0));
         for (double i = 0.0; i < n; i += 1.0) {
             const TablePoint now = table_point(table_, value((i + 1.0) / n));
@@ -141,16 +143,13 @@ Marched ExactMarcher::march_alpha(const LocalRay& ray, Stretch t) {
             const TableSpan span =
                 table_span(before, now, bend * entries_per_value(table_), length);
             const double seen = (1.0 - hidden) * span.opacity;
-            color += seen * glm::mix(span.color, piece->tint.color, piece->tint.weight);
-            middle += seen * u;
+            glm::dvec3 tinted = glm::mix(span.color, piece->tint.color, piece->tint.weight);
+            if (layer_.shading && seen > 0.0)
+                tinted = Sampler::lit(*layer_.shading, tinted, sampler_.facing(ray, piece->t(u)));
+            color += seen * tinted;
             hidden += seen;
             before = now;
         }
-        if (!(hidden > 0.0))
-            return true;
-        if (layer_.shading)
-            color = hidden * Sampler::lit(*layer_.shading, color / hidden,
-                                          sampler_.facing(ray, piece->t(middle / hidden)));
         result.color += result.transmittance * color;
         result.transmittance *= 1.0 - hidden;
         return result.transmittance >= layer_.min_transmittance;

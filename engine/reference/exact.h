@@ -10,7 +10,7 @@ namespace palpate::reference {
 // A ray is cut at the faces of cells (and of label voxels where there are labels), each cut derived
 // from the integer number of its face; between two cuts the trilinear field is one cubic.
 //   alpha  the cubic's values at the ends of 1 .. layer.sub_steps pieces, looked up in the table's
-//          running integrals; one shading a cell, at the middle of what is seen of it
+//          running integrals; shaded at the middle of each
 //   iso    each root of the cubic: none missed, one on a face met once
 //   mip    the largest value of the cubic
 // A cell with a corner without data is left out.

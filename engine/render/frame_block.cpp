@@ -77,7 +77,10 @@ gpu::FrameEye make_eye(const View& view, const IndexSpace& space) {
 
 void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& grid,
                    double values_per_entry) {
-    frame.step = static_cast<float>(step_mm_of(layer, grid));
+    RayCastLayer stepped = layer;
+    if (layer.integrator == Integrator::exact) // only for what counts in steps, like clearances
+        stepped.step_mm = 0.0;
+    frame.step = static_cast<float>(step_mm_of(stepped, grid));
     const double detail_entries =
         layer.transfer.colors.empty()
             ? 1.0

@@ -47,8 +47,11 @@ VisibleValues::VisibleValues(const TransferTable& table)
       entries_per_value_(static_cast<double>(table.entries.size() - 1) / (table.high - table.low)) {
     opaque_before_.reserve(table.entries.size() + 1);
     opaque_before_.push_back(0);
-    for (const glm::vec4& entry : table.entries)
-        opaque_before_.push_back(opaque_before_.back() + (entry.w > 0.0f));
+    narrow_before_.assign(1, 0);
+    for (size_t i = 0; i < table.entries.size(); ++i)
+        narrow_before_.push_back(narrow_before_.back() + shows_after(table, i));
+    for (size_t i = 0; i < table.entries.size(); ++i)
+        opaque_before_.push_back(opaque_before_.back() + (table.entries[i].w > 0.0f));
 }
 
 VisibleValues::VisibleValues(std::span<const double> iso_values)
@@ -66,7 +69,8 @@ bool VisibleValues::any(double low, double high) const {
         std::clamp(std::floor((low - table_low_) * entries_per_value_), 0.0, last));
     const auto end = static_cast<size_t>(
         std::clamp(std::ceil((high - table_low_) * entries_per_value_), 0.0, last));
-    return opaque_before_[end + 1] > opaque_before_[first];
+    return opaque_before_[end + 1] > opaque_before_[first] ||
+           narrow_before_[end] > narrow_before_[first];
 }
 
 double range_margin(const Volume& volume) {

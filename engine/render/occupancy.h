@@ -24,6 +24,7 @@ class VisibleValues {
  private:
     double table_low_ = 0, entries_per_value_ = 0;
     std::vector<uint32_t> opaque_before_; // entries below i with opacity; one more than entries
+    std::vector<uint32_t> narrow_before_; // the same of what lies between an entry and the next
     std::vector<double> isos_;
 };
 

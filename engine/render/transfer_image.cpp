@@ -37,6 +37,7 @@ TransferImage::TransferImage(Device& device, std::string name, const TransferFun
         const float below = visible;
         visible += entry.w > 0.0f ? 1.0f : 0.0f;
         texels[gpu::kTableRowVisible * gpu::kTableEntries + i] = glm::vec4(visible, below, 0, 0);
+        visible += shows_after(table, i) ? 1.0f : 0.0f;
         // In units of one entry's width.
         texels[gpu::kTableRowIntegral * gpu::kTableEntries + i] =
             table.integrals[i] * static_cast<float>(gpu::kTableEntries - 1);

@@ -80,6 +80,11 @@ TransferFunction window_function(double low, double high, double max_opacity,
             opacity_unit_mm};
 }
 
+bool shows_after(const TransferTable& table, size_t entry) {
+    return entry + 1 < table.integrals.size() &&
+           table.integrals[entry + 1].w > table.integrals[entry].w;
+}
+
 TransferTable make_table(const TransferFunction& function, size_t size) {
     PALPATE_ASSERT_CMP(size, >=, size_t{2});
     TransferTable table;

@@ -56,6 +56,10 @@ struct TransferTable {
     // (integral(b) - integral(a)) * (high - low) / (b - a). Exact to fp64 at the entries.
     std::vector<glm::vec4> integrals;
 };
+// Whether anything between an entry and the next has opacity: the table of a peak narrower than
+// that shows it in its integrals alone.
+bool shows_after(const TransferTable& table, size_t entry);
+
 constexpr size_t kTransferTableSize = 4096;
 
 TransferTable make_table(const TransferFunction& function, size_t size = kTransferTableSize);

@@ -100,14 +100,46 @@ float next_cut(Walk w, Place p) {
     return t;
 }
 
-// Past all faces up to distance t, where `moves`.
-Place beyond(Walk w, Place p, float t, bool moves) {
-    const vec3 limit = vec3(moves ? t : -3e38);
+// Past all faces up to distance t.
+Place beyond(Walk w, Place p, float t) {
+    const vec3 limit = vec3(t);
     p.cells += w.cells.stride * vec3(lessThanEqual(distances(w.cells, p.cells), limit));
 #if HAS_LABELS
     p.labels += w.labels.stride * vec3(lessThanEqual(distances(w.labels, p.labels), limit));
 #endif
     return p;
+}
+
+// The last cut that lies before the next one.
+float last_cut(Walk w, Place p) {
+    const vec3 t = distances(w.cells, p.cells - w.cells.stride);
+    const vec3 passed = mix(t, vec3(-3e38), greaterThan(w.cells.never, vec3(0.0)));
+    float last = max(passed.x, max(passed.y, passed.z));
+#if HAS_LABELS
+    const vec3 l = distances(w.labels, p.labels - w.labels.stride);
+    const vec3 label_passed = mix(l, vec3(-3e38), greaterThan(w.labels.never, vec3(0.0)));
+    last = max(last, max(label_passed.x, max(label_passed.y, label_passed.z)));
+#endif
+    return last;
+}
+
+// On to the last cut that is not beyond distance `limit`.
+void leap(Walk w, float limit, inout float at, inout Place p) {
+    const bool far = limit > at;
+    const Place there = place_at(w, far ? limit : at);
+    at = far ? max(at, last_cut(w, there)) : at;
+    p.cells = far ? there.cells : p.cells;
+#if HAS_LABELS
+    p.labels = far ? there.labels : p.labels;
+#endif
+}
+
+// Over pieces in which nothing is to be seen, but not beyond `end`.
+void leap_over_empty(RaySampler s, Walk w, float end, inout float at, inout Place p) {
+    if (kSkip != 0u) {
+        const float free = empty_until(s.cells, w.anchor + at) - w.anchor;
+        leap(w, min(free - kClearance * frame.step, end), at, p);
+    }
 }
 
 float cubic_at(vec4 c, float u) { return c.x + u * (c.y + u * (c.z + u * c.w)); }
@@ -235,29 +267,37 @@ bool may_show(vec4 c) {
            textureLod(table, vec2((floor(range.x) + 0.5) / n, row), 0.0).g;
 }
 
-// What a cubic of places in the table shows over length_mm: premultiplied colour, opacity. `middle`
-// is the middle of what is seen, 0 .. 1.
-vec4 piece_color(vec4 c, float length_mm, bool counts, out float middle) {
+// What a cubic of places in the table shows between distances `ends`: premultiplied colour, opacity.
+vec4 piece_color(RaySampler s, Walk w, vec4 c, vec2 ends, bool counts) {
     const float bend = max(abs(2.0 * c.z), abs(2.0 * c.z + 6.0 * c.w));
+    // Shading turns within a cell however straight the values are.
+    const float least = kShaded != 0u ? ceil(0.25 * frame.sub_steps) : 1.0;
     const float n =
-        counts ? clamp(ceil(sqrt(bend * frame.sub_steps_per_bend)), 1.0, frame.sub_steps) : 1.0;
+        counts ? clamp(ceil(sqrt(bend * frame.sub_steps_per_bend)), least, frame.sub_steps) : 1.0;
     const float part = 1.0 / n;
+    const float length_mm = (ends.y - ends.x) * part;
+#if HAS_LABELS
+    const vec4 tint = label_tint(s, w.anchor + 0.5 * (ends.x + ends.y));
+    counts = counts && tint.a >= 0.0;
+#endif
     vec4 sum = vec4(0.0);
-    float moment = 0.0;
     float i = 0.0;
     TablePoint before = table_point(c.x);
     do {
         const TablePoint now = table_point(cubic_at(c, (i + 1.0) * part));
         const float u = (i + 0.5) * part;
         const float above = (2.0 * c.z + 6.0 * c.w * u) * (-0.125 * part * part);
-        const vec4 span = table_span(before, now, above, length_mm * part);
+        vec4 span = table_span(before, now, above, length_mm);
+#if HAS_LABELS
+        span.rgb = mix(span.rgb, tint.rgb, max(tint.a, 0.0));
+#endif
+        if (kShaded != 0u)
+            span.rgb = shade(span.rgb, s, w.anchor + mix(ends.x, ends.y, u));
         const float seen = i < n ? (1.0 - sum.a) * span.a : 0.0;
         sum += seen * vec4(span.rgb, 1.0);
-        moment += seen * u;
         before = now;
         i += 1.0;
     } while (subgroupAny(i < n));
-    middle = sum.a > 0.0 ? moment / sum.a : 0.5;
     return counts ? sum : vec4(0.0);
 }
 
@@ -269,31 +309,26 @@ Marched march_alpha_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
     vec2 ends = vec2(t.x - w.anchor);
     const float end = t.y - w.anchor;
     Place p = place_at(w, ends.x);
-    bool going = inside;
+    leap(w, min(span.x - w.anchor - kClearance * frame.step, end), ends.y, p);
+    const float limit = min(end, span.y - w.anchor); // nothing is seen beyond
+    bool going = inside && ends.y < limit;
     do {
         vec4 c;
         bool counts;
         do {
+            leap_over_empty(s, w, end, ends.y, p);
             ends = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
             c = cell_cubic(w, p, ends.x, ends.y);
-            counts = going && is_data(c.x);
+            if (kCount != 0u && going) // a piece counts as one sample
+                samples_taken += 1u;
+            counts = going && ends.x < end && is_data(c.x);
             c *= frame.table_scale * entries;
             c.x += frame.table_bias * entries - 0.5;
             counts = counts && may_show(c);
-            p = beyond(w, p, ends.y, going);
-            going = going && ends.y < end;
+            p = beyond(w, p, ends.y);
+            going = going && ends.y < limit;
         } while (!subgroupAny(counts) && subgroupAny(going));
-        float u;
-        vec4 seen = piece_color(c, ends.y - ends.x, counts, u);
-#if HAS_LABELS
-        const vec4 tint = label_tint(s, w.anchor + 0.5 * (ends.x + ends.y));
-        seen.rgb = mix(seen.rgb, tint.rgb * seen.a, max(tint.a, 0.0));
-        seen = tint.a < 0.0 ? vec4(0.0) : seen;
-#endif
-        if (kShaded != 0u)
-            seen.rgb = seen.a * shade(seen.rgb / max(seen.a, 1e-30), s,
-                                      w.anchor + mix(ends.x, ends.y, u));
-        add_piece(a, seen);
+        add_piece(a, piece_color(s, w, c, ends, counts));
         going = going && a.sum.a <= opaque;
     } while (subgroupAny(going));
     return Marched(inside ? a.sum : vec4(0.0), kNaN, kNaN);
@@ -313,10 +348,18 @@ Marched march_mip_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
         vec4 c;
         bool counts;
         do {
+            if (kSkip != 0u) { // over a cell that holds nothing higher
+                const vec3 cell = cell_at(s.cells, w.anchor + ends.y);
+                const float leaves = cell_exit(s.cells, cell, 1.0) - w.anchor;
+                const bool passed = cell_entry(cell) + frame.cell_margin <= maximum;
+                leap(w, passed ? min(leaves - kClearance * frame.step, end) : -3e38, ends.y, p);
+            }
             ends = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
             c = cell_cubic(w, p, ends.x, ends.y);
-            counts = going && is_data(c.x) && hull(c).y > maximum;
-            p = beyond(w, p, ends.y, going);
+            if (kCount != 0u && going) // a piece counts as one sample
+                samples_taken += 1u;
+            counts = going && ends.x < end && is_data(c.x) && hull(c).y > maximum;
+            p = beyond(w, p, ends.y);
             going = going && ends.y < end;
         } while (!subgroupAny(counts) && subgroupAny(going));
         const vec2 turns = turning_points(c);
@@ -371,25 +414,30 @@ Marched march_iso_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
     vec2 ends = vec2(t.x - w.anchor);
     const float end = t.y - w.anchor;
     Place p = place_at(w, ends.x);
+    leap(w, min(span.x - w.anchor - kClearance * frame.step, end), ends.y, p);
+    const float limit = min(end, span.y - w.anchor); // nothing is met beyond
     // How many iso-values the field has reached: carried from piece to piece, so that a surface on
     // a face is met once. -1 at the start and behind missing data.
     int level = -1;
-    bool going = inside;
+    bool going = inside && ends.y < limit;
     do {
         vec4 c;
         bool crossed;
         do {
+            leap_over_empty(s, w, end, ends.y, p);
             ends = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
             c = cell_cubic(w, p, ends.x, ends.y);
+            if (kCount != 0u && going) // a piece counts as one sample
+                samples_taken += 1u;
             const vec2 range = hull(c);
             level = level < 0 ? level_of(c.x) : level;
-            crossed = going && (level_of(range.x) != level || level_of(range.y) != level);
+            crossed = going && ends.x < end && (level_of(range.x) != level || level_of(range.y) != level);
             if (kHasNoData != 0u) {
                 crossed = crossed && is_data(c.x);
                 level = is_data(c.x) ? level : -1;
             }
-            p = beyond(w, p, ends.y, going);
-            going = going && ends.y < end;
+            p = beyond(w, p, ends.y);
+            going = going && ends.y < limit;
         } while (!subgroupAny(crossed) && subgroupAny(going));
         // The cubic rises or falls throughout between the turning points.
         const vec2 turns = turning_points(c);

@@ -27,7 +27,7 @@ const uint kTableEntries = 4096u;
 const uint kTableRowStep = 0u;      // rgb, opacity of one whole step
 const uint kTableRowTau = 1u;       // rgb, tau per mm
 const uint kTableRowIntegral = 2u;  // running integrals
-const uint kTableRowVisible = 3u;   // r: how many entries up to this one have opacity; g: below it
+const uint kTableRowVisible = 3u;   // r: how many entries up to this one have opacity; g: below it; what lies between two entries counts too
 const uint kTableRows = 4u;
 // Between places of the table nearer than this, the table counts as linear.
 const float kNarrowEntries = 2.0f;

@@ -78,14 +78,18 @@ TEST_F(SkippingTest, EveryModeGivesTheSameBits) {
         for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
             SCOPED_TRACE(testing::Message() << "mode " << static_cast<int>(mode) << " view "
                                             << view.x << " " << view.y << " " << view.z);
-            expect_same_bits(scene_of(data, mode, view), data);
+            Scene scene = scene_of(data, mode, view);
+            expect_same_bits(scene, data);
+            scene.ray_cast->integrator = Integrator::exact;
+            expect_same_bits(scene, data);
         }
 }
 
 TEST_F(SkippingTest, EveryIntegratorAndShadingGivesTheSameBits) {
     const SceneData data = phantom(false);
     for (const double step : {0.4, 1.5, 7.0}) // beyond a cell's side of 4 samples, too
-        for (const Integrator integrator : {Integrator::fast, Integrator::preintegrated})
+        for (const Integrator integrator :
+             {Integrator::fast, Integrator::preintegrated, Integrator::exact})
             for (const bool shaded : {false, true}) {
                 SCOPED_TRACE(testing::Message()
                              << "step " << step << " integrator " << static_cast<int>(integrator)
@@ -111,6 +115,8 @@ TEST_F(SkippingTest, LabelsClipsSlicesAndStereoGiveTheSameBits) {
         scene.slice_transfer = window_function(-1000, 1000, 1.0);
         scene.stereo = StereoSettings{};
         expect_same_bits(scene, data);
+        scene.ray_cast->integrator = Integrator::exact;
+        expect_same_bits(scene, data);
     }
 }
 
@@ -118,13 +124,16 @@ TEST_F(SkippingTest, TakesAFractionOfTheSamples) {
     const SceneData data = phantom(false);
     for (const auto& [mode, most] :
          {std::pair(RayMode::alpha, 0.6), std::pair(RayMode::iso, 0.5)}) {
-        const Scene scene = scene_of(data, mode, kViews[0]);
-        uint64_t with = 0, without = 0;
-        draw(scene, data, true, &with);
-        draw(scene, data, false, &without);
-        EXPECT_GT(with, 0u);
-        EXPECT_LT(static_cast<double>(with), most * static_cast<double>(without))
-            << static_cast<int>(mode);
+        Scene scene = scene_of(data, mode, kViews[0]);
+        for (const Integrator integrator : {Integrator::fast, Integrator::exact}) {
+            scene.ray_cast->integrator = integrator;
+            uint64_t with = 0, without = 0;
+            draw(scene, data, true, &with);
+            draw(scene, data, false, &without);
+            EXPECT_GT(with, 0u);
+            EXPECT_LT(static_cast<double>(with), most * static_cast<double>(without))
+                << static_cast<int>(mode);
+        }
     }
 }
 
