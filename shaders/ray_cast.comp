@@ -9,8 +9,10 @@
 // every branch. Stretches of empty macro-cells are jumped over; what is marched is the same bit for
 // bit without (lib/skipping.glsl).
 //
-// Built once for each combination of IS_ISO, HAS_LABELS, HAS_SLICES, HAS_VALUES and IS_EXACT (0 or 1), so that
-// what a scene does not use needs no binding.
+// Built once for each combination of IS_ISO, HAS_LABELS, HAS_SLICES, HAS_VALUES, IS_EXACT and
+// HAS_ATLAS (0 or 1), so that what a scene does not use needs no binding. With HAS_ATLAS one dispatch
+// marches a part of the volume, and what rays have gathered is carried on to the next
+// (lib/carry.glsl).
 
 #include "shaders/shared/ray_cast.h"
 #include "shaders/lib/rays.glsl"
@@ -23,6 +25,7 @@ layout(constant_id = 4) const uint kIsoCount = 1u;
 layout(constant_id = 5) const uint kSkip = 1u;        // jump over empty space
 layout(constant_id = 6) const uint kCount = 0u;       // write how many samples a tile took
 layout(constant_id = 7) const uint kFromList = 0u;    // march listed rays, not tiles
+layout(constant_id = 8) const uint kManual = 0u;      // interpolate by hand, in fp32
 
 layout(local_size_x = 64) in;
 
@@ -59,15 +62,25 @@ layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups {
     uint ray_count; // of listed rays
 };
 
+#if HAS_ATLAS
+layout(binding = kRayPages) uniform sampler3D pages;
+layout(scalar, binding = kRayAtlas) uniform AtlasBlock { AtlasFrame atlas; };
+layout(binding = kRayCarry, rgba32f) uniform image2DArray carry_image;
+#endif
+
 #define kNaN uintBitsToFloat(0x7fc00000u)
 
 uint samples_taken = 0u;
 
 #include "shaders/lib/skipping.glsl"
+#include "shaders/lib/texels.glsl"
 #include "shaders/lib/ray_sampling.glsl"
 #include "shaders/lib/ray_modes.glsl"
 #if IS_ISO
 #include "shaders/lib/ray_cap.glsl"
+#endif
+#if HAS_ATLAS
+#include "shaders/lib/carry.glsl"
 #endif
 
 // The list's order, taken alternately from its two halves' point of view: devices that give each
@@ -121,12 +134,25 @@ void main() {
     const RaySampler s = ray_sampler(Ray(ray.origin - jitter * ray.direction, ray.direction));
     span += jitter;
     t += jitter;
+#if HAS_ATLAS
+    const Carried front = carried(place, eye, wanted);
+    const float start = t.x;
+    t = clip_to_part(s.ray, eye, t);
+    const bool marches = inside && t.x < t.y && !is_opaque(front);
+    t = marches ? t : vec2(start);
+    cut = t.x == start ? cut : 0.0; // a cap belongs to the part in which the ray starts
+#else
+    const bool marches = inside;
+#endif
 #if IS_ISO
-    const Marched cap = cap_of(s, t.x, inside ? cut : 0.0);
-    Marched marched = over(cap, march(s, t, span, inside && cap.color.a < 1.0));
+    const Marched cap = cap_of(s, t.x, marches ? cut : 0.0);
+    Marched marched = over(cap, march(s, t, span, marches && cap.color.a < 1.0));
     marched.depth -= jitter;
 #else
-    const Marched marched = march(s, t, span, inside);
+    Marched marched = march(s, t, span, marches);
+#endif
+#if HAS_ATLAS
+    marched = carry_on(front, marched, place, eye, wanted);
 #endif
     if (kCount != 0u && inside)
         atomicAdd(tiles[entry].samples, samples_taken);

@@ -5,7 +5,7 @@
 // Slices through the volume: per pixel the nearest plane that the ray meets inside the box, with its
 // grey value through the transfer function and the label overlay. Leaves colour and distance, which
 // the ray caster stops at; without a ray caster the colour is the picture. Built with and without
-// HAS_LABELS.
+// HAS_LABELS and HAS_ATLAS.
 
 #include "shaders/shared/slices.h"
 #include "shaders/lib/rays.glsl"
@@ -20,18 +20,18 @@ layout(binding = kSliceLabels) uniform usampler3D labels;
 layout(scalar, binding = kSliceStyles) readonly buffer Styles { vec4 styles[]; };
 #endif
 layout(scalar, binding = kSlicePlanes) uniform Planes { SliceIndex planes[kMaxSlices]; };
+#if HAS_ATLAS
+layout(binding = kSlicePages) uniform sampler3D pages;
+layout(scalar, binding = kSliceAtlas) uniform AtlasBlock { AtlasFrame atlas; };
+#endif
 layout(binding = kSliceColor, rgba32f) uniform writeonly image2DArray color_image;
 layout(binding = kSliceValues, rg32f) uniform writeonly image2DArray value_image;
 
+layout(constant_id = 0) const uint kManual = 0u; // interpolate by hand, in fp32
+
 #define kNaN uintBitsToFloat(0x7fc00000u)
 
-float linear_at(vec3 index) {
-    return textureLod(volume, (index + 0.5) * frame.texture_from_index, 0.0).r;
-}
-
-float texel_at(ivec3 at) {
-    return texelFetch(volume, clamp(at, ivec3(0), ivec3(frame.last)), 0).r;
-}
+#include "shaders/lib/texels.glsl"
 
 // Catmull-Rom weights of the four samples round a point `f` between the second and third.
 vec4 cubic_weights(float f) {
@@ -49,7 +49,7 @@ float cubic_at(vec3 index) {
         for (int y = 0; y < 4; ++y) {
             float row = 0.0;
             for (int x = 0; x < 4; ++x)
-                row += wx[x] * texel_at(ivec3(low) + ivec3(x, y, z) - 1);
+                row += wx[x] * stored_texel(ivec3(low) + ivec3(x, y, z) - 1);
             sum += wz[z] * wy[y] * row;
         }
     return sum;
@@ -66,7 +66,7 @@ float slab_texel(SliceIndex plane, vec3 index) {
         const vec3 slack = vec3(plane.samples == 1u ? 1e-3 : 0.0);
         const bool within = all(greaterThanEqual(p, -slack)) &&
                             all(lessThanEqual(p, frame.last + slack));
-        const float value = (plane.flags & kSliceCubic) != 0u ? cubic_at(p) : linear_at(p);
+        const float value = (plane.flags & kSliceCubic) != 0u ? cubic_at(p) : texel_at_index(p);
         const bool counts = within && value == value;
         sum += counts ? value : 0.0;
         most = counts ? max(most, value) : most;

@@ -6,7 +6,10 @@
 #include <span>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/device_options.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/preview.h"
+#include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
 #include "engine/base/file.h"
@@ -28,6 +31,8 @@ using Json = nlohmann::ordered_json;
 struct RenderOptions {
     SceneOptions scene;
     ReadFlags read;
+    DeviceMemoryOptions memory;
+    std::string preview;
     std::string output, stats, device, format = "auto", write_scene;
     uint32_t frames = 1;
     double orbit_deg = 0.0, frame_ms = 0.0, error = 0.0;
@@ -46,6 +51,7 @@ struct Timing {
     std::vector<PassTime> passes;        // medians
     double cell_map_ms = 0;              // of the first frame
     uint64_t samples = 0;                // of the last frame; not with --frame-ms
+    FrameStats first;                    // of the first frame: uploads, residency
     std::optional<InteractiveFrame> interactive; // the last frame with --frame-ms
 
     // Median over the frames of how far the GPU's timestamps and the fenced wall clock are apart,
@@ -100,6 +106,7 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
         if (i == 0) {
             timing.first_frame_ms = timer.ms();
             timing.cell_map_ms = stats->cell_map_ms;
+            timing.first = *stats;
         }
         if (i > 0 || count == 1) {
             timing.wall_ms.push_back(stats->wall_ms);
@@ -194,6 +201,8 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
                          : 0.0;
         json["cell_map_ms"] = timing.cell_map_ms;
     }
+    json["residency"] = residency_json(timing.first);
+    json["peak_rss_bytes"] = peak_rss_bytes();
     // RMSE of colour beside an exact picture of the field; where scenes of this kind were not
     // measured, what early termination may hide.
     json["error_estimate"] = scene.ray_cast ? estimated_error(scene, data, weight_error(device))
@@ -253,9 +262,9 @@ Result<TexelFormat> texel_format(const std::string& name) {
 }
 
 Result<void> run_render(const RenderOptions& options) {
-    const std::string extension = std::filesystem::path(options.output).extension();
-    if (extension != ".png" && extension != ".exr")
-        return fail("{}: expected a name ending in .png or .exr", options.output);
+    for (const std::filesystem::path path : {options.output, options.preview})
+        if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
+            return fail("{}: expected a name ending in .png or .exr", path.string());
     const Result<TexelFormat> format = texel_format(options.format);
     if (!format)
         return fail("{}", format.error().message);
@@ -290,8 +299,30 @@ Result<void> run_render(const RenderOptions& options) {
     }
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
-    Renderer renderer(device, {.volume_format = *format, .skipping = !options.no_skipping});
+    RendererOptions renderer_options{.volume_format = *format, .skipping = !options.no_skipping};
+    if (auto applied = apply(options.memory, renderer_options); !applied)
+        return applied;
+    std::optional<Preview> preview;
+    if (!options.preview.empty()) {
+        Result<Preview> drawn_first = draw_preview(device, renderer_options, *scene, *loaded);
+        if (!drawn_first)
+            return fail("{}", drawn_first.error().message);
+        preview = std::move(*drawn_first);
+        RenderOptions to = options;
+        to.output = options.preview;
+        if (auto saved = save_frame(to, *scene, preview->eyes, {}); !saved)
+            return saved;
+        log::info("{}: level {} of the volume, after {:.2f} s", options.preview, preview->level,
+                  preview->ms / 1000.0);
+    }
+    std::optional<Progress> progress(std::in_place, "drawing");
+    renderer_options.progress = [&](double share) {
+        progress->show(share);
+        return !interrupt.token().stop_requested();
+    };
+    Renderer renderer(device, renderer_options);
     const Result<Timing> timing = draw_frames(renderer, *scene, loaded->data, options, interrupt);
+    progress.reset();
     if (!timing)
         return fail("{}", timing.error().message);
     if (timing->interactive && !timing->interactive->complete)
@@ -300,6 +331,7 @@ Result<void> run_render(const RenderOptions& options) {
             "long, error about {:.2g} RMSE",
             100.0 * timing->interactive->traced_share, timing->interactive->step_factor,
             timing->interactive->error_estimate);
+    say_residency(timing->first);
     const ImageMetadata metadata{{"palpate:version", PALPATE_VERSION},
                                  {"palpate:device", device.info().name},
                                  {"palpate:driver", device.info().driver},
@@ -357,6 +389,10 @@ Command add_render(CLI::App& app) {
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
+    add_device_memory_options(app, o->memory);
+    app.add_option("--preview", o->preview,
+                   "Brick files: first draw a coarse level of the volume to this picture (default: "
+                   "none)");
     app.add_option("--volume-format", o->format,
                    "Voxels on the device: r16, r32f, or auto (r32f on CPU devices)")
         ->capture_default_str();

@@ -38,7 +38,7 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
     Result<LoadedVolume> volume = load_named(file, file.volume, false, volume_options);
     if (!volume)
         return pass_on(volume);
-    LoadedScene scene{{volume->volume, std::nullopt}, volume->modality, {}, {}};
+    LoadedScene scene{{volume->volume, std::nullopt}, volume->modality, {}, {}, volume->coarser};
     keep_messages(scene, *volume);
     if (!file.labels.empty()) {
         ReadOptions label_options = options;

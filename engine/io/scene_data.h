@@ -11,6 +11,7 @@ struct LoadedScene {
     SceneData data;
     std::string modality; // of the volume; empty where unknown
     std::vector<std::string> notes, warnings;
+    std::vector<Volume> coarser; // of a volume from a brick file: levels 1, 2, ..
 };
 
 // Loads, or makes (synthetic:NAME), the volume and the labels of a scene. `options` says how files

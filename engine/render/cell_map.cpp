@@ -33,6 +33,8 @@ void CellMap::update(const Volume& next, std::span<const ChangedBrick> changed) 
 
 void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bias) {
     const bool mip = layer.mode == RayMode::mip;
+    if (!mip) // distances do not depend on how texels are stored
+        value_scale = 1.0f, value_bias = 0.0f;
     Shown wanted{layer.mode,    {},      {}, value_scale, value_bias, ranges_.side,
                  ranges_.count, version_};
     if (layer.mode == RayMode::alpha)
@@ -64,6 +66,7 @@ void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bia
             occupied_cells(ranges_, visible, margin_, layer.mode == RayMode::iso);
         chebyshev_distances(cells, ranges_.count);
         texels.assign(cells.begin(), cells.end());
+        distances_ = std::move(cells);
     }
     upload(texels, wanted.count);
     shown_ = std::move(wanted);

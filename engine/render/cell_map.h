@@ -32,9 +32,13 @@ class CellMap {
     // 257).
     bool pays(RayMode mode) const;
 
+    // After show() for alpha or iso: the distances, x fastest.
+    const std::vector<uint8_t>& distances() const { return distances_; }
+
     // After show().
     GpuImage& image() { return *image_; }
     uint32_t side() const { return shown_->side; }
+    size_t cell_count() const { return ranges_.cells(); } // of the finest; before show(), too
     glm::uvec3 count() const { return shown_->count; }
     double margin() const { return margin_; }          // of values, see range_margin()
     double last_build_ms() const { return build_ms_; } // of the last image that was made
@@ -55,6 +59,7 @@ class CellMap {
     CellRanges ranges_;
     uint64_t version_;
     double margin_, build_ms_ = 0;
+    std::vector<uint8_t> distances_;
     std::optional<Shown> shown_;
     std::optional<GpuImage> image_;
 };

@@ -1,7 +1,6 @@
 #include "engine/render/gpu_volume.h"
 
 #include <array>
-#include <cstring>
 #include <optional>
 
 #include "engine/base/assert.h"
@@ -13,108 +12,118 @@ namespace {
 
 constexpr size_t kBricksPerBatch = 32;
 
-// The first code of a type, which unorm16 stores as 0.
-int32_t code_bias(ScalarType type) {
-    return type == ScalarType::i16 ? -32768 : type == ScalarType::i8 ? -128 : 0;
+uint64_t dense_bytes(const Volume& volume, const TexelStorage& storage) {
+    return sample_count(volume.grid()) * texel_bytes(storage.format);
 }
 
-struct Storage {
-    VkFormat format;
-    float scale = 1.0f, bias = 0.0f;
-};
-
-Storage storage_of(const Device& device, ScalarType type, TexelFormat wanted) {
-    if (wanted == TexelFormat::label)
-        return {type == ScalarType::u8 ? VK_FORMAT_R8_UINT : VK_FORMAT_R16_UINT};
-    if (wanted == TexelFormat::automatic)
-        wanted = device.info().is_cpu() ? TexelFormat::f32 : TexelFormat::unorm16;
-    if (type == ScalarType::f32 || wanted == TexelFormat::f32)
-        return {VK_FORMAT_R32_SFLOAT};
-    return {VK_FORMAT_R16_UNORM, 65535.0f, static_cast<float>(code_bias(type))};
-}
-
-size_t texel_bytes(VkFormat format) {
-    switch (format) {
-        case VK_FORMAT_R8_UINT:
-            return 1;
-        case VK_FORMAT_R16_UINT:
-        case VK_FORMAT_R16_UNORM:
-            return 2;
-        default:
-            return 4;
-    }
-}
-
-void convert(const Brick& brick, VkFormat format, std::byte* out) {
-    switch (format) {
-        case VK_FORMAT_R8_UINT:
-            brick.read(std::span(reinterpret_cast<uint8_t*>(out), kBrickSamples));
-            return;
-        case VK_FORMAT_R16_UINT:
-            brick.read(std::span(reinterpret_cast<uint16_t*>(out), kBrickSamples));
-            return;
-        case VK_FORMAT_R16_UNORM:
-            visit_scalar(brick.type(), [&](auto t) {
-                const auto samples = brick.samples<decltype(t)>();
-                const auto* in = samples.data();
-                const int32_t bias = code_bias(brick.type());
-                auto* codes = reinterpret_cast<uint16_t*>(out);
-                for (uint32_t i = 0; i < kBrickSamples; ++i)
-                    codes[i] =
-                        static_cast<uint16_t>(static_cast<int32_t>(in[brick.stride() * i]) - bias);
-            });
-            return;
-        default:
-            brick.read(std::span(reinterpret_cast<float*>(out), kBrickSamples));
-            return;
-    }
+double mib(uint64_t bytes) {
+    return static_cast<double>(bytes) / (1 << 20);
 }
 
 } // namespace
 
+struct GpuVolume::Choice {
+    bool atlas;
+    TexelStorage storage;
+    std::string reason;
+};
+
+GpuVolume::Choice GpuVolume::choose(const Device& device, const Volume& volume,
+                                    const GpuVolumeWish& wish) {
+    const glm::uvec3 size = volume.size();
+    const uint32_t longest = std::max({size.x, size.y, size.z});
+    const uint32_t side_limit = device.limits().maxImageDimension3D;
+    const TexelStorage first = texel_storage(device, volume.type(), wish.format);
+    TexelStorage small = first; // where `first` takes more than needs be
+    if (wish.format == TexelFormat::automatic)
+        small = texel_storage(device, volume.type(), TexelFormat::unorm16);
+    const auto fits = [&](const TexelStorage& storage) {
+        return longest <= side_limit && dense_bytes(volume, storage) <= wish.limit_bytes;
+    };
+    const auto atlas_bytes = [&](const TexelStorage& storage) {
+        return BrickAtlas::bytes_for(device, volume, storage, wish.bricks());
+    };
+    const TexelStorage dense = fits(first) ? first : small;
+    const TexelStorage packed = atlas_bytes(first) <= wish.limit_bytes ? first : small;
+    const uint64_t bytes = dense_bytes(volume, dense);
+    const bool label = wish.format == TexelFormat::label;
+    if (wish.residency == Residency::dense || label)
+        return {false, dense, label ? "labels are never filtered" : "asked for"};
+    if (wish.residency == Residency::atlas)
+        return {true, packed, "asked for"};
+    if (longest > side_limit)
+        return {true, packed,
+                fmt::format("{} samples on an axis are more than the {} of the device's images",
+                            longest, side_limit)};
+    if (bytes > wish.limit_bytes)
+        return {true, packed,
+                fmt::format("all of it would take {:.0f} MiB and the limit is {:.0f} MiB",
+                            mib(bytes), mib(wish.limit_bytes))};
+    if (bytes > wish.limit_bytes / 2 && atlas_bytes(packed) < bytes / 4)
+        return {true, packed,
+                fmt::format("what can be seen takes {:.0f} MiB, all of it would take {:.0f} MiB",
+                            mib(atlas_bytes(packed)), mib(bytes))};
+    return {false, dense,
+            fmt::format("it takes {:.0f} MiB and the limit is {:.0f} MiB", mib(bytes),
+                        mib(wish.limit_bytes))};
+}
+
 Result<GpuVolume> GpuVolume::make(Device& device, std::string name, const Volume& volume,
-                                  TexelFormat format, uint64_t memory_limit_bytes) {
-    const Storage storage = storage_of(device, volume.type(), format);
+                                  const GpuVolumeWish& wish) {
+    Choice choice = choose(device, volume, wish);
+    GpuVolume made(device, volume, wish, choice.storage);
+    made.reason_ = std::move(choice.reason);
+    const VkFormat format = choice.storage.format;
+    if (wish.format != TexelFormat::label && !device.can_filter_linearly(format))
+        return fail("{}: {} cannot interpolate its texels", name, device.info().name);
+    if (choice.atlas) {
+        Result<BrickAtlas> atlas =
+            BrickAtlas::make(device, name, volume, choice.storage, wish.bricks(), wish.limit_bytes);
+        if (!atlas)
+            return pass_on(atlas);
+        made.atlas_.emplace(std::move(*atlas));
+        return made;
+    }
     const uint32_t limit = device.limits().maxImageDimension3D;
     const glm::uvec3 size = volume.size();
     if (size.x > limit || size.y > limit || size.z > limit)
         return fail(
             "{}: expected at most {} samples on each axis on this device, found {} x {} x {}", name,
             limit, size.x, size.y, size.z);
-    const uint64_t bytes = sample_count(volume.grid()) * texel_bytes(storage.format);
-    if (bytes > memory_limit_bytes)
+    if (const uint64_t bytes = dense_bytes(volume, choice.storage); bytes > wish.limit_bytes)
         return fail("{}: needs {} bytes of graphics memory, and the limit is {}", name, bytes,
-                    memory_limit_bytes);
-    if (format != TexelFormat::label && !device.can_filter_linearly(storage.format))
-        return fail("{}: {} cannot interpolate its texels", name, device.info().name);
-    GpuVolume made(device, std::move(name), volume, format, storage.format, storage.scale,
-                   storage.bias);
+                    wish.limit_bytes);
+    made.image_.emplace(device, std::move(name),
+                        ImageShape{.type = VK_IMAGE_TYPE_3D, .format = format, .size = size});
     std::vector<glm::uvec3> all;
     for_each_brick(volume, [&](glm::uvec3 position) { all.push_back(position); });
     made.upload(volume, all);
     return made;
 }
 
-GpuVolume::GpuVolume(Device& device, std::string name, const Volume& volume, TexelFormat requested,
-                     VkFormat format, float scale, float bias)
-    : device_(&device),
-      snapshot_(volume),
-      requested_(requested),
-      value_scale_(scale),
-      value_bias_(bias),
-      image_(device, std::move(name),
-             {.type = VK_IMAGE_TYPE_3D, .format = format, .size = volume.size()}) {}
+GpuVolume::GpuVolume(Device& device, const Volume& volume, const GpuVolumeWish& wish,
+                     TexelStorage storage)
+    : device_(&device), snapshot_(volume), wish_(wish), storage_(storage) {}
 
-bool GpuVolume::suits(const Volume& next, TexelFormat format) const {
-    return next.size() == snapshot_.size() && next.type() == snapshot_.type() &&
-           format == requested_;
+bool GpuVolume::suits(const Volume& next, const GpuVolumeWish& wish) const {
+    if (next.size() != snapshot_.size() || next.type() != snapshot_.type() ||
+        wish.format != wish_.format || wish.residency != wish_.residency)
+        return false;
+    if (!atlas_) // its bytes count in no later limit
+        return true;
+    return atlas_->capacity() >=
+           BrickAtlas::room_for(*device_, next, storage_, wish.bricks(), wish.limit_bytes);
 }
 
 void GpuVolume::update(const Volume& next, std::span<const ChangedBrick> changed) {
-    std::vector<glm::uvec3> positions;
-    for (const ChangedBrick& brick : changed)
-        positions.push_back(brick.position);
-    upload(next, positions);
+    if (atlas_) {
+        atlas_->drop(next, changed);
+    } else {
+        std::vector<glm::uvec3> positions;
+        for (const ChangedBrick& brick : changed)
+            positions.push_back(brick.position);
+        upload(next, positions);
+    }
     snapshot_ = next;
 }
 
@@ -123,7 +132,7 @@ void GpuVolume::upload(const Volume& from, std::span<const glm::uvec3> bricks) {
         return;
     const profile::Scope scope("upload bricks");
     // Two halves of staging: one is filled while the GPU copies the other.
-    const VkFormat format = image_.shape().format;
+    const VkFormat format = storage_.format;
     const size_t brick_bytes = kBrickSamples * texel_bytes(format);
     const size_t batch = std::min(kBricksPerBatch, bricks.size());
     std::array<std::optional<Buffer>, 2> staging;
@@ -137,14 +146,15 @@ void GpuVolume::upload(const Volume& from, std::span<const glm::uvec3> bricks) {
         std::vector<Commands::Region> regions;
         for (size_t i = first; i < std::min(first + batch, bricks.size()); ++i) {
             const uint64_t offset = (i - first) * brick_bytes;
-            convert(from.brick(bricks[i]), format, staging[half]->mapped().data() + offset);
+            store_texels(from.brick(bricks[i]), format, glm::uvec3(0), glm::uvec3(kBrickSide),
+                         kBrickSide, kBrickSide, staging[half]->mapped().data() + offset);
             regions.push_back({.buffer_offset = offset,
                                .image_offset = bricks[i] * kBrickSide,
                                .size = from.valid_in_brick(bricks[i]),
                                .row_texels = kBrickSide,
                                .plane_rows = kBrickSide});
         }
-        commands[half]->copy(*staging[half], image_, regions);
+        commands[half]->copy(*staging[half], *image_, regions);
         commands[half]->submit();
     }
     for (auto& submitted : commands)

@@ -1,53 +1,79 @@
 #pragma once
 
+#include <optional>
+#include <span>
+#include <string>
+
 #include "engine/base/error.h"
-#include "engine/gpu/commands.h"
-#include "engine/gpu/resource.h"
+#include "engine/render/brick_atlas.h"
+#include "engine/render/residency.h"
+#include "engine/render/texel_storage.h"
 #include "engine/volume/changes.h"
 
 namespace palpate {
 
-// How voxels are stored on the GPU.
-enum class TexelFormat {
-    automatic, // f32 on CPU devices (the fastest there); else unorm16, and f32 for float volumes
-    unorm16,   // 16 bits with a bias: exact for every integer type; not for float volumes
-    f32,
-    label, // u8 or u16 identifiers, never filtered
+// What is asked of a volume on the GPU.
+struct GpuVolumeWish {
+    TexelFormat format = TexelFormat::automatic;
+    Residency residency = Residency::automatic;
+    uint64_t limit_bytes = 0; // for image, or atlas with its table and staging
+    size_t needed_bricks = 0; // that can be seen; counts for an atlas only
+    size_t most_bricks = 0;   // of an atlas, beside what fits; 0: no other limit
+
+    size_t bricks() const {
+        return most_bricks > 0 ? std::min(most_bricks, needed_bricks) : needed_bricks;
+    }
 };
 
-// One volume as one 3D image, kept up to date brick by brick.
+// One volume on the GPU, kept up to date brick by brick: as one 3D image, or as an atlas of those
+// bricks that are asked for.
 //
 // There is no flat copy of the voxels on the CPU: bricks are converted straight into a staging ring
 // of a few megabytes. value = texel * value_scale + value_bias.
 class GpuVolume {
  public:
-    // Uploads every brick. Fails with a sentence when the volume is larger than the device's images
-    // or than what is left of memory_limit_bytes; nothing is down-sampled.
+    // A dense one holds every brick from the start, an atlas none. Fails with a sentence when the
+    // volume is larger than the device's images or than the limit; nothing is down-sampled.
     static Result<GpuVolume> make(Device& device, std::string name, const Volume& volume,
-                                  TexelFormat format, uint64_t memory_limit_bytes);
+                                  const GpuVolumeWish& wish);
 
     // Uploads the bricks in which `next` differs from the snapshot held now (changed_bricks() tells
     // them), and holds `next`. Size and type must be those of the first snapshot.
     void update(const Volume& next, std::span<const ChangedBrick> changed);
 
-    // Whether update() can take this volume.
-    bool suits(const Volume& next, TexelFormat format) const;
+    // Whether this is what make() would give for such a volume and wish, or serves as well.
+    bool suits(const Volume& next, const GpuVolumeWish& wish) const;
 
-    GpuImage& image() { return image_; }
+    bool is_atlas() const { return atlas_.has_value(); }
+    BrickAtlas& atlas() { return *atlas_; }
+    // Brings bricks of the snapshot into the atlas; how many were uploaded.
+    size_t make_resident(std::span<const glm::uvec3> bricks) {
+        return atlas_->make_resident(snapshot_, bricks);
+    }
+
+    GpuImage& image() { return image_ ? *image_ : atlas_->image(); } // or the atlas's
+    uint64_t bytes() {
+        return image_ ? image_->bytes() : atlas_->image().bytes() + atlas_->table().bytes();
+    }
     const Volume& snapshot() const { return snapshot_; }
-    float value_scale() const { return value_scale_; }
-    float value_bias() const { return value_bias_; }
+    float value_scale() const { return storage_.scale; }
+    float value_bias() const { return storage_.bias; }
+    const std::string& reason() const { return reason_; } // a phrase: why it lies as it does
 
  private:
-    GpuVolume(Device& device, std::string name, const Volume& volume, TexelFormat requested,
-              VkFormat format, float scale, float bias);
+    struct Choice;
+    static Choice choose(const Device& device, const Volume& volume, const GpuVolumeWish& wish);
+    GpuVolume(Device& device, const Volume& volume, const GpuVolumeWish& wish,
+              TexelStorage storage);
     void upload(const Volume& from, std::span<const glm::uvec3> bricks);
 
     Device* device_;
     Volume snapshot_;
-    TexelFormat requested_;
-    float value_scale_, value_bias_;
-    GpuImage image_;
+    GpuVolumeWish wish_;
+    TexelStorage storage_;
+    std::string reason_;
+    std::optional<GpuImage> image_;
+    std::optional<BrickAtlas> atlas_;
 };
 
 } // namespace palpate

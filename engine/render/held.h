@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "engine/render/renderer.h"
+#include "engine/render/residency.h"
 #include "engine/render/transfer_image.h"
 #include "shaders/shared/frame.h"
 
@@ -17,6 +18,9 @@ std::vector<View> views_of(const Scene& scene);
 // Rows of tiles that one submission marches: as many as a dispatch has workgroups for, and on a
 // device with a watchdog no more than take a moment.
 uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid);
+
+// Adds the times of passes to those of the same name.
+void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times);
 
 // Keeps a small buffer in step with its contents: written only when they differ.
 class MirroredBuffer {
@@ -46,6 +50,7 @@ struct Renderer::Targets {
     bool return_values;                            // the scene asks for value and depth
     std::optional<GpuImage> color, values;         // what is read back
     std::optional<GpuImage> behind, behind_values; // slices that a ray caster draws over
+    std::optional<GpuImage> carry;                 // what rays bring from part to part of an atlas
 };
 
 // Rays of one kind: their block, what they are listed in and where their colours go.
@@ -84,6 +89,12 @@ struct Renderer::Held {
     std::optional<Targets> targets;
     std::optional<Coarse> coarse;
     RayCastVariant variant;
+    // Of a volume in an atlas:
+    BrickMask seen;                 // by the ray caster
+    std::vector<glm::uvec3> sliced; // bricks that slices run through
+    size_t needed_bricks = 0;
+    std::vector<Part> parts;
+    MirroredBuffer atlas_frame;
 };
 
 } // namespace palpate

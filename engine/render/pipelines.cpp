@@ -28,7 +28,8 @@ constexpr auto kStorageImage = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
 // Bits in the order of the macros in CMakeLists.txt.
 std::span<const uint32_t> ray_cast_code(const RayCastVariant& v) {
     const bool iso = v.mode == gpu::kModeIso;
-    return spirv::ray_cast[iso + 2 * v.labels + 4 * v.slices + 8 * v.values + 16 * v.exact];
+    return spirv::ray_cast[iso + 2 * v.labels + 4 * v.slices + 8 * v.values + 16 * v.exact +
+                           32 * v.atlas];
 }
 
 std::string name_of(const RayCastVariant& v) {
@@ -41,7 +42,8 @@ std::string name_of(const RayCastVariant& v) {
           std::pair(v.shaded, " shaded"), std::pair(v.labels, " labels"),
           std::pair(v.slices, " slices"), std::pair(v.values, " values"),
           std::pair(v.no_data, " no-data"), std::pair(!v.skip, " unskipped"),
-          std::pair(v.count, " counting"), std::pair(v.from_list, " listed")})
+          std::pair(v.count, " counting"), std::pair(v.from_list, " listed"),
+          std::pair(v.atlas, " atlas"), std::pair(v.by_hand, " by hand")})
         if (on)
             name += text;
     return name;
@@ -51,6 +53,10 @@ std::string name_of(const RayCastVariant& v) {
 
 std::span<const uint32_t> ray_cast_shader() {
     return spirv::ray_cast[0];
+}
+
+std::span<const uint32_t> ray_cast_atlas_shader() {
+    return spirv::ray_cast[32];
 }
 
 ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
@@ -78,9 +84,15 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         slots.push_back({gpu::kRayCells, kSampled});
         slots.push_back({gpu::kRayTiles, kStorage});
         slots.push_back({gpu::kRayTileGroups, kStorage});
-        const std::array<uint32_t, 8> constants{
-            variant.mode,      variant.preintegrated, variant.shaded, variant.no_data,
-            variant.iso_count, variant.skip,          variant.count,  variant.from_list};
+        if (variant.atlas) {
+            slots.push_back({gpu::kRayPages, kSampled});
+            slots.push_back({gpu::kRayAtlas, kUniform});
+            slots.push_back({gpu::kRayCarry, kStorageImage});
+        }
+        const std::array<uint32_t, 9> constants{
+            variant.mode,    variant.preintegrated, variant.shaded,
+            variant.no_data, variant.iso_count,     variant.skip,
+            variant.count,   variant.from_list,     variant.by_hand};
         pipeline = std::make_unique<ComputePipeline>(*device_, name_of(variant),
                                                      ray_cast_code(variant), slots, constants);
         creation_ms_ += timer.ms();
@@ -132,8 +144,8 @@ ComputePipeline& Pipelines::judge() {
     return *judge_;
 }
 
-ComputePipeline& Pipelines::slices(bool labels) {
-    std::unique_ptr<ComputePipeline>& pipeline = slices_[labels];
+ComputePipeline& Pipelines::slices(bool labels, bool atlas, bool by_hand) {
+    std::unique_ptr<ComputePipeline>& pipeline = slices_[labels + 2u * atlas + 4u * by_hand];
     if (!pipeline) {
         const Timer timer;
         std::vector<BindingSlot> slots{{gpu::kSliceFrame, kUniform},
@@ -146,8 +158,16 @@ ComputePipeline& Pipelines::slices(bool labels) {
         slots.push_back({gpu::kSlicePlanes, kUniform});
         slots.push_back({gpu::kSliceColor, kStorageImage});
         slots.push_back({gpu::kSliceValues, kStorageImage});
-        pipeline = std::make_unique<ComputePipeline>(*device_, labels ? "slices labels" : "slices",
-                                                     spirv::slices[labels], slots);
+        if (atlas) {
+            slots.push_back({gpu::kSlicePages, kSampled});
+            slots.push_back({gpu::kSliceAtlas, kUniform});
+        }
+        const uint32_t constants[] = {by_hand};
+        pipeline = std::make_unique<ComputePipeline>(
+            *device_,
+            fmt::format("slices{}{}{}", labels ? " labels" : "", atlas ? " atlas" : "",
+                        by_hand ? " by hand" : ""),
+            spirv::slices[labels + 2 * atlas], slots, constants);
         creation_ms_ += timer.ms();
     }
     return *pipeline;

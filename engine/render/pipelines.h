@@ -17,6 +17,8 @@ struct RayCastVariant {
     bool skip = true;       // jump over empty space
     bool count = false;     // count samples
     bool from_list = false; // march listed rays, not tiles
+    bool atlas = false;     // the volume lies in a brick atlas
+    bool by_hand = false;   // interpolate in fp32
 
     friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
 };
@@ -27,7 +29,7 @@ class Pipelines {
     explicit Pipelines(Device& device) : device_(&device) {}
 
     ComputePipeline& ray_cast(const RayCastVariant& variant);
-    ComputePipeline& slices(bool labels);
+    ComputePipeline& slices(bool labels, bool atlas, bool by_hand);
     ComputePipeline& tiles(uint32_t which); // gpu::kList...
     ComputePipeline& interpolate();
     ComputePipeline& judge();
@@ -38,8 +40,7 @@ class Pipelines {
     Device* device_;
     double creation_ms_ = 0;
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
-    std::map<bool, std::unique_ptr<ComputePipeline>> slices_;
-    std::map<uint32_t, std::unique_ptr<ComputePipeline>> tiles_;
+    std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_, tiles_;
     std::unique_ptr<ComputePipeline> interpolate_, judge_;
 };
 

@@ -61,9 +61,11 @@ void Renderer::record_slices(Commands& commands, const Scene& scene) {
         bind_storage_image(gpu::kSliceColor, behind ? *targets.behind : *targets.color));
     bound.push_back(
         bind_storage_image(gpu::kSliceValues, behind ? *targets.behind_values : *targets.values));
+    bind_atlas(bound, gpu::kSlicePages, gpu::kSliceAtlas);
     commands.begin_pass("slices");
-    commands.dispatch(pipelines_.slices(scene.labels.has_value()), bound,
-                      {tile_count(scene.size_px), eye_count(scene)});
+    commands.dispatch(pipelines_.slices(scene.labels.has_value(), held_->volume->is_atlas(),
+                                        options_.sampling == Sampling::by_hand),
+                      bound, {tile_count(scene.size_px), eye_count(scene)});
     commands.end_pass();
 }
 
@@ -123,6 +125,9 @@ void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Sc
     bound.push_back(bind_storage(gpu::kRayTiles, pass.list,
                                  pass.variant.count ? Use::storage_write : Use::storage_read));
     bound.push_back(bind_storage(gpu::kRayTileGroups, pass.groups));
+    bind_atlas(bound, gpu::kRayPages, gpu::kRayAtlas);
+    if (pass.variant.atlas)
+        bound.push_back(bind_storage_image(gpu::kRayCarry, *targets.carry));
     commands.begin_pass(pass.name);
     commands.dispatch_indirect(pipelines_.ray_cast(pass.variant), bound, pass.groups);
     commands.end_pass();

@@ -1,8 +1,8 @@
 #include "engine/render/renderer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <deque>
 #include <limits>
 
 #include "engine/base/assert.h"
@@ -10,7 +10,6 @@
 #include "engine/base/timer.h"
 #include "engine/render/frame_block.h"
 #include "engine/render/held.h"
-#include "engine/volume/changes.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
 #include "shaders/shared/tiles.h"
@@ -18,17 +17,6 @@
 namespace palpate {
 
 namespace {
-
-void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times) {
-    for (PassTime& time : times) {
-        const auto same = std::find_if(sums.begin(), sums.end(),
-                                       [&](const PassTime& p) { return p.name == time.name; });
-        if (same != sums.end())
-            same->gpu_ms += time.gpu_ms;
-        else
-            sums.push_back(std::move(time));
-    }
-}
 
 uint32_t mode_of(RayMode mode) {
     switch (mode) {
@@ -60,6 +48,17 @@ RayCastVariant variant_of(const Scene& scene, const Volume& volume) {
 }
 
 } // namespace
+
+void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times) {
+    for (PassTime& time : times) {
+        const auto same = std::find_if(sums.begin(), sums.end(),
+                                       [&](const PassTime& p) { return p.name == time.name; });
+        if (same != sums.end())
+            same->gpu_ms += time.gpu_ms;
+        else
+            sums.push_back(std::move(time));
+    }
+}
 
 uint64_t count_segments(const Scene& scene, const Grid& grid) {
     const double step = step_mm_of(*scene.ray_cast, grid);
@@ -104,37 +103,6 @@ Renderer::Renderer(Device& device, RendererOptions options)
 
 Renderer::~Renderer() = default;
 
-Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, std::optional<CellMap>* cells,
-                                     const char* name, const Volume& volume, TexelFormat format,
-                                     uint64_t limit_bytes) {
-    if (held && held->suits(volume, format)) {
-        if (volume.is_same_as(held->snapshot()))
-            return size_t{0};
-        const std::vector<ChangedBrick> changed = changed_bricks(held->snapshot(), volume);
-        held->update(volume, changed);
-        if (cells && *cells)
-            (*cells)->update(volume, changed);
-        return changed.size();
-    }
-    held.reset();
-    if (cells)
-        cells->reset();
-    Result<GpuVolume> made = GpuVolume::make(*device_, name, volume, format, limit_bytes);
-    if (!made)
-        return pass_on(made);
-    held.emplace(std::move(*made));
-    const glm::uvec3 bricks = volume.brick_count();
-    return size_t{bricks.x} * bricks.y * bricks.z;
-}
-
-void Renderer::keep_cells(const RayCastLayer& layer, const Volume& volume) {
-    const Timer timer;
-    if (!held_->cells)
-        held_->cells.emplace(*device_, volume);
-    held_->cells->show(layer, held_->volume->value_scale(), held_->volume->value_bias());
-    held_->cell_map_ms = timer.ms();
-}
-
 void Renderer::keep_targets(const Scene& scene) {
     const bool slices_behind = !scene.slices.empty() && scene.ray_cast.has_value();
     const bool values = scene.value_and_depth || (!scene.slices.empty() && !scene.ray_cast);
@@ -168,27 +136,19 @@ void Renderer::keep_targets(const Scene& scene) {
 Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
     const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
-    const uint64_t limit = options_.memory_limit_bytes;
-    Result<size_t> uploaded = keep_volume(held_->volume, &held_->cells, "volume", data.volume,
-                                          options_.volume_format, limit);
+    keep_targets(scene);
+    Result<size_t> uploaded = keep_volumes(scene, data);
     if (!uploaded)
         return uploaded;
     FrameInputs inputs;
     inputs.value_scale = held_->volume->value_scale();
     inputs.value_bias = held_->volume->value_bias();
     if (data.labels) {
-        const Result<size_t> more =
-            keep_volume(held_->labels, nullptr, "labels", *data.labels, TexelFormat::label,
-                        limit - std::min(limit, held_->volume->image().bytes()));
-        if (!more)
-            return more;
-        *uploaded += *more;
         const auto largest = static_cast<uint32_t>(std::max(0.0f, data.labels->range().max));
         const auto styles = make_label_styles(*scene.labels, largest);
         inputs.style_count = static_cast<uint32_t>(styles.size());
         held_->styles.hold(*device_, "label styles", std::as_bytes(std::span(styles)));
     } else {
-        held_->labels.reset();
         held_->styles.drop();
     }
 
@@ -208,7 +168,6 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         else
             hold_transfer(held_->transfer, "transfer function", scene.ray_cast->transfer,
                           step_mm_of(*scene.ray_cast, data.volume.grid()));
-        keep_cells(*scene.ray_cast, data.volume);
         inputs.cells = held_->cells->count();
         inputs.cell_side = held_->cells->side();
         inputs.cell_margin = held_->cells->margin();
@@ -217,8 +176,9 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         held_->variant = variant_of(scene, data.volume);
         held_->variant.skip = options_.skipping && held_->cells->pays(scene.ray_cast->mode);
         held_->variant.count = counting_;
+        held_->variant.atlas = held_->volume->is_atlas();
+        held_->variant.by_hand = options_.sampling == Sampling::by_hand;
     } else {
-        held_->cells.reset();
         held_->tiles.reset();
         held_->tile_groups.reset();
         held_->coarse.reset();
@@ -238,7 +198,9 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         held_->slice_frame.drop();
         held_->planes.drop();
     }
-    keep_targets(scene);
+    if (held_->volume->is_atlas())
+        if (const Result<void> planned = plan_atlas(scene, data); !planned)
+            return tl::unexpected(planned.error());
     return uploaded;
 }
 
@@ -292,6 +254,56 @@ Renderer::RayPass Renderer::full_pass(const Scene& scene) {
             *held_->tiles};
 }
 
+size_t Renderer::draw_behind(const Scene& scene, const SceneData& data, Commands& commands) {
+    size_t uploaded = 0;
+    if (!scene.slices.empty()) {
+        uploaded = show_part({glm::uvec3(0), data.volume.brick_count(), 3u, held_->sliced}, true);
+        record_slices(commands, scene);
+    }
+    if (scene.ray_cast)
+        record_background(commands, scene);
+    return uploaded;
+}
+
+Result<size_t> Renderer::draw_rays(const Scene& scene, const SceneData& data,
+                                   std::deque<Commands>& submissions) {
+    const auto next_submission = [&] {
+        submissions.back().submit();
+        submissions.emplace_back(*device_);
+    };
+    const uint32_t rows = tile_rows(scene);
+    const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
+    RayPass pass = full_pass(scene);
+    const bool atlas = held_->volume->is_atlas();
+    const size_t parts = atlas ? held_->parts.size() : 1;
+    size_t uploaded = 0;
+    for (size_t part = 0; part < parts; ++part) {
+        if (atlas) {
+            const double share = static_cast<double>(part) / static_cast<double>(parts);
+            if (parts > 1 && options_.progress && !options_.progress(share))
+                return fail("drawing was stopped after {} of {} parts", part, parts);
+            next_submission(); // bricks of the last part may be needed up to here
+            uploaded += show_part(held_->parts[part], part == 0);
+        }
+        for (uint32_t row = 0; row < rows; row += band) {
+            if (row > 0) {
+                submissions.back().submit();
+                if (counting_)
+                    samples_ += read_sample_count();
+                submissions.emplace_back(*device_);
+            }
+            record_tiles(submissions.back(), pass, eye_count(scene), tiles_to_list(scene), row,
+                         std::min(band, rows - row));
+            record_ray_cast(submissions.back(), pass, scene);
+        }
+        if (counting_ && part + 1 < parts) {
+            next_submission();
+            samples_ += read_sample_count();
+        }
+    }
+    return uploaded;
+}
+
 Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty());
     FrameStats stats;
@@ -304,26 +316,14 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
         stats.cell_map_ms = held_->cell_map_ms;
 
     const Timer timer;
-    const uint32_t rows = tile_rows(scene);
-    const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
     std::deque<Commands> submissions;
     submissions.emplace_back(*device_);
-    if (!scene.slices.empty())
-        record_slices(submissions.back(), scene);
+    stats.uploaded_bricks += draw_behind(scene, data, submissions.back());
     if (scene.ray_cast) {
-        record_background(submissions.back(), scene);
-        RayPass pass = full_pass(scene);
-        for (uint32_t row = 0; row < rows; row += band) {
-            if (row > 0) {
-                submissions.back().submit();
-                if (counting_)
-                    samples_ += read_sample_count();
-                submissions.emplace_back(*device_);
-            }
-            record_tiles(submissions.back(), pass, eye_count(scene), tiles_to_list(scene), row,
-                         std::min(band, rows - row));
-            record_ray_cast(submissions.back(), pass, scene);
-        }
+        const Result<size_t> more = draw_rays(scene, data, submissions);
+        if (!more)
+            return tl::unexpected(more.error());
+        stats.uploaded_bricks += *more;
     }
     submissions.back().submit();
     if (scene.ray_cast && counting_)
@@ -331,6 +331,7 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     for (Commands& submission : submissions)
         add_times(stats.passes, submission.finish());
     stats.wall_ms = timer.ms();
+    tell_residency(stats);
     if (frame.recorded())
         frame.tell("wall_ms", Json::of(stats.wall_ms));
     return stats;

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,10 +17,23 @@
 
 namespace palpate {
 
+// Who interpolates between samples.
+enum class Sampling {
+    device,  // its sampler: fast; positions are rounded to a few units in their last place, and on
+             // most graphics cards weights to 8 bits
+    by_hand, // the shader, in fp32 and in one order: the same bits however the volume lies
+};
+
 struct RendererOptions {
     TexelFormat volume_format = TexelFormat::automatic;
-    uint64_t memory_limit_bytes = 0; // for volumes; 0 is three quarters of the device's memory
-    bool skipping = true;            // jump over empty space; changes no bit of a picture
+    // For all that is kept on the device; 0 is three quarters of the device's memory.
+    uint64_t memory_limit_bytes = 0;
+    bool skipping = true; // jump over empty space; changes no bit of a picture
+    Residency residency = Residency::automatic;
+    size_t most_resident_bricks = 0; // of an atlas, beside what fits; 0: no other limit
+    Sampling sampling = Sampling::device;
+    // Called while a frame is drawn in several parts, with the share that is done; false stops it.
+    std::function<bool(double share)> progress;
 };
 
 // How many segments of the sample lattice lie inside the volume's box, over all rays of a picture:
@@ -31,6 +46,11 @@ struct FrameStats {
     double wall_ms = 0;           // from recording to the GPU's last word, fenced
     size_t uploaded_bricks = 0;
     double cell_map_ms = 0; // CPU time for what is jumped over, where that had to be made
+    // How the volume lies on the device, and why; of an atlas, the bricks that can be seen, those
+    // it has room for, and in how many parts the volume was marched.
+    bool atlas = false;
+    std::string residency_reason;
+    size_t needed_bricks = 0, room_for_bricks = 0, parts = 1;
 };
 
 // One eye's picture: R, G, B, A and, where the scene asks for them, "value" and "depth".
@@ -69,7 +89,8 @@ class Renderer {
     Result<FrameStats> draw(const Scene& scene, const SceneData& data);
 
     // The same from fewer rays, for a hand that is moving. `scene` has a ray-cast layer, and its
-    // value_and_depth is left out.
+    // value_and_depth is left out. Fails, as refine() does, where a volume in an atlas is marched
+    // in several parts: uploads would take longer than the rays do.
     Result<CoarseStats> draw_coarse(const Scene& scene, const SceneData& data,
                                     const CoarseSettings& settings);
 
@@ -98,11 +119,28 @@ class Renderer {
 
     // Brings what is kept in line with the scene; the number of bricks uploaded.
     Result<size_t> prepare(const Scene& scene, const SceneData& data);
-    Result<size_t> keep_volume(std::optional<GpuVolume>& held, std::optional<CellMap>* cells,
-                               const char* name, const Volume& volume, TexelFormat format,
-                               uint64_t limit_bytes);
+    Result<size_t> prepare_interactive(const Scene& scene, const SceneData& data,
+                                       double step_factor);
+    Result<size_t> keep_volume(std::optional<GpuVolume>& held, const char* name,
+                               const Volume& volume, const GpuVolumeWish& wish,
+                               std::span<const ChangedBrick> changed);
+    Result<size_t> keep_volumes(const Scene& scene, const SceneData& data);
+    uint64_t free_bytes(std::optional<GpuVolume>& apart) const;
+    uint64_t room_for_volume(const Scene& scene);
+    void find_needed_bricks(const Scene& scene, const Volume& volume);
+    Result<void> plan_atlas(const Scene& scene, const SceneData& data);
+    void bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t frame);
+    // Of an atlas: brings a part's bricks into it, for passes recorded from here on; what was
+    // recorded for another part has been submitted. Returns how many bricks were uploaded.
+    size_t show_part(const Part& part, bool first);
+    void tell_residency(FrameStats& stats) const;
+    // Slices and background: what rays are cast before.
+    size_t draw_behind(const Scene& scene, const SceneData& data, Commands& commands);
+    // Records the rays; all but the last submission are on their way.
+    Result<size_t> draw_rays(const Scene& scene, const SceneData& data,
+                             std::deque<Commands>& submissions);
     void keep_targets(const Scene& scene);
-    void keep_cells(const RayCastLayer& layer, const Volume& volume);
+    void keep_coarse_targets(const Scene& scene);
     void keep_coarse(const Scene& scene, const SceneData& data, const CoarseSettings& settings);
     uint32_t tiles_to_list(const Scene& scene) const; // gpu::kList...
     RayPass full_pass(const Scene& scene);
@@ -117,7 +155,8 @@ class Renderer {
 
     Device* device_;
     RendererOptions options_;
-    bool counting_ = false; // within count_samples()
+    bool counting_ = false;    // within count_samples()
+    double step_factor_ = 1.0; // of the longest steps; more within draw_coarse()
     uint64_t samples_ = 0;
     Pipelines pipelines_;
     Sampler linear_, nearest_, label_sampler_;

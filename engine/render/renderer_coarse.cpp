@@ -38,10 +38,13 @@ ImageShape color_shape(glm::uvec2 size, uint32_t eyes) {
             .storage = true};
 }
 
+double step_factor_of(const RayCastLayer& layer, const CoarseSettings& settings) {
+    return layer.integrator != Integrator::exact ? std::max(1.0, settings.step_factor) : 1.0;
+}
+
 } // namespace
 
-void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
-                           const CoarseSettings& settings) {
+void Renderer::keep_coarse_targets(const Scene& scene) {
     std::optional<Coarse>& held = held_->coarse;
     const uint32_t eyes = eye_count(scene);
     if (held && (held->size_px != scene.size_px || held->eyes != eyes))
@@ -62,10 +65,14 @@ void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
             Buffer(*device_, "listed rays", pixels * sizeof(uint32_t), Memory::device),
             Buffer(*device_, "squared errors", probe_count * sizeof(float), Memory::read_back)});
     }
+}
+
+void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
+                           const CoarseSettings& settings) {
+    std::optional<Coarse>& held = held_->coarse;
     // The step of the rays between the sparse ones of full quality.
     const RayCastLayer& layer = *scene.ray_cast;
-    const bool steps = layer.integrator != Integrator::exact;
-    const double factor = steps ? std::max(1.0, settings.step_factor) : 1.0;
+    const double factor = step_factor_of(layer, settings);
     const double step_mm = step_mm_of(layer, data.volume.grid()) * factor;
     if (factor == 1.0 || !held_->transfer)
         held->transfer.reset();
@@ -121,13 +128,28 @@ void Renderer::record_judgement(Commands& commands) {
     commands.use(coarse.squares, Use::host_read);
 }
 
+Result<size_t> Renderer::prepare_interactive(const Scene& scene, const SceneData& data,
+                                             double step_factor) {
+    step_factor_ = step_factor;
+    Result<size_t> uploaded = prepare(scene, data);
+    step_factor_ = 1.0;
+    if (uploaded && held_->parts.size() > 1)
+        return fail(
+            "an interactive frame: expected room on the device for the {} bricks that can be seen, "
+            "found room for {}",
+            held_->needed_bricks, held_->volume->atlas().capacity());
+    return uploaded;
+}
+
 Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& data,
                                           const CoarseSettings& settings) {
     PALPATE_ASSERT(asked.ray_cast.has_value());
     Scene scene = asked;
     scene.value_and_depth = false;
     CoarseStats stats;
-    const Result<size_t> uploaded = prepare(scene, data);
+    keep_coarse_targets(scene); // first: the volume takes what is left
+    const Result<size_t> uploaded =
+        prepare_interactive(scene, data, step_factor_of(*scene.ray_cast, settings));
     if (!uploaded)
         return tl::unexpected(uploaded.error());
     stats.frame.uploaded_bricks = *uploaded;
@@ -142,10 +164,12 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     const Timer timer;
     Buffer counts(*device_, "listed ray count read back", coarse.ray_groups.bytes(),
                   Memory::read_back);
+    Commands behind(*device_);
+    stats.frame.uploaded_bricks += draw_behind(scene, data, behind);
+    behind.submit();
+    if (!held_->parts.empty())
+        stats.frame.uploaded_bricks += show_part(held_->parts.front(), true);
     Commands commands(*device_);
-    if (!scene.slices.empty())
-        record_slices(commands, scene);
-    record_background(commands, scene);
     commands.begin_pass("coarse background");
     const glm::vec4 background(glm::vec3(scene.background), 0.0f);
     commands.clear(coarse.color, background);
@@ -178,8 +202,10 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     record_judgement(commands);
     commands.copy(coarse.ray_groups, counts);
     commands.submit();
-    stats.frame.passes = commands.finish();
+    stats.frame.passes = behind.finish();
+    add_times(stats.frame.passes, commands.finish());
     stats.frame.wall_ms = timer.ms();
+    tell_residency(stats.frame);
 
     std::vector<float> squares(size_t{coarse.probes.x} * coarse.probes.y * eyes);
     std::memcpy(squares.data(), coarse.squares.mapped().data(), squares.size() * sizeof(float));
@@ -201,10 +227,13 @@ Result<FrameStats> Renderer::refine(const Scene& asked, const SceneData& data, u
     Scene scene = asked;
     scene.value_and_depth = false;
     FrameStats stats;
-    const Result<size_t> uploaded = prepare(scene, data);
+    const Result<size_t> uploaded = prepare_interactive(scene, data, 1.0);
     if (!uploaded)
         return tl::unexpected(uploaded.error());
+    stats.uploaded_bricks = *uploaded;
     const Timer timer;
+    if (!held_->parts.empty())
+        stats.uploaded_bricks += show_part(held_->parts.front(), true);
     Commands commands(*device_);
     RayPass pass = full_pass(scene);
     // Every tile is marched, also those that see nothing: what lies there is replaced.
@@ -213,6 +242,7 @@ Result<FrameStats> Renderer::refine(const Scene& asked, const SceneData& data, u
     commands.submit();
     stats.passes = commands.finish();
     stats.wall_ms = timer.ms();
+    tell_residency(stats);
     return stats;
 }
 

@@ -149,8 +149,15 @@ float cubic_at(vec4 c, float u) { return c.x + u * (c.y + u * (c.z + u * c.w)); 
 vec4 cell_cubic(Walk w, Place p, float a, float b) {
     const vec3 cell =
         clamp(p.cells - max(w.cells.stride, vec3(0.0)), vec3(0.0), w.last_cell);
+#if HAS_ATLAS
+    vec3 brick;
+    const vec4 page = page_at(cell, brick);
+    const vec3 h = atlas.image_texture;
+    const vec3 low = (cell - brick + page.xyz) * h;
+#else
     const vec3 h = frame.texture_from_index;
     const vec3 low = (cell + 0.5) * h;
+#endif
     const vec3 high = low + h;
     const float v0 = textureLod(corners, low, 0.0).r;
     const float v1 = textureLod(corners, vec3(high.x, low.y, low.z), 0.0).r;
@@ -171,11 +178,16 @@ vec4 cell_cubic(Walk w, Place p, float a, float b) {
     const vec3 cross_term = vec3(from.x * way.y + from.y * way.x, from.x * way.z + from.z * way.x,
                                  from.y * way.z + from.z * way.y);
     const vec3 at_way = vec3(way.x * way.y, way.x * way.z, way.y * way.z);
-    return vec4(v0 + dot(k, from) + dot(mixed, at_from) + all * at_from.x * from.z,
-                dot(k, way) + dot(mixed, cross_term) +
-                    all * (at_from.x * way.z + from.z * cross_term.x),
-                dot(mixed, at_way) + all * (way.z * cross_term.x + from.z * at_way.x),
-                all * at_way.x * way.z);
+    const vec4 cubic = vec4(v0 + dot(k, from) + dot(mixed, at_from) + all * at_from.x * from.z,
+                            dot(k, way) + dot(mixed, cross_term) +
+                                all * (at_from.x * way.z + from.z * cross_term.x),
+                            dot(mixed, at_way) + all * (way.z * cross_term.x + from.z * at_way.x),
+                            all * at_way.x * way.z);
+#if HAS_ATLAS
+    return page.x < kAbsentBrick ? vec4(page.w, 0.0, 0.0, 0.0) : cubic;
+#else
+    return cubic;
+#endif
 }
 
 // Least and largest control value of the cubic in Bernstein form: its values on [0, 1] lie between.
@@ -337,12 +349,11 @@ Marched march_alpha_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
 // ---- maximum intensity ----
 
 Marched march_mip_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
-    const float none = -3.4e38;
     const Walk w = walk_of(s.ray);
     vec2 ends = vec2(t.x - w.anchor);
     const float end = t.y - w.anchor;
     Place p = place_at(w, ends.x);
-    float maximum = none;
+    float maximum = kNoTexel;
     bool going = inside;
     do {
         vec4 c;
@@ -371,11 +382,8 @@ Marched march_mip_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
 #endif
         maximum = counts ? most : maximum;
     } while (subgroupAny(going));
-    const bool found = inside && maximum > none;
-    const vec4 entry = table_entry(maximum, kTableRowTau);
-    const float alpha = found ? hidden_by(entry.a * frame.opacity_unit_mm) : 0.0;
-    const float value = maximum * frame.value_scale + frame.value_bias;
-    return Marched(vec4(entry.rgb, 1.0) * alpha, found ? value : kNaN, kNaN);
+    highest_texel = inside ? maximum : kNoTexel;
+    return mip_of(highest_texel);
 }
 
 #else

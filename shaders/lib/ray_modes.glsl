@@ -227,13 +227,23 @@ float mip_guess(RaySampler s, vec2 t, float last, float maximum) {
     return maximum;
 }
 
+const float kNoTexel = -3.4e38;
+float highest_texel = kNoTexel; // of the last march
+
+Marched mip_of(float maximum) {
+    const bool found = maximum > kNoTexel;
+    const vec4 entry = table_entry(maximum, kTableRowTau);
+    const float alpha = found ? hidden_by(entry.a * frame.opacity_unit_mm) : 0.0;
+    const float value = maximum * frame.value_scale + frame.value_bias;
+    return Marched(vec4(entry.rgb, 1.0) * alpha, found ? value : kNaN, kNaN);
+}
+
 Marched march_mip(RaySampler s, vec2 t, vec2 span, bool inside) {
-    const float none = -3.4e38;
     const float h = frame.step;
     float k = floor(t.x / h);
     const float last = inside ? ceil(t.y / h) - 1.0 : k;
     const vec2 first = segment(k, t);
-    float maximum = mip_sample(s, 0.5 * (first.x + first.y), none);
+    float maximum = mip_sample(s, 0.5 * (first.x + first.y), kNoTexel);
     k += 1.0;
     if (k < last) {
         if (kSkip != 0u) {
@@ -263,11 +273,8 @@ Marched march_mip(RaySampler s, vec2 t, vec2 span, bool inside) {
         const vec2 ends = segment(last, t);
         maximum = mip_sample(s, 0.5 * (ends.x + ends.y), maximum);
     }
-    const bool found = inside && maximum > none;
-    const vec4 entry = table_entry(maximum, kTableRowTau);
-    const float alpha = found ? hidden_by(entry.a * frame.opacity_unit_mm) : 0.0;
-    const float value = maximum * frame.value_scale + frame.value_bias;
-    return Marched(vec4(entry.rgb, 1.0) * alpha, found ? value : kNaN, kNaN);
+    highest_texel = inside ? maximum : kNoTexel;
+    return mip_of(highest_texel);
 }
 
 #else

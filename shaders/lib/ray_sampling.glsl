@@ -21,7 +21,12 @@ RaySampler ray_sampler(Ray ray) {
 float texel_at(RaySampler s, float t) {
     if (kCount != 0u)
         samples_taken += 1u;
-    return textureLod(volume, s.origin + t * s.direction, 0.0).r;
+    float texel;
+    if (HAS_ATLAS != 0 || kManual != 0u)
+        texel = texel_at_index(s.ray.origin + t * s.ray.direction);
+    else
+        texel = textureLod(volume, s.origin + t * s.direction, 0.0).r;
+    return texel;
 }
 
 #if !IS_ISO
@@ -63,20 +68,39 @@ vec4 label_tint(RaySampler s, float t) {
 }
 #endif
 
-// Differences of the value one sample to each side, per sample, positions clamped to the box.
-vec3 gradient_index_at(RaySampler s, float t) {
+// Differences of the texel one sample to each side, positions clamped to the box.
+vec3 differences_by_index(vec3 index) {
+    const vec3 p = clamp(index, vec3(0.0), frame.last);
+    const vec3 a = max(p - 1.0, vec3(0.0));
+    const vec3 b = min(p + 1.0, frame.last);
+    return vec3(texel_at_index(vec3(b.x, p.yz)) - texel_at_index(vec3(a.x, p.yz)),
+                texel_at_index(vec3(p.x, b.y, p.z)) - texel_at_index(vec3(p.x, a.y, p.z)),
+                texel_at_index(vec3(p.xy, b.z)) - texel_at_index(vec3(p.xy, a.z)));
+}
+
+// The same of an image, by texture coordinates.
+vec3 differences_by_texture(vec3 texture) {
     const vec3 low = 0.5 * frame.texture_from_index;
     const vec3 high = 1.0 - low;
     const vec3 h = frame.texture_from_index;
-    const vec3 p = clamp(s.origin + t * s.direction, low, high);
+    const vec3 p = clamp(texture, low, high);
     const vec3 a = max(p - h, low);
     const vec3 b = min(p + h, high);
-    const vec3 g = vec3(textureLod(volume, vec3(b.x, p.y, p.z), 0.0).r -
-                            textureLod(volume, vec3(a.x, p.y, p.z), 0.0).r,
-                        textureLod(volume, vec3(p.x, b.y, p.z), 0.0).r -
-                            textureLod(volume, vec3(p.x, a.y, p.z), 0.0).r,
-                        textureLod(volume, vec3(p.x, p.y, b.z), 0.0).r -
-                            textureLod(volume, vec3(p.x, p.y, a.z), 0.0).r);
+    return vec3(textureLod(volume, vec3(b.x, p.y, p.z), 0.0).r -
+                    textureLod(volume, vec3(a.x, p.y, p.z), 0.0).r,
+                textureLod(volume, vec3(p.x, b.y, p.z), 0.0).r -
+                    textureLod(volume, vec3(p.x, a.y, p.z), 0.0).r,
+                textureLod(volume, vec3(p.x, p.y, b.z), 0.0).r -
+                    textureLod(volume, vec3(p.x, p.y, a.z), 0.0).r);
+}
+
+// Differences of the value one sample to each side, per sample.
+vec3 gradient_index_at(RaySampler s, float t) {
+    vec3 g;
+    if (HAS_ATLAS != 0 || kManual != 0u)
+        g = differences_by_index(s.ray.origin + t * s.ray.direction);
+    else
+        g = differences_by_texture(s.origin + t * s.direction);
     return 0.5 * frame.value_scale * g;
 }
 

@@ -1,6 +1,7 @@
 // Bindings and constants of the ray caster.
 #ifndef PALPATE_SHARED_RAY_CAST_H
 #define PALPATE_SHARED_RAY_CAST_H
+#include "shaders/shared/atlas.h"
 #include "shaders/shared/frame.h"
 GPU_BEGIN
 const uint kRayFrame = 0u;
@@ -18,6 +19,9 @@ const uint kRaySmoothTable = 21u; // the table, linear between entries
 const uint kRayCells = 9u;        // distances to occupied macro-cells; MIP: highest texel of each
 const uint kRayTiles = 10u;       // TileEntry[]
 const uint kRayTileGroups = 11u;  // how many of them, as the groups of a dispatch
+const uint kRayPages = 12u;       // atlas: where each brick lies
+const uint kRayAtlas = 13u;       // atlas: AtlasFrame
+const uint kRayCarry = 14u;       // atlas: what rays carry from part to part; kCarryLayers an eye
 
 const uint kModeMip = 0u;
 const uint kModeAlpha = 1u;
@@ -40,6 +44,7 @@ struct TileEntry {
     float near, far;   // mm: outside of these its rays meet nothing that can be seen
     uint samples;      // taken in it; written by the counting variant only
 };
+const uint kCarryLayers = 2u; // an eye: colour, and values (lib/carry.glsl)
 const uint kTileXBits = 15u;
 const uint kTileEyeShift = 30u;
 GPU_END

@@ -12,5 +12,7 @@ const uint kSliceStyles = 4u;
 const uint kSlicePlanes = 5u;
 const uint kSliceColor = 6u;
 const uint kSliceValues = 7u; // (value, distance in mm); NaN where there is none
+const uint kSlicePages = 8u;  // atlas: where each brick lies
+const uint kSliceAtlas = 9u;  // atlas: AtlasFrame
 GPU_END
 #endif

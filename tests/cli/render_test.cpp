@@ -43,6 +43,37 @@ TEST_F(RenderCommand, GivesTheSameBytesTwiceAndOnOneThread) {
     }
 }
 
+TEST_F(RenderCommand, GivesTheSameBytesFromABrickAtlasAndOnceAMovingPictureHasSettled) {
+    const std::vector<std::string> by_hand{"--sampling", "fp32", "--stats", "-"};
+    std::vector<std::string> bytes;
+    for (const std::vector<std::string>& how :
+         {std::vector<std::string>{"--residency", "dense"},
+          {"--residency", "atlas"},
+          {"--residency", "dense", "--frame-ms", "0.01", "--settle"},
+          {"--residency", "atlas", "--frame-ms", "0.01", "--settle"}}) {
+        std::vector<std::string> all = by_hand;
+        all.insert(all.end(), how.begin(), how.end());
+        const ProgramRun ran = run(command(all));
+        ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+        const auto stats = nlohmann::json::parse(ran.output);
+        EXPECT_EQ(stats["residency"]["kind"], how[1]);
+        EXPECT_EQ(stats.contains("interactive"), how.size() > 2);
+        bytes.push_back(bytes_of("picture.exr"));
+        EXPECT_TRUE(bytes.back() == bytes[0]) << how[1] << how.size();
+    }
+}
+
+TEST_F(RenderCommand, RefusesMemoryThatIsNoNumberAndAPreviewOfWhatHasNone) {
+    ProgramRun ran = run(command({"--gpu-memory", "12Q"}));
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("--gpu-memory: expected bytes as 512M"));
+    ran = run(command({"--preview", file("preview.png").string()}));
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("--preview: expected a brick file"));
+    EXPECT_FALSE(exists("picture.exr"));
+    EXPECT_FALSE(exists("preview.png"));
+}
+
 TEST_F(RenderCommand, StatsHaveTheKeysProgramsRelyOn) {
     const ProgramRun ran = run(command({"--frames", "3", "--orbit-deg", "5", "--stats", "-"}));
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;

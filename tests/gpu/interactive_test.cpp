@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "engine/image/compare.h"
+#include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 #include "tests/gpu/gpu_fixture.h"
 
@@ -144,6 +145,67 @@ TEST_F(InteractiveTest, LengthensStepsUnderPressureAndShortensThemAgain) {
         ASSERT_TRUE(frame);
         EXPECT_EQ(frame->step_factor, 1.0);
     }
+}
+
+// Every second pixel, the listed ones, the sparse ones and those of the picture at rest.
+TEST_F(InteractiveTest, OfABrickAtlasItIsTheSameToTheBit) {
+    for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso})
+        for (const bool slices : {false, true}) {
+            if (slices && mode != RayMode::alpha)
+                continue;
+            SCOPED_TRACE(testing::Message() << static_cast<int>(mode) << " slices " << slices);
+            Scene scene = scene_of(mode);
+            scene.size_px = {71, 58};
+            scene.ray_cast->integrator = Integrator::preintegrated;
+            if (slices) {
+                scene.slices = {{{0, 0, -20}, {0, 0.2, 1}, Interpolation::linear, 8.0}};
+                scene.slice_transfer = window_function(-1000, 1000, 1.0);
+            }
+            Renderer dense(device(),
+                           {.residency = Residency::dense, .sampling = Sampling::by_hand});
+            Renderer atlas(device(),
+                           {.residency = Residency::atlas, .sampling = Sampling::by_hand});
+            const CoarseSettings settings{.step_factor = 3.0};
+            for (int frame = 0; frame < 2; ++frame) {
+                const Result<CoarseStats> a = dense.draw_coarse(scene, phantom(), settings);
+                const Result<CoarseStats> b = atlas.draw_coarse(scene, phantom(), settings);
+                ASSERT_TRUE(a && b) << (a ? b.error().message : a.error().message);
+                EXPECT_FALSE(a->frame.atlas);
+                EXPECT_TRUE(b->frame.atlas);
+                EXPECT_EQ(a->error_estimate, b->error_estimate);
+                EXPECT_EQ(a->traced_share, b->traced_share);
+                EXPECT_EQ(dense.read_back()[0].samples, atlas.read_back()[0].samples);
+                if (!slices) {
+                    EXPECT_EQ(b->frame.uploaded_bricks > 0, frame == 0);
+                }
+            }
+            const uint32_t rows = Renderer::tile_rows(scene);
+            ASSERT_TRUE(atlas.refine(scene, phantom(), 0, rows / 2));
+            ASSERT_TRUE(atlas.refine(scene, phantom(), rows / 2, rows - rows / 2));
+            const Result<Frame> full = dense.render(scene, phantom());
+            ASSERT_TRUE(full) << full.error().message;
+            EXPECT_EQ(atlas.read_back()[0].samples, full->eyes[0].samples);
+        }
+}
+
+TEST_F(InteractiveTest, IsRefusedWhereTheVolumeIsMarchedInParts) {
+    // 5 x 2 x 2 bricks, none of them constant; one and its neighbours are 12 at most.
+    const Grid grid = make_grid({160, 64, 64}, {1, 1, 1}, {-80, -32, -32});
+    const SceneData data{
+        make_volume(grid, ScalarType::i16, [](glm::uvec3 i) { return 5.0 * (i.x + i.y + i.z); }),
+        std::nullopt};
+    const Scene scene = scene_of(RayMode::mip);
+    Renderer renderer(device(), {.residency = Residency::atlas, .most_resident_bricks = 12});
+    const Result<Frame> full = renderer.render(scene, data);
+    ASSERT_TRUE(full) << full.error().message;
+    EXPECT_GT(full->stats.parts, 1u);
+    const Result<CoarseStats> coarse = renderer.draw_coarse(scene, data, {});
+    ASSERT_FALSE(coarse);
+    EXPECT_EQ(coarse.error().message,
+              "an interactive frame: expected room on the device for the 20 bricks that can be "
+              "seen, found room for 12");
+    EXPECT_FALSE(renderer.refine(scene, data, 0, 1));
+    EXPECT_EQ(renderer.read_back()[0].samples, full->eyes[0].samples); // nothing was drawn
 }
 
 } // namespace

@@ -89,6 +89,18 @@ TEST(SharedStructs, OffsetsInSpirvAreThoseOfCpp) {
     EXPECT_OFFSET(Frame, style_count);
     EXPECT_OFFSET(Frame, jitter_mm);
     EXPECT_OFFSET(Frame, jitter_seed);
+    const auto with_atlas = offsets_in(ray_cast_atlas_shader());
+    ASSERT_TRUE(with_atlas.contains("AtlasFrame"));
+#define EXPECT_ATLAS_OFFSET(member) \
+    EXPECT_EQ(with_atlas.at("AtlasFrame").at(#member), offsetof(gpu::AtlasFrame, member)) << #member
+    EXPECT_ATLAS_OFFSET(pages_texture);
+    EXPECT_ATLAS_OFFSET(image_texture);
+    EXPECT_ATLAS_OFFSET(inset);
+    EXPECT_ATLAS_OFFSET(part_low);
+    EXPECT_ATLAS_OFFSET(part_high);
+    EXPECT_ATLAS_OFFSET(part_eyes);
+    EXPECT_ATLAS_OFFSET(first_part);
+#undef EXPECT_ATLAS_OFFSET
 #undef EXPECT_OFFSET
 }
 

@@ -1,0 +1,59 @@
+#include "apps/palpate/device_options.h"
+
+#include <charconv>
+
+namespace palpate {
+
+void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
+    app.add_option("--residency", options.residency,
+                   "How the volume lies on the device: dense (one image), atlas (the bricks that "
+                   "can be seen, in several parts where they do not fit), or auto (dense where it "
+                   "fits and pays)")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"auto", "dense", "atlas"}));
+    app.add_option(
+           "--gpu-memory", options.gpu_memory,
+           "Most memory of the device to use for everything, as 512M, 1G or bytes (default: "
+           "three quarters of it)")
+        ->type_name("BYTES");
+    app.add_option("--sampling", options.sampling,
+                   "Who interpolates: the device's sampler (device), or the shader in fp32 (fp32; "
+                   "several times slower, the same bits however the volume lies)")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"device", "fp32"}));
+}
+
+Result<void> apply(const DeviceMemoryOptions& options, RendererOptions& renderer) {
+    renderer.residency = options.residency == "dense"   ? Residency::dense
+                         : options.residency == "atlas" ? Residency::atlas
+                                                        : Residency::automatic;
+    renderer.sampling = options.sampling == "fp32" ? Sampling::by_hand : Sampling::device;
+    if (!options.gpu_memory.empty()) {
+        const Result<uint64_t> bytes = parse_bytes(options.gpu_memory);
+        if (!bytes)
+            return fail("--gpu-memory: {}", bytes.error().message);
+        renderer.memory_limit_bytes = *bytes;
+    }
+    return {};
+}
+
+Result<uint64_t> parse_bytes(const std::string& text) {
+    double number = 0;
+    const char* end = text.data() + text.size();
+    const auto [next, error] = std::from_chars(text.data(), end, number);
+    const std::string unit(next, end);
+    uint64_t scale = 0;
+    if (unit.empty())
+        scale = 1;
+    else if (unit.size() == 1)
+        for (const auto& [letter, shift] :
+             {std::pair('K', 10), std::pair('M', 20), std::pair('G', 30), std::pair('T', 40)})
+            if (unit[0] == letter)
+                scale = uint64_t{1} << shift;
+    const double bytes = number * static_cast<double>(scale);
+    if (error != std::errc() || scale == 0 || !(bytes >= 1.0 && bytes < 1e18))
+        return fail("expected bytes as 512M, 1G or 2000000000, found '{}'", text);
+    return static_cast<uint64_t>(bytes);
+}
+
+} // namespace palpate

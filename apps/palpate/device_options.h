@@ -1,0 +1,25 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/render/renderer.h"
+
+namespace palpate {
+
+// How a volume lies on the device and is sampled there.
+struct DeviceMemoryOptions {
+    std::string residency = "auto", sampling = "device", gpu_memory;
+};
+
+// Adds --residency, --gpu-memory and --sampling.
+void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options);
+
+// Fills the fields of `renderer` that they stand for; an error names the option.
+Result<void> apply(const DeviceMemoryOptions& options, RendererOptions& renderer);
+
+// Bytes of "512M", "1.5G" or "2000000000": K, M, G and T are powers of 1024.
+Result<uint64_t> parse_bytes(const std::string& text);
+
+} // namespace palpate

@@ -1,0 +1,189 @@
+// How the volume lies on the device: as one image, or as the bricks of an atlas that a scene needs.
+
+#include <algorithm>
+
+#include "engine/base/timer.h"
+#include "engine/render/held.h"
+#include "engine/render/volume_parts.h"
+#include "engine/volume/changes.h"
+#include "shaders/shared/ray_cast.h"
+
+namespace palpate {
+
+namespace {
+
+ImageShape carry_shape(const Scene& scene) {
+    return {.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+            .size = {scene.size_px, 1},
+            .layers = eye_count(scene) * gpu::kCarryLayers,
+            .storage = true};
+}
+
+uint64_t carry_bytes(const Scene& scene) {
+    const ImageShape shape = carry_shape(scene);
+    return sizeof(glm::vec4) * shape.size.x * uint64_t{shape.size.y} * shape.layers;
+}
+
+} // namespace
+
+Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, const char* name,
+                                     const Volume& volume, const GpuVolumeWish& wish,
+                                     std::span<const ChangedBrick> changed) {
+    if (held && held->suits(volume, wish)) {
+        if (volume.is_same_as(held->snapshot()))
+            return size_t{0};
+        held->update(volume, changed);
+        return held->is_atlas() ? 0 : changed.size();
+    }
+    held.reset();
+    Result<GpuVolume> made = GpuVolume::make(*device_, name, volume, wish);
+    if (!made)
+        return pass_on(made);
+    held.emplace(std::move(*made));
+    const glm::uvec3 bricks = volume.brick_count();
+    return held->is_atlas() ? 0 : size_t{bricks.x} * bricks.y * bricks.z;
+}
+
+// What is left of the limit beside all that is on the device, `apart` excepted.
+uint64_t Renderer::free_bytes(std::optional<GpuVolume>& apart) const {
+    uint64_t used = 0;
+    for (const ResourceInfo& resource : device_->resources())
+        used += resource.bytes;
+    if (apart)
+        used -= apart->bytes();
+    return options_.memory_limit_bytes - std::min(options_.memory_limit_bytes, used);
+}
+
+Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data) {
+    const auto same_kind = [](const std::optional<GpuVolume>& held, const Volume& next) {
+        return held && held->snapshot().size() == next.size() &&
+               held->snapshot().type() == next.type();
+    };
+    const auto changed_since = [&](const std::optional<GpuVolume>& held, const Volume& next) {
+        return same_kind(held, next) && !next.is_same_as(held->snapshot())
+                   ? changed_bricks(held->snapshot(), next)
+                   : std::vector<ChangedBrick>{};
+    };
+    size_t uploaded = 0;
+    if (data.labels) {
+        const Result<size_t> more =
+            keep_volume(held_->labels, "labels", *data.labels,
+                        {.format = TexelFormat::label, .limit_bytes = free_bytes(held_->labels)},
+                        changed_since(held_->labels, *data.labels));
+        if (!more)
+            return more;
+        uploaded = *more;
+    } else {
+        held_->labels.reset();
+    }
+    const std::vector<ChangedBrick> changed = changed_since(held_->volume, data.volume);
+    if (!scene.ray_cast || !same_kind(held_->volume, data.volume))
+        held_->cells.reset();
+    else if (held_->cells && !data.volume.is_same_as(held_->volume->snapshot()))
+        held_->cells->update(data.volume, changed);
+    const Timer timer;
+    if (scene.ray_cast && !held_->cells)
+        held_->cells.emplace(*device_, data.volume);
+    if (scene.ray_cast && scene.ray_cast->mode != RayMode::mip)
+        held_->cells->show(*scene.ray_cast, 1.0f, 0.0f); // distances alone
+    held_->cell_map_ms = timer.ms();
+
+    find_needed_bricks(scene, data.volume);
+    const Result<size_t> more = keep_volume(held_->volume, "volume", data.volume,
+                                            {.format = options_.volume_format,
+                                             .residency = options_.residency,
+                                             .limit_bytes = room_for_volume(scene),
+                                             .needed_bricks = held_->needed_bricks,
+                                             .most_bricks = options_.most_resident_bricks},
+                                            changed);
+    if (!more)
+        return more;
+    if (scene.ray_cast) {
+        const Timer again;
+        held_->cells->show(*scene.ray_cast, held_->volume->value_scale(),
+                           held_->volume->value_bias());
+        held_->cell_map_ms += again.ms();
+    }
+    return uploaded + *more;
+}
+
+// What the volume may take: some is kept for what is made after it.
+uint64_t Renderer::room_for_volume(const Scene& scene) {
+    uint64_t kept = 1 << 20; // tables, uniforms, lists of tiles
+    if (scene.ray_cast)      // macro-cells of a MIP with their staging, and what rays carry
+        kept += 8 * held_->cells->cell_count() + (held_->targets->carry ? 0 : carry_bytes(scene));
+    const uint64_t free = free_bytes(held_->volume);
+    return free - std::min(free, kept);
+}
+
+void Renderer::find_needed_bricks(const Scene& scene, const Volume& volume) {
+    held_->seen.clear();
+    held_->sliced.clear();
+    held_->parts.clear();
+    held_->needed_bricks = 0;
+    const glm::uvec3 size = volume.size();
+    const bool fits = std::max({size.x, size.y, size.z}) <= device_->limits().maxImageDimension3D &&
+                      sample_count(volume.grid()) * sizeof(float) <= free_bytes(held_->volume) / 2;
+    const bool in_atlas = held_->volume && held_->volume->is_atlas(); // and may stay there
+    if (options_.residency == Residency::dense ||
+        (options_.residency == Residency::automatic && fits && !in_atlas))
+        return; // dense, whatever can be seen
+    if (scene.ray_cast)
+        held_->seen = bricks_for_rays(*scene.ray_cast, volume, *held_->cells, step_factor_);
+    if (!scene.slices.empty())
+        held_->sliced = bricks_for_slices(scene, volume);
+    held_->needed_bricks =
+        std::max(static_cast<size_t>(std::count(held_->seen.begin(), held_->seen.end(), 1)),
+                 held_->sliced.size());
+}
+
+Result<void> Renderer::plan_atlas(const Scene& scene, const SceneData& data) {
+    const size_t room = held_->volume->atlas().capacity();
+    if (held_->sliced.size() > room)
+        return fail("the volume: its slices run through {} bricks, and the device has room for {}",
+                    held_->sliced.size(), room);
+    if (!scene.ray_cast)
+        return {};
+    std::vector<Viewpoint> viewpoints;
+    for (const View& view : views_of(scene))
+        viewpoints.push_back(viewpoint_of(view, data.volume.grid()));
+    Result<std::vector<Part>> parts =
+        plan_parts(data.volume.brick_count(), held_->seen, room,
+                   reach_samples(*scene.ray_cast, data.volume.grid(), step_factor_), viewpoints);
+    if (!parts)
+        return pass_on(parts);
+    held_->parts = std::move(*parts);
+    if (!held_->targets->carry)
+        held_->targets->carry.emplace(*device_, "carried by rays", carry_shape(scene));
+    return {};
+}
+
+void Renderer::bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t frame) {
+    if (!held_->volume->is_atlas())
+        return;
+    bound.push_back(bind_sampled(pages, held_->volume->atlas().table(), nearest_));
+    bound.push_back(bind_uniform(frame, held_->atlas_frame.get()));
+}
+
+size_t Renderer::show_part(const Part& part, bool first) {
+    if (!held_->volume->is_atlas())
+        return 0;
+    const size_t uploaded = held_->volume->make_resident(part.bricks);
+    BrickAtlas& atlas = held_->volume->atlas();
+    held_->atlas_frame.hold(
+        *device_, "atlas frame",
+        bytes_of(make_atlas_frame(atlas, held_->volume->snapshot(), part, first)));
+    return uploaded;
+}
+
+void Renderer::tell_residency(FrameStats& stats) const {
+    stats.atlas = held_->volume->is_atlas();
+    stats.residency_reason = held_->volume->reason();
+    stats.needed_bricks = held_->needed_bricks;
+    if (stats.atlas) {
+        stats.room_for_bricks = held_->volume->atlas().capacity();
+        stats.parts = std::max<size_t>(1, held_->parts.size());
+    }
+}
+
+} // namespace palpate
