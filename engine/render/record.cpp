@@ -33,7 +33,10 @@ uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, cons
     if (device.info().is_cpu() || !scene.ray_cast)
         return rows;
     const glm::dvec3 extent_mm = spacing_mm(grid) * glm::dvec3(grid.size);
-    const double per_ray = glm::length(extent_mm) / step_mm_of(*scene.ray_cast, grid);
+    // The exact integrator fetches eight corners of every cell on its way.
+    const double per_ray = scene.ray_cast->integrator == Integrator::exact
+                               ? 8.0 * (0.0 + grid.size.x + grid.size.y + grid.size.z)
+                               : glm::length(extent_mm) / step_mm_of(*scene.ray_cast, grid);
     const double per_row = per_ray * scene.size_px.x * gpu::kTileSide * eye_count(scene);
     return std::clamp(static_cast<uint32_t>(kSamplesPerSubmission / per_row), 1u, rows);
 }
