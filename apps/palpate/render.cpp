@@ -50,7 +50,7 @@ struct Timing {
     std::vector<double> wall_ms, gpu_ms; // of the frames after it; of the first if it is alone
     std::vector<PassTime> passes;        // medians
     double cell_map_ms = 0;              // of the first frame
-    uint64_t samples = 0;                // of the last frame; not with --frame-ms
+    uint64_t samples = 0;                // of the last frame; none with --frame-ms
     FrameStats first;                    // of the first frame: uploads, residency
     std::optional<InteractiveFrame> interactive; // the last frame with --frame-ms
 

@@ -2,7 +2,6 @@
 
 #include <cstring>
 
-#include "engine/base/timer.h"
 #include "engine/render/occupancy.h"
 
 namespace palpate {
@@ -47,7 +46,6 @@ void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bia
         shown_->value_scale == value_scale && shown_->value_bias == value_bias)
         return;
 
-    const Timer timer;
     std::vector<float> texels;
     if (mip) {
         CellRanges wide = ranges_;
@@ -70,7 +68,6 @@ void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bia
     }
     upload(texels, wanted.count);
     shown_ = std::move(wanted);
-    build_ms_ = timer.ms();
 }
 
 void CellMap::upload(const std::vector<float>& texels, glm::uvec3 count) {

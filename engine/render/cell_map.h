@@ -40,8 +40,7 @@ class CellMap {
     uint32_t side() const { return shown_->side; }
     size_t cell_count() const { return ranges_.cells(); } // of the finest; before show(), too
     glm::uvec3 count() const { return shown_->count; }
-    double margin() const { return margin_; }          // of values, see range_margin()
-    double last_build_ms() const { return build_ms_; } // of the last image that was made
+    double margin() const { return margin_; } // of values, see range_margin()
 
  private:
     struct Shown { // what the image was made from
@@ -58,7 +57,7 @@ class CellMap {
     Device* device_;
     CellRanges ranges_;
     uint64_t version_;
-    double margin_, build_ms_ = 0;
+    double margin_;
     std::vector<uint8_t> distances_;
     std::optional<Shown> shown_;
     std::optional<GpuImage> image_;

@@ -9,11 +9,11 @@ namespace palpate {
 
 namespace {
 
-// The steps to choose from, in steps of the scene. Each level takes about 0.7 of the time of the
-// one before it.
+// The steps to choose from, in steps of the scene. Each is at most 1.5 times the one before it.
 constexpr std::array kStepFactors{1.0, 1.5, 2.0, 3.0, 4.0};
-// A level is left for a better one when a frame takes less than this share of the budget: the
-// better one then fits, and the two do not take turns.
+// A level is left for a better one when a frame takes less than this share of the budget. Samples
+// grow as steps shrink, by 1.5 at most, so that the better one takes 0.9 of the budget at most and
+// the two do not take turns.
 constexpr double kComfortable = 0.6;
 
 uint64_t version_of(const std::optional<Volume>& volume) {
