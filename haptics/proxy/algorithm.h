@@ -1,0 +1,131 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+
+#include "engine/mesh/mesh.h"
+#include "engine/volume/volume.h"
+
+// What every way of touching a volume has in common.
+//
+// Positions are millimetres of the world, velocities mm/s, forces newtons on the hand, torques
+// newton metres about the tool, stiffness N/m: lengths are divided by 1000 where a force is made,
+// and nowhere else.
+namespace palpate::haptics {
+
+struct ToolPose {
+    glm::dvec3 position_mm{0.0};
+    glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // world_from_tool, unit length; (w, x, y, z)
+};
+
+// What can be felt: a value, published whole through a Mailbox and never changed after. Whatever a
+// tick needs beyond the samples (smoothed distances, bounds, a local surface) is made before it is
+// published and hangs here too.
+struct TouchScene {
+    std::optional<Volume> grey;                 // V of the papers: values, HU say
+    std::optional<Volume> labels;               // S of the papers: whole numbers, 0 is free
+    std::array<std::optional<Volume>, 3> field; // a vector field's x, y, z in world axes
+    std::shared_ptr<const Mesh> mesh;
+    uint64_t version = 0; // rises with every publication
+};
+
+// What a person sets. Algorithms read what they know and leave the rest.
+struct TouchParameters {
+    double iso = 0.5;                 // grey values at or above it are solid
+    double tool_radius_mm = 0.0;      // 0 is a point
+    uint32_t tool_samples = 340;      // of sampled tools
+    double stiffness_n_per_m = 500.0; // of the coupling between tool and proxy
+    double damping_n_s_per_m = 0.0;   // of the coupling
+    double friction_static = 0.0;     // Coulomb coefficients; 0 is frictionless
+    double friction_dynamic = 0.0;    // at most the static one
+    double yield_n = 0.0;             // T0: the force above which material yields; 0 is never
+    double viscosity_n_s_per_m = 0.0; // inside of what can be entered
+    double vibration_n = 0.0;         // amplitude while material is removed
+};
+
+struct TickInput {
+    ToolPose tool;                               // where the hand holds the device, in world
+    glm::dvec3 velocity_mm_per_s{0.0};           // of the tool
+    double dt_s = 1e-3;                          // since the tick before; > 0
+    uint32_t buttons = 0;                        // bit b: button b is pressed
+    bool removing = false;                       // the tool removes or adds material now
+    const TouchScene* scene = nullptr;           // never null; lives until the tick returns
+    const TouchParameters* parameters = nullptr; // likewise
+};
+
+enum class Contact : uint8_t {
+    free,      // nothing is touched
+    touching,  // held out by a surface
+    yielding,  // pushed into material beyond T0
+    submerged, // inside material, and no surface is known
+    unknown,   // samples are missing or without data: force fades
+};
+
+struct TickOutput {
+    ToolPose proxy;          // where the tool would be if it could not enter; finite
+    glm::dvec3 force_n{0.0}; // on the hand; the safety chain bounds it afterwards
+    glm::dvec3 torque_nm{0.0};
+    Contact contact = Contact::free;
+    glm::dvec3 normal{0.0};  // unit length, out of the material; 0 where none is known
+    double depth_mm = 0.0;   // distance from tool to proxy
+    double confidence = 1.0; // of the normal, 0 .. 1
+    uint32_t label = 0;      // what is touched; 0 is none
+    uint32_t iterations = 0; // of whatever the algorithm repeats
+    uint32_t contacts = 0;   // constraints or samples that held the proxy
+};
+
+// One way of touching, made by name outside the servo thread with all memory it will ever use.
+//
+// reset() and tick() neither allocate, throw, lock nor print, take bounded time, and are functions
+// of the state and the input alone: no clock, no random device, no global. Samples of bricks that
+// are not in memory (Brick::is_in_source()) are never fetched: they count as missing. An input that
+// is not finite gives force 0 and Contact::unknown, and leaves the state as it was.
+class Algorithm {
+ public:
+    virtual ~Algorithm() = default;
+    // Forgets contact: the proxy is at the tool.
+    virtual void reset(const TickInput& input) noexcept = 0;
+    virtual TickOutput tick(const TickInput& input) noexcept = 0;
+};
+
+// An Algorithm out of a plain state and a function of it:
+//     TickOutput milling_tick(MillingState& state, const TickInput& input) noexcept;
+// A state that starts empty is one whose first tick puts the proxy at the tool.
+template <class State, TickOutput (*Tick)(State&, const TickInput&) noexcept>
+class StatefulAlgorithm final : public Algorithm {
+    static_assert(std::is_trivially_copyable_v<State>);
+
+ public:
+    void reset(const TickInput&) noexcept override { state_ = State{}; }
+    TickOutput tick(const TickInput& input) noexcept override { return Tick(state_, input); }
+
+ private:
+    State state_{};
+};
+
+template <class State, TickOutput (*Tick)(State&, const TickInput&) noexcept>
+std::unique_ptr<Algorithm> make_algorithm_of() {
+    return std::make_unique<StatefulAlgorithm<State, Tick>>();
+}
+
+struct AlgorithmEntry {
+    const char* name;    // as --algorithm takes it: lower case, words joined by '-'
+    const char* purpose; // one line, with the paper it is printed in
+    bool as_printed;     // with the faults of the print; else repaired
+    std::unique_ptr<Algorithm> (*make)();
+};
+
+// Every algorithm there is, in the order they are listed to people.
+std::span<const AlgorithmEntry> algorithms();
+
+// Null where there is no such name.
+const AlgorithmEntry* find_algorithm(std::string_view name);
+
+} // namespace palpate::haptics
