@@ -1,0 +1,140 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "engine/base/assert.h"
+
+namespace palpate {
+
+// Hands the newest of a row of immutable values from one writer to a few readers.
+//
+//     Mailbox<Snapshot> box(std::make_unique<Snapshot>(first));
+//     box.publish(std::make_unique<Snapshot>(next));      // the writer's thread
+//     auto reader = box.add_reader();                     // before a reader's thread starts
+//     { const auto pin = reader.pin(); use(*pin); }       // a reader's thread
+//
+// Reading is wait-free: pin() is two loads and one store, and neither repeats, locks, allocates nor
+// frees. A pinned value stays whole until the pin ends, however much is published meanwhile, and is
+// at least as new as what publish() had returned for when pin() began. What was replaced is freed
+// by the writer, in publish() and collect(), once no reader can hold it. A reader that never ends
+// its pin makes the writer keep everything from then on: waiting() tells.
+//
+// How: values are counted by an epoch. A reader writes the epoch it begins in to its own slot, then
+// takes the root; the writer replaces the root, raises the epoch, then looks into the slots. What
+// was replaced when the epoch became e is free once every slot is empty or holds e or more. The
+// store to the slot must come before the load of the root in the one order of all sequentially
+// consistent operations; weaker, the writer may look between them, find the slot empty, and free
+// what the reader is about to take (K. Fraser, Practical lock freedom, 2004, section 5.2.3).
+//
+// Atomic is std::atomic but in the test that runs every interleaving.
+template <class T, template <class> class Atomic = std::atomic>
+class Mailbox {
+ public:
+    static constexpr size_t kMaxReaders = 16;
+
+    explicit Mailbox(std::unique_ptr<const T> first) : latest_(std::move(first)) {
+        PALPATE_ASSERT(latest_ != nullptr);
+        root_.store(latest_.get(), std::memory_order_seq_cst);
+    }
+    // No pin may be alive.
+    ~Mailbox() = default;
+    Mailbox(const Mailbox&) = delete;
+    Mailbox& operator=(const Mailbox&) = delete;
+
+    class Reader;
+
+    // A value that stays until this ends. At most one per reader at a time; it lives on the
+    // reader's thread.
+    class Pin {
+     public:
+        ~Pin() { slot_.store(0, std::memory_order_release); }
+        Pin(const Pin&) = delete;
+        Pin& operator=(const Pin&) = delete;
+        const T& operator*() const noexcept { return *value_; }
+        const T* operator->() const noexcept { return value_; }
+
+     private:
+        friend class Reader;
+        Pin(Atomic<uint64_t>& slot, const T* value) noexcept : slot_(slot), value_(value) {}
+        Atomic<uint64_t>& slot_;
+        const T* value_;
+    };
+
+    // For one thread at a time; must not outlive the mailbox.
+    class Reader {
+     public:
+        Pin pin() noexcept {
+            slot_->store(box_->epoch_.load(std::memory_order_acquire), std::memory_order_seq_cst);
+            return Pin(*slot_, box_->root_.load(std::memory_order_seq_cst));
+        }
+
+     private:
+        friend class Mailbox;
+        Reader(Mailbox& box, Atomic<uint64_t>& slot) noexcept : box_(&box), slot_(&slot) {}
+        Mailbox* box_;
+        Atomic<uint64_t>* slot_;
+    };
+
+    // From any thread; at most kMaxReaders in the life of a mailbox.
+    Reader add_reader() {
+        const size_t index = readers_.fetch_add(1, std::memory_order_seq_cst);
+        PALPATE_ASSERT_CMP(index, <, kMaxReaders);
+        return Reader(*this, slots_[index].epoch);
+    }
+
+    // The writer's thread. `next` is never null.
+    void publish(std::unique_ptr<const T> next) {
+        PALPATE_ASSERT(next != nullptr);
+        replaced_.push_back({nullptr, now_ + 1}); // first, so that nothing is lost if it throws
+        root_.store(next.get(), std::memory_order_seq_cst);
+        epoch_.store(++now_, std::memory_order_release);
+        replaced_.back().value = std::exchange(latest_, std::move(next));
+        collect();
+    }
+
+    // The writer's thread: frees what no reader can hold any more.
+    void collect() {
+        uint64_t oldest = now_;
+        const size_t readers = readers_.load(std::memory_order_seq_cst);
+        for (size_t i = 0; i < readers && i < kMaxReaders; ++i) {
+            const uint64_t began = slots_[i].epoch.load(std::memory_order_seq_cst);
+            if (began != 0 && began < oldest)
+                oldest = began;
+        }
+        size_t free = 0;
+        while (free < replaced_.size() && replaced_[free].until <= oldest)
+            ++free;
+        replaced_.erase(replaced_.begin(), replaced_.begin() + static_cast<ptrdiff_t>(free));
+    }
+
+    // The writer's thread.
+    size_t waiting() const { return replaced_.size(); } // replaced, and perhaps still read
+    const T& latest() const { return *latest_; }        // until the next publish()
+
+ private:
+    struct alignas(64) Slot {      // a cache line each: readers do not disturb one another
+        Atomic<uint64_t> epoch{0}; // 0: no pin
+    };
+    struct Replaced {
+        std::unique_ptr<const T> value;
+        uint64_t until; // the epoch at which it was replaced
+    };
+
+    alignas(64) Atomic<const T*> root_{nullptr};
+    Atomic<uint64_t> epoch_{1};
+    Atomic<size_t> readers_{0};
+    std::array<Slot, kMaxReaders> slots_;
+
+    // The writer's own.
+    uint64_t now_ = 1;
+    std::unique_ptr<const T> latest_;
+    std::vector<Replaced> replaced_; // oldest first
+};
+
+} // namespace palpate

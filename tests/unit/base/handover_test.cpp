@@ -1,0 +1,123 @@
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <memory>
+#include <thread>
+
+#include "engine/base/mailbox.h"
+#include "engine/base/ring.h"
+
+// The handover between servo and editor with real threads; the thread sanitizer watches.
+namespace palpate {
+namespace {
+
+struct Counted {
+    static inline std::atomic<int> living = 0;
+    std::array<uint64_t, 64> words{};
+    explicit Counted(uint64_t n) {
+        words.fill(n);
+        ++living;
+    }
+    ~Counted() {
+        words.fill(0xDEADDEADDEADDEAD);
+        --living;
+    }
+};
+
+TEST(Mailbox, GivesTheNewestAndFreesWhatNobodyReads) {
+    {
+        Mailbox<Counted> box(std::make_unique<const Counted>(1));
+        auto reader = box.add_reader();
+        EXPECT_EQ(reader.pin()->words[0], 1u);
+        {
+            const auto pin = reader.pin();
+            for (uint64_t v = 2; v <= 5; ++v)
+                box.publish(std::make_unique<const Counted>(v));
+            EXPECT_EQ(pin->words[0], 1u);
+            // 1 is read; the reader began before 2 came, so nothing later is freed either.
+            EXPECT_EQ(box.waiting(), 4u);
+            EXPECT_EQ(Counted::living, 5);
+        }
+        EXPECT_EQ(reader.pin()->words[0], 5u);
+        box.collect();
+        EXPECT_EQ(box.waiting(), 0u);
+        EXPECT_EQ(Counted::living, 1);
+        EXPECT_EQ(box.latest().words[0], 5u);
+    }
+    EXPECT_EQ(Counted::living, 0);
+}
+
+TEST(Mailbox, ReadersSeeWholeValuesThatOnlyGrowOlderOnes) {
+    constexpr uint64_t kLast = 20000;
+    Mailbox<Counted> box(std::make_unique<const Counted>(1));
+    std::atomic<uint64_t> torn = 0, backwards = 0;
+    const auto read = [&](Mailbox<Counted>::Reader reader) {
+        for (uint64_t seen = 0; seen < kLast;) {
+            const auto pin = reader.pin();
+            const uint64_t first = pin->words.front();
+            for (const uint64_t word : pin->words)
+                torn += word != first;
+            backwards += first < seen;
+            seen = first;
+        }
+    };
+    std::thread a(read, box.add_reader()), b(read, box.add_reader());
+    for (uint64_t v = 2; v <= kLast; ++v)
+        box.publish(std::make_unique<const Counted>(v));
+    a.join();
+    b.join();
+    box.collect();
+    EXPECT_EQ(torn, 0u);
+    EXPECT_EQ(backwards, 0u);
+    EXPECT_EQ(box.waiting(), 0u);
+    EXPECT_EQ(Counted::living, 1);
+}
+
+TEST(Ring, RefusesWhenFullAndKeepsTheOrder) {
+    Ring<int> ring(3);
+    EXPECT_EQ(ring.capacity(), 4u);
+    int value = -1;
+    EXPECT_FALSE(ring.pop(value));
+    EXPECT_EQ(value, -1);
+    for (int round = 0; round < 5; ++round) {
+        for (int i = 0; i < 4; ++i)
+            EXPECT_TRUE(ring.push(10 * round + i));
+        EXPECT_FALSE(ring.push(99));
+        EXPECT_EQ(ring.size(), 4u);
+        for (int i = 0; i < 4; ++i) {
+            EXPECT_TRUE(ring.pop(value));
+            EXPECT_EQ(value, 10 * round + i);
+        }
+        EXPECT_FALSE(ring.pop(value));
+    }
+}
+
+TEST(Ring, EveryValueArrivesOnceAndInOrderBetweenThreads) {
+    constexpr uint64_t kCount = 200000;
+    Ring<std::array<uint64_t, 4>> ring(64);
+    std::thread producer([&] {
+        for (uint64_t i = 0; i < kCount;)
+            if (ring.push({i, i, i, i}))
+                ++i;
+            else
+                std::this_thread::yield();
+    });
+    uint64_t wrong = 0;
+    for (uint64_t i = 0; i < kCount;) {
+        std::array<uint64_t, 4> value{};
+        if (!ring.pop(value)) {
+            std::this_thread::yield();
+            continue;
+        }
+        for (const uint64_t word : value)
+            wrong += word != i;
+        ++i;
+    }
+    producer.join();
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_EQ(ring.size(), 0u);
+}
+
+} // namespace
+} // namespace palpate
