@@ -1,0 +1,61 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "bench/touch/scenes.h"
+
+namespace palpate::touch {
+
+// A histogram that needs no memory of its own: equal bins from 0, the last one open.
+class Histogram {
+ public:
+    explicit Histogram(double bin) : bin_(bin) {}
+    void add(double value);
+    // The least upper edge of a bin that at least `share` of all lie below; 0 where there are none.
+    double percentile(double share) const;
+    uint64_t count() const { return count_; }
+    double max() const { return max_; }
+
+ private:
+    double bin_, max_ = 0.0;
+    uint64_t count_ = 0;
+    std::array<uint32_t, 2000> bins_{};
+};
+
+// What one algorithm did on one path in one scene, judged against the body's closed form.
+struct Figures {
+    uint64_t ticks = 0, contact_ticks = 0;
+    uint64_t pop_throughs = 0;        // the proxy changed parts of free space, or sank 1.5 voxels
+    uint64_t not_finite = 0;          // of force, proxy or normal
+    double penetration_voxels = 0.0;  // deepest proxy
+    Histogram direction_deg{0.05};    // angle to the true force, where deeper than 0.2 mm
+    Histogram magnitude_share{0.001}; // |force| beside k * depth, likewise
+    double excess_jump_n = 0.0;       // see below
+    double largest_force_n = 0.0;
+    double energy_mj = 0.0;  // work done on the hand; > 0 is generated
+    uint64_t worst_tick = 0; // of the excess jump
+    Histogram cpu_us{0.1};   // of a tick, thread clock; only where timed
+};
+
+// Follows one run tick by tick. An excess jump is max(0, |dF| - k |dx| expansion(depth)): what the
+// force changes beyond what a true projection could.
+class Judge {
+ public:
+    Judge(const Scene& scene, double stiffness_n_per_m, bool judge_jumps);
+    void see(glm::dvec3 tool_mm, const haptics::TickOutput& output);
+    void seen_cpu(double us) { figures_.cpu_us.add(us); }
+    const Figures& figures() const { return figures_; }
+
+ private:
+    const Scene& scene_;
+    double stiffness_;
+    bool judge_jumps_;
+    Figures figures_;
+    bool has_last_ = false;
+    glm::dvec3 last_tool_{}, last_force_{};
+    int part_ = 0;
+    bool sunk_ = false;
+};
+
+} // namespace palpate::touch

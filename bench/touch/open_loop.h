@@ -1,0 +1,23 @@
+#pragma once
+
+#include <functional>
+
+#include "bench/touch/figures.h"
+#include "bench/touch/trajectories.h"
+
+namespace palpate::touch {
+
+// Moves the tool along a path whatever the force says, one tick a point, and judges every tick.
+// `watch`, where given, sees each tick's input and output; `timed` measures the thread's CPU clock
+// about each tick.
+Figures open_loop(
+    haptics::Algorithm& algorithm, const Scene& scene, const Trajectory& trajectory,
+    const haptics::TouchParameters& parameters, bool timed = false,
+    const std::function<void(const haptics::TickInput&, const haptics::TickOutput&)>& watch = {});
+
+// The parameters a scene is touched with: its iso-value, 1 N/mm, no friction, no yielding.
+haptics::TouchParameters scene_parameters(const Scene& scene);
+
+double thread_cpu_us();
+
+} // namespace palpate::touch

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bench/touch/solid.h"
+#include "engine/base/error.h"
+#include "haptics/proxy/algorithm.h"
+
+namespace palpate::touch {
+
+// How a scene's body is stored.
+enum class Form { grey_f32, grey_i16, labels };
+
+struct Storage {
+    glm::dvec3 spacing_mm{0.5};
+    Form form = Form::grey_f32;
+    double noise = 0.0; // standard deviation as a share of the contrast
+    uint64_t seed = 1;
+};
+constexpr glm::dvec3 kUneven_mm{0.4, 0.4, 1.2};
+
+// The blur of a scanner: standard deviation of an edge, in spacings of the coarsest axis.
+constexpr double kEdgeSamples = 0.7;
+double edge_mm(const Storage& storage);
+// Spacing of the coarsest axis: what errors of position are shares of.
+double voxel_mm(const Storage& storage);
+
+// A body to touch, and from where. The touched point is near the origin of the world; volumes reach
+// 16 mm to every side of it.
+struct TouchCase {
+    std::string id;   // "A1" .. "A14", of the test plan
+    std::string name; // "plane/tilted"
+    Solid solid;
+    glm::dvec3 touch_mm{0.0};       // a point of the surface
+    glm::dvec3 normal{0.0, 0.0, 1}; // there, out of the material
+    glm::dvec3 along{1.0, 0.0, 0};  // there, within the surface
+    // The force is frictionless and smooth here, so that excess jumps mean something.
+    bool judge_jumps = true;
+    double noise = 0.0;    // share of the contrast that belongs to the case (A10)
+    double deepest_mm = 4; // how far a trajectory may press before the truth ends
+};
+
+// A case as a volume: what an algorithm is given. Grey values run from 0 in free space to 1000 in
+// material with the surface at 500; labels are 0 and 1.
+struct Scene {
+    TouchCase body;
+    Storage storage;
+    haptics::TouchScene touch;
+    double iso = 500.0;
+};
+
+Scene make_scene(const TouchCase& body, const Storage& storage);
+
+// The analytic cases of the plan's A1 - A10 for a storage (walls are counted in voxels). `all`:
+// every angle and thickness; else one or two of each kind.
+std::vector<TouchCase> touch_cases(const Storage& storage, bool all);
+
+// Depth of a point under the surface in mm; negative in free space.
+inline double depth_mm(const TouchCase& body, glm::dvec3 mm) {
+    return -body.solid.distance_mm(mm);
+}
+
+} // namespace palpate::touch
