@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <vector>
+
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+// Labels of a box of samples, x fastest; -1 beyond the volume. What operations on neighbourhoods
+// read: a piece of S' at a time.
+struct LabelBox {
+    glm::ivec3 low{0}, size{0};
+    std::vector<int32_t> values;
+
+    int32_t* row(int y, int z) { return values.data() + size_t(size.x) * (y + size_t(size.y) * z); }
+    size_t at(glm::ivec3 index) const {
+        const glm::ivec3 i = index - low;
+        return i.x + size_t(size.x) * (i.y + size_t(size.y) * i.z);
+    }
+};
+
+// Samples low .. high, both included; may reach beyond the volume, which holds u8 or u16.
+LabelBox read_labels(const Volume& volume, glm::ivec3 low, glm::ivec3 high);
+
+} // namespace palpate

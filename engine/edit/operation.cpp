@@ -1,0 +1,83 @@
+#include "engine/edit/operation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace palpate {
+
+namespace {
+constexpr std::array kNames{"draw", "erase",   "erode", "dilate", "smooth",
+                            "fill", "islands", "cut",   "mill"};
+constexpr double kMostSmoothReach = 64.0; // samples
+} // namespace
+
+const char* name_of(OperationKind kind) {
+    return kNames[static_cast<size_t>(kind)];
+}
+
+bool Operation::is_free(uint32_t value) const {
+    return !over || std::find(over->begin(), over->end(), value) != over->end();
+}
+
+Result<void> check(const Operation& operation, const Volume& volume, const Volume* guide) {
+    const char* name = name_of(operation.kind);
+    const ScalarType type = volume.type();
+    if (operation.on_labels()) {
+        if (type != ScalarType::u8 && type != ScalarType::u16)
+            return fail("{}: expected labels stored as u8 or u16, found {}", name, name_of(type));
+        if (type == ScalarType::u8 && operation.label > 255)
+            return fail("{}: expected a label of at most 255 in a volume of u8, found {}", name,
+                        operation.label);
+        if (operation.only_values && !guide)
+            return fail("{}: only_values needs a guide, a volume of grey values", name);
+        if (operation.only_values && guide->size() != volume.size())
+            return fail("{}: expected a guide of {} x {} x {} samples, found {} x {} x {}", name,
+                        volume.size().x, volume.size().y, volume.size().z, guide->size().x,
+                        guide->size().y, guide->size().z);
+    }
+    if (operation.kind == OperationKind::smooth) {
+        const glm::dvec3 spacing = spacing_mm(volume.grid());
+        const double reach = operation.radius_mm / std::min({spacing.x, spacing.y, spacing.z});
+        if (!(reach <= kMostSmoothReach))
+            return fail(
+                "{}: expected a radius of at most {} samples, found {} mm, which are {:.3g}", name,
+                kMostSmoothReach, operation.radius_mm, reach);
+    }
+    return {};
+}
+
+double rate_at(const std::vector<RatePoint>& rates, double value) {
+    if (!(value > rates.front().value))
+        return rates.front().per_s;
+    for (size_t i = 1; i < rates.size(); ++i)
+        if (value <= rates[i].value) {
+            const RatePoint a = rates[i - 1], b = rates[i];
+            return a.per_s + (value - a.value) / (b.value - a.value) * (b.per_s - a.per_s);
+        }
+    return rates.back().per_s;
+}
+
+double depth_weight(double depth_mm, double falloff_mm) {
+    if (depth_mm < 0.0)
+        return 0.0;
+    return falloff_mm > 0.0 ? std::min(1.0, depth_mm / falloff_mm) : 1.0;
+}
+
+double milled(double value, double rate_per_s, double dose_s, double to) {
+    const double by = rate_per_s * dose_s;
+    return value > to ? std::max(to, value - by) : std::min(to, value + by);
+}
+
+std::vector<glm::ivec3> neighbour_offsets(int neighbours) {
+    const int most = neighbours == 6 ? 1 : neighbours == 18 ? 2 : 3; // axes that may differ
+    std::vector<glm::ivec3> offsets;
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x)
+                if (const int axes = x * x + y * y + z * z; axes > 0 && axes <= most)
+                    offsets.push_back({x, y, z});
+    return offsets;
+}
+
+} // namespace palpate

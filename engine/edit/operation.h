@@ -1,0 +1,95 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+// What a stroke does to the samples it passes over.
+//
+// Below, S' is the snapshot at tool-down, T the set of samples that the tool passed over from then
+// on (sweep.h), and every operation is a function of those two alone: S = op(S', T). So it does not
+// matter in which portions poses arrive, and staying longer in a place changes nothing (mill
+// apart). Samples outside T are those of S'.
+//
+// L is `label`. N(p) is p's 6, 18 or 26 neighbours within the volume: what would lie outside does
+// not count, neither for nor against. "Free" samples are those that may be overwritten: `over`
+// lists their labels; without it, all are.
+//
+// On labels (u8, u16):
+//   draw     free samples become L
+//   erase    samples with a label in `over` (without it: any) become 0
+//   erode    samples of L with a sample not of L in N(p) become 0: one layer, however long the tool
+//            stays (Vidholm & Agmund 2004, 5.3)
+//   dilate   free samples not of L with a sample of L in N(p) become L
+//   smooth   B(p) is the samples within radius_mm of p. Free samples become L where more than half
+//            of B(p) is L; samples of L become 0 where less than half of it is
+//   fill     cavities: a component (by N) of samples of T that are not L, with no sample outside T
+//            among the neighbours of any that is not L either, and none on the volume's faces;
+//            its free samples become L
+//   islands  a component (by N) of samples of T that are L, with no sample of L outside T among
+//            its neighbours, becomes 0 where its volume is less than smallest_mm3
+// On grey values (any type; samples without data stay so):
+//   cut      samples become to_value
+//   mill     values move towards to_value, and never beyond, by rate(S'(p)) * D(p). D is the time
+//            in seconds that the tool spent on p, weighted with depth: 0 at its surface, rising
+//            linearly to 1 at falloff_mm inside (falloff_mm = 0: 1 everywhere inside). Between two
+//            poses it is the midpoint sum over n equal parts, n the least for which no point of
+//            the tool moves by more than half the smallest spacing in one (Eriksson et al. 2006,
+//            1.2). rate is piecewise linear in the value: a transfer function of hardness.
+//            Removing has to_value below, adding above the values met
+// With `only_values` samples count as part of T only where a grey volume lies in this range, ends
+// included (threshold paint): a guide of the same size for labels, S' itself for grey values.
+//
+// Gradients are never stored: who shades, meshes or touches takes them from the snapshot it reads,
+// so the gradient near a change is new with the change.
+enum class OperationKind { draw, erase, erode, dilate, smooth, fill, islands, cut, mill };
+
+struct RatePoint {
+    double value, per_s; // at this value, value units per second
+    friend bool operator==(const RatePoint&, const RatePoint&) = default;
+};
+
+struct Operation {
+    OperationKind kind = OperationKind::draw;
+    uint16_t label = 1;                        // L; 1 .. 65535
+    std::optional<std::vector<uint16_t>> over; // free labels; absent: all
+    int neighbours = 6;                        // 6, 18 or 26
+    double radius_mm = 1.0;                    // of smooth
+    double smallest_mm3 = 1.0;                 // of islands
+    std::optional<std::pair<double, double>> only_values;
+    double to_value = -1000.0;    // of cut and mill
+    double falloff_mm = 0.0;      // of mill; >= 0
+    std::vector<RatePoint> rates; // of mill: rising values, at least one; constant beyond the ends
+
+    bool on_labels() const { return kind != OperationKind::cut && kind != OperationKind::mill; }
+    bool by_region() const { // needs all of T, and so happens at tool-up
+        return kind == OperationKind::fill || kind == OperationKind::islands;
+    }
+    bool is_free(uint32_t value) const;
+    friend bool operator==(const Operation&, const Operation&) = default;
+};
+
+const char* name_of(OperationKind kind);
+
+// Why an operation cannot be done on a volume: its type, or (for only_values on labels) a guide
+// that is missing or of another size.
+Result<void> check(const Operation& operation, const Volume& volume, const Volume* guide);
+
+double rate_at(const std::vector<RatePoint>& rates, double value);
+
+// 0 at the surface and outside, 1 from falloff_mm inside on. depth_mm > 0 inside.
+double depth_weight(double depth_mm, double falloff_mm);
+
+// The value after dose seconds; towards `to`, never beyond.
+double milled(double value, double rate_per_s, double dose_s, double to);
+
+// The offsets of N(p), in index space.
+std::vector<glm::ivec3> neighbour_offsets(int neighbours);
+
+} // namespace palpate

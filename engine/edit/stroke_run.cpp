@@ -1,0 +1,366 @@
+#include "engine/edit/stroke_run.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+#include "engine/base/assert.h"
+#include "engine/base/profile.h"
+#include "engine/edit/label_box.h"
+#include "engine/edit/regions.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr size_t kBricksPerSlice = 16;
+
+template <class T>
+T stored(double value) {
+    if constexpr (std::is_floating_point_v<T>)
+        return static_cast<T>(value);
+    else
+        return static_cast<T>(std::clamp<double>(
+            std::nearbyint(value), std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
+}
+
+template <class T>
+bool has_data(T value) {
+    return value == value;
+}
+
+struct Bounds { // of the samples of a mask, both ends included
+    glm::ivec3 low{kBrickSide}, high{-1};
+};
+
+Bounds bounds_of(const BrickMask& mask) {
+    Bounds bounds;
+    uint32_t columns = 0;
+    for (int z = 0; z < int(kBrickSide); ++z)
+        for (int y = 0; y < int(kBrickSide); ++y)
+            if (const uint32_t row = mask.row(uint32_t(y), uint32_t(z))) {
+                columns |= row;
+                bounds.low = glm::min(bounds.low, glm::ivec3(0, y, z));
+                bounds.high = glm::max(bounds.high, glm::ivec3(0, y, z));
+            }
+    bounds.low.x = columns ? __builtin_ctz(columns) : 0;
+    bounds.high.x = columns ? 31 - __builtin_clz(columns) : -1;
+    return bounds;
+}
+
+} // namespace
+
+struct StrokeRun::Touched {
+    uint64_t key = 0;
+    glm::uvec3 position{0}; // in bricks
+    BrickMask seen;
+    BrickMask region;         // of operations by region: what of `seen` counts
+    std::vector<double> dose; // of mill: seconds
+    std::vector<std::shared_ptr<const Segment>> waiting;
+};
+
+Result<std::unique_ptr<StrokeRun>> StrokeRun::start(Volume before, Tool tool, Operation operation,
+                                                    std::optional<Volume> guide) {
+    if (const Result<void> fits = check(operation, before, guide ? &*guide : nullptr); !fits)
+        return tl::unexpected(fits.error());
+    return std::unique_ptr<StrokeRun>(
+        new StrokeRun(std::move(before), std::move(tool), std::move(operation), std::move(guide)));
+}
+
+StrokeRun::StrokeRun(Volume before, Tool tool, Operation operation, std::optional<Volume> guide)
+    : before_(before),
+      now_(std::move(before)),
+      tool_(std::move(tool)),
+      operation_(std::move(operation)),
+      guide_(std::move(guide)),
+      free_(operation_.on_labels() ? 65536 : 0) {
+    for (uint32_t label = 0; label < free_.size(); ++label)
+        free_[label] = operation_.is_free(label);
+}
+
+StrokeRun::~StrokeRun() = default;
+
+void StrokeRun::add(std::span<const ToolPose> poses) {
+    PALPATE_ASSERT(!lifted_);
+    for (const ToolPose& pose : poses) {
+        // The first pose is a sweep of its own, so that a dab needs no second one.
+        add_segment(last_ ? *last_ : pose, pose);
+        last_ = pose;
+    }
+}
+
+void StrokeRun::add_segment(const ToolPose& from, const ToolPose& to) {
+    const auto segment =
+        std::make_shared<const Segment>(Segment{from, to, Sweep(tool_, before_.grid(), from, to)});
+    const BrickRange range = bricks_of(segment->sweep, before_.grid());
+    const glm::uvec3 count = before_.brick_count();
+    for (int z = range.low.z; z <= range.high.z; ++z)
+        for (int y = range.low.y; y <= range.high.y; ++y)
+            for (int x = range.low.x; x <= range.high.x; ++x) {
+                const glm::uvec3 at(x, y, z);
+                const uint64_t key = at.x + count.x * (at.y + uint64_t{count.y} * at.z);
+                std::unique_ptr<Touched>& brick = bricks_[key];
+                if (!brick) {
+                    brick = std::make_unique<Touched>();
+                    brick->key = key;
+                    brick->position = at;
+                }
+                if (brick->waiting.empty())
+                    waiting_.push_back(brick.get());
+                brick->waiting.push_back(segment);
+            }
+}
+
+bool StrokeRun::work(const std::function<bool()>& go_on) {
+    const profile::Scope scope("edit bricks");
+    while (!waiting_.empty()) {
+        const size_t n = std::min(kBricksPerSlice, waiting_.size());
+        const std::vector<Touched*> slice(waiting_.begin(), waiting_.begin() + ptrdiff_t(n));
+        waiting_.erase(waiting_.begin(), waiting_.begin() + ptrdiff_t(n));
+        work_on(slice);
+        if (!waiting_.empty() && !go_on())
+            return false;
+    }
+    if (!operation_.by_region() || !lifted_)
+        return true;
+    if (!regions_) {
+        RegionSearch::Region region;
+        for (const auto& [key, brick] : bricks_)
+            if (!brick->region.empty())
+                region[key] = &brick->region;
+        regions_ = std::make_unique<RegionSearch>(before_, operation_, std::move(region));
+    }
+    if (!edit_)
+        edit_.emplace(now_);
+    return regions_->work(*edit_, go_on);
+}
+
+void StrokeRun::work_on(std::span<Touched* const> bricks) {
+    std::vector<BrickMask> fresh(bricks.size());
+    tbb::parallel_for(size_t{0}, bricks.size(), [&](size_t i) {
+        find_samples(*bricks[i], fresh[i]);
+        bricks[i]->waiting.clear();
+    });
+    if (!edit_)
+        edit_.emplace(now_);
+    visit_scalar(before_.type(), [&](auto t) {
+        using T = decltype(t);
+        std::vector<std::span<T>> out(bricks.size());
+        for (size_t i = 0; i < bricks.size(); ++i) {
+            samples_seen_ += operation_.kind == OperationKind::mill ? 0 : fresh[i].count();
+            if (!operation_.by_region() && !fresh[i].empty())
+                out[i] = edit_->write_brick<T>(bricks[i]->position);
+        }
+        tbb::parallel_for(size_t{0}, bricks.size(), [&](size_t i) {
+            if (!out[i].empty())
+                change<T>(*bricks[i], fresh[i], out[i]);
+        });
+    });
+}
+
+void StrokeRun::find_samples(Touched& brick, BrickMask& fresh) const {
+    const glm::uvec3 valid = before_.valid_in_brick(brick.position);
+    if (operation_.kind == OperationKind::mill) {
+        for (const auto& segment : brick.waiting)
+            add_dose(brick, fresh, *segment);
+        keep_values(fresh, brick.position);
+        return;
+    }
+    for (const auto& segment : brick.waiting)
+        add_samples(fresh, segment->sweep, before_.grid(), brick.position, valid);
+    fresh.keep_new(brick.seen);
+    keep_values(fresh, brick.position);
+    if (operation_.by_region())
+        for (size_t i = 0; i < fresh.rows.size(); ++i)
+            brick.region.rows[i] |= fresh.rows[i];
+}
+
+void StrokeRun::add_dose(Touched& brick, BrickMask& fresh, const Segment& segment) const {
+    const double seconds = segment.to.time_s - segment.from.time_s;
+    if (!(seconds > 0.0))
+        return;
+    const Grid& grid = before_.grid();
+    const double half_sample = 8.0 * Sweep::tolerance_for(grid);
+    const double reach = tool_.shape ? tool_.shape->bounds().reach_mm() : 0.0;
+    const double parts =
+        std::max(1.0, std::ceil(travel_mm(segment.from, segment.to, reach) / half_sample));
+    const glm::dvec3 first(brick.position * kBrickSide);
+    const glm::dmat3 mm_from_index(grid.world_from_index);
+    for (double part = 0.0; part < parts; ++part) {
+        const ToolPose pose = pose_between(segment.from, segment.to, (part + 0.5) / parts);
+        const Sweep still(tool_, grid, pose, pose);
+        BrickMask inside;
+        add_samples(inside, still, grid, brick.position, before_.valid_in_brick(brick.position));
+        for (uint32_t z = 0; z < kBrickSide; ++z)
+            for (uint32_t y = 0; y < kBrickSide; ++y) {
+                const uint32_t row = inside.row(y, z);
+                if (row == 0)
+                    continue;
+                if (brick.dose.empty())
+                    brick.dose.assign(kBrickSamples, 0.0);
+                const auto [mark0, mark1] = still.marked_in_row(first.y + y, first.z + z);
+                for_each_bit(row, [&](uint32_t x) {
+                    const double index_x = first.x + x;
+                    double weight = mark0 <= index_x && index_x <= mark1 ? 1.0 : 0.0;
+                    if (weight == 0.0) {
+                        const Sweep::Verdict verdict =
+                            still.at(mm_from_index * (first + glm::dvec3(x, y, z)));
+                        weight = depth_weight(verdict.same_within_mm, operation_.falloff_mm);
+                    }
+                    brick.dose[offset_in_brick({x, y, z})] += weight * (seconds / parts);
+                });
+                fresh.row(y, z) |= row;
+            }
+    }
+}
+
+void StrokeRun::keep_values(BrickMask& mask, glm::uvec3 brick) const {
+    if (!operation_.only_values)
+        return;
+    const Volume& values = operation_.on_labels() ? *guide_ : before_;
+    const Brick& samples = values.brick(brick);
+    const Brick::Pinned pinned = samples.pin();
+    const auto [low, high] = *operation_.only_values;
+    for (uint32_t z = 0; z < kBrickSide; ++z)
+        for (uint32_t y = 0; y < kBrickSide; ++y) {
+            uint32_t& row = mask.row(y, z);
+            uint32_t kept = 0;
+            for_each_bit(row, [&, low = low, high = high](uint32_t x) {
+                const double value = samples.value(pinned, offset_in_brick({x, y, z}));
+                kept |= uint32_t{value >= low && value <= high} << x;
+            });
+            row = kept;
+        }
+}
+
+template <class T>
+void StrokeRun::change(const Touched& brick, const BrickMask& fresh, std::span<T> out) const {
+    const Brick& source = before_.brick(brick.position);
+    const BrickSamples<T> in = source.samples<T>();
+    const uint32_t stride = source.stride();
+    const Operation& op = operation_;
+    // f(value of S', place in the brick) is the new value.
+    const auto for_all = [&](auto&& f) {
+        for (uint32_t z = 0; z < kBrickSide; ++z)
+            for (uint32_t y = 0; y < kBrickSide; ++y)
+                for_each_bit(fresh.row(y, z), [&](uint32_t x) {
+                    const uint32_t at = offset_in_brick({x, y, z});
+                    out[at] = f(in[stride * at], glm::ivec3(x, y, z));
+                });
+    };
+    const auto label = static_cast<T>(op.label);
+    const auto is_free = [&](T v) { return free_[static_cast<uint16_t>(v)] != 0; };
+    // The labels that samples of this brick read, `reach` around them.
+    const auto labels_around = [&](glm::ivec3 reach) {
+        const Bounds bounds = bounds_of(fresh);
+        const glm::ivec3 origin(brick.position * kBrickSide);
+        LabelBox box =
+            read_labels(before_, origin + bounds.low - reach, origin + bounds.high + reach);
+        box.low -= origin; // now in the brick's own places
+        return box;
+    };
+    switch (op.kind) {
+        case OperationKind::draw:
+            return for_all([&](T v, glm::ivec3) { return is_free(v) ? label : v; });
+        case OperationKind::erase:
+            return for_all([&](T v, glm::ivec3) { return is_free(v) ? T{0} : v; });
+        case OperationKind::cut:
+            return for_all(
+                [&](T v, glm::ivec3) { return has_data(v) ? stored<T>(op.to_value) : v; });
+        case OperationKind::mill:
+            return for_all([&](T v, glm::ivec3 p) {
+                if (!has_data(v))
+                    return v;
+                const double dose = brick.dose[offset_in_brick(glm::uvec3(p))];
+                return stored<T>(milled(v, rate_at(op.rates, v), dose, op.to_value));
+            });
+        case OperationKind::erode:
+        case OperationKind::dilate: {
+            const bool erode = op.kind == OperationKind::erode;
+            const LabelBox box = labels_around(glm::ivec3(1));
+            std::vector<ptrdiff_t> steps;
+            for (const glm::ivec3 o : neighbour_offsets(op.neighbours))
+                steps.push_back(o.x + ptrdiff_t(box.size.x) * (o.y + ptrdiff_t(box.size.y) * o.z));
+            return for_all([&](T v, glm::ivec3 p) {
+                if (erode ? v != label : v == label || !is_free(v))
+                    return v;
+                const int32_t* here = box.values.data() + box.at(p);
+                for (const ptrdiff_t step : steps)
+                    if (erode ? here[step] >= 0 && here[step] != op.label : here[step] == op.label)
+                        return erode ? T{0} : label;
+                return v;
+            });
+        }
+        case OperationKind::smooth: {
+            // Ball rows: which x of the row (dy, dz) lie within the radius.
+            struct Row {
+                int y, z, first, last;
+            };
+            const glm::dmat3 mm(before_.grid().world_from_index);
+            const glm::dmat3 rows = glm::transpose(glm::inverse(mm));
+            const glm::ivec3 reach(
+                glm::floor(op.radius_mm * glm::dvec3(glm::length(rows[0]), glm::length(rows[1]),
+                                                     glm::length(rows[2])) +
+                           1e-6));
+            std::vector<Row> ball;
+            for (int z = -reach.z; z <= reach.z; ++z)
+                for (int y = -reach.y; y <= reach.y; ++y) {
+                    Row row{y, z, 1, 0};
+                    for (int x = -reach.x; x <= reach.x; ++x)
+                        if (glm::length(mm * glm::dvec3(x, y, z)) <= op.radius_mm) {
+                            if (row.first > row.last)
+                                row.first = x;
+                            row.last = x;
+                        }
+                    if (row.first <= row.last)
+                        ball.push_back(row);
+                }
+            LabelBox box = labels_around(reach + glm::ivec3(1, 0, 0));
+            // Along rows, the running sum of +1 for L, -1 for others, 0 beyond the volume.
+            for (int z = 0; z < box.size.z; ++z)
+                for (int y = 0; y < box.size.y; ++y) {
+                    int32_t* row = box.row(y, z);
+                    int32_t sum = 0;
+                    for (int x = 0; x < box.size.x; ++x)
+                        row[x] = sum += row[x] < 0 ? 0 : row[x] == op.label ? 1 : -1;
+                }
+            return for_all([&](T v, glm::ivec3 p) {
+                int64_t excess = 0;
+                for (const Row& row : ball)
+                    excess += box.values[box.at(p + glm::ivec3(row.last, row.y, row.z))] -
+                              box.values[box.at(p + glm::ivec3(row.first - 1, row.y, row.z))];
+                if (excess > 0 && is_free(v))
+                    return label;
+                return excess < 0 && v == label ? T{0} : v;
+            });
+        }
+        case OperationKind::fill:
+        case OperationKind::islands:
+            return;
+    }
+}
+
+Volume StrokeRun::publish() {
+    if (edit_) {
+        const profile::Scope scope("publish");
+        now_ = edit_->commit();
+        edit_.reset();
+    }
+    return now_;
+}
+
+Result<Volume> apply_stroke(const Volume& before, const Tool& tool, const Operation& operation,
+                            std::span<const ToolPose> poses, std::optional<Volume> guide) {
+    Result<std::unique_ptr<StrokeRun>> run =
+        StrokeRun::start(before, tool, operation, std::move(guide));
+    if (!run)
+        return pass_on(run);
+    (*run)->add(poses);
+    (*run)->lift();
+    (*run)->work();
+    return (*run)->publish();
+}
+
+} // namespace palpate

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/edit/brick_mask.h"
+#include "engine/edit/operation.h"
+#include "engine/volume/edit.h"
+
+namespace palpate {
+
+class RegionSearch;
+
+// One stroke while it happens, from tool-down to tool-up.
+//
+// Poses are added as they come; work() does what they ask for, in slices; publish() makes a
+// snapshot of what has been done. What comes out at the end is a function of the snapshot at
+// tool-down and of the poses (operation.h): the same bytes for any portions of poses, any slices,
+// any number of threads. One thread calls this; work() uses all cores.
+class StrokeRun {
+ public:
+    // Fails as check(operation, ...) does. A guide serves only_values on labels.
+    static Result<std::unique_ptr<StrokeRun>> start(Volume before, Tool tool, Operation operation,
+                                                    std::optional<Volume> guide = {});
+    ~StrokeRun();
+
+    // Poses after those already added. A stroke of one pose is a dab.
+    void add(std::span<const ToolPose> poses);
+
+    // Tool-up: no pose follows, and fill and islands may begin.
+    void lift() { lifted_ = true; }
+
+    // Works until nothing is left, which returns true, or until go_on says false, which is asked
+    // every few bricks.
+    bool work(const std::function<bool()>& go_on);
+    void work() {
+        work([] { return true; });
+    }
+
+    // The snapshot so far; the last one where nothing has changed since.
+    Volume publish();
+    const Volume& before() const { return before_; }
+
+    uint64_t samples_seen() const { return samples_seen_; } // in T, each once
+
+ private:
+    struct Segment { // between two poses
+        ToolPose from, to;
+        Sweep sweep;
+    };
+    struct Touched;
+    StrokeRun(Volume before, Tool tool, Operation operation, std::optional<Volume> guide);
+    void add_segment(const ToolPose& from, const ToolPose& to);
+    void work_on(std::span<Touched* const> bricks);
+    void find_samples(Touched& brick, BrickMask& fresh) const;
+    void add_dose(Touched& brick, BrickMask& fresh, const Segment& segment) const;
+    void keep_values(BrickMask& mask, glm::uvec3 brick) const;
+    template <class T>
+    void change(const Touched& brick, const BrickMask& fresh, std::span<T> out) const;
+
+    Volume before_, now_;
+    Tool tool_;
+    Operation operation_;
+    std::optional<Volume> guide_;
+    std::vector<uint8_t> free_; // by label
+    std::optional<ToolPose> last_;
+    bool lifted_ = false;
+    std::unordered_map<uint64_t, std::unique_ptr<Touched>> bricks_;
+    std::deque<Touched*> waiting_;
+    std::unique_ptr<RegionSearch> regions_; // of fill and islands, from tool-up on
+    std::optional<VolumeEdit> edit_;
+    uint64_t samples_seen_ = 0;
+};
+
+// A whole stroke at once.
+Result<Volume> apply_stroke(const Volume& before, const Tool& tool, const Operation& operation,
+                            std::span<const ToolPose> poses, std::optional<Volume> guide = {});
+
+} // namespace palpate

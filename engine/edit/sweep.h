@@ -1,0 +1,90 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+
+#include "engine/edit/shape.h"
+#include "engine/volume/grid.h"
+
+namespace palpate {
+
+// What cuts: a shape, a set of samples, or both.
+struct Tool {
+    ShapePtr shape; // null for a point
+    // Affects every sample whose cell (half a sample to each side in index space) the tool's origin
+    // lies in or passes through, so that a tool smaller than a sample still leaves a trace.
+    bool marks_origin = false;
+};
+
+// Where the hand holds the tool.
+struct ToolPose {
+    double time_s = 0.0;           // never falls along a stroke
+    glm::dvec3 tip_mm{0.0};        // world: where the tool's origin is
+    glm::dquat turn{1.0, 0, 0, 0}; // world from tool; of unit length
+
+    friend bool operator==(const ToolPose&, const ToolPose&) = default;
+};
+
+// The space a tool passes through from one pose to the next.
+//
+// The tip moves on a straight line and the turn along normalised linear interpolation, by the
+// shorter way. Work is done in millimetres from the grid's origin, so that far offsets cost no
+// digits, and without library functions, so that bits are the same on every machine.
+//
+// Balls: the capsule, in closed form. Other shapes that move: poses are looked at one after the
+// other, each as far on as the shape's function allows (it cannot change faster than the tool's
+// fastest point moves), but at least tolerance_mm of that motion apart; a point is inside if the
+// function is at most tolerance_mm at one of them. Therefore
+//     swept shape  is within  this  is within  swept {function <= tolerance_mm and within
+//                                              tolerance_mm of the shape's bounds}
+// at any speed: no gap, and for the shapes marked exact an excess of at most tolerance_mm. A tool
+// that does not move is its shape, without the tolerance.
+class Sweep {
+ public:
+    Sweep(const Tool& tool, const Grid& grid, const ToolPose& from, const ToolPose& to);
+
+    // Whether a point is inside, and how far all points say the same as it. p_mm: from the grid's
+    // origin, along the world's axes.
+    struct Verdict {
+        bool inside = false;
+        double same_within_mm = 0.0; // points nearer than this
+    };
+    Verdict at(glm::dvec3 p_mm) const;
+
+    // A box in index space that holds all samples inside; empty (low > high) where none can be.
+    glm::dvec3 low_index() const { return low_; }
+    glm::dvec3 high_index() const { return high_; }
+
+    // Samples x of the row (y, z) that marks_origin affects: first .. second, none if first >
+    // second.
+    std::pair<double, double> marked_in_row(double y, double z) const;
+
+    double tolerance_mm() const { return tolerance_; }
+
+    // One sixteenth of the smallest spacing.
+    static double tolerance_for(const Grid& grid);
+
+ private:
+    double value(double t, glm::dvec3 p_mm) const;
+
+    const Shape* shape_; // may be null; the tool must outlive this
+    bool marks_ = false;
+    double ball_ = -1.0; // its radius, or -1
+    BoxMm box_;
+    double reach_ = 0.0;
+    glm::dvec3 from_{0.0}, to_{0.0}; // mm from the grid's origin
+    glm::dvec3 from_index_{0.0}, to_index_{0.0};
+    glm::dquat from_turn_{1, 0, 0, 0}, to_turn_{1, 0, 0, 0}; // in one hemisphere
+    glm::dmat3 turn_{1.0};                                   // where it does not change
+    double speed_ = 0.0; // mm of the fastest point from t = 0 to 1
+    double tolerance_ = 0.0;
+    glm::dvec3 low_{0.0}, high_{0.0};
+};
+
+// The pose between two, as a sweep takes it; t from 0 to 1.
+ToolPose pose_between(const ToolPose& from, const ToolPose& to, double t);
+
+// The most that any point of a tool of this reach moves from one pose to the next, mm.
+double travel_mm(const ToolPose& from, const ToolPose& to, double reach_mm);
+
+} // namespace palpate

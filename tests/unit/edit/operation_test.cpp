@@ -1,0 +1,260 @@
+#include "engine/edit/operation.h"
+
+#include <gmock/gmock.h>
+#include <tbb/global_control.h>
+
+#include "engine/edit/stroke_run.h"
+#include "engine/volume/changes.h"
+#include "tests/unit/edit/twin.h"
+
+namespace palpate {
+namespace {
+
+const Tool kEverywhere{make_ball(1e4)};
+
+Volume apply(const Volume& before, const Tool& tool, const Operation& op,
+             std::vector<ToolPose> poses = {{}}) {
+    const Result<Volume> after = apply_stroke(before, tool, op, poses);
+    EXPECT_TRUE(after) << after.error().message;
+    return *after;
+}
+
+Operation label_operation(OperationKind kind, uint16_t label, int neighbours) {
+    Operation op;
+    op.kind = kind;
+    op.label = label;
+    op.neighbours = neighbours;
+    return op;
+}
+
+bool same(const Volume& a, const Volume& b) {
+    return changed_bricks(a, b).empty();
+}
+
+uint64_t count(const Volume& volume, float label) {
+    uint64_t n = 0;
+    FlatVolume(volume).for_each([&](glm::ivec3 i) { n += volume.value(glm::uvec3(i)) == label; });
+    return n;
+}
+
+// Every sample of `label` in a is one in b.
+bool within(const Volume& a, const Volume& b, float label) {
+    bool holds = true;
+    FlatVolume(a).for_each([&](glm::ivec3 i) {
+        const glm::uvec3 u(i);
+        holds = holds && (a.value(u) != label || b.value(u) == label);
+    });
+    return holds;
+}
+
+class Morphology : public testing::TestWithParam<int> {
+ protected:
+    Volume labels(uint64_t seed) const {
+        Random random(seed);
+        return random_labels(random, make_grid({40, 37, 33}, {1, 1, 5}), ScalarType::u8);
+    }
+    Operation erode(uint16_t label) const {
+        return label_operation(OperationKind::erode, label, GetParam());
+    }
+    Operation dilate(uint16_t label) const {
+        return label_operation(OperationKind::dilate, label, GetParam());
+    }
+    Volume open(const Volume& v) const {
+        return apply(apply(v, kEverywhere, erode(1)), kEverywhere, dilate(1));
+    }
+    // Labels other than `label` become 0.
+    static Volume only(const Volume& v, float label) {
+        return make_volume(v.grid(), ScalarType::u8,
+                           [&](glm::uvec3 i) { return v.value(i) == label ? 1.0 : 0.0; });
+    }
+};
+
+TEST_P(Morphology, ErosionShrinksAndDilationGrows) {
+    const Volume v = labels(1), less = apply(v, kEverywhere, erode(1)),
+                 more = apply(v, kEverywhere, dilate(1));
+    EXPECT_TRUE(within(less, v, 1) && within(v, more, 1));
+    EXPECT_LT(count(less, 1), count(v, 1));
+    EXPECT_GT(count(more, 1), count(v, 1));
+}
+
+TEST_P(Morphology, ErosionIsDilationOfTheRest) {
+    const Volume v = only(labels(2), 1);
+    Operation grow_rest = dilate(2);
+    const Volume rest = make_volume(v.grid(), ScalarType::u8,
+                                    [&](glm::uvec3 i) { return v.value(i) == 1 ? 1.0 : 2.0; });
+    const Volume eroded = apply(v, kEverywhere, erode(1));
+    const Volume dilated = apply(rest, kEverywhere, grow_rest);
+    FlatVolume(v).for_each([&](glm::ivec3 i) {
+        ASSERT_EQ(eroded.value(glm::uvec3(i)) == 1, dilated.value(glm::uvec3(i)) == 1);
+    });
+}
+
+TEST_P(Morphology, OpeningIsIdempotentAndShrinks) {
+    const Volume v = only(labels(3), 1), opened = open(v);
+    EXPECT_TRUE(within(opened, v, 1));
+    EXPECT_FALSE(same(opened, v));
+    EXPECT_TRUE(same(open(opened), opened));
+}
+
+TEST_P(Morphology, OnePressPeelsOneLayer) {
+    const Volume v = only(labels(4), 1);
+    const Tool ball{make_ball(30.0)};
+    std::vector<ToolPose> rubbing; // to and fro over the same place, for long
+    for (int i = 0; i < 50; ++i)
+        rubbing.push_back({0.01 * i, glm::dvec3(20 + i % 5, 18, 60), {1, 0, 0, 0}});
+    const Volume once = apply(v, kEverywhere, erode(1)), rubbed = apply(v, ball, erode(1), rubbing);
+    EXPECT_FALSE(same(rubbed, v));
+    EXPECT_TRUE(within(once, rubbed, 1)); // nothing beyond the first layer is gone
+    EXPECT_FALSE(same(apply(rubbed, ball, erode(1), rubbing), rubbed)); // the next press goes on
+}
+
+INSTANTIATE_TEST_SUITE_P(Neighbours, Morphology, testing::Values(6, 18, 26));
+
+// 200 mm in 10 ms at 1000 poses a second, and in one leap.
+TEST(Stroke, LeavesNoGapAtAnySpeed) {
+    const Grid grid = make_grid({420, 40, 40}, glm::dvec3(0.5));
+    const Volume empty = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 0.0; });
+    for (const ShapePtr& shape : {make_ball(2.0), make_box({3, 3, 3}), make_burr(2.5, 4, 0.5)})
+        for (const int steps : {1, 10}) {
+            std::vector<ToolPose> poses;
+            for (int i = 0; i <= steps; ++i)
+                poses.push_back({0.01 * i / steps, glm::dvec3(4 + 200.0 * i / steps, 10, 10), {}});
+            const Volume drawn =
+                apply(empty, Tool{shape}, label_operation(OperationKind::draw, 1, 6), poses);
+            for (uint32_t x = 8; x <= 408; ++x) // and as wide everywhere as at its middle
+                for (uint32_t y = 0; y < 40; ++y)
+                    for (uint32_t z = 0; z < 40; ++z)
+                        if (std::abs(int(x) - 208) < 195) {
+                            ASSERT_EQ(drawn.value({x, y, z}), drawn.value({208, y, z}))
+                                << x << " " << y << " " << z;
+                        }
+            EXPECT_EQ(drawn.value({208, 20, 20}), 1.0f);
+        }
+}
+
+class Portions : public testing::TestWithParam<OperationKind> {};
+
+TEST_P(Portions, OfPosesSlicesAndThreadsChangeNoByte) {
+    Random random(uint64_t(GetParam()) + 1);
+    Operation op = random_operation(random, GetParam());
+    op.only_values.reset();
+    op.over.reset();
+    const Grid grid = random_grid(random, {70, 60, 40});
+    op.smallest_mm3 = 1e3;
+    const Volume specks = make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) { // holes or islands
+        const bool speck = (i.x * 7 + i.y * 13 + i.z * 29) % 37 < 2;
+        return speck == (op.kind == OperationKind::islands) ? double(op.label) : 0.0;
+    });
+    const Volume before = op.by_region()   ? specks
+                          : op.on_labels() ? random_labels(random, grid, ScalarType::u8)
+                                           : random_greys(random, grid, ScalarType::i16);
+    for (const Tool& tool : {Tool{make_ball(4.0)}, Tool{make_burr(4.0, 3, 1.0), true}}) {
+        const std::vector<ToolPose> poses = random_path(random, grid, 30);
+        std::optional<Volume> first;
+        for (const size_t portion : {1u, 7u, 1000u})
+            for (const size_t threads : {1u, 4u})
+                for (const bool sliced : {false, true}) {
+                    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                                    threads);
+                    auto run = StrokeRun::start(before, tool, op);
+                    ASSERT_TRUE(run);
+                    for (size_t i = 0; i < poses.size(); i += portion) {
+                        (*run)->add(
+                            std::span(poses).subspan(i, std::min(portion, poses.size() - i)));
+                        if (sliced) // a little work and a snapshot now and then
+                            (*run)->work([] { return false; });
+                        else
+                            (*run)->work();
+                        if (i % 3 == 0)
+                            (*run)->publish();
+                    }
+                    (*run)->lift();
+                    while (!(*run)->work([] { return false; })) {
+                    }
+                    const Volume after = (*run)->publish();
+                    if (!first)
+                        first = after;
+                    ASSERT_TRUE(same(*first, after))
+                        << portion << " poses, " << threads << " threads";
+                }
+        EXPECT_FALSE(same(*first, before));
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Operations, Portions,
+                         testing::Values(OperationKind::draw, OperationKind::erode,
+                                         OperationKind::smooth, OperationKind::fill,
+                                         OperationKind::islands, OperationKind::mill),
+                         operation_name);
+
+TEST(Stroke, TouchesOnlyTheBricksOfItsTool) {
+    const Grid grid = make_grid(glm::uvec3(512), glm::dvec3(0.5));
+    const Volume before = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 0.0; });
+    const Volume after =
+        apply(before, Tool{make_ball(5.0)}, label_operation(OperationKind::draw, 1, 6),
+              {{0, glm::dvec3(64), {}}});
+    EXPECT_EQ(changed_bricks(before, after).size(), 8u); // 64 mm is where eight bricks meet
+}
+
+TEST(Mill, TakesByTimeDepthAndMaterial) {
+    const Grid grid = make_grid(glm::uvec3(33), glm::dvec3(0.5));
+    const Volume soft = make_volume(grid, ScalarType::i16, [](glm::uvec3) { return 300.0; });
+    Operation mill;
+    mill.kind = OperationKind::mill;
+    mill.to_value = -1000;
+    mill.falloff_mm = 2.0;
+    mill.rates = {{0, 4000}, {1000, 1000}}; // 3100 a second at 300
+    const Tool ball{make_ball(4.0)};
+    const auto after = [&](double seconds) {
+        return apply(soft, ball, mill, {{0, glm::dvec3(8), {}}, {seconds, glm::dvec3(8), {}}});
+    };
+    EXPECT_EQ(after(0.1).value({16, 16, 16}), -10.0f);
+    EXPECT_EQ(after(0.2).value({16, 16, 16}), -320.0f);
+    EXPECT_EQ(after(9.0).value({16, 16, 16}), -1000.0f); // and not beyond
+    EXPECT_EQ(after(0.1).value({22, 16, 16}), 145.0f);   // 1 mm deep: half as fast
+    EXPECT_EQ(after(0.1).value({24, 16, 16}), 300.0f);   // at the surface: not at all
+    mill.to_value = 500;
+    EXPECT_EQ(after(0.02).value({16, 16, 16}), 362.0f); // towards a higher value: adds
+}
+
+// At 1000 poses a second each takes less than one unit: what is kept is time, not rounded values.
+TEST(Mill, SlowRatesAreNotLostToRounding) {
+    const Grid grid = make_grid(glm::uvec3(16), glm::dvec3(1));
+    const Volume v = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 200.0; });
+    Operation mill;
+    mill.kind = OperationKind::mill;
+    mill.to_value = 0;
+    mill.rates = {{0, 100}}; // 0.1 a pose
+    std::vector<ToolPose> poses;
+    for (int i = 0; i <= 1000; ++i)
+        poses.push_back({i / 1000.0, glm::dvec3(8), {}});
+    EXPECT_EQ(apply(v, Tool{make_ball(2.0)}, mill, poses).value({8, 8, 8}), 100.0f);
+}
+
+TEST(Operation, RefusesWhatItCannotDo) {
+    Random random(1);
+    const Grid grid = make_grid(glm::uvec3(8), glm::dvec3(1));
+    const Volume greys = random_greys(random, grid, ScalarType::i16);
+    const Volume labels = random_labels(random, grid, ScalarType::u8);
+    Operation op = label_operation(OperationKind::draw, 1, 6);
+    const auto why = [&](const Volume& v, const Volume* guide = nullptr) {
+        const Result<void> fits = check(op, v, guide);
+        return fits ? "fits" : fits.error().message;
+    };
+    EXPECT_EQ(why(greys), "draw: expected labels stored as u8 or u16, found i16");
+    EXPECT_EQ(why(labels), "fits");
+    op.only_values = {0, 1};
+    EXPECT_EQ(why(labels), "draw: only_values needs a guide, a volume of grey values");
+    EXPECT_EQ(why(labels, &greys), "fits");
+    const Volume small = random_greys(random, make_grid({8, 8, 7}, glm::dvec3(1)), ScalarType::u8);
+    EXPECT_EQ(why(labels, &small), "draw: expected a guide of 8 x 8 x 8 samples, found 8 x 8 x 7");
+    op.only_values.reset();
+    op.label = 300;
+    EXPECT_EQ(why(labels), "draw: expected a label of at most 255 in a volume of u8, found 300");
+    op = label_operation(OperationKind::smooth, 1, 6);
+    op.radius_mm = 100;
+    EXPECT_THAT(why(labels), testing::HasSubstr("at most 64 samples"));
+}
+
+} // namespace
+} // namespace palpate
