@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <string>
+
+// What a haptic device is to the servo: where the hand is, and a force on it.
+//
+// Everything here is SI and in the device's own axes: metres, newtons, seconds; the origin is the
+// middle of the workspace. World millimetres begin behind workspace.h.
+namespace palpate::haptics {
+
+// Capabilities are data: the servo and the safety chain read limits here and know no device by
+// name.
+struct DeviceCapabilities {
+    std::string name;
+    glm::dvec3 workspace_m{0.05};     // half the length of the reachable box on each axis
+    double resolution_m = 0.0;        // position step in the middle of the workspace; 0: exact
+    double max_force_n = 0.0;         // in every direction; 0: the device gives no force
+    double max_torque_nm = 0.0;       // 0: no torque
+    double max_stiffness_n_per_m = 0; // closed loop, as its maker says; 0: unknown
+    double max_damping_n_s_per_m = 0; // that the device can render stably; 0: unknown
+    double rate_hz = 1000.0;          // at which samples come
+    double delay_s = 0.0;             // from write() to force beyond the tick's own
+    uint32_t buttons = 0;             // how many there are
+    bool senses_rotation = false;
+    bool needs_homing = false;
+};
+
+enum class DeviceStatus : uint8_t {
+    ok,
+    stale,     // nothing new came; the sample repeats the last one
+    not_homed, // positions mean nothing yet
+    ended,     // a recording is over
+    gone,      // unplugged, or does not answer
+};
+
+struct DeviceSample {
+    int64_t time_ns = 0; // of the clock that the servo's ticks are on
+    glm::dvec3 position_m{0.0};
+    glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // device_from_tool; (w, x, y, z)
+    glm::dvec3 velocity_m_per_s{0.0};        // as the device's driver estimates it
+    uint32_t buttons = 0;                    // bit b: button b is pressed
+};
+
+struct Wrench {
+    glm::dvec3 force_n{0.0}; // on the hand
+    glm::dvec3 torque_nm{0.0};
+
+    friend bool operator==(const Wrench&, const Wrench&) = default;
+};
+
+// One device. read() and write() are the servo thread's: they neither allocate, throw nor lock,
+// and wait for no longer than the device's transport needs. Read, compute and write lie in one
+// tick: each further tick of delay costs about five times the stiffness that stays stable.
+class Device {
+ public:
+    virtual ~Device() = default;
+    virtual const DeviceCapabilities& capabilities() const noexcept = 0;
+    // The newest sample. What is not ok leaves `sample` as it was, but its time.
+    virtual DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept = 0;
+    // The force from now on, until the next write. Beyond its limits a device scales it down and
+    // keeps the direction; values that are not finite count as 0.
+    virtual DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept = 0;
+};
+
+} // namespace palpate::haptics

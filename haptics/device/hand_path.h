@@ -1,0 +1,70 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "haptics/proxy/algorithm.h"
+
+namespace palpate::haptics {
+
+struct HandPose {
+    double time_s = 0.0;
+    ToolPose tool;
+    uint32_t buttons = 0;
+};
+
+// Where a hand means to be over time, in world millimetres: poses of rising time.
+//
+// Between two poses the tool lies on the straight line between them and turns evenly enough (the
+// quaternions are blended and made unit length again); buttons are those of the earlier one. Before
+// the first and after the last it rests there.
+class HandPath {
+ public:
+    // At least one pose; times rise; everything finite; rotations of unit length.
+    explicit HandPath(std::vector<HandPose> poses);
+
+    HandPose at(double time_s) const noexcept;
+    // The velocity of the straight line at hand; at a pose, of the line that begins there.
+    glm::dvec3 velocity_mm_per_s(double time_s) const noexcept;
+
+    double end_s() const noexcept { return poses_.back().time_s; }
+    const std::vector<HandPose>& poses() const noexcept { return poses_; }
+
+ private:
+    size_t segment(double time_s) const noexcept; // whose first pose is the last at or before
+    std::vector<HandPose> poses_;
+};
+
+// Comma-separated text (csv.h) with the columns time_s, x_mm, y_mm, z_mm, and optionally qw, qx,
+// qy, qz (scaled to unit length; what is left out is of the rotation by nothing) and button (a
+// whole number, bit b for button b). Refused, with the line: times that do not rise, quaternions
+// near 0.
+Result<HandPath> parse_hand_path(const std::string& text, const std::string& name);
+Result<HandPath> load_hand_path(const std::filesystem::path& path);
+
+// What the named trajectories are made of.
+struct TrajectoryShape {
+    glm::dvec3 at_mm{0.0};                // the point that is approached
+    glm::dvec3 direction{0.0, 0.0, -1.0}; // of approach, into the material; any length but 0
+    double depth_mm = 5.0;                // how far beyond at_mm
+    double distance_mm = 20.0;            // from where it comes; radius or half length of slides
+    double speed_mm_per_s = 40.0;         // mean, of straight motion
+    double frequency_hz = 1.0;            // of what goes round or to and fro
+    double duration_s = 3.0;              // of what has no end of its own; the hold of a press
+    uint64_t seed = 1;                    // of what is random
+};
+
+struct TrajectoryEntry {
+    const char* name;
+    const char* purpose;
+    HandPath (*make)(const TrajectoryShape&);
+};
+// press, touch, sine, cross, slide, circle, reach, walk.
+const std::vector<TrajectoryEntry>& trajectories();
+const TrajectoryEntry* find_trajectory(const std::string& name);
+
+} // namespace palpate::haptics

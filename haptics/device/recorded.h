@@ -1,0 +1,62 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "engine/base/ring.h"
+#include "haptics/device/device_log.h"
+#include "haptics/device/hand_path.h"
+#include "haptics/device/workspace.h"
+
+namespace palpate::haptics {
+
+// Plays what was recorded, with the status it had then. Forces go nowhere: the hand of a recording
+// feels nothing. Between two records the earlier one holds, and after the last the device has
+// ended.
+class RecordedDevice final : public Device {
+ public:
+    // Records in order of time, at least one. The first plays at start_ns. `capabilities` are those
+    // of the device it was recorded with, or of none.
+    RecordedDevice(DeviceCapabilities capabilities, std::vector<DeviceRecord> records,
+                   int64_t start_ns = 0);
+
+    const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
+    DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
+    DeviceStatus write(int64_t, const Wrench&) noexcept override { return DeviceStatus::ok; }
+
+ private:
+    DeviceCapabilities capabilities_;
+    std::vector<DeviceRecord> records_;
+    int64_t start_ns_;
+    size_t next_ = 0;
+};
+
+// A path as the samples of a device that follows it exactly, one a period, velocities included.
+std::vector<DeviceRecord> records_of_path(const HandPath& path, const Workspace& workspace,
+                                          int64_t period_ns);
+
+// Passes everything on to another device and notes it in a ring, from which another thread takes
+// it. A full ring drops records and counts them; it never holds the servo up.
+class RecordingDevice final : public Device {
+ public:
+    // `device` must outlive it.
+    RecordingDevice(Device& device, size_t capacity) : device_(device), ring_(capacity) {}
+
+    const DeviceCapabilities& capabilities() const noexcept override {
+        return device_.capabilities();
+    }
+    DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
+    DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
+
+    // Any one other thread: appends what has come since.
+    void drain(std::vector<DeviceRecord>& records);
+    uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
+
+ private:
+    Device& device_;
+    Ring<DeviceRecord> ring_;
+    DeviceRecord now_;
+    std::atomic<uint64_t> dropped_{0};
+};
+
+} // namespace palpate::haptics

@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "haptics/device/device.h"
+#include "haptics/device/hand_path.h"
+#include "haptics/device/velocity.h"
+#include "haptics/device/workspace.h"
+
+namespace palpate::haptics {
+
+// What a device is made of, apart from what its capabilities say. Seen from the handle, the same on
+// each axis.
+struct DevicePlant {
+    double mass_kg = 0.2;
+    double damping_n_s_per_m = 0.5;
+    double coulomb_n = 0.0;      // dry friction; what the handle resists before it moves
+    double encoder_step_m = 0.0; // 0: exact
+    uint32_t delay_ticks = 0;    // 0 .. 2: writes between a force and the moment it acts
+};
+
+struct DevicePreset {
+    const char* name;
+    DeviceCapabilities capabilities;
+    DevicePlant plant;
+};
+
+// Devices like those people have: falcon, touch, omega, and ideal (no friction, no steps, no
+// limits). Plausible parameters, not facts about any product: limits and steps are those published
+// by makers and drivers, masses and frictions are estimates.
+std::span<const DevicePreset> device_presets();
+const DevicePreset* find_device_preset(std::string_view name);
+
+// The hand that holds the device: its mass moves with the handle, and a spring and a damper pull it
+// to where the person means to be. grip scales all three: 0 is nobody, 1 a relaxed hand, 3 a firm
+// one. (Kuchenbecker, Park & Niemeyer, Characterizing the human wrist, 2003, find such orders.)
+struct HandModel {
+    double mass_kg = 0.1;
+    double damping_n_s_per_m = 3.0;
+    double stiffness_n_per_m = 300.0;
+    double grip = 1.0;
+};
+
+// A device with a hand on it, as a differential equation
+//
+//     (m + m_h) x'' = f - b x' - f_c x'/|x'| + k_h (x_i - x) + b_h (x_i' - x')
+//
+// solved every 20 us with the force held between writes, as motors do. Dry friction and damping are
+// taken at the end of each step (implicitly), so that what sticks stays. The box of the workspace
+// is a hard stop. Everything is a function of the times and wrenches given: no clock, no chance.
+class SimulatedDevice final : public Device {
+ public:
+    static constexpr int64_t kStep_ns = 20'000;
+
+    // The hand follows `path`, which is in world millimetres, through `workspace` as it is now: at
+    // the start it rests at the path's first pose. Time 0 of the path is start_ns.
+    SimulatedDevice(const DevicePreset& preset, const HandModel& hand, const HandPath& path,
+                    const Workspace& workspace, int64_t start_ns = 0);
+
+    const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
+    DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
+    DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
+
+    // What only a simulation knows, at the time of the last read or write.
+    glm::dvec3 true_position_m() const noexcept { return position_m_; }
+    glm::dvec3 true_velocity_m_per_s() const noexcept { return velocity_m_per_s_; }
+    glm::dvec3 acting_force_n() const noexcept { return acting_.force_n; }
+    // The work of the motors on handle and hand since the start: the sum of force times way, which
+    // for held forces is exact. Above 0, the loop has made energy.
+    double motor_work_j() const noexcept { return motor_work_j_; }
+
+ private:
+    struct Intent {
+        double time_s;
+        glm::dvec3 position_m;
+    };
+    void advance(int64_t to_ns) noexcept;
+    void step(double time_s) noexcept;
+
+    DeviceCapabilities capabilities_;
+    DevicePlant plant_;
+    HandModel hand_; // scaled by grip
+    HandPath path_;
+    std::vector<Intent> intents_; // the path's poses in the device's space
+    size_t intent_ = 0;           // the last at or before now
+    glm::dquat device_from_world_;
+
+    int64_t start_ns_, time_ns_;
+    glm::dvec3 position_m_{0.0}, velocity_m_per_s_{0.0};
+    std::array<Wrench, 3> commanded_{}; // newest first
+    Wrench acting_;
+    double motor_work_j_ = 0.0;
+    VelocityEstimator estimator_;
+    int64_t sampled_ns_;
+};
+
+} // namespace palpate::haptics
