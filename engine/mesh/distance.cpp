@@ -1,6 +1,7 @@
 #include "engine/mesh/distance.h"
 
 #include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
 
@@ -98,44 +99,50 @@ Sums over_samples(const TriangleTree& tree, uint32_t samples, const Visit& visit
         [](const Sums& a, const Sums& b) { return a + b; });
 }
 
-// The largest distance of a triangle's points beyond `known`; `known` where none is beyond.
-class Farthest {
- public:
-    Farthest(const TriangleTree& to, double known, double tolerance)
-        : to_(to), known_(known), tolerance_(tolerance) {}
-
-    void look(const Corners& corners, const std::array<Nearest, 3>& nearest) {
-        double bound = std::numeric_limits<double>::infinity();
-        for (const Nearest& candidate : nearest) {
-            const Corners target = to_.corners(candidate.triangle);
-            double farthest = 0.0;
-            for (const glm::dvec3 p : corners)
-                farthest = std::max(farthest, glm::length(p - nearest_point(p, target)));
-            bound = std::min(bound, farthest);
-        }
-        if (bound <= known_ + tolerance_)
-            return;
-        Corners middle;
-        std::array<Nearest, 3> near_middle; // opposite to corner i
-        for (size_t i = 0; i < 3; ++i) {
-            middle[i] = 0.5 * (corners[(i + 1) % 3] + corners[(i + 2) % 3]);
-            near_middle[i] = to_.nearest(middle[i]);
-            known_ = std::max(known_, near_middle[i].distance_mm);
-        }
-        for (size_t i = 0; i < 3; ++i) {
-            const size_t j = (i + 1) % 3, k = (i + 2) % 3;
-            look({corners[i], middle[k], middle[j]}, {nearest[i], near_middle[k], near_middle[j]});
-        }
-        look(middle, near_middle);
-    }
-    double known() const { return known_; }
-
- private:
-    const TriangleTree& to_;
-    double known_, tolerance_;
+// A part of a triangle, and for each corner the triangle of the other mesh nearest to it.
+struct Piece {
+    Corners corners;
+    glm::uvec3 nearest;
 };
 
-double largest_distance(const TriangleTree& from, const TriangleTree& to, double tolerance) {
+// No point of the piece is farther: the distance to one triangle is largest at a corner.
+double bound_of(const Piece& piece, const TriangleTree& to) {
+    double bound = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 3; ++i) {
+        const Corners target = to.corners(piece.nearest[i]);
+        double farthest = 0.0;
+        for (const glm::dvec3 p : piece.corners)
+            farthest = std::max(farthest, glm::length(p - nearest_point(p, target)));
+        bound = std::min(bound, farthest);
+    }
+    return bound;
+}
+
+// Adds the four quarters of a piece; returns the largest distance of the corners they bring.
+double quarter(const Piece& piece, const TriangleTree& to, std::vector<Piece>& out) {
+    Corners middle; // opposite to corner i
+    glm::uvec3 near_middle;
+    double largest = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        const glm::dvec3 a = piece.corners[(i + 1) % 3], b = piece.corners[(i + 2) % 3];
+        middle[i] = 0.5 * (a + b);
+        const Nearest nearest = to.nearest(middle[i]);
+        near_middle[i] = nearest.triangle;
+        largest = std::max(largest, nearest.distance_mm);
+    }
+    for (int i = 0; i < 3; ++i) {
+        const int j = (i + 1) % 3, k = (i + 2) % 3;
+        out.push_back({{piece.corners[i], middle[k], middle[j]},
+                       {piece.nearest[i], near_middle[k], near_middle[j]}});
+    }
+    out.push_back({middle, near_middle});
+    return largest;
+}
+
+// The largest distance of all points, to the tolerance, given that of some. All pieces of one size
+// are looked at before any of the next, so that the answer does not depend on their order.
+double largest_distance(const TriangleTree& from, const TriangleTree& to, double known,
+                        double tolerance) {
     std::vector<Nearest> nearest(from.positions_mm().size());
     std::vector<char> used(nearest.size(), 0);
     for (uint32_t n = 0; n < from.triangle_count(); ++n)
@@ -145,26 +152,42 @@ double largest_distance(const TriangleTree& from, const TriangleTree& to, double
         if (used[v])
             nearest[v] = to.nearest(from.positions_mm()[v]);
     });
-    double at_vertices = 0.0;
     for (size_t v = 0; v < nearest.size(); ++v)
         if (used[v])
-            at_vertices = std::max(at_vertices, nearest[v].distance_mm);
+            known = std::max(known, nearest[v].distance_mm);
     if (to.triangle_count() == 0)
-        return at_vertices;
-    return tbb::parallel_reduce(
-        tbb::blocked_range<uint32_t>(0, from.triangle_count(), 256), at_vertices,
-        [&](const tbb::blocked_range<uint32_t>& range, double largest) {
-            for (uint32_t n = range.begin(); n < range.end(); ++n) {
-                // Every triangle starts from what the vertices tell, so that the answer does not
-                // depend on which was looked at first.
-                Farthest farthest(to, at_vertices, tolerance);
-                const glm::uvec3 t = from.triangle(n);
-                farthest.look(from.corners(n), {nearest[t.x], nearest[t.y], nearest[t.z]});
-                largest = std::max(largest, farthest.known());
-            }
-            return largest;
-        },
-        [](double a, double b) { return std::max(a, b); });
+        return known;
+    // Quarters of those of `count` pieces that may reach beyond what is known.
+    struct Quarters {
+        std::vector<Piece> pieces;
+        double largest = 0.0;
+    };
+    const auto quarters_of = [&](uint32_t count, const auto& piece_at) {
+        tbb::enumerable_thread_specific<Quarters> found;
+        tbb::parallel_for(
+            tbb::blocked_range<uint32_t>(0, count, 256),
+            [&](const tbb::blocked_range<uint32_t>& range) {
+                Quarters& mine = found.local();
+                for (uint32_t n = range.begin(); n < range.end(); ++n)
+                    if (const Piece piece = piece_at(n); bound_of(piece, to) > known + tolerance)
+                        mine.largest = std::max(mine.largest, quarter(piece, to, mine.pieces));
+            });
+        std::vector<Piece> all;
+        for (const Quarters& part : found) {
+            all.insert(all.end(), part.pieces.begin(), part.pieces.end());
+            known = std::max(known, part.largest);
+        }
+        return all;
+    };
+    std::vector<Piece> pieces = quarters_of(from.triangle_count(), [&](uint32_t n) {
+        const glm::uvec3 t = from.triangle(n);
+        return Piece{from.corners(n),
+                     {nearest[t.x].triangle, nearest[t.y].triangle, nearest[t.z].triangle}};
+    });
+    while (!pieces.empty())
+        pieces = quarters_of(static_cast<uint32_t>(pieces.size()),
+                             [&](uint32_t n) { return pieces[n]; });
+    return known;
 }
 
 // The point of the surface field = iso nearest to `start`; absent where steps do not end on one.
@@ -224,7 +247,7 @@ SurfaceDistance distance_to_mesh(const TriangleTree& from, const TriangleTree& t
             s.add(area, nearest.distance_mm, angle);
         });
     SurfaceDistance found = sums.result();
-    found.largest_mm = std::max(found.largest_mm, largest_distance(from, to, options.tolerance_mm));
+    found.largest_mm = largest_distance(from, to, found.largest_mm, options.tolerance_mm);
     return found;
 }
 
