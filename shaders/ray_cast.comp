@@ -26,6 +26,7 @@ layout(constant_id = 5) const uint kSkip = 1u;        // jump over empty space
 layout(constant_id = 6) const uint kCount = 0u;       // write how many samples a tile took
 layout(constant_id = 7) const uint kFromList = 0u;    // march listed rays, not tiles
 layout(constant_id = 8) const uint kManual = 0u;      // interpolate by hand, in fp32
+layout(constant_id = 9) const uint kStored = 0u;      // gradients are stored
 
 layout(local_size_x = 64) in;
 
@@ -33,6 +34,7 @@ layout(scalar, binding = kRayFrame) uniform FrameBlock { Frame frame; };
 layout(binding = kRayVolume) uniform sampler3D volume;
 #if !IS_ISO
 layout(binding = kRayTable) uniform sampler1DArray table;
+layout(binding = kRayGradients) uniform sampler3D gradients;
 #endif
 #if IS_EXACT
 layout(binding = kRayCorners) uniform sampler3D corners;

@@ -21,13 +21,23 @@ void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
                    "several times slower, the same bits however the volume lies)")
         ->capture_default_str()
         ->check(CLI::IsMember({"device", "fp32"}));
+    app.add_option("--gradients", options.gradients,
+                   "Shaded alpha: six samples for each gradient (taps), one of gradients kept "
+                   "beside the volume in 8 bytes a sample (stored), or auto: stored on devices "
+                   "without a hardware sampler when several frames are drawn, where they fit")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"auto", "taps", "stored"}));
 }
 
-Result<void> apply(const DeviceMemoryOptions& options, RendererOptions& renderer) {
+Result<void> apply(const DeviceMemoryOptions& options, const Device& device, bool many_frames,
+                   RendererOptions& renderer) {
     renderer.residency = options.residency == "dense"   ? Residency::dense
                          : options.residency == "atlas" ? Residency::atlas
                                                         : Residency::automatic;
     renderer.sampling = options.sampling == "fp32" ? Sampling::by_hand : Sampling::device;
+    renderer.stored_gradients =
+        options.gradients == "stored" ||
+        (options.gradients == "auto" && many_frames && device.info().is_cpu());
     if (!options.gpu_memory.empty()) {
         const Result<uint64_t> bytes = parse_bytes(options.gpu_memory);
         if (!bytes)

@@ -10,14 +10,16 @@ namespace palpate {
 
 // How a volume lies on the device and is sampled there.
 struct DeviceMemoryOptions {
-    std::string residency = "auto", sampling = "device", gpu_memory;
+    std::string residency = "auto", sampling = "device", gradients = "auto", gpu_memory;
 };
 
-// Adds --residency, --gpu-memory and --sampling.
+// Adds --residency, --gpu-memory, --sampling and --gradients.
 void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options);
 
-// Fills the fields of `renderer` that they stand for; an error names the option.
-Result<void> apply(const DeviceMemoryOptions& options, RendererOptions& renderer);
+// Fills the fields of `renderer` that they stand for; an error names the option. `many_frames` says
+// that what takes as long as some frames to make still pays.
+Result<void> apply(const DeviceMemoryOptions& options, const Device& device, bool many_frames,
+                   RendererOptions& renderer);
 
 // Bytes of "512M", "1.5G" or "2000000000": K, M, G and T are powers of 1024.
 Result<uint64_t> parse_bytes(const std::string& text);

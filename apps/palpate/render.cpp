@@ -300,7 +300,8 @@ Result<void> run_render(const RenderOptions& options) {
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
     RendererOptions renderer_options{.volume_format = *format, .skipping = !options.no_skipping};
-    if (auto applied = apply(options.memory, renderer_options); !applied)
+    if (auto applied = apply(options.memory, device, options.frames > 1, renderer_options);
+        !applied)
         return applied;
     std::optional<Preview> preview;
     if (!options.preview.empty()) {

@@ -3,6 +3,7 @@
 #include <cstring>
 #include <optional>
 
+#include "engine/render/gradient_image.h"
 #include "engine/render/renderer.h"
 #include "engine/render/residency.h"
 #include "engine/render/transfer_image.h"
@@ -80,6 +81,8 @@ struct Renderer::Coarse {
 
 struct Renderer::Held {
     std::optional<GpuVolume> volume, labels;
+    std::optional<GradientImage> gradients;
+    std::optional<std::pair<RayCastLayer, double>> gradients_filled_for; // and step factor
     std::optional<CellMap> cells;
     std::optional<Buffer> tile_groups, tiles;
     double cell_map_ms = 0;

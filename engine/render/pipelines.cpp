@@ -43,7 +43,8 @@ std::string name_of(const RayCastVariant& v) {
           std::pair(v.slices, " slices"), std::pair(v.values, " values"),
           std::pair(v.no_data, " no-data"), std::pair(!v.skip, " unskipped"),
           std::pair(v.count, " counting"), std::pair(v.from_list, " listed"),
-          std::pair(v.atlas, " atlas"), std::pair(v.by_hand, " by hand")})
+          std::pair(v.atlas, " atlas"), std::pair(v.by_hand, " by hand"),
+          std::pair(v.stored_gradients, " stored gradients")})
         if (on)
             name += text;
     return name;
@@ -65,7 +66,7 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         const Timer timer;
         std::vector<BindingSlot> slots{{gpu::kRayFrame, kUniform}, {gpu::kRayVolume, kSampled}};
         if (variant.mode != gpu::kModeIso)
-            slots.push_back({gpu::kRayTable, kSampled});
+            slots.insert(slots.end(), {{gpu::kRayTable, kSampled}, {gpu::kRayGradients, kSampled}});
         if (variant.exact)
             slots.push_back({gpu::kRayCorners, kSampled});
         if (variant.exact && variant.mode != gpu::kModeIso)
@@ -89,10 +90,11 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
             slots.push_back({gpu::kRayAtlas, kUniform});
             slots.push_back({gpu::kRayCarry, kStorageImage});
         }
-        const std::array<uint32_t, 9> constants{
-            variant.mode,    variant.preintegrated, variant.shaded,
-            variant.no_data, variant.iso_count,     variant.skip,
-            variant.count,   variant.from_list,     variant.by_hand};
+        const std::array<uint32_t, 10> constants{variant.mode,      variant.preintegrated,
+                                                 variant.shaded,    variant.no_data,
+                                                 variant.iso_count, variant.skip,
+                                                 variant.count,     variant.from_list,
+                                                 variant.by_hand,   variant.stored_gradients};
         pipeline = std::make_unique<ComputePipeline>(*device_, name_of(variant),
                                                      ray_cast_code(variant), slots, constants);
         creation_ms_ += timer.ms();

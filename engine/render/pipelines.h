@@ -19,6 +19,7 @@ struct RayCastVariant {
     bool from_list = false; // march listed rays, not tiles
     bool atlas = false;     // the volume lies in a brick atlas
     bool by_hand = false;   // interpolate in fp32
+    bool stored_gradients = false;
 
     friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
 };

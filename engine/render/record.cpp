@@ -108,6 +108,10 @@ void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Sc
                              bind_sampled(gpu::kRayVolume, held_->volume->image(), linear_)};
     if (pass.table)
         bound.push_back(bind_sampled(gpu::kRayTable, *pass.table, nearest_));
+    if (pass.table) // the pipeline has a place for gradients; where there are none it reads none
+        bound.push_back(bind_sampled(
+            gpu::kRayGradients,
+            held_->gradients ? held_->gradients->image() : held_->volume->image(), linear_));
     if (held_->variant.exact) {
         bound.push_back(bind_sampled(gpu::kRayCorners, held_->volume->image(), nearest_));
         if (pass.table)

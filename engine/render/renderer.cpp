@@ -177,6 +177,7 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         held_->variant.skip = options_.skipping && held_->cells->pays(scene.ray_cast->mode);
         held_->variant.count = counting_;
         held_->variant.atlas = held_->volume->is_atlas();
+        held_->variant.stored_gradients = held_->gradients.has_value();
         held_->variant.by_hand = options_.sampling == Sampling::by_hand;
     } else {
         held_->tiles.reset();

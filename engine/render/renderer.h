@@ -32,6 +32,10 @@ struct RendererOptions {
     Residency residency = Residency::automatic;
     size_t most_resident_bricks = 0; // of an atlas, beside what fits; 0: no other limit
     Sampling sampling = Sampling::device;
+    // Shaded alpha: keep the gradients beside a dense volume (8 bytes a sample), where that fits,
+    // so that shading takes one sample and not six. Filling it takes as long as some frames.
+    // Colours differ by up to 1e-3, because gradients are then rounded to 11 bits.
+    bool stored_gradients = false;
     // Called while a frame is drawn in several parts, with the share that is done; false stops it.
     std::function<bool(double share)> progress;
 };
@@ -125,6 +129,8 @@ class Renderer {
                                const Volume& volume, const GpuVolumeWish& wish,
                                std::span<const ChangedBrick> changed);
     Result<size_t> keep_volumes(const Scene& scene, const SceneData& data);
+    void keep_gradients(const Scene& scene, const Volume& volume,
+                        std::span<const ChangedBrick> changed);
     uint64_t free_bytes(std::optional<GpuVolume>& apart) const;
     uint64_t room_for_volume(const Scene& scene);
     void find_needed_bricks(const Scene& scene, const Volume& volume);

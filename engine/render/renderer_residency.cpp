@@ -104,7 +104,36 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data)
                            held_->volume->value_bias());
         held_->cell_map_ms += again.ms();
     }
+    keep_gradients(scene, data.volume, changed);
     return uploaded + *more;
+}
+
+// After the volume, for shaded alpha: fills what its rays may read.
+void Renderer::keep_gradients(const Scene& scene, const Volume& volume,
+                              std::span<const ChangedBrick> changed) {
+    std::optional<GradientImage>& held = held_->gradients;
+    const bool wanted = options_.stored_gradients && scene.ray_cast &&
+                        scene.ray_cast->mode == RayMode::alpha && scene.ray_cast->shading &&
+                        !held_->volume->is_atlas() && options_.sampling == Sampling::device;
+    if (!wanted || (held && held->snapshot().size() != volume.size()))
+        held.reset();
+    if (!wanted)
+        return;
+    std::optional<GpuVolume> nothing;
+    if (!held && GradientImage::bytes_for(volume) > free_bytes(nothing))
+        return;
+    if (!held) {
+        held.emplace(*device_, volume);
+        held_->gradients_filled_for.reset();
+    } else if (!volume.is_same_as(held->snapshot())) {
+        held->update(volume, changed);
+        held_->gradients_filled_for.reset();
+    }
+    const std::pair filled_for(*scene.ray_cast, step_factor_);
+    if (held_->gradients_filled_for == filled_for)
+        return;
+    held->fill(bricks_for_rays(*scene.ray_cast, volume, *held_->cells, step_factor_));
+    held_->gradients_filled_for = filled_for;
 }
 
 // What the volume may take: some is kept for what is made after it.

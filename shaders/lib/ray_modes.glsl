@@ -153,7 +153,13 @@ Marched march_alpha(RaySampler s, vec2 t, vec2 span, bool inside) {
     add_segment(a, s, segment(k, t), state);
     k = max(k + 1.0, floor(span.x / h));
     if (k < end) {
-        if (kShaded != 0u) {
+        if (kShaded != 0u && kStored != 0u && kPreintegrated == 0u) {
+            do {
+                const vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
+                composite(a, shade(entry.rgb, s, (k + 0.5) * h), entry.a);
+                k = segment_after(s, k);
+            } while (k < end && a.sum.a <= opaque);
+        } else if (kShaded != 0u) {
             do {
                 float found = k; // carried
                 bool seen = false;

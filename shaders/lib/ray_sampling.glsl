@@ -94,9 +94,13 @@ vec3 differences_by_texture(vec3 texture) {
                     textureLod(volume, vec3(p.x, p.y, a.z), 0.0).r);
 }
 
-// Differences of the value one sample to each side, per sample.
+// Differences of the value one sample to each side, per sample; stored ones with a scale of their own.
 vec3 gradient_index_at(RaySampler s, float t) {
     vec3 g;
+#if !IS_ISO
+    if (kStored != 0u)
+        return textureLod(gradients, s.origin + t * s.direction, 0.0).xyz;
+#endif
     if (HAS_ATLAS != 0 || kManual != 0u)
         g = differences_by_index(s.ray.origin + t * s.ray.direction);
     else

@@ -21,6 +21,7 @@ const uint kRayTiles = 10u;       // TileEntry[]
 const uint kRayTileGroups = 11u;  // how many of them, as the groups of a dispatch
 const uint kRayPages = 12u;       // atlas: where each brick lies
 const uint kRayAtlas = 13u;       // atlas: AtlasFrame
+const uint kRayGradients = 15u;   // MIP, alpha: of the volume, one texel a sample; only with kStored
 const uint kRayCarry = 14u;       // atlas: what rays carry from part to part; kCarryLayers an eye
 
 const uint kModeMip = 0u;
