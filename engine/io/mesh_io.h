@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/memory.h"
+#include "engine/mesh/mesh.h"
+
+namespace palpate {
+
+struct MeshWriteOptions {
+    bool ascii = false; // of .ply and .stl; else binary, little endian
+    std::stop_token stop;
+};
+
+// Writes a mesh in the format its extension names: .ply, .stl, .obj or .vtp. Positions are world
+// millimetres (LPS); triangles are counter-clockwise seen from outside in the world too, so where
+// world_from_mesh mirrors, they are turned over.
+//
+//        normals     labels, outer labels                         numbers
+//   PLY  vertex      face properties "label", "outer_label"       float or double
+//   VTP  point data  cell data "label", "outer_label"             Float32 or Float64
+//   OBJ  vn          a group "label_N" or "label_N_M" a label     text
+//   STL  of facets   none                                         float
+//
+// float where it holds every coordinate to 1e-4 mm, double where it does not; STL, which has floats
+// alone, is refused where they are off by more than 0.01 mm. A mesh of a position that is not
+// finite is refused by all.
+//
+// The file appears whole or not at all, also when `stop` asks to end early.
+Result<void> save_mesh(const std::filesystem::path& path, const Mesh& mesh,
+                       const MeshWriteOptions& options = {});
+
+struct MeshReadOptions {
+    // Upper bound for the file's contents and the mesh made from them.
+    uint64_t max_memory_bytes = physical_memory_bytes() / 2;
+};
+
+// A mesh read from a file, and what a person should know about it.
+struct LoadedMesh {
+    Mesh mesh;
+    std::vector<std::string> warnings;
+};
+
+// Reads PLY (ascii, and binary of either byte order, any types; polygons are cut into fans) or STL
+// (binary or ascii; corners of equal position become one vertex). What the file is, is told from
+// its beginning.
+//
+// Positions are taken as world millimetres; where they lie too far off for floats, world_from_mesh
+// holds the offset, a whole number of millimetres. Normals are kept where every vertex has one, and
+// labels where every face has one.
+//
+// Everything a header claims is held against the file's length before memory is taken for it. An
+// error is one sentence that names the file, what was expected and what was found.
+Result<LoadedMesh> load_mesh(const std::filesystem::path& path,
+                             const MeshReadOptions& options = {});
+
+// Whether a path ends as a mesh's does: .ply, .stl, .obj, .vtp.
+bool has_mesh_extension(const std::filesystem::path& path);
+
+} // namespace palpate

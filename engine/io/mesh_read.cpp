@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <string_view>
+
+#include "engine/io/mesh_formats.h"
+#include "engine/io/mesh_io.h"
+#include "engine/mesh/topology.h"
+
+namespace palpate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kFloatIsEnough_mm = 1e-4;
+
+Result<std::string> whole_file(const fs::path& path, uint64_t limit_bytes) {
+    std::error_code error;
+    const std::string name = path.string();
+    const fs::file_status status = fs::status(path, error);
+    if (!fs::exists(status))
+        return fail("{}: no such file", name);
+    if (!fs::is_regular_file(status))
+        return fail("{}: expected a regular file", name);
+    const uint64_t bytes = fs::file_size(path, error);
+    if (error)
+        return fail("{}: cannot be read: {}", name, error.message());
+    if (bytes > limit_bytes)
+        return fail("{}: expected at most {} bytes, as memory allows, found {}", name, limit_bytes,
+                    bytes);
+    std::string text(bytes, '\0');
+    std::ifstream in(path, std::ios::binary);
+    in.read(text.data(), static_cast<std::streamsize>(bytes));
+    if (!in || static_cast<uint64_t>(in.gcount()) != bytes)
+        return fail("{}: cannot be read: expected {} bytes, found {}", name, bytes, in.gcount());
+    return text;
+}
+
+} // namespace
+
+void io::set_world_positions(Mesh& mesh, const std::vector<glm::dvec3>& world) {
+    glm::dvec3 low(0.0), high(0.0);
+    double rounding_mm = 0.0;
+    for (size_t v = 0; v < world.size(); ++v) {
+        low = v == 0 ? world[v] : glm::min(low, world[v]);
+        high = v == 0 ? world[v] : glm::max(high, world[v]);
+        for (int i = 0; i < 3; ++i)
+            rounding_mm = std::max(rounding_mm, std::abs(world[v][i] - double(float(world[v][i]))));
+    }
+    glm::dvec3 offset(0.0);
+    // Floats beyond 2048 are more than 1e-4 apart: their differences, about a nearer origin, are
+    // held exactly.
+    const double largest = std::max({std::abs(low.x), std::abs(low.y), std::abs(low.z),
+                                     std::abs(high.x), std::abs(high.y), std::abs(high.z)});
+    if (rounding_mm > kFloatIsEnough_mm || largest > 2048.0)
+        offset = glm::round(0.5 * (low + high));
+    mesh.positions.clear();
+    mesh.positions.reserve(world.size());
+    for (const glm::dvec3 p : world)
+        mesh.positions.emplace_back(p - offset);
+    mesh.world_from_mesh[3] = glm::dvec4(offset, 1.0);
+}
+
+Result<LoadedMesh> load_mesh(const fs::path& path, const MeshReadOptions& options) {
+    const std::string name = path.string();
+    // The file itself, and what is made of it: at most a triangle of 12 bytes for each byte.
+    Result<std::string> text = whole_file(path, options.max_memory_bytes / 13);
+    if (!text)
+        return pass_on(text);
+    const bool is_ply =
+        text->starts_with("ply\n") || text->starts_with("ply\r\n") || text->starts_with("ply\r");
+    Result<LoadedMesh> loaded = is_ply ? io::parse_ply(*text, name) : io::parse_stl(*text, name);
+    if (!loaded)
+        return loaded;
+    const Mesh& mesh = loaded->mesh;
+    const auto degenerate =
+        std::count_if(mesh.triangles.begin(), mesh.triangles.end(),
+                      [](glm::uvec3 t) { return t.x == t.y || t.y == t.z || t.z == t.x; });
+    if (degenerate > 0)
+        loaded->warnings.push_back(
+            fmt::format("{}: {} of {} triangles have two corners in one place", name, degenerate,
+                        mesh.triangles.size()));
+    return loaded;
+}
+
+} // namespace palpate

@@ -1,0 +1,134 @@
+#include <cmath>
+#include <cstring>
+
+#include "engine/io/mesh_formats.h"
+#include "engine/mesh/topology.h"
+
+namespace palpate::io {
+
+namespace {
+
+constexpr size_t kHeader = 84, kFacet = 50; // bytes
+
+// Corners in threes; equal ones become one vertex.
+LoadedMesh welded(const std::vector<glm::dvec3>& corners) {
+    LoadedMesh loaded;
+    Mesh soup;
+    set_world_positions(soup, corners);
+    for (uint32_t i = 0; i < corners.size(); i += 3)
+        soup.triangles.emplace_back(i, i + 1, i + 2);
+    loaded.mesh = weld(soup);
+    return loaded;
+}
+
+bool is_sane(glm::dvec3 p) {
+    return std::abs(p.x) <= 1e12 && std::abs(p.y) <= 1e12 && std::abs(p.z) <= 1e12;
+}
+
+Result<LoadedMesh> parse_binary(std::string_view text, const std::string& name) {
+    uint32_t count = 0;
+    std::memcpy(&count, text.data() + 80, sizeof count);
+    const uint64_t expected = kHeader + uint64_t{kFacet} * count;
+    if (text.size() < expected)
+        return fail("{}: expected {} triangles in {} bytes, found {} bytes", name, count, expected,
+                    text.size());
+    std::vector<glm::dvec3> corners;
+    corners.reserve(size_t{3} * count);
+    for (uint64_t n = 0; n < count; ++n) {
+        float numbers[12]; // normal and corners
+        std::memcpy(numbers, text.data() + kHeader + kFacet * n, sizeof numbers);
+        for (int i = 1; i < 4; ++i) {
+            const glm::dvec3 p(numbers[3 * i], numbers[3 * i + 1], numbers[3 * i + 2]);
+            if (!is_sane(p))
+                return fail(
+                    "{}: expected positions within 1e12 mm, found ({}, {}, {}) in "
+                    "triangle {}",
+                    name, p.x, p.y, p.z, n);
+            corners.push_back(p);
+        }
+    }
+    LoadedMesh loaded = welded(corners);
+    if (text.size() > expected)
+        loaded.warnings.push_back(
+            fmt::format("{}: {} bytes follow the last triangle", name, text.size() - expected));
+    return loaded;
+}
+
+Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name) {
+    Words words(text);
+    std::vector<glm::dvec3> corners;
+    const auto expect = [&](std::string_view expected, std::string_view word) -> Result<void> {
+        if (word == expected)
+            return {};
+        return fail("{}: expected \"{}\" in triangle {}, found {}", name, expected,
+                    corners.size() / 3,
+                    word.empty()
+                        ? "the end of the file"
+                        : fmt::format("\"{}\"", word.substr(0, std::min<size_t>(40, word.size()))));
+    };
+    bool is_open = false; // between solid and endsolid
+    for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
+        if (word == (is_open ? "endsolid" : "solid")) {
+            words.skip_line(); // the rest is a name
+            is_open = !is_open;
+            continue;
+        }
+        if (Result<void> is = expect(is_open ? "facet" : "solid", word); !is)
+            return pass_on(is);
+        if (Result<void> is = expect("normal", words.next()); !is)
+            return pass_on(is);
+        for (int i = 0; i < 3; ++i) // a normal that is no number says no less than the corners do
+            if (words.next().empty())
+                return fail(
+                    "{}: expected a normal of three numbers in triangle {}, found the end of "
+                    "the file",
+                    name, corners.size() / 3);
+        for (const char* next : {"outer", "loop"})
+            if (Result<void> is = expect(next, words.next()); !is)
+                return pass_on(is);
+        for (int i = 0; i < 3; ++i) {
+            if (Result<void> is = expect("vertex", words.next()); !is)
+                return pass_on(is);
+            glm::dvec3 p;
+            for (int axis = 0; axis < 3; ++axis) {
+                const std::optional<double> value = words.number();
+                if (!value)
+                    return fail("{}: expected a coordinate in triangle {}, found {}", name,
+                                corners.size() / 3, words.quoted());
+                p[axis] = double(float(*value)); // as the binary form holds it
+            }
+            if (!is_sane(p))
+                return fail(
+                    "{}: expected positions within 1e12 mm, found ({}, {}, {}) in "
+                    "triangle {}",
+                    name, p.x, p.y, p.z, corners.size() / 3);
+            corners.push_back(p);
+        }
+        for (const char* next : {"endloop", "endfacet"})
+            if (Result<void> is = expect(next, words.next()); !is)
+                return pass_on(is);
+    }
+    if (is_open)
+        return fail("{}: expected \"endsolid\", found the end of the file", name);
+    return welded(corners);
+}
+
+} // namespace
+
+// A binary file may begin with "solid" too: its length tells.
+Result<LoadedMesh> parse_stl(std::string_view text, const std::string& name) {
+    if (text.size() >= kHeader) {
+        uint32_t count = 0;
+        std::memcpy(&count, text.data() + 80, sizeof count);
+        if (text.size() == kHeader + uint64_t{kFacet} * count)
+            return parse_binary(text, name);
+    }
+    if (Words(text).next() == "solid")
+        return parse_ascii(text, name);
+    if (text.size() < kHeader)
+        return fail("{}: expected a mesh (PLY or STL), found {} bytes that are neither", name,
+                    text.size());
+    return parse_binary(text, name);
+}
+
+} // namespace palpate::io
