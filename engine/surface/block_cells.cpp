@@ -1,0 +1,420 @@
+#include "engine/surface/block_cells.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "engine/surface/clones.h"
+
+#if defined(__SSE2__)
+#include <emmintrin.h>
+#endif
+
+namespace palpate::block {
+
+namespace {
+
+constexpr float kMostFraction = 1.0f - kLeastFraction;
+
+// Crossed edges that start in a row, by axis.
+struct RowEdges {
+    uint32_t x, y, z;
+    uint32_t any() const { return x | y | z; }
+};
+struct Masks {
+    uint32_t samples, edges_x; // that exist along a row
+    explicit Masks(Last last) : samples((2u << last.x) - 1u), edges_x((1u << last.x) - 1u) {}
+};
+inline RowEdges row_edges(const Signs& s, Last last, Masks masks, int y, int z) {
+    const uint32_t row = s.row[z][y];
+    return {(row ^ row >> 1) & masks.edges_x,
+            y < last.y ? (row ^ s.row[z][y + 1]) & masks.samples : 0u,
+            z < last.z ? (row ^ s.row[z + 1][y]) & masks.samples : 0u};
+}
+
+// Calls visit(x, y, z, case) for the cells that the surface may cross.
+template <class Visit>
+[[gnu::always_inline]] inline void for_each_crossed_cell(const Signs& s, Last last,
+                                                         const Visit& visit) {
+    const int nx = std::min(last.x, kSide), ny = std::min(last.y, kSide),
+              nz = std::min(last.z, kSide);
+    const uint32_t cells = (1u << nx) - 1u;
+    for (int z = 0; z < nz; ++z)
+        for (int y = 0; y < ny; ++y) {
+            const uint32_t a = s.row[z][y], b = s.row[z][y + 1], c = s.row[z + 1][y],
+                           d = s.row[z + 1][y + 1];
+            const uint32_t any = a | b | c | d, all = a & b & c & d;
+            for (uint32_t left = (any | any >> 1) & ~(all & all >> 1) & cells; left != 0;
+                 left &= left - 1) {
+                const int x = std::countr_zero(left);
+                visit(x, y, z,
+                      (a >> x & 3u) | (b >> x & 3u) << 2 | (c >> x & 3u) << 4 | (d >> x & 3u) << 6);
+            }
+        }
+}
+
+// The classic table with edges as differences of edge numbers.
+struct NumberTable {
+    std::array<uint8_t, 256> count;
+    std::array<std::array<uint16_t, 3 * ClassicTable::kMaxTriangles + 1>, 256> edges{};
+    std::array<bool, 256> needs_values;
+};
+std::array<uint16_t, 12> make_edge_differences() {
+    std::array<uint16_t, 12> differences{};
+    for (int e = 0; e < 12; ++e) {
+        const CellEdge edge = cell_edge(e);
+        differences[e] = static_cast<uint16_t>(
+            edge_number(edge.corner & 1, edge.corner >> 1 & 1, edge.corner >> 2 & 1, edge.axis) -
+            edge_number(0, 0, 0, 0));
+    }
+    return differences;
+}
+const std::array<uint16_t, 12>& edge_differences() {
+    static const std::array<uint16_t, 12> differences = make_edge_differences();
+    return differences;
+}
+const NumberTable& number_table() {
+    static const NumberTable table = [] {
+        NumberTable t;
+        const ClassicTable& classic = classic_table();
+        t.count = classic.triangle_count;
+        for (int c = 0; c < 256; ++c) {
+            for (int i = 0; i < 3 * t.count[c]; ++i)
+                t.edges[c][i] = edge_differences()[classic.edges[c][i]];
+            t.needs_values[c] = correct_table().needs_values(static_cast<uint8_t>(c));
+        }
+        return t;
+    }();
+    return table;
+}
+
+std::array<float, 8> corners_of(const Samples& samples, int x, int y, int z) {
+    std::array<float, 8> corners;
+    for (int c = 0; c < 8; ++c)
+        corners[c] = samples.value[Samples::at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2 & 1))];
+    return corners;
+}
+
+// How far from a to b the interpolant reaches iso. NaN is no data: the wall is beside the other.
+inline float fraction(float a, float b, float iso) {
+    const float t = (iso - a) / (b - a);
+    return t > kLeastFraction ? (t < kMostFraction ? t : kMostFraction) : kLeastFraction;
+}
+
+glm::vec3 along_axis(int axis, bool falling) {
+    glm::vec3 n(0.0f);
+    n[axis] = falling ? 1.0f : -1.0f;
+    return n;
+}
+
+// Against a gradient of any length; along the edge where there is none.
+[[gnu::noinline]] glm::vec3 careful_normal(glm::dvec3 gradient, int axis, bool falling) {
+    const double length =
+        std::sqrt(gradient.x * gradient.x + gradient.y * gradient.y + gradient.z * gradient.z);
+    if (!(length > 0.0 && length < 1e300))
+        return along_axis(axis, falling);
+    return {static_cast<float>(-gradient.x / length), static_cast<float>(-gradient.y / length),
+            static_cast<float>(-gradient.z / length)};
+}
+
+// Twice the slope across a sample. With gaps, a missing neighbour counts as equal to it.
+template <bool kGaps>
+[[gnu::always_inline]] inline glm::vec3 differences(const float* v) {
+    if constexpr (!kGaps)
+        return {v[1] - v[-1], v[12] - v[-12], v[132] - v[-132]};
+    glm::vec3 d;
+    for (int a = 0; a < 3; ++a) {
+        const float below = v[-Samples::kStride[a]], above = v[Samples::kStride[a]];
+        d[a] = (above == above ? above : v[0]) - (below == below ? below : v[0]);
+    }
+    return d;
+}
+
+inline glm::ivec3 sample_of(int number) {
+    const int at = number / 4;
+    return {at % 12 - 1, at / 12 % 11 - 1, at / 132 - 1};
+}
+
+struct Crossing {
+    glm::vec3 position; // samples of the volume
+    glm::vec3 normal;
+};
+
+// The same bits with and without gaps, where there are none: blocks that share an edge agree.
+template <bool kGaps, bool kNormal>
+[[gnu::always_inline]] inline Crossing crossing(const float* samples, int number, glm::ivec3 origin,
+                                                float iso, glm::vec3 scale) {
+    const int axis = number & 3;
+    const float* low = samples + number / 4;
+    const float* high = low + Samples::kStride[axis];
+    Crossing c{glm::vec3(origin + sample_of(number)), {}};
+    if (kGaps && (*low != *low || *high != *high)) {
+        const bool falling = *high != *high;
+        c.position[axis] += falling ? kLeastFraction : kMostFraction;
+        c.normal = along_axis(axis, falling);
+        return c;
+    }
+    const float t = fraction(*low, *high, iso);
+    c.position[axis] += t;
+    if constexpr (kNormal) {
+        const glm::vec3 l = differences<kGaps>(low), h = differences<kGaps>(high);
+        const float gx = (l.x + t * (h.x - l.x)) * scale.x;
+        const float gy = (l.y + t * (h.y - l.y)) * scale.y;
+        const float gz = (l.z + t * (h.z - l.z)) * scale.z;
+        const float squared = gx * gx + gy * gy + gz * gz;
+        if (squared > 1e-30f && squared < 1e30f) [[likely]] {
+            const float inverse = -1.0f / std::sqrt(squared);
+            c.normal = {gx * inverse, gy * inverse, gz * inverse};
+        } else {
+            const glm::dvec3 a(l), b(h);
+            c.normal =
+                careful_normal((a + (b - a) * double{t}) * glm::dvec3(scale), axis, *low > *high);
+        }
+    }
+    return c;
+}
+
+template <bool kGaps, bool kNormal>
+[[gnu::always_inline]] inline void make_all(const Samples& samples, const Place& place, float iso,
+                                            const uint16_t* numbers, int count,
+                                            glm::vec3* positions, glm::vec3* normals) {
+    const glm::vec3 scale = 0.5f / place.spacing_mm;
+    for (int i = 0; i < count; ++i) {
+        const Crossing c =
+            crossing<kGaps, kNormal>(samples.value.data(), numbers[i], place.origin, iso, scale);
+        positions[i] = c.position * place.spacing_mm;
+        if constexpr (kNormal)
+            normals[i] = c.normal;
+    }
+}
+
+} // namespace
+
+Signs signs_of(const Samples& samples, float iso) {
+    Signs signs;
+    for (int z = 0; z < 10; ++z)
+        for (int y = 0; y < 10; ++y) {
+            const float* row = samples.value.data() + Samples::at(0, y, z);
+            uint32_t bits = 0;
+#if defined(__SSE2__)
+            const __m128 level = _mm_set1_ps(iso);
+            for (int x = 0; x < 12; x += 4)
+                bits |= static_cast<uint32_t>(
+                            _mm_movemask_ps(_mm_cmpge_ps(_mm_loadu_ps(row + x), level)))
+                        << x;
+            bits &= 0x3ff;
+#else
+            for (int x = 0; x < 10; ++x)
+                bits |= static_cast<uint32_t>(row[x] >= iso) << x;
+#endif
+            signs.row[z][y] = static_cast<uint16_t>(bits);
+        }
+    return signs;
+}
+
+PALPATE_CLONES
+void count_edges(const Signs& signs, Last last, Count& count) {
+    const Masks masks(last);
+    uint32_t total = 0;
+    for (int z = 0; z < kSide; ++z)
+        for (int y = 0; y < kSide; ++y) {
+            count.row_start[y + 8 * z] = static_cast<uint16_t>(total);
+            if (y > last.y || z > last.z)
+                continue;
+            const RowEdges e = row_edges(signs, last, masks, y, z);
+            total += static_cast<uint32_t>(
+                std::popcount((e.x & 0xffu) | (e.y & 0xffu) << 8 | (e.z & 0xffu) << 16));
+        }
+    count.edge_vertices = total;
+}
+
+PALPATE_CLONES
+void count_cells(const Signs& signs, Last last, Count& count) {
+    const NumberTable& table = number_table();
+    uint32_t triangles = 0;
+    bool needs_values = false;
+    for_each_crossed_cell(signs, last, [&](int, int, int, uint32_t cell_case) {
+        triangles += table.count[cell_case];
+        needs_values |= table.needs_values[cell_case];
+    });
+    count.triangles = triangles;
+    count.inner_vertices = 0;
+    count.needs_values = needs_values;
+}
+
+void count_correct_cells(const Signs& signs, Last last, const Samples& samples, float iso,
+                         Count& count) {
+    const NumberTable& table = number_table();
+    const CorrectTable& correct = correct_table();
+    count.triangles = 0;
+    count.inner_vertices = 0;
+    for_each_crossed_cell(signs, last, [&](int x, int y, int z, uint32_t cell_case) {
+        if (!table.needs_values[cell_case]) {
+            count.triangles += table.count[cell_case];
+            return;
+        }
+        const CellSurface& surface = correct.surface(
+            static_cast<uint8_t>(cell_case), corner_values(corners_of(samples, x, y, z), iso));
+        count.triangles += static_cast<uint32_t>(surface.triangles.size());
+        count.inner_vertices += static_cast<uint32_t>(surface.inner.size());
+    });
+}
+
+PALPATE_CLONES
+int own_edges(const Signs& signs, Last last, uint16_t* numbers) {
+    const Masks masks(last);
+    uint16_t* out = numbers;
+    for (int z = 0; z < std::min(last.z + 1, kSide); ++z)
+        for (int y = 0; y < std::min(last.y + 1, kSide); ++y) {
+            const RowEdges e = row_edges(signs, last, masks, y, z);
+            const int first = edge_number(0, y, z, 0);
+            for (uint32_t left = e.any() & 0xffu; left != 0; left &= left - 1) {
+                const int x = std::countr_zero(left);
+                *out = static_cast<uint16_t>(first + 4 * x);
+                out += e.x >> x & 1;
+                *out = static_cast<uint16_t>(first + 4 * x + 1);
+                out += e.y >> x & 1;
+                *out = static_cast<uint16_t>(first + 4 * x + 2);
+                out += e.z >> x & 1;
+            }
+        }
+    return static_cast<int>(out - numbers);
+}
+
+PALPATE_CLONES
+int borrowed_edges(const Signs& signs, Last last, BorrowedEdge* edges) {
+    const Masks masks(last);
+    BorrowedEdge* out = edges;
+    for (int z = 0; z <= std::min(last.z, kSide); ++z)
+        for (int y = 0; y <= std::min(last.y, kSide); ++y) {
+            const bool own_row = y < kSide && z < kSide;
+            const RowEdges all = row_edges(signs, last, masks, y, z);
+            // Those of this block's cells: an edge that leads out of sample 8 is none.
+            const RowEdges e{all.x & 0xffu, y < kSide ? all.y & 0x1ffu : 0u,
+                             z < kSide ? all.z & 0x1ffu : 0u};
+            const int first = edge_number(0, y, z, 0);
+            for (uint32_t left = e.any() & (own_row ? 0x100u : 0x1ffu); left != 0;
+                 left &= left - 1) {
+                const int x = std::countr_zero(left);
+                const uint32_t below = x == kSide ? 0u : (1u << x) - 1u;
+                int before = std::popcount(all.x & below) + std::popcount(all.y & below) +
+                             std::popcount(all.z & below);
+                const auto owner =
+                    static_cast<uint8_t>((x == kSide) | (y == kSide) << 1 | (z == kSide) << 2);
+                const auto row = static_cast<uint8_t>((y & 7) + 8 * (z & 7));
+                const auto add = [&](uint32_t wanted, uint32_t crossed, int axis) {
+                    *out = {static_cast<uint16_t>(first + 4 * x + axis), owner, row,
+                            static_cast<uint8_t>(before)};
+                    out += wanted >> x & 1;
+                    before += static_cast<int>(crossed >> x & 1);
+                };
+                add(e.x, all.x, 0);
+                add(e.y, all.y, 1);
+                add(e.z, all.z, 2);
+            }
+        }
+    return static_cast<int>(out - edges);
+}
+
+PALPATE_CLONES
+void make_vertices(const Samples& samples, const Place& place, float iso, const uint16_t* numbers,
+                   int count, glm::vec3* positions, glm::vec3* normals) {
+    if (samples.has_gaps && normals)
+        make_all<true, true>(samples, place, iso, numbers, count, positions, normals);
+    else if (samples.has_gaps)
+        make_all<true, false>(samples, place, iso, numbers, count, positions, normals);
+    else if (normals)
+        make_all<false, true>(samples, place, iso, numbers, count, positions, normals);
+    else
+        make_all<false, false>(samples, place, iso, numbers, count, positions, normals);
+}
+
+PALPATE_CLONES
+uint32_t make_triangles(const Signs& signs, Last last, const uint32_t* vertex_of_edge,
+                        glm::uvec3* triangles) {
+    const NumberTable& table = number_table();
+    glm::uvec3* out = triangles;
+    for_each_crossed_cell(signs, last, [&](int x, int y, int z, uint32_t cell_case) {
+        const uint32_t* vertex = vertex_of_edge + edge_number(x, y, z, 0);
+        const uint16_t* edge = table.edges[cell_case].data();
+        for (int n = table.count[cell_case]; n > 0; --n, edge += 3)
+            *out++ = {vertex[edge[0]], vertex[edge[1]], vertex[edge[2]]};
+    });
+    return static_cast<uint32_t>(out - triangles);
+}
+
+namespace {
+
+// A vertex within a cell: against the interpolant's gradient there, or where a corner is missing
+// against that of the edges.
+Crossing inner_crossing(const InnerVertex& inner, const Samples& samples, glm::ivec3 cell,
+                        glm::ivec3 origin, float iso, glm::vec3 scale) {
+    glm::vec3 within(0.0f), of_edges(0.0f);
+    for (int e = 0; e < 12; ++e) {
+        if (inner.weight[e] == 0.0f)
+            continue;
+        const Crossing on_edge = crossing<true, true>(
+            samples.value.data(), edge_number(cell.x, cell.y, cell.z, 0) + edge_differences()[e],
+            -cell, iso, scale);
+        within += inner.weight[e] * on_edge.position;
+        of_edges += inner.weight[e] * on_edge.normal;
+    }
+    const std::array<float, 8> v = corners_of(samples, cell.x, cell.y, cell.z);
+    const glm::dvec3 p(within);
+    glm::dvec3 gradient(0.0);
+    for (int corner = 0; corner < 8; ++corner) {
+        glm::dvec3 weight, slope;
+        for (int a = 0; a < 3; ++a) {
+            const bool high = corner >> a & 1;
+            weight[a] = high ? p[a] : 1.0 - p[a];
+            slope[a] = high ? 1.0 : -1.0;
+        }
+        gradient += double{v[corner]} * slope *
+                    glm::dvec3(weight.y * weight.z, weight.x * weight.z, weight.x * weight.y);
+    }
+    gradient *= glm::dvec3(scale);
+    const bool usable =
+        std::isfinite(gradient.x + gradient.y + gradient.z) && gradient != glm::dvec3(0.0);
+    return {glm::vec3(origin + cell) + within,
+            careful_normal(usable ? gradient : -glm::dvec3(of_edges), 2, true)};
+}
+
+} // namespace
+
+PALPATE_CLONES
+uint32_t make_correct_triangles(const Signs& signs, Last last, const uint32_t* vertex_of_edge,
+                                const Samples& samples, const Place& place, float iso,
+                                const Output& output) {
+    const NumberTable& table = number_table();
+    const CorrectTable& correct = correct_table();
+    const glm::vec3 scale = 0.5f / place.spacing_mm;
+    glm::uvec3* out = output.triangles;
+    uint32_t inner_written = 0;
+    for_each_crossed_cell(signs, last, [&](int x, int y, int z, uint32_t cell_case) {
+        const uint32_t* vertex = vertex_of_edge + edge_number(x, y, z, 0);
+        if (!table.needs_values[cell_case]) {
+            const uint16_t* edge = table.edges[cell_case].data();
+            for (int n = table.count[cell_case]; n > 0; --n, edge += 3)
+                *out++ = {vertex[edge[0]], vertex[edge[1]], vertex[edge[2]]};
+            return;
+        }
+        const CellSurface& surface = correct.surface(
+            static_cast<uint8_t>(cell_case), corner_values(corners_of(samples, x, y, z), iso));
+        const auto of = [&](uint8_t v) {
+            return v < 12 ? vertex[edge_differences()[v]]
+                          : output.first_inner + inner_written + (v - 12u);
+        };
+        for (const auto& t : surface.triangles)
+            *out++ = {of(t[0]), of(t[1]), of(t[2])};
+        for (const InnerVertex& inner : surface.inner) {
+            const Crossing c = inner_crossing(inner, samples, {x, y, z}, place.origin, iso, scale);
+            output.inner_positions[inner_written] = c.position * place.spacing_mm;
+            if (output.inner_normals)
+                output.inner_normals[inner_written] = c.normal;
+            ++inner_written;
+        }
+    });
+    return static_cast<uint32_t>(out - output.triangles);
+}
+
+} // namespace palpate::block

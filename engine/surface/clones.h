@@ -1,0 +1,20 @@
+#pragma once
+
+// PALPATE_CLONES before a function: compiled twice, for every x86-64 and for processors with AVX2,
+// popcount and bit manipulation (Haswell, Zen and later); the loader picks. Both give the same
+// bits: multiplications and additions are not contracted, and sums keep their order.
+//
+// Not under sanitizers, whose run time is not ready when the loader asks.
+#if defined(__x86_64__) && defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && \
+    !defined(__SANITIZE_THREAD__)
+#if defined(__has_feature)
+#if !__has_feature(address_sanitizer) && !__has_feature(thread_sanitizer)
+#define PALPATE_CLONES [[gnu::target_clones("arch=haswell", "default")]]
+#endif
+#else
+#define PALPATE_CLONES [[gnu::target_clones("arch=haswell", "default")]]
+#endif
+#endif
+#ifndef PALPATE_CLONES
+#define PALPATE_CLONES
+#endif
