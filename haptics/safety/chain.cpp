@@ -1,0 +1,185 @@
+#include "haptics/safety/chain.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/assert.h"
+
+namespace palpate::haptics {
+
+namespace {
+
+constexpr double kNsPerS = 1e9;
+constexpr double kShortest_s = 1e-5, kLongest_s = 0.1; // of a tick, for whoever divides by it
+constexpr double kFadeIn_s = 0.1;                      // after a late tick
+
+bool finite(glm::dvec3 v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+double smaller_limit(double own, double device, double share) {
+    return device > 0.0 ? std::min(own, share * device) : 0.0;
+}
+
+double damping_limit(const SafetyLimits& limits, const DeviceCapabilities& device) {
+    return device.max_damping_n_s_per_m > 0.0
+               ? std::min(limits.passivity_damping_n_s_per_m, device.max_damping_n_s_per_m)
+               : limits.passivity_damping_n_s_per_m;
+}
+
+} // namespace
+
+std::string fault_text(uint32_t faults) {
+    constexpr std::pair<uint32_t, const char*> kNames[] = {
+        {kFaultInput, "input"},       {kFaultGone, "device gone"}, {kFaultNotFinite, "not finite"},
+        {kFaultVelocity, "velocity"}, {kFaultHeld, "held"},        {kFaultLate, "late"},
+        {kFaultTooLate, "too late"}};
+    std::string text;
+    for (const auto& [bit, name] : kNames)
+        if (faults & bit)
+            text += (text.empty() ? "" : ", ") + std::string(name);
+    return text.empty() ? "none" : text;
+}
+
+SafetyChain::SafetyChain(const SafetyLimits& limits, const DeviceCapabilities& device,
+                         double rate_hz)
+    : limits_(limits),
+      device_(device),
+      most_n_(smaller_limit(limits.most_force_n, device.max_force_n, limits.device_share)),
+      most_nm_(smaller_limit(limits.most_torque_nm, device.max_torque_nm, limits.device_share)),
+      passivity_(damping_limit(limits, device), limits.passivity_leak_s),
+      dt_s_(1.0 / rate_hz),
+      history_(static_cast<size_t>(std::ceil(limits.history_s * rate_hz))) {
+    PALPATE_ASSERT(rate_hz > 0.0 && !history_.empty());
+}
+
+void SafetyChain::arm() noexcept {
+    faults_ = 0;
+    fade_ = 1.0;
+    closed_ = false;
+    input_.reset();
+    passivity_.reset();
+    impulse_.reset();
+    start_.disarm();
+    start_.arm();
+}
+
+void SafetyChain::latch(uint32_t fault) noexcept {
+    faults_ |= fault;
+}
+
+SafetyChain::Begun SafetyChain::begin(int64_t now_ns, int64_t due_ns, DeviceStatus status,
+                                      const DeviceSample& sample) noexcept {
+    faults_ &= kFaultLatched;
+    now_ = {.now_ns = now_ns, .status = status, .sample = sample};
+    if (has_last_)
+        dt_s_ =
+            std::clamp(static_cast<double>(now_ns - last_ns_) / kNsPerS, kShortest_s, kLongest_s);
+    last_ns_ = now_ns;
+    has_last_ = true;
+
+    if (const int64_t late_ns = now_ns - due_ns; late_ns > limits_.too_late_ns) {
+        faults_ |= kFaultTooLate;
+        start_.again();
+    } else if (late_ns > limits_.late_ns) {
+        faults_ |= kFaultLate;
+    }
+
+    Begun begun{.sample = sample};
+    switch (input_.check(limits_, device_, now_ns, status, begun.sample)) {
+        case InputCheck::Verdict::good:
+            begun.usable = begun.fresh = true;
+            break;
+        case InputCheck::Verdict::held:
+            faults_ |= kFaultHeld;
+            begun.usable = true;
+            break;
+        case InputCheck::Verdict::lost:
+            if (start_.mode() != SoftStart::Mode::disarmed)
+                latch(status == DeviceStatus::gone    ? kFaultGone
+                      : status == DeviceStatus::ended ? 0u
+                                                      : kFaultInput);
+            break;
+        case InputCheck::Verdict::absent:
+            break;
+    }
+    const bool pressed = begun.usable && (begun.sample.buttons >> limits_.dead_man_button & 1) != 0;
+    ready_ = begun.usable && (pressed || !limits_.needs_dead_man);
+    usable_ = begun.usable;
+    used_ = begun.sample;
+    return begun;
+}
+
+Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexcept {
+    now_.wanted = wanted;
+    Wrench sent = wanted;
+    if (!finite(wanted.force_n) || !finite(wanted.torque_nm)) { // 3
+        latch(kFaultNotFinite);
+        sent = {};
+    }
+    const double rendered_n = glm::length(limit_magnitude(sent.force_n, 1e6));
+    now_.share = start_.share(limits_, ready_, rendered_n, dt_s_); // 2
+    if (latched() && !(faults_ & kFaultVelocity))
+        now_.share = 0.0;
+    const double damping = limits_.ramp_damping_n_s_per_m * (1.0 - now_.share);
+    sent.torque_nm = limit_magnitude(now_.share * sent.torque_nm, most_nm_);
+
+    const bool open = usable_ && !latched() && now_.share > 0.0;
+    if (open) {
+        sent.force_n = now_.share * sent.force_n - damping * used_.velocity_m_per_s;
+        const double stored_j =
+            stiffness_n_per_m > 0.0
+                ? stored_energy_j(now_.share * rendered_n, now_.share * stiffness_n_per_m, most_n_)
+                : 0.0;
+        sent.force_n = passivity_.limit(used_.position_m, sent.force_n, stored_j, dt_s_); // 4
+        sent.force_n =
+            limit_magnitude(sent.force_n, std::min(most_n_, heat_.most(limits_, most_n_)));
+        sent.force_n = impulse_.limit(sent.force_n, most_n_, limits_.impulse_s, dt_s_); // 6
+        sent.force_n = limit_slew(limits_, sent_.force_n, sent.force_n, dt_s_);
+    } else {
+        passivity_.reset();
+        sent = {};
+    }
+
+    // 8: what went out before is what pushed the hand to this speed.
+    if (open && glm::length(used_.velocity_m_per_s) > limits_.trip_speed_m_per_s &&
+        glm::length(sent_.force_n) > limits_.trip_force_share * most_n_)
+        latch(kFaultVelocity);
+    if ((faults_ & kFaultLatched) == kFaultVelocity) {
+        const double step_n = most_n_ * dt_s_ / limits_.trip_ramp_s;
+        const double left_n = std::max(0.0, glm::length(sent_.force_n) - step_n);
+        sent.force_n = limit_magnitude(sent_.force_n, left_n);
+        sent.torque_nm = glm::dvec3(0.0);
+    } else if (latched() || (faults_ & kFaultTooLate)) {
+        sent = {};
+    }
+    // 9: a late tick takes force down, and time on schedule brings it back.
+    fade_ = std::clamp(
+        faults_ & kFaultLate ? fade_ - dt_s_ / limits_.trip_ramp_s : fade_ + dt_s_ / kFadeIn_s, 0.0,
+        1.0);
+    sent.force_n *= fade_;
+    sent.torque_nm *= fade_;
+
+    sent_ = sent;
+    passivity_.sent(sent.force_n);
+    impulse_.sent(sent.force_n, dt_s_);
+    if (most_n_ > 0.0)
+        heat_.sent(limits_, glm::length(sent.force_n), most_n_, dt_s_); // 7
+    now_.sent = sent;
+    now_.faults = faults_;
+    if (!closed_) // 10
+        history_[written_++ % history_.size()] = now_;
+    closed_ = latched();
+    return sent;
+}
+
+std::vector<SafetyRecord> SafetyChain::history() const {
+    const size_t count = std::min(written_, history_.size());
+    std::vector<SafetyRecord> records;
+    records.reserve(count);
+    for (size_t i = written_ - count; i < written_; ++i)
+        records.push_back(history_[i % history_.size()]);
+    return records;
+}
+
+} // namespace palpate::haptics

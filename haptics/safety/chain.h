@@ -1,0 +1,107 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "haptics/safety/passivity.h"
+#include "haptics/safety/stages.h"
+
+namespace palpate::haptics {
+
+// Why force was taken away. Bits; all but late and held are latched until arm().
+enum Fault : uint32_t {
+    kFaultInput = 1u << 0,     // samples that cannot be, for longer than they may be held
+    kFaultGone = 1u << 1,      // the device does not answer any more
+    kFaultNotFinite = 1u << 2, // what was rendered is not a force
+    kFaultVelocity = 1u << 3,  // fast under much force
+    kFaultHeld = 1u << 8,      // this tick goes on with the last good sample
+    kFaultLate = 1u << 9,      // this tick came late: force fades
+    kFaultTooLate = 1u << 10,  // so late that force starts anew
+    kFaultLatched = 0xFF,
+};
+std::string fault_text(uint32_t faults); // "input, velocity"; "none"
+
+// One tick of the last second, for whoever asks why.
+struct SafetyRecord {
+    int64_t now_ns = 0;
+    DeviceStatus status = DeviceStatus::ok;
+    DeviceSample sample; // as it came
+    Wrench wanted, sent;
+    uint32_t faults = 0;
+    double share = 0.0; // of soft start
+};
+
+// Ten stages between what is rendered and what a hand feels, in this order:
+//
+//   begin(): 9 lateness, 1 input, and what the tick goes on with
+//   finish(): 3 not finite, 2 soft start, 4 passivity, 5 magnitude, 6 impulse and slew, 7 heat,
+//             8 velocity, 10 latch and history
+//
+// Whatever comes in, what goes out is finite, at most 0.8 of what the device gives, and 0 from the
+// tick of a latched fault on (after a velocity trip: 20 ms later) until somebody calls arm(). No
+// stage can be switched off. Everything is a function of what is passed in: the clock too. Nothing
+// allocates after construction. This is software for research and visualisation, no medical device.
+class SafetyChain {
+ public:
+    SafetyChain(const SafetyLimits& limits, const DeviceCapabilities& device,
+                double rate_hz = 1000.0);
+
+    // Somebody said yes: faults are forgotten, and a soft start begins.
+    void arm() noexcept;
+    void disarm() noexcept { start_.disarm(); }
+
+    // The sample to go on with. `due_ns` is when the tick should have come. usable false: there is
+    // none; the tick renders nothing.
+    struct Begun {
+        bool usable = false;
+        bool fresh = false; // it is not a held one
+        DeviceSample sample;
+    };
+    Begun begin(int64_t now_ns, int64_t due_ns, DeviceStatus status,
+                const DeviceSample& sample) noexcept;
+
+    // The wrench to send, in the device's axes. stiffness_n_per_m is that of the coupling as the
+    // hand feels it; 0 where there is none.
+    Wrench finish(const Wrench& wanted, double stiffness_n_per_m) noexcept;
+
+    uint32_t faults() const noexcept { return faults_; }
+    bool latched() const noexcept { return (faults_ & kFaultLatched) != 0; }
+    SoftStart::Mode mode() const noexcept { return start_.mode(); }
+    double share() const noexcept { return now_.share; }
+    double heat() const noexcept { return heat_.level(); }
+    const Passivity& passivity() const noexcept { return passivity_; }
+    double most_force_n() const noexcept { return most_n_; }
+
+    // The last second, oldest first; the last entry is the tick of the fault where one is latched,
+    // because from then on nothing is written. Not from the servo thread: it allocates.
+    std::vector<SafetyRecord> history() const;
+
+ private:
+    void latch(uint32_t fault) noexcept;
+
+    SafetyLimits limits_;
+    DeviceCapabilities device_;
+    double most_n_, most_nm_;
+
+    InputCheck input_;
+    SoftStart start_;
+    Passivity passivity_;
+    ImpulseLimit impulse_;
+    Heat heat_;
+    uint32_t faults_ = 0;
+    double fade_ = 1.0; // of a velocity trip or a late tick
+    bool ready_ = false, usable_ = false;
+    double dt_s_;
+    int64_t last_ns_ = 0;
+    bool has_last_ = false;
+    DeviceSample used_;
+    Wrench sent_;
+
+    SafetyRecord now_;
+    bool closed_ = false; // the fault's tick has been written
+    std::vector<SafetyRecord> history_;
+    size_t written_ = 0;
+};
+
+} // namespace palpate::haptics

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+
+namespace palpate::haptics {
+
+// The numbers of the safety chain; SI. These are the defaults for a person with a desktop device.
+struct SafetyLimits {
+    // 1 Input: what is beyond these is not believed.
+    double outside_m = 0.020;      // beyond the device's workspace, on each axis
+    double most_speed_m_per_s = 3; // as reported, and of the way since the last good sample
+    int64_t hold_ns = 5'000'000;   // how long the last good sample stands in for bad ones
+
+    // 2 Enable: soft start.
+    double start_force_n = 0.2;          // what is rendered must be below it ...
+    uint32_t start_ticks = 4;            // ... for so many ticks before any force goes out
+    double ramp_s = 2.0;                 // from none to all of it
+    double ramp_damping_n_s_per_m = 3.0; // at the ramp's start; fades with it
+    bool needs_dead_man = false;         // a button that must stay pressed
+    uint32_t dead_man_button = 0;
+
+    // 4 Passivity.
+    double passivity_damping_n_s_per_m = 20.0; // at most; the device's own limit counts too
+    double passivity_leak_s = 0.5;             // time constant in which banked energy is lost
+
+    // 5 Magnitude.
+    double most_force_n = 6.0;
+    double most_torque_nm = 0.2;
+    double device_share = 0.8; // of what the device can give
+
+    // 6 Slew and impulse.
+    double rise_n_per_s = 2000.0;
+    double fall_n_per_s = 5000.0;
+    double impulse_s =
+        0.1; // the integral of |F| over so long stays below the magnitude limit times it
+
+    // 7 Heat of the motors, as the square of force through one time constant.
+    double continuous_share = 0.6; // of the magnitude limit, that may last for ever
+    double heat_s = 10.0;
+
+    // 8 Velocity.
+    double trip_speed_m_per_s = 0.8; // with more than ...
+    double trip_force_share = 0.5;   // ... of the magnitude limit
+    double trip_ramp_s = 0.020;      // down to nothing
+
+    // 9 Lateness of ticks.
+    int64_t late_ns = 3'000'000;      // force ramps down
+    int64_t too_late_ns = 10'000'000; // none, and a soft start
+
+    // 10 History before a fault.
+    double history_s = 1.0;
+};
+
+} // namespace palpate::haptics

@@ -1,0 +1,34 @@
+#include "haptics/safety/passivity.h"
+
+#include <algorithm>
+
+namespace palpate::haptics {
+
+glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 force_n, double stored_j,
+                            double dt_s) noexcept {
+    const glm::dvec3 way_m = has_last_ ? position_m - last_m_ : glm::dvec3(0.0);
+    const double work_j = glm::dot(sent_n_, way_m);
+    work_j_ += work_j;
+    made_j_ += work_j + (has_last_ ? stored_j - last_stored_j_ : 0.0);
+    if (made_j_ < 0.0)
+        made_j_ *= std::max(0.0, 1.0 - dt_s / leak_s_);
+    made_j_ = std::min(made_j_, most_j_);
+    has_last_ = true;
+    last_m_ = position_m;
+    last_stored_j_ = stored_j;
+
+    damping_ = 0.0;
+    const glm::dvec3 velocity = way_m / dt_s;
+    const double speed2 = glm::dot(velocity, velocity);
+    if (made_j_ > 0.0 && speed2 > 0.0)
+        damping_ = std::min(most_damping_, made_j_ / (dt_s * speed2));
+    return force_n - damping_ * velocity;
+}
+
+double stored_energy_j(double force_n, double stiffness_n_per_m, double most_n) noexcept {
+    const double spring_n = std::min(force_n, most_n);
+    const double spring_j = spring_n * spring_n / (2.0 * stiffness_n_per_m);
+    return spring_j + most_n * std::max(0.0, force_n - most_n) / stiffness_n_per_m;
+}
+
+} // namespace palpate::haptics

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+namespace palpate::haptics {
+
+// Passivity observer and controller, in the time domain, for a device that is pushed by held
+// forces.
+//
+// Observed is the energy the loop has made: the work W of the forces that went out, which for held
+// forces is exactly f . dx a tick, and what the virtual spring holds, V. W + V above 0 was made
+// from nothing. The controller takes it away with the damping that would eat it within a tick,
+// alpha = E / (T v^2), at most what the device renders well. A sampled spring makes k v^2 T^2 / 2 a
+// tick, so that alpha comes out as k T / 2: the bound of Colgate & Schenkel (1997).
+//
+// Energy that was dissipated (below 0) is lost with the time constant leak_s, so that long motion
+// in something thick does not pay for later mischief. Sources: B. Hannaford, J.-H. Ryu, Time-domain
+// passivity control of haptic interfaces, IEEE Trans. Robotics and Automation 18(1), 2002; the
+// stored energy as in J.-H. Ryu et al., 2004.
+class Passivity {
+ public:
+    // Lost is what the controller cannot get back soon: E is kept at or below most_j.
+    Passivity(double most_damping_n_s_per_m, double leak_s, double most_j = 0.05)
+        : most_damping_(most_damping_n_s_per_m), leak_s_(leak_s), most_j_(most_j) {}
+
+    void reset() noexcept { *this = Passivity(most_damping_, leak_s_, most_j_); }
+
+    // The force to send in place of `force_n`. `position_m` is where the device is now, `stored_j`
+    // what the virtual spring holds now. dt_s > 0, all finite.
+    glm::dvec3 limit(glm::dvec3 position_m, glm::dvec3 force_n, double stored_j,
+                     double dt_s) noexcept;
+    // What went out in the end, after the later stages; work is counted with it.
+    void sent(glm::dvec3 force_n) noexcept { sent_n_ = force_n; }
+
+    double made_j() const noexcept { return made_j_; }   // E, see above
+    double work_j() const noexcept { return work_j_; }   // W since the reset, without leak
+    double damping() const noexcept { return damping_; } // alpha of the last tick
+
+ private:
+    double most_damping_, leak_s_, most_j_;
+    bool has_last_ = false;
+    glm::dvec3 last_m_{0.0}, sent_n_{0.0};
+    double last_stored_j_ = 0.0;
+    double made_j_ = 0.0, work_j_ = 0.0, damping_ = 0.0;
+};
+
+// The energy of a spring of stiffness k whose force is cut off at most_n, where it would be
+// `force_n` without the cut: f^2 / 2k, and beyond the cut a constant force times the way. k > 0.
+double stored_energy_j(double force_n, double stiffness_n_per_m, double most_n) noexcept;
+
+} // namespace palpate::haptics

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "haptics/device/device.h"
+#include "haptics/safety/limits.h"
+
+// The stages of the safety chain that have something to remember, each a plain state and a function
+// of it, so that each is tested alone. chain.h puts them in order.
+namespace palpate::haptics {
+
+// 1 Believes a sample that is finite, within reach and not faster than a hand; else the last good
+// one stands in for a while.
+class InputCheck {
+ public:
+    enum class Verdict : uint8_t {
+        good,
+        held,   // a bad sample; the last good one is used
+        lost,   // bad for too long, or the device is gone
+        absent, // nothing has been good yet, or the device is not homed
+    };
+    // `sample` becomes the one to use. limits and device stay the same from call to call.
+    Verdict check(const SafetyLimits& limits, const DeviceCapabilities& device, int64_t now_ns,
+                  DeviceStatus status, DeviceSample& sample) noexcept;
+    void reset() noexcept { has_good_ = false; }
+
+ private:
+    bool has_good_ = false;
+    DeviceSample good_;
+};
+
+// 2 Nothing goes out until somebody armed it, the device is ready and what is rendered is near 0
+// for some ticks; then it fades in.
+class SoftStart {
+ public:
+    enum class Mode : uint8_t { disarmed, waiting, ramping, running };
+    void arm() noexcept { mode_ = mode_ == Mode::disarmed ? Mode::waiting : mode_; }
+    void disarm() noexcept { mode_ = Mode::disarmed; }
+    void again() noexcept; // from the wait, where it was beyond it
+
+    // The share of force to send: 0 .. 1. `ready`: the device answers and the dead man's button is
+    // pressed; losing it fades force out within limits.trip_ramp_s and starts again.
+    double share(const SafetyLimits& limits, bool ready, double rendered_n, double dt_s) noexcept;
+    Mode mode() const noexcept { return mode_; }
+
+ private:
+    Mode mode_ = Mode::disarmed;
+    uint32_t quiet_ticks_ = 0;
+    double share_ = 0.0;
+};
+
+// 5 Direction-preserving limit; also of vectors that are not finite: 0.
+glm::dvec3 limit_magnitude(glm::dvec3 vector, double most) noexcept;
+
+// 6 The integral of |F| over the last impulse_s, kept below most_n * impulse_s: from 80 % of that
+// on, force is scaled down evenly.
+class ImpulseLimit {
+ public:
+    glm::dvec3 limit(glm::dvec3 force_n, double most_n, double window_s, double dt_s) noexcept;
+    void sent(glm::dvec3 force_n, double dt_s) noexcept;
+    void reset() noexcept { *this = {}; }
+
+ private:
+    static constexpr uint32_t kBins = 50;
+    std::array<double, kBins> bins_{}; // N s, each of a fiftieth of the window
+    uint32_t bin_ = 0;
+    double in_bin_s_ = 0.0, bin_s_ = 0.0;
+};
+
+// 6 How far force may change in a tick: rise_n_per_s where it grows, fall_n_per_s where it shrinks.
+glm::dvec3 limit_slew(const SafetyLimits& limits, glm::dvec3 before_n, glm::dvec3 force_n,
+                      double dt_s) noexcept;
+
+// 7 Estimates the motors' heat; 1 is what continuous_share of the limit reaches in the end.
+class Heat {
+ public:
+    // The most that may be sent now: most_n when cool, down to the continuous force from 1.2 on.
+    double most(const SafetyLimits& limits, double most_n) const noexcept;
+    void sent(const SafetyLimits& limits, double force_n, double most_n, double dt_s) noexcept;
+    double level() const noexcept { return level_; }
+    bool warns() const noexcept { return level_ > 0.8; }
+
+ private:
+    double level_ = 0.0;
+};
+
+} // namespace palpate::haptics

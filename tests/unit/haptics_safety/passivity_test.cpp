@@ -1,0 +1,148 @@
+#include "haptics/safety/passivity.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "haptics/device/simulated.h"
+
+namespace palpate::haptics {
+namespace {
+
+constexpr double kT = 1e-3;
+
+TEST(StoredEnergy, IsTheIntegralOfTheCutForce) {
+    for (const double most : {1.0, 3.0, 100.0})
+        for (const double depth : {0.001, 0.004, 0.02}) {
+            constexpr double kStiffness = 500.0;
+            double sum = 0.0;
+            constexpr int kParts = 20000;
+            for (int i = 0; i < kParts; ++i)
+                sum += std::min(most, kStiffness * depth * (i + 0.5) / kParts) * depth / kParts;
+            // The midpoint rule is exact but in the part with the kink.
+            EXPECT_NEAR(stored_energy_j(kStiffness * depth, kStiffness, most), sum,
+                        1e-7 * sum + 1e-12);
+        }
+}
+
+// A held spring pressed at even speed and left again by a hand that nothing turns.
+struct Press {
+    double work_j = 0.0, most_damping = 0.0;
+};
+Press press(double k, double v, double depth, bool controlled) {
+    const double way_s = depth / v;
+    SimulatedDevice device(
+        *find_device_preset("ideal"),
+        {.mass_kg = 1.0, .damping_n_s_per_m = 1e15, .stiffness_n_per_m = 0.0},
+        HandPath({{.time_s = 0},
+                  {.time_s = way_s, .tool = {.position_mm = {1e3 * depth, 0, 0}}},
+                  {.time_s = 2 * way_s},
+                  {.time_s = 2.5 * way_s, .tool = {.position_mm = {-5, 0, 0}}}}),
+        Workspace({0, 0, 0}, 1.0));
+    Passivity passivity(1000.0, 1e9);
+    Press result;
+    DeviceSample sample;
+    for (int64_t now = 0; now <= std::llround(2.4 * way_s * 1e9); now += 1'000'000) {
+        device.read(now, sample);
+        glm::dvec3 force(-k * std::max(sample.position_m.x, 0.0), 0, 0);
+        if (controlled) {
+            const double stored = stored_energy_j(glm::length(force), k, 1e9);
+            force = passivity.limit(sample.position_m, force, stored, kT);
+            result.most_damping = std::max(result.most_damping, passivity.damping());
+            passivity.sent(force);
+        }
+        device.write(now, {force, {}});
+    }
+    result.work_j = device.motor_work_j();
+    return result;
+}
+
+TEST(Passivity, ObservesAndTakesAwayWhatASampledSpringMakes) {
+    for (const double k : {300.0, 1000.0, 3000.0})
+        for (const double v : {0.05, 0.2}) {
+            const double made = k * v * kT * 0.005;
+            EXPECT_NEAR(press(k, v, 0.005, false).work_j, made, 1e-3 * made);
+            const Press controlled = press(k, v, 0.005, true);
+            // Nothing is left over, and what is taken is of the same size.
+            EXPECT_LE(controlled.work_j, 0.001 * made) << k << ' ' << v;
+            EXPECT_GE(controlled.work_j, -1.1 * made) << k << ' ' << v;
+            // The damping is that of the bound, k T / 2; at the turn, when force still pushes the
+            // old way, a whole k d v T has been made within one tick, so that there it may be more.
+            EXPECT_GE(controlled.most_damping, 0.5 * k * kT * (1 - 1e-6));
+        }
+}
+
+TEST(Passivity, PaysNothingForASpringThatWasPressedLongAgo) {
+    // Stored energy is no dissipated energy: it does not leak. Pressed, held for 10 s, released
+    // with leak_s of 0.5: the observer must not take the release for made energy beyond k v T d.
+    Passivity passivity(1000.0, 0.5);
+    const double k = 1000.0;
+    double most_made = 0.0;
+    for (int tick = 0; tick < 10'200; ++tick) {
+        const double depth = 5e-3 * std::clamp(std::min(tick, 10'200 - tick) / 100.0, 0.0, 1.0);
+        const glm::dvec3 force(-k * depth, 0, 0);
+        passivity.limit({depth, 0, 0}, force, stored_energy_j(k * depth, k, 1e9), kT);
+        passivity.sent(force);
+        most_made = std::max(most_made, passivity.made_j());
+    }
+    const double v = 5e-3 / 0.1;
+    EXPECT_LE(most_made, k * v * kT * 5e-3 * (1 + 1e-9));
+}
+
+TEST(Passivity, WhatWasDissipatedIsForgotten) {
+    Passivity passivity(1000.0, 0.5);
+    double x = 0.0;
+    for (int tick = 0; tick < 1000; ++tick) { // through something thick
+        x += 1e-4;
+        passivity.limit({x, 0, 0}, {-1.0, 0, 0}, 0.0, kT);
+        passivity.sent({-1.0, 0, 0});
+    }
+    // 0.1 mJ a tick, leaking with 0.5 s: never more than 0.5 s of it.
+    EXPECT_GE(passivity.made_j(), -1e-4 * 500 * (1 + 1e-9));
+    for (int tick = 0; tick < 2500; ++tick) {
+        passivity.limit({x, 0, 0}, {}, 0.0, kT);
+        passivity.sent({});
+    }
+    EXPECT_NEAR(passivity.made_j(), 0.0, 0.05 * std::exp(-5.0));
+    EXPECT_NEAR(passivity.work_j(), -0.1, 1e-3); // the account without leak keeps it
+}
+
+// Mass and hand against a wall too stiff for the sampling: how far it shakes at the end.
+double shake_m(double k, bool controlled) {
+    DevicePreset preset = *find_device_preset("ideal");
+    preset.plant = {.mass_kg = 0.15, .damping_n_s_per_m = 0.5, .delay_ticks = 0};
+    SimulatedDevice device(preset,
+                           {.mass_kg = 0.0, .damping_n_s_per_m = 1.5, .stiffness_n_per_m = 150.0},
+                           HandPath({{.time_s = 0, .tool = {.position_mm = {-5, 0, 0}}},
+                                     {.time_s = 0.3, .tool = {.position_mm = {10, 0, 0}}}}),
+                           Workspace({0, 0, 0}, 1.0));
+    Passivity passivity(200.0, 0.5);
+    DeviceSample sample;
+    double low = 1.0, high = -1.0;
+    for (int64_t now = 0; now < 3'000'000'000; now += 1'000'000) {
+        device.read(now, sample);
+        glm::dvec3 force(-k * std::max(sample.position_m.x, 0.0), 0, 0);
+        if (controlled) {
+            force = passivity.limit(sample.position_m, force,
+                                    stored_energy_j(glm::length(force), k, 1e9), kT);
+            passivity.sent(force);
+        }
+        device.write(now, {force, {}});
+        if (now >= 2'000'000'000) {
+            low = std::min(low, device.true_position_m().x);
+            high = std::max(high, device.true_position_m().x);
+        }
+    }
+    return high - low;
+}
+
+TEST(Passivity, AWallThatShakesWithoutItIsStillWithIt) {
+    // b = 2 N s/m holds k up to 2 b / T = 4 kN/m (Colgate & Schenkel). At 1 kN/m what is left of b
+    // is 1.5 N s/m, and 5 mm of impact decay as exp(-b t / 2m) to 1 um in the 1.7 s before we look.
+    EXPECT_LE(shake_m(1000.0, false), 1e-5);
+    EXPECT_GE(shake_m(8000.0, false), 2e-4);
+    EXPECT_LE(shake_m(8000.0, true), 5e-5);
+}
+
+} // namespace
+} // namespace palpate::haptics
