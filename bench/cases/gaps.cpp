@@ -218,6 +218,23 @@ std::vector<Same> bricks_at_all_phases(bool mip, double weight_rounding) {
     return cases;
 }
 
+// The bits of pictures from one image of the volume, and from an atlas of its bricks.
+void atlas_of_bricks(Painter& painter, Findings& findings) {
+    const Grid grid = make_grid({70, 66, 36}, {0.19, 0.2, 0.36}); // 3 x 3 x 2 bricks
+    const SceneData data{synthetic::sample(synthetic::gyroid(8.0), grid, ScalarType::f32), {}};
+    for (const auto& [name, scene] : scenes_of_all_modes()) {
+        const auto draw = [&, &drawn = scene](Residency residency) {
+            return painter.draw(drawn, data,
+                                {.residency = residency, .sampling = Sampling::by_hand});
+        };
+        const Image dense = draw(Residency::dense), atlas = draw(Residency::atlas);
+        findings.in(name);
+        for (size_t i = 0; i < dense.samples.size(); ++i)
+            if (!(std::isnan(dense.samples[i]) && std::isnan(atlas.samples[i])))
+                findings.within(atlas.samples[i] - dense.samples[i], 0.0);
+    }
+}
+
 } // namespace
 
 void brick_seams(Painter& painter, Findings& findings) {
@@ -228,6 +245,8 @@ void brick_seams(Painter& painter, Findings& findings) {
             fmt::format("change of colour with borders at all phases, {}", mip ? "mip" : "alpha"));
         run_all(bricks_at_all_phases(mip, painter.weight_rounding()), painter, findings);
     }
+    findings.part("change of the picture from an atlas of bricks, sampled in fp32");
+    atlas_of_bricks(painter, findings);
 }
 
 void labels(Painter& painter, Findings& findings) {

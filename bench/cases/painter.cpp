@@ -14,7 +14,9 @@ Image GpuPainter::draw(const Scene& scene, const SceneData& data, const Choices&
                              [&](const auto& entry) { return entry.first == choices; });
     if (kept == renderers_.end()) {
         const RendererOptions options{.volume_format = choices.volume_format,
-                                      .skipping = choices.skipping};
+                                      .skipping = choices.skipping,
+                                      .residency = choices.residency,
+                                      .sampling = choices.sampling};
         renderers_.emplace_back(choices, std::make_unique<Renderer>(device_, options));
         kept = renderers_.end() - 1;
     }

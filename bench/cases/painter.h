@@ -13,6 +13,8 @@ namespace palpate::cases {
 struct Choices {
     TexelFormat volume_format = TexelFormat::automatic;
     bool skipping = true; // jump over empty space
+    Residency residency = Residency::automatic;
+    Sampling sampling = Sampling::device;
 
     friend bool operator==(const Choices&, const Choices&) = default;
 };
