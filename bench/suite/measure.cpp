@@ -135,7 +135,7 @@ Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
     if (!true_picture)
         return fail("{}", true_picture.error().message);
     const SceneData data = subject.data();
-    Renderer renderer(device_);
+    Renderer renderer(device_, {.stored_gradients = device_.info().is_cpu()}); // as many frames do
     std::vector<Drawn> all;
     std::vector<Scene> scenes;
     for (const Setting& setting : settings) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "bench/suite/relative.h"
 #include "bench/suite/suites.h"
 #include "engine/base/log.h"
 #include "engine/scene/presets.h"
@@ -115,6 +116,7 @@ Result<Report> run_render(Bench& bench) {
     json["panels"] = Value::array();
     json["aims"] = Value::array();
     json["first_frames"] = Value::array();
+    json["relative"] = Value::array();
     for (const Sample& sample : samples) {
         const std::vector<Subject> subjects = subjects_of(sample);
         for (const uint32_t size_px : plan.sizes_px) {
@@ -148,6 +150,11 @@ Result<Report> run_render(Bench& bench) {
                                                         {"renderer", peer.name()},
                                                         {"ms", peer.first_frame_ms}});
                 add_first_frame_aims(subject, *first, peers->points, json["aims"]);
+                Result<Value> relative =
+                    measure_relative(bench, subject, size_px, plan.rounds, json["aims"]);
+                if (!relative)
+                    return fail("{}", relative.error().message);
+                json["relative"].push_back(std::move(*relative));
             }
         }
     }
