@@ -9,6 +9,7 @@
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/gpu/device.h"
+#include "engine/image/compare.h"
 #include "engine/reference/truth.h"
 #include "engine/render/renderer.h"
 #include "engine/scene/accuracy.h"
@@ -82,15 +83,6 @@ std::vector<RaySetting> settings() {
     return list;
 }
 
-double rmse(const Image& a, const Image& b) {
-    double sum = 0.0;
-    for (uint32_t y = 0; y < a.size_px.y; ++y)
-        for (uint32_t x = 0; x < a.size_px.x; ++x)
-            for (size_t c = 0; c < 3; ++c)
-                sum += (a.at(x, y, c) - b.at(x, y, c)) * (a.at(x, y, c) - b.at(x, y, c));
-    return std::sqrt(sum / (3.0 * a.size_px.x * a.size_px.y));
-}
-
 double gpu_ms(const FrameStats& stats) {
     double sum = 0.0;
     for (const PassTime& pass : stats.passes)
@@ -120,7 +112,7 @@ struct Measured {
                 if (!frame)
                     return tl::unexpected(frame.error());
                 ms = std::min(ms, gpu_ms(frame->stats));
-                error = rmse(frame->eyes[0], truth);
+                error = color_rmse(frame->eyes[0], truth);
             }
             if (rows[i].setting == RaySetting{Integrator::fast, 1.0, 0})
                 unit_ms = ms;

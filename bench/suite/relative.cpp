@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "engine/image/compare.h"
+
 namespace palpate::bench {
 
 namespace {
@@ -9,18 +11,6 @@ namespace {
 // The largest channel is 1: PSNR is -20 log10 of the RMSE.
 double decibels(double rmse) {
     return rmse > 0.0 ? -20.0 * std::log10(rmse) : 200.0;
-}
-
-double color_rmse(const Image& a, const Image& b) {
-    double sum = 0.0;
-    size_t count = 0;
-    for (uint32_t y = 0; y < a.size_px.y; ++y)
-        for (uint32_t x = 0; x < a.size_px.x; ++x)
-            for (size_t c = 0; c < 3; ++c, ++count) {
-                const double difference = a.at(x, y, c) - b.at(x, y, c);
-                sum += difference * difference;
-            }
-    return std::sqrt(sum / static_cast<double>(count));
 }
 
 } // namespace

@@ -132,6 +132,18 @@ Result<ImageDifference> compare_images(const Image& first, const Image& second, 
     return out;
 }
 
+double color_rmse(const Image& first, const Image& second) {
+    PALPATE_ASSERT(first.size_px == second.size_px);
+    double sum = 0.0;
+    for (uint32_t y = 0; y < first.size_px.y; ++y)
+        for (uint32_t x = 0; x < first.size_px.x; ++x)
+            for (size_t c = 0; c < 3; ++c) {
+                const double difference = second.at(x, y, c) - first.at(x, y, c);
+                sum += difference * difference;
+            }
+    return std::sqrt(sum / (3.0 * first.size_px.x * first.size_px.y));
+}
+
 Image difference_image(const Image& first, const Image& second, float gain) {
     const Result<std::vector<size_t>> matching = matching_channels(first, second);
     PALPATE_ASSERT(matching.has_value());

@@ -44,6 +44,10 @@ struct ImageDifference {
 Result<ImageDifference> compare_images(const Image& first, const Image& second, double bound,
                                        double pixels_per_degree = kFlipPixelsPerDegree);
 
+// The root mean square of the differences in R, G and B alone. Images of one size whose first three
+// channels these are, as the renderers give them.
+double color_rmse(const Image& first, const Image& second);
+
 // |second - first| of every sample, times `gain`, with the alpha channel set to 1; samples that
 // cannot be measured become 1. Same size and channels as `first`.
 Image difference_image(const Image& first, const Image& second, float gain);

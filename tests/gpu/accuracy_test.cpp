@@ -6,6 +6,7 @@
 
 #include <cmath>
 
+#include "engine/image/compare.h"
 #include "engine/reference/truth.h"
 #include "engine/volume/synthetic.h"
 #include "tests/gpu/gpu_fixture.h"
@@ -16,15 +17,6 @@ namespace {
 using namespace synthetic;
 
 class AccuracyTest : public GpuTest {};
-
-double rmse(const Image& a, const Image& b) {
-    double sum = 0.0;
-    for (uint32_t y = 0; y < a.size_px.y; ++y)
-        for (uint32_t x = 0; x < a.size_px.x; ++x)
-            for (size_t c = 0; c < 3; ++c)
-                sum += (a.at(x, y, c) - b.at(x, y, c)) * (a.at(x, y, c) - b.at(x, y, c));
-    return std::sqrt(sum / (3.0 * a.size_px.x * a.size_px.y));
-}
 
 // Fields, grids, cameras and transfer functions that palpate_accuracy_table does not use.
 std::vector<std::pair<std::string, std::pair<Scene, SceneData>>> held_out() {
@@ -91,7 +83,7 @@ TEST_F(AccuracyTest, HeldOutScenesErrLessThanAskedFor) {
             chosen.ray_cast->min_transmittance = choice->min_transmittance;
             const Result<Frame> frame = renderer.render(chosen, data);
             ASSERT_TRUE(frame) << frame.error().message;
-            const double found = rmse(frame->eyes[0], truth);
+            const double found = color_rmse(frame->eyes[0], truth);
             EXPECT_LE(found, choice->error_estimate) << name << ", " << text_of(choice->setting);
             std::printf("    %s: asked %.0e, estimate %.1e, found %.1e by %s\n", name.c_str(),
                         error, choice->error_estimate, found, text_of(choice->setting).c_str());

@@ -36,15 +36,6 @@ class InteractiveTest : public GpuTest {
         scene.ray_cast = layer;
         return scene;
     }
-    static double rmse(const Image& a, const Image& b) {
-        double sum = 0;
-        size_t count = 0;
-        for (uint32_t y = 0; y < a.size_px.y; ++y)
-            for (uint32_t x = 0; x < a.size_px.x; ++x)
-                for (size_t c = 0; c < 3; ++c, ++count)
-                    sum += std::pow(a.at(x, y, c) - b.at(x, y, c), 2.0);
-        return std::sqrt(sum / static_cast<double>(count));
-    }
 };
 
 TEST_F(InteractiveTest, HoldsFortyDecibelsFromAFractionOfTheRays) {
@@ -56,7 +47,7 @@ TEST_F(InteractiveTest, HoldsFortyDecibelsFromAFractionOfTheRays) {
         ASSERT_TRUE(full);
         const Result<CoarseStats> coarse = renderer.draw_coarse(scene, phantom(), {});
         ASSERT_TRUE(coarse);
-        const double error = rmse(renderer.read_back()[0], full->eyes[0]);
+        const double error = color_rmse(renderer.read_back()[0], full->eyes[0]);
         EXPECT_LT(error, 0.01); // 40 dB
         EXPECT_GT(error, 0.0);
         EXPECT_LT(coarse->traced_share, 0.8);
@@ -92,7 +83,7 @@ TEST_F(InteractiveTest, EstimatesItsError) {
         ASSERT_TRUE(coarse);
         squares += coarse->error_estimate * coarse->error_estimate / kFrames;
     }
-    const double error = rmse(renderer.read_back()[0], full->eyes[0]);
+    const double error = color_rmse(renderer.read_back()[0], full->eyes[0]);
     EXPECT_GT(error, 1e-4);
     // 16 frames look at one pixel in 14: about 2200, whose squared errors spread about as widely as
     // ten times their mean. Four standard errors of the mean square are then 0.9 of it.
