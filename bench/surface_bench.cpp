@@ -1,8 +1,10 @@
-// Extraction of surfaces, timed: bench_surface [--repeat N] [--threads N] VOLUME...
+// Surfaces, timed: bench_surface [--repeat N] [--threads N] CASE...
 //
-// VOLUME is NAME=FILE:TYPE:X,Y,Z:SX,SY,SZ:ISO, raw little-endian samples of TYPE i16 or f32, x
-// fastest, with their spacing in mm; or gyroid:SIDE or gaussian:SIDE:TRIANGLES. One line of JSON
-// each: the median and the least of N runs in ms, by stage, and what came out.
+// Full extraction of NAME=FILE:TYPE:X,Y,Z:SX,SY,SZ:ISO, raw little-endian samples of TYPE i16 or
+// f32, x fastest, with their spacing in mm; of gyroid:SIDE or gaussian:SIDE:TRIANGLES. Erosion of a
+// Gaussian of 128^3, edits:TRIANGLES:RADIUS:TYPE, as in table 1 of Vidholm & Agmund (2004). Windows
+// for the hand, local:SIDE. One line of JSON each: the median and the least of N runs in ms, by
+// stage, and what came out.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
@@ -12,11 +14,15 @@
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <random>
 #include <sstream>
 
 #include "engine/base/timer.h"
+#include "engine/surface/block_surface.h"
+#include "engine/surface/local_surface.h"
 #include "engine/surface/marching_cubes.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
 
 namespace palpate {
@@ -116,19 +122,113 @@ void measure(const Subject& s, int repeat, const SurfaceOptions& options, const 
         stages.bricks, stages.bricks_read, stages.blocks_crossed);
 }
 
+double percentile(std::vector<double> values, double share) {
+    std::sort(values.begin(), values.end());
+    return values[std::min(values.size() - 1, static_cast<size_t>(share * values.size()))];
+}
+
+// A ball taken out of a volume: values fall to iso at its surface, as of a distance.
+Volume eroded(const Volume& volume, glm::dvec3 centre, double radius, double iso, double slope) {
+    VolumeEdit edit(volume);
+    const glm::ivec3 low(glm::ceil(centre - radius)), high(glm::floor(centre + radius));
+    for (int z = low.z; z <= high.z; ++z)
+        for (int y = low.y; y <= high.y; ++y)
+            for (int x = low.x; x <= high.x; ++x) {
+                const double distance = glm::length(glm::dvec3(x, y, z) - centre);
+                if (distance < radius)
+                    edit.set(glm::uvec3(x, y, z), std::min(double{edit.value(glm::uvec3(x, y, z))},
+                                                           iso + slope * (distance - radius)));
+            }
+    return edit.commit();
+}
+
+// Erosion at points of the surface drawn by chance: each edit starts from the whole Gaussian, so
+// that the number of triangles stays.
+void measure_edits(const std::string& name, double triangles, double radius, ScalarType type,
+                   int repeat) {
+    const double sigma = 24.0, middle = 63.5, peak = type == ScalarType::f32 ? 1.0 : 20000.0;
+    const double r = std::sqrt(triangles / (12.0 * std::numbers::pi));
+    const auto iso = static_cast<float>(peak * std::exp(-r * r / (2.0 * sigma * sigma)));
+    const Volume base = synthetic::sample(synthetic::gaussian(glm::dvec3(middle), sigma, peak),
+                                          make_grid(glm::uvec3(128), glm::dvec3(1.0)), type);
+    BlockSurface surface(base, iso);
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal;
+    std::vector<double> edit_ms, changes_ms, update_ms, total_ms;
+    double blocks = 0.0, remade = 0.0;
+    for (int i = 0; i < 20 * repeat; ++i) {
+        const glm::dvec3 out =
+            glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
+        Timer timer;
+        const Volume after = eroded(base, middle + r * out, radius, iso, 0.02 * iso);
+        edit_ms.push_back(timer.ms());
+        timer = Timer();
+        const std::vector<ChangedBrick> changed = changed_bricks(base, after);
+        changes_ms.push_back(timer.ms());
+        const BlockSurface::Update update = surface.update(after, changed);
+        total_ms.push_back(timer.ms());
+        update_ms.push_back(total_ms.back() - changes_ms.back());
+        blocks += static_cast<double>(update.blocks.size());
+        remade += static_cast<double>(update.triangles);
+        surface.update(base);
+    }
+    fmt::print(
+        "{{\"case\": \"{}\", \"triangles\": {}, \"median_ms\": {:.4f}, \"p95_ms\": {:.4f}, "
+        "\"changes_ms\": {:.4f}, \"update_ms\": {:.4f}, \"edit_ms\": {:.4f}, "
+        "\"blocks\": {:.1f}, \"triangles_remade\": {:.0f}}}\n",
+        name, surface.triangles(), median(total_ms), percentile(total_ms, 0.95), median(changes_ms),
+        median(update_ms), median(edit_ms), blocks / (20 * repeat), remade / (20 * repeat));
+}
+
+// Windows about points of a phantom's skull and skin, where there is most to extract.
+void measure_local(const std::string& name, uint32_t side, int repeat) {
+    const Volume volume = synthetic::sample_ct_phantom(
+        make_grid(glm::uvec3(192), glm::dvec3(1.0), glm::dvec3(-95.5)));
+    LocalSurface local(side);
+    std::mt19937 random(1);
+    std::vector<glm::dvec3> points;
+    const Mesh mesh = marching_cubes(volume, 300.0f);
+    for (int i = 0; i < 2000; ++i)
+        points.emplace_back(mesh.positions[random() % mesh.positions.size()]);
+    std::vector<double> us;
+    size_t triangles = 0;
+    for (int i = 0; i < repeat; ++i)
+        for (const glm::dvec3& p : points) {
+            const Timer timer;
+            const LocalSurface::Patch patch = local.extract(volume, p, 300.0f);
+            us.push_back(timer.ms() * 1e3);
+            triangles += patch.triangles.size();
+        }
+    fmt::print(
+        "{{\"case\": \"{}\", \"p50_us\": {:.2f}, \"p99_us\": {:.2f}, \"worst_us\": {:.2f}, "
+        "\"runs\": {}, \"triangles\": {:.0f}}}\n",
+        name, percentile(us, 0.5), percentile(us, 0.99), *std::max_element(us.begin(), us.end()),
+        us.size(), static_cast<double>(triangles) / static_cast<double>(us.size()));
+}
+
 int run(int argc, char** argv) {
     CLI::App app("Times the extraction of surfaces.");
     int repeat = 9, threads = 0;
     std::vector<std::string> volumes;
     app.add_option("--repeat", repeat, "runs of which the median is told")->capture_default_str();
     app.add_option("--threads", threads, "at most so many; 0: as many as there are cores");
-    app.add_option("volumes", volumes, "see the head of surface_bench.cpp")->required();
+    app.add_option("cases", volumes, "see the head of surface_bench.cpp")->required();
     CLI11_PARSE(app, argc, argv);
     std::unique_ptr<tbb::global_control> limit;
     if (threads > 0)
         limit = std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
                                                       static_cast<size_t>(threads));
     for (const std::string& text : volumes) {
+        const std::vector<std::string> part = parts(text, ':');
+        if (part[0] == "edits") {
+            measure_edits(text, std::stod(part.at(1)), std::stod(part.at(2)),
+                          part.at(3) == "f32" ? ScalarType::f32 : ScalarType::i16, repeat);
+            continue;
+        }
+        if (part[0] == "local") {
+            measure_local(text, static_cast<uint32_t>(std::stoul(part.at(1))), repeat);
+            continue;
+        }
         const Subject s = subject(text);
         measure(s, repeat, {.normals = SurfaceNormals::gradient}, "normals");
         measure(s, repeat, {.normals = SurfaceNormals::none}, "plain");

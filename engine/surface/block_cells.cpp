@@ -32,27 +32,6 @@ inline RowEdges row_edges(const Signs& s, Last last, Masks masks, int y, int z) 
             z < last.z ? (row ^ s.row[z + 1][y]) & masks.samples : 0u};
 }
 
-// Calls visit(x, y, z, case) for the cells that the surface may cross.
-template <class Visit>
-[[gnu::always_inline]] inline void for_each_crossed_cell(const Signs& s, Last last,
-                                                         const Visit& visit) {
-    const int nx = std::min(last.x, kSide), ny = std::min(last.y, kSide),
-              nz = std::min(last.z, kSide);
-    const uint32_t cells = (1u << nx) - 1u;
-    for (int z = 0; z < nz; ++z)
-        for (int y = 0; y < ny; ++y) {
-            const uint32_t a = s.row[z][y], b = s.row[z][y + 1], c = s.row[z + 1][y],
-                           d = s.row[z + 1][y + 1];
-            const uint32_t any = a | b | c | d, all = a & b & c & d;
-            for (uint32_t left = (any | any >> 1) & ~(all & all >> 1) & cells; left != 0;
-                 left &= left - 1) {
-                const int x = std::countr_zero(left);
-                visit(x, y, z,
-                      (a >> x & 3u) | (b >> x & 3u) << 2 | (c >> x & 3u) << 4 | (d >> x & 3u) << 6);
-            }
-        }
-}
-
 // The classic table with edges as differences of edge numbers.
 struct NumberTable {
     std::array<uint8_t, 256> count;
@@ -88,10 +67,12 @@ const NumberTable& number_table() {
     return table;
 }
 
-std::array<float, 8> corners_of(const Samples& samples, int x, int y, int z) {
+// Of the cell whose lowest corner starts this edge.
+std::array<float, 8> corners_of(const Samples& samples, int first_edge) {
+    const float* low = samples.value.data() + first_edge / 4;
     std::array<float, 8> corners;
     for (int c = 0; c < 8; ++c)
-        corners[c] = samples.value[Samples::at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2 & 1))];
+        corners[c] = low[(c & 1) + 12 * (c >> 1 & 1) + 132 * (c >> 2 & 1)];
     return corners;
 }
 
@@ -128,11 +109,6 @@ template <bool kGaps>
         d[a] = (above == above ? above : v[0]) - (below == below ? below : v[0]);
     }
     return d;
-}
-
-inline glm::ivec3 sample_of(int number) {
-    const int at = number / 4;
-    return {at % 12 - 1, at / 12 % 11 - 1, at / 132 - 1};
 }
 
 struct Crossing {
@@ -229,35 +205,68 @@ void count_edges(const Signs& signs, Last last, Count& count) {
 }
 
 PALPATE_CLONES
-void count_cells(const Signs& signs, Last last, Count& count) {
+void find_cells(const Signs& signs, Last last, Cells& cells) {
+    const glm::ivec3 size = glm::min(last, Last(kSide));
+    const uint32_t in_row = (1u << size.x) - 1u;
+    int count = 0;
+    cells.rows.fill(0);
+    for (int z = 0; z < size.z; ++z) {
+        const auto& lower = signs.row[z];
+        const auto& upper = signs.row[z + 1];
+        uint64_t crossed = 0; // bit x + 8 y
+        uint32_t rows = 0;    // bit y
+        for (int y = 0; y < size.y; ++y) {
+            const uint32_t any = lower[y] | lower[y + 1] | upper[y] | upper[y + 1];
+            const uint32_t all = lower[y] & lower[y + 1] & upper[y] & upper[y + 1];
+            const uint32_t in_this = (any | any >> 1) & ~(all & all >> 1) & in_row;
+            crossed |= uint64_t{in_this} << (8 * y);
+            rows |= static_cast<uint32_t>(in_this != 0) << y;
+        }
+        // The cells' own two rows and one to each side, in y and in z.
+        const auto read = static_cast<uint16_t>(rows | rows << 1 | rows << 2 | rows << 3);
+        for (int k = 0; k < 4; ++k)
+            cells.rows[z + k] |= read;
+        for (; crossed != 0; crossed &= crossed - 1) {
+            const int at = std::countr_zero(crossed), x = at & 7, y = at >> 3;
+            cells.first_edge[count] = static_cast<uint16_t>(edge_number(x, y, z, 0));
+            cells.cell_case[count] =
+                static_cast<uint8_t>((lower[y] >> x & 3) | (lower[y + 1] >> x & 3) << 2 |
+                                     (upper[y] >> x & 3) << 4 | (upper[y + 1] >> x & 3) << 6);
+            ++count;
+        }
+    }
+    cells.count = count;
+}
+
+void count_cells(const Cells& cells, Count& count) {
     const NumberTable& table = number_table();
     uint32_t triangles = 0;
     bool needs_values = false;
-    for_each_crossed_cell(signs, last, [&](int, int, int, uint32_t cell_case) {
-        triangles += table.count[cell_case];
-        needs_values |= table.needs_values[cell_case];
-    });
+    for (int i = 0; i < cells.count; ++i) {
+        triangles += table.count[cells.cell_case[i]];
+        needs_values |= table.needs_values[cells.cell_case[i]];
+    }
     count.triangles = triangles;
     count.inner_vertices = 0;
     count.needs_values = needs_values;
 }
 
-void count_correct_cells(const Signs& signs, Last last, const Samples& samples, float iso,
-                         Count& count) {
+void count_correct_cells(const Cells& cells, const Samples& samples, float iso, Count& count) {
     const NumberTable& table = number_table();
     const CorrectTable& correct = correct_table();
     count.triangles = 0;
     count.inner_vertices = 0;
-    for_each_crossed_cell(signs, last, [&](int x, int y, int z, uint32_t cell_case) {
+    for (int i = 0; i < cells.count; ++i) {
+        const uint8_t cell_case = cells.cell_case[i];
         if (!table.needs_values[cell_case]) {
             count.triangles += table.count[cell_case];
-            return;
+            continue;
         }
         const CellSurface& surface = correct.surface(
-            static_cast<uint8_t>(cell_case), corner_values(corners_of(samples, x, y, z), iso));
+            cell_case, corner_values(corners_of(samples, cells.first_edge[i]), iso));
         count.triangles += static_cast<uint32_t>(surface.triangles.size());
         count.inner_vertices += static_cast<uint32_t>(surface.inner.size());
-    });
+    }
 }
 
 PALPATE_CLONES
@@ -329,18 +338,34 @@ void make_vertices(const Samples& samples, const Place& place, float iso, const 
         make_all<false, false>(samples, place, iso, numbers, count, positions, normals);
 }
 
-PALPATE_CLONES
-uint32_t make_triangles(const Signs& signs, Last last, const uint32_t* vertex_of_edge,
-                        glm::uvec3* triangles) {
+uint32_t make_triangles(const Cells& cells, const uint32_t* vertex_of_edge,
+                        std::span<glm::uvec3> triangles) {
     const NumberTable& table = number_table();
-    glm::uvec3* out = triangles;
-    for_each_crossed_cell(signs, last, [&](int x, int y, int z, uint32_t cell_case) {
-        const uint32_t* vertex = vertex_of_edge + edge_number(x, y, z, 0);
-        const uint16_t* edge = table.edges[cell_case].data();
-        for (int n = table.count[cell_case]; n > 0; --n, edge += 3)
-            *out++ = {vertex[edge[0]], vertex[edge[1]], vertex[edge[2]]};
-    });
-    return static_cast<uint32_t>(out - triangles);
+    constexpr std::ptrdiff_t kMost = ClassicTable::kMaxTriangles;
+    glm::uvec3* out = triangles.data();
+    glm::uvec3* const end = out + triangles.size();
+    for (int i = 0; i < cells.count; ++i) {
+        const uint32_t* vertex = vertex_of_edge + cells.first_edge[i];
+        const uint16_t* edge = table.edges[cells.cell_case[i]].data();
+        const int n = table.count[cells.cell_case[i]];
+        const auto put = [&](int t) {
+            out[t] = {vertex[edge[3 * t]], vertex[edge[3 * t + 1]], vertex[edge[3 * t + 2]]};
+        };
+        if (end - out >= kMost) { // what is too much, the next cell writes over: fewer branches
+            put(0);
+            put(1);
+            if (n > 2) {
+                put(2);
+                put(3);
+                put(4);
+            }
+        } else {
+            for (int t = 0; t < n; ++t)
+                put(t);
+        }
+        out += n;
+    }
+    return static_cast<uint32_t>(out - triangles.data());
 }
 
 namespace {
@@ -359,7 +384,7 @@ Crossing inner_crossing(const InnerVertex& inner, const Samples& samples, glm::i
         within += inner.weight[e] * on_edge.position;
         of_edges += inner.weight[e] * on_edge.normal;
     }
-    const std::array<float, 8> v = corners_of(samples, cell.x, cell.y, cell.z);
+    const std::array<float, 8> v = corners_of(samples, edge_number(cell.x, cell.y, cell.z, 0));
     const glm::dvec3 p(within);
     glm::dvec3 gradient(0.0);
     for (int corner = 0; corner < 8; ++corner) {
@@ -381,8 +406,7 @@ Crossing inner_crossing(const InnerVertex& inner, const Samples& samples, glm::i
 
 } // namespace
 
-PALPATE_CLONES
-uint32_t make_correct_triangles(const Signs& signs, Last last, const uint32_t* vertex_of_edge,
+uint32_t make_correct_triangles(const Cells& cells, const uint32_t* vertex_of_edge,
                                 const Samples& samples, const Place& place, float iso,
                                 const Output& output) {
     const NumberTable& table = number_table();
@@ -390,16 +414,17 @@ uint32_t make_correct_triangles(const Signs& signs, Last last, const uint32_t* v
     const glm::vec3 scale = 0.5f / place.spacing_mm;
     glm::uvec3* out = output.triangles;
     uint32_t inner_written = 0;
-    for_each_crossed_cell(signs, last, [&](int x, int y, int z, uint32_t cell_case) {
-        const uint32_t* vertex = vertex_of_edge + edge_number(x, y, z, 0);
+    for (int i = 0; i < cells.count; ++i) {
+        const uint32_t* vertex = vertex_of_edge + cells.first_edge[i];
+        const uint8_t cell_case = cells.cell_case[i];
         if (!table.needs_values[cell_case]) {
             const uint16_t* edge = table.edges[cell_case].data();
             for (int n = table.count[cell_case]; n > 0; --n, edge += 3)
                 *out++ = {vertex[edge[0]], vertex[edge[1]], vertex[edge[2]]};
-            return;
+            continue;
         }
         const CellSurface& surface = correct.surface(
-            static_cast<uint8_t>(cell_case), corner_values(corners_of(samples, x, y, z), iso));
+            cell_case, corner_values(corners_of(samples, cells.first_edge[i]), iso));
         const auto of = [&](uint8_t v) {
             return v < 12 ? vertex[edge_differences()[v]]
                           : output.first_inner + inner_written + (v - 12u);
@@ -407,13 +432,14 @@ uint32_t make_correct_triangles(const Signs& signs, Last last, const uint32_t* v
         for (const auto& t : surface.triangles)
             *out++ = {of(t[0]), of(t[1]), of(t[2])};
         for (const InnerVertex& inner : surface.inner) {
-            const Crossing c = inner_crossing(inner, samples, {x, y, z}, place.origin, iso, scale);
+            const Crossing c = inner_crossing(inner, samples, sample_of(cells.first_edge[i]),
+                                              place.origin, iso, scale);
             output.inner_positions[inner_written] = c.position * place.spacing_mm;
             if (output.inner_normals)
                 output.inner_normals[inner_written] = c.normal;
             ++inner_written;
         }
-    });
+    }
     return static_cast<uint32_t>(out - output.triangles);
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <span>
 
 #include "engine/surface/marching_cubes.h"
 #include "engine/surface/trilinear_cell.h"
@@ -37,9 +38,27 @@ using Last = glm::ivec3;
 constexpr int edge_number(int x, int y, int z, int axis) {
     return 4 * Samples::at(x, y, z) + axis;
 }
+// The lower sample of an edge.
+inline glm::ivec3 sample_of(int number) {
+    const int at = number / 4;
+    return {at % 12 - 1, at / 12 % 11 - 1, at / 132 - 1};
+}
 constexpr int kEdgeNumbers = 4 * Samples::kCount;
 constexpr int kMostEdges = 3 * 9 * 9 * 9;
-constexpr int kMostTriangles = 12 * 512;
+constexpr int kMostInner = 512 * static_cast<int>(CorrectTable::kMostInner);
+constexpr int kMostTriangles = 512 * static_cast<int>(CorrectTable::kMostTriangles);
+
+// The cells that the surface may cross, in order.
+struct Cells {
+    int count = 0;
+    std::array<uint16_t, 512> first_edge; // edge_number() of the cell's lowest corner, axis 0
+    std::array<uint8_t, 512> cell_case;
+    // Bit y + 1 of rows[z + 1]: row (y, z) of samples is read by vertices of these cells or by
+    // their gradients. Holds for the block's own edges too, unless the volume ends within the
+    // block.
+    std::array<uint16_t, 11> rows;
+};
+void find_cells(const Signs& signs, Last last, Cells& cells);
 
 struct Count {
     std::array<uint16_t, 64> row_start; // vertices of the block before row (y, z), at y + 8 z
@@ -51,10 +70,9 @@ struct Count {
     uint32_t vertices() const { return edge_vertices + inner_vertices; }
 };
 void count_edges(const Signs& signs, Last last, Count& count);
-void count_cells(const Signs& signs, Last last, Count& count);
+void count_cells(const Cells& cells, Count& count);
 // Mode `correct`, where count_cells() found needs_values.
-void count_correct_cells(const Signs& signs, Last last, const Samples& samples, float iso,
-                         Count& count);
+void count_correct_cells(const Cells& cells, const Samples& samples, float iso, Count& count);
 
 // Numbers of the crossed edges that the block owns, in the order of their vertices. Returns how
 // many.
@@ -80,17 +98,17 @@ void make_vertices(const Samples& samples, const Place& place, float iso, const 
                    int count, glm::vec3* positions, glm::vec3* normals);
 
 // The triangles of all cells, in order. vertex_of_edge[number] is set for all their edges.
-// In mode `correct`, inner vertices are written as well and numbered from first_inner. Returns how
-// many triangles were written.
+// Returns how many were written; there is room for them. In mode `correct`, inner vertices are
+// written as well and numbered from first_inner.
 struct Output {
     glm::uvec3* triangles;
     glm::vec3* inner_positions = nullptr;
     glm::vec3* inner_normals = nullptr; // null: none
     uint32_t first_inner = 0;
 };
-uint32_t make_triangles(const Signs& signs, Last last, const uint32_t* vertex_of_edge,
-                        glm::uvec3* triangles);
-uint32_t make_correct_triangles(const Signs& signs, Last last, const uint32_t* vertex_of_edge,
+uint32_t make_triangles(const Cells& cells, const uint32_t* vertex_of_edge,
+                        std::span<glm::uvec3> triangles);
+uint32_t make_correct_triangles(const Cells& cells, const uint32_t* vertex_of_edge,
                                 const Samples& samples, const Place& place, float iso,
                                 const Output& out);
 

@@ -1,6 +1,7 @@
 #include "engine/surface/block_reader.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 namespace palpate::block {
@@ -35,7 +36,7 @@ BlockReader::Axis BlockReader::axis_of(int axis, int first) const {
     return a;
 }
 
-void BlockReader::read(glm::ivec3 block, Samples& samples) {
+void BlockReader::read(glm::ivec3 block, Samples& samples, const Rows& rows) {
     const glm::ivec3 first = block * kSide;
     // The brick whose samples the block reads most of: blocks before the volume belong to the
     // first.
@@ -47,11 +48,11 @@ void BlockReader::read(glm::ivec3 block, Samples& samples) {
             s = {};
     }
     const std::array<Axis, 3> axes{axis_of(0, first.x), axis_of(1, first.y), axis_of(2, first.z)};
-    visit_scalar(volume_.type(), [&](auto t) { read_as<decltype(t)>(axes, samples); });
+    visit_scalar(volume_.type(), [&](auto t) { read_as<decltype(t)>(axes, samples, rows); });
 }
 
 template <class T>
-void BlockReader::read_as(const std::array<Axis, 3>& axes, Samples& samples) {
+void BlockReader::read_as(const std::array<Axis, 3>& axes, Samples& samples, const Rows& wanted) {
     const auto& [ax, ay, az] = axes;
     bool may_have_gaps = false;
     for (int z = az.slot[0]; z <= az.slot[10]; ++z)
@@ -64,8 +65,11 @@ void BlockReader::read_as(const std::array<Axis, 3>& axes, Samples& samples) {
     // repeats the last sample where it ends within. Often the whole row does.
     const bool eight = !ax.is_beyond[1];
     const bool eleven = eight && ax.slot[0] == ax.slot[10] && !ax.any_beyond;
+    // Gaps are looked for everywhere, so that nothing old may be there.
+    const Rows& rows = may_have_gaps || closed_ ? kAllRows : wanted;
     for (int z = 0; z < 11; ++z)
-        for (int y = 0; y < 11; ++y) {
+        for (uint32_t left = rows[z]; left != 0; left &= left - 1) {
+            const int y = std::countr_zero(left);
             float* out = samples.value.data() + Samples::at(-1, y - 1, z - 1);
             const Slot* slots = slots_.data() + 3 * (ay.slot[y] + 3 * az.slot[z]);
             const int row = static_cast<int>(kBrickSide) *

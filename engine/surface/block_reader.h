@@ -8,6 +8,11 @@
 
 namespace palpate::block {
 
+// Bit y + 1 of [z + 1]: row (y, z) of a block's samples, as in Cells.
+using Rows = std::array<uint16_t, 11>;
+constexpr Rows kAllRows{0x7ff, 0x7ff, 0x7ff, 0x7ff, 0x7ff, 0x7ff,
+                        0x7ff, 0x7ff, 0x7ff, 0x7ff, 0x7ff};
+
 // Reads blocks with their neighbouring samples out of the bricks of a volume, as floats.
 //
 // Beyond the volume, samples repeat the nearest one inside, or are missing (NaN) where the border
@@ -18,8 +23,9 @@ class BlockReader {
     // Keeps a reference: the volume outlives the reader.
     BlockReader(const Volume& volume, bool closed_at_border);
 
-    // Block (0, 0, 0) begins with sample (0, 0, 0); a block may lie beyond the volume.
-    void read(glm::ivec3 block, Samples& samples);
+    // Block (0, 0, 0) begins with sample (0, 0, 0); a block may lie beyond the volume. Rows that
+    // are not asked for may keep what they hold.
+    void read(glm::ivec3 block, Samples& samples, const Rows& rows = kAllRows);
 
  private:
     struct Slot {
@@ -37,7 +43,7 @@ class BlockReader {
     Axis axis_of(int axis, int first) const;
     void pin(int number);
     template <class T>
-    void read_as(const std::array<Axis, 3>& axes, Samples& samples);
+    void read_as(const std::array<Axis, 3>& axes, Samples& samples, const Rows& wanted);
 
     const Volume& volume_;
     bool closed_;

@@ -49,10 +49,16 @@ glm::ivec3 block_in_brick(uint32_t number) {
 // What a thread needs for one block.
 struct Scratch {
     Samples samples;
+    Cells cells;
     std::array<uint16_t, kMostEdges> numbers;
     std::array<BorrowedEdge, kMostEdges> borrowed;
     std::array<uint32_t, kEdgeNumbers> vertex_of_edge;
 };
+
+// Rows of samples that a block's vertices read.
+Rows rows_read(const Cells& cells, Last last) {
+    return glm::all(glm::greaterThanEqual(last, Last(kSide))) ? cells.rows : kAllRows;
+}
 
 class Extraction {
  public:
@@ -131,16 +137,18 @@ class Extraction {
         CrossedBrick& brick = crossed_[i];
         BlockReader reader(volume_, options_.closed_at_border);
         Samples samples;
+        Cells cells;
         for (; candidates != 0; candidates &= candidates - 1) {
             CrossedBlock b{static_cast<uint32_t>(std::countr_zero(candidates)), {}};
             const glm::ivec3 at = position * kBlocks + block_in_brick(b.number);
             const Signs signs = field_.signs_of(at);
             const Last last = field_.last_of(at);
             count_edges(signs, last, b.count);
-            count_cells(signs, last, b.count);
+            find_cells(signs, last, cells);
+            count_cells(cells, b.count);
             if (options_.topology == SurfaceTopology::correct && b.count.needs_values) {
                 reader.read(at, samples);
-                count_correct_cells(signs, last, samples, iso_, b.count);
+                count_correct_cells(cells, samples, iso_, b.count);
             }
             if (b.count.edge_vertices == 0 && b.count.triangles == 0)
                 continue;
@@ -157,7 +165,8 @@ class Extraction {
             const glm::ivec3 at = position * kBlocks + block_in_brick(b.number);
             const Signs signs = field_.signs_of(at);
             const Last last = field_.last_of(at);
-            reader.read(at, s.samples);
+            find_cells(signs, last, s.cells);
+            reader.read(at, s.samples, rows_read(s.cells, last));
             place.origin = at * kSide;
 
             const int own = own_edges(signs, last, s.numbers.data());
@@ -182,11 +191,11 @@ class Extraction {
             glm::uvec3* triangles = mesh.triangles.data() + b.first_triangle;
             if (options_.topology == SurfaceTopology::correct && b.count.needs_values)
                 make_correct_triangles(
-                    signs, last, s.vertex_of_edge.data(), s.samples, place, iso_,
+                    s.cells, s.vertex_of_edge.data(), s.samples, place, iso_,
                     {triangles, positions + own, normals ? normals + own : normals,
                      b.first_vertex + static_cast<uint32_t>(own)});
             else
-                make_triangles(signs, last, s.vertex_of_edge.data(), triangles);
+                make_triangles(s.cells, s.vertex_of_edge.data(), {triangles, b.count.triangles});
         }
     }
 

@@ -131,10 +131,7 @@ CornerClasses interior_classes(uint8_t inside, const CornerClasses& boundary,
     constexpr int kCorner = 40; // group numbers of corners; below, 4 * slice + column
     int slices = 0;
     uint8_t before = 0; // inside columns of the slice before
-    const auto add_slice = [&](double t, double saddle) {
-        uint8_t columns = 0;
-        for (int k = 0; k < 4; ++k)
-            columns |= static_cast<uint8_t>(is_inside(inside, t < zero[k] ? k : k + 4) << k);
+    const auto add_slice = [&](uint8_t columns, double saddle) {
         const int at = 4 * slices;
         for (const auto& [a, b] : {std::pair{0, 1}, {1, 3}, {3, 2}, {2, 0}})
             if ((columns >> a & 1) == (columns >> b & 1))
@@ -143,26 +140,38 @@ CornerClasses interior_classes(uint8_t inside, const CornerClasses& boundary,
             saddle >= 0.0 ? groups.join(at, at + 3) : groups.join(at + 1, at + 2);
         if (columns == 0b0110)
             saddle <= 0.0 ? groups.join(at + 1, at + 2) : groups.join(at, at + 3);
-        for (int k = 0; k < 4; ++k) {
-            if (slices == 0)
-                groups.join(kCorner + k, at + k);
-            else if ((columns >> k & 1) == (before >> k & 1))
+        for (int k = 0; k < 4 && slices > 0; ++k)
+            if ((columns >> k & 1) == (before >> k & 1))
                 groups.join(at + k, at - 4 + k);
-        }
         before = columns;
         ++slices;
     };
+    const auto saddle_at = [&](double t) {
+        std::array<double, 4> column;
+        for (int k = 0; k < 4; ++k)
+            column[k] = d[k] + t * slope[k];
+        return column[0] * column[3] - column[1] * column[2];
+    };
+    const auto inside_at = [&](double t) {
+        uint8_t columns = 0;
+        for (int k = 0; k < 4; ++k)
+            columns |= static_cast<uint8_t>(is_inside(inside, t < zero[k] ? k : k + 4) << k);
+        return columns;
+    };
+    // The two ends by themselves: a column that is zero at its end is inside there and nowhere
+    // else.
+    add_slice(inside & 0xf, d[0] * d[3] - d[1] * d[2]);
+    for (int k = 0; k < 4; ++k)
+        groups.join(kCorner + k, k);
     for (int i = 0; i + 1 < events; ++i) {
         if (event[i] == event[i + 1])
             continue;
         const double t = 0.5 * (event[i] + event[i + 1]);
-        std::array<double, 4> column;
-        for (int k = 0; k < 4; ++k)
-            column[k] = d[k] + t * slope[k];
-        add_slice(t, column[0] * column[3] - column[1] * column[2]);
+        add_slice(inside_at(t), saddle_at(t));
         if (roots.touches && event[i + 1] == roots.t[0])
-            add_slice(roots.t[0], 0.0);
+            add_slice(inside_at(roots.t[0]), 0.0);
     }
+    add_slice(inside >> 4, d[4] * d[7] - d[5] * d[6]);
     for (int k = 0; k < 4; ++k)
         groups.join(kCorner + k + 4, 4 * (slices - 1) + k);
     // A face that the sweep sees edge on may differ by a rounding; what faces say, holds.
@@ -208,6 +217,13 @@ CorrectTable::CorrectTable() {
                             entry.tubes.push_back({std::min(sides[a][1 - s], sides[b][1 - s]),
                                                    std::max(sides[a][1 - s], sides[b][1 - s]),
                                                    fill_with_tube(loops, a, b)});
+            const auto check = [](const CellSurface& s) {
+                PALPATE_ASSERT_CMP(s.triangles.size(), <=, kMostTriangles);
+                PALPATE_ASSERT_CMP(s.inner.size(), <=, kMostInner);
+            };
+            check(entry.discs);
+            for (const Tube& tube : entry.tubes)
+                check(tube.surface);
             entries_.push_back(std::move(entry));
         }
     }

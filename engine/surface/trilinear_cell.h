@@ -41,6 +41,8 @@ CornerClasses interior_classes(uint8_t inside, const CornerClasses& boundary,
 // alone and with a tube between any two loops that may have one.
 class CorrectTable {
  public:
+    static constexpr size_t kMostTriangles = 24, kMostInner = 6; // of one cell
+
     CorrectTable();
 
     // False where the case alone says what the surface is: then it is that of the classic table.
