@@ -1,0 +1,165 @@
+#!/usr/bin/python3
+"""Surfaces beside VTK's flying edges in one run: a head CT at two sizes, a gyroid, and edits.
+
+usage: peers_surface.py --build build/dev --work FOLDER [--project Cranium.inv3] [--repeat 7]
+
+FOLDER keeps the raw volumes (0.7 GB with the gyroid). VTK's filter alone is timed: its input is in
+memory and marked modified, then Update(). Both programs use the same number of threads, and take
+turns volume by volume. The figures are medians in ms; those of palpate include finding what changed
+for edits, and nothing of the edit itself for either."""
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import time
+
+import numpy as np
+import vtk
+from vtk.util.numpy_support import numpy_to_vtk
+
+import peers_data
+
+EDIT_SIDE, EDIT_SIGMA = 128, 24.0
+
+
+def gyroid(folder, side):
+    """A raw f32 file of side^3 samples, eight periods of 1 sample a mm across, as bench_surface's."""
+    path = os.path.join(folder, f"gyroid{side}.raw")
+    if os.path.exists(path) and os.path.getsize(path) == 4 * side**3:
+        return path
+    w = 2 * math.pi / (side / 8.0)
+    i = np.arange(side) * w
+    s, c = np.sin(i), np.cos(i)
+    with open(path, "wb") as f:
+        for z in range(side):
+            f.write((s[None, :] * c[:, None] + s[:, None] * c[z] + s[z] * c[None, :])
+                    .astype("<f4").tobytes())
+    return path
+
+
+def vtk_image(samples, spacing):
+    image = vtk.vtkImageData()
+    image.SetDimensions(samples.shape[::-1])
+    image.SetSpacing(*spacing)
+    scalars = numpy_to_vtk(samples.reshape(-1), deep=False)
+    image.GetPointData().SetScalars(scalars)
+    return image, scalars
+
+
+def flying_edges(image, iso, normals=True):
+    filter_ = vtk.vtkFlyingEdges3D()
+    filter_.SetInputData(image)
+    filter_.SetValue(0, iso)
+    filter_.SetComputeNormals(normals)
+    filter_.SetComputeGradients(False)
+    filter_.SetComputeScalars(False)
+    return filter_
+
+
+def timed(repeat, run):
+    run()
+    times = []
+    for _ in range(repeat):
+        start = time.perf_counter()
+        run()
+        times.append((time.perf_counter() - start) * 1e3)
+    return statistics.median(times)
+
+
+def vtk_full(path, dtype, dims, spacing, iso, repeat):
+    samples = np.fromfile(path, dtype).reshape(dims[::-1])
+    image, _ = vtk_image(samples, spacing)
+    found = {}
+    for name, normals in (("normals", True), ("plain", False)):
+        f = flying_edges(image, iso, normals)
+
+        def run():
+            f.Modified()
+            f.Update()
+
+        found[name] = timed(repeat, run)
+    return found, f.GetOutput().GetNumberOfPolys()
+
+
+def vtk_edits(triangles, radius, repeat):
+    """A ball taken out at the surface and put back; each time everything is extracted again."""
+    middle, r = (EDIT_SIDE - 1) / 2, math.sqrt(triangles / (12 * math.pi))
+    i = np.arange(EDIT_SIDE, dtype=np.float64) - middle
+    square = i[:, None, None] ** 2 + i[None, :, None] ** 2 + i[None, None, :] ** 2
+    base = np.exp(-square / (2 * EDIT_SIGMA**2)).astype(np.float32)
+    iso = math.exp(-r * r / (2 * EDIT_SIGMA**2))
+    centre = r / math.sqrt(3)
+    distance = np.sqrt((i[:, None, None] - centre) ** 2 + (i[None, :, None] - centre) ** 2 +
+                       (i[None, None, :] - centre) ** 2)
+    cut = np.minimum(base, iso + 0.02 * iso * (distance - radius)).astype(np.float32)
+    eroded = np.where(distance < radius, cut, base)
+    samples = base.copy()
+    image, scalars = vtk_image(samples, (1, 1, 1))
+    f = flying_edges(image, iso)
+    times = []
+    for n in range(2 * repeat + 1):
+        samples[...] = eroded if n % 2 == 0 else base
+        scalars.Modified()
+        image.Modified()
+        start = time.perf_counter()
+        f.Update()
+        times.append((time.perf_counter() - start) * 1e3)
+    return statistics.median(times[1:])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--build", required=True)
+    parser.add_argument("--work", required=True)
+    parser.add_argument("--project",
+                        default="/usr/share/doc/invesalius-examples/examples/Cranium.inv3")
+    parser.add_argument("--repeat", type=int, default=7)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--gyroid", type=int, default=512, help="samples a side; 0: none")
+    args = parser.parse_args()
+    vtk.vtkSMPTools.Initialize(args.threads)
+    peers_data.prepare(args.project, args.work)
+    with open(os.path.join(args.work, "volumes.json")) as f:
+        volumes = [(name, os.path.join(args.work, v["file"]), v["dtype"], v["dims"], v["spacing"],
+                    300.0) for name, v in json.load(f).items()]
+    if args.gyroid:
+        volumes.append((f"gyroid{args.gyroid}", gyroid(args.work, args.gyroid), "<f4",
+                        [args.gyroid] * 3, [1.0] * 3, 0.0))
+
+    def palpate(case):
+        out = subprocess.run([os.path.join(args.build, "bin", "bench_surface"), "--repeat",
+                              str(args.repeat), "--threads", str(args.threads), case],
+                             check=True, capture_output=True, text=True).stdout
+        return {line["case"].split("/")[-1]: line for line in map(json.loads, out.splitlines())}
+
+    print(f"VTK {vtk.vtkVersion.GetVTKVersion()}, {args.threads} threads, medians of {args.repeat}")
+    print("| volume | triangles | flying edges, with normals | palpate | times | plain | palpate "
+          "| times | correct | Mtri/s |\n|---|---|---|---|---|---|---|---|---|---|")
+    for name, path, dtype, dims, spacing, iso in volumes:
+        peer, polys = vtk_full(path, dtype, dims, spacing, iso, args.repeat)
+        ours = palpate(f"{name}={path}:{'f32' if dtype == '<f4' else 'i16'}:"
+                       f"{','.join(map(str, dims))}:{','.join(map(str, spacing))}:{iso}")
+        n, p = ours["normals"]["median_ms"], ours["plain"]["median_ms"]
+        assert ours["normals"]["triangles"] == polys or name.startswith("gyroid")
+        print(f"| {name} | {ours['normals']['triangles']} | {peer['normals']:.1f} | {n:.1f} "
+              f"| {peer['normals'] / n:.2f} | {peer['plain']:.1f} | {p:.1f} "
+              f"| {peer['plain'] / p:.2f} | {ours['correct']['median_ms']:.1f} "
+              f"| {ours['normals']['triangles'] / n / 1e3:.1f} |", flush=True)
+    print("\n| erosion, Gaussian 128^3 | flying edges | palpate f32 | times | i16 | edits/s "
+          "| blocks |\n|---|---|---|---|---|---|---|")
+    for triangles in (20000, 40000, 60000, 80000, 100000):
+        for radius in (5, 10):
+            peer = vtk_edits(triangles, radius, args.repeat)
+            f32, i16 = (next(iter(palpate(f"edits:{triangles}:{radius}:{kind}").values()))
+                        for kind in ("f32", "i16"))
+            print(f"| {triangles}, r = {radius} | {peer:.2f} | {f32['median_ms']:.3f} "
+                  f"| {peer / f32['median_ms']:.0f} | {i16['median_ms']:.3f} "
+                  f"| {1e3 / f32['median_ms']:.0f} | {f32['blocks']:.0f} |", flush=True)
+    local = next(iter(palpate("local:7").values()))
+    print(f"\nwindow of 7^3: {local['p50_us']:.1f} us, p99 {local['p99_us']:.1f} us, worst "
+          f"{local['worst_us']:.0f} us of {local['runs']}")
+
+
+main()
