@@ -18,6 +18,14 @@ LabelStyle style_of(const LabelLayer& layer, uint32_t label) {
     return {{channel(5.0), channel(3.0), channel(1.0)}, true};
 }
 
+SurfaceStyle style_of(const SurfaceLayer& layer, uint32_t label) {
+    if (label == 0)
+        return layer.style;
+    if (label < layer.label_styles.size())
+        return layer.label_styles[label];
+    return {style_of(LabelLayer{}, label).color, layer.style.opacity};
+}
+
 double jitter_share(uint32_t seed, glm::uvec2 pixel, uint32_t eye) {
     uint32_t h =
         seed * 0x27d4eb2fu ^ pixel.x * 0x9e3779b1u ^ pixel.y * 0x85ebca77u ^ eye * 0xc2b2ae3du;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/mesh/mesh.h"
 #include "engine/scene/camera.h"
 #include "engine/scene/transfer_function.h"
 #include "engine/volume/volume.h"
@@ -98,6 +100,32 @@ struct LabelLayer {
     friend bool operator==(const LabelLayer&, const LabelLayer&) = default;
 };
 
+// How triangles are shown: those of one label, or all of a mesh without labels.
+struct SurfaceStyle {
+    glm::dvec3 color{1.0, 0.94, 0.85};
+    double opacity = 1.0; // 0 .. 1; 0 is not shown at all, not even by a cap
+
+    friend bool operator==(const SurfaceStyle&, const SurfaceStyle&) = default;
+};
+
+// A mesh in the picture. Triangles are seen and lit from both sides: a wall between two labels in
+// the style of the one behind it, or, where that is not shown (as label 0, the background, never
+// is), of the one before it. An opaque one hides what lies behind it and ends the rays; others are
+// blended in their order along the ray with ray casting, the nearest Scene::surface_depth of them
+// at each pixel. Where a clip plane cuts into what a mesh encloses, the cut is closed by a cap, lit
+// by the plane's normal; where several do, the cap is that of the layer listed last. What a mesh
+// encloses is counted by crossings: caps are right for closed meshes only.
+struct SurfaceLayer {
+    SurfaceStyle style; // of triangles without label; its opacity is that of labels without style
+    std::vector<SurfaceStyle> label_styles; // by label; labels beyond take generated colours
+    Shading shading;
+    bool smooth = true; // by the mesh's normals, where it has any; else each triangle by its own
+
+    friend bool operator==(const SurfaceLayer&, const SurfaceLayer&) = default;
+};
+constexpr size_t kMaxSurfaces = 8;
+constexpr uint32_t kMaxSurfaceDepth = 16;
+
 struct StereoSettings {
     StereoRig rig;
     StereoLayout layout = StereoLayout::side_by_side;
@@ -115,19 +143,25 @@ struct Scene {
     std::optional<RayCastLayer> ray_cast;
     std::vector<SliceLayer> slices;     // at most kMaxSlices; grey by slice_transfer
     TransferFunction slice_transfer;    // used when there are slices; opacity is ignored
-    std::vector<ClipPlane> clip_planes; // at most kMaxClipPlanes; they cut ray casting only
+    std::vector<ClipPlane> clip_planes; // at most kMaxClipPlanes; they cut all but slices
     std::optional<LabelLayer> labels;   // needs SceneData::labels
-    // Also return, per pixel, the value behind it (MIP: the maximum; iso: the iso-value) and the
-    // distance in mm from the ray's start (iso, slices); NaN where there is none.
+    std::vector<SurfaceLayer> surfaces; // at most kMaxSurfaces; one of SceneData::meshes each
+    // How many see-through triangles are blended at a pixel, 1 .. kMaxSurfaceDepth: the nearest
+    // ones, exactly; those behind them are left out.
+    uint32_t surface_depth = 8;
+    // Also return, per pixel, the value behind it (MIP: the maximum; iso: the iso-value; meshes:
+    // the label) and the distance in mm from the ray's start (iso, slices, meshes); NaN where there
+    // is none.
     bool value_and_depth = false;
 
     friend bool operator==(const Scene&, const Scene&) = default;
 };
 
-// The voxels of a scene. Labels lie on a grid of their own, in the same world.
+// The voxels and meshes of a scene. Labels lie on a grid of their own, in the same world.
 struct SceneData {
     Volume volume;
-    std::optional<Volume> labels; // u8 or u16
+    std::optional<Volume> labels;                    // u8 or u16
+    std::vector<std::shared_ptr<const Mesh>> meshes; // one a surface of the scene; none is null
 };
 
 // How far a jittered ray's lattice begins before its start, in steps: 0 <= share < 1, a multiple of
@@ -136,6 +170,9 @@ double jitter_share(uint32_t seed, glm::uvec2 pixel, uint32_t eye);
 
 // The style of a label: the scene's own, or a generated colour that differs from its neighbours'.
 LabelStyle style_of(const LabelLayer& layer, uint32_t label);
+
+// The style of a label's triangles; of label 0 and of meshes without labels the layer's own.
+SurfaceStyle style_of(const SurfaceLayer& layer, uint32_t label);
 
 // The step a layer marches with: its own, or the smallest spacing where it leaves that open.
 double step_mm_of(const RayCastLayer& layer, const Grid& grid);

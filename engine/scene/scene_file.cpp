@@ -205,6 +205,62 @@ LabelLayer read_label_layer(const JsonValue& in) {
     return layer;
 }
 
+std::vector<SurfaceStyle> read_surface_styles(const JsonValue& in, const SurfaceLayer& layer) {
+    std::vector<std::pair<uint32_t, SurfaceStyle>> given;
+    uint32_t largest = 0;
+    for (const JsonValue& item : in.items(0, kLargestLabel)) {
+        if (!item.only_keys({"label", "color", "opacity"}))
+            return {};
+        const auto label = item.find("label");
+        if (!label)
+            item.complain("expected the key \"label\", found none");
+        const uint32_t number = label ? label->whole_number(1, kLargestLabel) : 1;
+        SurfaceStyle style = style_of(layer, number);
+        read_color(item, "color", style.color);
+        read_number(item, "opacity", 0.0, 1.0, style.opacity);
+        given.emplace_back(number, style);
+        largest = std::max(largest, number);
+    }
+    std::vector<SurfaceStyle> styles; // labels in between keep what they have without one
+    for (uint32_t i = 0; !given.empty() && i <= largest; ++i)
+        styles.push_back(style_of(layer, i));
+    for (const auto& [number, style] : given)
+        styles[number] = style;
+    return styles;
+}
+
+void read_surfaces(const JsonValue& in, SceneFile& file) {
+    for (const JsonValue& item : in.items(0, kMaxSurfaces)) {
+        if (!item.only_keys(
+                {"mesh", "iso", "labels", "color", "opacity", "shading", "smooth", "styles"}))
+            return;
+        SurfaceSource source;
+        SurfaceLayer layer;
+        if (const auto mesh = item.find("mesh"))
+            source.mesh = mesh->text();
+        if (const auto iso = item.find("iso"))
+            source.iso = iso->number(-kLargestValue, kLargestValue);
+        if (const auto labels = item.find("labels"))
+            source.labels = labels->boolean();
+        const int sources = !source.mesh.empty() + source.iso.has_value() + source.labels;
+        if (sources != 1)
+            item.complain(
+                fmt::format("expected one of \"mesh\", \"iso\" and \"labels\", found {}", sources));
+        if (source.labels && file.labels.empty())
+            item.complain("expected \"labels\" in the scene, too, found none");
+        read_color(item, "color", layer.style.color);
+        read_number(item, "opacity", 0.0, 1.0, layer.style.opacity);
+        if (const auto shading = item.find("shading"))
+            layer.shading = read_shading(*shading);
+        if (const auto smooth = item.find("smooth"))
+            layer.smooth = smooth->boolean();
+        if (const auto styles = item.find("styles"))
+            layer.label_styles = read_surface_styles(*styles, layer);
+        file.surfaces.push_back(source);
+        file.scene.surfaces.push_back(layer);
+    }
+}
+
 StereoSettings read_stereo(const JsonValue& in) {
     StereoSettings stereo;
     in.only_keys({"layout", "eye_separation_mm", "convergence_mm"});
@@ -217,7 +273,7 @@ StereoSettings read_stereo(const JsonValue& in) {
 void read_scene(const JsonValue& in, SceneFile& file) {
     if (!in.only_keys({"volume", "labels", "frame", "series", "size_px", "background", "camera",
                        "stereo", "ray_cast", "slices", "slice_transfer", "clip_planes",
-                       "label_layer", "value_and_depth"}))
+                       "label_layer", "surfaces", "surface_depth", "value_and_depth"}))
         return;
     Scene& scene = file.scene;
     if (const auto volume = in.find("volume"))
@@ -256,6 +312,10 @@ void read_scene(const JsonValue& in, SceneFile& file) {
         scene.labels = read_label_layer(*layer);
     else if (!file.labels.empty())
         scene.labels = LabelLayer{};
+    if (const auto surfaces = in.find("surfaces"))
+        read_surfaces(*surfaces, file);
+    if (const auto depth = in.find("surface_depth"))
+        scene.surface_depth = depth->whole_number(1, kMaxSurfaceDepth);
     if (const auto value = in.find("value_and_depth"))
         scene.value_and_depth = value->boolean();
 }

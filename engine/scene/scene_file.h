@@ -23,13 +23,23 @@ struct Framing {
     friend bool operator==(const Framing&, const Framing&) = default;
 };
 
+// Where the mesh of a surface layer comes from: one of the three is set.
+struct SurfaceSource {
+    std::string mesh;          // a file, relative to the scene's folder
+    std::optional<double> iso; // the volume's surface at this value
+    bool labels = false;       // the surfaces of the scene's labels
+
+    friend bool operator==(const SurfaceSource&, const SurfaceSource&) = default;
+};
+
 // A scene and where its voxels come from: one JSON file. The keys are described in docs/scene.md.
 struct SceneFile {
     Scene scene;
     std::string volume; // a file or folder relative to `folder`, or "synthetic:NAME?key=value"
     std::string labels; // the same; empty for none
-    uint32_t frame = 0; // which volume of a 4-D file
-    std::string series; // DICOM: the series' UID; empty for the largest
+    std::vector<SurfaceSource> surfaces; // one a surface of the scene
+    uint32_t frame = 0;                  // which volume of a 4-D file
+    std::string series;                  // DICOM: the series' UID; empty for the largest
 
     // What the file leaves to the volume: see resolved_scene().
     std::optional<Framing> framing;

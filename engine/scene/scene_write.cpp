@@ -37,6 +37,13 @@ Json camera_json(const SceneFile& file) {
                          {"view_height_mm", Json::of(camera.view_height_mm)}});
 }
 
+Json shading_json(const Shading& shading) {
+    return Json::object({{"ambient", Json::of(shading.ambient)},
+                         {"diffuse", Json::of(shading.diffuse)},
+                         {"specular", Json::of(shading.specular)},
+                         {"shininess", Json::of(shading.shininess)}});
+}
+
 Json ray_cast_json(const RayCastLayer& layer) {
     Json out = Json::object({{"mode", name_json(layer.mode)},
                              {"integrator", name_json(layer.integrator)},
@@ -55,11 +62,7 @@ Json ray_cast_json(const RayCastLayer& layer) {
         out.members.emplace_back("isos", std::move(isos));
     }
     if (layer.shading)
-        out.members.emplace_back("shading",
-                                 Json::object({{"ambient", Json::of(layer.shading->ambient)},
-                                               {"diffuse", Json::of(layer.shading->diffuse)},
-                                               {"specular", Json::of(layer.shading->specular)},
-                                               {"shininess", Json::of(layer.shading->shininess)}}));
+        out.members.emplace_back("shading", shading_json(*layer.shading));
     out.members.emplace_back("min_transmittance", Json::of(layer.min_transmittance));
     return out;
 }
@@ -108,6 +111,34 @@ Json label_layer_json(const LabelLayer& layer) {
                          {"outline_px", Json::of(layer.outline_px)}});
 }
 
+Json surfaces_json(const SceneFile& file) {
+    Json surfaces = Json::array();
+    for (size_t i = 0; i < file.scene.surfaces.size(); ++i) {
+        const SurfaceSource source = i < file.surfaces.size() ? file.surfaces[i] : SurfaceSource{};
+        const SurfaceLayer& layer = file.scene.surfaces[i];
+        Json out = Json::object();
+        if (source.iso)
+            out.members.emplace_back("iso", Json::of(*source.iso));
+        else if (source.labels)
+            out.members.emplace_back("labels", Json::of(true));
+        else
+            out.members.emplace_back("mesh", Json::of(source.mesh));
+        out.members.emplace_back("color", vector_json(layer.style.color));
+        out.members.emplace_back("opacity", Json::of(layer.style.opacity));
+        out.members.emplace_back("shading", shading_json(layer.shading));
+        out.members.emplace_back("smooth", Json::of(layer.smooth));
+        Json styles = Json::array();
+        for (size_t label = 1; label < layer.label_styles.size(); ++label)
+            styles.items.push_back(
+                Json::object({{"label", Json::of(static_cast<double>(label))},
+                              {"color", vector_json(layer.label_styles[label].color)},
+                              {"opacity", Json::of(layer.label_styles[label].opacity)}}));
+        out.members.emplace_back("styles", std::move(styles));
+        surfaces.items.push_back(std::move(out));
+    }
+    return surfaces;
+}
+
 } // namespace
 
 std::string write_scene(const SceneFile& file) {
@@ -139,6 +170,10 @@ std::string write_scene(const SceneFile& file) {
     add("clip_planes", clip_planes_json(file));
     if (scene.labels)
         add("label_layer", label_layer_json(*scene.labels));
+    if (!scene.surfaces.empty()) {
+        add("surfaces", surfaces_json(file));
+        add("surface_depth", Json::of(static_cast<double>(scene.surface_depth)));
+    }
     add("value_and_depth", Json::of(scene.value_and_depth));
     return json_text(out);
 }

@@ -30,6 +30,11 @@ constexpr const char* kFull = R"({
   "clip_planes": [{"point_mm": [5, 5, 5], "normal": [1, 1, 0]}, {"normal": [0, 0, 1]}],
   "label_layer": {"styles": [{"label": 3, "color": [1, 0, 0], "visible": false}],
                   "ray_cast_weight": 0.25, "slice_opacity": 0.5, "outline_px": 2},
+  "surfaces": [{"mesh": "skull.ply", "color": [1, 0.9, 0.8], "opacity": 0.4, "smooth": false,
+                "shading": {"specular": 0.5}},
+               {"iso": 300}, {"labels": true, "opacity": 0.7,
+                "styles": [{"label": 2, "opacity": 0}, {"label": 5, "color": [0, 1, 0]}]}],
+  "surface_depth": 4,
   "value_and_depth": true
 })";
 
@@ -70,6 +75,30 @@ TEST(SceneFile, ReadsEveryKey) {
     EXPECT_FALSE(scene.labels->styles[3].visible);
     EXPECT_TRUE(scene.labels->styles[2].visible);
     EXPECT_TRUE(scene.value_and_depth);
+}
+
+TEST(SceneFile, ReadsSurfacesAndWhereTheyComeFrom) {
+    const Result<SceneFile> file = parse(kFull);
+    ASSERT_TRUE(file) << file.error().message;
+    const Scene& scene = file->scene;
+    ASSERT_EQ(scene.surfaces.size(), 3u);
+    EXPECT_EQ(scene.surface_depth, 4u);
+    EXPECT_EQ(file->surfaces[0], (SurfaceSource{.mesh = "skull.ply", .iso = {}}));
+    EXPECT_EQ(file->surfaces[1], (SurfaceSource{.mesh = "", .iso = 300.0}));
+    EXPECT_EQ(file->surfaces[2], (SurfaceSource{.mesh = "", .iso = {}, .labels = true}));
+    EXPECT_EQ(scene.surfaces[0].style, (SurfaceStyle{{1.0, 0.9, 0.8}, 0.4}));
+    EXPECT_FALSE(scene.surfaces[0].smooth);
+    EXPECT_EQ(scene.surfaces[0].shading.specular, 0.5);
+    EXPECT_EQ(scene.surfaces[1], SurfaceLayer{});
+    EXPECT_EQ(style_of(scene.surfaces[2], 2).opacity, 0.0);
+    EXPECT_EQ(style_of(scene.surfaces[2], 5).color, glm::dvec3(0, 1, 0));
+    EXPECT_EQ(style_of(scene.surfaces[2], 5).opacity, 0.7);
+    EXPECT_EQ(style_of(scene.surfaces[2], 77).opacity, 0.7) << "a label without style";
+    EXPECT_THAT(
+        message(R"({"surfaces": [{"mesh": "a.ply", "iso": 3}]})"),
+        HasSubstr("surfaces[0]: expected one of \"mesh\", \"iso\" and \"labels\", found 2"));
+    EXPECT_THAT(message(R"({"surfaces": [{"labels": true}]})"), HasSubstr("found none"));
+    EXPECT_THAT(message(R"({"surface_depth": 17})"), HasSubstr("surface_depth"));
 }
 
 TEST(SceneFile, WrittenTextReadsBackAsTheSameScene) {
