@@ -8,11 +8,13 @@
 
 #include "engine/reference/march.h"
 #include "engine/reference/slices.h"
+#include "engine/reference/surfaces.h"
 #include "engine/reference/twin.h"
 
 namespace palpate::reference {
 
-// What twin and truth share: one eye's pixels, ray by ray, slices and ray casting put together.
+// What twin and truth share: one eye's pixels, ray by ray, slices, meshes and ray casting put
+// together.
 //
 // `make_marcher(rays, sampler)` makes, once per row, what turns a ray and a stretch into a Marched;
 // `slice_color` is the colour of a slice's value. All references must outlive the picture.
@@ -25,6 +27,7 @@ class Picture {
           data_(data),
           eye_(eye),
           rays_(scene, data, eye),
+          surfaces_(scene, data, rays_),
           make_marcher_(std::move(make_marcher)),
           slice_color_(std::move(slice_color)) {}
 
@@ -75,34 +78,61 @@ class Picture {
             const glm::dvec2 pixel = pixel_at(i);
             const LocalRay ray = rays_.through(pixel);
             const std::optional<SliceHit> slice = slices.hit(ray, pixel);
+            const SurfaceHits met = surfaces_.along(ray);
+            const bool meets_mesh = met.opaque && (!slice || met.opaque->t <= slice->t);
+            const double end = meets_mesh ? met.opaque->t
+                               : slice    ? slice->t
+                                          : std::numeric_limits<double>::infinity();
             Stretch t = rays_.inside(ray);
-            if (slice)
-                t.to = std::min(t.to, slice->t);
+            t.to = std::min(t.to, end);
             Marched seen;
-            if (scene_.ray_cast && !t.empty()) {
-                // Distances are counted from where the lattice begins.
-                const double before = jitter_mm(pixel);
-                const LocalRay moved{ray.origin_mm - before * ray.direction, ray.direction,
-                                     ray.origin - before * ray.step, ray.step};
-                t = {t.from + before, t.to + before, t.cut};
-                seen = cap(sampler, moved, t);
-                if (seen.transmittance > 0.0)
-                    seen.then(march(moved, t));
-                seen.depth -= before;
-            }
-            const glm::dvec3 color =
-                seen.color + seen.transmittance * (slice ? slice->color : scene_.background);
-            PixelSample sample{glm::dvec4(color, slice ? 1.0 : 1.0 - seen.transmittance),
+            double from = t.from;
+            // Marches on to a distance, from where the last march has ended.
+            const auto march_to = [&](double to) {
+                const Stretch part{from, std::min(to, t.to), from == t.from ? t.cut : 0.0};
+                from = std::max(from, to);
+                if (scene_.ray_cast && !part.empty() && seen.transmittance > 0.0)
+                    seen.then(marched(sampler, march, ray, part, jitter_mm(pixel)));
+            };
+            for (const SurfaceHit& layer : met.see_through)
+                if (layer.t < end) {
+                    march_to(layer.t);
+                    seen.then(layer.marched());
+                }
+            march_to(t.to);
+            const bool stops = meets_mesh || slice;
+            const glm::dvec3 behind = meets_mesh ? met.opaque->color
+                                      : slice    ? slice->color
+                                                 : scene_.background;
+            PixelSample sample{glm::dvec4(seen.color + seen.transmittance * behind,
+                                          stops ? 1.0 : 1.0 - seen.transmittance),
                                seen.value, seen.depth};
-            if (slice && !scene_.ray_cast)
-                sample.value = slice->value;
-            if (slice && std::isnan(seen.depth))
-                sample.depth = slice->t;
+            if (stops && std::isnan(seen.value) && (meets_mesh || !scene_.ray_cast))
+                sample.value = meets_mesh ? met.opaque->value : slice->value;
+            if (stops && std::isnan(seen.depth))
+                sample.depth = end;
             put(i, sample);
         }
     }
 
+    // One stretch of a ray, with its cap. Distances are counted from where the lattice begins,
+    // `before` millimetres before the ray's start.
+    template <class March>
+    Marched marched(Sampler& sampler, March& march, const LocalRay& ray, Stretch t,
+                    double before) const {
+        const LocalRay moved{ray.origin_mm - before * ray.direction, ray.direction,
+                             ray.origin - before * ray.step, ray.step};
+        t = {t.from + before, t.to + before, t.cut};
+        Marched seen = cap(sampler, moved, t);
+        if (seen.transmittance > 0.0)
+            seen.then(march(moved, t));
+        seen.depth -= before;
+        return seen;
+    }
+
     double jitter_mm(glm::dvec2 pixel) const {
+        if (!scene_.ray_cast)
+            return 0.0;
         const RayCastLayer& layer = *scene_.ray_cast;
         if (!layer.jitter_seed || layer.integrator == Integrator::exact)
             return 0.0;
@@ -133,6 +163,7 @@ class Picture {
     const SceneData& data_;
     int eye_;
     Rays rays_;
+    Surfaces surfaces_;
     MakeMarcher make_marcher_;
     std::function<glm::dvec3(double)> slice_color_;
 };
