@@ -13,6 +13,16 @@
 // HAS_ATLAS (0 or 1), so that what a scene does not use needs no binding. With HAS_ATLAS one dispatch
 // marches a part of the volume, and what rays have gathered is carried on to the next
 // (lib/carry.glsl).
+//
+// Built without HAS_SLICES it is the variant for see-through meshes (HAS_LAYERS): rays are marched
+// between their triangles (lib/ray_layers.glsl). These lie before slices and opaque meshes, if any.
+
+#ifdef HAS_SLICES
+#define HAS_LAYERS 0
+#else
+#define HAS_LAYERS 1
+#define HAS_SLICES 1
+#endif
 
 #include "shaders/shared/ray_cast.h"
 #include "shaders/lib/rays.glsl"
@@ -27,6 +37,9 @@ layout(constant_id = 6) const uint kCount = 0u;       // write how many samples 
 layout(constant_id = 7) const uint kFromList = 0u;    // march listed rays, not tiles
 layout(constant_id = 8) const uint kManual = 0u;      // interpolate by hand, in fp32
 layout(constant_id = 9) const uint kStored = 0u;      // gradients are stored
+#if HAS_LAYERS
+layout(constant_id = 10) const uint kLayerCount = 1u;  // see-through triangles a pixel, at most
+#endif
 
 layout(local_size_x = 64) in;
 
@@ -64,6 +77,9 @@ layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups {
     uint ray_count; // of listed rays
 };
 
+#if HAS_LAYERS
+layout(binding = kRaySurfaces) uniform usampler2DArray surfaces;
+#endif
 #if HAS_ATLAS
 layout(binding = kRayPages) uniform sampler3D pages;
 layout(scalar, binding = kRayAtlas) uniform AtlasBlock { AtlasFrame atlas; };
@@ -83,6 +99,9 @@ uint samples_taken = 0u;
 #endif
 #if HAS_ATLAS
 #include "shaders/lib/carry.glsl"
+#endif
+#if HAS_LAYERS
+#include "shaders/lib/ray_layers.glsl"
 #endif
 
 // The list's order, taken alternately from its two halves' point of view: devices that give each
@@ -146,14 +165,28 @@ void main() {
 #else
     const bool marches = inside;
 #endif
-#if IS_ISO
+#if HAS_LAYERS
+#if HAS_ATLAS
+    float reached;
+    const Marched before = carried_layers(front, wanted, reached);
+    const float until = t.x < t.y ? max(reached, t.y) : reached;
+    Marched marched =
+        march_layers(s, t, vec2(reached, until), span, marches, cut, pixel, eye, jitter, before);
+    carry_layers(marched, until, place, eye, wanted);
+    marched = then_rest(marched, until, pixel, eye, jitter);
+#else
+    Marched marched = march_layers(s, t, vec2(0.0, kNoLayer), span, marches, cut, pixel, eye,
+                                   jitter, Marched(vec4(0.0), kNaN, kNaN));
+#endif
+    marched.depth -= jitter;
+#elif IS_ISO
     const Marched cap = cap_of(s, t.x, marches ? cut : 0.0);
     Marched marched = over(cap, march(s, t, span, marches && cap.color.a < 1.0));
     marched.depth -= jitter;
 #else
     Marched marched = march(s, t, span, marches);
 #endif
-#if HAS_ATLAS
+#if HAS_ATLAS && !HAS_LAYERS
     marched = carry_on(front, marched, place, eye, wanted);
 #endif
     if (kCount != 0u && inside)

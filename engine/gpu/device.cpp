@@ -78,6 +78,16 @@ bool can_calibrate(VkPhysicalDevice device) {
     return has(VK_TIME_DOMAIN_DEVICE_EXT) && has(VK_TIME_DOMAIN_CLOCK_MONOTONIC_EXT);
 }
 
+// Whether shaders may count and compare 64 bits at a time in storage buffers.
+bool can_do_int64_atomics(VkPhysicalDevice device) {
+    VkPhysicalDeviceVulkan12Features v12{.sType =
+                                             VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES};
+    VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                       .pNext = &v12};
+    vkGetPhysicalDeviceFeatures2(device, &features);
+    return features.features.shaderInt64 && v12.shaderBufferInt64Atomics;
+}
+
 } // namespace
 
 Device::Device(const DeviceOptions& options) : instance_(options.validation) {
@@ -109,9 +119,12 @@ Device::Device(const DeviceOptions& options) : instance_(options.validation) {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
         .synchronization2 = VK_TRUE,
         .maintenance4 = VK_TRUE};
+    int64_atomics_ = can_do_int64_atomics(physical_);
+    const VkPhysicalDeviceFeatures core{.shaderInt64 = int64_atomics_};
     VkPhysicalDeviceVulkan12Features v12{
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,
         .pNext = &v13,
+        .shaderBufferInt64Atomics = int64_atomics_,
         .scalarBlockLayout = VK_TRUE,
         .timelineSemaphore = VK_TRUE};
     calibrates_ = can_calibrate(physical_);
@@ -121,7 +134,8 @@ Device::Device(const DeviceOptions& options) : instance_(options.validation) {
                                     .queueCreateInfoCount = 1,
                                     .pQueueCreateInfos = &queue,
                                     .enabledExtensionCount = calibrates_ ? 1u : 0u,
-                                    .ppEnabledExtensionNames = &calibration};
+                                    .ppEnabledExtensionNames = &calibration,
+                                    .pEnabledFeatures = &core};
     {
         const profile::Scope scope("create the device");
         check(vkCreateDevice(physical_, &create, nullptr, &handle_),

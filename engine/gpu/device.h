@@ -45,6 +45,7 @@ class Device {
     uint32_t queue_family() const { return queue_family_; }
     const VkPhysicalDeviceLimits& limits() const { return limits_; }
     bool can_filter_linearly(VkFormat format) const;
+    bool has_int64_atomics() const { return int64_atomics_; } // on storage buffers
     std::vector<std::string> validation_messages() const { return instance_.messages(); }
     bool has_debug_utils() const { return instance_.has_debug_utils(); }
 
@@ -103,6 +104,7 @@ class Device {
     std::list<ResourceInfo> resources_;
     Traffic traffic_;
     bool calibrates_ = false; // the driver tells its clock beside ours
+    bool int64_atomics_ = false;
 };
 
 } // namespace palpate

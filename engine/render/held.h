@@ -1,11 +1,12 @@
 #pragma once
 
-#include <cstring>
 #include <optional>
 
 #include "engine/render/gradient_image.h"
+#include "engine/render/mirrored_buffer.h"
 #include "engine/render/renderer.h"
 #include "engine/render/residency.h"
+#include "engine/render/surface_pass.h"
 #include "engine/render/transfer_image.h"
 #include "shaders/shared/frame.h"
 
@@ -23,34 +24,13 @@ uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, cons
 // Adds the times of passes to those of the same name.
 void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times);
 
-// Keeps a small buffer in step with its contents: written only when they differ.
-class MirroredBuffer {
- public:
-    void hold(Device& device, const char* name, std::span<const std::byte> bytes) {
-        if (buffer_ && bytes.size() == buffer_->bytes() &&
-            std::memcmp(bytes.data(), buffer_->mapped().data(), bytes.size()) == 0)
-            return;
-        buffer_.emplace(device, name, bytes.size(), Memory::upload); // the old one is retired
-        std::memcpy(buffer_->mapped().data(), bytes.data(), bytes.size());
-    }
-    void drop() { buffer_.reset(); }
-    Buffer& get() { return *buffer_; }
-
- private:
-    std::optional<Buffer> buffer_;
-};
-
-template <class T>
-std::span<const std::byte> bytes_of(const T& value) {
-    return std::as_bytes(std::span(&value, 1));
-}
-
 struct Renderer::Targets {
     glm::uvec2 size_px;
     uint32_t eyes;
     bool return_values;                            // the scene asks for value and depth
     std::optional<GpuImage> color, values;         // what is read back
-    std::optional<GpuImage> behind, behind_values; // slices that a ray caster draws over
+    std::optional<GpuImage> behind, behind_values; // slices and opaque meshes: behind all rays
+    std::optional<GpuImage> layers;                // see-through meshes in a ray's way
     std::optional<GpuImage> carry;                 // what rays bring from part to part of an atlas
 };
 
@@ -89,6 +69,7 @@ struct Renderer::Held {
     std::optional<TransferImage> transfer, slice_transfer;
     gpu::Frame block; // what `frame` holds
     MirroredBuffer frame, slice_frame, planes, styles;
+    std::optional<SurfacePass> surfaces;
     std::optional<Targets> targets;
     std::optional<Coarse> coarse;
     RayCastVariant variant;

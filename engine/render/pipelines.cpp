@@ -13,7 +13,13 @@
 #include "spirv/interpolate.h"
 #include "spirv/judge.h"
 #include "spirv/ray_cast.h"
+#include "spirv/ray_cast_layers.h"
 #include "spirv/slices.h"
+#include "spirv/surface_begin.h"
+#include "spirv/surface_caps.h"
+#include "spirv/surface_compose.h"
+#include "spirv/surface_draw.h"
+#include "spirv/surface_shade.h"
 #include "spirv/tiles.h"
 
 namespace palpate {
@@ -28,6 +34,9 @@ constexpr auto kStorageImage = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
 // Bits in the order of the macros in CMakeLists.txt.
 std::span<const uint32_t> ray_cast_code(const RayCastVariant& v) {
     const bool iso = v.mode == gpu::kModeIso;
+    if (v.layers > 0)
+        return spirv::ray_cast_layers[iso + 2 * v.labels + 4 * v.values + 8 * v.exact +
+                                      16 * v.atlas];
     return spirv::ray_cast[iso + 2 * v.labels + 4 * v.slices + 8 * v.values + 16 * v.exact +
                            32 * v.atlas];
 }
@@ -47,7 +56,42 @@ std::string name_of(const RayCastVariant& v) {
           std::pair(v.stored_gradients, " stored gradients")})
         if (on)
             name += text;
+    if (v.layers > 0)
+        name += fmt::format(" among {} layers", v.layers);
     return name;
+}
+
+struct SurfaceShader {
+    const char* name;
+    std::span<const uint32_t> code;
+};
+
+// Bits in the order of the macros in CMakeLists.txt.
+SurfaceShader surface_shader(SurfaceStage stage, SurfaceVariant v) {
+    switch (stage) {
+        case SurfaceStage::begin:
+            return {"surface_begin", spirv::surface_begin[v.through + 2 * v.clips]};
+        case SurfaceStage::draw:
+            return {"surface_draw", spirv::surface_draw[2 * v.through + 4 * v.clips]};
+        case SurfaceStage::draw_large:
+            return {"surface_draw large", spirv::surface_draw[1 + 2 * v.through + 4 * v.clips]};
+        case SurfaceStage::caps:
+            return {"surface_caps", spirv::surface_caps[v.through]};
+        case SurfaceStage::shade:
+            return {"surface_shade", spirv::surface_shade[v.through]};
+        case SurfaceStage::compose:
+            return {"surface_compose",
+                    spirv::surface_compose[v.through + 2 * v.layers + 4 * v.values]};
+    }
+    return {};
+}
+
+VkDescriptorType type_of(const Bound& bound) {
+    if (bound.use == Use::uniform)
+        return kUniform;
+    if (std::holds_alternative<Buffer*>(bound.resource))
+        return kStorage;
+    return bound.sampler ? kSampled : kStorageImage;
 }
 
 } // namespace
@@ -58,6 +102,10 @@ std::span<const uint32_t> ray_cast_shader() {
 
 std::span<const uint32_t> ray_cast_atlas_shader() {
     return spirv::ray_cast[32];
+}
+
+std::span<const uint32_t> surface_draw_shader() {
+    return spirv::surface_draw[0];
 }
 
 ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
@@ -90,11 +138,14 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
             slots.push_back({gpu::kRayAtlas, kUniform});
             slots.push_back({gpu::kRayCarry, kStorageImage});
         }
-        const std::array<uint32_t, 10> constants{variant.mode,      variant.preintegrated,
+        if (variant.layers > 0)
+            slots.push_back({gpu::kRaySurfaces, kSampled});
+        const std::array<uint32_t, 11> constants{variant.mode,      variant.preintegrated,
                                                  variant.shaded,    variant.no_data,
                                                  variant.iso_count, variant.skip,
                                                  variant.count,     variant.from_list,
-                                                 variant.by_hand,   variant.stored_gradients};
+                                                 variant.by_hand,   variant.stored_gradients,
+                                                 variant.layers};
         pipeline = std::make_unique<ComputePipeline>(*device_, name_of(variant),
                                                      ray_cast_code(variant), slots, constants);
         creation_ms_ += timer.ms();
@@ -144,6 +195,25 @@ ComputePipeline& Pipelines::judge() {
         creation_ms_ += timer.ms();
     }
     return *judge_;
+}
+
+ComputePipeline& Pipelines::surface(SurfaceStage stage, SurfaceVariant v,
+                                    std::span<const Bound> bound) {
+    const SurfaceShader shader = surface_shader(stage, v);
+    std::unique_ptr<ComputePipeline>& pipeline = surfaces_[shader.code.data()];
+    if (!pipeline) {
+        const Timer timer;
+        std::vector<BindingSlot> slots;
+        for (const Bound& b : bound)
+            slots.push_back({b.binding, type_of(b)});
+        pipeline = std::make_unique<ComputePipeline>(
+            *device_,
+            fmt::format("{}{}{}", shader.name, v.through ? " see-through" : "",
+                        v.clips ? " clipped" : ""),
+            shader.code, slots);
+        creation_ms_ += timer.ms();
+    }
+    return *pipeline;
 }
 
 ComputePipeline& Pipelines::slices(bool labels, bool atlas, bool by_hand) {

@@ -2,9 +2,10 @@
 
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
-#include "engine/gpu/pipeline.h"
+#include "engine/gpu/commands.h"
 
 namespace palpate {
 
@@ -20,8 +21,15 @@ struct RayCastVariant {
     bool atlas = false;     // the volume lies in a brick atlas
     bool by_hand = false;   // interpolate in fp32
     bool stored_gradients = false;
+    uint32_t layers = 0;    // see-through triangles in a ray's way, at most; slices is true then
 
     friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
+};
+
+// The passes over meshes, and what distinguishes their variants; see shaders/surface_*.comp.
+enum class SurfaceStage { begin, draw, draw_large, caps, shade, compose };
+struct SurfaceVariant {
+    bool through = false, clips = false, layers = false, values = false;
 };
 
 // Makes each pipeline when a scene first needs it, once per process.
@@ -34,6 +42,9 @@ class Pipelines {
     ComputePipeline& tiles(uint32_t which); // gpu::kList...
     ComputePipeline& interpolate();
     ComputePipeline& judge();
+    // With bindings as `bound` has them; what a stage does not distinguish is not looked at.
+    ComputePipeline& surface(SurfaceStage stage, SurfaceVariant variant,
+                             std::span<const Bound> bound);
 
     double creation_ms() const { return creation_ms_; } // spent so far
 
@@ -42,6 +53,7 @@ class Pipelines {
     double creation_ms_ = 0;
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
     std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_, tiles_;
+    std::map<const uint32_t*, std::unique_ptr<ComputePipeline>> surfaces_; // by their code
     std::unique_ptr<ComputePipeline> interpolate_, judge_;
 };
 

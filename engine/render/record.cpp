@@ -72,6 +72,18 @@ void Renderer::record_slices(Commands& commands, const Scene& scene) {
     commands.end_pass();
 }
 
+void Renderer::record_surfaces(Commands& commands, const Scene& scene) {
+    Targets& targets = *held_->targets;
+    if (scene.slices.empty()) {
+        commands.clear(*targets.behind, glm::vec4(glm::vec3(scene.background), 0.0f));
+        commands.clear(*targets.behind_values, glm::vec4(std::numeric_limits<float>::quiet_NaN()));
+    }
+    held_->surfaces->record(
+        commands, pipelines_,
+        {*targets.behind, *targets.behind_values, *targets.color,
+         targets.values ? &*targets.values : nullptr, targets.layers ? &*targets.layers : nullptr});
+}
+
 void Renderer::record_background(Commands& commands, const Scene& scene) {
     Targets& targets = *held_->targets;
     commands.begin_pass("background");
@@ -121,7 +133,7 @@ void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Sc
         bound.push_back(bind_sampled(gpu::kRayLabels, held_->labels->image(), label_sampler_));
         bound.push_back(bind_storage(gpu::kRayStyles, held_->styles.get()));
     }
-    if (!scene.slices.empty()) {
+    if (pass.variant.slices) {
         bound.push_back(bind_sampled(gpu::kRayBehind, *targets.behind, nearest_));
         bound.push_back(bind_sampled(gpu::kRayBehindValues, *targets.behind_values, nearest_));
     }
@@ -135,6 +147,8 @@ void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Sc
     bind_atlas(bound, gpu::kRayPages, gpu::kRayAtlas);
     if (pass.variant.atlas)
         bound.push_back(bind_storage_image(gpu::kRayCarry, *targets.carry));
+    if (pass.variant.layers > 0)
+        bound.push_back(bind_sampled(gpu::kRaySurfaces, *targets.layers, nearest_));
     commands.begin_pass(pass.name);
     commands.dispatch_indirect(pipelines_.ray_cast(pass.variant), bound, pass.groups);
     commands.end_pass();

@@ -39,7 +39,7 @@ RayCastVariant variant_of(const Scene& scene, const Volume& volume) {
     variant.exact = layer.integrator == Integrator::exact;
     variant.shaded = alpha && layer.shading.has_value();
     variant.labels = scene.labels.has_value();
-    variant.slices = !scene.slices.empty();
+    variant.slices = !scene.slices.empty() || !scene.surfaces.empty();
     variant.values = scene.value_and_depth;
     variant.no_data = volume.no_data_count() > 0;
     if (layer.mode == RayMode::iso)
@@ -103,13 +103,31 @@ Renderer::Renderer(Device& device, RendererOptions options)
 
 Renderer::~Renderer() = default;
 
+Result<void> Renderer::keep_surfaces(const Scene& scene, const SceneData& data) {
+    PALPATE_ASSERT_CMP(scene.surfaces.size(), ==, data.meshes.size());
+    PALPATE_ASSERT_CMP(scene.surfaces.size(), <=, kMaxSurfaces);
+    PALPATE_ASSERT(scene.surface_depth >= 1 && scene.surface_depth <= kMaxSurfaceDepth);
+    if (scene.surfaces.empty()) {
+        held_->surfaces.reset();
+        return {};
+    }
+    if (!held_->surfaces)
+        held_->surfaces.emplace(*device_, nearest_);
+    return held_->surfaces->prepare(scene, data, views_of(scene));
+}
+
 void Renderer::keep_targets(const Scene& scene) {
-    const bool slices_behind = !scene.slices.empty() && scene.ray_cast.has_value();
-    const bool values = scene.value_and_depth || (!scene.slices.empty() && !scene.ray_cast);
+    const bool surfaces = !scene.surfaces.empty();
+    const bool behind = surfaces || (!scene.slices.empty() && scene.ray_cast.has_value());
+    const bool values = scene.value_and_depth || (!scene.slices.empty() && !behind);
+    const bool see_through = surfaces && held_->surfaces->has_see_through();
+    const uint32_t layers =
+        scene.ray_cast && see_through ? scene.surface_depth * eye_count(scene) : 0;
     std::optional<Targets>& held = held_->targets;
     if (held && held->size_px == scene.size_px && held->eyes == eye_count(scene) &&
         held->return_values == scene.value_and_depth && held->values.has_value() == values &&
-        held->behind.has_value() == slices_behind)
+        held->behind.has_value() == behind &&
+        (held->layers ? held->layers->shape().layers : 0) == layers)
         return;
     held.reset();
     held_->tiles.reset();
@@ -127,16 +145,47 @@ void Renderer::keep_targets(const Scene& scene) {
     make(held->color, "picture", VK_FORMAT_R32G32B32A32_SFLOAT);
     if (values)
         make(held->values, "value and depth", VK_FORMAT_R32G32_SFLOAT);
-    if (slices_behind) {
-        make(held->behind, "slices", VK_FORMAT_R32G32B32A32_SFLOAT);
-        make(held->behind_values, "slices' value and depth", VK_FORMAT_R32G32_SFLOAT);
+    if (behind) {
+        make(held->behind, surfaces ? "behind all rays" : "slices", VK_FORMAT_R32G32B32A32_SFLOAT);
+        make(held->behind_values,
+             surfaces ? "value and depth behind all rays" : "slices' value and depth",
+             VK_FORMAT_R32G32_SFLOAT);
     }
+    if (layers > 0)
+        held->layers.emplace(*device_, "see-through layers",
+                             ImageShape{.format = VK_FORMAT_R32G32B32A32_UINT,
+                                        .size = {scene.size_px, 1},
+                                        .layers = layers,
+                                        .storage = true});
+}
+
+// All that voxels are drawn with.
+void Renderer::drop_volumes() {
+    held_->volume.reset();
+    held_->labels.reset();
+    held_->cells.reset();
+    held_->gradients.reset();
+    held_->tiles.reset();
+    held_->tile_groups.reset();
+    held_->coarse.reset();
+    held_->transfer.reset();
+    held_->slice_transfer.reset();
+    held_->parts.clear();
+    for (MirroredBuffer* buffer :
+         {&held_->frame, &held_->slice_frame, &held_->planes, &held_->styles, &held_->atlas_frame})
+        buffer->drop();
 }
 
 Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
     const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
+    if (Result<void> kept = keep_surfaces(scene, data); !kept)
+        return tl::unexpected(kept.error());
     keep_targets(scene);
+    if (!scene.ray_cast && scene.slices.empty()) { // nothing asks for voxels
+        drop_volumes();
+        return size_t{0};
+    }
     Result<size_t> uploaded = keep_volumes(scene, data);
     if (!uploaded)
         return uploaded;
@@ -179,6 +228,7 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         held_->variant.atlas = held_->volume->is_atlas();
         held_->variant.stored_gradients = held_->gradients.has_value();
         held_->variant.by_hand = options_.sampling == Sampling::by_hand;
+        held_->variant.layers = held_->targets->layers ? scene.surface_depth : 0;
     } else {
         held_->tiles.reset();
         held_->tile_groups.reset();
@@ -261,7 +311,9 @@ size_t Renderer::draw_behind(const Scene& scene, const SceneData& data, Commands
         uploaded = show_part({glm::uvec3(0), data.volume.brick_count(), 3u, held_->sliced}, true);
         record_slices(commands, scene);
     }
-    if (scene.ray_cast)
+    if (!scene.surfaces.empty())
+        record_surfaces(commands, scene);
+    else if (scene.ray_cast)
         record_background(commands, scene);
     return uploaded;
 }
@@ -306,7 +358,7 @@ Result<size_t> Renderer::draw_rays(const Scene& scene, const SceneData& data,
 }
 
 Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
-    PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty());
+    PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
     FrameStats stats;
     profile::Scope frame("frame");
     const Result<size_t> uploaded = prepare(scene, data);

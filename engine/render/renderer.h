@@ -81,8 +81,9 @@ struct CoarseStats {
     double traced_share = 0; // of the pixels: those with rays of their own
 };
 
-// Draws scenes. Keeps on the GPU what the last scene needed and makes nothing else; the same
-// snapshot is never uploaded twice, and of a later one only the bricks that changed.
+// Draws scenes with at least one of ray casting, slices and surfaces. Keeps on the GPU what the
+// last scene needed and makes nothing else; the same snapshot is never uploaded twice, and of a
+// later one only the bricks that changed.
 class Renderer {
  public:
     explicit Renderer(Device& device, RendererOptions options = {});
@@ -140,7 +141,9 @@ class Renderer {
     // recorded for another part has been submitted. Returns how many bricks were uploaded.
     size_t show_part(const Part& part, bool first);
     void tell_residency(FrameStats& stats) const;
-    // Slices and background: what rays are cast before.
+    void drop_volumes();
+    Result<void> keep_surfaces(const Scene& scene, const SceneData& data);
+    // Slices, meshes and background: what rays are cast before.
     size_t draw_behind(const Scene& scene, const SceneData& data, Commands& commands);
     // Records the rays; all but the last submission are on their way.
     Result<size_t> draw_rays(const Scene& scene, const SceneData& data,
@@ -151,6 +154,7 @@ class Renderer {
     uint32_t tiles_to_list(const Scene& scene) const; // gpu::kList...
     RayPass full_pass(const Scene& scene);
     void record_slices(Commands& commands, const Scene& scene);
+    void record_surfaces(Commands& commands, const Scene& scene);
     void record_background(Commands& commands, const Scene& scene);
     void record_tiles(Commands& commands, RayPass& pass, uint32_t eyes, uint32_t which,
                       uint32_t first_row, uint32_t rows);

@@ -178,9 +178,11 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     RayPass second{
         "every second pixel", held_->variant, coarse.rays,        coarse.frame.get(), table,
         coarse.color,         nullptr,        coarse.tile_groups, coarse.tiles};
-    record_tiles(commands, second, eyes,
-                 scene.slices.empty() ? tiles_to_list(scene) : gpu::kListBox, 0,
-                 tile_count(coarse.rays).y);
+    // Behind the volume there may be slices, and beside it meshes.
+    const uint32_t listed_tiles = !scene.surfaces.empty() ? gpu::kListAll
+                                  : !scene.slices.empty() ? gpu::kListBox
+                                                          : tiles_to_list(scene);
+    record_tiles(commands, second, eyes, listed_tiles, 0, tile_count(coarse.rays).y);
     record_ray_cast(commands, second, scene);
     record_interpolation(commands, scene);
     RayPass listed{
@@ -197,7 +199,8 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
                    nullptr,
                    coarse.tile_groups,
                    coarse.tiles};
-    record_tiles(commands, sparse, eyes, gpu::kListBox, 0, tile_count(coarse.probes).y);
+    record_tiles(commands, sparse, eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll, 0,
+                 tile_count(coarse.probes).y);
     record_ray_cast(commands, sparse, scene);
     record_judgement(commands);
     commands.copy(coarse.ray_groups, counts);

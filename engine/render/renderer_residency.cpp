@@ -173,6 +173,7 @@ Result<void> Renderer::plan_atlas(const Scene& scene, const SceneData& data) {
                     held_->sliced.size(), room);
     if (!scene.ray_cast)
         return {};
+    const bool maxima = scene.ray_cast->mode == RayMode::mip && held_->targets->layers.has_value();
     std::vector<Viewpoint> viewpoints;
     for (const View& view : views_of(scene))
         viewpoints.push_back(viewpoint_of(view, data.volume.grid()));
@@ -181,6 +182,12 @@ Result<void> Renderer::plan_atlas(const Scene& scene, const SceneData& data) {
                    reach_samples(*scene.ray_cast, data.volume.grid(), step_factor_), viewpoints);
     if (!parts)
         return pass_on(parts);
+    if (maxima && parts->size() > 1)
+        return fail(
+            "the volume: a MIP behind see-through surfaces needs all of it on the device, which "
+            "has "
+            "room for {} of the {} bricks that can be seen",
+            room, held_->needed_bricks);
     held_->parts = std::move(*parts);
     if (!held_->targets->carry)
         held_->targets->carry.emplace(*device_, "carried by rays", carry_shape(scene));
@@ -206,6 +213,10 @@ size_t Renderer::show_part(const Part& part, bool first) {
 }
 
 void Renderer::tell_residency(FrameStats& stats) const {
+    if (!held_->volume) {
+        stats.residency_reason = "nothing in the scene shows voxels";
+        return;
+    }
     stats.atlas = held_->volume->is_atlas();
     stats.residency_reason = held_->volume->reason();
     stats.needed_bricks = held_->needed_bricks;

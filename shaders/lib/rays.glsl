@@ -62,8 +62,4 @@ float jitter_share(uint seed, uvec2 pixel, uint eye) {
     return float(h >> 8) * (1.0 / 16777216.0);
 }
 
-// The lane's pixel within an 8x8 tile: packets of 4x2 pixels suit 8-wide devices best.
-uvec2 pixel_in_tile(uint lane) {
-    const uint packet = lane >> 3;
-    return uvec2((packet & 1u) * 4u + (lane & 3u), (packet >> 1) * 2u + ((lane >> 2) & 1u));
-}
+#include "shaders/lib/pixel_in_tile.glsl"

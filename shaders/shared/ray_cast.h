@@ -23,6 +23,7 @@ const uint kRayPages = 12u;       // atlas: where each brick lies
 const uint kRayAtlas = 13u;       // atlas: AtlasFrame
 const uint kRayGradients = 15u;   // MIP, alpha: of the volume, one texel a sample; only with kStored
 const uint kRayCarry = 14u;       // atlas: what rays carry from part to part; kCarryLayers an eye
+const uint kRaySurfaces = 16u;    // see-through triangles in a ray's way (lib/surface_layer.glsl)
 
 const uint kModeMip = 0u;
 const uint kModeAlpha = 1u;

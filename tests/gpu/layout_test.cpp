@@ -10,6 +10,7 @@
 
 #include "engine/render/shader_code.h"
 #include "shaders/shared/ray_cast.h"
+#include "shaders/shared/surface.h"
 
 namespace palpate {
 namespace {
@@ -101,6 +102,38 @@ TEST(SharedStructs, OffsetsInSpirvAreThoseOfCpp) {
     EXPECT_ATLAS_OFFSET(part_eyes);
     EXPECT_ATLAS_OFFSET(first_part);
 #undef EXPECT_ATLAS_OFFSET
+#undef EXPECT_OFFSET
+}
+
+TEST(SharedStructs, OffsetsOfSurfacesInSpirvAreThoseOfCpp) {
+    const auto found = offsets_in(surface_draw_shader());
+    for (const char* name : {"SurfaceMesh", "SurfaceClip", "SurfaceFrame", "SurfaceStyleEntry"})
+        ASSERT_TRUE(found.contains(name)) << name;
+#define EXPECT_OFFSET(Struct, member) \
+    EXPECT_EQ(found.at(#Struct).at(#member), offsetof(gpu::Struct, member)) << #member
+    EXPECT_OFFSET(SurfaceMesh, camera_from_mesh);
+    EXPECT_OFFSET(SurfaceMesh, origin);
+    EXPECT_OFFSET(SurfaceMesh, covector_from_mesh);
+    EXPECT_OFFSET(SurfaceMesh, triangle_count);
+    EXPECT_OFFSET(SurfaceMesh, first_style);
+    EXPECT_OFFSET(SurfaceMesh, style_count);
+    EXPECT_OFFSET(SurfaceMesh, flags);
+    EXPECT_OFFSET(SurfaceClip, normal);
+    EXPECT_OFFSET(SurfaceClip, offset);
+    EXPECT_OFFSET(SurfaceFrame, meshes);
+    EXPECT_OFFSET(SurfaceFrame, clips);
+    EXPECT_OFFSET(SurfaceFrame, bounds);
+    EXPECT_OFFSET(SurfaceFrame, size_px);
+    EXPECT_OFFSET(SurfaceFrame, orthographic);
+    EXPECT_OFFSET(SurfaceFrame, first_row);
+    EXPECT_OFFSET(SurfaceFrame, rows);
+    EXPECT_OFFSET(SurfaceFrame, eye);
+    EXPECT_OFFSET(SurfaceFrame, mesh_count);
+    EXPECT_OFFSET(SurfaceFrame, clip_count);
+    EXPECT_OFFSET(SurfaceFrame, depth);
+    EXPECT_OFFSET(SurfaceStyleEntry, color);
+    EXPECT_OFFSET(SurfaceStyleEntry, shading);
+    EXPECT_OFFSET(SurfaceStyleEntry, value);
 #undef EXPECT_OFFSET
 }
 

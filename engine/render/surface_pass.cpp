@@ -1,0 +1,294 @@
+#include "engine/render/surface_pass.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace palpate {
+
+static_assert(gpu::kMaxSurfaceLayers == kMaxSurfaces && gpu::kMaxSurfaceClips == kMaxClipPlanes);
+
+namespace {
+
+// Rows are drawn at a time for which no buffer is larger than this.
+constexpr uint64_t kScratchBytes = uint64_t{256} << 20;
+
+// World as one eye sees it: millimetres right, up and forward of the eye. Differences are taken
+// before anything is rotated or rounded, so that a far-away patient costs no digits.
+struct CameraSpace {
+    explicit CameraSpace(const View& view)
+        : turn(glm::transpose(glm::dmat3(view.right, view.up, view.forward))),
+          eye_mm(view.eye_mm) {}
+
+    glm::dmat3 turn;
+    glm::dvec3 eye_mm;
+};
+
+gpu::SurfaceMesh mesh_block(const CameraSpace& camera, const Mesh& mesh) {
+    const glm::dmat3 camera_from_mesh = camera.turn * glm::dmat3(mesh.world_from_mesh);
+    gpu::SurfaceMesh block{};
+    block.camera_from_mesh = glm::mat3(camera_from_mesh);
+    block.origin = glm::vec3(camera.turn * (glm::dvec3(mesh.world_from_mesh[3]) - camera.eye_mm));
+    block.covector_from_mesh = glm::mat3(glm::transpose(glm::inverse(camera_from_mesh)));
+    if (glm::determinant(glm::dmat3(mesh.world_from_mesh)) < 0.0)
+        block.flags |= gpu::kSurfaceMirrored;
+    return block;
+}
+
+gpu::SurfaceClip clip_block(const CameraSpace& camera, const ClipPlane& plane) {
+    const glm::dvec3 normal = glm::normalize(plane.normal);
+    return {glm::vec3(camera.turn * normal),
+            static_cast<float>(glm::dot(normal, camera.eye_mm - plane.point_mm))};
+}
+
+} // namespace
+
+Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data,
+                                  std::span<const View> views) {
+    if (!device_->has_int64_atomics())
+        return fail(
+            "surfaces: expected a graphics device with shaderBufferInt64Atomics, found {} without",
+            device_->info().name);
+    if (Result<void> kept = keep_meshes(data); !kept)
+        return kept;
+    if (Result<void> kept = keep_styles(scene); !kept)
+        return kept;
+    keep_scratch(scene);
+    keep_frames(scene, views);
+    return {};
+}
+
+Result<void> SurfacePass::keep_meshes(const SceneData& data) {
+    meshes_.resize(data.meshes.size());
+    for (size_t i = 0; i < meshes_.size(); ++i) {
+        if (meshes_[i] && meshes_[i]->source() == data.meshes[i])
+            continue;
+        meshes_[i].reset();
+        Result<GpuMesh> made =
+            GpuMesh::make(*device_, fmt::format("surface {}", i + 1), data.meshes[i]);
+        if (!made)
+            return pass_on(made);
+        meshes_[i].emplace(std::move(*made));
+    }
+    return {};
+}
+
+Result<void> SurfacePass::keep_styles(const Scene& scene) {
+    std::vector<gpu::SurfaceStyleEntry> entries;
+    first_styles_.clear();
+    style_counts_.clear();
+    has_opaque_.assign(meshes_.size(), false);
+    has_through_.assign(meshes_.size(), false);
+    for (size_t i = 0; i < meshes_.size(); ++i) {
+        const SurfaceLayer& layer = scene.surfaces[i];
+        const Shading& light = layer.shading;
+        const glm::vec4 shading(light.ambient, light.diffuse, light.specular, light.shininess);
+        const uint32_t count = meshes_[i]->largest_label() + 1;
+        first_styles_.push_back(static_cast<uint32_t>(entries.size()));
+        style_counts_.push_back(count);
+        for (uint32_t label = 0; label < count; ++label) {
+            SurfaceStyle style = style_of(layer, label);
+            if (label == 0 && meshes_[i]->has_labels()) // background
+                style.opacity = 0.0;
+            const float value = meshes_[i]->has_labels() ? static_cast<float>(label)
+                                                         : std::numeric_limits<float>::quiet_NaN();
+            entries.push_back({glm::vec4(glm::vec3(style.color), static_cast<float>(style.opacity)),
+                               shading, value});
+            has_opaque_[i] = has_opaque_[i] || style.opacity >= 1.0;
+            has_through_[i] = has_through_[i] || (style.opacity > 0.0 && style.opacity < 1.0);
+        }
+    }
+    if (entries.size() >= gpu::kSurfaceStyleMask)
+        return fail("surfaces: expected labels that add up to less than {} over all, found {}",
+                    gpu::kSurfaceStyleMask, entries.size());
+    see_through_ = std::find(has_through_.begin(), has_through_.end(), true) != has_through_.end();
+    styles_.hold(*device_, "surface styles", std::as_bytes(std::span(entries)));
+    return {};
+}
+
+uint32_t SurfacePass::rows_at_a_time(const Scene& scene) const {
+    const uint64_t most =
+        std::min<uint64_t>(kScratchBytes, device_->limits().maxStorageBufferRange);
+    uint64_t bytes = sizeof(uint64_t); // of a pixel, in the largest buffer
+    if (see_through_)
+        bytes *= scene.surface_depth;
+    if (!scene.clip_planes.empty())
+        bytes = std::max<uint64_t>(bytes, 2 * sizeof(int32_t) * meshes_.size());
+    return static_cast<uint32_t>(
+        std::clamp<uint64_t>(most / (bytes * scene.size_px.x), 1, scene.size_px.y));
+}
+
+void SurfacePass::keep_scratch(const Scene& scene) {
+    const uint32_t places = scene.size_px.x * rows_at_a_time(scene);
+    const auto meshes = static_cast<uint32_t>(meshes_.size());
+    const bool clips = !scene.clip_planes.empty();
+    const uint32_t depth = see_through_ ? scene.surface_depth : 0;
+    uint64_t most_triangles = 1;
+    for (const auto& mesh : meshes_)
+        most_triangles = std::max<uint64_t>(most_triangles, mesh->triangle_count());
+    const uint64_t large_bytes = most_triangles * sizeof(uint32_t);
+    if (scratch_ && scratch_->places == places && scratch_->depth == depth &&
+        scratch_->clips == clips && (!clips || scratch_->mesh_count == meshes) &&
+        scratch_->large.bytes() >= large_bytes)
+        return;
+    scratch_.reset();
+    const auto buffer = [&](const char* name, uint64_t bytes) {
+        return Buffer(*device_, name, bytes, Memory::device);
+    };
+    scratch_.emplace(Scratch{
+        places, meshes, depth, clips, buffer("nearest triangles", places * sizeof(uint64_t)),
+        buffer("surface work", sizeof(gpu::SurfaceWork)), buffer("wide triangles", large_bytes),
+        std::nullopt, std::nullopt, std::nullopt});
+    if (depth > 0)
+        scratch_->through.emplace(
+            buffer("see-through triangles", uint64_t{places} * depth * sizeof(uint64_t)));
+    if (clips) {
+        scratch_->kept.emplace(buffer("kept by clip planes", places * sizeof(glm::vec2)));
+        scratch_->counts.emplace(
+            buffer("labels at cuts", uint64_t{places} * 2 * meshes * sizeof(int32_t)));
+    }
+}
+
+void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views) {
+    size_px_ = scene.size_px;
+    const uint32_t step = rows_at_a_time(scene);
+    const uint32_t bands = (scene.size_px.y + step - 1) / step;
+    rows_.resize(views.size() * bands);
+    for (uint32_t eye = 0; eye < views.size(); ++eye) {
+        const View& view = views[eye];
+        const CameraSpace camera(view);
+        gpu::SurfaceFrame frame{};
+        for (size_t i = 0; i < meshes_.size(); ++i) {
+            gpu::SurfaceMesh& block = frame.meshes[i];
+            block = mesh_block(camera, *meshes_[i]->source());
+            block.triangle_count = meshes_[i]->triangle_count();
+            block.first_style = first_styles_[i];
+            block.style_count = style_counts_[i];
+            block.flags |=
+                (meshes_[i]->has_labels() ? gpu::kSurfaceHasLabels : 0u) |
+                (meshes_[i]->has_outer_labels() ? gpu::kSurfaceHasOuterLabels : 0u) |
+                (meshes_[i]->has_normals() && scene.surfaces[i].smooth ? gpu::kSurfaceHasNormals
+                                                                       : 0u);
+        }
+        for (size_t i = 0; i < scene.clip_planes.size(); ++i)
+            frame.clips[i] = clip_block(camera, scene.clip_planes[i]);
+        frame.bounds = glm::vec4(view.left, view.right_edge, view.bottom, view.top);
+        frame.size_px = scene.size_px;
+        frame.orthographic = view.projection == Projection::orthographic ? 1 : 0;
+        frame.eye = eye;
+        frame.mesh_count = static_cast<uint32_t>(meshes_.size());
+        frame.clip_count = static_cast<uint32_t>(scene.clip_planes.size());
+        frame.depth = scene.surface_depth;
+        for (uint32_t band = 0; band < bands; ++band) {
+            Rows& rows = rows_[eye * bands + band];
+            frame.first_row = band * step;
+            frame.rows = rows.count = std::min(step, scene.size_px.y - frame.first_row);
+            rows.frame.hold(*device_, "surfaces", bytes_of(frame));
+        }
+    }
+}
+
+// What every stage over pixels needs, in the order of their bindings.
+std::vector<Bound> SurfacePass::pixel_bindings(Buffer& frame, bool through, bool styles) {
+    std::vector<Bound> bound{bind_uniform(gpu::kSurfaceFrame, frame)};
+    if (styles)
+        bound.push_back(bind_storage(gpu::kSurfaceStyles, styles_.get()));
+    bound.push_back(bind_storage(gpu::kSurfaceNearest, scratch_->nearest, Use::storage_write));
+    if (through)
+        bound.push_back(bind_storage(gpu::kSurfaceThrough, *scratch_->through, Use::storage_write));
+    return bound;
+}
+
+void SurfacePass::start_work(Commands& commands, uint32_t mesh) {
+    const gpu::SurfaceWork work{0, 1, 1, 0, mesh};
+    const auto* words = reinterpret_cast<const uint32_t*>(&work);
+    commands.fill(scratch_->work, std::span(words, sizeof work / sizeof *words));
+}
+
+// The opaque triangles of a mesh, or the see-through ones.
+void SurfacePass::draw(Commands& commands, Pipelines& pipelines, Buffer& frame, uint32_t mesh,
+                       bool through) {
+    GpuMesh& drawn = *meshes_[mesh];
+    const SurfaceVariant variant{.through = through, .clips = scratch_->clips};
+    std::vector<Bound> bound = pixel_bindings(frame, through, true);
+    if (scratch_->clips)
+        bound.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
+    if (scratch_->clips && !through)
+        bound.push_back(bind_storage(gpu::kSurfaceCounts, *scratch_->counts, Use::storage_write));
+    bound.push_back(bind_storage(gpu::kSurfacePositions, drawn.positions()));
+    bound.push_back(bind_storage(gpu::kSurfaceTriangles, drawn.triangles()));
+    bound.push_back(bind_storage(gpu::kSurfaceLabels, drawn.labels()));
+    start_work(commands, mesh);
+    bound.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work, Use::storage_write));
+    bound.push_back(bind_storage(gpu::kSurfaceLarge, scratch_->large, Use::storage_write));
+    const uint32_t groups = (drawn.triangle_count() + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
+    commands.dispatch(pipelines.surface(SurfaceStage::draw, variant, bound), bound,
+                      {std::min(groups, gpu::kSurfaceMostGroups),
+                       (groups + gpu::kSurfaceMostGroups - 1) / gpu::kSurfaceMostGroups, 1});
+    for (Bound& b : std::span(bound).last(2))
+        b.use = Use::storage_read;
+    commands.dispatch_indirect(pipelines.surface(SurfaceStage::draw_large, variant, bound), bound,
+                               scratch_->work);
+}
+
+void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images& images) {
+    const bool clips = scratch_->clips;
+    commands.begin_pass("surfaces");
+    for (Rows& rows : rows_) {
+        Buffer& frame = rows.frame.get();
+        const glm::uvec3 pixels((size_px_.x + 63) / 64, rows.count, 1);
+        const SurfaceVariant all{see_through_, clips, images.layers != nullptr,
+                                 images.values != nullptr};
+        const auto dispatch = [&](SurfaceStage stage, const std::vector<Bound>& bound) {
+            commands.dispatch(pipelines.surface(stage, all, bound), bound, pixels);
+        };
+
+        std::vector<Bound> begin = pixel_bindings(frame, see_through_, false);
+        if (clips) {
+            begin.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept, Use::storage_write));
+            begin.push_back(
+                bind_storage(gpu::kSurfaceCounts, *scratch_->counts, Use::storage_write));
+        }
+        begin.push_back(bind_sampled(gpu::kSurfaceBehindValues, images.behind_values, *nearest_));
+        dispatch(SurfaceStage::begin, begin);
+
+        for (const bool through : {false, true})
+            for (uint32_t i = 0; i < meshes_.size(); ++i)
+                if (meshes_[i]->triangle_count() > 0 &&
+                    (through ? has_through_[i] : has_opaque_[i] || clips))
+                    draw(commands, pipelines, frame, i, through);
+
+        if (clips) {
+            std::vector<Bound> caps = pixel_bindings(frame, see_through_, true);
+            caps.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
+            caps.push_back(bind_storage(gpu::kSurfaceCounts, *scratch_->counts));
+            dispatch(SurfaceStage::caps, caps);
+        }
+        for (uint32_t i = 0; i < meshes_.size(); ++i) {
+            if (meshes_[i]->triangle_count() == 0)
+                continue;
+            std::vector<Bound> shade = pixel_bindings(frame, see_through_, true);
+            shade.push_back(bind_storage(gpu::kSurfacePositions, meshes_[i]->positions()));
+            shade.push_back(bind_storage(gpu::kSurfaceNormals, meshes_[i]->normals()));
+            shade.push_back(bind_storage(gpu::kSurfaceTriangles, meshes_[i]->triangles()));
+            shade.push_back(bind_storage(gpu::kSurfaceLabels, meshes_[i]->labels()));
+            start_work(commands, i);
+            shade.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work));
+            dispatch(SurfaceStage::shade, shade);
+        }
+
+        std::vector<Bound> compose = pixel_bindings(frame, see_through_, true);
+        for (Bound& b : std::span(compose).subspan(2))
+            b.use = Use::storage_read;
+        compose.push_back(bind_storage_image(gpu::kSurfaceBehind, images.behind));
+        compose.push_back(bind_storage_image(gpu::kSurfaceBehindValues, images.behind_values));
+        compose.push_back(bind_storage_image(gpu::kSurfaceColor, images.color));
+        if (images.values)
+            compose.push_back(bind_storage_image(gpu::kSurfaceValues, *images.values));
+        if (images.layers)
+            compose.push_back(bind_storage_image(gpu::kSurfaceLayers, *images.layers));
+        dispatch(SurfaceStage::compose, compose);
+    }
+    commands.end_pass();
+}
+
+} // namespace palpate

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "engine/render/mirrored_buffer.h"
+#include "engine/render/pipelines.h"
+#include "engine/render/surface_mesh.h"
+#include "engine/scene/scene.h"
+#include "shaders/shared/surface.h"
+
+namespace palpate {
+
+// Draws a scene's meshes: what its rays meet before anything is marched.
+//
+// One compute invocation a triangle finds the pixels whose rays meet it (wide ones get a workgroup
+// each) and leaves the smallest key, so that one code serves devices with and without a rasteriser,
+// both eyes and any camera, and no order of execution shows: docs/decisions. Rays run exactly
+// through the centres of pixels, and of triangles with a common edge one is met.
+class SurfacePass {
+ public:
+    SurfacePass(Device& device, const Sampler& nearest) : device_(&device), nearest_(&nearest) {}
+
+    // Brings meshes and styles in line with the scene: data.meshes[i] belongs to
+    // scene.surfaces[i], and one that is the same object as before is not uploaded again. Fails
+    // with a sentence where the device cannot draw them.
+    Result<void> prepare(const Scene& scene, const SceneData& data, std::span<const View> views);
+
+    bool has_see_through() const { return see_through_; }
+
+    // Where the picture comes together; all have one layer an eye, but for `layers`.
+    struct Images {
+        GpuImage& behind;        // RGBA: holds slices or background; opaque meshes are added
+        GpuImage& behind_values; // (value, distance in mm) of these, NaN where there is none
+        GpuImage& color;         // gets the picture without ray casting
+        GpuImage* values;        // gets its values and distances; may be null
+        GpuImage* layers;        // gets Scene::surface_depth layers an eye for the ray caster
+    };
+    void record(Commands& commands, Pipelines& pipelines, const Images& images);
+
+ private:
+    // What the rows drawn at a time need, a pixel each.
+    struct Scratch {
+        uint32_t places, mesh_count, depth; // pixels; depth and counts only where used
+        bool clips;
+        Buffer nearest, work, large;
+        std::optional<Buffer> through, kept, counts;
+    };
+
+    Result<void> keep_meshes(const SceneData& data);
+    Result<void> keep_styles(const Scene& scene);
+    void keep_frames(const Scene& scene, std::span<const View> views);
+    void keep_scratch(const Scene& scene);
+    uint32_t rows_at_a_time(const Scene& scene) const;
+    void draw(Commands& commands, Pipelines& pipelines, Buffer& frame, uint32_t mesh, bool through);
+    std::vector<Bound> pixel_bindings(Buffer& frame, bool through, bool styles);
+    void start_work(Commands& commands, uint32_t mesh);
+
+    Device* device_;
+    const Sampler* nearest_;
+    std::deque<std::optional<GpuMesh>> meshes_;
+    MirroredBuffer styles_;
+    std::vector<uint32_t> first_styles_, style_counts_;
+    std::vector<bool> has_opaque_, has_through_; // of each mesh
+    bool see_through_ = false;
+    struct Rows {
+        uint32_t count;
+        MirroredBuffer frame;
+    };
+    std::deque<Rows> rows_; // each eye's
+    glm::uvec2 size_px_{0};
+    std::optional<Scratch> scratch_;
+};
+
+} // namespace palpate

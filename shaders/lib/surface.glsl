@@ -1,0 +1,49 @@
+// What passes over meshes share: pixels and their rays in camera space, keys, what clip planes keep.
+
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+
+layout(scalar, binding = kSurfaceFrame) uniform FrameBlock { SurfaceFrame frame; };
+
+const float kFarAway = 1e30;
+const uint64_t kNothing = 0x7149f2cafffffffeul; // key_of(kFarAway, kSurfaceNone)
+
+uint64_t key_of(float depth, uint low) { return packUint2x32(uvec2(low, floatBitsToUint(depth))); }
+float depth_of(uint64_t key) { return uintBitsToFloat(unpackUint2x32(key).y); }
+uint low_of(uint64_t key) { return unpackUint2x32(key).x; }
+
+// Where a pixel's ray crosses the plane at depth 1 (perspective) or any plane (orthographic).
+vec2 image_point(vec2 pixel) {
+    return mix(frame.bounds.xw, frame.bounds.yz, (pixel + 0.5) / vec2(frame.size_px));
+}
+
+// Millimetres along the ray for one millimetre of depth.
+float ray_mm(vec2 at) { return frame.orthographic != 0u ? 1.0 : sqrt(1.0 + dot(at, at)); }
+
+vec3 ray_direction(vec2 at) {
+    return frame.orthographic != 0u ? vec3(0.0, 0.0, 1.0) : vec3(at, 1.0) / ray_mm(at);
+}
+
+// A pixel's place among the rows of this pass.
+uint place_of(uvec2 pixel) { return pixel.x + frame.size_px.x * (pixel.y - frame.first_row); }
+
+// The depths between which every clip plane keeps what is seen; x > y where none does.
+vec2 kept_stretch(vec2 at) {
+    vec2 kept = vec2(0.0, kFarAway);
+    for (uint i = 0u; i < frame.clip_count; ++i) {
+        const SurfaceClip clip = frame.clips[i];
+        const float across = dot(clip.normal.xy, at);
+        const bool parallel = frame.orthographic != 0u;
+        const float rate = clip.normal.z + (parallel ? 0.0 : across);
+        const float start = clip.offset + (parallel ? across : 0.0);
+        const float crossing = -start / (rate == 0.0 ? 1.0 : rate);
+        kept.x = rate > 0.0 ? max(kept.x, crossing) : kept.x;
+        kept.y = rate < 0.0 ? min(kept.y, crossing) : kept.y;
+        kept.y = rate == 0.0 && start < 0.0 ? -1.0 : kept.y;
+    }
+    return kept;
+}
+
+// What is seen of a style at this angle, as the low half of a key.
+uint shaded(uint style, float facing) {
+    return kSurfaceShaded | style << 16 | uint(clamp(facing, 0.0, 1.0) * 65535.0 + 0.5);
+}

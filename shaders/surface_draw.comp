@@ -1,0 +1,212 @@
+#version 460
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_shader_atomic_int64 : require
+
+// Draws the triangles of one mesh into the keys of the pixels whose rays they meet. One invocation a
+// triangle; those over many pixels are listed, and drawn with IS_LARGE by one workgroup each. Built
+// with HAS_THROUGH for see-through triangles, without for opaque ones. With HAS_CLIPS the pass of
+// opaque ones also counts, of all, the labels round both ends of what is kept. Every result is a minimum or a sum of integers, so
+// none depends on who comes first.
+
+#include "shaders/shared/surface.h"
+#include "shaders/lib/surface.glsl"
+#include "shaders/lib/surface_style.glsl"
+#include "shaders/lib/surface_triangle.glsl"
+#if IS_LARGE
+#include "shaders/lib/pixel_in_tile.glsl"
+#endif
+
+layout(local_size_x = 64) in;
+
+layout(scalar, binding = kSurfaceNearest) buffer Nearest { uint64_t nearest[]; };
+#if HAS_THROUGH
+layout(scalar, binding = kSurfaceThrough) buffer Through { uint64_t through[]; };
+#endif
+#if HAS_CLIPS
+layout(scalar, binding = kSurfaceKept) readonly buffer Kept { vec2 kept[]; };
+#if !HAS_THROUGH
+layout(scalar, binding = kSurfaceCounts) buffer Counts { int counts[]; };
+#endif
+#endif
+#if IS_LARGE
+layout(scalar, binding = kSurfaceWork) readonly buffer Work { SurfaceWork work; };
+layout(scalar, binding = kSurfaceLarge) readonly buffer Large { uint large[]; };
+#else
+layout(scalar, binding = kSurfaceWork) buffer Work { SurfaceWork work; };
+layout(scalar, binding = kSurfaceLarge) writeonly buffer Large { uint large[]; };
+#endif
+
+bool is_drawn_here(float opacity) {
+#if HAS_THROUGH
+    return opacity > 0.0 && opacity < 1.0;
+#else
+    return opacity >= 1.0;
+#endif
+}
+
+// What counts for caps: all triangles of a mesh with outer labels, for its labels add up; else those
+// that are shown, of which each label is closed by itself.
+bool counts_for_caps(SurfaceMesh mesh, uint pair) {
+#if HAS_CLIPS && !HAS_THROUGH
+    return (mesh.flags & kSurfaceHasOuterLabels) != 0u ||
+           styles[style_of_label(mesh, pair & 0xffffu)].color.a > 0.0;
+#else
+    return false;
+#endif
+}
+
+bool is_wanted(SurfaceMesh mesh, uint pair) {
+    return is_drawn_here(styles[style_of(mesh, pair, false)].color.a) ||
+           is_drawn_here(styles[style_of(mesh, pair, true)].color.a) || counts_for_caps(mesh, pair);
+}
+
+// Draws a pixel of a triangle.
+void draw(Corners t, uvec2 pixel, bool inside, uint mesh_number, uint triangle, uint pair) {
+    const SurfaceMesh mesh = frame.meshes[mesh_number];
+    const Hit hit = meet(t, image_point(vec2(pixel)));
+    const bool leaving = hit.leaving != ((mesh.flags & kSurfaceMirrored) != 0u);
+    const uint place = place_of(pixel);
+    bool seen = inside && hit.met;
+#if HAS_CLIPS
+    const vec2 stretch = kept[place];
+#if !HAS_THROUGH
+    const uint count = 2u * (place * frame.mesh_count + mesh_number);
+    const int weight = leaving ? weight_of(mesh, pair) : -weight_of(mesh, pair);
+    const bool counted = seen && counts_for_caps(mesh, pair);
+    if (counted && hit.depth > stretch.x)
+        atomicAdd(counts[count], weight);
+    if (counted && hit.depth > stretch.y)
+        atomicAdd(counts[count + 1u], weight);
+#endif
+    seen = seen && hit.depth >= stretch.x && hit.depth <= stretch.y;
+#endif
+    seen = seen && is_drawn_here(styles[style_of(mesh, pair, leaving)].color.a);
+    const uint number = triangle | mesh_number << kSurfaceMeshShift;
+    uint64_t key = key_of(hit.depth, number);
+#if HAS_THROUGH
+    seen = seen && hit.depth < depth_of(nearest[place]);
+    if (seen) { // the nearest keys in order: each takes its place and pushes on what was there
+        uint i = place * frame.depth;
+        const uint end = i + frame.depth;
+        do {
+            const uint64_t was = atomicMin(through[i], key);
+            key = max(key, was);
+            i += 1u;
+        } while (i < end && key != kNothing);
+    }
+#else
+    if (seen && key < nearest[place])
+        atomicMin(nearest[place], key);
+#endif
+}
+
+// The pixels whose centres lie between two points of the image plane: the first, and the last.
+ivec4 pixels_between(vec2 low, vec2 high) {
+    const vec2 per_pixel = vec2(frame.size_px) / (frame.bounds.yz - frame.bounds.xw); // y < 0
+    const vec2 a = (low - frame.bounds.xw) * per_pixel - 0.5;
+    const vec2 b = (high - frame.bounds.xw) * per_pixel - 0.5;
+    // Rounding moves a point on the picture by less than 2^14 pixels * 2^-21.
+    const float slack = 1.0 / 64.0;
+    const vec2 most = vec2(frame.size_px.x, frame.first_row + frame.rows);
+    const vec2 first = clamp(ceil(min(a, b) - slack), vec2(0.0, frame.first_row), most);
+    const vec2 last = clamp(floor(max(a, b) + slack), vec2(-1.0, float(frame.first_row) - 1.0),
+                            most - 1.0);
+    return ivec4(ivec2(first), ivec2(last));
+}
+
+vec2 projected(vec3 p) { return frame.orthographic != 0u ? p.xy : p.xy / p.z; }
+
+#if IS_LARGE
+// A triangle that runs through the plane of the eye: what is before it reaches without end towards
+// where its edges cross that plane, and else as far as its corners before it.
+void stretch_along(vec3 from, vec3 to, float slack, inout vec2 low, inout vec2 high) {
+    if ((from.z > 0.0) == (to.z > 0.0))
+        return;
+    const vec2 crossing = mix(from.xy, to.xy, from.z / (from.z - to.z));
+    low = mix(low, vec2(-kFarAway), lessThan(crossing, vec2(slack)));
+    high = mix(high, vec2(kFarAway), greaterThan(crossing, vec2(-slack)));
+}
+
+ivec4 pixels_of(Corners t) {
+    vec2 low = vec2(kFarAway), high = vec2(-kFarAway);
+    const vec3 corners[3] = vec3[3](t.a, t.b, t.c);
+    float reach = 0.0;
+    for (int i = 0; i < 3; ++i) {
+        const bool before = corners[i].z > 0.0 || frame.orthographic != 0u;
+        const vec2 p = before ? projected(corners[i]) : vec2(0.0);
+        low = before ? min(low, p) : low;
+        high = before ? max(high, p) : high;
+        const vec3 size = abs(corners[i]);
+        reach = max(reach, max(size.x, max(size.y, size.z)));
+    }
+    if (frame.orthographic == 0u) {
+        const float slack = 1e-5 * reach; // a hundred roundings
+        stretch_along(t.a, t.b, slack, low, high);
+        stretch_along(t.b, t.c, slack, low, high);
+        stretch_along(t.c, t.a, slack, low, high);
+    }
+    return pixels_between(low, high);
+}
+
+void main() {
+    const uint mesh_number = work.mesh;
+    const SurfaceMesh mesh = frame.meshes[mesh_number];
+    const uvec2 lane = pixel_in_tile(gl_LocalInvocationID.x);
+    uint entry = gl_WorkGroupID.x;
+    do {
+        const uint triangle = large[entry];
+        const Corners t = corners_of(mesh, triangle);
+        const ivec4 pixels = pixels_of(t);
+        const uint pair = labels_of(mesh, triangle);
+        ivec2 tile = pixels.xy;
+        if (pixels.x <= pixels.z && pixels.y <= pixels.w) {
+            do {
+                const ivec2 pixel = tile + ivec2(lane);
+                const bool inside = pixel.x <= pixels.z && pixel.y <= pixels.w;
+                draw(t, uvec2(min(pixel, pixels.zw)), inside, mesh_number, triangle, pair);
+                tile.x += 8;
+                const bool next_row = tile.x > pixels.z;
+                tile = next_row ? ivec2(pixels.x, tile.y + 8) : tile;
+            } while (tile.y <= pixels.w);
+        }
+        entry += kSurfaceMostGroups;
+    } while (entry < work.listed);
+}
+#else
+void main() {
+    const uint mesh_number = work.mesh;
+    const SurfaceMesh mesh = frame.meshes[mesh_number];
+    const uint group = gl_WorkGroupID.x + kSurfaceMostGroups * gl_WorkGroupID.y;
+    const uint asked = group * kSurfaceGroup + gl_LocalInvocationID.x;
+    const uint triangle = min(asked, mesh.triangle_count - 1u);
+    const Corners t = corners_of(mesh, triangle);
+    const uint pair = labels_of(mesh, triangle);
+    const vec3 depths = vec3(t.a.z, t.b.z, t.c.z);
+    const bool parallel = frame.orthographic != 0u;
+    const bool before = parallel || all(greaterThan(depths, vec3(0.0)));
+    const bool partly = any(greaterThan(depths, vec3(0.0)));
+    bool wanted = asked < mesh.triangle_count && is_wanted(mesh, pair) && partly;
+    const vec2 a = projected(t.a), b = projected(t.b), c = projected(t.c);
+    const ivec4 pixels = pixels_between(min(a, min(b, c)), max(a, max(b, c)));
+    const ivec2 size = pixels.zw - pixels.xy + 1;
+    wanted = wanted && (!before || (size.x > 0 && size.y > 0));
+    // 4096 square is beyond every small one, and no product of sizes below it overflows.
+    const bool small = before && all(lessThan(size, ivec2(4096))) &&
+                       uint(size.x * size.y) <= kSurfaceSmallPixels;
+    if (wanted && !small) {
+        const uint slot = atomicAdd(work.listed, 1u);
+        if (slot < kSurfaceMostGroups)
+            atomicAdd(work.groups_x, 1u);
+        large[slot] = triangle;
+    }
+    if (wanted && small) {
+        ivec2 pixel = pixels.xy;
+        do {
+            draw(t, uvec2(pixel), true, mesh_number, triangle, pair);
+            pixel.x += 1;
+            pixel = pixel.x > pixels.z ? ivec2(pixels.x, pixel.y + 1) : pixel;
+        } while (pixel.y <= pixels.w);
+    }
+}
+#endif
