@@ -83,17 +83,20 @@ TransferFunction default_slice_transfer(const LoadedScene& loaded) {
     return is_ct(loaded) ? window_function(-160.0, 240.0, 1.0) : window_function(low, high, 1.0);
 }
 
-std::vector<IsoSurface> iso_surfaces(std::vector<double> values) {
+glm::dvec3 surface_color(size_t number) {
     constexpr glm::dvec3 colors[] = {{1.0, 0.94, 0.85}, {0.90, 0.62, 0.50}, {0.6, 0.8, 1.0},
                                      {0.7, 0.95, 0.6},  {1.0, 0.9, 0.4},    {0.85, 0.6, 0.95},
                                      {0.5, 0.9, 0.85},  {1.0, 0.6, 0.6}};
+    return colors[number % std::size(colors)];
+}
+
+std::vector<IsoSurface> iso_surfaces(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     values.erase(std::unique(values.begin(), values.end()), values.end());
     std::vector<IsoSurface> isos;
     for (size_t i = 0; i < values.size(); ++i) {
         const size_t from_inside = values.size() - 1 - i;
-        isos.push_back(
-            {values[i], colors[from_inside % std::size(colors)], from_inside == 0 ? 1.0 : 0.35});
+        isos.push_back({values[i], surface_color(from_inside), from_inside == 0 ? 1.0 : 0.35});
     }
     return isos;
 }

@@ -22,6 +22,9 @@ TransferFunction default_slice_transfer(const LoadedScene& loaded);
 TransferFunction fitted(const TransferFunction& function, const std::string& preset_name,
                         const LoadedScene& loaded);
 
+// Colours that differ from those before: of bone, of skin, ..
+glm::dvec3 surface_color(size_t number);
+
 // Opaque for one value; outer surfaces lighter for several. Sorted by value, equal ones dropped.
 std::vector<IsoSurface> iso_surfaces(std::vector<double> values);
 

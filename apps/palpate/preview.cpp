@@ -18,7 +18,8 @@ Result<Preview> draw_preview(Device& device, const RendererOptions& options, con
             continue;
         const Timer timer;
         Renderer renderer(device, options);
-        Result<Frame> frame = renderer.render(scene, {loaded.coarser[i], loaded.data.labels});
+        Result<Frame> frame =
+            renderer.render(scene, {loaded.coarser[i], loaded.data.labels, loaded.data.meshes});
         if (!frame)
             return pass_on(frame);
         return Preview{std::move(frame->eyes), i + 1, timer.ms()};

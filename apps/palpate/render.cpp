@@ -21,6 +21,7 @@
 #include "engine/render/interactive.h"
 #include "engine/render/stereo_layout.h"
 #include "engine/scene/accuracy.h"
+#include "engine/surface/scene_meshes.h"
 
 namespace palpate {
 
@@ -201,6 +202,13 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
                          : 0.0;
         json["cell_map_ms"] = timing.cell_map_ms;
     }
+    if (!scene.surfaces.empty()) {
+        json["surfaces"] = Json::array();
+        for (const auto& mesh : data.meshes)
+            json["surfaces"].push_back(
+                {{"triangles", mesh->triangles.size()}, {"vertices", mesh->positions.size()}});
+        json["exact_see_through_layers"] = scene.surface_depth;
+    }
     json["residency"] = residency_json(timing.first);
     json["peak_rss_bytes"] = peak_rss_bytes();
     // RMSE of colour beside an exact picture of the field; where scenes of this kind were not
@@ -272,10 +280,11 @@ Result<void> run_render(const RenderOptions& options) {
     Result<SceneFile> file = base_scene(options.scene);
     if (!file)
         return pass_on(file);
-    const Result<LoadedScene> loaded =
-        load_scene_data(*file, read_options(options.read, interrupt));
+    Result<LoadedScene> loaded = load_scene_data(*file, read_options(options.read, interrupt));
     if (!loaded)
         return fail("{}", loaded.error().message);
+    if (auto made = make_scene_meshes(*file, *loaded); !made)
+        return fail("{}", made.error().message);
     for (const std::string& note : loaded->notes)
         log::info("{}", note);
     for (const std::string& warning : loaded->warnings)

@@ -1,6 +1,8 @@
 #include "apps/palpate/scene_options.h"
 
+#include <algorithm>
 #include <charconv>
+#include <filesystem>
 
 #include "apps/palpate/default_scene.h"
 #include "engine/scene/presets.h"
@@ -120,6 +122,59 @@ Result<void> apply_clips(const SceneOptions& options, Scene& scene) {
     if (scene.clip_planes.size() > kMaxClipPlanes)
         return fail("--clip: expected at most {} planes, found {}", kMaxClipPlanes,
                     scene.clip_planes.size());
+    return {};
+}
+
+// "labels", "iso=300" or a file.
+Result<SurfaceSource> surface_of(const std::string& text) {
+    if (text == "labels")
+        return SurfaceSource{.mesh = {}, .iso = {}, .labels = true};
+    if (text.starts_with("iso=")) {
+        const Result<std::vector<double>> value = numbers("--surface iso=", text.substr(4), 1);
+        if (!value)
+            return fail("{}", value.error().message);
+        return SurfaceSource{.mesh = {}, .iso = (*value)[0], .labels = false};
+    }
+    return SurfaceSource{.mesh = std::filesystem::absolute(text).string(), .iso = {}};
+}
+
+// The surfaces of the options replace those of the file.
+Result<void> apply_surfaces(const SceneOptions& options, SceneFile& file) {
+    if (options.surfaces.size() > kMaxSurfaces)
+        return fail("--surface: expected at most {} surfaces, found {}", kMaxSurfaces,
+                    options.surfaces.size());
+    if (!options.surfaces.empty()) {
+        file.surfaces.clear();
+        file.scene.surfaces.clear();
+    }
+    for (const std::string& text : options.surfaces) {
+        Result<SurfaceSource> source = surface_of(text);
+        if (!source)
+            return fail("{}", source.error().message);
+        if (source->labels && file.labels.empty())
+            return fail("--surface labels: expected a label map (--labels), found none");
+        SurfaceLayer layer;
+        layer.style.color = surface_color(file.surfaces.size());
+        file.surfaces.push_back(std::move(*source));
+        file.scene.surfaces.push_back(layer);
+    }
+    const size_t count = file.scene.surfaces.size();
+    if (options.surface_colors.size() > count || options.surface_opacities.size() > count)
+        return fail("--surface-color, --surface-opacity: expected at most one a surface, found {}",
+                    std::max(options.surface_colors.size(), options.surface_opacities.size()));
+    for (size_t i = 0; i < options.surface_colors.size(); ++i) {
+        const auto c = numbers("--surface-color", options.surface_colors[i], 3);
+        if (!c)
+            return fail("{}", c.error().message);
+        if (!std::all_of(c->begin(), c->end(), [](double v) { return v >= 0.0 && v <= 1.0; }))
+            return fail("--surface-color: expected numbers from 0 to 1, found '{}'",
+                        options.surface_colors[i]);
+        file.scene.surfaces[i].style.color = {(*c)[0], (*c)[1], (*c)[2]};
+    }
+    for (size_t i = 0; i < options.surface_opacities.size(); ++i)
+        file.scene.surfaces[i].style.opacity = options.surface_opacities[i];
+    if (options.surface_depth > 0)
+        file.scene.surface_depth = options.surface_depth;
     return {};
 }
 
@@ -273,6 +328,21 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--slab", o.slab_mm, "Slices: thickness in mm (default: 0)")
         ->check(CLI::NonNegativeNumber);
     app.add_option("--slab-mode", o.slab_mode, "Slabs: mean or maximum (default: mean)");
+    app.add_option(
+           "--surface", o.surfaces,
+           "A mesh in the picture: a PLY or STL file, iso=VALUE for the volume's surface at "
+           "that value, or labels for those of the label map; repeatable (default: none)")
+        ->type_name("SOURCE");
+    app.add_option("--surface-color", o.surface_colors,
+                   "Surfaces, in their order: r,g,b, 0 .. 1; repeatable (default: bone, skin, ..)");
+    app.add_option("--surface-opacity", o.surface_opacities,
+                   "Surfaces, in their order: 0 .. 1, apart by commas (default: 1)")
+        ->delimiter(',')
+        ->check(CLI::Range(0.0, 1.0));
+    app.add_option("--surface-depth", o.surface_depth,
+                   "How many see-through triangles are blended at a pixel; those behind them are "
+                   "left out (default: 8)")
+        ->check(CLI::Range(1u, kMaxSurfaceDepth));
     app.add_option("--clip", o.clips,
                    "Keep the side of a plane its normal points to: px,py,pz,nx,ny,nz in mm; "
                    "repeatable");
@@ -326,19 +396,23 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
         if (!file.scene.labels)
             file.scene.labels = LabelLayer{};
     }
+    if (auto applied = apply_surfaces(options, file); !applied)
+        return pass_on(applied);
     return file;
 }
 
 Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const LoadedScene& loaded) {
     const Grid& grid = loaded.data.volume.grid();
-    const bool from_volume = !file.scene.ray_cast && file.scene.slices.empty();
+    const bool own_surfaces = file.scene.surfaces.empty() || !options.surfaces.empty();
+    const bool from_volume = !file.scene.ray_cast && file.scene.slices.empty() && own_surfaces;
     Scene scene = resolved_scene(file, grid);
     if (options.size_px.size() == 2)
         scene.size_px = {options.size_px[0], options.size_px[1]};
     if (options.background.size() == 3)
         scene.background = {options.background[0], options.background[1], options.background[2]};
     scene.value_and_depth = scene.value_and_depth || options.values;
-    if (from_volume && options.slices.empty() && options.mode.empty() && options.isos.empty())
+    if (from_volume && options.slices.empty() && options.mode.empty() && options.isos.empty() &&
+        options.surfaces.empty())
         scene.ray_cast = default_ray_cast(RayMode::alpha, loaded);
     if (auto done = apply_ray_cast(options, loaded, scene); !done)
         return pass_on(done);

@@ -18,18 +18,19 @@ struct SceneOptions {
     std::string labels;
     std::string mode, integrator, transfer, stereo, interpolation, slab_mode, view, projection;
     std::vector<double> window, isos, camera, background;
-    std::vector<std::string> slices, clips;
+    std::vector<std::string> slices, clips, surfaces, surface_colors;
+    std::vector<double> surface_opacities;
     std::vector<uint32_t> size_px;
     double step_mm = -1, slab_mm = 0, fill = 0.8, view_angle_deg = 30;
     double eye_separation_mm = -1, convergence_mm = -1, min_transmittance = -1;
-    uint32_t sub_steps = 0;
+    uint32_t sub_steps = 0, surface_depth = 0;
     std::optional<uint32_t> jitter_seed;
     bool shade = false, no_shade = false, values = false;
 };
 
 void add_scene_options(CLI::App& app, SceneOptions& options);
 
-// The scene file the options start from, its volumes not yet loaded.
+// The scene file the options start from, its volumes and meshes not yet loaded.
 Result<SceneFile> base_scene(const SceneOptions& options);
 
 // Applies the options to a scene whose volumes are loaded, and settles what depends on them:

@@ -43,6 +43,47 @@ TEST_F(RenderCommand, GivesTheSameBytesTwiceAndOnOneThread) {
     }
 }
 
+TEST_F(RenderCommand, DrawsSurfacesBesideRaysAndWritesThemIntoTheScene) {
+    const std::vector<std::string> surfaces{"--surface",
+                                            "iso=-300",
+                                            "--surface",
+                                            "iso=300",
+                                            "--surface-opacity",
+                                            "0.4,1",
+                                            "--surface-color",
+                                            "0.9,0.6,0.5",
+                                            "--clip",
+                                            "0,0,0,0,1,0",
+                                            "--stats",
+                                            "-",
+                                            "--write-scene",
+                                            file("scene.json").string()};
+    const ProgramRun ran = run(command(surfaces));
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const auto stats = nlohmann::json::parse(ran.output);
+    ASSERT_EQ(stats["surfaces"].size(), 2u);
+    EXPECT_GT(stats["surfaces"][1]["triangles"], 1000);
+    EXPECT_EQ(stats["exact_see_through_layers"], 8);
+    EXPECT_FALSE(stats.contains("samples")) << "surfaces alone are not marched";
+    for (const auto& resource : stats["resources"])
+        EXPECT_NE(resource["name"], "volume");
+    const std::string first = bytes_of("picture.exr");
+    const ProgramRun again =
+        run({"render", file("scene.json").string(), "-o", file("picture.exr").string()});
+    ASSERT_EQ(again.exit_code, 0) << again.messages;
+    EXPECT_TRUE(bytes_of("picture.exr") == first) << "the scene that was written draws the same";
+
+    for (const auto& [wrong, sentence] :
+         {std::pair<std::vector<std::string>, const char*>{{"--surface", "labels"}, "label map"},
+          {{"--surface", "iso=bone"}, "--surface iso="},
+          {{"--surface", "nowhere.ply"}, "nowhere.ply"},
+          {{"--surface-opacity", "0.5"}, "at most one a surface"}}) {
+        const ProgramRun refused = run(command(wrong));
+        EXPECT_EQ(refused.exit_code, 1);
+        EXPECT_THAT(refused.messages, HasSubstr(sentence));
+    }
+}
+
 TEST_F(RenderCommand, GivesTheSameBytesFromABrickAtlasAndOnceAMovingPictureHasSettled) {
     const std::vector<std::string> by_hand{"--sampling", "fp32", "--stats", "-"};
     std::vector<std::string> bytes;

@@ -19,6 +19,7 @@
 #include "engine/io/serve.h"
 #include "engine/reference/truth.h"
 #include "engine/render/stereo_layout.h"
+#include "engine/surface/scene_meshes.h"
 
 namespace palpate {
 namespace {
@@ -128,6 +129,8 @@ Result<Image> truth_of(const GoldenCase& golden) {
     Result<LoadedScene> loaded = load_scene_data(*file);
     if (!loaded)
         return pass_on(loaded);
+    if (Result<void> made = make_scene_meshes(*file, *loaded); !made)
+        return pass_on(made);
     const Scene scene = resolved_scene(*file, loaded->data.volume.grid());
     const Image left = render_truth(scene, loaded->data, 0, {.step = golden.truth_step});
     if (!scene.stereo)

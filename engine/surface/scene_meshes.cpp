@@ -1,0 +1,35 @@
+#include "engine/surface/scene_meshes.h"
+
+#include "engine/base/profile.h"
+#include "engine/io/mesh_io.h"
+#include "engine/surface/marching_cubes.h"
+
+namespace palpate {
+
+Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,
+                                                    const SurfaceSource& source,
+                                                    LoadedScene& loaded) {
+    if (source.iso)
+        return std::make_shared<const Mesh>(marching_cubes(
+            loaded.data.volume, static_cast<float>(*source.iso), {.closed_at_border = true}));
+    const std::filesystem::path path = volume_path(file, source.mesh);
+    Result<LoadedMesh> mesh = load_mesh(path);
+    if (!mesh)
+        return pass_on(mesh);
+    loaded.warnings.insert(loaded.warnings.end(), mesh->warnings.begin(), mesh->warnings.end());
+    return std::make_shared<const Mesh>(std::move(mesh->mesh));
+}
+
+Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded) {
+    const profile::Scope scope("make meshes");
+    loaded.data.meshes.clear();
+    for (const SurfaceSource& source : file.surfaces) {
+        Result<std::shared_ptr<const Mesh>> mesh = make_scene_mesh(file, source, loaded);
+        if (!mesh)
+            return pass_on(mesh);
+        loaded.data.meshes.push_back(std::move(*mesh));
+    }
+    return {};
+}
+
+} // namespace palpate
