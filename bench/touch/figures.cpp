@@ -32,8 +32,11 @@ bool is_finite(dvec3 v) {
 
 } // namespace
 
-Judge::Judge(const Scene& scene, double stiffness, bool judge_jumps)
-    : scene_(scene), stiffness_(stiffness), judge_jumps_(judge_jumps && scene.body.judge_jumps) {}
+Judge::Judge(const Scene& scene, double stiffness, bool judge_jumps, bool judge_direction)
+    : scene_(scene),
+      stiffness_(stiffness),
+      judge_jumps_(judge_jumps && scene.body.judge_jumps),
+      judge_direction_(judge_direction) {}
 
 void Judge::see(dvec3 tool, const haptics::TickOutput& output) {
     Figures& f = figures_;
@@ -47,6 +50,20 @@ void Judge::see(dvec3 tool, const haptics::TickOutput& output) {
     const Solid& solid = scene_.body.solid;
     const double voxel = voxel_mm(scene_.storage);
     const double sunk = depth_mm(scene_.body, proxy) / voxel;
+    const double depth = depth_mm(scene_.body, tool);
+    if (glm::any(glm::greaterThan(glm::abs(proxy), dvec3(kReach_mm - 1.0)))) {
+        is_blind_ = true;
+    } else if (is_blind_ && sunk < 0.0 && depth < 0.0) {
+        is_blind_ = false;
+        sunk_ = false;
+        part_ = solid.part ? solid.part(proxy) : 0;
+    }
+    f.contact_ticks += output.contact != haptics::Contact::free;
+    f.largest_force_n = std::max(f.largest_force_n, glm::length(force));
+    if (is_blind_) {
+        has_last_ = false;
+        return;
+    }
     f.penetration_voxels = std::max(f.penetration_voxels, sunk);
     if (solid.part) {
         const int part = solid.part(proxy);
@@ -56,15 +73,13 @@ void Judge::see(dvec3 tool, const haptics::TickOutput& output) {
         f.pop_throughs += sunk > 1.5 && !sunk_;
         sunk_ = sunk > 1.5;
     }
-    f.contact_ticks += output.contact != haptics::Contact::free;
-    f.largest_force_n = std::max(f.largest_force_n, glm::length(force));
 
-    const double depth = depth_mm(scene_.body, tool);
-    if (solid.nearest_free && depth > 0.2 && depth <= scene_.body.deepest_mm) {
+    if (judge_direction_ && solid.nearest_free && depth > 0.2 && depth <= scene_.body.deepest_mm) {
         if (const auto nearest = solid.nearest_free(tool)) {
             const dvec3 truth = *nearest - tool;
             const double size = glm::length(truth), got = glm::length(force) / stiffness_ * 1000.0;
-            f.magnitude_share.add(std::abs(got - size) / size);
+            if (depth > 1.0)
+                f.magnitude_share.add(std::abs(got - size) / size);
             const double cosine =
                 got > 0.0 ? glm::dot(truth, force) / (size * glm::length(force)) : -1.0;
             f.direction_deg.add(glm::degrees(std::acos(std::clamp(cosine, -1.0, 1.0))));

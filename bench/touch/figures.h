@@ -30,7 +30,7 @@ struct Figures {
     uint64_t not_finite = 0;          // of force, proxy or normal
     double penetration_voxels = 0.0;  // deepest proxy
     Histogram direction_deg{0.05};    // angle to the true force, where deeper than 0.2 mm
-    Histogram magnitude_share{0.001}; // |force| beside k * depth, likewise
+    Histogram magnitude_share{0.001}; // |force| beside k * depth, where deeper than 1 mm
     double excess_jump_n = 0.0;       // see below
     double largest_force_n = 0.0;
     double energy_mj = 0.0;  // work done on the hand; > 0 is generated
@@ -39,10 +39,12 @@ struct Figures {
 };
 
 // Follows one run tick by tick. An excess jump is max(0, |dF| - k |dx| expansion(depth)): what the
-// force changes beyond what a true projection could.
+// force changes beyond what a true projection could. Once the proxy has left the scene's volume, by
+// going round the material, nothing of place is judged until tool and proxy are free again.
 class Judge {
  public:
-    Judge(const Scene& scene, double stiffness_n_per_m, bool judge_jumps);
+    Judge(const Scene& scene, double stiffness_n_per_m, bool judge_jumps,
+          bool judge_direction = true);
     void see(glm::dvec3 tool_mm, const haptics::TickOutput& output);
     void seen_cpu(double us) { figures_.cpu_us.add(us); }
     const Figures& figures() const { return figures_; }
@@ -50,12 +52,13 @@ class Judge {
  private:
     const Scene& scene_;
     double stiffness_;
-    bool judge_jumps_;
+    bool judge_jumps_, judge_direction_;
     Figures figures_;
     bool has_last_ = false;
     glm::dvec3 last_tool_{}, last_force_{};
     int part_ = 0;
     bool sunk_ = false;
+    bool is_blind_ = false;
 };
 
 } // namespace palpate::touch

@@ -18,7 +18,8 @@ Figures open_loop(
     haptics::Algorithm& algorithm, const Scene& scene, const Trajectory& trajectory,
     const haptics::TouchParameters& parameters, bool timed,
     const std::function<void(const haptics::TickInput&, const haptics::TickOutput&)>& watch) {
-    Judge judge(scene, parameters.stiffness_n_per_m, trajectory.is_frictionless_judged);
+    Judge judge(scene, parameters.stiffness_n_per_m, trajectory.judge_jumps,
+                trajectory.judge_direction);
     haptics::TickInput input{.dt_s = kTick_s, .scene = &scene.touch, .parameters = &parameters};
     input.tool.position_mm = trajectory.path.front();
     algorithm.reset(input);

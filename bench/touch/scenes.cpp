@@ -12,8 +12,6 @@ namespace {
 
 using glm::dvec3;
 
-constexpr double kReach_mm = 16.0;
-
 dvec3 any_perpendicular(dvec3 n) {
     return glm::normalize(glm::cross(n, std::abs(n.x) < 0.6 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
 }
@@ -56,17 +54,21 @@ void add_round(std::vector<TouchCase>& cases, bool all) {
 }
 
 void add_corners(std::vector<TouchCase>& cases, double voxel, bool all) {
-    const double fillet = 1.5 * voxel;
+    // Free space's corners may be sharper than material's: the spline fills them rather than
+    // shaves.
+    const double hollow_fillet = 1.5 * voxel, solid_fillet = 2.5 * voxel;
     const dvec3 along = any_perpendicular(kTilted);
     const auto corner = [&](const char* id, const std::string& name, double angle, bool hollow) {
         const std::vector<dvec3> n = wedge_normals(angle, hollow ? kTilted : -kTilted, along);
         // The rounded edge's crest lies at the origin.
+        const double fillet = hollow ? hollow_fillet : solid_fillet;
         const double crest = fillet * (1.0 / std::sin(angle * std::numbers::pi / 360.0) - 1.0);
         TouchCase made = case_of(id, name,
                                  hollow ? hollow_corner(-crest * kTilted, n, fillet)
                                         : solid_corner(crest * kTilted, n, fillet),
                                  {}, kTilted);
         made.along = glm::cross(kTilted, along); // across the edge
+        made.judge_jumps = hollow; // the proxy slips off a convex edge: no projection does
         cases.push_back(made);
     };
     for (const double angle : all ? std::vector{30.0, 60.0, 90.0, 120.0, 150.0} : std::vector{90.0})
@@ -78,7 +80,8 @@ void add_corners(std::vector<TouchCase>& cases, double voxel, bool all) {
     const auto three = [&](const char* id, const char* name, bool hollow) {
         const std::vector<dvec3> n{hollow ? cube[0] : -cube[0], hollow ? cube[1] : -cube[1],
                                    hollow ? cube[2] : -cube[2]};
-        Solid solid = hollow ? hollow_corner({}, n, fillet) : solid_corner({}, n, fillet);
+        Solid solid =
+            hollow ? hollow_corner({}, n, hollow_fillet) : solid_corner({}, n, solid_fillet);
         // From far out along `up` to the surface.
         double low = -20.0, high = 20.0;
         for (int i = 0; i < 60; ++i) {
@@ -86,6 +89,7 @@ void add_corners(std::vector<TouchCase>& cases, double voxel, bool all) {
             (solid.distance_mm(middle * up) > 0.0 ? high : low) = middle;
         }
         cases.push_back(case_of(id, name, std::move(solid), high * up, up));
+        cases.back().judge_jumps = hollow;
     };
     three("A4", "corner/3", true);
     for (const double angle : all ? std::vector{60.0, 90.0, 120.0} : std::vector{90.0})
@@ -115,7 +119,7 @@ void add_walls(std::vector<TouchCase>& cases, const Storage& storage, bool all) 
             cases.push_back(made);
         };
         add("wall", slab({}, kTilted, thickness, edge));
-        add("shell", shell(-12.0 * kTilted, 12.0, thickness, edge));
+        add("shell", shell(-7.0 * kTilted, 7.0, thickness, edge));
     }
 }
 

@@ -9,6 +9,8 @@
 
 namespace palpate::touch {
 
+constexpr double kReach_mm = 16.0; // of a scene's volume, to every side of the origin
+
 // How a scene's body is stored.
 enum class Form { grey_f32, grey_i16, labels };
 

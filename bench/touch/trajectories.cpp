@@ -13,6 +13,9 @@ using glm::dvec3;
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 constexpr double kClear_mm = 2.0; // from the surface, before and after
+// Random points stay within the scene's volume, projections to the surface included: beyond its
+// faces there is no material, and a hand may walk round.
+constexpr double kInside_mm = 11.0;
 
 double unit(std::mt19937_64& random) { // the same on every machine, unlike std's distributions
     return static_cast<double>(random() >> 11) * 0x1p-53;
@@ -107,7 +110,7 @@ Path walk(const TouchCase& body, double largest_jump, size_t ticks, uint64_t see
             path.back() + reach * (2.0 * dvec3(unit(random), unit(random), unit(random)) - 1.0);
         if (!jump) // drawn back towards the surface
             next += 0.01 * (body.touch_mm - next);
-        path.push_back(next);
+        path.push_back(glm::clamp(next, -kInside_mm, kInside_mm));
     }
     return path;
 }
@@ -121,10 +124,11 @@ Path quantised(Path path, double step_mm) {
 std::vector<Trajectory> trajectories(const TouchCase& body, size_t ticks, uint64_t seed, bool all) {
     std::vector<Trajectory> made;
     const double deep = body.deepest_mm;
-    const auto add = [&](const char* id, std::string name, Path path, bool judged) {
+    const auto add = [&](const char* id, std::string name, Path path, bool judge_jumps,
+                         bool judge_direction = true) {
         if (path.size() > ticks)
             path.resize(ticks);
-        made.push_back({id, std::move(name), std::move(path), judged});
+        made.push_back({id, std::move(name), std::move(path), judge_jumps, judge_direction});
     };
     for (const double speed :
          all ? std::vector{1.0, 5.0, 20.0, 60.0, 200.0} : std::vector{20.0, 200.0})
@@ -140,8 +144,8 @@ std::vector<Trajectory> trajectories(const TouchCase& body, size_t ticks, uint64
             true);
     for (const double speed :
          all ? std::vector{10.0, 100.0, 500.0, 1000.0, 2000.0, 5000.0} : std::vector{100.0, 5000.0})
-        add("T3", fmt::format("crossing/{}m_s", speed / 1000.0), crossing(body, speed, 10.0),
-            false);
+        add("T3", fmt::format("crossing/{}m_s", speed / 1000.0), crossing(body, speed, 10.0), false,
+            body.solid.free_is_convex);
     add("T4", "slide", slide(body, 0.5 * deep, 3.0, 4.0), true);
     add("T5", "circle",
         about(body, 3.0, 20.0,
@@ -151,15 +155,16 @@ std::vector<Trajectory> trajectories(const TouchCase& body, size_t ticks, uint64
               }),
         true);
     add("T6", "hand", hand(body, 0.6 * deep, 5.0, seed), true);
-    add("T7", "walk", walk(body, 100.0, ticks, seed + 1), false);
+    add("T7", "walk", walk(body, 100.0, ticks, seed + 1), false, false);
     std::mt19937_64 random(seed + 2);
     Path noise{at(body, kClear_mm)};
     while (noise.size() < std::min<size_t>(ticks, 2000)) {
         const double reach = std::exp2(20.0 * unit(random) - 14.0); // 0.06 um to 64 mm
-        noise.push_back(body.touch_mm +
-                        reach * (2.0 * dvec3(unit(random), unit(random), unit(random)) - 1.0));
+        const dvec3 x =
+            body.touch_mm + reach * (2.0 * dvec3(unit(random), unit(random), unit(random)) - 1.0);
+        noise.push_back(glm::clamp(x, -kInside_mm, kInside_mm));
     }
-    add("T8", "fuzz", std::move(noise), false);
+    add("T8", "fuzz", std::move(noise), false, false);
     for (const double step : all ? std::vector{0.049, 0.063, 0.005, 0.001} : std::vector{0.049})
         add("T9", fmt::format("slide/encoder{}um", std::lround(1000 * step)),
             quantised(slide(body, 0.5 * deep, 3.0, 3.0), step), true);

@@ -14,7 +14,8 @@ struct Trajectory {
     std::string id;   // "T1" .. "T10", of the test plan
     std::string name; // "press/20mm_s"
     Path path;
-    bool is_frictionless_judged = true; // steps are small enough for jumps to mean something
+    bool judge_jumps = true;     // steps are small enough for jumps to mean something
+    bool judge_direction = true; // the tool moves as hands do: no leaps of centimetres in a tick
 };
 
 constexpr double kTick_s = 1e-3;

@@ -1,5 +1,15 @@
 #include "haptics/proxy/algorithm.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/proxy/coupling.h"
+#include "haptics/proxy/papers.h"
+#include "haptics/proxy/papers_mesh.h"
+#include "haptics/proxy/swept_mesh.h"
+#include "haptics/proxy/swept_point.h"
+#include "haptics/proxy/swept_tool.h"
+
 namespace palpate::haptics {
 
 namespace {
@@ -7,15 +17,59 @@ namespace {
 struct NoState {};
 
 TickOutput untouched(NoState&, const TickInput& input) noexcept {
-    return {.proxy = input.tool};
+    TickOutput output;
+    if (is_sane(input))
+        output.proxy = input.tool;
+    else
+        output.contact = Contact::unknown;
+    return output;
 }
 
 constexpr AlgorithmEntry kAlgorithms[] = {
     {"none", "nothing is felt: the proxy is the tool", false,
      make_algorithm_of<NoState, untouched>},
+    {"vidholm-2004", "sphere of sample points (Vidholm & Agmund 2004)", true, make_vidholm_2004},
+    {"wish-2008-surface", "gradient frame, unilateral rule (Nystroem et al. 2008)", true,
+     make_wish_2008_surface},
+    {"wish-2008-surface-literal", "the same with the sign of the print", true,
+     make_wish_2008_surface_literal},
+    {"wish-2008-viscosity", "bilateral rules on all axes (Nystroem et al. 2008)", true,
+     make_wish_2008_viscosity},
+    {"wish-2008-potential", "directed force along the gradient (Nystroem et al. 2008)", true,
+     make_wish_2008_potential},
+    {"wish-2008-vector", "directed force along a vector field (Nystroem et al. 2008)", true,
+     make_wish_2008_vector},
+    {"eriksson-2006", "tangential-then-normal milling proxy (Eriksson et al. 2006)", true,
+     make_eriksson_2006},
+    {"koerner-1999", "intermediate local surface of 7x7x7 samples (Koerner et al. 1999)", true,
+     make_koerner_1999},
+    {"drill-three-step", "contact point on marching cubes, drilling in three steps (UEA)", true,
+     make_drill_three_step},
+    {"swept-point", "a point held out of grey values or labels, at any speed", false,
+     make_swept_point},
+    {"swept-tool", "a tool of thousands of samples held out of grey values or labels", false,
+     make_swept_tool},
+    {"swept-mesh", "a point held out of a mesh", false, make_swept_mesh},
+    {"swept-local", "a point held out of marching cubes made in the tick", false, make_swept_local},
 };
 
 } // namespace
+
+double strength_n(const HapticTransfer& t, double value) {
+    if (t.point_count > 0) {
+        const uint32_t count = std::min(t.point_count, HapticTransfer::kMostPoints);
+        uint32_t next = 0;
+        while (next < count && t.values[next] <= value)
+            ++next;
+        if (next == 0 || next == count)
+            return t.forces_n[next == 0 ? 0 : count - 1];
+        const double share = (value - t.values[next - 1]) / (t.values[next] - t.values[next - 1]);
+        return t.forces_n[next - 1] + share * (t.forces_n[next] - t.forces_n[next - 1]);
+    }
+    if (t.width == 0.0)
+        return t.strength_n;
+    return t.strength_n / (1.0 + std::exp(-(value - t.center) / t.width));
+}
 
 std::span<const AlgorithmEntry> algorithms() {
     return kAlgorithms;

@@ -20,6 +20,9 @@
 // and nowhere else.
 namespace palpate::haptics {
 
+struct ToolPoints; // tool_points.h
+struct TouchMesh;  // swept_mesh.h
+
 struct ToolPose {
     glm::dvec3 position_mm{0.0};
     glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // world_from_tool, unit length; (w, x, y, z)
@@ -33,11 +36,44 @@ struct TouchScene {
     std::optional<Volume> labels;               // S of the papers: whole numbers, 0 is free
     std::array<std::optional<Volume>, 3> field; // a vector field's x, y, z in world axes
     std::shared_ptr<const Mesh> mesh;
-    uint64_t version = 0; // rises with every publication
+    std::shared_ptr<const TouchMesh> touch_mesh; // of swept-mesh
+    std::shared_ptr<const ToolPoints> tool;      // of swept-tool; null is a sphere
+    uint64_t version = 0;                        // rises with every publication
+};
+
+// Which part of a scene is felt.
+enum class TouchSource : uint8_t { grey, labels };
+
+// How strong a constraint is where the grey value is I: the haptic transfer functions of Nystroem
+// et al. (WISH). Sigmoid: strength_n / (1 + exp(-(I - center) / width)); width 0 is a constant.
+// Table: straight between points of rising value, level beyond them.
+struct HapticTransfer {
+    double strength_n = 0.0; // A: the largest force
+    double center = 0.0;     // beta, in value units
+    double width = 0.0;      // alpha, in value units
+    static constexpr uint32_t kMostPoints = 8;
+    uint32_t point_count = 0; // above 0: the table, not the sigmoid
+    std::array<double, kMostPoints> values{}, forces_n{};
+
+    friend bool operator==(const HapticTransfer&, const HapticTransfer&) = default;
+};
+// Finite for every finite value.
+double strength_n(const HapticTransfer& transfer, double value);
+
+// What one label feels like, where labels are felt.
+struct LabelTouch {
+    uint32_t label = 0;
+    double stiffness_n_per_m = 500.0;
+    double friction_static = 0.0, friction_dynamic = 0.0;
+    double yield_n = 0.0;
+
+    friend bool operator==(const LabelTouch&, const LabelTouch&) = default;
 };
 
 // What a person sets. Algorithms read what they know and leave the rest.
 struct TouchParameters {
+    static constexpr uint32_t kMostLabels = 16;
+
     double iso = 0.5;                 // grey values at or above it are solid
     double tool_radius_mm = 0.0;      // 0 is a point
     uint32_t tool_samples = 340;      // of sampled tools
@@ -48,6 +84,16 @@ struct TouchParameters {
     double yield_n = 0.0;             // T0: the force above which material yields; 0 is never
     double viscosity_n_s_per_m = 0.0; // inside of what can be entered
     double vibration_n = 0.0;         // amplitude while material is removed
+    TouchSource source = TouchSource::grey;
+    // Normals are taken from samples blurred by this many samples: 1 for noise of 10 % of the
+    // contrast, 0.6 for 5 %, 0 for clean data. See normal_blur_for().
+    double normal_blur_samples = 1.0;
+    std::array<HapticTransfer, 3> transfer{}; // of the axes of the local frame, for motion rules
+    HapticTransfer opacity{};        // of local surfaces: applied to samples where it is a table
+    double surface_delay_s = 0.03;   // of a local surface that another thread makes
+    double drill_threshold_mm = 2.0; // depth at which drilling begins
+    uint32_t label_count = 0;        // of `labels`; others feel as the fields above say
+    std::array<LabelTouch, kMostLabels> labels{};
 };
 
 struct TickInput {

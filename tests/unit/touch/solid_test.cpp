@@ -134,7 +134,7 @@ TEST(Judge, FindsNothingWrongWithTheTruth) {
             continue;
         const Scene scene{.body = body};
         for (const Trajectory& trajectory : trajectories(body, 3000, 1, false)) {
-            Judge judge(scene, 1000.0, trajectory.is_frictionless_judged);
+            Judge judge(scene, 1000.0, trajectory.judge_jumps);
             dvec3 last = trajectory.path.front();
             for (const dvec3 x : trajectory.path) {
                 const auto p = body.solid.nearest_free(x);

@@ -1,0 +1,39 @@
+#pragma once
+
+#include "bench/touch/figures.h"
+#include "bench/touch/trajectories.h"
+#include "haptics/device/simulated.h"
+
+namespace palpate::touch {
+
+// A loop closed through a simulated device with a hand on it.
+struct LoopResult {
+    Figures figures;              // judged at what the device reported
+    double work_mj = 0.0;         // of the motors on handle and hand; > 0: the loop made energy
+    double limit_cycle_mm = 0.0;  // peak to peak of the true position in the last 0.5 s, any axis
+    double settled_force_n = 0.0; // mean size in that time
+};
+
+struct Loop {
+    const haptics::DevicePreset* device = nullptr; // of device_presets()
+    haptics::HandModel hand;
+    double tick_s = kTick_s;
+};
+
+// The hand means to follow the path (one point a millisecond); the device's plant, steps and delay
+// come between. Positions are the world's, one millimetre to one of the hand; forces are written in
+// the tick that read the position.
+LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const Path& path,
+                       const haptics::TouchParameters& parameters, const Loop& loop);
+
+// Whether a hold against a plane settles: a limit cycle of at most 50 um.
+struct ZWidthCell {
+    double stiffness_n_per_m = 0.0, damping_n_s_per_m = 0.0;
+    bool stable = false;
+    double limit_cycle_mm = 0.0;
+};
+// `columns` stiffnesses from 250 N/m on, doubling by halves, times `rows` dampings from 0 on.
+std::vector<ZWidthCell> z_width(const char* algorithm, const haptics::DevicePreset& device,
+                                uint32_t columns, uint32_t rows);
+
+} // namespace palpate::touch

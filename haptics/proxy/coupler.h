@@ -1,0 +1,78 @@
+#pragma once
+
+#include <cmath>
+
+#include "haptics/proxy/coupling.h"
+#include "haptics/proxy/effects.h"
+
+namespace palpate::haptics {
+
+// What is felt at a place: the parameters, or means over labels.
+struct Feel {
+    double stiffness_n_per_m = 0.0;
+    double friction_static = 0.0, friction_dynamic = 0.0;
+    double yield_n = 0.0;
+    uint32_t label = 0; // the one that counts most
+};
+
+// What the parameters say where labels do not.
+inline Feel plain_feel(const TouchParameters& p) {
+    return {p.stiffness_n_per_m, p.friction_static, p.friction_dynamic, p.yield_n, 0};
+}
+
+// Means over the labels about a point of index space, weighted by the cubic B-spline of 4x4x4
+// samples; plain_feel() where there is no label, or where no labels are felt.
+Feel feel_at(const Volume& labels, glm::dvec3 index, const TouchParameters& parameters);
+
+// What geometry found in a tick.
+struct Geometry {
+    glm::dvec3 proxy_mm{0.0};
+    glm::dvec3 normal{0.0}; // out of what holds it; unit length where touching
+    bool touching = false;
+    bool submerged = false;    // in material, and no way out is known
+    bool was_replaced = false; // what is touched was exchanged since the tick before
+    bool lacks_data = false;   // something near was not in memory
+    double confidence = 1.0;
+    uint32_t iterations = 0, contacts = 0;
+};
+
+// From geometry to force, the same for every repaired algorithm: slewed parameters, yielding,
+// exchanged surfaces bled off, fading, vibration. swept_point.h lists what each does.
+class Coupler {
+ public:
+    void reset(glm::dvec3 tool_mm);
+
+    const Feel& feel() const { return feel_; }
+    double yielded_mm() const { return yielded_mm_; }
+    glm::dvec3 rendered_mm() const { return rendered_; }
+    // Fades out; for inputs that cannot be used.
+    TickOutput unknown();
+
+    // `may_be` says what is felt at the proxy. is_free(p): nothing solid at a place where the proxy
+    // yields to. Where it yielded through to free space, geometry.proxy_mm moves there.
+    template <class IsFree>
+    TickOutput couple(const TickInput& input, Geometry& geometry, const Feel& may_be,
+                      double voxel_mm, const IsFree& is_free) {
+        yield(input, geometry, may_be);
+        glm::dvec3 rendered = geometry.proxy_mm - yielded_mm_ * entry_;
+        if (yielded_mm_ > voxel_mm && is_free(rendered)) {
+            geometry.proxy_mm = rendered;
+            yielded_mm_ = 0.0;
+            geometry.touching = false;
+        }
+        return finish(input, geometry, rendered);
+    }
+
+ private:
+    void yield(const TickInput& input, const Geometry& geometry, const Feel& may_be);
+    TickOutput finish(const TickInput& input, const Geometry& geometry, glm::dvec3 rendered);
+
+    glm::dvec3 rendered_{0.0}, tool_{0.0}, entry_{0.0};
+    double yielded_mm_ = 0.0, presence_ = 1.0;
+    bool is_first_ = true, is_yielding_ = false;
+    Feel feel_;
+    Bleed bleed_;
+    BandNoise vibration_;
+};
+
+} // namespace palpate::haptics

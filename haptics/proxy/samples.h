@@ -1,0 +1,34 @@
+#pragma once
+
+#include <glm/glm.hpp>
+
+#include "engine/volume/volume.h"
+
+// Samples of a volume as the servo thread may read them: bricks in memory only, nothing allocated,
+// locked or thrown.
+namespace palpate::haptics {
+
+// The sample at `index`; NaN where there is none: beyond the volume, without data, or in a brick
+// that is not in memory.
+float resident_sample(const Volume& volume, glm::ivec3 index);
+
+// The trilinear interpolant at a point of index space, NaN where a corner is NaN. The same bits as
+// trilinear() where all is in memory.
+double resident_trilinear(const Volume& volume, glm::dvec3 index);
+
+// Central differences of it, one sample to each side, in value units per sample; NaN likewise.
+glm::dvec3 resident_gradient(const Volume& volume, glm::dvec3 index);
+
+// Copies the box [start, start + size) to `out`, x fastest. What is not there becomes `missing`,
+// and what has no data, too. Returns whether any brick was not in memory.
+bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, float missing,
+                   float* out);
+
+// Whether some sample in the box [low, high] (index space, both ends included) may be `at_least`,
+// when values between samples may overshoot their range by `overshoot` of its width and whatever is
+// missing counts as `missing`. From the ranges of 8x8x8 blocks; never false where the answer is
+// yes.
+bool may_reach(const Volume& volume, glm::ivec3 low, glm::ivec3 high, double at_least,
+               double overshoot, float missing);
+
+} // namespace palpate::haptics

@@ -1,0 +1,236 @@
+#include "haptics/proxy/swept_point.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "haptics/proxy/coupler.h"
+#include "haptics/proxy/sweep.h"
+
+namespace palpate::haptics {
+
+namespace {
+
+using glm::dvec3;
+
+constexpr uint32_t kMostIterations = 16;
+constexpr double kConverged_mm = 1e-4;
+// Below this slope across a sample, as a share of the contrast, a normal is doubtful.
+constexpr double kFlat = 0.004;
+
+struct State {
+    bool has_proxy = false, touching = false, slipping = false;
+    dvec3 proxy{0.0}, normal{0.0};
+    double confidence = 1.0;
+    uint64_t version = 0;
+    double iso = 0.0;
+    TouchSource source = TouchSource::grey;
+};
+
+class SweptPoint final : public Algorithm {
+ public:
+    void reset(const TickInput& input) noexcept override {
+        state_ = State{};
+        if (is_place(input.tool.position_mm))
+            state_.proxy = input.tool.position_mm;
+        coupler_.reset(state_.proxy);
+    }
+    TickOutput tick(const TickInput& input) noexcept override;
+
+ private:
+    struct Normal {
+        dvec3 direction{0.0};
+        double confidence = 1.0;
+    };
+    Normal normal_at(dvec3 p);
+    bool is_solid(dvec3 p) { return field_.value(p) >= field_.iso() + 1e-6 * field_.contrast(); }
+    uint32_t settle(dvec3 goal);
+    dvec3 slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface);
+    bool push_out(dvec3 goal);
+
+    State state_;
+    Coupler coupler_;
+    Budget budget_;
+    Field field_;
+};
+
+// The smoothed field's normal where it has one and the sharp field agrees; else the sharp one's;
+// else the last.
+SweptPoint::Normal SweptPoint::normal_at(dvec3 p) {
+    const FieldSample smooth = field_.smooth(p);
+    const double slope = glm::length(smooth.gradient) * field_.voxel_mm();
+    const double floor = kFlat * field_.contrast();
+    if (slope < 0.25 * floor) {
+        const FieldSample sharp = field_.sharp(p);
+        if (glm::length(sharp.gradient) * field_.voxel_mm() < floor)
+            return {state_.normal, slope / floor};
+        return {-unit_or_zero(sharp.gradient), 0.5};
+    }
+    return {-smooth.gradient / glm::length(smooth.gradient), std::min(1.0, slope / floor)};
+}
+
+// A tangential step with a short lift off the surface and down again. Where the surface falls away
+// faster than the step is long, the proxy is in the air.
+dvec3 SweptPoint::slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface) {
+    double lift = 0.3 * field_.voxel_mm();
+    for (int i = 0; i < 4 && is_solid(p + lift * normal); ++i)
+        lift *= 0.5;
+    if (is_solid(p + lift * normal))
+        lift = 0.0;
+    const dvec3 raised = p + lift * normal;
+    const Sweep along = sweep(field_, raised, raised + step, budget_);
+    dvec3 over = along.point_mm;
+    if (along.hit) // back from what is in the way, so that the way down is free
+        over = raised + (along.point_mm - raised) * 0.98;
+    const double drop = lift + std::max(0.25 * field_.voxel_mm(), glm::length(step));
+    const Sweep down = sweep(field_, over, over - drop * normal, budget_);
+    on_surface = down.hit;
+    return down.hit ? down.point_mm : over;
+}
+
+// Moves the proxy to where a frictionless (or sticking) point would rest.
+uint32_t SweptPoint::settle(dvec3 goal) {
+    State& s = state_;
+    const dvec3 start = s.proxy;
+    const Feel& feel = coupler_.feel();
+    const double friction = s.slipping ? feel.friction_dynamic : feel.friction_static;
+    bool on_surface = s.touching;
+    Normal normal = on_surface ? normal_at(s.proxy) : Normal{};
+    dvec3 last_residual(0.0), last_step(0.0);
+    double gain = 1.0;
+    uint32_t i = 0;
+    for (; i < kMostIterations; ++i) {
+        const dvec3 d = goal - s.proxy;
+        const double depth = -glm::dot(d, normal.direction);
+        if (!on_surface || depth <= 0.0) {
+            // Free, or pulled off: straight to the tool.
+            const Sweep way = sweep(field_, s.proxy, goal, budget_);
+            s.proxy = way.point_mm;
+            on_surface = way.hit;
+            if (!way.hit)
+                break;
+            normal = normal_at(s.proxy);
+            last_step = dvec3(0.0);
+            if (glm::dot(goal - s.proxy, normal.direction) > 0.0) {
+                // The surface met does not hold against the tool: its normal is in doubt there.
+                normal = {-unit_or_zero(goal - s.proxy), 0.5};
+            }
+            continue;
+        }
+        dvec3 residual = d + depth * normal.direction;
+        const double across = glm::length(residual);
+        const double held = friction * std::max(0.0, depth - coupler_.yielded_mm());
+        residual *= across > held ? 1.0 - held / across : 0.0;
+        if (glm::length(residual) < kConverged_mm)
+            break;
+        // The step that the last one's success suggests: in a hollow less than the residual, on a
+        // bulge more (Barzilai & Borwein 1988).
+        if (last_step != dvec3(0.0)) {
+            const dvec3 change = last_residual - residual;
+            const double curvature = glm::dot(last_step, change);
+            if (curvature > 1e-18)
+                gain = std::clamp(glm::dot(last_step, last_step) / curvature, 0.1, 3.0);
+            else
+                gain = 0.5;
+        }
+        dvec3 step = gain * residual;
+        const double most = 4.0 * field_.voxel_mm();
+        if (glm::length(step) > most)
+            step *= most / glm::length(step);
+        const dvec3 before = s.proxy;
+        s.proxy = slide(s.proxy, normal.direction, step, on_surface);
+        last_residual = residual;
+        last_step = s.proxy - before;
+        if (on_surface) {
+            normal = normal_at(s.proxy);
+            if (glm::length(last_step) < 0.1 * kConverged_mm)
+                break;
+        }
+    }
+    s.slipping = on_surface && glm::distance(s.proxy, start) > 1e-5;
+    s.touching = on_surface;
+    if (on_surface) {
+        s.normal = normal.direction;
+        s.confidence = normal.confidence;
+    } else {
+        s.confidence = 1.0;
+    }
+    return i;
+}
+
+// Out of material that came over the proxy: straight along the last normal, the smoothed field's,
+// or away from the tool, whichever is free first. False where none is within 4 samples. Gradients
+// are not followed on the way: inside sharp new material they point anywhere.
+bool SweptPoint::push_out(dvec3 goal) {
+    State& s = state_;
+    const std::array<dvec3, 3> ways{s.touching ? s.normal : dvec3(0.0),
+                                    -unit_or_zero(field_.smooth(s.proxy).gradient),
+                                    unit_or_zero(s.proxy - goal)};
+    for (int i = 1; i <= 16; ++i)
+        for (const dvec3& way : ways) {
+            const dvec3 next = s.proxy + 0.25 * i * field_.voxel_mm() * way;
+            if (way == dvec3(0.0) || is_solid(next))
+                continue;
+            s.proxy = sweep(field_, next, s.proxy, budget_).point_mm;
+            s.touching = true;
+            s.normal = way;
+            return true;
+        }
+    return false;
+}
+
+TickOutput SweptPoint::tick(const TickInput& input) noexcept {
+    State& s = state_;
+    const TouchParameters& q = *input.parameters;
+    const std::optional<Volume>& volume =
+        q.source == TouchSource::labels ? input.scene->labels : input.scene->grey;
+    if (!is_sane(input) || !volume)
+        return coupler_.unknown();
+    field_.follow(*volume, q.source, q.iso, q.normal_blur_samples);
+    budget_ = Budget{};
+    const dvec3 x = input.tool.position_mm;
+    Geometry geometry;
+    geometry.was_replaced =
+        !s.has_proxy || volume->version() != s.version || q.iso != s.iso || q.source != s.source;
+    s.version = volume->version();
+    s.iso = q.iso;
+    s.source = q.source;
+    if (!s.has_proxy)
+        s.proxy = x;
+    s.has_proxy = true;
+
+    // Edits, and a start in material.
+    if (geometry.was_replaced && is_solid(s.proxy)) {
+        if (!push_out(x)) {
+            s.proxy = x;
+            s.touching = false;
+            geometry.submerged = is_solid(x);
+        }
+    } else if (!s.touching && is_solid(s.proxy)) {
+        s.proxy = x;
+        geometry.submerged = is_solid(x);
+    }
+    if (!geometry.submerged)
+        geometry.iterations = settle(x);
+
+    geometry.proxy_mm = s.proxy;
+    geometry.touching = s.touching;
+    geometry.normal = s.normal;
+    geometry.confidence = s.confidence;
+    geometry.contacts = s.touching;
+    geometry.lacks_data = field_.lacked_brick();
+    const Feel feel = feel_at(*volume, field_.index_of(s.touching ? s.proxy : x), q);
+    const TickOutput output = coupler_.couple(input, geometry, feel, field_.voxel_mm(),
+                                              [&](dvec3 p) { return !is_solid(p); });
+    s.proxy = geometry.proxy_mm;
+    s.touching = geometry.touching;
+    return output;
+}
+
+} // namespace
+
+std::unique_ptr<Algorithm> make_swept_point() {
+    return std::make_unique<SweptPoint>();
+}
+
+} // namespace palpate::haptics

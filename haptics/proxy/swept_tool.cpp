@@ -1,0 +1,301 @@
+#include "haptics/proxy/swept_tool.h"
+
+#include <algorithm>
+#include <array>
+
+#include "haptics/proxy/coupler.h"
+#include "haptics/proxy/planes.h"
+#include "haptics/proxy/sphere_samples.h"
+#include "haptics/proxy/sweep.h"
+#include "haptics/proxy/tool_points.h"
+
+namespace palpate::haptics {
+
+namespace {
+
+using glm::dvec3;
+
+constexpr uint32_t kMostContacts = 24; // one for each direction below
+constexpr uint32_t kMostIterations = 48;
+constexpr double kConverged_mm = 2e-4;
+constexpr double kFlat = 0.004; // slope across a sample, as a share of the contrast
+
+// Six faces of a cube of directions times four quadrants of each.
+uint32_t direction_cell(dvec3 n) {
+    const dvec3 a = glm::abs(n);
+    const int face = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
+    const int u = face == 0 ? 1 : 0, v = face == 2 ? 1 : 2;
+    return static_cast<uint32_t>(8 * face + 4 * (n[face] < 0.0) + 2 * (n[u] < 0.0) + (n[v] < 0.0));
+}
+
+struct Hold {
+    uint32_t sample = 0;
+    dvec3 normal{0.0};
+    double clearance_mm = 0.0; // negative: in material
+    double confidence = 1.0;
+};
+
+struct State {
+    bool has_proxy = false, touching = false, slipping = false;
+    dvec3 proxy{0.0}, normal{0.0};
+    uint64_t version = 0;
+    double iso = 0.0;
+    TouchSource source = TouchSource::grey;
+    uint32_t held_count = 0; // samples that held the tool in the tick before
+    std::array<uint32_t, kMostContacts> held{};
+};
+
+class SweptTool final : public Algorithm {
+ public:
+    void reset(const TickInput& input) noexcept override {
+        state_ = State{};
+        if (is_place(input.tool.position_mm))
+            state_.proxy = input.tool.position_mm;
+        coupler_.reset(state_.proxy);
+    }
+    TickOutput tick(const TickInput& input) noexcept override;
+
+ private:
+    void place_points(const TickInput& input);
+    bool is_clear(dvec3 from, dvec3 to) const;
+    bool is_free(dvec3 at);
+    void find_contacts(dvec3 at);
+    void consider(dvec3 at, uint32_t sample);
+    void settle(dvec3 goal, Geometry& geometry);
+
+    State state_;
+    Coupler coupler_;
+    uint32_t count_ = 0;
+    double reach_mm_ = 0.0; // of the farthest point
+    SphereSamples sphere_;
+    std::array<dvec3, SphereSamples::kMost> points_; // about the tool's origin, world axes
+    uint32_t contact_count_ = 0;
+    std::array<Hold, kMostContacts> contacts_;
+    bool any_inside_ = false;
+    Field field_;
+};
+
+void SweptTool::place_points(const TickInput& input) {
+    const TouchParameters& q = *input.parameters;
+    reach_mm_ = 0.0;
+    if (const ToolPoints* tool = input.scene->tool.get(); tool && !tool->points_mm.empty()) {
+        const glm::dmat3 turn = glm::mat3_cast(glm::normalize(input.tool.rotation));
+        count_ = static_cast<uint32_t>(std::min<size_t>(tool->points_mm.size(), points_.size()));
+        for (uint32_t i = 0; i < count_; ++i) {
+            points_[i] = turn * tool->points_mm[i];
+            reach_mm_ = std::max(reach_mm_, glm::length(points_[i]));
+        }
+        return;
+    }
+    if (q.tool_radius_mm == 0.0) {
+        count_ = 1;
+        points_[0] = dvec3(0.0);
+        return;
+    }
+    const auto directions = sphere_.directions(q.tool_samples);
+    count_ = static_cast<uint32_t>(directions.size());
+    reach_mm_ = q.tool_radius_mm;
+    for (uint32_t i = 0; i < count_; ++i)
+        points_[i] = q.tool_radius_mm * directions[i];
+}
+
+bool SweptTool::is_clear(dvec3 from, dvec3 to) const {
+    return field_.is_clear(glm::min(from, to) - reach_mm_, glm::max(from, to) + reach_mm_, 0.0);
+}
+
+bool SweptTool::is_free(dvec3 at) {
+    for (uint32_t i = 0; i < count_; ++i)
+        if (field_.trilinear(at + points_[i]) >= field_.iso())
+            return false;
+    return true;
+}
+
+void SweptTool::consider(dvec3 at, uint32_t sample) {
+    const dvec3 p = at + points_[sample];
+    const FieldSample smooth = field_.smooth(p), sharp = field_.sharp(p);
+    const double floor = kFlat * field_.contrast() / field_.voxel_mm();
+    Hold found{.sample = sample};
+    const double slope = glm::length(smooth.gradient);
+    if (slope < floor)
+        return;
+    found.normal = -smooth.gradient / slope;
+    // How steep the sharp field falls along that normal; no less than half the smooth one, so that
+    // a flat place of it does not throw the tool out.
+    const double fall = std::max(-glm::dot(sharp.gradient, found.normal), 0.5 * slope);
+    found.clearance_mm = std::clamp((field_.iso() - sharp.value) / fall, -2.0 * field_.voxel_mm(),
+                                    2.0 * field_.voxel_mm());
+    found.confidence = std::min(1.0, slope / (4.0 * floor));
+    const uint32_t cell = direction_cell(found.normal);
+    for (uint32_t i = 0; i < contact_count_; ++i)
+        if (direction_cell(contacts_[i].normal) == cell) {
+            if (found.clearance_mm < contacts_[i].clearance_mm)
+                contacts_[i] = found;
+            return;
+        }
+    contacts_[contact_count_++] = found; // at most one for each of the cells
+}
+
+void SweptTool::find_contacts(dvec3 at) {
+    contact_count_ = 0;
+    any_inside_ = false;
+    for (uint32_t i = 0; i < state_.held_count; ++i)
+        if (state_.held[i] < count_)
+            consider(at, state_.held[i]);
+    for (uint32_t i = 0; i < count_; ++i)
+        if (field_.trilinear(at + points_[i]) >= field_.iso()) {
+            any_inside_ = true;
+            consider(at, i);
+        }
+}
+
+void SweptTool::settle(dvec3 goal, Geometry& geometry) {
+    State& s = state_;
+    const dvec3 start = s.proxy;
+    const double most = 0.5 * field_.voxel_mm();
+    std::array<Plane, kMostContacts> planes;
+    bool touching = false;
+    uint32_t i = 0;
+    for (; i < kMostIterations; ++i) {
+        if (s.held_count == 0) {
+            // Nothing holds it: leaps as far as blocks are clear.
+            const dvec3 way = goal - s.proxy;
+            const double length = glm::length(way);
+            const double leap = std::min(length, 16.0 * field_.voxel_mm());
+            if (length == 0.0)
+                break;
+            const dvec3 next = s.proxy + (leap / length) * way;
+            if (is_clear(s.proxy, next)) {
+                s.proxy = leap == length ? goal : next;
+                if (leap == length)
+                    break;
+                continue;
+            }
+        }
+        find_contacts(s.proxy);
+        if (any_inside_ && contact_count_ == 0) {
+            // So deep that nothing has a slope.
+            if (s.normal == dvec3(0.0)) {
+                geometry.submerged = true;
+                s.proxy = goal;
+                break;
+            }
+            contacts_[contact_count_++] = {0, s.normal, -most, 0.5};
+        }
+        for (uint32_t k = 0; k < contact_count_; ++k)
+            planes[k] = {contacts_[k].normal,
+                         glm::dot(contacts_[k].normal, s.proxy) - contacts_[k].clearance_mm};
+        const Projection target = project_to_planes(goal, {planes.data(), contact_count_});
+        dvec3 step = target.point - s.proxy;
+        if (!target.is_feasible) {
+            // Wedged: out of what is deepest, as far as its opponents allow.
+            step = dvec3(0.0);
+            for (uint32_t k = 0; k < contact_count_; ++k)
+                step -= std::min(0.0, contacts_[k].clearance_mm) * contacts_[k].normal /
+                        static_cast<double>(contact_count_);
+        }
+        const double length = glm::length(step);
+        if (length > most)
+            step *= most / length;
+        s.proxy += step;
+        // Those that held it, or nearly do, are looked at again.
+        s.held_count = 0;
+        touching = false;
+        dvec3 push(0.0);
+        geometry.confidence = 1.0;
+        for (uint32_t k = 0; k < contact_count_; ++k) {
+            const double left = contacts_[k].clearance_mm + glm::dot(contacts_[k].normal, step);
+            if (left > most)
+                continue;
+            s.held[s.held_count++] = contacts_[k].sample;
+            if (left < 1e-6 && glm::dot(contacts_[k].normal, goal - s.proxy) < 0.0) {
+                touching = true;
+                push += contacts_[k].normal;
+                geometry.confidence = std::min(geometry.confidence, contacts_[k].confidence);
+            }
+        }
+        if (touching)
+            s.normal = unit_or_zero(s.proxy - goal) == dvec3(0.0) ? unit_or_zero(push)
+                                                                  : unit_or_zero(s.proxy - goal);
+        if (length < kConverged_mm && i > 0)
+            break;
+    }
+    geometry.iterations = i;
+    geometry.contacts = s.held_count;
+
+    // Friction: the proxy stays behind by as much as the cone allows.
+    const Feel& feel = coupler_.feel();
+    const double friction = s.slipping ? feel.friction_dynamic : feel.friction_static;
+    if (touching && s.touching && friction > 0.0) {
+        const double depth = std::max(0.0, glm::distance(s.proxy, goal) - coupler_.yielded_mm());
+        dvec3 moved = s.proxy - start;
+        moved -= glm::dot(moved, s.normal) * s.normal;
+        const double across = glm::length(moved);
+        const double back = std::min(across, friction * depth);
+        s.slipping = across > friction * depth + 1e-6;
+        if (back > 0.0) {
+            const dvec3 held = s.proxy - (back / across) * moved;
+            if (is_free(held))
+                s.proxy = held;
+        }
+    } else {
+        s.slipping = glm::distance(s.proxy, start) > 1e-5;
+    }
+    s.touching = touching;
+}
+
+TickOutput SweptTool::tick(const TickInput& input) noexcept {
+    State& s = state_;
+    const TouchParameters& q = *input.parameters;
+    const std::optional<Volume>& volume =
+        q.source == TouchSource::labels ? input.scene->labels : input.scene->grey;
+    const glm::dquat turn = input.tool.rotation;
+    const double turn_length = glm::dot(turn, turn);
+    if (!is_sane(input) || !volume || !(turn_length > 0.25 && turn_length < 4.0))
+        return coupler_.unknown();
+    field_.follow(*volume, q.source, q.iso, q.normal_blur_samples);
+    place_points(input);
+    const dvec3 x = input.tool.position_mm;
+    Geometry geometry;
+    geometry.was_replaced =
+        !s.has_proxy || volume->version() != s.version || q.iso != s.iso || q.source != s.source;
+    s.version = volume->version();
+    s.iso = q.iso;
+    s.source = q.source;
+    if (!s.has_proxy)
+        s.proxy = x;
+    s.has_proxy = true;
+    settle(x, geometry);
+    geometry.proxy_mm = s.proxy;
+    geometry.touching = s.touching;
+    geometry.normal = s.normal;
+    geometry.lacks_data = field_.lacked_brick();
+    const dvec3 felt =
+        s.held_count > 0 && s.held[0] < count_ ? s.proxy + points_[s.held[0]] : s.proxy;
+    TickOutput output = coupler_.couple(input, geometry, feel_at(*volume, field_.index_of(felt), q),
+                                        field_.voxel_mm(), [&](dvec3 p) { return is_free(p); });
+    // Each contact's share of the force is what its normal carries; it acts at its sample.
+    if (s.touching) {
+        double total = 0.0;
+        dvec3 arm(0.0);
+        for (uint32_t k = 0; k < contact_count_; ++k) {
+            const double share = std::max(0.0, glm::dot(contacts_[k].normal, output.force_n));
+            if (contacts_[k].clearance_mm > 0.1 * field_.voxel_mm())
+                continue;
+            total += share;
+            arm += share * points_[contacts_[k].sample];
+        }
+        if (total > 0.0)
+            output.torque_nm = 1e-3 * glm::cross(arm / total, output.force_n);
+    }
+    s.proxy = geometry.proxy_mm;
+    s.touching = geometry.touching;
+    return output;
+}
+
+} // namespace
+
+std::unique_ptr<Algorithm> make_swept_tool() {
+    return std::make_unique<SweptTool>();
+}
+
+} // namespace palpate::haptics

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "haptics/proxy/algorithm.h"
+
+namespace palpate::haptics {
+
+// A tool of thousands of sample points held out of grey values or labels: the repair of the sampled
+// sphere of Vidholm & Agmund.
+//
+// The tool is the points of scene.tool, or parameters.tool_samples points on a sphere of
+// tool_radius_mm. It moves in steps of at most half the smallest spacing, so no sample can jump a
+// wall of 1.5 voxels, and leaps over what block ranges call clear. A sample that is in material, or
+// that held the tool a moment ago, is a contact: its clearance is (iso - value) / slope along the
+// smoothed normal there, at both of which the sharp field is asked. Contacts are reduced to the
+// deepest of each of 24 directions; the tool's next place is the one nearest to the hand that all
+// of them leave free: a quadratic program in three unknowns (planes.h), solved to convergence
+// within the tick. So samples that press against each other in a groove hold instead of cancelling,
+// and whatever sank in is pushed out again.
+//
+// The tool turns with the hand; the torque is that of the contacts' forces about its origin.
+// Friction, yielding, edits and labels are as in swept_point.h. Where every sample in material is
+// so deep that the field has no slope, the last normal holds; where there is none the tool is
+// `submerged`.
+std::unique_ptr<Algorithm> make_swept_tool();
+
+} // namespace palpate::haptics

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <glm/glm.hpp>
+#include <span>
+
+namespace palpate::haptics {
+
+// A few hundred triangles at hand, as a local surface gives them; counter-clockwise from outside.
+struct TriangleSpan {
+    std::span<const glm::vec3> positions;
+    std::span<const glm::vec3> normals; // one a position, unit length; may be empty
+    std::span<const glm::uvec3> triangles;
+};
+
+struct SurfacePoint {
+    glm::dvec3 point{0.0};
+    glm::dvec3 face_normal{0.0};   // of the triangle, unit length
+    glm::dvec3 shaded_normal{0.0}; // normals of the vertices, blended; unit length: force shading
+    uint32_t triangle = 0;
+    double distance = 0.0; // from what was asked
+    bool found = false;
+};
+
+// The nearest point of all triangles: the plane's, clamped to edge or vertex by barycentric
+// coordinates (Ericson, Real-Time Collision Detection, 5.1.5).
+SurfacePoint nearest_point(const TriangleSpan& surface, glm::dvec3 p);
+
+// Where a segment first passes a triangle from outside to inside; edges and vertices belong to the
+// triangles, so that a closed surface has no gaps. distance is from `from`.
+SurfacePoint first_crossing(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 to);
+
+} // namespace palpate::haptics

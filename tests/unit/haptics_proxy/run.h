@@ -1,0 +1,54 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "bench/touch/open_loop.h"
+
+namespace palpate::touch {
+
+// One tick as a test looks at it.
+struct Seen {
+    glm::dvec3 tool, proxy, force;
+    haptics::Contact contact;
+};
+
+// Runs an algorithm by name along a path and keeps every tick.
+struct Trace {
+    Figures figures;
+    std::vector<Seen> ticks;
+};
+inline Trace run_named(const char* name, const Scene& scene, const Path& path,
+                     const haptics::TouchParameters& parameters) {
+    const haptics::AlgorithmEntry* entry = haptics::find_algorithm(name);
+    EXPECT_NE(entry, nullptr) << name;
+    Trace run;
+    if (!entry)
+        return run;
+    const auto algorithm = entry->make();
+    run.figures =
+        open_loop(*algorithm, scene, {.id = "", .name = "", .path = path}, parameters, false,
+                  [&](const haptics::TickInput& input, const haptics::TickOutput& out) {
+                      run.ticks.push_back({input.tool.position_mm, out.proxy.position_mm,
+                                           out.force_n, out.contact});
+                  });
+    return run;
+}
+
+inline TouchCase flat_plane() {
+    TouchCase body{.id = "A1", .name = "plane"};
+    body.solid = plane({0, 0, 0.13}, {0, 0, 1});
+    body.touch_mm = {0, 0, 0.13};
+    return body;
+}
+
+inline TouchCase flat_wall(double thickness_mm) {
+    TouchCase body{.id = "A7", .name = "wall"};
+    body.solid = slab({0, 0, 0.1}, {0, 0, 1}, thickness_mm, edge_mm({}));
+    body.touch_mm = {0, 0, 0.1 + thickness_mm / 2};
+    body.judge_jumps = false;
+    return body;
+}
+
+} // namespace palpate::touch

@@ -1,0 +1,161 @@
+// The repaired sampled tool: held as a sphere against a plane grown by its radius, in grooves and
+// through walls; any implicit shape.
+
+#include "haptics/proxy/swept_tool.h"
+
+#include <cmath>
+
+#include "engine/edit/shape.h"
+#include "haptics/proxy/field.h"
+#include "haptics/proxy/tool_points.h"
+#include "tests/unit/haptics_proxy/run.h"
+
+namespace palpate::touch {
+namespace {
+
+using glm::dvec3;
+using haptics::Contact;
+
+constexpr double kRadius_mm = 2.5;
+
+haptics::TouchParameters sphere(const Scene& scene, uint32_t samples = 340) {
+    haptics::TouchParameters parameters = scene_parameters(scene);
+    parameters.tool_radius_mm = kRadius_mm;
+    parameters.tool_samples = samples;
+    parameters.normal_blur_samples = haptics::normal_blur_for(*scene.touch.grey, scene.iso);
+    return parameters;
+}
+
+// The same body as the centre of the ball feels it: grown by its radius.
+TouchCase grown(TouchCase body) {
+    body.touch_mm += kRadius_mm * body.normal;
+    return body;
+}
+
+TEST(SweptTool, HoldsAPlaneAtItsRadius) {
+    const Scene scene = make_scene(flat_plane(), {});
+    for (const uint32_t samples : {340u, 2000u}) {
+        const Trace run = run_named("swept-tool", scene, slide(grown(scene.body), 2.0, 3.0, 1.0),
+                                    sphere(scene, samples));
+        // The lowest sample is at most half a spacing (0.095 rad of 340) from the pole.
+        const double gap = kRadius_mm * 0.5 * 0.2 * 0.2;
+        double worst = 0.0;
+        for (size_t i = 1; i < run.ticks.size(); ++i) {
+            const Seen& tick = run.ticks[i];
+            EXPECT_GE(tick.proxy.z, 0.13 + kRadius_mm - gap - 0.03) << i;
+            if (tick.tool.z < 0.13 + kRadius_mm - 0.5) {
+                EXPECT_NEAR(tick.proxy.z, 0.13 + kRadius_mm, gap + 0.03);
+                worst = std::max(worst, glm::distance(tick.force, run.ticks[i - 1].force) -
+                                            glm::distance(tick.tool, run.ticks[i - 1].tool));
+            }
+        }
+        EXPECT_LE(worst, 0.02);
+    }
+}
+
+TEST(SweptTool, IsPushedOutOfWhateverSpeedPutItIn) {
+    const Scene scene = make_scene(flat_plane(), {});
+    for (const double speed : {10.0, 1000.0, 2000.0}) {
+        const Trace run = run_named("swept-tool", scene, press(grown(scene.body), speed, 6.0, 0.1),
+                                    sphere(scene));
+        EXPECT_NEAR(run.figures.largest_force_n, 6.0, 0.15) << speed << ": nothing is lost";
+        for (const Seen& tick : run.ticks)
+            EXPECT_NE(tick.contact, Contact::submerged);
+    }
+}
+
+TEST(SweptTool, PassesThroughNoWall) {
+    for (const double thickness : {0.75, 1.0, 2.0}) {
+        const Scene scene = make_scene(flat_wall(thickness), {});
+        for (const double speed : {100.0, 1000.0, 5000.0}) {
+            const Trace run = run_named("swept-tool", scene,
+                                        crossing(grown(scene.body), speed, 8.0), sphere(scene));
+            EXPECT_EQ(run.figures.pop_throughs, 0u) << thickness << " " << speed;
+        }
+    }
+}
+
+// A groove narrower than the ball: both sides hold, neither cancels the other.
+TEST(SweptTool, HoldsInAGrooveNarrowerThanItself) {
+    TouchCase body{.id = "A6", .name = "groove"};
+    const std::vector<dvec3> n = wedge_normals(60.0, {0, 0, 1}, {0, 1, 0});
+    body.solid = hollow_corner({0, 0, -2.0}, n, 0.75);
+    const Scene scene = make_scene(body, {});
+    // The ball's centre rests r / sin(30 deg) = 5 mm above the apex.
+    TouchCase centre = body;
+    centre.touch_mm = {0, 0, -2.0 + 2.0 * kRadius_mm};
+    const Path path = press(centre, 20.0, 2.0, 0.2);
+    const Trace run = run_named("swept-tool", scene, path, sphere(scene));
+    const Seen& deepest = run.ticks[static_cast<size_t>(4.0 / 0.02) + 150];
+    EXPECT_NEAR(deepest.force.z, 2.0, 0.2);
+    EXPECT_NEAR(deepest.force.x, 0.0, 0.1);
+    double worst = 0.0;
+    for (size_t i = 1; i < run.ticks.size(); ++i)
+        worst = std::max(worst, glm::distance(run.ticks[i].force, run.ticks[i - 1].force) -
+                                    glm::distance(run.ticks[i].tool, run.ticks[i - 1].tool));
+    EXPECT_LE(worst, 0.1);
+}
+
+TEST(SweptTool, FrictionStaysInItsCone) {
+    const Scene scene = make_scene(flat_plane(), {});
+    haptics::TouchParameters parameters = sphere(scene);
+    parameters.friction_static = parameters.friction_dynamic = 0.4;
+    const Trace run =
+        run_named("swept-tool", scene, slide(grown(scene.body), 2.0, 3.0, 1.5), parameters);
+    double worst = 0.0;
+    for (const Seen& tick : run.ticks)
+        if (tick.force.z > 0.5)
+            worst = std::max(worst, std::hypot(tick.force.x, tick.force.y) / tick.force.z);
+    EXPECT_LE(worst, 0.4 * 1.01 + 0.02);
+    EXPECT_GE(worst, 0.35);
+}
+
+TEST(ToolPoints, LieOnTheShapeAndAllAroundIt) {
+    const ShapePtr shapes[] = {make_ball(2.0), make_capsule(1.0, 6.0), make_burr(2.0, 6, 0.4),
+                               make_box({2.0, 3.0, 4.0})};
+    for (const ShapePtr& shape : shapes) {
+        const haptics::ToolPoints made = haptics::sample_tool(*shape, 500);
+        ASSERT_EQ(made.points_mm.size(), 500u);
+        dvec3 low(INFINITY), high(-INFINITY);
+        for (const dvec3 p : made.points_mm) {
+            EXPECT_LE(std::abs(shape->signed_mm(p)), 0.02);
+            low = glm::min(low, p);
+            high = glm::max(high, p);
+        }
+        const BoxMm box = shape->bounds();
+        for (int axis = 0; axis < 3; ++axis) {
+            EXPECT_NEAR(low[axis], box.low[axis], 0.5);
+            EXPECT_NEAR(high[axis], box.high[axis], 0.5);
+        }
+    }
+}
+
+// A capsule on its tip and on its side: it is held where its shape touches, and leans on its arm.
+TEST(SweptTool, AnyShapeIsHeldWhereItTouches) {
+    Scene scene = make_scene(flat_plane(), {});
+    auto points =
+        std::make_shared<haptics::ToolPoints>(haptics::sample_tool(*make_capsule(1.0, 4.0), 800));
+    scene.touch.tool = points;
+    const haptics::TouchParameters parameters = sphere(scene);
+    const auto algorithm = haptics::make_swept_tool();
+    haptics::TickInput input{.scene = &scene.touch, .parameters = &parameters};
+    for (const bool lying : {false, true}) {
+        // Lying: the tool's +z along world +x.
+        input.tool.rotation = lying ? glm::dquat(std::sqrt(0.5), 0.0, std::sqrt(0.5), 0.0)
+                                    : glm::dquat(1.0, 0.0, 0.0, 0.0);
+        input.tool.position_mm = {0, 0, 4.0};
+        algorithm->reset(input);
+        haptics::TickOutput out;
+        for (int i = 0; i < 400; ++i) {
+            input.tool.position_mm.z = std::max(0.5, 4.0 - 0.02 * i);
+            out = algorithm->tick(input);
+        }
+        // The origin is the middle of the lower cap, 1 mm from the surface of the tool.
+        EXPECT_NEAR(out.proxy.position_mm.z, 1.13, 0.08) << lying;
+        EXPECT_NEAR(out.force_n.z, 0.63, 0.08) << lying;
+        EXPECT_LE(std::abs(out.torque_nm.z), 1e-6) << lying;
+    }
+}
+
+} // namespace
+} // namespace palpate::touch
