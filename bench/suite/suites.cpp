@@ -20,6 +20,8 @@ constexpr std::array kSuites{
           run_render},
     Suite{"upload", "bytes to the device: a whole volume, 1 to 256 bricks, share of memcpy",
           run_upload},
+    Suite{"touch", "touch: scenes, trajectories and algorithms; time of a tick; Z-width",
+          run_touch},
     Suite{"stability", "the hard cases of ray casting, each with its figure and bound",
           run_stability},
 };
