@@ -92,7 +92,8 @@ const NumberTable& number_table() {
         for (int c = 0; c < 256; ++c) {
             for (int i = 0; i < 3 * t.count[c]; ++i)
                 t.edges[c][i] = edge_differences()[classic.edges[c][i]];
-            t.needs_values[c] = correct_table().needs_values(static_cast<uint8_t>(c));
+            const auto inside = static_cast<uint8_t>(c); // as CorrectTable, which takes longer
+            t.needs_values[c] = ambiguous_faces(inside) != 0 || cell_loops(inside, 0).size() > 1;
         }
         return t;
     }();

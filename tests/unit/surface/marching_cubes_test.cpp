@@ -13,9 +13,15 @@
 #include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 #include "tests/unit/surface/naive.h"
+#include "tests/unit/surface/random_edits.h"
+#include "tests/unit/surface/shapes.h"
 
 namespace palpate {
 namespace {
+
+using testing::centred_grid;
+using testing::expect_same_bytes;
+using testing::expect_sound;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr double kPi = std::numbers::pi;
@@ -104,16 +110,6 @@ Mesh with_threads(size_t threads, const Volume& volume, float iso, const Surface
     return marching_cubes(volume, iso, options);
 }
 
-void expect_same_bytes(const Mesh& a, const Mesh& b) {
-    const auto same = [](const auto& x, const auto& y) {
-        return x.size() == y.size() &&
-               (x.empty() || std::memcmp(x.data(), y.data(), x.size() * sizeof(x[0])) == 0);
-    };
-    EXPECT_TRUE(same(a.positions, b.positions));
-    EXPECT_TRUE(same(a.normals, b.normals));
-    EXPECT_TRUE(same(a.triangles, b.triangles));
-}
-
 TEST(MarchingCubes, OneThreadGivesTheBytesOfMany) {
     const Volume volume = random_volume({70, 65, 40}, ScalarType::i16, 50, 11);
     for (const SurfaceTopology topology : {SurfaceTopology::classic, SurfaceTopology::correct})
@@ -135,20 +131,6 @@ struct Shape {
     double area_mm2, volume_mm3; // 0: unknown
 };
 constexpr double kRadius_mm = 10.0, kRing_mm = 9.0, kTube_mm = 4.0;
-
-Grid centred_grid(uint32_t side, double half_mm) {
-    const double step = 2.0 * half_mm / (side - 1);
-    return make_grid(glm::uvec3(side), glm::dvec3(step), glm::dvec3(-half_mm));
-}
-
-void expect_sound(const MeshTopology& found) {
-    EXPECT_TRUE(found.closed);
-    EXPECT_TRUE(found.manifold);
-    EXPECT_TRUE(found.consistently_oriented);
-    EXPECT_EQ(found.duplicate_triangles, 0u);
-    EXPECT_EQ(found.zero_area_triangles, 0u);
-    EXPECT_EQ(found.degenerate_triangles, 0u);
-}
 
 // Of the exact sphere of the Gaussian: exp(-r^2 / (2 sigma^2)) = iso.
 std::vector<Shape> shapes() {
@@ -210,35 +192,81 @@ TEST(MarchingCubes, GyroidAndMarschnerLobbAreClosed) {
                                 {.topology = SurfaceTopology::correct, .closed_at_border = true}));
 }
 
-// Along an edge of length h, linear interpolation of a function with second derivative at most c is
-// off by at most c h^2 / 8, and where its slope is at least s the crossing by c h^2 / (8 s); along
-// the surface normal by no more. Of a distance to a sphere c = 1 / (R - h) near the surface; the
-// slope along an edge may be small, but distance is its own measure: |f| at the vertex is how far
-// it is from the surface. Clamping moves a vertex by 2^-12 h at most; float values and positions
-// round by 2^-24 of 15 mm, a few times.
-TEST(MarchingCubes, VerticesLieWithinTheDerivedBoundOfTheSphere) {
-    for (const uint32_t side : {16u, 31u, 61u}) {
+// Fields with bounds on their first and second derivative along an axis, per mm and per mm^2.
+struct Bounded {
+    const char* name;
+    synthetic::Field field;
+    float iso;
+    double slope, bend;
+};
+std::vector<Bounded> bounded_fields(double h) {
+    const double sigma = 6.0, w = 2.0 * kPi / 20.0;
+    // Marschner & Lobb: (1 - sin(pi z / 2) + a (1 + cos(2 pi f cos(pi r / 2)))) / (2 (1 + a)), f =
+    // 6, a = 1 / 4, in units of 20 mm. The cosine of a function g with g' at most pi^2 f and g'' at
+    // most pi^3 f / 2, along r and, by (g' / r), across it.
+    const double unit = 1.0 / 20.0, share = 0.25 / 2.5;
+    const double lobb_slope = share * kPi * kPi * 6.0 + kPi / 2.0 / 2.5;
+    const double lobb_bend = share * (std::pow(kPi * kPi * 6.0, 2) + 2.0 * kPi * kPi * kPi * 3.0) +
+                             kPi * kPi / 4.0 / 2.5;
+    return {
+        // Of a distance, the bend is at most one over the distance to where it is not smooth.
+        {"sphere", synthetic::sphere_distance({}, kRadius_mm), 0.0f, 1.0, 1.0 / (kRadius_mm - h)},
+        {"torus", synthetic::torus({}, kRing_mm, kTube_mm), 0.0f, 1.0, 1.0 / (kTube_mm - h)},
+        {"gaussian", synthetic::gaussian({}, sigma, 1.0), 0.25f, std::exp(-0.5) / sigma,
+         1.0 / (sigma * sigma)},
+        // sin X cos Y + sin Z cos X has an amplitude of at most sqrt 2.
+        {"gyroid", synthetic::gyroid(20.0), 0.25f, std::sqrt(2.0) * w, std::sqrt(2.0) * w * w},
+        {"marschner_lobb", synthetic::marschner_lobb(20.0), 0.5f, lobb_slope * unit,
+         lobb_bend * unit * unit},
+    };
+}
+
+// Along an edge of length h, linear interpolation is off by at most h^2 / 8 times the bend; so that
+// is how far the field at a vertex may be from iso. Clamping moves a vertex by 2^-12 h at most,
+// float values (below 40) and positions (below 40 mm) round by 2^-24 of them, a few times. For a
+// distance the field's value is the vertex's distance from the surface.
+TEST(MarchingCubes, VerticesLieWithinTheDerivedBoundOfTheTrueSurface) {
+    for (const uint32_t side : {16u, 31u, 61u})
+        for (size_t f = 0; f < bounded_fields(1.0).size(); ++f) {
+            const Grid grid = centred_grid(side, 15.0);
+            const double h = spacing_mm(grid).x;
+            const Bounded b = bounded_fields(h)[f];
+            SCOPED_TRACE(fmt::format("{}, {} samples a side", b.name, side));
+            const Mesh mesh =
+                marching_cubes(synthetic::sample(b.field, grid, ScalarType::f32), b.iso);
+            const double bound = h * h / 8.0 * b.bend + 0x1p-12 * h * b.slope +
+                                 8.0 * 0x1p-24 * 40.0 * std::max(1.0, b.slope);
+            double worst = 0.0;
+            ASSERT_GT(mesh.positions.size(), 100u);
+            for (const glm::vec3& position : mesh.positions) {
+                const glm::dvec3 p(mesh.world_from_mesh * glm::dvec4(position, 1.0));
+                worst = std::max(worst, std::abs(b.field.value(p) - double{b.iso}));
+            }
+            EXPECT_LE(worst, bound);
+            EXPECT_GT(worst, bound / 100.0) << "a bound that says something";
+        }
+}
+
+// Central differences of a distance are off by h^2 / 6 of its third derivative, at most
+// 3 / (R - 2h)^2 in any direction, and interpolation by h^2 / 8 of the same, on each axis.
+TEST(MarchingCubes, NormalsLieWithinTheDerivedBoundOfTheSphere) {
+    for (const uint32_t side : {31u, 61u}) {
         const Grid grid = centred_grid(side, 15.0);
-        const double h = spacing_mm(grid).x;
-        const synthetic::Field field = synthetic::sphere_distance({}, kRadius_mm);
-        const Mesh mesh = marching_cubes(synthetic::sample(field, grid, ScalarType::f32), 0.0f);
-        const double bound = h * h / (8.0 * (kRadius_mm - h)) + 0x1p-12 * h + 8.0 * 0x1p-24 * 30.0;
-        double worst = 0.0, worst_cosine = 1.0;
+        const double h = spacing_mm(grid).x, smooth_mm = kRadius_mm - 2 * h;
+        const Mesh mesh = marching_cubes(
+            synthetic::sample(synthetic::sphere_distance({}, kRadius_mm), grid, ScalarType::f32),
+            0.0f);
+        const double off =
+            std::sqrt(3.0) * (1.0 / 6.0 + 1.0 / 8.0) * h * h * 3.0 / (smooth_mm * smooth_mm);
         for (size_t i = 0; i < mesh.positions.size(); ++i) {
             const glm::dvec3 p(mesh.world_from_mesh * glm::dvec4(mesh.positions[i], 1.0));
-            worst = std::max(worst, std::abs(field.value(p)));
-            worst_cosine =
-                std::min(worst_cosine, glm::dot(glm::dvec3(mesh.normals[i]), glm::normalize(p)));
+            EXPECT_LE(glm::length(glm::dvec3(mesh.normals[i]) - glm::normalize(p)), off) << side;
         }
-        EXPECT_LE(worst, bound) << side;
-        EXPECT_GT(worst, bound / 100.0) << "a bound that says something";
-        // Central differences of a distance are off by h^2 / 6 of its third derivative, at most
-        // 3 / (R - 2h)^2 (in any direction), and interpolation by h^2 / 8 of the same, on each
-        // axis.
-        const double off = std::sqrt(3.0) * (1.0 / 6.0 + 1.0 / 8.0) * h * h * 3.0 /
-                           ((kRadius_mm - 2 * h) * (kRadius_mm - 2 * h));
-        EXPECT_GE(worst_cosine, 1.0 - off * off) << side;
     }
+}
+
+TEST(MarchingCubes, GyroidConvergesAtOrderTwo) {
+    testing::expect_order_two(synthetic::gyroid(20.0), 0.25f, {25, 49, 97});
 }
 
 TEST(MarchingCubes, UnevenSpacingIsInPositionsAndNormals) {

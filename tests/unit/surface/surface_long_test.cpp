@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/unit/surface/random_edits.h"
+#include "tests/unit/surface/shapes.h"
 #include "tests/unit/surface/trilinear_checks.h"
 
 namespace palpate {
@@ -24,6 +25,11 @@ TEST_P(LongRun, AHundredThousandCellsHaveThePiecesOfTheInterpolant) {
 TEST_P(LongRun, TenThousandGridsHaveTheBettiNumbersOfTheInterpolant) {
     EXPECT_LE(testing::check_random_grids(/*grids=*/10000, static_cast<uint32_t>(100 + GetParam())),
               2);
+}
+
+// Its ripples need some 200 samples a side before errors fall in order.
+TEST(MarchingCubesLong, MarschnerLobbConvergesAtOrderTwo) {
+    testing::expect_order_two(synthetic::marschner_lobb(20.0), 0.5f, {97, 193, 385});
 }
 
 INSTANTIATE_TEST_SUITE_P(Parts, LongRun, ::testing::Range(0, 10)); // each ends within its time
