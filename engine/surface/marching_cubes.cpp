@@ -135,6 +135,7 @@ class Extraction {
         if (candidates == 0)
             return;
         CrossedBrick& brick = crossed_[i];
+        brick.blocks.reserve(static_cast<size_t>(std::popcount(candidates)));
         BlockReader reader(volume_, options_.closed_at_border);
         Samples samples;
         Cells cells;
