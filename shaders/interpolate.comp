@@ -17,8 +17,7 @@ layout(scalar, binding = kInterpolateBlock) uniform Block { InterpolateBlock blo
 layout(binding = kInterpolateCoarse) uniform sampler2DArray coarse;
 layout(binding = kInterpolateColor, rgba32f) uniform writeonly image2DArray color_image;
 layout(scalar, binding = kInterpolateGroups) buffer Groups {
-    uint groups;
-    uint ones[2];
+    uint groups[3];
     uint ray_count;
 };
 layout(scalar, binding = kInterpolateRays) writeonly buffer Rays { uint rays[]; };
@@ -48,9 +47,9 @@ void main() {
     uint first = 0u;
     if (subgroupElect() && count > 0u) {
         first = atomicAdd(ray_count, count);
-        const uint begun = (first + count + 63u) / 64u - (first + 63u) / 64u;
-        if (begun > 0u)
-            atomicAdd(groups, begun); // workgroups of 64
+        const uint all = (first + count + 63u) / 64u; // workgroups of 64
+        atomicMax(groups[0], min(all, kListedAcross));
+        atomicMax(groups[1], (all + kListedAcross - 1u) / kListedAcross);
     }
     first = subgroupBroadcastFirst(first);
     if (listed)

@@ -72,8 +72,8 @@ layout(binding = kRayCells) uniform sampler3D cells;
 layout(scalar, binding = kRayTiles) buffer Tiles { TileEntry tiles[]; };
 layout(scalar, binding = kRayTiles) readonly buffer Listed { uint listed_rays[]; };
 layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups {
-    uint tile_count;
-    uint ones[2];
+    uint tile_count; // but of listed rays: how many groups lie side by side
+    uint rows[2];
     uint ray_count; // of listed rays
 };
 
@@ -112,7 +112,8 @@ uint entry_of(uint group) {
 }
 
 void main() {
-    const uint entry = entry_of(gl_WorkGroupID.x);
+    const uint entry = kFromList != 0u ? gl_WorkGroupID.x + kListedAcross * gl_WorkGroupID.y
+                                       : entry_of(gl_WorkGroupID.x);
     uvec2 place; // of the ray in its pass
     uint eye;
     vec2 span = vec2(0.0, 1e30);

@@ -93,7 +93,7 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
     Timing timing;
     std::map<std::string, std::vector<double>> passes;
     std::optional<Interactive> interactive;
-    if (options.frame_ms > 0 && scene.ray_cast)
+    if (options.frame_ms > 0)
         interactive.emplace(renderer, options.frame_ms);
     // One frame more than asked for: the first pays for pipelines and uploads, and is told apart.
     const uint32_t count = options.frames > 1 ? options.frames + 1 : 1;
@@ -122,9 +122,12 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
         if (i + 1 < count)
             scene.camera = orbit(scene.camera, options.orbit_deg);
     }
-    while (interactive && options.settle && !timing.interactive->complete)
+    while (interactive && options.settle && !timing.interactive->complete) {
+        if (interrupt.token().stop_requested())
+            return fail("interrupted while the picture settled");
         if (const auto drawn = draw_once(renderer, interactive, scene, data, timing); !drawn)
             return tl::unexpected(drawn.error());
+    }
     if (!options.stats.empty() && scene.ray_cast && !interactive) {
         // Once more with the variant that counts, which no timed frame pays for.
         const Result<uint64_t> samples = renderer.count_samples(scene, data);
@@ -192,14 +195,19 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
     if (scene.ray_cast && timing.interactive) {
         json["interactive"] = {{"step_factor", timing.interactive->step_factor},
                                {"traced_share", timing.interactive->traced_share},
+                               {"error_estimate", timing.interactive->error_estimate},
                                {"complete", timing.interactive->complete}};
     } else if (scene.ray_cast) {
-        const auto segments = static_cast<double>(count_segments(scene, data.volume.grid()));
-        json["segments"] = segments;
         json["samples"] = timing.samples;
+        // `exact` takes pieces of cells, of which no lattice tells how many there would be.
+        const bool lattice = scene.ray_cast->integrator != Integrator::exact;
+        const uint64_t segments = lattice ? count_segments(scene, data.volume.grid()) : 0;
+        json["segments"] = lattice ? Json(segments) : Json();
         json["skipped_share"] =
-            segments > 0 ? std::max(0.0, 1.0 - static_cast<double>(timing.samples) / segments)
-                         : 0.0;
+            !lattice ? Json()
+                     : Json(std::max(
+                           0.0, 1.0 - static_cast<double>(timing.samples) /
+                                          static_cast<double>(std::max<uint64_t>(1, segments))));
         json["cell_map_ms"] = timing.cell_map_ms;
     }
     if (!scene.surfaces.empty()) {
@@ -211,13 +219,14 @@ Json stats_json(const Device& device, const Renderer& renderer, const Timing& ti
     }
     json["residency"] = residency_json(timing.first);
     json["peak_rss_bytes"] = peak_rss_bytes();
-    // RMSE of colour beside an exact picture of the field; where scenes of this kind were not
-    // measured, what early termination may hide.
-    json["error_estimate"] = scene.ray_cast ? estimated_error(scene, data, weight_error(device))
-                                                  .value_or(scene.ray_cast->min_transmittance)
-                                            : 0.0;
-    if (timing.interactive)
-        json["error_estimate"] = timing.interactive->error_estimate;
+    // RMSE of colour beside an exact picture of the field: slices have none; null where pictures of
+    // this kind were not measured. Fewer rays add their own.
+    std::optional<double> error = 0.0;
+    if (scene.ray_cast)
+        error = estimated_error(scene, data, weight_error(device));
+    if (error && timing.interactive)
+        *error += timing.interactive->error_estimate;
+    json["error_estimate"] = error ? Json(*error) : Json();
     json["volume_version"] = data.volume.version();
     return json;
 }
@@ -292,6 +301,10 @@ Result<void> run_render(const RenderOptions& options) {
     Result<Scene> scene = final_scene(options.scene, *file, *loaded);
     if (!scene)
         return fail("{}", scene.error().message);
+    if (options.frame_ms > 0 && !scene->ray_cast)
+        return fail("--frame-ms: expected a scene with ray casting, found slices alone");
+    if (options.frame_ms > 0 && scene->value_and_depth)
+        return fail("--frame-ms: values and depths come from a ray a pixel; leave out --values");
     Device device({.select = options.device, .validation = options.validate});
     if (auto met = meet_error(options, device, loaded->data, *scene); !met)
         return met;
@@ -378,19 +391,22 @@ Command add_render(CLI::App& app) {
         ->check(CLI::Range(1, 100000));
     app.add_option("--orbit-deg", o->orbit_deg, "Turn between frames, in degrees about up")
         ->capture_default_str();
-    app.add_option("--frame-ms", o->frame_ms,
-                   "Hold this time a frame while the camera turns: fewer rays, longer steps; the "
-                   "error is estimated in --stats (default: full quality always)")
-        ->check(CLI::PositiveNumber);
+    CLI::Option* budget =
+        app.add_option(
+               "--frame-ms", o->frame_ms,
+               "Hold this time a frame while the camera turns: fewer rays, longer steps; the "
+               "error is estimated in --stats (default: full quality always)")
+            ->check(CLI::PositiveNumber);
     app.add_flag("--settle", o->settle,
-                 "With --frame-ms: let the last frame rest until it is of full quality");
+                 "With --frame-ms: let the last frame rest until it is of full quality")
+        ->needs(budget);
     CLI::Option* error =
         app.add_option(
                "--error", o->error,
                "Largest RMSE of colour, 0 .. 1, beside an exact picture of the field; picks "
                "integrator and step from what was measured (default: as given)")
             ->check(CLI::PositiveNumber);
-    for (const char* given : {"--integrator", "--step", "--sub-steps"})
+    for (const char* given : {"--integrator", "--step", "--sub-steps", "--frame-ms"})
         error->excludes(app.get_option(given));
     app.add_option("--stats", o->stats,
                    "Write times, passes and resources as JSON to a file, or - (default: none)");

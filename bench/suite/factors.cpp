@@ -21,7 +21,7 @@ struct Factor {
 std::vector<Factor> factors(bool tiny) {
     std::vector<Factor> all{
         {"mode", {"alpha", "mip", "iso"}},
-        {"integrator", {"fast", "preintegrated"}},
+        {"integrator", {"fast", "preintegrated", "exact"}},
         {"step", {"1", "2", "0.5", "0.25"}},
         {"volume format", {"as the device likes", "16 bits", "32 bits"}},
         {"samples an axis", {"96", "64", "128"}},
@@ -32,8 +32,6 @@ std::vector<Factor> factors(bool tiny) {
         {"view", {"oblique", "along an axis", "inside", "grazing"}},
         {"eyes", {"one", "two"}},
     };
-    if (has_integrator("exact"))
-        all[1].levels.push_back("exact");
     if (tiny)
         all[4].levels = {"16", "12", "20"};
     return all;

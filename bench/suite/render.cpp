@@ -30,8 +30,7 @@ std::vector<Setting> settings(RayMode mode) {
     std::vector<Setting> all{{"fast", 1.0, 0}};
     if (mode == RayMode::alpha)
         all.push_back({"preintegrated", 1.0, 0});
-    if (has_integrator("exact"))
-        all.push_back({"exact", 1.0, mode == RayMode::alpha ? 8u : 0u});
+    all.push_back({"exact", 1.0, mode == RayMode::alpha ? 8u : 0u});
     return all;
 }
 

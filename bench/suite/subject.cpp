@@ -33,15 +33,6 @@ std::optional<Integrator> integrator_of(const std::string& name) {
     return std::nullopt;
 }
 
-// Layers of builds without the exact integrator have no sub-steps.
-template <class Layer>
-void set_sub_steps(Layer& layer, uint32_t count) {
-    if constexpr (requires { layer.sub_steps; })
-        layer.sub_steps = count;
-    else
-        PALPATE_ASSERT_CMP(count, ==, 0u);
-}
-
 Subject subject_of(const Sample& sample, RayMode mode, Metric metric) {
     Subject subject{.sample = &sample, .camera = peer_camera(sample.volume), .metric = metric};
     subject.layer.mode = mode;
@@ -151,10 +142,6 @@ std::string Setting::name() const {
     return fmt::format("{}, step {:g}", integrator, step_samples);
 }
 
-bool has_integrator(const std::string& name) {
-    return integrator_of(name).has_value();
-}
-
 void apply(const Setting& setting, const Volume& volume, RayCastLayer& layer) {
     const auto integrator = integrator_of(setting.integrator);
     PALPATE_ASSERT(integrator.has_value());
@@ -162,7 +149,7 @@ void apply(const Setting& setting, const Volume& volume, RayCastLayer& layer) {
     layer.integrator = *integrator;
     layer.step_mm = setting.step_samples * std::min(spacing.x, std::min(spacing.y, spacing.z));
     if (setting.sub_steps > 0)
-        set_sub_steps(layer, setting.sub_steps);
+        layer.sub_steps = setting.sub_steps;
 }
 
 Setting default_setting() {
@@ -185,13 +172,11 @@ std::vector<Setting> settings_of(RayMode mode, bool full) {
     if (mode == RayMode::alpha) // elsewhere it is the same as fast
         for (const double step : steps)
             settings.push_back({.integrator = "preintegrated", .step_samples = step});
-    if (has_integrator("exact")) {
-        if (mode == RayMode::alpha)
-            for (const uint32_t count : {1u, 2u, 4u, 8u})
-                settings.push_back({"exact", 1.0, count});
-        else
-            settings.push_back({"exact", 1.0, 0});
-    }
+    if (mode == RayMode::alpha)
+        for (const uint32_t count : {1u, 2u, 4u, 8u})
+            settings.push_back({"exact", 1.0, count});
+    else
+        settings.push_back({"exact", 1.0, 0});
     return settings;
 }
 

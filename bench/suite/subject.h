@@ -83,9 +83,6 @@ struct Setting {
     std::string name() const; // "fast, step 0.5", "exact, 8 sub-steps"
 };
 
-// Whether this build knows an integrator.
-bool has_integrator(const std::string& name);
-
 // integrator must be known.
 void apply(const Setting& setting, const Volume& volume, RayCastLayer& layer);
 

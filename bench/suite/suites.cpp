@@ -54,9 +54,10 @@ Result<void> run_suite(const std::string& name, const Options& options) {
     fs::create_directories(options.out, error);
     if (error)
         return fail("{}: cannot be made: {}", options.out.string(), error.message());
-    if (!options.tiny)
-        ::setenv("MESA_SHADER_CACHE_DISABLE", "true",
-                 1); // first frames compile, as on a new machine
+    if (!options.tiny) { // first frames compile, as on a new machine
+        ::setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);
+        ::setenv("__GL_SHADER_DISK_CACHE", "0", 1); // NVIDIA's
+    }
     const std::string started = now_utc();
     const Timer timer;
     const Neighbours neighbours;

@@ -30,7 +30,7 @@ struct BrickFileWriting {
     std::function<void(double share)> progress; // 0 .. 1, from one thread at a time
 };
 
-// Writes a brick file. Memory in use: about 10 MB for each thread, and 1/200 of the volume for the
+// Writes a brick file. Memory in use: about 10 MB for each thread, and 1/60 of the volume for the
 // index. The same samples give the same bytes. The file appears whole or not at all.
 Result<void> save_brick_file(const std::filesystem::path& path, const BrickStream& stream,
                              const BrickFileWriting& writing = {});

@@ -31,8 +31,7 @@ struct Contents {
     ScalarType type() const { return static_cast<ScalarType>(header.type); }
 };
 
-// The number of a level's first brick and the bricks of all levels; sizes are bounded, so that no
-// product of theirs passes 64 bits.
+// How many bricks a level of this size has; sizes are bounded, so that it passes no 64 bits.
 uint64_t bricks_in(glm::uvec3 size) {
     const glm::uvec3 n = (size + (kBrickSide - 1)) / kBrickSide;
     return uint64_t{n.x} * n.y * n.z;

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <map>
@@ -242,13 +243,15 @@ Result<void> write_pages(Output& output, const BrickStream& stream, const std::s
     const size_t total = count_of(pages);
     size_t next = 0, done = 0;
     Result<void> result;
+    std::atomic<bool> failed{false}; // `result`, for the thread that begins pages
     const auto write = [&](Packed& packed) {
         if (result)
             result = output.write(packed, levels.bricks(packed.level));
+        failed = !result;
     };
     using PagePtr = std::shared_ptr<PackedPage>;
     const auto begin = [&](tbb::flow_control& flow) -> size_t {
-        if (next == total || !result || writing.stop.stop_requested()) {
+        if (next == total || failed || writing.stop.stop_requested()) {
             flow.stop();
             return 0;
         }

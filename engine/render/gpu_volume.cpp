@@ -44,7 +44,7 @@ GpuVolume::Choice GpuVolume::choose(const Device& device, const Volume& volume,
         return BrickAtlas::bytes_for(device, volume, storage, wish.bricks());
     };
     const TexelStorage dense = fits(first) ? first : small;
-    const TexelStorage packed = atlas_bytes(first) <= wish.limit_bytes ? first : small;
+    const TexelStorage packed = atlas_bytes(first) <= wish.atlas_limit_bytes() ? first : small;
     const uint64_t bytes = dense_bytes(volume, dense);
     const bool label = wish.format == TexelFormat::label;
     if (wish.residency == Residency::dense || label)
@@ -77,8 +77,8 @@ Result<GpuVolume> GpuVolume::make(Device& device, std::string name, const Volume
     if (wish.format != TexelFormat::label && !device.can_filter_linearly(format))
         return fail("{}: {} cannot interpolate its texels", name, device.info().name);
     if (choice.atlas) {
-        Result<BrickAtlas> atlas =
-            BrickAtlas::make(device, name, volume, choice.storage, wish.bricks(), wish.limit_bytes);
+        Result<BrickAtlas> atlas = BrickAtlas::make(device, name, volume, choice.storage,
+                                                    wish.bricks(), wish.atlas_limit_bytes());
         if (!atlas)
             return pass_on(atlas);
         made.atlas_.emplace(std::move(*atlas));
@@ -112,7 +112,7 @@ bool GpuVolume::suits(const Volume& next, const GpuVolumeWish& wish) const {
     if (!atlas_) // its bytes count in no later limit
         return true;
     return atlas_->capacity() >=
-           BrickAtlas::room_for(*device_, next, storage_, wish.bricks(), wish.limit_bytes);
+           BrickAtlas::room_for(*device_, next, storage_, wish.bricks(), wish.atlas_limit_bytes());
 }
 
 void GpuVolume::update(const Volume& next, std::span<const ChangedBrick> changed) {

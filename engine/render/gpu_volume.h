@@ -16,12 +16,16 @@ namespace palpate {
 struct GpuVolumeWish {
     TexelFormat format = TexelFormat::automatic;
     Residency residency = Residency::automatic;
-    uint64_t limit_bytes = 0; // for image, or atlas with its table and staging
-    size_t needed_bricks = 0; // that can be seen; counts for an atlas only
-    size_t most_bricks = 0;   // of an atlas, beside what fits; 0: no other limit
+    uint64_t limit_bytes = 0;        // for image, or atlas with its table and staging
+    uint64_t beside_atlas_bytes = 0; // what else an atlas needs of the limit
+    size_t needed_bricks = 0;        // that can be seen; counts for an atlas only
+    size_t most_bricks = 0;          // of an atlas, beside what fits; 0: no other limit
 
     size_t bricks() const {
         return most_bricks > 0 ? std::min(most_bricks, needed_bricks) : needed_bricks;
+    }
+    uint64_t atlas_limit_bytes() const {
+        return limit_bytes - std::min(limit_bytes, beside_atlas_bytes);
     }
 };
 

@@ -24,6 +24,20 @@ uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, cons
 // Adds the times of passes to those of the same name.
 void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times);
 
+// Gives a variable another value for as long as this lives.
+template <class T>
+class Restored {
+ public:
+    Restored(T& variable, T value) : variable_(&variable), before_(variable) { variable = value; }
+    ~Restored() { *variable_ = before_; }
+    Restored(const Restored&) = delete;
+    Restored& operator=(const Restored&) = delete;
+
+ private:
+    T* variable_;
+    T before_;
+};
+
 struct Renderer::Targets {
     glm::uvec2 size_px;
     uint32_t eyes;

@@ -26,6 +26,8 @@ class Interactive {
 
     Result<InteractiveFrame> draw(const Scene& scene, const SceneData& data);
 
+    void set_budget_ms(double budget_ms) { budget_ms_ = budget_ms; }
+
  private:
     Result<InteractiveFrame> draw_moving(const Scene& scene, const SceneData& data);
     Result<InteractiveFrame> draw_resting(const Scene& scene, const SceneData& data);

@@ -371,14 +371,17 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     const Timer timer;
     std::deque<Commands> submissions;
     submissions.emplace_back(*device_);
-    stats.uploaded_bricks += draw_behind(scene, data, submissions.back());
-    if (scene.ray_cast) {
-        const Result<size_t> more = draw_rays(scene, data, submissions);
+    try {
+        stats.uploaded_bricks += draw_behind(scene, data, submissions.back());
+        Result<size_t> more = scene.ray_cast ? draw_rays(scene, data, submissions) : size_t{0};
+        submissions.back().submit(); // also of a frame that was stopped: images are as tracked
         if (!more)
-            return tl::unexpected(more.error());
+            return pass_on(more);
         stats.uploaded_bricks += *more;
+    } catch (...) { // a brick that cannot be read: the next frame begins from nothing
+        held_ = std::make_unique<Held>();
+        throw;
     }
-    submissions.back().submit();
     if (scene.ray_cast && counting_)
         samples_ += read_sample_count();
     for (Commands& submission : submissions)
@@ -391,10 +394,9 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
 }
 
 Result<uint64_t> Renderer::count_samples(const Scene& scene, const SceneData& data) {
-    counting_ = true;
+    const Restored counting(counting_, true);
     samples_ = 0;
     const Result<FrameStats> drawn = draw(scene, data);
-    counting_ = false;
     if (!drawn)
         return tl::unexpected(drawn.error());
     return samples_;

@@ -130,8 +130,7 @@ class Renderer {
                                const Volume& volume, const GpuVolumeWish& wish,
                                std::span<const ChangedBrick> changed);
     Result<size_t> keep_volumes(const Scene& scene, const SceneData& data);
-    void keep_gradients(const Scene& scene, const Volume& volume,
-                        std::span<const ChangedBrick> changed);
+    void keep_gradients(const Scene& scene, const Volume& volume);
     uint64_t free_bytes(std::optional<GpuVolume>& apart) const;
     uint64_t room_for_volume(const Scene& scene);
     void find_needed_bricks(const Scene& scene, const Volume& volume);

@@ -130,9 +130,8 @@ void Renderer::record_judgement(Commands& commands) {
 
 Result<size_t> Renderer::prepare_interactive(const Scene& scene, const SceneData& data,
                                              double step_factor) {
-    step_factor_ = step_factor;
+    const Restored restored(step_factor_, step_factor);
     Result<size_t> uploaded = prepare(scene, data);
-    step_factor_ = 1.0;
     if (uploaded && held_->parts.size() > 1)
         return fail(
             "an interactive frame: expected room on the device for the {} bricks that can be seen, "
@@ -179,11 +178,15 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
         "every second pixel", held_->variant, coarse.rays,        coarse.frame.get(), table,
         coarse.color,         nullptr,        coarse.tile_groups, coarse.tiles};
     // Behind the volume there may be slices, and beside it meshes.
-    const uint32_t listed_tiles = !scene.surfaces.empty() ? gpu::kListAll
-                                  : !scene.slices.empty() ? gpu::kListBox
-                                                          : tiles_to_list(scene);
-    record_tiles(commands, second, eyes, listed_tiles, 0, tile_count(coarse.rays).y);
-    record_ray_cast(commands, second, scene);
+    const uint32_t which = !scene.surfaces.empty() ? gpu::kListAll
+                           : !scene.slices.empty() ? gpu::kListBox
+                                                   : tiles_to_list(scene);
+    const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
+    for (uint32_t row = 0; row < tile_count(coarse.rays).y; row += band) {
+        record_tiles(commands, second, eyes, which, row,
+                     std::min(band, tile_count(coarse.rays).y - row));
+        record_ray_cast(commands, second, scene);
+    }
     record_interpolation(commands, scene);
     RayPass listed{
         "listed pixels",        held_->variant, scene.size_px,     coarse.listed_frame.get(), table,
@@ -237,13 +240,19 @@ Result<FrameStats> Renderer::refine(const Scene& asked, const SceneData& data, u
     const Timer timer;
     if (!held_->parts.empty())
         stats.uploaded_bricks += show_part(held_->parts.front(), true);
-    Commands commands(*device_);
-    RayPass pass = full_pass(scene);
-    // Every tile is marched, also those that see nothing: what lies there is replaced.
-    record_tiles(commands, pass, eye_count(scene), gpu::kListAll, first_row, rows);
-    record_ray_cast(commands, pass, scene);
-    commands.submit();
-    stats.passes = commands.finish();
+    const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
+    std::deque<Commands> submissions;
+    for (uint32_t row = 0; row < rows; row += band) {
+        Commands& commands = submissions.emplace_back(*device_);
+        RayPass pass = full_pass(scene);
+        // Every tile is marched, also those that see nothing: what lies there is replaced.
+        record_tiles(commands, pass, eye_count(scene), gpu::kListAll, first_row + row,
+                     std::min(band, rows - row));
+        record_ray_cast(commands, pass, scene);
+        commands.submit();
+    }
+    for (Commands& commands : submissions)
+        add_times(stats.passes, commands.finish());
     stats.wall_ms = timer.ms();
     tell_residency(stats);
     return stats;

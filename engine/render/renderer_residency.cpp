@@ -77,11 +77,11 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data)
         held_->labels.reset();
     }
     const std::vector<ChangedBrick> changed = changed_since(held_->volume, data.volume);
+    const Timer timer;
     if (!scene.ray_cast || !same_kind(held_->volume, data.volume))
         held_->cells.reset();
     else if (held_->cells && !data.volume.is_same_as(held_->volume->snapshot()))
         held_->cells->update(data.volume, changed);
-    const Timer timer;
     if (scene.ray_cast && !held_->cells)
         held_->cells.emplace(*device_, data.volume);
     if (scene.ray_cast && scene.ray_cast->mode != RayMode::mip)
@@ -89,10 +89,12 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data)
     held_->cell_map_ms = timer.ms();
 
     find_needed_bricks(scene, data.volume);
+    const uint64_t carried = scene.ray_cast && !held_->targets->carry ? carry_bytes(scene) : 0;
     const Result<size_t> more = keep_volume(held_->volume, "volume", data.volume,
                                             {.format = options_.volume_format,
                                              .residency = options_.residency,
                                              .limit_bytes = room_for_volume(scene),
+                                             .beside_atlas_bytes = carried,
                                              .needed_bricks = held_->needed_bricks,
                                              .most_bricks = options_.most_resident_bricks},
                                             changed);
@@ -104,18 +106,18 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data)
                            held_->volume->value_bias());
         held_->cell_map_ms += again.ms();
     }
-    keep_gradients(scene, data.volume, changed);
+    keep_gradients(scene, data.volume);
     return uploaded + *more;
 }
 
 // After the volume, for shaded alpha: fills what its rays may read.
-void Renderer::keep_gradients(const Scene& scene, const Volume& volume,
-                              std::span<const ChangedBrick> changed) {
+void Renderer::keep_gradients(const Scene& scene, const Volume& volume) {
     std::optional<GradientImage>& held = held_->gradients;
     const bool wanted = options_.stored_gradients && scene.ray_cast &&
                         scene.ray_cast->mode == RayMode::alpha && scene.ray_cast->shading &&
                         !held_->volume->is_atlas() && options_.sampling == Sampling::device;
-    if (!wanted || (held && held->snapshot().size() != volume.size()))
+    if (!wanted || (held && (held->snapshot().size() != volume.size() ||
+                             held->snapshot().type() != volume.type())))
         held.reset();
     if (!wanted)
         return;
@@ -126,7 +128,7 @@ void Renderer::keep_gradients(const Scene& scene, const Volume& volume,
         held.emplace(*device_, volume);
         held_->gradients_filled_for.reset();
     } else if (!volume.is_same_as(held->snapshot())) {
-        held->update(volume, changed);
+        held->update(volume, changed_bricks(held->snapshot(), volume));
         held_->gradients_filled_for.reset();
     }
     const std::pair filled_for(*scene.ray_cast, step_factor_);
@@ -139,8 +141,8 @@ void Renderer::keep_gradients(const Scene& scene, const Volume& volume,
 // What the volume may take: some is kept for what is made after it.
 uint64_t Renderer::room_for_volume(const Scene& scene) {
     uint64_t kept = 1 << 20; // tables, uniforms, lists of tiles
-    if (scene.ray_cast)      // macro-cells of a MIP with their staging, and what rays carry
-        kept += 8 * held_->cells->cell_count() + (held_->targets->carry ? 0 : carry_bytes(scene));
+    if (scene.ray_cast)      // macro-cells of a MIP with their staging
+        kept += 8 * held_->cells->cell_count();
     const uint64_t free = free_bytes(held_->volume);
     return free - std::min(free, kept);
 }
@@ -152,7 +154,7 @@ void Renderer::find_needed_bricks(const Scene& scene, const Volume& volume) {
     held_->needed_bricks = 0;
     const glm::uvec3 size = volume.size();
     const bool fits = std::max({size.x, size.y, size.z}) <= device_->limits().maxImageDimension3D &&
-                      sample_count(volume.grid()) * sizeof(float) <= free_bytes(held_->volume) / 2;
+                      sample_count(volume.grid()) * sizeof(float) <= room_for_volume(scene) / 2;
     const bool in_atlas = held_->volume && held_->volume->is_atlas(); // and may stay there
     if (options_.residency == Residency::dense ||
         (options_.residency == Residency::automatic && fits && !in_atlas))

@@ -172,11 +172,13 @@ Result<AccuracyChoice> choose_setting(const Scene& scene, const SceneData& data,
             (!fastest || measured.cost[key.kind] < fastest->cost[key.kind]))
             fastest = &measured;
     }
-    if (!fastest) // a quarter of what is asked for goes to early termination
+    if (!fastest) { // a quarter of what is asked for goes to early termination
+        const double unit = std::pow(10.0, std::floor(std::log10(least / 0.75)) - 1.0);
         return fail(
             "--error: expected at least {:.1e}, the best that can be had for this scene "
             "(by {}), found {:g}",
-            least / 0.75, text_of(finest->setting), error);
+            std::ceil(least / 0.75 / unit) * unit, text_of(finest->setting), error);
+    }
     return AccuracyChoice{fastest->setting, min_transmittance,
                           *key.estimate(*fastest) + min_transmittance};
 }

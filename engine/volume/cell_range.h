@@ -36,7 +36,8 @@ uint32_t cell_side_for(glm::uvec3 size);
 CellRanges make_cell_ranges(const Volume& volume, uint32_t side);
 
 // Brings `ranges` of an earlier snapshot up to `volume`: reads the cells that touch a changed
-// block. Gives what make_cell_ranges(volume, ranges.side) gives.
+// block. Gives what make_cell_ranges(volume, ranges.side) gives, or narrower ranges where those
+// came from whole blocks.
 void update_cell_ranges(CellRanges& ranges, const Volume& volume,
                         std::span<const ChangedBrick> changed);
 

@@ -47,6 +47,7 @@ struct TileEntry {
     uint samples;      // taken in it; written by the counting variant only
 };
 const uint kCarryLayers = 2u; // an eye: colour, and values (lib/carry.glsl)
+const uint kListedAcross = 32768u; // workgroups of listed rays side by side; more lie in further rows
 const uint kTileXBits = 15u;
 const uint kTileEyeShift = 30u;
 GPU_END

@@ -43,6 +43,14 @@ TEST_F(ErrorOption, RefusesWhatCannotBeHadAndNamesTheBest) {
     EXPECT_THAT(ran.messages, HasSubstr("the best that can be had for this scene (by exact"));
     EXPECT_THAT(ran.messages, HasSubstr("found 1e-09"));
     EXPECT_FALSE(std::filesystem::exists(file("picture.exr")));
+
+    const std::string before = "expected at least ";
+    const size_t at = ran.messages.find(before);
+    ASSERT_NE(at, std::string::npos) << ran.messages;
+    const std::string best =
+        ran.messages.substr(at + before.size(), ran.messages.find(',', at) - at - before.size());
+    const ProgramRun again = render({"--mode", "alpha", "--error", best});
+    EXPECT_EQ(again.exit_code, 0) << again.messages;
 }
 
 TEST_F(ErrorOption, NeedsRayCasting) {
@@ -54,6 +62,37 @@ TEST_F(ErrorOption, NeedsRayCasting) {
 TEST_F(ErrorOption, IsNotToldTheSettingToo) {
     EXPECT_EQ(render({"--error", "0.01", "--step", "1"}).exit_code, 2);
     EXPECT_EQ(render({"--error", "0.01", "--integrator", "fast"}).exit_code, 2);
+    EXPECT_EQ(render({"--error", "0.01", "--frame-ms", "20"}).exit_code, 2);
+}
+
+TEST_F(ErrorOption, IsNotClaimedWhereNothingWasMeasured) {
+    const ProgramRun coarse = render({"--mode", "alpha", "--step", "50"});
+    ASSERT_EQ(coarse.exit_code, 0) << coarse.messages;
+    EXPECT_TRUE(nlohmann::json::parse(coarse.output)["error_estimate"].is_null());
+}
+
+TEST_F(ErrorOption, IsThatOfThePictureAlsoOfAMovingOne) {
+    const ProgramRun still = render({"--mode", "alpha", "--step", "5"});
+    const ProgramRun moving = render({"--mode", "alpha", "--step", "5", "--frame-ms", "0.01"});
+    const ProgramRun settled =
+        render({"--mode", "alpha", "--step", "5", "--frame-ms", "0.01", "--settle"});
+    ASSERT_EQ(still.exit_code + moving.exit_code + settled.exit_code, 0);
+    const auto error = [](const ProgramRun& ran) {
+        return nlohmann::json::parse(ran.output)["error_estimate"].get<double>();
+    };
+    EXPECT_GT(error(still), 0.0);
+    EXPECT_GE(error(moving), error(still));
+    EXPECT_EQ(error(settled), error(still));
+}
+
+TEST_F(ErrorOption, FrameBudgetsRefuseWhatTheyWouldIgnore) {
+    const ProgramRun slices = render({"--slice", "axial", "--frame-ms", "20"});
+    EXPECT_EQ(slices.exit_code, 1);
+    EXPECT_THAT(slices.messages, HasSubstr("found slices alone"));
+    const ProgramRun values = render({"--values", "--frame-ms", "20"});
+    EXPECT_EQ(values.exit_code, 1);
+    EXPECT_THAT(values.messages, HasSubstr("leave out --values"));
+    EXPECT_EQ(render({"--settle"}).exit_code, 2);
 }
 
 } // namespace

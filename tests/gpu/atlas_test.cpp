@@ -309,6 +309,55 @@ TEST_F(AtlasTest, HoldsWhatCanBeSeenAndKeepsToItsBudget) {
     EXPECT_NE(none.error().message.find("limit"), std::string::npos) << none.error().message;
 }
 
+// What rays carry from part to part is larger than the volume here, and only an atlas needs it.
+TEST_F(AtlasTest, LargePicturesOnSmallDevicesAreDrawnOrRefused) {
+    const SceneData data = phantom();
+    Scene scene = scene_of(data, RayMode::iso, kViews[0]);
+    scene.size_px = {1100, 900};
+    scene.value_and_depth = false;
+    const auto bytes = [&] {
+        uint64_t sum = 0;
+        for (const ResourceInfo& resource : device().resources())
+            sum += resource.bytes;
+        return sum;
+    };
+    const uint64_t before = bytes();
+    bool fitted = false;
+    for (uint64_t budget = uint64_t{18} << 20; budget <= uint64_t{60} << 20;
+         budget += uint64_t{7} << 20) {
+        Renderer renderer(device(), {.memory_limit_bytes = before + budget});
+        const Result<FrameStats> drawn = renderer.draw(scene, data);
+        EXPECT_TRUE(drawn || !fitted) << budget; // more room never hurts
+        if (!drawn)
+            EXPECT_NE(drawn.error().message.find("limit"), std::string::npos);
+        else
+            EXPECT_LE(bytes() - before, budget);
+        fitted = fitted || drawn;
+    }
+    EXPECT_TRUE(fitted);
+}
+
+TEST_F(AtlasTest, AStoppedFrameLeavesNothingBehind) {
+    const SceneData data = phantom();
+    const Scene scene = scene_of(data, RayMode::alpha, kViews[0]);
+    RendererOptions options{.residency = Residency::atlas, .most_resident_bricks = 48};
+    const Frame whole = draw(scene, data, options);
+    ASSERT_GT(whole.stats.parts, 1u);
+    int calls = 0, stop_at = 1;
+    options.progress = [&](double) { return ++calls != stop_at; };
+    Renderer renderer(device(), options);
+    for (stop_at = 1; stop_at <= static_cast<int>(whole.stats.parts); ++stop_at) {
+        calls = 0;
+        const Result<Frame> stopped = renderer.render(scene, data);
+        ASSERT_FALSE(stopped);
+        EXPECT_NE(stopped.error().message.find("stopped after"), std::string::npos);
+    }
+    stop_at = 0;
+    const Result<Frame> again = renderer.render(scene, data);
+    ASSERT_TRUE(again);
+    EXPECT_EQ(differing(whole, *again), 0u);
+}
+
 TEST_F(AtlasTest, LongerThanTheDevicesImagesItIsDrawnNonetheless) {
     const uint32_t length = device().limits().maxImageDimension3D + 40;
     const Grid grid = make_grid({length, 6, 6}, {0.1, 40, 40});

@@ -130,6 +130,21 @@ TEST_F(GradientsTest, FollowAnEditAcrossBricksToTheBit) {
     EXPECT_EQ(a->eyes[0].samples, b->eyes[0].samples);
 }
 
+// A volume of another type, too: nothing of the first may shade it.
+TEST_F(GradientsTest, AreTakenAnewForAnotherVolume) {
+    const Volume first = soft_ball();
+    const Volume second = make_volume(first.grid(), ScalarType::f32, [&](glm::uvec3 i) {
+        return 1000.0 - 30.0 * world_point(first.grid(), glm::dvec3(i)).x;
+    });
+    Renderer followed(device(), {.stored_gradients = true});
+    Renderer anew(device(), {.stored_gradients = true});
+    ASSERT_TRUE(followed.render(scene_of(first), {first, std::nullopt}));
+    const Result<Frame> a = followed.render(scene_of(first), {second, std::nullopt});
+    const Result<Frame> b = anew.render(scene_of(first), {second, std::nullopt});
+    ASSERT_TRUE(a && b);
+    EXPECT_EQ(a->eyes[0].samples, b->eyes[0].samples);
+}
+
 // Another transfer function shows other bricks.
 TEST_F(GradientsTest, AreFilledWhereSomethingBecomesVisible) {
     const Volume volume = soft_ball();
