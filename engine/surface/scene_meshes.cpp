@@ -12,6 +12,9 @@ Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,
     if (source.iso)
         return std::make_shared<const Mesh>(marching_cubes(
             loaded.data.volume, static_cast<float>(*source.iso), {.closed_at_border = true}));
+    if (source.labels)
+        return fail(
+            "surfaces: the labels' surfaces are not made here yet; name a mesh file instead");
     const std::filesystem::path path = volume_path(file, source.mesh);
     Result<LoadedMesh> mesh = load_mesh(path);
     if (!mesh)
