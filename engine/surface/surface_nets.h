@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+#include "engine/mesh/mesh.h"
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+struct SurfaceNetsOptions {
+    uint32_t passes = 0;  // of smoothing; 0: walls are the faces between samples
+    double bound = 0.375; // most a vertex may move on each axis, in samples; 0 <= bound < 0.5
+    std::stop_token stop; // asked to stop, there is no triangle
+};
+
+// The walls between all labels of a volume at once: surface nets (Gibson, "Constrained elastic
+// surface nets", 1998; Frisken, "SurfaceNets for multi-label segmentations with preservation of
+// sharp boundaries", 2022).
+//
+// The mesh has shared walls (labels, outer_labels; labels[n] > outer_labels[n]): where two samples
+// side by side differ there is one piece of wall, of two triangles, with its corners in the cells
+// of 2 x 2 x 2 samples about it. Beyond the volume is background, 0, so what touches its border is
+// closed there: half a sample outside, which is where a voxel ends. Whatever the labels are, the
+// surface of each one (surface_of_label()) is closed, consistently oriented and has no edge in more
+// than two of its triangles; it may touch itself in a point, where four or more labels meet in one
+// cell. The volumes of all labels and of the background add up to the box of voxels.
+//
+// Unsmoothed, vertices lie at the centres of cells, and a label's volume is that of its voxels.
+// Cells that hold several vertices, and faces where walls cross, keep them an eighth of a sample
+// apart, so that sheets do not touch; this moves volume between labels there.
+//
+// Smoothing moves each vertex towards the mean of those it is joined to, and back by 1.06 as much
+// (Taubin), never farther than `bound` from the centre of its cell: so the surface stays within a
+// sample of the walls of voxels, and no label vanishes, not of one voxel either. Vertices on lines
+// where several walls meet move along these lines; those on the box of voxels stay on it.
+//
+// Samples must be whole numbers 0 .. 65535, and each side below 65535. Threaded; the same on any
+// number of threads. Order: cells x fastest, then the wall's axis.
+Mesh surface_nets(const Volume& labels, const SurfaceNetsOptions& options = {});
+
+// What each label of a mesh with labels encloses, from its triangles; background apart. In rising
+// order; volumes in world mm^3, in double.
+struct LabelVolume {
+    uint16_t label = 0;
+    double volume_mm3 = 0.0;
+};
+std::vector<LabelVolume> label_volumes(const Mesh& mesh);
+
+// The same of surface_nets(labels, options), whose vertices are kept in double throughout: what
+// floats change.
+std::vector<LabelVolume> surface_nets_volumes_fp64(const Volume& labels,
+                                                   const SurfaceNetsOptions& options = {});
+
+} // namespace palpate
