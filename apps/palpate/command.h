@@ -17,5 +17,6 @@ Command add_render(CLI::App& app);
 Command add_compare(CLI::App& app);
 Command add_doctor(CLI::App& app);
 Command add_bench(CLI::App& app);
+Command add_surface(CLI::App& app);
 
 } // namespace palpate

@@ -9,9 +9,13 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/read_options.h"
+#include "engine/base/log.h"
 #include "engine/image/compare.h"
 #include "engine/image/exr.h"
 #include "engine/image/png.h"
+#include "engine/io/mesh_io.h"
+#include "engine/mesh/distance.h"
+#include "engine/mesh/topology.h"
 #include "engine/volume/compare.h"
 
 namespace palpate {
@@ -48,6 +52,12 @@ struct CompareOptions {
         {"--neighborhood", "the share that matches nearby", true,
          "Pictures: fewest pixels that match one of the 3x3 pixels around, within the bound, as a "
          "share 0 .. 1"},
+        {"--hausdorff", "the Hausdorff distance", false,
+         "Meshes: most mm that a point of one may be from the other"},
+        {"--rms-distance", "the RMS distance", false,
+         "Meshes: largest root mean square of the distances of all points, in mm"},
+        {"--normal-angle", "the RMS angle between normals", false,
+         "Meshes: largest root mean square of the angle between normals, in degrees"},
         {"--dice", "the least Dice coefficient", true,
          "Labels: least Dice coefficient of any label, 0 .. 1"},
     };
@@ -231,14 +241,87 @@ Result<Json> compare_voxels(const CompareOptions& options, Verdict& verdict) {
     return json;
 }
 
+Json json_of(const SurfaceDistance& distance) {
+    return {{"largest_mm", distance.largest_mm},
+            {"mean_mm", distance.mean_mm},
+            {"rms_mm", distance.rms_mm},
+            {"normal_rms_deg", distance.normal_rms_deg},
+            {"normal_max_deg", distance.normal_max_deg}};
+}
+
+// The length of the box round a mesh, in world mm; 1 for one point or none.
+double extent_mm(const Mesh& mesh) {
+    if (mesh.positions.empty())
+        return 1.0;
+    const glm::dmat3 linear(mesh.world_from_mesh);
+    glm::dvec3 low(linear * glm::dvec3(mesh.positions[0])), high = low;
+    for (const glm::vec3 p : mesh.positions) {
+        low = glm::min(low, linear * glm::dvec3(p));
+        high = glm::max(high, linear * glm::dvec3(p));
+    }
+    const double extent = glm::length(high - low);
+    return extent > 0.0 ? extent : 1.0;
+}
+
+Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
+    std::vector<Mesh> meshes;
+    for (const std::string& path : {options.first, options.second}) {
+        MeshReadOptions read;
+        if (options.max_memory_mib > 0)
+            read.max_memory_bytes =
+                static_cast<uint64_t>(std::min(options.max_memory_mib, 1e12) * 1024 * 1024);
+        Result<LoadedMesh> loaded = load_mesh(path, read);
+        if (!loaded)
+            return pass_on(loaded);
+        for (const std::string& warning : loaded->warnings)
+            log::warning("{}", warning);
+        meshes.push_back(std::move(loaded->mesh));
+    }
+    if (meshes[0].triangles.empty() != meshes[1].triangles.empty())
+        return fail("{} and {}: only one of them has triangles", options.first, options.second);
+    const double tolerance_mm = 1e-4 * extent_mm(meshes[0]);
+    const MeshDistance distance =
+        compare_meshes(meshes[0], meshes[1], {.tolerance_mm = tolerance_mm});
+    const double normal_deg =
+        std::max(distance.forward.normal_rms_deg, distance.backward.normal_rms_deg);
+    // Points on the triangles of one mesh are off its own triangles by the rounding of doubles.
+    if (verdict.none_given())
+        verdict.require_at_most("the Hausdorff distance in mm", distance.hausdorff_mm(),
+                                std::max(options.bound, 1e-6));
+    verdict.judge("--hausdorff", distance.hausdorff_mm());
+    verdict.judge("--rms-distance", distance.rms_mm());
+    verdict.judge("--normal-angle", normal_deg);
+    const MeshTopology a = topology(meshes[0]), b = topology(meshes[1]);
+    return Json{{"kind", "mesh"},
+                {"triangles", {a.triangles, b.triangles}},
+                {"vertices", {a.vertices, b.vertices}},
+                {"components", {a.components.size(), b.components.size()}},
+                {"euler_number", {a.euler_number, b.euler_number}},
+                {"open_edges", {a.open_edges, b.open_edges}},
+                {"area_mm2", {a.area_mm2, b.area_mm2}},
+                {"volume_mm3", {a.volume_mm3, b.volume_mm3}},
+                {"bound", options.bound},
+                {"hausdorff_mm", distance.hausdorff_mm()},
+                {"hausdorff_tolerance_mm", tolerance_mm},
+                {"rms_mm", distance.rms_mm()},
+                {"normal_rms_deg", normal_deg},
+                {"forward", json_of(distance.forward)},
+                {"backward", json_of(distance.backward)}};
+}
+
 Result<void> run_compare(const CompareOptions& options) {
     const bool pictures = is_picture(options.first);
     if (pictures != is_picture(options.second))
         return fail("{} and {}: a picture and a volume cannot be compared", options.first,
                     options.second);
+    const bool meshes = has_mesh_extension(options.first);
+    if (meshes != has_mesh_extension(options.second))
+        return fail("{} and {}: a mesh and something else cannot be compared", options.first,
+                    options.second);
     Verdict verdict(options);
-    Result<Json> json =
-        pictures ? compare_pictures(options, verdict) : compare_voxels(options, verdict);
+    Result<Json> json = pictures ? compare_pictures(options, verdict)
+                        : meshes ? compare_surfaces(options, verdict)
+                                 : compare_voxels(options, verdict);
     if (!json)
         return pass_on(json);
     if (!verdict.unused().empty())
@@ -258,13 +341,15 @@ Result<void> run_compare(const CompareOptions& options) {
 
 Command add_compare(CLI::App& app) {
     auto options = std::make_shared<CompareOptions>();
-    app.add_option("A", options->first, "A picture (.exr or .png) or a volume")->required();
+    app.add_option("A", options->first,
+                   "A picture (.exr or .png), a mesh (.ply or .stl) or a volume")
+        ->required();
     app.add_option("B", options->second, "Another of the same kind")->required();
     app.add_flag("--labels", options->labels,
                  "Volumes: compare as label maps (default: grey values)");
     app.add_option("--bound", options->bound,
                    "Differences up to this do not count in shares, in the samples' units; for "
-                   "colours 1 is white")
+                   "colours 1 is white; for meshes mm")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     app.add_option("--pixels-per-degree", options->pixels_per_degree,

@@ -21,13 +21,15 @@ struct Entry {
 };
 
 constexpr Entry kCommands[] = {
-    {"compare", "Measure how two pictures, volumes or label maps differ", palpate::add_compare},
+    {"compare", "Measure how two pictures, meshes, volumes or label maps differ",
+     palpate::add_compare},
     {"doctor", "Say what this machine offers: Vulkan devices, memory, real-time policy",
      palpate::add_doctor},
     {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
     {"convert", "Read a volume in any format and write it in another", palpate::add_convert},
     {"bench", "Measure speed beside error", palpate::add_bench},
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},
+    {"surface", "Extract a surface or those of all labels as a mesh", palpate::add_surface},
 };
 
 // Runs a command; where a trace is asked for and the command succeeds, writes it.

@@ -1,0 +1,328 @@
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
+#include "apps/palpate/progress.h"
+#include "apps/palpate/read_options.h"
+#include "engine/base/file.h"
+#include "engine/base/log.h"
+#include "engine/base/profile.h"
+#include "engine/base/timer.h"
+#include "engine/io/mesh_io.h"
+#include "engine/mesh/decimate.h"
+#include "engine/mesh/smooth.h"
+#include "engine/mesh/topology.h"
+#include "engine/surface/marching_cubes.h"
+#include "engine/surface/surface_nets.h"
+#include "engine/surface/tracker.h"
+
+namespace palpate {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+enum class Walls { shared, separate };
+enum class Smoothing { none, bounded, mean, taubin, sinc };
+
+struct SurfaceCommand {
+    ReadFlags read;
+    std::string out, report;
+    std::optional<double> iso;
+    bool labels = false, closed = false, ascii = false;
+    SurfaceTopology topology = SurfaceTopology::classic;
+    SurfaceNormals normals = SurfaceNormals::gradient;
+    Walls walls = Walls::shared;
+    Smoothing smoothing = Smoothing::none;
+    uint32_t passes = 10;
+    double decimate_mm = 0.0;
+};
+
+const std::map<std::string, SurfaceTopology> kTopologies{{"classic", SurfaceTopology::classic},
+                                                         {"correct", SurfaceTopology::correct}};
+const std::map<std::string, SurfaceNormals> kNormals{{"none", SurfaceNormals::none},
+                                                     {"gradient", SurfaceNormals::gradient},
+                                                     {"triangles", SurfaceNormals::triangles}};
+const std::map<std::string, Walls> kWalls{{"shared", Walls::shared}, {"separate", Walls::separate}};
+const std::map<std::string, Smoothing> kSmoothings{{"none", Smoothing::none},
+                                                   {"bounded", Smoothing::bounded},
+                                                   {"mean", Smoothing::mean},
+                                                   {"taubin", Smoothing::taubin},
+                                                   {"sinc", Smoothing::sinc}};
+
+// Runs stages one after another: each is timed, shown on a terminal, and not begun once somebody
+// has asked to stop.
+class Stages {
+ public:
+    explicit Stages(const Interrupt& interrupt) : interrupt_(interrupt), progress_("surface") {}
+
+    template <class Work>
+    Result<void> run(const char* name, double share_before, const Work& work) {
+        if (interrupt_.token().stop_requested())
+            return fail("interrupted before {}", name);
+        progress_.show(share_before);
+        const profile::Scope scope(name);
+        const Timer timer;
+        Result<void> done = work();
+        ms_[name] = timer.ms();
+        if (done && interrupt_.token().stop_requested())
+            return fail("interrupted during {}", name);
+        return done;
+    }
+    Json ms() const {
+        Json json = ms_;
+        json["total"] = total_.ms();
+        return json;
+    }
+
+ private:
+    const Interrupt& interrupt_;
+    Progress progress_;
+    Timer total_;
+    Json ms_ = Json::object();
+};
+
+// Several meshes in one, in their order.
+Mesh joined(const std::vector<Mesh>& meshes, const Grid& grid) {
+    Mesh all{.world_from_mesh = world_from_mesh(grid)};
+    for (const Mesh& mesh : meshes) {
+        const auto offset = static_cast<uint32_t>(all.positions.size());
+        all.positions.insert(all.positions.end(), mesh.positions.begin(), mesh.positions.end());
+        all.normals.insert(all.normals.end(), mesh.normals.begin(), mesh.normals.end());
+        all.labels.insert(all.labels.end(), mesh.labels.begin(), mesh.labels.end());
+        for (const glm::uvec3 t : mesh.triangles)
+            all.triangles.push_back(t + offset);
+    }
+    return all;
+}
+
+Result<Mesh> extract(const SurfaceCommand& options, const Volume& volume,
+                     const Interrupt& interrupt) {
+    if (options.labels && options.walls == Walls::shared) {
+        const bool is_bounded = options.smoothing == Smoothing::bounded;
+        return surface_nets(volume,
+                            {.passes = is_bounded ? options.passes : 0, .stop = interrupt.token()});
+    }
+    if (options.labels)
+        return joined(track_labels(volume, {.closed = true}), volume.grid());
+    const ValueRange range = volume.range();
+    if (range.empty())
+        return fail("{}: expected data, found none", options.read.path);
+    if (*options.iso < range.min || *options.iso > range.max)
+        return fail("{}: expected an iso-value within {:g} .. {:g}, found {:g}", options.read.path,
+                    range.min, range.max, *options.iso);
+    return marching_cubes(volume, static_cast<float>(*options.iso),
+                          {.topology = options.topology,
+                           .normals = options.normals,
+                           .closed_at_border = options.closed});
+}
+
+Json smoothed(const SurfaceCommand& options, Mesh& mesh) {
+    SmoothReport report;
+    if (options.smoothing == Smoothing::mean)
+        report = mean_filter(mesh, options.passes);
+    else if (options.smoothing == Smoothing::taubin)
+        report = taubin_filter(mesh, options.passes);
+    else
+        report = windowed_sinc_filter(mesh, options.passes);
+    return {{"passes", options.passes},
+            {"volume_before_mm3", report.volume_before_mm3},
+            {"volume_after_mm3", report.volume_after_mm3},
+            {"area_before_mm2", report.area_before_mm2},
+            {"area_after_mm2", report.area_after_mm2},
+            {"largest_shift_mm", report.largest_shift_mm}};
+}
+
+Json json_of(const MeshTopology& found) {
+    return {{"triangles", found.triangles},
+            {"vertices", found.vertices},
+            {"components", found.components.size()},
+            {"euler_number", found.euler_number},
+            {"open_edges", found.open_edges},
+            {"non_manifold_edges", found.non_manifold_edges},
+            {"non_manifold_vertices", found.non_manifold_vertices},
+            {"misoriented_edges", found.misoriented_edges},
+            {"duplicate_triangles", found.duplicate_triangles},
+            {"zero_area_triangles", found.zero_area_triangles},
+            {"area_mm2", found.area_mm2},
+            {"volume_mm3", found.volume_mm3}};
+}
+
+// One entry a label: its own closed surface, beside its voxels and what double precision makes of
+// it.
+Json label_entries(const SurfaceCommand& options, const Mesh& mesh, const Volume& volume) {
+    std::map<uint16_t, uint64_t> voxels;
+    std::vector<float> row(volume.size().x);
+    for (uint32_t z = 0; z < volume.size().z; ++z)
+        for (uint32_t y = 0; y < volume.size().y; ++y) {
+            read_row(volume, {0, y, z}, volume.size().x, row.data());
+            for (const float value : row)
+                ++voxels[static_cast<uint16_t>(value)];
+        }
+    std::map<uint16_t, double> twin;
+    if (options.walls == Walls::shared && options.decimate_mm == 0.0 &&
+        (options.smoothing == Smoothing::none || options.smoothing == Smoothing::bounded))
+        for (const LabelVolume& label : surface_nets_volumes_fp64(
+                 volume, {.passes = options.smoothing == Smoothing::bounded ? options.passes : 0}))
+            twin[label.label] = label.volume_mm3;
+    const double voxel_mm3 = std::abs(glm::determinant(glm::dmat3(volume.grid().world_from_index)));
+    Json entries = Json::array();
+    for (const auto& [label, count] : voxels) {
+        if (label == 0)
+            continue;
+        Json entry{{"label", label}};
+        entry.update(json_of(topology(surface_of_label(mesh, label))));
+        entry["voxels"] = count;
+        entry["voxels_mm3"] = voxel_mm3 * static_cast<double>(count);
+        if (const auto at = twin.find(label); at != twin.end())
+            entry["volume_fp64_mm3"] = at->second;
+        entries.push_back(std::move(entry));
+    }
+    return entries;
+}
+
+// Of shared walls: lines where three or more meet are no fault, unless one label's surface has it.
+void count_faults_by_label(Json& report, const Json& labels) {
+    report["line_edges"] = report["non_manifold_edges"];
+    for (const char* fault : {"open_edges", "non_manifold_edges", "non_manifold_vertices",
+                              "misoriented_edges", "duplicate_triangles", "zero_area_triangles"}) {
+        uint64_t sum = 0;
+        for (const Json& label : labels)
+            sum += label[fault].get<uint64_t>();
+        report[fault] = sum;
+    }
+}
+
+Result<void> write_report(const std::string& path, const Json& report) {
+    const std::string text = report.dump(2) + "\n";
+    if (path != "-")
+        return save_bytes(path, std::as_bytes(std::span(text)));
+    std::cout << text;
+    if (!std::cout.flush())
+        return fail("standard output cannot be written");
+    return {};
+}
+
+Result<void> run_surface(const SurfaceCommand& options) {
+    if (!has_mesh_extension(options.out))
+        return fail("{}: expected an extension .ply, .stl, .obj or .vtp, found \"{}\"", options.out,
+                    std::filesystem::path(options.out).extension().string());
+    if (options.smoothing == Smoothing::bounded &&
+        !(options.labels && options.walls == Walls::shared))
+        return fail(
+            "--smooth bounded: expected --labels with shared walls, found neither cells to "
+            "stay within");
+    const Interrupt interrupt;
+    Stages stages(interrupt);
+    std::optional<LoadedVolume> loaded;
+    Mesh mesh;
+    Json report = Json::object(), extra = Json::object();
+    Result<void> done = stages.run("read", 0.0, [&]() -> Result<void> {
+        Result<LoadedVolume> read = load(options.read, options.labels, interrupt);
+        if (!read)
+            return pass_on(read);
+        loaded.emplace(std::move(*read));
+        return {};
+    });
+    if (done)
+        done = stages.run("extract", 0.2, [&]() -> Result<void> {
+            Result<Mesh> made = extract(options, loaded->volume, interrupt);
+            if (!made)
+                return pass_on(made);
+            mesh = std::move(*made);
+            return {};
+        });
+    if (done && options.smoothing != Smoothing::none && options.smoothing != Smoothing::bounded)
+        done = stages.run("smooth", 0.4, [&]() -> Result<void> {
+            extra["smoothing"] = smoothed(options, mesh);
+            return {};
+        });
+    if (done && options.decimate_mm > 0.0)
+        done = stages.run("decimate", 0.5, [&]() -> Result<void> {
+            const size_t before = mesh.triangles.size();
+            Result<Decimated> decimated =
+                decimate(mesh, {.error_mm = options.decimate_mm, .stop = interrupt.token()});
+            if (!decimated)
+                return pass_on(decimated);
+            mesh = std::move(decimated->mesh);
+            extra["decimation"] = {{"error_mm", options.decimate_mm},
+                                   {"hausdorff_mm", decimated->hausdorff_mm},
+                                   {"triangles_before", before}};
+            return {};
+        });
+    if (done && !options.report.empty())
+        done = stages.run("check", 0.7, [&]() -> Result<void> {
+            report = json_of(topology(mesh));
+            if (options.labels) {
+                extra["labels"] = label_entries(options, mesh, loaded->volume);
+                count_faults_by_label(report, extra["labels"]);
+            }
+            return {};
+        });
+    if (done)
+        done = stages.run("write", 0.9, [&]() -> Result<void> {
+            return save_mesh(options.out, mesh,
+                             {.ascii = options.ascii, .stop = interrupt.token()});
+        });
+    if (!done || options.report.empty())
+        return done;
+    report["ms"] = stages.ms();
+    report.update(extra);
+    return write_report(options.report, report);
+}
+
+} // namespace
+
+Command add_surface(CLI::App& app) {
+    auto o = std::make_shared<SurfaceCommand>();
+    add_read_flags(app, o->read);
+    app.add_option("-o,--out", o->out,
+                   "Mesh to write, in world mm (LPS): .ply, .stl, .obj or .vtp (default: none, "
+                   "it must be given)")
+        ->required();
+    CLI::Option_group* what = app.add_option_group("what", "One of these");
+    what->add_option("--iso", o->iso,
+                     "Surface where values equal this, in the volume's units, HU for CT (default: "
+                     "none)");
+    what->add_flag("--labels", o->labels,
+                   "Surfaces of every label of a label map; 0 is background (default: no)");
+    what->require_option(1);
+    app.add_option("--topology", o->topology,
+                   "With --iso: how ambiguous cells are closed: classic, or correct as the "
+                   "trilinear interpolant is (default: classic)")
+        ->transform(CLI::CheckedTransformer(kTopologies));
+    app.add_option("--normals", o->normals,
+                   "With --iso: none, gradient (of the values) or triangles (default: gradient)")
+        ->transform(CLI::CheckedTransformer(kNormals));
+    app.add_flag("--closed", o->closed,
+                 "With --iso: close the surface at the volume's border (default: it ends there)");
+    app.add_option(
+           "--walls", o->walls,
+           "With --labels: shared (one wall between two labels, of all at once) or separate "
+           "(each label on its own, by surface tracking) (default: shared)")
+        ->transform(CLI::CheckedTransformer(kWalls));
+    app.add_option("--smooth", o->smoothing,
+                   "Filter of the vertices: none, mean, taubin, sinc (windowed), or with shared "
+                   "walls bounded, by 0.375 samples an axis (default: none)")
+        ->transform(CLI::CheckedTransformer(kSmoothings));
+    app.add_option("--passes", o->passes, "Of --smooth; for sinc the number of terms")
+        ->check(CLI::Range(1u, 10000u))
+        ->capture_default_str();
+    app.add_option("--decimate", o->decimate_mm,
+                   "Fewer triangles, nowhere farther from the surface than this many mm "
+                   "(default: all)")
+        ->check(CLI::PositiveNumber);
+    app.add_flag("--ascii", o->ascii, "PLY and STL as text (default: binary)");
+    app.add_option("--report", o->report,
+                   "JSON with counts, Euler number, faults, mm^2, mm^3, and ms by stage; - is "
+                   "standard output (default: none)")
+        ->type_name("FILE");
+    return [o] { return run_surface(*o); };
+}
+
+} // namespace palpate

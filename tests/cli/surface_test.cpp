@@ -1,0 +1,236 @@
+// palpate surface, and palpate compare of meshes, as a person runs them.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "engine/io/mesh_io.h"
+#include "engine/mesh/topology.h"
+#include "tests/support/meshes.h"
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+using Json = nlohmann::json;
+using ::testing::HasSubstr;
+
+class SurfaceCommand : public ProgramTest {
+ protected:
+    ProgramRun surface(const std::string& volume, const std::string& out,
+                       std::vector<std::string> options) const {
+        options.insert(options.begin(), {"surface", volume, "-o", file(out).string(), "--report",
+                                         file("report.json").string()});
+        std::filesystem::remove(file("report.json"));
+        return run(options);
+    }
+    Json report() const { return Json::parse(bytes_of("report.json")); }
+};
+
+TEST_F(SurfaceCommand, IsoWritesAMeshAndSaysWhatItIs) {
+    for (const char* topology_name : {"classic", "correct"}) {
+        const ProgramRun ran = surface("synthetic:ball?size=48", "ball.ply",
+                                       {"--iso", "500", "--topology", topology_name});
+        ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+        EXPECT_EQ(ran.output + ran.messages, "");
+        const Json json = report();
+        const Result<LoadedMesh> loaded = load_mesh(file("ball.ply"));
+        ASSERT_TRUE(loaded);
+        const MeshTopology found = topology(loaded->mesh);
+        EXPECT_EQ(json["triangles"], found.triangles);
+        EXPECT_EQ(json["vertices"], found.vertices);
+        EXPECT_EQ(json["components"], 1);
+        EXPECT_EQ(json["euler_number"], 2);
+        EXPECT_EQ(json["open_edges"], 0);
+        EXPECT_EQ(json["non_manifold_edges"], 0);
+        EXPECT_NEAR(json["area_mm2"], found.area_mm2, 1e-3);
+        EXPECT_NEAR(json["volume_mm3"], found.volume_mm3, 1e-2);
+        EXPECT_EQ(loaded->mesh.normals.size(), loaded->mesh.positions.size());
+        for (const char* stage : {"read", "extract", "check", "write", "total"})
+            EXPECT_GE(json["ms"][stage], 0.0) << stage;
+    }
+}
+
+TEST_F(SurfaceCommand, LabelsShareWallsOrStandAlone) {
+    const std::string labels = "synthetic:checkerboard?size=24,20,16";
+    ASSERT_EQ(surface(labels, "shared.ply", {"--labels"}).exit_code, 0);
+    const Json shared = report();
+    ASSERT_FALSE(shared["labels"].empty());
+    EXPECT_EQ(shared["open_edges"], 0);
+    EXPECT_EQ(shared["non_manifold_edges"], 0); // faults of labels, not lines where walls meet
+    for (const Json& label : shared["labels"]) {
+        EXPECT_EQ(label["open_edges"], 0) << label["label"];
+        EXPECT_EQ(label["non_manifold_edges"], 0) << label["label"];
+        EXPECT_NEAR(label["volume_mm3"].get<double>() / label["volume_fp64_mm3"].get<double>(), 1.0,
+                    1e-5);
+        EXPECT_GT(label["voxels"], 0);
+    }
+    const Result<LoadedMesh> mesh = load_mesh(file("shared.ply"));
+    ASSERT_TRUE(mesh);
+    EXPECT_EQ(mesh->mesh.outer_labels.size(), mesh->mesh.triangles.size());
+
+    ASSERT_EQ(surface(labels, "alone.ply", {"--labels", "--walls", "separate"}).exit_code, 0);
+    const Json alone = report();
+    ASSERT_EQ(alone["labels"].size(), shared["labels"].size());
+    for (size_t n = 0; n < alone["labels"].size(); ++n) {
+        EXPECT_EQ(alone["labels"][n]["voxels"], shared["labels"][n]["voxels"]);
+        EXPECT_EQ(alone["labels"][n]["open_edges"], 0);
+        EXPECT_FALSE(alone["labels"][n].contains("volume_fp64_mm3"));
+    }
+    EXPECT_EQ(surface(labels, "smooth.vtp", {"--labels", "--smooth", "bounded"}).exit_code, 0);
+    EXPECT_EQ(report()["labels"].size(), shared["labels"].size());
+}
+
+TEST_F(SurfaceCommand, SmoothsAndDecimates) {
+    const std::vector<std::string> ball{"--iso", "500"};
+    ASSERT_EQ(surface("synthetic:ball?size=32", "full.ply", ball).exit_code, 0);
+    const Json full = report();
+    for (const char* filter : {"mean", "taubin", "sinc"}) {
+        ASSERT_EQ(surface("synthetic:ball?size=32", "smooth.stl",
+                          {"--iso", "500", "--smooth", filter, "--passes", "5"})
+                      .exit_code,
+                  0);
+        const Json json = report();
+        EXPECT_EQ(json["triangles"], full["triangles"]);
+        EXPECT_EQ(json["smoothing"]["volume_before_mm3"], full["volume_mm3"]);
+        EXPECT_EQ(json["smoothing"]["volume_after_mm3"], json["volume_mm3"]);
+        EXPECT_GT(json["smoothing"]["largest_shift_mm"], 0.0);
+    }
+    ASSERT_EQ(surface("synthetic:ball?size=32", "few.ply", {"--iso", "500", "--decimate", "0.5"})
+                  .exit_code,
+              0);
+    const Json few = report();
+    EXPECT_LT(few["triangles"], full["triangles"].get<double>() / 2);
+    EXPECT_LE(few["decimation"]["hausdorff_mm"], 0.5);
+    EXPECT_EQ(few["decimation"]["triangles_before"], full["triangles"]);
+    EXPECT_EQ(few["euler_number"], 2);
+    // Another measurement, by another command, of the two files.
+    const ProgramRun compared =
+        run({"compare", file("full.ply").string(), file("few.ply").string(), "--hausdorff", "0.5"});
+    EXPECT_EQ(compared.exit_code, 0) << compared.messages;
+}
+
+TEST_F(SurfaceCommand, ReportsGoToStandardOutputToo) {
+    const ProgramRun ran = run({"surface", "synthetic:torus?size=32", "--iso", "500", "-o",
+                                file("torus.obj").string(), "--report", "-"});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_EQ(Json::parse(ran.output)["euler_number"], 0);
+    EXPECT_THAT(bytes_of("torus.obj"), HasSubstr("\nvn "));
+}
+
+TEST_F(SurfaceCommand, RefusesInOneSentence) {
+    write("broken.nrrd", "NRRD0004\n");
+    for (const auto& [ran, part] :
+         {std::pair(surface("synthetic:ball?size=16", "a.xyz", {"--iso", "500"}), ".ply, .stl"),
+          {surface("synthetic:ball?size=16", "a.ply", {"--iso", "5000"}), "iso-value within"},
+          {surface(file("absent.nii").string(), "a.ply", {"--iso", "5"}), "absent.nii"},
+          {surface(file("broken.nrrd").string(), "a.ply", {"--labels"}), "broken.nrrd"},
+          {surface("synthetic:ball?size=16", "a.ply", {"--labels"}), "expected labels"},
+          {surface("synthetic:ball?size=16", "a.ply", {"--iso", "500", "--smooth", "bounded"}),
+           "--labels"},
+          {surface("synthetic:ball?size=16", "no/such/a.ply", {"--iso", "500"}), "no/such"}}) {
+        EXPECT_EQ(ran.exit_code, 1) << ran.messages;
+        EXPECT_EQ(ran.output, "");
+        EXPECT_THAT(ran.messages, HasSubstr(part));
+        EXPECT_EQ(std::count(ran.messages.begin(), ran.messages.end(), '\n'), 1) << ran.messages;
+        EXPECT_FALSE(std::filesystem::exists(file("a.ply")));
+        EXPECT_FALSE(std::filesystem::exists(file("report.json")));
+    }
+    for (const std::vector<std::string>& wrong :
+         std::vector<std::vector<std::string>>{{},
+                                               {"--iso", "5", "--labels"},
+                                               {"--iso", "high"},
+                                               {"--iso", "5", "--smooth", "ironed"},
+                                               {"--iso", "5", "--decimate", "-1"},
+                                               {"--iso", "5", "--topology", "flat"}})
+        EXPECT_EQ(surface("synthetic:ball?size=16", "a.ply", wrong).exit_code, 2);
+}
+
+// Whenever it is: either all of it was done, or there is no file and a sentence says so.
+TEST_F(SurfaceCommand, InterruptedItLeavesAllOrNothing) {
+    int stopped = 0;
+    for (const char* after_s : {"0.02", "0.05", "0.1", "0.2", "0.4"}) {
+        std::filesystem::remove(file("g.ply"));
+        const std::string command =
+            std::string("timeout --preserve-status -s INT ") + after_s + " '" + PALPATE_PROGRAM +
+            "' surface 'synthetic:gyroid?size=160' --iso 500 --closed --smooth sinc -o '" +
+            file("g.ply").string() + "' 2>'" + file("stderr").string() + "'";
+        const int status = std::system(command.c_str());
+        const bool is_done = WIFEXITED(status) && WEXITSTATUS(status) == 0;
+        EXPECT_EQ(std::filesystem::exists(file("g.ply")), is_done) << after_s;
+        if (is_done) {
+            EXPECT_TRUE(load_mesh(file("g.ply")));
+        } else if (WIFEXITED(status) && WEXITSTATUS(status) == 1) {
+            EXPECT_THAT(bytes_of("stderr"),
+                        testing::AnyOf(HasSubstr("interrupted"), HasSubstr("stopped")));
+            ++stopped;
+        }
+        for (const auto& entry : std::filesystem::directory_iterator(file("")))
+            EXPECT_EQ(entry.path().string().find(".tmp."), std::string::npos) << entry.path();
+    }
+    EXPECT_GE(stopped, 1);
+}
+
+class CompareMeshesCommand : public ProgramTest {
+ protected:
+    CompareMeshesCommand() {
+        EXPECT_TRUE(save_mesh(file("a.ply"), meshes::ball(10.0, 3)));
+        EXPECT_TRUE(save_mesh(file("b.stl"), meshes::ball(10.5, 3)));
+    }
+    ProgramRun compare(const std::string& a, const std::string& b,
+                       std::vector<std::string> options = {}) const {
+        options.insert(options.begin(), {"compare", file(a).string(), file(b).string()});
+        return run(options);
+    }
+};
+
+TEST_F(CompareMeshesCommand, GivesMetricsAndPass) {
+    const ProgramRun same = compare("a.ply", "a.ply");
+    EXPECT_EQ(same.exit_code, 0) << same.messages;
+    const Json zero = Json::parse(same.output);
+    EXPECT_EQ(zero["kind"], "mesh");
+    EXPECT_TRUE(zero["pass"]);
+    EXPECT_LT(zero["hausdorff_mm"], 1e-9);
+
+    const ProgramRun apart = compare("a.ply", "b.stl");
+    EXPECT_EQ(apart.exit_code, 1);
+    EXPECT_THAT(apart.messages, HasSubstr("the Hausdorff distance in mm is"));
+    const Json json = Json::parse(apart.output);
+    EXPECT_FALSE(json["pass"]);
+    // The same facets about one centre, 0.5 mm apart at their corners and a little less between.
+    EXPECT_NEAR(json["hausdorff_mm"], 0.5, 0.02);
+    EXPECT_NEAR(json["rms_mm"], 0.5, 0.02);
+    EXPECT_EQ(json["triangles"], Json({512, 512}));
+    EXPECT_EQ(json["euler_number"], Json({2, 2}));
+    for (const char* key : {"hausdorff_tolerance_mm", "normal_rms_deg", "forward", "backward",
+                            "area_mm2", "volume_mm3", "components", "open_edges", "failed"})
+        EXPECT_TRUE(json.contains(key)) << key;
+    EXPECT_EQ(compare("a.ply", "b.stl", {"--hausdorff", "0.6"}).exit_code, 0);
+    EXPECT_EQ(compare("a.ply", "b.stl", {"--hausdorff", "0.4"}).exit_code, 1);
+    EXPECT_EQ(compare("a.ply", "b.stl", {"--rms-distance", "0.55"}).exit_code, 0);
+    // Facets of half the size are tilted against their coarser ones.
+    ASSERT_TRUE(save_mesh(file("c.ply"), meshes::ball(10.0, 2)));
+    EXPECT_EQ(compare("a.ply", "c.ply", {"--normal-angle", "1"}).exit_code, 1);
+    EXPECT_EQ(compare("a.ply", "c.ply", {"--normal-angle", "30"}).exit_code, 0);
+    EXPECT_EQ(compare("a.ply", "b.stl", {"--bound", "0.6"}).exit_code, 0);
+}
+
+TEST_F(CompareMeshesCommand, RefusesInOneSentence) {
+    write("broken.ply", bytes_of("a.ply").substr(0, 300));
+    ASSERT_TRUE(save_mesh(file("empty.ply"), Mesh{}));
+    for (const ProgramRun& refused :
+         {compare("a.ply", "broken.ply"), compare("a.ply", "absent.stl"), compare("a.ply", "v.nii"),
+          compare("a.ply", "empty.ply"), compare("a.ply", "a.ply", {"--dice", "1"})}) {
+        EXPECT_EQ(refused.exit_code, 1);
+        EXPECT_EQ(refused.output, "");
+        EXPECT_EQ(std::count(refused.messages.begin(), refused.messages.end(), '\n'), 1)
+            << refused.messages;
+    }
+}
+
+} // namespace
+} // namespace palpate
