@@ -19,12 +19,7 @@ extern char** environ;
 
 namespace palpate::bench {
 
-namespace {
-
-constexpr const char* kPython = "/usr/bin/python3";
-
-// Runs a program with its output in a file; its exit code, 127 where it does not exist.
-int run(std::vector<std::string> command, const fs::path& output) {
+int run_program(std::vector<std::string> command, const fs::path& output) {
     std::vector<char*> arguments;
     for (std::string& word : command)
         arguments.push_back(word.data());
@@ -55,24 +50,6 @@ std::string last_line(const fs::path& file) {
     return last;
 }
 
-// Why VTK cannot be asked on this machine; empty where it can.
-std::string missing(const fs::path& out) {
-    const fs::path script = fs::path(PALPATE_BENCH_SCRIPTS) / "peers_points.py";
-    if (!fs::exists(script))
-        return fmt::format("VTK was not asked: its script {} is not there", script.string());
-    const fs::path said = out / "probe.txt";
-    if (run({"xvfb-run", "--help"}, said) != 0)
-        return "VTK was not asked: xvfb-run is not installed (scripts/bootstrap --peers)";
-    if (run({kPython, "-c", "import vtk, numpy"}, said) != 0)
-        return "VTK was not asked: python3-vtk9 is not installed (scripts/bootstrap --peers)";
-    return {};
-}
-
-Value vector_json(glm::dvec3 v) {
-    return {v.x, v.y, v.z};
-}
-
-// The voxels as VTK reads them: raw, x fastest.
 Result<Value> save_raw(const Sample& sample, const fs::path& path) {
     const glm::uvec3 size = sample.volume.size();
     const bool floats = sample.volume.type() == ScalarType::f32;
@@ -95,7 +72,26 @@ Result<Value> save_raw(const Sample& sample, const fs::path& path) {
     return Value{{"file", fs::absolute(path).string()},
                  {"dtype", floats ? "<f4" : "<i2"},
                  {"dims", {size.x, size.y, size.z}},
-                 {"spacing", vector_json(spacing)}};
+                 {"spacing", {spacing.x, spacing.y, spacing.z}}};
+}
+
+namespace {
+
+// Why VTK cannot be asked on this machine; empty where it can.
+std::string missing(const fs::path& out) {
+    const fs::path script = fs::path(PALPATE_BENCH_SCRIPTS) / "peers_points.py";
+    if (!fs::exists(script))
+        return fmt::format("VTK was not asked: its script {} is not there", script.string());
+    const fs::path said = out / "probe.txt";
+    if (run_program({"xvfb-run", "--help"}, said) != 0)
+        return "VTK was not asked: xvfb-run is not installed (scripts/bootstrap --peers)";
+    if (run_program({kPython, "-c", "import vtk, numpy"}, said) != 0)
+        return "VTK was not asked: python3-vtk9 is not installed (scripts/bootstrap --peers)";
+    return {};
+}
+
+Value vector_json(glm::dvec3 v) {
+    return {v.x, v.y, v.z};
 }
 
 bool scored(const Subject& subject) {
@@ -194,9 +190,9 @@ Result<Peers> measure_peers(Bench& bench, const std::vector<Subject>& subjects,
             return pass_on(saved);
         log::info("VTK's {} mapper", mapper == "gpu" ? "GPU" : "fixed-point");
         const int code =
-            run({"xvfb-run", "-a", "-s", "-screen 0 1280x1280x24 -noreset", kPython,
-                 std::string(PALPATE_BENCH_SCRIPTS) + "/peers_points.py", work.string()},
-                said);
+            run_program({"xvfb-run", "-a", "-s", "-screen 0 1280x1280x24 -noreset", kPython,
+                         std::string(PALPATE_BENCH_SCRIPTS) + "/peers_points.py", work.string()},
+                        said);
         if (code != 0) {
             peers.absent_because = fmt::format("VTK's {} mapper failed with code {}: {}", mapper,
                                                code, last_line(said));

@@ -24,6 +24,14 @@ struct Peers {
     std::vector<PeerPoint> points;
 };
 
+// What asking peers takes: the interpreter that Debian's packages are for; a program run with its
+// output in a file (its exit code, 127 where it does not exist); the last line that it said; and
+// voxels as peers read them, raw with x fastest, told of in JSON.
+inline const char* const kPython = "/usr/bin/python3";
+int run_program(std::vector<std::string> command, const fs::path& output);
+std::string last_line(const fs::path& file);
+Result<Value> save_raw(const Sample& sample, const fs::path& path);
+
 // `steps` in the smallest spacing. Asked are subjects that name a mode of peers; scored those whose
 // shading is VTK's too: all but shaded alpha. frames and budget_s are for each case and step. What
 // goes wrong on the way to VTK is no failure: absent_because says it, and the last lines it wrote.

@@ -24,6 +24,8 @@ constexpr std::array kSuites{
           run_touch},
     Suite{"stability", "the hard cases of ray casting, each with its figure and bound",
           run_stability},
+    Suite{"surface", "meshes of sphere, gyroid, head CT and atlas: time beside error, and VTK's",
+          run_surface},
 };
 
 std::string now_utc() {

@@ -16,6 +16,7 @@ struct Suite {
 Result<Report> run_quality(Bench& bench);
 Result<Report> run_render(Bench& bench);
 Result<Report> run_stability(Bench& bench);
+Result<Report> run_surface(Bench& bench);
 Result<Report> run_touch(Bench& bench);
 Result<Report> run_upload(Bench& bench);
 

@@ -137,6 +137,34 @@ TEST_F(BenchCommand, RenderAndUploadShareAPageAndCompareWithThemselves) {
     EXPECT_THAT(bytes_of("stderr"), HasSubstr("none.json: No such file"));
 }
 
+TEST_F(BenchCommand, SurfaceGivesTimeBesideErrorAndTheOrder) {
+    const ProgramRun ran = bench("surface");
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json v = result("surface");
+    expect_environment(v);
+    EXPECT_EQ(v["peers"]["absent_because"], "VTK was not asked (--no-peers)");
+    ASSERT_EQ(v["surfaces"].size(),
+              4u * 4u); // two solids of two sizes; three forms and the tracker
+    for (const json& row : v["surfaces"]) {
+        EXPECT_GT(row["ms"]["median"], 0.0) << row;
+        EXPECT_GT(row["triangles"], 100) << row;
+        EXPECT_EQ(row["lost"], 0) << row;
+        EXPECT_EQ(row["non_manifold_edges"], 0) << row;
+        EXPECT_LE(row["rms_mm"], row["largest_mm"]) << row;
+        // A sphere; the gyroid is open at the border.
+        if (row["case"].get<std::string>().starts_with("sphere")) {
+            EXPECT_EQ(row["euler_number"], 2) << row;
+        }
+    }
+    ASSERT_EQ(v["orders"].size(), 4u);
+    for (const json& order : v["orders"])
+        if (order["who"] != "tracker") { // whose vertices are midway: order 1, with noise
+            for (const char* what : {"rms", "area", "volume"})
+                EXPECT_NEAR(order[what], 2.0, 0.4) << order; // two coarse sizes
+        }
+    EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("\"suite\":\"surface\""));
+}
+
 TEST_F(BenchCommand, RefusesWithOneSentence) {
     ProgramRun ran = bench("speed");
     EXPECT_EQ(ran.exit_code, 1);
