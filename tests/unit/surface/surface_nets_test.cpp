@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <functional>
 #include <map>
 #include <random>
@@ -76,6 +77,7 @@ uint64_t expect_sound(const Volume& labels, const Mesh& mesh, bool fill_the_box)
     for (size_t n = 0; n < mesh.triangles.size(); ++n) {
         EXPECT_GT(mesh.labels[n], mesh.outer_labels[n]);
         found_labels.insert(mesh.labels[n]);
+        found_labels.insert(mesh.outer_labels[n]); // one may lie wholly within a higher one
     }
     for (const auto& [label, count] : counts) {
         EXPECT_TRUE(found_labels.count(label)) << label;
@@ -189,7 +191,7 @@ TEST(SurfaceNets, LabelsThatFillTheBoxAddUpToIt) {
                         return;
                     }
                 }
-    RecordProperty("touching_points", static_cast<int>(touching));
+    std::printf("labels touch themselves in %d points\n", static_cast<int>(touching));
 }
 
 TEST(SurfaceNets, TwoLabelsNeverTouchThemselves) {
