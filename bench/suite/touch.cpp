@@ -10,7 +10,9 @@
 #include "bench/touch/open_loop.h"
 #include "engine/base/log.h"
 #include "engine/image/png.h"
+#include "engine/surface/marching_cubes.h"
 #include "haptics/proxy/field.h"
+#include "haptics/proxy/swept_mesh.h"
 
 namespace palpate::bench {
 
@@ -94,7 +96,7 @@ bool applies(const haptics::AlgorithmEntry& algorithm, touch::Form form) {
     const std::string_view name = algorithm.name;
     if (name == "none")
         return false;
-    return form != touch::Form::labels || !name.starts_with("wish");
+    return form != touch::Form::labels || !(name.starts_with("wish") || name == "swept-mesh");
 }
 
 struct Totals { // of one algorithm over everything
@@ -106,7 +108,12 @@ Value open_loop_grid(const Plan& plan, Report& report, std::map<std::string, Tot
     Value grid = Value::array();
     for (const NamedStorage& stored : storages(plan))
         for (const touch::TouchCase& body : touch::touch_cases(stored.storage, plan.all)) {
-            const touch::Scene scene = touch::make_scene(body, stored.storage);
+            touch::Scene scene = touch::make_scene(body, stored.storage);
+            if (scene.touch.grey)
+                scene.touch.touch_mesh =
+                    haptics::make_touch_mesh(std::make_shared<Mesh>(marching_cubes(
+                                                 *scene.touch.grey, static_cast<float>(scene.iso))),
+                                             2.0 * touch::voxel_mm(stored.storage));
             const haptics::TouchParameters parameters = parameters_for(scene);
             const Bound bound = bound_of(body, stored.storage.form);
             for (const touch::Trajectory& trajectory :

@@ -14,7 +14,9 @@ namespace {
 
 using glm::dvec3;
 
-constexpr double kSkin_mm = 1e-6, kResting_mm = 1e-7;
+// Off the faces by more than what floats round: the same vertex comes out of two windows up to 4e-6
+// mm apart.
+constexpr double kSkin_mm = 1e-4, kResting_mm = 1e-7;
 
 dvec3 moved(const glm::dmat4& m, dvec3 p) {
     return dvec3(m * glm::dvec4(p, 1.0));
@@ -25,14 +27,33 @@ dvec3 turned(const glm::dmat4& m, dvec3 v) {
 
 } // namespace
 
-Rest come_to_rest(const TriangleSpan& surface, dvec3 from, dvec3 goal) {
+namespace {
+
+// How much of the way from a point of the box, 0 .. 1, lies within it.
+double share_within(dvec3 from, dvec3 to, dvec3 low, dvec3 high) {
+    double share = 1.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const double way = to[axis] - from[axis];
+        if (to[axis] > high[axis])
+            share = std::min(share, std::max(0.0, (high[axis] - from[axis]) / way));
+        if (to[axis] < low[axis])
+            share = std::min(share, std::max(0.0, (low[axis] - from[axis]) / way));
+    }
+    return share;
+}
+
+} // namespace
+
+Rest come_to_rest(const TriangleSpan& surface, dvec3 from, dvec3 goal, dvec3 low, dvec3 high) {
     Rest rest{.point = from};
     std::array<Plane, 3> planes;
     uint32_t count = 0, oldest = 0;
     dvec3 settled = from; // where it was when it last looked straight at the goal
     for (; rest.iterations < 48; ++rest.iterations) {
         const Projection way = project_to_planes(goal, {planes.data(), count});
-        const dvec3 target = way.is_feasible ? way.point : rest.point;
+        dvec3 target = way.is_feasible ? way.point : rest.point;
+        const double share = share_within(rest.point, target, low, high);
+        target = rest.point + share * (target - rest.point);
         const SurfacePoint hit = first_crossing(surface, rest.point, target);
         if (hit.found) {
             rest.point = hit.point + kSkin_mm * hit.face_normal;
@@ -49,6 +70,10 @@ Rest come_to_rest(const TriangleSpan& surface, dvec3 from, dvec3 goal) {
             continue;
         }
         rest.point = target;
+        if (share < 1.0) {
+            rest.reached_side = true;
+            return rest;
+        }
         if (count == 0) {
             rest.touching = false;
             return rest;
@@ -138,12 +163,11 @@ class SweptTriangles final : public Algorithm {
         for (int stretch = 0; stretch < 12; ++stretch) {
             const dvec3 here = rest.point;
             surface_.gather(here);
-            const dvec3 goal = surface_.from_world(x);
-            const dvec3 within = glm::clamp(goal, surface_.low_mm(), surface_.high_mm());
             const uint32_t before = geometry.iterations;
-            rest = come_to_rest(surface_.span(), here, within);
-            geometry.iterations = before + rest.iterations;
-            if (within == goal || glm::distance(rest.point, here) < 1e-4)
+            rest = come_to_rest(surface_.span(), here, surface_.from_world(x), surface_.low_mm(),
+                                surface_.high_mm());
+            geometry.iterations = before + rest.iterations + 1;
+            if (!rest.reached_side || glm::distance(rest.point, here) < 1e-4)
                 break;
         }
         proxy_ = surface_.to_world(rest.point);
@@ -160,7 +184,8 @@ class SweptTriangles final : public Algorithm {
             if (across > 0.0) {
                 const double back = std::min(across, friction * depth) / across;
                 const Rest held = come_to_rest(surface_.span(), rest.point,
-                                               surface_.from_world(proxy_ + back * way));
+                                               surface_.from_world(proxy_ + back * way),
+                                               surface_.low_mm(), surface_.high_mm());
                 proxy_ = surface_.to_world(held.point);
             }
         } else {

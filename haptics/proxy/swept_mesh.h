@@ -21,14 +21,16 @@ std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mes
 
 // Where a point moved towards `goal` comes to rest among triangles: swept from triangle to triangle
 // (front sides alone hold), on each slid along up to three planes at once (planes.h), until it
-// moves by less than 1e-7 mm. It stays 1e-6 mm off the faces.
+// moves by less than 1e-7 mm. It stays 1e-4 mm off the faces.
 struct Rest {
     glm::dvec3 point{0.0};
     glm::dvec3 face_normal{0.0}, shaded_normal{0.0};
-    bool touching = false;
+    bool touching = false, reached_side = false;
     uint32_t iterations = 0;
 };
-Rest come_to_rest(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 goal);
+// Triangles are known within the box only; at its side the point stops and `reached_side` is set.
+Rest come_to_rest(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 goal, glm::dvec3 low,
+                  glm::dvec3 high);
 
 // A point held out of scene.touch_mesh, whatever its speed, with force shading: the god-object of
 // Zilles & Salisbury with all constraints of a tick solved within it. Friction, yielding and

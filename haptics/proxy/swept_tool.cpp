@@ -15,8 +15,10 @@ namespace {
 
 using glm::dvec3;
 
-constexpr uint32_t kMostContacts = 24; // one for each direction below
+constexpr uint32_t kMostContacts = 24;   // one for each direction below
+constexpr uint32_t kMostConsidered = 48; // samples in material, at each look
 constexpr uint32_t kMostIterations = 48;
+constexpr uint32_t kMostLooks = 16; // at every sample, in a tick
 constexpr double kConverged_mm = 2e-4;
 constexpr double kFlat = 0.004; // slope across a sample, as a share of the contrast
 
@@ -59,7 +61,8 @@ class SweptTool final : public Algorithm {
     void place_points(const TickInput& input);
     bool is_clear(dvec3 from, dvec3 to) const;
     bool is_free(dvec3 at);
-    void find_contacts(dvec3 at);
+    // Of those that held it; `all`: and of every sample that is in material now.
+    void find_contacts(dvec3 at, bool all);
     void consider(dvec3 at, uint32_t sample);
     void settle(dvec3 goal, Geometry& geometry);
 
@@ -72,6 +75,11 @@ class SweptTool final : public Algorithm {
     uint32_t contact_count_ = 0;
     std::array<Hold, kMostContacts> contacts_;
     bool any_inside_ = false;
+    struct Inside {
+        double value;
+        uint32_t sample;
+    };
+    std::array<Inside, SphereSamples::kMost> inside_;
     Field field_;
 };
 
@@ -135,17 +143,34 @@ void SweptTool::consider(dvec3 at, uint32_t sample) {
     contacts_[contact_count_++] = found; // at most one for each of the cells
 }
 
-void SweptTool::find_contacts(dvec3 at) {
+void SweptTool::find_contacts(dvec3 at, bool all) {
     contact_count_ = 0;
     any_inside_ = false;
     for (uint32_t i = 0; i < state_.held_count; ++i)
         if (state_.held[i] < count_)
             consider(at, state_.held[i]);
-    for (uint32_t i = 0; i < count_; ++i)
-        if (field_.trilinear(at + points_[i]) >= field_.iso()) {
-            any_inside_ = true;
-            consider(at, i);
-        }
+    if (!all)
+        return;
+    uint32_t inside = 0;
+    for (uint32_t i = 0; i < count_; ++i) {
+        const double value = field_.trilinear(at + points_[i]);
+        if (value >= field_.iso())
+            inside_[inside++] = {value, i};
+    }
+    any_inside_ = inside > 0;
+    // The deepest of them say enough: the others follow when these are out.
+    if (inside > kMostConsidered) {
+        std::nth_element(inside_.begin(), inside_.begin() + kMostConsidered,
+                         inside_.begin() + inside, [](const Inside& a, const Inside& b) {
+                             return a.value > b.value ||
+                                    (a.value == b.value && a.sample < b.sample);
+                         });
+        inside = kMostConsidered;
+        std::sort(inside_.begin(), inside_.begin() + inside,
+                  [](const Inside& a, const Inside& b) { return a.sample < b.sample; });
+    }
+    for (uint32_t i = 0; i < inside; ++i)
+        consider(at, inside_[i].sample);
 }
 
 void SweptTool::settle(dvec3 goal, Geometry& geometry) {
@@ -153,17 +178,16 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
     const dvec3 start = s.proxy;
     const double most = 0.5 * field_.voxel_mm();
     std::array<Plane, kMostContacts> planes;
-    bool touching = false;
-    uint32_t i = 0;
-    for (; i < kMostIterations; ++i) {
+    bool touching = false, look = true;
+    uint32_t i = 0, looks = 0;
+    double since_look = 0.0;
+    for (; i < kMostIterations && looks < kMostLooks; ++i) {
         if (s.held_count == 0) {
             // Nothing holds it: leaps as far as blocks are clear.
             const dvec3 way = goal - s.proxy;
             const double length = glm::length(way);
             const double leap = std::min(length, 16.0 * field_.voxel_mm());
-            if (length == 0.0)
-                break;
-            const dvec3 next = s.proxy + (leap / length) * way;
+            const dvec3 next = length > 0.0 ? s.proxy + (leap / length) * way : goal;
             if (is_clear(s.proxy, next)) {
                 s.proxy = leap == length ? goal : next;
                 if (leap == length)
@@ -171,7 +195,10 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
                 continue;
             }
         }
-        find_contacts(s.proxy);
+        // Every sample is looked at before the first step, after each long one, and at the end.
+        looks += look;
+        find_contacts(s.proxy, look);
+        const bool looked = look;
         if (any_inside_ && contact_count_ == 0) {
             // So deep that nothing has a slope.
             if (s.normal == dvec3(0.0)) {
@@ -216,8 +243,10 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
         if (touching)
             s.normal = unit_or_zero(s.proxy - goal) == dvec3(0.0) ? unit_or_zero(push)
                                                                   : unit_or_zero(s.proxy - goal);
-        if (length < kConverged_mm && i > 0)
+        if (length < kConverged_mm && looked)
             break;
+        since_look = looked ? length : since_look + length;
+        look = length < kConverged_mm || since_look > 0.1 * field_.voxel_mm();
     }
     geometry.iterations = i;
     geometry.contacts = s.held_count;

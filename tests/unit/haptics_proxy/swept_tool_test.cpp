@@ -110,6 +110,22 @@ TEST(SweptTool, FrictionStaysInItsCone) {
     EXPECT_GE(worst, 0.35);
 }
 
+// Leaps of centimetres in a tick, over every wall of the plan's quick form.
+TEST(Repaired, PassThroughNoWallOnLeaps) {
+    for (const TouchCase& body : touch_cases({}, false)) {
+        if (body.id != "A7")
+            continue;
+        const Scene scene = make_scene(body, {});
+        haptics::TouchParameters parameters = sphere(scene);
+        parameters.tool_radius_mm = 0.0;
+        for (const char* name : {"swept-point", "swept-tool", "swept-local"}) {
+            const Trace run = run_named(name, scene, walk(body, 100.0, 1200, 7), parameters);
+            EXPECT_EQ(run.figures.pop_throughs, 0u) << name << " " << body.name;
+            EXPECT_GT(run.figures.contact_ticks, 50u) << name << " " << body.name;
+        }
+    }
+}
+
 TEST(ToolPoints, LieOnTheShapeAndAllAroundIt) {
     const ShapePtr shapes[] = {make_ball(2.0), make_capsule(1.0, 6.0), make_burr(2.0, 6, 0.4),
                                make_box({2.0, 3.0, 4.0})};
