@@ -3,8 +3,16 @@
 #include "engine/base/profile.h"
 #include "engine/io/mesh_io.h"
 #include "engine/surface/marching_cubes.h"
+#include "engine/surface/surface_nets.h"
 
 namespace palpate {
+
+namespace {
+
+// Passes that take the steps of voxels off walls between labels, as far as their bound allows.
+constexpr uint32_t kLabelSmoothing = 10;
+
+} // namespace
 
 Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,
                                                     const SurfaceSource& source,
@@ -13,8 +21,8 @@ Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,
         return std::make_shared<const Mesh>(marching_cubes(
             loaded.data.volume, static_cast<float>(*source.iso), {.closed_at_border = true}));
     if (source.labels)
-        return fail(
-            "surfaces: the labels' surfaces are not made here yet; name a mesh file instead");
+        return std::make_shared<const Mesh>(
+            surface_nets(*loaded.data.labels, {.passes = kLabelSmoothing}));
     const std::filesystem::path path = volume_path(file, source.mesh);
     Result<LoadedMesh> mesh = load_mesh(path);
     if (!mesh)
