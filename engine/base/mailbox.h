@@ -58,20 +58,25 @@ class Mailbox {
         Pin& operator=(const Pin&) = delete;
         const T& operator*() const noexcept { return *value_; }
         const T* operator->() const noexcept { return value_; }
+        // epoch() when the pin began; what is pinned is that value or a newer one.
+        uint64_t epoch() const noexcept { return epoch_; }
 
      private:
         friend class Reader;
-        Pin(Atomic<uint64_t>& slot, const T* value) noexcept : slot_(slot), value_(value) {}
+        Pin(Atomic<uint64_t>& slot, const T* value, uint64_t epoch) noexcept
+            : slot_(slot), value_(value), epoch_(epoch) {}
         Atomic<uint64_t>& slot_;
         const T* value_;
+        uint64_t epoch_;
     };
 
     // For one thread at a time; must not outlive the mailbox.
     class Reader {
      public:
         Pin pin() noexcept {
-            slot_->store(box_->epoch_.load(std::memory_order_acquire), std::memory_order_seq_cst);
-            return Pin(*slot_, box_->root_.load(std::memory_order_seq_cst));
+            const uint64_t epoch = box_->epoch_.load(std::memory_order_acquire);
+            slot_->store(epoch, std::memory_order_seq_cst);
+            return Pin(*slot_, box_->root_.load(std::memory_order_seq_cst), epoch);
         }
 
      private:
@@ -80,6 +85,9 @@ class Mailbox {
         Mailbox* box_;
         Atomic<uint64_t>* slot_;
     };
+
+    // Any thread: 1, and 1 more for each publish(). A reader is behind by this less its pin's.
+    uint64_t epoch() const noexcept { return epoch_.load(std::memory_order_acquire); }
 
     // From any thread; at most kMaxReaders in the life of a mailbox.
     Reader add_reader() {

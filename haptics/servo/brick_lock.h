@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <vector>
+
+#include "engine/volume/volume.h"
+
+namespace palpate::haptics {
+
+// Keeps the samples round the tool in memory: locked against paging, and alive.
+//
+// Not the servo's: whoever publishes scenes, or a thread of its own, calls update() as the tool
+// moves. Bricks whose samples lie in a file are passed over; the servo takes them for missing.
+// Where the limit on locked memory (RLIMIT_MEMLOCK) is met, what is nearest has been locked first.
+class BrickLock {
+ public:
+    BrickLock() = default;
+    ~BrickLock();
+    BrickLock(const BrickLock&) = delete;
+    BrickLock& operator=(const BrickLock&) = delete;
+
+    // Locks the bricks with a sample within radius_mm of tool_mm, and lets go of all others.
+    void update(const Volume& volume, glm::dvec3 tool_mm, double radius_mm);
+
+    size_t locked_bytes() const { return locked_bytes_; }
+    size_t refused() const { return refused_; } // bricks, in the last update
+    size_t bricks() const { return held_.size(); }
+
+ private:
+    struct Held {
+        BrickPtr brick;
+        bool locked;
+    };
+    static bool lock(const Brick& brick);
+    static void unlock(const Brick& brick);
+    std::map<const Brick*, Held> held_;
+    size_t locked_bytes_ = 0, refused_ = 0;
+};
+
+} // namespace palpate::haptics

@@ -1,0 +1,46 @@
+#include "haptics/servo/parameter_slew.h"
+
+#include <algorithm>
+
+namespace palpate::haptics {
+
+namespace {
+
+constexpr double TouchParameters::*kAmounts[] = {
+    &TouchParameters::iso,
+    &TouchParameters::tool_radius_mm,
+    &TouchParameters::stiffness_n_per_m,
+    &TouchParameters::damping_n_s_per_m,
+    &TouchParameters::friction_static,
+    &TouchParameters::friction_dynamic,
+    &TouchParameters::yield_n,
+    &TouchParameters::viscosity_n_s_per_m,
+    &TouchParameters::vibration_n,
+};
+
+bool same_amounts(const TouchParameters& a, const TouchParameters& b) {
+    return std::all_of(std::begin(kAmounts), std::end(kAmounts),
+                       [&](auto amount) { return a.*amount == b.*amount; });
+}
+
+} // namespace
+
+const TouchParameters& ParameterSlew::step(const TouchParameters& target, double dt_s) noexcept {
+    if (!has_any_) {
+        has_any_ = true;
+        from_ = to_ = now_ = target;
+        since_s_ = kWhole_s;
+    } else if (!same_amounts(to_, target)) {
+        from_ = now_;
+        since_s_ = 0.0;
+    }
+    to_ = target;
+    since_s_ = std::min(kWhole_s, since_s_ + dt_s);
+    now_ = target;
+    if (since_s_ < kWhole_s)
+        for (const auto amount : kAmounts)
+            now_.*amount = from_.*amount + since_s_ / kWhole_s * (target.*amount - from_.*amount);
+    return now_;
+}
+
+} // namespace palpate::haptics

@@ -1,0 +1,23 @@
+#pragma once
+
+#include "haptics/proxy/algorithm.h"
+
+namespace palpate::haptics {
+
+// Lets what a person sets move in steps that a hand does not feel: from the values in force to new
+// ones in 20 ms, 5 % of the change a millisecond. What is no amount (counts, switches, tables)
+// changes at once.
+class ParameterSlew {
+ public:
+    static constexpr double kWhole_s = 0.020;
+
+    // The parameters of this tick, on the way to `target`; the first are taken as they are.
+    const TouchParameters& step(const TouchParameters& target, double dt_s) noexcept;
+
+ private:
+    bool has_any_ = false;
+    TouchParameters from_, to_, now_;
+    double since_s_ = 0.0;
+};
+
+} // namespace palpate::haptics

@@ -1,0 +1,102 @@
+#include "haptics/servo/servo.h"
+
+#include <algorithm>
+
+namespace palpate::haptics {
+
+namespace {
+
+constexpr double kNsPerS = 1e9;
+
+bool pressed(uint32_t buttons, uint32_t button) {
+    return button < 32 && (buttons >> button & 1);
+}
+
+} // namespace
+
+Servo::Servo(const Parts& parts, const Workspace& workspace, const Options& options)
+    : parts_(parts),
+      workspace_(workspace),
+      options_(options),
+      safety_(options.limits, parts.device.capabilities(), options.rate_hz),
+      scenes_(parts.scenes.add_reader()),
+      parameters_(parts.parameters.add_reader()) {}
+
+ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
+    ServoTick t{.now_ns = now_ns};
+    switch (command_.exchange(Command::none, std::memory_order_acquire)) {
+        case Command::arm:
+            safety_.arm();
+            break;
+        case Command::disarm:
+            safety_.disarm();
+            break;
+        case Command::none:
+            break;
+    }
+    const int64_t began_ns = monotonic_ns();
+    t.status = parts_.device.read(now_ns, sample_);
+    const int64_t cpu_began_ns = thread_cpu_ns();
+
+    const SafetyChain::Begun begun = safety_.begin(now_ns, due_ns, t.status, sample_);
+    const double dt_s =
+        has_last_ ? std::clamp(static_cast<double>(now_ns - last_ns_) / kNsPerS, 1e-5, 0.1)
+                  : 1.0 / options_.rate_hz;
+    last_ns_ = now_ns;
+    has_last_ = true;
+    t.usable = begun.usable;
+    const auto scene = scenes_.pin();
+    t.scene_version = scene->version;
+    Wrench wanted;
+    double stiffness_n_per_m = 0.0;
+    if (begun.usable) {
+        t.buttons = begun.sample.buttons;
+        workspace_.set_clutch(pressed(t.buttons, options_.clutch_button), begun.sample);
+        t.tool = workspace_.tool(begun.sample);
+        t.velocity_mm_per_s = workspace_.velocity_mm_per_s(begun.sample);
+        const auto parameters = parameters_.pin();
+        const TouchParameters& now = slew_.step(*parameters, dt_s);
+        const TickInput input{.tool = t.tool,
+                              .velocity_mm_per_s = t.velocity_mm_per_s,
+                              .dt_s = dt_s,
+                              .buttons = t.buttons,
+                              .removing = pressed(t.buttons, options_.remove_button),
+                              .scene = &*scene,
+                              .parameters = &now};
+        if (!was_usable_) // homing, a fault, the start: the hand is somewhere else
+            parts_.algorithm.reset(input);
+        t.touched = parts_.algorithm.tick(input);
+        telemetry_.iterations.add(t.touched.iterations);
+        if (!workspace_.clutched())
+            wanted = workspace_.to_device({t.touched.force_n, t.touched.torque_nm});
+        stiffness_n_per_m = now.stiffness_n_per_m * workspace_.scale();
+        if (was_usable_)
+            energy_mj_ += 1e3 * glm::dot(last_sent_n_, begun.sample.position_m - last_position_m_);
+        last_position_m_ = begun.sample.position_m;
+    } else {
+        t.touched.contact = Contact::unknown;
+    }
+    was_usable_ = begun.usable;
+    t.sent = safety_.finish(wanted, stiffness_n_per_m);
+    t.sent_world_n = workspace_.rotation() * t.sent.force_n;
+    last_sent_n_ = t.sent.force_n;
+    t.faults = safety_.faults();
+    t.share = safety_.share();
+    t.energy_mj = energy_mj_;
+    t.cpu_ns = thread_cpu_ns() - cpu_began_ns;
+
+    parts_.device.write(now_ns, t.sent);
+
+    if (parts_.poses && begun.usable &&
+        !parts_.poses->push({now_ns, t.tool, t.touched.proxy, t.buttons, t.scene_version}))
+        telemetry_.poses_refused.fetch_add(1, std::memory_order_relaxed);
+    telemetry_.wake_ns.add(static_cast<uint64_t>(std::max<int64_t>(0, now_ns - due_ns)));
+    telemetry_.cpu_ns.add(static_cast<uint64_t>(std::max<int64_t>(0, t.cpu_ns)));
+    telemetry_.whole_ns.add(static_cast<uint64_t>(std::max<int64_t>(0, monotonic_ns() - began_ns)));
+    telemetry_.versions_behind.add(parts_.scenes.epoch() - scene.epoch());
+    telemetry_.ticks.fetch_add(1, std::memory_order_relaxed);
+    telemetry_.faults.store(t.faults, std::memory_order_release);
+    return t;
+}
+
+} // namespace palpate::haptics

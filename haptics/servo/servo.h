@@ -1,0 +1,101 @@
+#pragma once
+
+#include <atomic>
+
+#include "engine/base/mailbox.h"
+#include "engine/base/ring.h"
+#include "haptics/device/workspace.h"
+#include "haptics/proxy/algorithm.h"
+#include "haptics/safety/chain.h"
+#include "haptics/servo/parameter_slew.h"
+#include "haptics/servo/telemetry.h"
+
+namespace palpate::haptics {
+
+// Where the tool was, for whoever edits what it touches. One a tick, lossless.
+struct ToolStamp {
+    int64_t time_ns = 0;
+    ToolPose tool, proxy;
+    uint32_t buttons = 0;
+    uint64_t scene_version = 0; // that was felt
+};
+
+// All that one tick took and gave.
+struct ServoTick {
+    int64_t now_ns = 0;
+    DeviceStatus status = DeviceStatus::ok;
+    bool usable = false; // the tool is known
+    ToolPose tool;       // world mm
+    glm::dvec3 velocity_mm_per_s{0.0};
+    uint32_t buttons = 0;
+    TickOutput touched;           // what was rendered
+    Wrench sent;                  // what went to the device, in its axes
+    glm::dvec3 sent_world_n{0.0}; // the same force in the world's
+    uint64_t scene_version = 0;
+    uint32_t faults = 0;    // Fault bits
+    double share = 0.0;     // of soft start
+    double energy_mj = 0.0; // work done on the hand since the start, of sent force and its way
+    int64_t cpu_ns = 0;     // thread clock, the device's own time apart
+};
+
+// One tick of touch as a line of functions: sample, sanity, snapshot, proxy, limits, device. Read,
+// compute and write lie in the same tick.
+//
+// tick() belongs to one thread; it neither allocates, throws, locks nor prints, and what it does is
+// a function of what it is given: the clock comes in as now_ns. Scenes and parameters come through
+// mailboxes, which it reads once a tick; poses leave through a ring; it frees nothing.
+class Servo {
+ public:
+    struct Parts { // all outlive the servo
+        Device& device;
+        Algorithm& algorithm;
+        Mailbox<TouchScene>& scenes;
+        Mailbox<TouchParameters>& parameters;
+        Ring<ToolStamp>* poses = nullptr; // may be null
+    };
+    struct Options {
+        double rate_hz = 1000.0;
+        SafetyLimits limits;
+        uint32_t clutch_button = 31; // none has it by default
+        uint32_t remove_button = 0;  // the tool removes or adds while it is pressed
+    };
+    Servo(const Parts& parts, const Workspace& workspace, const Options& options);
+
+    // due_ns: when this tick should have begun. now_ns rises from tick to tick.
+    ServoTick tick(int64_t now_ns, int64_t due_ns) noexcept;
+
+    // Sends no force. For the thread that ticks, after its last tick.
+    void release() noexcept { parts_.device.write(last_ns_, {}); }
+
+    // From any thread; acted on by the next tick.
+    void arm() noexcept { command_.store(Command::arm, std::memory_order_release); }
+    void disarm() noexcept { command_.store(Command::disarm, std::memory_order_release); }
+
+    const Telemetry& telemetry() const noexcept { return telemetry_; }
+    Telemetry& telemetry() noexcept { return telemetry_; } // for the thread that ticks
+    // While the servo ticks, only where a fault is latched may others read it.
+    const SafetyChain& safety() const noexcept { return safety_; }
+    const Options& options() const noexcept { return options_; }
+
+ private:
+    enum class Command : uint32_t { none, arm, disarm };
+
+    Parts parts_;
+    Workspace workspace_;
+    Options options_;
+    SafetyChain safety_;
+    Mailbox<TouchScene>::Reader scenes_;
+    Mailbox<TouchParameters>::Reader parameters_;
+    ParameterSlew slew_;
+    std::atomic<Command> command_{Command::none};
+    Telemetry telemetry_;
+
+    DeviceSample sample_;
+    bool was_usable_ = false;
+    int64_t last_ns_ = 0;
+    bool has_last_ = false;
+    glm::dvec3 last_position_m_{0.0}, last_sent_n_{0.0};
+    double energy_mj_ = 0.0;
+};
+
+} // namespace palpate::haptics

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <pthread.h>
+
+#include <atomic>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "haptics/servo/servo.h"
+
+namespace palpate::haptics {
+
+struct ServoThreadOptions {
+    int priority = 45;            // of SCHED_FIFO, below those of interrupt threads; 0: not asked
+    int processor = -1;           // to stay on; -1: any
+    size_t stack_bytes = 2 << 20; // its own, locked in memory
+    // Memory besides the servo itself that ticks use: of the algorithm, of the ring.
+    std::vector<std::span<const std::byte>> memory;
+    // After each tick, on the servo's thread and under its rules; the thread ends where it says no.
+    std::function<bool(const ServoTick&)> after;
+};
+
+// What was obtained of what was asked for, read back from the system.
+struct ServoThreadState {
+    std::string policy; // "SCHED_FIFO 45", "SCHED_OTHER"
+    bool real_time = false;
+    bool locked = false; // stack, servo and memory
+    std::string why;     // one sentence for each thing that was refused; empty where none was
+};
+
+// Ticks a servo on a thread of its own, on the monotonic clock, at its rate.
+//
+// It sleeps until absolute times, so that it does not drift; ticks that were missed are skipped and
+// counted, never made up for. The policy is asked for and then read back; without permission
+// (RLIMIT_RTPRIO, CAP_SYS_NICE) it goes on as an ordinary thread and says so. Locked in memory are
+// its stack, the servo and what is named, not the whole address space.
+class ServoThread {
+ public:
+    ServoThread(Servo& servo, ServoThreadOptions options = {});
+    ~ServoThread(); // stops it
+    ServoThread(const ServoThread&) = delete;
+    ServoThread& operator=(const ServoThread&) = delete;
+
+    const ServoThreadState& state() const { return state_; }
+    void stop(); // waits for the tick at hand; the last wrench sent is none
+    bool ended() const { return ended_.load(std::memory_order_acquire); }
+    // Of its ticks alone; valid once it has ended.
+    const ThreadUse& use() const { return use_; }
+
+ private:
+    static void* enter(void* self);
+    void set_up();
+    void run();
+    void lock(std::span<const std::byte> memory, const char* what);
+
+    Servo& servo_;
+    ServoThreadOptions options_;
+    ServoThreadState state_;
+    std::span<std::byte> stack_;
+    std::vector<std::span<const std::byte>> locked_;
+    pthread_t thread_{};
+    bool joined_ = false;
+    std::atomic<bool> stopping_{false}, ready_{false}, ended_{false};
+    ThreadUse use_;
+};
+
+} // namespace palpate::haptics
