@@ -18,5 +18,6 @@ Command add_compare(CLI::App& app);
 Command add_doctor(CLI::App& app);
 Command add_bench(CLI::App& app);
 Command add_surface(CLI::App& app);
+Command add_touch(CLI::App& app);
 
 } // namespace palpate

@@ -30,6 +30,7 @@ constexpr Entry kCommands[] = {
     {"bench", "Measure speed beside error", palpate::add_bench},
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},
     {"surface", "Extract a surface or those of all labels as a mesh", palpate::add_surface},
+    {"touch", "Run the servo loop on a simulated hand and device", palpate::add_touch},
 };
 
 // Runs a command; where a trace is asked for and the command succeeds, writes it.

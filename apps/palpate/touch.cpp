@@ -1,0 +1,262 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
+#include "apps/palpate/progress.h"
+#include "apps/palpate/touch_run.h"
+#include "engine/base/file.h"
+#include "engine/base/log.h"
+#include "engine/io/scene_data.h"
+#include "haptics/servo/touch_log.h"
+
+namespace palpate {
+
+namespace {
+
+using haptics::AlgorithmEntry;
+using haptics::TouchParameters;
+
+const char* default_algorithm() {
+    const AlgorithmEntry* entry = haptics::find_algorithm("swept-point");
+    return (entry ? *entry : haptics::algorithms().back()).name;
+}
+
+struct TouchOptions {
+    std::string scene, labels, path, trajectory, algorithm = default_algorithm(), device = "falcon";
+    std::string report, page, record, output;
+    haptics::TrajectoryShape shape;
+    std::vector<double> at, direction;
+    double iso = NAN, radius_mm = 0, stiffness = 500, damping = 0, yield_n = 0, viscosity = 0;
+    std::vector<double> friction{0.0};
+    uint32_t samples = 340, delay = 0;
+    double rate_hz = 1000, scale = 0, drill_mm = 0;
+    haptics::HandModel hand;
+    bool real_time = false;
+};
+
+template <class Table>
+std::string names_of(const Table& table) {
+    std::string text;
+    for (const auto& entry : table)
+        text += (text.empty() ? "" : ", ") + std::string(entry.name);
+    return text;
+}
+
+Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interrupt) {
+    SceneFile file;
+    if (std::filesystem::path(o.scene).extension() == ".json") {
+        Result<SceneFile> loaded = load_scene(o.scene);
+        if (!loaded)
+            return pass_on(loaded);
+        file = std::move(*loaded);
+    } else {
+        file.volume = o.scene;
+    }
+    if (!o.labels.empty())
+        file.labels = o.labels.starts_with("synthetic:")
+                          ? o.labels
+                          : std::filesystem::absolute(o.labels).string();
+    Result<LoadedScene> scene = load_scene_data(file, {.stop = interrupt.token()});
+    if (scene) {
+        for (const std::string& note : scene->notes)
+            log::info("{}", note);
+        for (const std::string& warning : scene->warnings)
+            log::warning("{}", warning);
+    }
+    return scene;
+}
+
+Result<haptics::HandPath> hand_path(const TouchOptions& o, const Grid& grid) {
+    if (!o.path.empty())
+        return haptics::load_hand_path(o.path);
+    const haptics::TrajectoryEntry* entry = haptics::find_trajectory(o.trajectory);
+    if (!entry)
+        return fail("--trajectory: expected one of {}, found '{}'",
+                    names_of(haptics::trajectories()), o.trajectory);
+    haptics::TrajectoryShape shape = o.shape;
+    shape.at_mm = o.at.empty() ? center_mm(grid) : glm::dvec3(o.at[0], o.at[1], o.at[2]);
+    if (!o.direction.empty())
+        shape.direction = {o.direction[0], o.direction[1], o.direction[2]};
+    if (!(glm::length(shape.direction) > 0.0))
+        return fail("--direction: expected a direction, found 0,0,0");
+    return entry->make(shape);
+}
+
+TouchParameters parameters_of(const TouchOptions& o, const LoadedScene& scene) {
+    TouchParameters p;
+    const ValueRange range = scene.data.volume.range();
+    p.iso = !std::isnan(o.iso)       ? o.iso
+            : scene.modality == "CT" ? 300.0
+                                     : 0.5 * (double{range.min} + double{range.max});
+    p.tool_radius_mm = o.radius_mm;
+    p.tool_samples = o.samples;
+    p.stiffness_n_per_m = o.stiffness;
+    p.damping_n_s_per_m = o.damping;
+    p.friction_static = o.friction[0];
+    p.friction_dynamic = o.friction.size() > 1 ? o.friction[1] : o.friction[0];
+    p.yield_n = o.yield_n;
+    p.viscosity_n_s_per_m = o.viscosity;
+    return p;
+}
+
+Result<void> write_text(const std::string& path, const std::string& text) {
+    return path.empty() ? Result<void>{} : save_bytes(path, std::as_bytes(std::span(text)));
+}
+
+void say(const haptics::TouchSummary& s, Json json) {
+    json.members.insert(json.members.begin(),
+                        {{"contact_ticks", Json::of(static_cast<double>(s.contact_ticks))},
+                         {"most_force_n", Json::of(s.most_force_n)},
+                         {"largest_step_n", Json::of(s.largest_step_n)},
+                         {"most_depth_mm", Json::of(s.most_depth_mm)},
+                         {"energy_mj", Json::of(s.energy_mj)},
+                         {"all_faults", Json::of(haptics::fault_text(s.faults))}});
+    fmt::print("{}", json_text(json));
+}
+
+Result<void> run_touch(const TouchOptions& o) {
+    const AlgorithmEntry* algorithm = haptics::find_algorithm(o.algorithm);
+    if (!algorithm)
+        return fail("--algorithm: expected one of {}, found '{}'", names_of(haptics::algorithms()),
+                    o.algorithm);
+    const Interrupt interrupt;
+    Result<LoadedScene> scene = load_touched(o, interrupt);
+    if (!scene)
+        return pass_on(scene);
+    const Grid& grid = scene->data.volume.grid();
+    Result<haptics::HandPath> path = hand_path(o, grid);
+    if (!path)
+        return pass_on(path);
+    TouchRunSetup setup{.scene = {.grey = scene->data.volume,
+                                  .labels = scene->data.labels,
+                                  .version = scene->data.volume.version()},
+                        .parameters = parameters_of(o, *scene),
+                        .algorithm = *algorithm,
+                        .path = std::move(*path),
+                        .device = o.device,
+                        .hand = o.hand,
+                        .rate_hz = o.rate_hz,
+                        .scale = o.scale,
+                        .delay_ticks = o.delay,
+                        .drill_mm = o.drill_mm,
+                        .real_time = o.real_time};
+    Progress progress("touching");
+    Result<TouchRun> run =
+        run_touch_loop(setup, interrupt.token(), [&](double share) { progress.show(share); });
+    if (!run)
+        return pass_on(run);
+    const std::string title =
+        fmt::format("{} touched with {} on {}", o.scene, o.algorithm, o.device);
+    Result<void> done = write_text(o.report, haptics::touch_csv(run->ticks, run->start_ns));
+    if (done && !o.page.empty())
+        done = write_text(o.page, haptics::touch_page(run->ticks, run->start_ns, title));
+    if (done && !o.record.empty())
+        done = haptics::save_device_log(o.record, run->records);
+    if (done && !o.output.empty())
+        done = save_volume(o.output, *run->scene.grey, interrupt.token());
+    if (done)
+        say(haptics::summarise(run->ticks, run->start_ns), std::move(run->telemetry));
+    return done;
+}
+
+} // namespace
+
+Command add_touch(CLI::App& app) {
+    auto o = std::make_shared<TouchOptions>();
+    const auto positive = CLI::PositiveNumber;
+    const auto not_negative = CLI::NonNegativeNumber;
+    app.add_option("SCENE", o->scene,
+                   "Scene file (.json), or a volume: file, DICOM folder, synthetic:NAME")
+        ->required();
+    app.add_option("--labels", o->labels, "Label map beside the volume (default: none)");
+    auto* motion = app.add_option_group("motion", "Where the hand means to be");
+    motion->require_option(1);
+    motion->add_option("--path", o->path,
+                       "CSV with the columns time_s,x_mm,y_mm,z_mm and perhaps qw,qx,qy,qz,button");
+    motion->add_option("--trajectory", o->trajectory,
+                       "A motion by name: " + names_of(haptics::trajectories()));
+    app.add_option("--at", o->at, "Of a trajectory: the point approached, mm (default: the centre)")
+        ->delimiter(',')
+        ->expected(3);
+    app.add_option("--direction", o->direction,
+                   "Of a trajectory: into the material (default 0,0,-1)")
+        ->delimiter(',')
+        ->expected(3);
+    app.add_option("--depth", o->shape.depth_mm, "Of a trajectory: beyond the point, mm")
+        ->capture_default_str();
+    app.add_option("--distance", o->shape.distance_mm,
+                   "Of a trajectory: from where, or how wide, mm")
+        ->check(positive)
+        ->capture_default_str();
+    app.add_option("--speed", o->shape.speed_mm_per_s, "Of a trajectory: mm/s")
+        ->check(positive)
+        ->capture_default_str();
+    app.add_option("--frequency", o->shape.frequency_hz, "Of a trajectory: Hz")
+        ->check(positive)
+        ->capture_default_str();
+    app.add_option("--duration", o->shape.duration_s, "Of a trajectory: s")
+        ->check(CLI::Range(0.001, 3600.0))
+        ->capture_default_str();
+    app.add_option("--seed", o->shape.seed, "Of a trajectory: of what is random")
+        ->capture_default_str();
+    app.add_option("--algorithm", o->algorithm,
+                   "How it is touched: " + names_of(haptics::algorithms()))
+        ->capture_default_str();
+    app.add_option("--device", o->device,
+                   "Simulated device: " + names_of(haptics::device_presets()) +
+                       "; or exact: the tool follows the path whatever the force")
+        ->capture_default_str();
+    app.add_option(
+        "--iso", o->iso,
+        "Values at or above it are solid (default: 300 HU for CT, else half of the range)");
+    app.add_option("--radius", o->radius_mm, "Of the tool, mm; 0 is a point")
+        ->check(not_negative)
+        ->capture_default_str();
+    app.add_option("--samples", o->samples, "Of sampled tools")->capture_default_str();
+    app.add_option("--stiffness", o->stiffness, "N/m")->check(not_negative)->capture_default_str();
+    app.add_option("--damping", o->damping, "N s/m")->check(not_negative)->capture_default_str();
+    app.add_option("--friction", o->friction,
+                   "Coulomb coefficients: static, or static,dynamic (default 0)")
+        ->delimiter(',')
+        ->expected(1, 2);
+    app.add_option("--yield", o->yield_n, "T0: force above which material yields, N; 0 is never")
+        ->check(not_negative)
+        ->capture_default_str();
+    app.add_option("--viscosity", o->viscosity, "N s/m")
+        ->check(not_negative)
+        ->capture_default_str();
+    app.add_option("--rate", o->rate_hz, "Ticks a second, Hz")
+        ->check(CLI::Range(100.0, 20000.0))
+        ->capture_default_str();
+    app.add_option("--scale", o->scale,
+                   "mm of the world a mm of the device; 0: as much as the path needs, 1 at least")
+        ->check(not_negative)
+        ->capture_default_str();
+    app.add_option("--delay", o->delay, "Of the simulated device, ticks")
+        ->check(CLI::Range(0, 2))
+        ->capture_default_str();
+    app.add_option("--grip", o->hand.grip, "Of the hand: 0 is nobody, 1 relaxed, 3 firm")
+        ->check(not_negative)
+        ->capture_default_str();
+    app.add_option("--drill", o->drill_mm,
+                   "Cut with a ball of this radius, mm, while button 0 is pressed; 0: do not cut")
+        ->check(not_negative)
+        ->capture_default_str();
+    app.add_flag("--real-time", o->real_time,
+                 "On the wall clock, in a real-time thread where permitted");
+    app.add_option("--report", o->report, "Every tick as CSV (default: none)")
+        ->type_name("FILE.csv");
+    app.add_option("--page", o->page, "Plots over time as one HTML page (default: none)")
+        ->type_name("FILE.html");
+    app.add_option("--record", o->record,
+                   "What passed between servo and device: .csv, else compact (default: none)")
+        ->type_name("FILE");
+    app.add_option("-o,--output", o->output, "The volume as it is at the end (default: none)")
+        ->type_name("FILE");
+    return [o] { return run_touch(*o); };
+}
+
+} // namespace palpate

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/base/json.h"
+#include "haptics/device/recorded.h"
+#include "haptics/device/simulated.h"
+#include "haptics/servo/servo.h"
+
+namespace palpate {
+
+// What `palpate touch` runs.
+struct TouchRunSetup {
+    haptics::TouchScene scene;
+    haptics::TouchParameters parameters;
+    const haptics::AlgorithmEntry& algorithm;
+    haptics::HandPath path;
+    std::string device; // a preset, or "exact"
+    haptics::HandModel hand;
+    double rate_hz = 1000.0;
+    double scale = 0.0; // 0: what the path needs
+    uint32_t delay_ticks = 0;
+    double drill_mm = 0.0;
+    bool real_time = false;
+};
+
+struct TouchRun {
+    std::vector<haptics::ServoTick> ticks;
+    int64_t start_ns = 0; // of the path; before it force fades in
+    std::vector<haptics::DeviceRecord> records;
+    haptics::TouchScene scene; // as it is at the end
+    Json telemetry;            // haptics/servo/telemetry.h
+};
+
+// The hand rests at the path's first pose until force has faded in, then follows the path. On a
+// virtual clock everything is a function of the setup, bit for bit, processor times apart.
+Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop,
+                                const std::function<void(double share)>& progress);
+
+} // namespace palpate
