@@ -13,6 +13,7 @@ using Command = std::function<Result<void>()>;
 
 Command add_info(CLI::App& app);
 Command add_convert(CLI::App& app);
+Command add_edit(CLI::App& app);
 Command add_render(CLI::App& app);
 Command add_compare(CLI::App& app);
 Command add_doctor(CLI::App& app);

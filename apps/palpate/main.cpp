@@ -26,6 +26,7 @@ constexpr Entry kCommands[] = {
     {"doctor", "Say what this machine offers: Vulkan devices, memory, real-time policy",
      palpate::add_doctor},
     {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
+    {"edit", "Do strokes of tools on labels or grey values", palpate::add_edit},
     {"convert", "Read a volume in any format and write it in another", palpate::add_convert},
     {"bench", "Measure speed beside error", palpate::add_bench},
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},

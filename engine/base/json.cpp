@@ -229,14 +229,32 @@ const char* kind_name(Json::Kind kind) {
     return names[static_cast<size_t>(kind)];
 }
 
-Result<Json> parse_json(std::string_view text, const std::string& name) {
-    LineCounter lines;
+Result<Json> parse_json(std::string_view text, const std::string& name, int first_line) {
+    LineCounter lines{first_line};
     TreeBuilder builder(lines);
     const CountingIterator first(text.data(), &lines);
     const CountingIterator last(text.data() + text.size(), &lines);
     if (!nlohmann::json::sax_parse(first, last, &builder))
         return fail("{}:{}: not readable as JSON: {}", name, builder.problem_line, builder.problem);
     return std::move(builder.root);
+}
+
+std::string json_line(const Json& value) {
+    const auto listed = [](char open, char close, const auto& all, const auto& one) {
+        std::string out(1, open);
+        for (size_t i = 0; i < all.size(); ++i)
+            out += (i == 0 ? "" : ", ") + one(all[i]);
+        return out + close;
+    };
+    if (value.kind == Json::Kind::array)
+        return listed('[', ']', value.items, json_line);
+    if (value.kind == Json::Kind::object)
+        return listed('{', '}', value.members, [](const auto& member) {
+            return quoted(member.first) + ": " + json_line(member.second);
+        });
+    std::string out;
+    write(value, "", out);
+    return out;
 }
 
 std::string json_text(const Json& value) {

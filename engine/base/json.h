@@ -35,11 +35,15 @@ struct Json {
 const char* kind_name(Json::Kind kind);
 
 // `name` is the file's, for messages. Refused: what is no JSON (RFC 8259), a key that an object has
-// twice, nesting deeper than 64, numbers that overflow a double.
-Result<Json> parse_json(std::string_view text, const std::string& name);
+// twice, nesting deeper than 64, numbers that overflow a double. first_line: where in the file the
+// text begins.
+Result<Json> parse_json(std::string_view text, const std::string& name, int first_line = 1);
 
 // Readable text with two spaces per level and a final line break; arrays of plain values stay on
 // one line. Numbers take the fewest digits that give the same double back; they must be finite.
 std::string json_text(const Json& value);
+
+// The same on one line, without a line break.
+std::string json_line(const Json& value);
 
 } // namespace palpate

@@ -102,7 +102,7 @@ bool RegionSearch::work(VolumeEdit& edit, const std::function<bool()>& go_on) {
         for (; !searching_ && brick_ < order_.size(); row_ = 0, ++brick_) {
             const auto& [key, mask] = order_[brick_];
             const glm::ivec3 origin(brick_of(before_, key) * kBrickSide);
-            BrickMask& visited = visited_[key];
+            SampleMask& visited = visited_[key];
             for (; !searching_ && row_ < mask->rows.size(); ++row_) {
                 for_each_bit(mask->rows[row_] & ~visited.rows[row_], [&](uint32_t x) {
                     const glm::ivec3 index =

@@ -4,8 +4,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "engine/edit/brick_mask.h"
 #include "engine/edit/operation.h"
+#include "engine/edit/sample_mask.h"
 #include "engine/volume/edit.h"
 
 namespace palpate {
@@ -15,7 +15,7 @@ class RegionSearch {
  public:
     // `region` is T: masks by brick, which must outlive this, as must before. `key_of` of a brick
     // is x + count.x * (y + count.y * z).
-    using Region = std::unordered_map<uint64_t, const BrickMask*>;
+    using Region = std::unordered_map<uint64_t, const SampleMask*>;
     RegionSearch(const Volume& before, const Operation& operation, Region region);
 
     // Works until all is done (true) or go_on says false. Writes to `edit`, which may be another
@@ -33,8 +33,8 @@ class RegionSearch {
     Region region_;
     std::vector<glm::ivec3> offsets_;
     double sample_mm3_;
-    std::vector<std::pair<uint64_t, const BrickMask*>> order_;
-    std::unordered_map<uint64_t, BrickMask> visited_;
+    std::vector<std::pair<uint64_t, const SampleMask*>> order_;
+    std::unordered_map<uint64_t, SampleMask> visited_;
     size_t brick_ = 0, row_ = 0; // where seeds are looked for
     std::vector<glm::ivec3> component_;
     size_t looked_at_ = 0; // of the component

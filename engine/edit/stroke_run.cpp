@@ -35,7 +35,7 @@ struct Bounds { // of the samples of a mask, both ends included
     glm::ivec3 low{kBrickSide}, high{-1};
 };
 
-Bounds bounds_of(const BrickMask& mask) {
+Bounds bounds_of(const SampleMask& mask) {
     Bounds bounds;
     uint32_t columns = 0;
     for (int z = 0; z < int(kBrickSide); ++z)
@@ -55,8 +55,8 @@ Bounds bounds_of(const BrickMask& mask) {
 struct StrokeRun::Touched {
     uint64_t key = 0;
     glm::uvec3 position{0}; // in bricks
-    BrickMask seen;
-    BrickMask region;         // of operations by region: what of `seen` counts
+    SampleMask seen;
+    SampleMask region;        // of operations by region: what of `seen` counts
     std::vector<double> dose; // of mill: seconds
     std::vector<std::shared_ptr<const Segment>> waiting;
 };
@@ -85,6 +85,11 @@ StrokeRun::~StrokeRun() = default;
 void StrokeRun::add(std::span<const ToolPose> poses) {
     PALPATE_ASSERT(!lifted_);
     for (const ToolPose& pose : poses) {
+        const bool still = last_ && pose.tip_mm == last_->tip_mm && pose.turn == last_->turn;
+        if (still && operation_.kind != OperationKind::mill) { // holds nothing new
+            last_ = pose;
+            continue;
+        }
         // The first pose is a sweep of its own, so that a dab needs no second one.
         add_segment(last_ ? *last_ : pose, pose);
         last_ = pose;
@@ -138,7 +143,7 @@ bool StrokeRun::work(const std::function<bool()>& go_on) {
 }
 
 void StrokeRun::work_on(std::span<Touched* const> bricks) {
-    std::vector<BrickMask> fresh(bricks.size());
+    std::vector<SampleMask> fresh(bricks.size());
     tbb::parallel_for(size_t{0}, bricks.size(), [&](size_t i) {
         find_samples(*bricks[i], fresh[i]);
         bricks[i]->waiting.clear();
@@ -160,7 +165,7 @@ void StrokeRun::work_on(std::span<Touched* const> bricks) {
     });
 }
 
-void StrokeRun::find_samples(Touched& brick, BrickMask& fresh) const {
+void StrokeRun::find_samples(Touched& brick, SampleMask& fresh) const {
     const glm::uvec3 valid = before_.valid_in_brick(brick.position);
     if (operation_.kind == OperationKind::mill) {
         for (const auto& segment : brick.waiting)
@@ -177,7 +182,7 @@ void StrokeRun::find_samples(Touched& brick, BrickMask& fresh) const {
             brick.region.rows[i] |= fresh.rows[i];
 }
 
-void StrokeRun::add_dose(Touched& brick, BrickMask& fresh, const Segment& segment) const {
+void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segment) const {
     const double seconds = segment.to.time_s - segment.from.time_s;
     if (!(seconds > 0.0))
         return;
@@ -191,7 +196,7 @@ void StrokeRun::add_dose(Touched& brick, BrickMask& fresh, const Segment& segmen
     for (double part = 0.0; part < parts; ++part) {
         const ToolPose pose = pose_between(segment.from, segment.to, (part + 0.5) / parts);
         const Sweep still(tool_, grid, pose, pose);
-        BrickMask inside;
+        SampleMask inside;
         add_samples(inside, still, grid, brick.position, before_.valid_in_brick(brick.position));
         for (uint32_t z = 0; z < kBrickSide; ++z)
             for (uint32_t y = 0; y < kBrickSide; ++y) {
@@ -216,7 +221,7 @@ void StrokeRun::add_dose(Touched& brick, BrickMask& fresh, const Segment& segmen
     }
 }
 
-void StrokeRun::keep_values(BrickMask& mask, glm::uvec3 brick) const {
+void StrokeRun::keep_values(SampleMask& mask, glm::uvec3 brick) const {
     if (!operation_.only_values)
         return;
     const Volume& values = operation_.on_labels() ? *guide_ : before_;
@@ -236,7 +241,7 @@ void StrokeRun::keep_values(BrickMask& mask, glm::uvec3 brick) const {
 }
 
 template <class T>
-void StrokeRun::change(const Touched& brick, const BrickMask& fresh, std::span<T> out) const {
+void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<T> out) const {
     const Brick& source = before_.brick(brick.position);
     const BrickSamples<T> in = source.samples<T>();
     const uint32_t stride = source.stride();

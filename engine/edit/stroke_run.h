@@ -7,8 +7,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "engine/edit/brick_mask.h"
 #include "engine/edit/operation.h"
+#include "engine/edit/sample_mask.h"
 #include "engine/volume/edit.h"
 
 namespace palpate {
@@ -56,11 +56,11 @@ class StrokeRun {
     StrokeRun(Volume before, Tool tool, Operation operation, std::optional<Volume> guide);
     void add_segment(const ToolPose& from, const ToolPose& to);
     void work_on(std::span<Touched* const> bricks);
-    void find_samples(Touched& brick, BrickMask& fresh) const;
-    void add_dose(Touched& brick, BrickMask& fresh, const Segment& segment) const;
-    void keep_values(BrickMask& mask, glm::uvec3 brick) const;
+    void find_samples(Touched& brick, SampleMask& fresh) const;
+    void add_dose(Touched& brick, SampleMask& fresh, const Segment& segment) const;
+    void keep_values(SampleMask& mask, glm::uvec3 brick) const;
     template <class T>
-    void change(const Touched& brick, const BrickMask& fresh, std::span<T> out) const;
+    void change(const Touched& brick, const SampleMask& fresh, std::span<T> out) const;
 
     Volume before_, now_;
     Tool tool_;

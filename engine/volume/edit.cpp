@@ -1,5 +1,7 @@
 #include "engine/volume/edit.h"
 
+#include <tbb/parallel_for.h>
+
 #include <cmath>
 #include <type_traits>
 #include <vector>
@@ -79,21 +81,34 @@ template std::span<int16_t> VolumeEdit::write_brick(glm::uvec3);
 template std::span<float> VolumeEdit::write_brick(glm::uvec3);
 
 Volume VolumeEdit::commit() {
-    std::shared_ptr<Volume::Root> root;
-    std::unordered_map<size_t, std::shared_ptr<Page>> pages;
-    for (const auto& entry : bricks_) {
-        const Staged& staged = *entry.second;
-        const glm::uvec3 position = staged.position;
-        const BrickPtr made = visit_scalar(base_.type(), [&](auto t) {
+    std::vector<const Staged*> touched;
+    for (const auto& entry : bricks_)
+        touched.push_back(entry.second.get());
+    std::vector<PlacedBrick> made(touched.size());
+    tbb::parallel_for(size_t{0}, touched.size(), [&](size_t i) {
+        const glm::uvec3 position = touched[i]->position;
+        const BrickPtr brick = visit_scalar(base_.type(), [&](auto t) {
             using T = decltype(t);
-            return Brick::make(std::span<const T>(reinterpret_cast<const T*>(staged.samples.data()),
-                                                  kBrickSamples),
+            const auto* samples = reinterpret_cast<const T*>(touched[i]->samples.data());
+            return Brick::make(std::span<const T>(samples, kBrickSamples),
                                base_.valid_in_brick(position));
         });
-        if (differing_blocks(base_.brick(position), *made) == 0)
-            continue;
-        if (!root)
-            root = std::make_shared<Volume::Root>(base_.root());
+        if (differing_blocks(base_.brick(position), *brick) != 0)
+            made[i] = {position, brick};
+    });
+    std::erase_if(made, [](const PlacedBrick& placed) { return placed.brick == nullptr; });
+    Volume next = with_bricks(base_, made);
+    bricks_.clear();
+    return next;
+}
+
+Volume with_bricks(const Volume& base, std::span<const PlacedBrick> bricks) {
+    if (bricks.empty())
+        return base;
+    const auto root = std::make_shared<Volume::Root>(base.root());
+    std::unordered_map<size_t, std::shared_ptr<Page>> pages;
+    for (const auto& [position, brick] : bricks) {
+        PALPATE_ASSERT(brick->type() == base.type());
         const glm::uvec3 page = position / kPageSide;
         const glm::uvec3 slot = position % kPageSide;
         const size_t at =
@@ -103,16 +118,13 @@ Volume VolumeEdit::commit() {
             copy = std::make_shared<Page>(*root->pages[at]);
             root->pages[at] = copy;
         }
-        copy->bricks[slot.x + kPageSide * (slot.y + kPageSide * slot.z)] = made;
+        copy->bricks[slot.x + kPageSide * (slot.y + kPageSide * slot.z)] = brick;
     }
-    bricks_.clear();
-    if (!root)
-        return base_;
     for (const auto& entry : pages)
         summarise(*entry.second);
     summarise(*root);
     root->version = next_version();
-    return Volume(std::move(root));
+    return Volume(root);
 }
 
 } // namespace palpate

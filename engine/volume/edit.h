@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <unordered_map>
 
 #include "engine/volume/volume.h"
@@ -40,5 +41,14 @@ class VolumeEdit {
     Volume base_;
     std::unordered_map<uint64_t, std::unique_ptr<Staged>> bricks_;
 };
+
+struct PlacedBrick {
+    glm::uvec3 position; // in bricks
+    BrickPtr brick;      // of the volume's type
+};
+
+// A later snapshot in which these bricks stand in for those of `base`, and all others are shared;
+// `base` itself where there are none. Each position at most once.
+Volume with_bricks(const Volume& base, std::span<const PlacedBrick> bricks);
 
 } // namespace palpate

@@ -105,9 +105,27 @@ struct Drawer {
     std::string program = PALPATE_PROGRAM, device = "llvmpipe", more = " --validate";
 };
 
+// The scene; of a case with strokes, that of the volume they leave.
+Result<Json> edited_scene(const GoldenCase& golden, const Drawer& drawer) {
+    const fs::path strokes = golden.folder / "strokes.jsonl", edited = golden.work / "edited.nrrd";
+    Json scene = golden.scene;
+    if (!fs::exists(strokes))
+        return scene;
+    const std::string command =
+        fmt::format("'{}' --quiet edit '{}' '{}' --discard -o '{}'", drawer.program,
+                    scene["volume"].get<std::string>(), strokes.string(), edited.string());
+    if (const int status = std::system(command.c_str()); status != 0)
+        return fail("{}: palpate edit ended with status {}", golden.name, status);
+    scene["volume"] = edited.string();
+    return scene;
+}
+
 Result<ExrFile> draw(const GoldenCase& golden, const Drawer& drawer = {}) {
     const fs::path scene = golden.work / "scene.json", actual = golden.work / "actual.exr";
-    const std::string text = golden.scene.dump(2);
+    const Result<Json> edited = edited_scene(golden, drawer);
+    if (!edited)
+        return tl::unexpected(edited.error());
+    const std::string text = edited->dump(2);
     if (auto saved = save_bytes(scene, std::as_bytes(std::span(text))); !saved)
         return pass_on(saved);
     fs::remove(actual);

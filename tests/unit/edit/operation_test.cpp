@@ -118,7 +118,8 @@ TEST(Stroke, LeavesNoGapAtAnySpeed) {
         for (const int steps : {1, 10}) {
             std::vector<ToolPose> poses;
             for (int i = 0; i <= steps; ++i)
-                poses.push_back({0.01 * i / steps, glm::dvec3(4 + 200.0 * i / steps, 10, 10), {}});
+                poses.push_back(
+                    {0.01 * i / steps, glm::dvec3(4 + 200.0 * i / steps, 10, 10), kUpright});
             const Volume drawn =
                 apply(empty, Tool{shape}, label_operation(OperationKind::draw, 1, 6), poses);
             for (uint32_t x = 8; x <= 408; ++x) // and as wide everywhere as at its middle
@@ -192,7 +193,7 @@ TEST(Stroke, TouchesOnlyTheBricksOfItsTool) {
     const Volume before = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 0.0; });
     const Volume after =
         apply(before, Tool{make_ball(5.0)}, label_operation(OperationKind::draw, 1, 6),
-              {{0, glm::dvec3(64), {}}});
+              {{0, glm::dvec3(64), kUpright}});
     EXPECT_EQ(changed_bricks(before, after).size(), 8u); // 64 mm is where eight bricks meet
 }
 
@@ -206,7 +207,8 @@ TEST(Mill, TakesByTimeDepthAndMaterial) {
     mill.rates = {{0, 4000}, {1000, 1000}}; // 3100 a second at 300
     const Tool ball{make_ball(4.0)};
     const auto after = [&](double seconds) {
-        return apply(soft, ball, mill, {{0, glm::dvec3(8), {}}, {seconds, glm::dvec3(8), {}}});
+        return apply(soft, ball, mill,
+                     {{0, glm::dvec3(8), kUpright}, {seconds, glm::dvec3(8), kUpright}});
     };
     EXPECT_EQ(after(0.1).value({16, 16, 16}), -10.0f);
     EXPECT_EQ(after(0.2).value({16, 16, 16}), -320.0f);
@@ -227,7 +229,7 @@ TEST(Mill, SlowRatesAreNotLostToRounding) {
     mill.rates = {{0, 100}}; // 0.1 a pose
     std::vector<ToolPose> poses;
     for (int i = 0; i <= 1000; ++i)
-        poses.push_back({i / 1000.0, glm::dvec3(8), {}});
+        poses.push_back({i / 1000.0, glm::dvec3(8), kUpright});
     EXPECT_EQ(apply(v, Tool{make_ball(2.0)}, mill, poses).value({8, 8, 8}), 100.0f);
 }
 

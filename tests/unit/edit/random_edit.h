@@ -13,6 +13,7 @@
 // Grids, poses, tools and operations drawn by chance, for twins and properties.
 namespace palpate {
 
+inline const glm::dquat kUpright(1, 0, 0, 0);
 using Random = std::mt19937_64;
 
 inline double uniform(Random& random, double low, double high) {

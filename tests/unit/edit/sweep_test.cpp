@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/edit/brick_mask.h"
+#include "engine/edit/sample_mask.h"
 #include "tests/unit/edit/random_edit.h"
 
 namespace palpate {
@@ -140,7 +140,7 @@ TEST(Sweep, RowsAreWhatEverySampleSays) {
                         const glm::uvec3 brick(bx, by, bz);
                         const glm::uvec3 valid =
                             glm::min(glm::uvec3(kBrickSide), grid.size - brick * kBrickSide);
-                        BrickMask mask;
+                        SampleMask mask;
                         add_samples(mask, sweep, grid, brick, valid);
                         if (!mask.empty()) {
                             EXPECT_TRUE(
@@ -167,7 +167,7 @@ TEST(Sweep, APointMarksEveryCellItPasses) {
     for (int i = 0; i < 50; ++i) {
         const Grid grid = random_grid(random, glm::uvec3(32));
         const ToolPose from = random_pose(random, grid), to = random_pose(random, grid);
-        BrickMask mask;
+        SampleMask mask;
         add_samples(mask, Sweep(point, grid, from, to), grid, glm::uvec3(0), glm::uvec3(32));
         for (uint32_t s = 0; s < kBrickSamples; ++s) {
             const glm::uvec3 local(s % 32, s / 32 % 32, s / 1024);
@@ -190,7 +190,7 @@ TEST(Sweep, WholeMillimetresOfOffsetChangeNothing) {
     Grid grid = make_grid(glm::uvec3(32), {0.75, 0.5, 2.5});
     ToolPose from{0, {8.25, 7.5, 30.5}, random_turn(random)},
         to{1, {12, 9, 40}, random_turn(random)};
-    BrickMask here, far;
+    SampleMask here, far;
     add_samples(here, Sweep(tool, grid, from, to), grid, glm::uvec3(0), glm::uvec3(32));
     const glm::dvec3 offset(9999999, -5000000, 1234567);
     grid.world_from_index[3] += glm::dvec4(offset, 0);

@@ -1,4 +1,4 @@
-#include "engine/edit/brick_mask.h"
+#include "engine/edit/sample_mask.h"
 
 #include <algorithm>
 #include <bit>
@@ -16,18 +16,18 @@ uint32_t bits(int first, int last) { // 0 <= first <= last < 32
 
 } // namespace
 
-bool BrickMask::empty() const {
+bool SampleMask::empty() const {
     return std::all_of(rows.begin(), rows.end(), [](uint32_t row) { return row == 0; });
 }
 
-uint32_t BrickMask::count() const {
+uint32_t SampleMask::count() const {
     uint32_t sum = 0;
     for (const uint32_t row : rows)
         sum += static_cast<uint32_t>(std::popcount(row));
     return sum;
 }
 
-void BrickMask::keep_new(BrickMask& seen) {
+void SampleMask::keep_new(SampleMask& seen) {
     for (size_t i = 0; i < rows.size(); ++i) {
         rows[i] &= ~seen.rows[i];
         seen.rows[i] |= rows[i];
@@ -43,7 +43,7 @@ BrickRange bricks_of(const Sweep& sweep, const Grid& grid) {
     return {glm::ivec3(low) / side, glm::ivec3(high) / side};
 }
 
-void add_samples(BrickMask& mask, const Sweep& sweep, const Grid& grid, glm::uvec3 brick,
+void add_samples(SampleMask& mask, const Sweep& sweep, const Grid& grid, glm::uvec3 brick,
                  glm::uvec3 valid) {
     const glm::dvec3 first = glm::dvec3(brick * kBrickSide);
     const glm::dvec3 low = glm::max(glm::ceil(sweep.low_index() - first), glm::dvec3(0.0));

@@ -9,7 +9,7 @@
 namespace palpate {
 
 // A set of samples of one brick: one word a row of x, rows y fastest, bit x of a word.
-struct BrickMask {
+struct SampleMask {
     std::array<uint32_t, kBrickSide * kBrickSide> rows{};
 
     uint32_t& row(uint32_t y, uint32_t z) { return rows[y + kBrickSide * z]; }
@@ -18,13 +18,13 @@ struct BrickMask {
     bool empty() const;
     uint32_t count() const;
     // Takes out of this what `seen` has, and adds the rest to `seen`.
-    void keep_new(BrickMask& seen);
+    void keep_new(SampleMask& seen);
 };
 
 // Adds the samples of a brick that a sweep holds. `valid`: how many samples on each axis lie in the
 // volume. What a sample is is decided by sweep.at() at its place; rows are filled in leaps as long
 // as its verdict is good for, less a millionth of a millimetre for rounding.
-void add_samples(BrickMask& mask, const Sweep& sweep, const Grid& grid, glm::uvec3 brick,
+void add_samples(SampleMask& mask, const Sweep& sweep, const Grid& grid, glm::uvec3 brick,
                  glm::uvec3 valid);
 
 // The bricks that a sweep may touch: low .. high, both included; none if low > high on some axis.

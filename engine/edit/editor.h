@@ -1,0 +1,117 @@
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/base/mailbox.h"
+#include "engine/base/ring.h"
+#include "engine/edit/history.h"
+#include "engine/edit/journal.h"
+#include "engine/edit/stroke_run.h"
+
+namespace palpate {
+
+// What the hand does: one entry a tick while the tool is down.
+struct EditInput {
+    enum class Kind : uint8_t { down, move, up };
+    Kind kind = Kind::move;
+    ToolPose pose;
+    uint64_t number = 0;   // of this input; rises by one
+    int64_t pushed_ns = 0; // profile::now_ns() when it was pushed: latencies count from here
+};
+
+// What everybody else sees of an edit.
+struct EditState {
+    Volume volume;
+    uint64_t inputs_done = 0;    // the number of the last input that `volume` has whole
+    int64_t newest_input_ns = 0; // when that was pushed
+    int64_t published_ns = 0;
+    size_t strokes_done = 0; // and not undone
+    size_t undo_steps = 0, redo_steps = 0;
+    std::string refusal; // why the last stroke, undo or redo did nothing; else empty
+};
+
+struct EditorOptions {
+    size_t ring_inputs = 4096; // four seconds of a hand at 1 kHz
+    double slice_ms = 4.0;     // between two snapshots of work that takes long
+    HistoryOptions history;
+    std::optional<Journal> journal; // each stroke is on disk before it counts as done
+};
+
+// The one writer of a volume: a thread that turns poses into snapshots.
+//
+// Poses come through a ring from one thread, the servo, which waits for nothing; a full ring
+// refuses, and the sweep to the next accepted pose leaves no gap. Commands come through a second
+// ring from one other thread, the frame's. Snapshots leave through a wait-free mailbox. The editor
+// empties the ring at least once a slice, whatever it is doing, and publishes between slices: a
+// stroke that takes long appears piece by piece. What it publishes at the end of each stroke is
+// what apply_stroke() gives.
+class Editor {
+ public:
+    using Readers = Mailbox<EditState>;
+
+    Editor(Volume volume, std::optional<Volume> guide, EditorOptions options = {});
+    ~Editor(); // ends the thread; what has been pushed and not done is dropped
+    Editor(const Editor&) = delete;
+    Editor& operator=(const Editor&) = delete;
+
+    // The servo's thread; wait-free. False: full, and nothing happened.
+    bool push(const EditInput& input) noexcept { return inputs_.push(input); }
+
+    // One other thread; never waits. Takes effect between strokes, in order. False: full.
+    bool use(Json shape, Tool tool, Operation operation); // for strokes that begin later
+    bool undo() { return commands_.push({Command::Kind::undo, nullptr}); }
+    bool redo() { return commands_.push({Command::Kind::redo, nullptr}); }
+
+    // For one reading thread each: before that thread starts, at most 16 in all.
+    Readers::Reader add_reader() { return states_.add_reader(); }
+
+    // The newest input popped from the ring, by number; for tests and status lines.
+    uint64_t inputs_taken() const { return taken_.load(std::memory_order_acquire); }
+
+ private:
+    struct Setup {
+        Json shape;
+        Tool tool;
+        Operation operation;
+    };
+    struct Command { // trivially destructible, as rings want: owns `setup` all the same
+        enum class Kind : uint8_t { use, undo, redo };
+        Kind kind = Kind::use;
+        Setup* setup = nullptr;
+    };
+    void run(const std::stop_token& stop);
+    bool take_inputs();
+    bool begin_next(); // the next stroke or command, where none is under way
+    void feed();       // poses that have come for the stroke under way
+    void finish_stroke();
+    void step(bool back);
+    void publish(const Volume& volume);
+
+    Volume now_;
+    std::optional<Volume> guide_;
+    EditorOptions options_;
+    History history_;
+    Ring<EditInput> inputs_;
+    Ring<Command> commands_{64};
+    Mailbox<EditState> states_;
+    std::atomic<uint64_t> taken_{0};
+
+    // The thread's own.
+    std::unique_ptr<Setup> setup_;
+    std::deque<EditInput> waiting_;
+    std::unique_ptr<StrokeRun> stroke_;
+    std::vector<ToolPose> poses_; // of it
+    bool lifted_ = false;
+    EditInput last_fed_, last_done_;
+    size_t strokes_done_ = 0;
+    std::string refusal_;
+    std::jthread thread_; // last: ends before the rest goes
+};
+
+} // namespace palpate

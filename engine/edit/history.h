@@ -1,0 +1,67 @@
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "engine/base/error.h"
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+struct HistoryOptions {
+    uint64_t memory_bytes = uint64_t{512} << 20;
+    // Where steps go that no longer fit; empty: the oldest are dropped.
+    std::filesystem::path spill_folder;
+    // Told once when steps begin to be dropped, and once when spilling fails; a sentence. From the
+    // thread that calls record().
+    std::function<void(const std::string&)> notice;
+};
+
+// Steps back and forth between snapshots.
+//
+// A step holds the bricks that an edit replaced and where they lie; never a table, and never what
+// snapshots share. In the background it becomes the difference of its changed 8x8x8 blocks, bit by
+// bit (exclusive or), packed by zstd: one such difference leads back and forth again. When all
+// steps together need more than memory_bytes, the oldest are moved to a file, or dropped.
+//
+// One thread calls this; a worker of its own packs. A step is exact: undo gives the same samples,
+// in a snapshot with a new version.
+class History {
+ public:
+    explicit History(HistoryOptions options = {});
+    ~History();
+    History(const History&) = delete;
+    History& operator=(const History&) = delete;
+
+    // After an edit from `before`, the present, to `after`. Steps that could be redone are gone.
+    // Nothing is kept where they are equal: an edit that changes nothing is no step.
+    void record(const Volume& before, const Volume& after);
+
+    // The snapshot before the newest step, or after the one undone last; nothing where there is
+    // none. `now` is the present. An error where a spilled step cannot be read back: the step
+    // stays.
+    Result<std::optional<Volume>> undo(const Volume& now);
+    Result<std::optional<Volume>> redo(const Volume& now);
+
+    struct Stats {
+        size_t undo_steps = 0, redo_steps = 0;
+        size_t packed_steps = 0, spilled_steps = 0;
+        size_t dropped_steps = 0;   // in all
+        uint64_t memory_bytes = 0;  // of all steps
+        uint64_t spilled_bytes = 0; // on disk
+        uint64_t newest_bytes = 0;  // of the newest step that can be undone
+    };
+    Stats stats() const;
+
+    // Waits until all steps are packed.
+    void settle();
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+} // namespace palpate

@@ -1,0 +1,73 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/edit/stroke.h"
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+// What an edit did: a stroke, or a step back or forth.
+struct JournalEntry {
+    enum class Kind { stroke, undo, redo };
+    Kind kind = Kind::stroke;
+    Stroke stroke; // of Kind::stroke
+
+    std::string text() const; // one entry as it is kept; equal texts are equal entries
+};
+
+// The strokes of an edit on disk while it goes on, so that none is lost when the program ends
+// without a word.
+//
+// Strokes and not voxels: doing them again gives the same bytes. The file begins with a line that
+// says which volumes it belongs to, by the hash of their samples; each entry follows with its
+// length and CRC-32, and is on the disk when append() returns. A write that was cut ends the
+// journal at the entry before: readers stop there, and writers go on from there.
+class Journal {
+ public:
+    // What strokes apply to.
+    struct Base {
+        uint64_t volume_hash = 0, guide_hash = 0; // 0: no guide
+        Grid grid;
+    };
+    static Base base_of(const Volume& volume, const Volume* guide);
+
+    // A new one; fails where the file is there already or cannot be made.
+    static Result<Journal> create(const std::filesystem::path& path, const Base& base);
+
+    // One that is there, to go on with, and what it holds. Refused where it belongs to other
+    // volumes, and where its first line is not a journal's.
+    struct Found;
+    static Result<Found> open(const std::filesystem::path& path, const Base& base);
+
+    // What a journal holds, whatever volume it belongs to; changes nothing.
+    static Result<std::vector<JournalEntry>> peek(const std::filesystem::path& path);
+
+    ~Journal();
+    Journal(Journal&& other) noexcept;
+    Journal& operator=(Journal&&) = delete;
+
+    // When this fails, a full disk say, the journal is what it was before.
+    Result<void> append(const JournalEntry& entry);
+
+    // Takes the file away: what it led to is safe elsewhere.
+    void remove();
+
+ private:
+    Journal(std::filesystem::path path, int fd, uint64_t end);
+    Result<void> write_record(const std::string& payload);
+
+    std::filesystem::path path_;
+    int fd_;
+    uint64_t end_; // of the last whole entry
+};
+
+struct Journal::Found {
+    Journal journal;
+    std::vector<JournalEntry> entries;
+    bool cut = false; // there was more, of an entry that never was whole
+};
+
+} // namespace palpate

@@ -1,0 +1,275 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/assert.h"
+#include "engine/edit/stroke.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr double kFarthest_mm = 1e8, kLongest_s = 1e9, kLargestValue = 1e9;
+
+Json list_of(glm::dvec3 v) {
+    return Json::array({Json::of(v.x), Json::of(v.y), Json::of(v.z)});
+}
+
+// Of unit length; one that is so but for rounding keeps its bits, so that what is written and read
+// again stays the same.
+glm::dquat read_turn(const JsonValue& in) {
+    const auto items = in.items(4, 4);
+    if (items.size() != 4)
+        return {1, 0, 0, 0};
+    const glm::dquat q(items[0].number(-2, 2), items[1].number(-2, 2), items[2].number(-2, 2),
+                       items[3].number(-2, 2));
+    const double square = glm::dot(q, q);
+    if (!(std::abs(square - 1.0) <= 1e-3)) {
+        in.complain(fmt::format("expected a unit quaternion [w, x, y, z], found length {:.6g}",
+                                std::sqrt(square)));
+        return {1, 0, 0, 0};
+    }
+    return std::abs(square - 1.0) < 1e-14 ? q : q / std::sqrt(square);
+}
+
+ToolPose read_pose(const JsonValue& in) {
+    in.only_keys({"t_s", "p_mm", "q"});
+    ToolPose pose;
+    const auto t = in.find("t_s"), p = in.find("p_mm");
+    if (!p)
+        in.complain("expected a pose with \"p_mm\", a list of three numbers");
+    else
+        pose.tip_mm = p->vector(-kFarthest_mm, kFarthest_mm);
+    if (t)
+        pose.time_s = t->number(-kLongest_s, kLongest_s);
+    if (const auto q = in.find("q"))
+        pose.turn = read_turn(*q);
+    return pose;
+}
+
+Stroke read_header(const JsonValue& in) {
+    in.only_keys({"stroke", "units", "shape", "operation"});
+    Stroke stroke;
+    if (in.find("stroke")->number(0, 1e6) != 1)
+        in.complain("expected \"stroke\": 1, the format this program reads");
+    if (const auto units = in.find("units"); !units || units->text() != "mm")
+        in.complain("expected \"units\": \"mm\"");
+    const auto shape = in.find("shape"), operation = in.find("operation");
+    if (!shape || !operation) {
+        in.complain("expected a header with \"shape\" and \"operation\"");
+        return stroke;
+    }
+    stroke.shape = shape->json();
+    stroke.tool = read_tool(*shape);
+    stroke.operation = read_operation(*operation);
+    return stroke;
+}
+
+std::vector<RatePoint> read_rates(const JsonValue& in) {
+    if (in.is(Json::Kind::number))
+        return {{0.0, in.number(0.0, kLargestValue)}};
+    std::vector<RatePoint> rates;
+    for (const JsonValue& item : in.items(1, 4096)) {
+        const auto pair = item.items(2, 2);
+        if (pair.size() != 2)
+            break;
+        rates.push_back(
+            {pair[0].number(-kLargestValue, kLargestValue), pair[1].number(0.0, kLargestValue)});
+        if (rates.size() > 1 && !(rates[rates.size() - 2].value < rates.back().value))
+            item.complain("expected values that rise from pair to pair");
+    }
+    return rates.empty() ? std::vector<RatePoint>{{0.0, 0.0}} : rates;
+}
+
+} // namespace
+
+Operation read_operation(const JsonValue& in) {
+    Operation op;
+    const auto kind = in.find("kind");
+    if (!kind) {
+        in.complain("expected an operation with a \"kind\"");
+        return op;
+    }
+    using enum OperationKind;
+    op.kind = kind->choice<OperationKind>({{"draw", draw},
+                                           {"erase", erase},
+                                           {"erode", erode},
+                                           {"dilate", dilate},
+                                           {"smooth", smooth},
+                                           {"fill", fill},
+                                           {"islands", islands},
+                                           {"cut", cut},
+                                           {"mill", mill}});
+    switch (op.kind) {
+        case draw:
+            in.only_keys({"kind", "only_values", "label", "over"});
+            break;
+        case erase:
+            in.only_keys({"kind", "only_values", "over"});
+            break;
+        case erode:
+            in.only_keys({"kind", "only_values", "label", "neighbours"});
+            break;
+        case dilate:
+        case fill:
+            in.only_keys({"kind", "only_values", "label", "over", "neighbours"});
+            break;
+        case smooth:
+            in.only_keys({"kind", "only_values", "label", "over", "radius_mm"});
+            break;
+        case islands:
+            in.only_keys({"kind", "only_values", "label", "neighbours", "smallest_mm3"});
+            break;
+        case cut:
+            in.only_keys({"kind", "only_values", "to_value"});
+            break;
+        case mill:
+            in.only_keys({"kind", "only_values", "to_value", "falloff_mm", "rate_per_s"});
+            break;
+    }
+    if (const auto label = in.find("label"))
+        op.label = static_cast<uint16_t>(label->whole_number(1, 65535));
+    if (const auto over = in.find("over")) {
+        op.over.emplace();
+        for (const JsonValue& item : over->items(0, 65536))
+            op.over->push_back(static_cast<uint16_t>(item.whole_number(0, 65535)));
+    }
+    if (const auto n = in.find("neighbours")) {
+        op.neighbours = static_cast<int>(n->whole_number(0, 100));
+        if (op.neighbours != 6 && op.neighbours != 18 && op.neighbours != 26)
+            n->reject("6, 18 or 26");
+    }
+    if (const auto radius = in.find("radius_mm"))
+        op.radius_mm = radius->number(0.0, 1e3);
+    if (const auto least = in.find("smallest_mm3"))
+        op.smallest_mm3 = least->number(0.0, 1e12);
+    if (const auto range = in.find("only_values")) {
+        const auto ends = range->items(2, 2);
+        if (ends.size() == 2) {
+            op.only_values = {ends[0].number(-kLargestValue, kLargestValue),
+                              ends[1].number(-kLargestValue, kLargestValue)};
+            if (op.only_values->first > op.only_values->second)
+                range->complain("expected [low, high] with low <= high");
+        }
+    }
+    if (const auto to = in.find("to_value"))
+        op.to_value = to->number(-kLargestValue, kLargestValue);
+    if (const auto falloff = in.find("falloff_mm"))
+        op.falloff_mm = falloff->number(0.0, 1e4);
+    if (const auto rate = in.find("rate_per_s"))
+        op.rates = read_rates(*rate);
+    else if (op.kind == mill)
+        in.complain("expected \"rate_per_s\", a number or a list of [value, rate]");
+    return op;
+}
+
+Json operation_json(const Operation& op) {
+    using enum OperationKind;
+    const OperationKind k = op.kind;
+    Json out = Json::object({{"kind", Json::of(name_of(k))}});
+    const auto add = [&](bool applies, const char* key, Json value) {
+        if (applies)
+            out.members.emplace_back(key, std::move(value));
+    };
+    add(op.on_labels() && k != erase, "label", Json::of(double(op.label)));
+    if (op.over) {
+        Json list = Json::array();
+        for (const uint16_t label : *op.over)
+            list.items.push_back(Json::of(double(label)));
+        add(k == draw || k == erase || k == dilate || k == fill || k == smooth, "over", list);
+    }
+    add(k == erode || k == dilate || k == fill || k == islands, "neighbours",
+        Json::of(double(op.neighbours)));
+    add(k == smooth, "radius_mm", Json::of(op.radius_mm));
+    add(k == islands, "smallest_mm3", Json::of(op.smallest_mm3));
+    if (op.only_values)
+        add(true, "only_values",
+            Json::array({Json::of(op.only_values->first), Json::of(op.only_values->second)}));
+    add(!op.on_labels(), "to_value", Json::of(op.to_value));
+    add(k == mill, "falloff_mm", Json::of(op.falloff_mm));
+    Json rates = Json::array();
+    for (const RatePoint& point : op.rates)
+        rates.items.push_back(Json::array({Json::of(point.value), Json::of(point.per_s)}));
+    add(k == mill, "rate_per_s", rates);
+    return out;
+}
+
+Result<std::vector<Stroke>> parse_strokes(std::string_view text, const std::string& name) {
+    std::vector<Stroke> strokes;
+    int line = 0, header_line = 0;
+    const auto ended = [&]() -> Result<void> {
+        if (!strokes.empty() && strokes.back().poses.empty())
+            return fail("{}:{}: expected at least one pose after the header, found none", name,
+                        header_line);
+        return {};
+    };
+    for (size_t from = 0; from < text.size();) {
+        const size_t end = std::min(text.find('\n', from), text.size());
+        const std::string_view row = text.substr(from, end - from);
+        from = end + 1;
+        ++line;
+        if (row.find_first_not_of(" \t\r") == row.npos)
+            continue;
+        Result<Json> json = parse_json(row, name, line);
+        if (!json)
+            return pass_on(json);
+        JsonErrors errors{name, {}};
+        const JsonValue value(*json, "", errors);
+        if (!value.is(Json::Kind::object))
+            return fail("{}:{}: expected a header or a pose, found {}", name, line,
+                        kind_name(json->kind));
+        if (value.find("stroke")) {
+            if (const Result<void> whole = ended(); !whole)
+                return tl::unexpected(whole.error());
+            strokes.push_back(read_header(value));
+            header_line = line;
+        } else if (strokes.empty()) {
+            return fail("{}:{}: expected a header with \"stroke\": 1 before the first pose", name,
+                        line);
+        } else {
+            std::vector<ToolPose>& poses = strokes.back().poses;
+            const ToolPose pose = read_pose(value);
+            if (!errors.first && !poses.empty() && pose.time_s < poses.back().time_s)
+                return fail(
+                    "{}:{}: expected a time of at least {} s, that of the pose before, "
+                    "found {} s",
+                    name, line, poses.back().time_s, pose.time_s);
+            poses.push_back(pose);
+        }
+        if (errors.first)
+            return tl::unexpected(*errors.first);
+    }
+    if (const Result<void> whole = ended(); !whole)
+        return tl::unexpected(whole.error());
+    if (strokes.empty())
+        return fail("{}: expected a stroke, found none", name);
+    return strokes;
+}
+
+std::string stroke_text(const Stroke& stroke) {
+    std::string text = json_line(Json::object({{"stroke", Json::of(1.0)},
+                                               {"units", Json::of("mm")},
+                                               {"shape", stroke.shape},
+                                               {"operation", operation_json(stroke.operation)}})) +
+                       "\n";
+    for (const ToolPose& pose : stroke.poses) {
+        Json line = Json::object({{"t_s", Json::of(pose.time_s)}, {"p_mm", list_of(pose.tip_mm)}});
+        if (const glm::dquat q = pose.turn; q != glm::dquat(1, 0, 0, 0))
+            line.members.emplace_back(
+                "q", Json::array({Json::of(q.w), Json::of(q.x), Json::of(q.y), Json::of(q.z)}));
+        text += json_line(line) + "\n";
+    }
+    return text;
+}
+
+Stroke make_stroke(Json shape, Operation operation, std::vector<ToolPose> poses) {
+    JsonErrors errors{"shape", {}};
+    Stroke stroke;
+    stroke.tool = read_tool(JsonValue(shape, "", errors));
+    PALPATE_ASSERT(!errors.first);
+    stroke.shape = std::move(shape);
+    stroke.operation = std::move(operation);
+    stroke.poses = std::move(poses);
+    return stroke;
+}
+
+} // namespace palpate

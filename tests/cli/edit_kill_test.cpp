@@ -1,0 +1,160 @@
+// Whenever an edit is killed, every stroke that was done is in its journal, no file is partial, and
+// the edit can be gone on with. PALPATE_KILLS is how often: few in `quick`.
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+
+#include "engine/edit/journal.h"
+#include "engine/edit/stroke_run.h"
+#include "engine/io/volume_io.h"
+#include "engine/volume/content_hash.h"
+#include "engine/volume/synthetic.h"
+#include "tests/support/kill.h"
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+const glm::dquat kUpright(1, 0, 0, 0);
+
+class KilledEdit : public ProgramTest {
+ protected:
+    KilledEdit() {
+        for (int i = 0; i < 12; ++i) {
+            Operation op;
+            op.kind = i % 2 ? OperationKind::mill : OperationKind::cut;
+            op.to_value = i % 3 ? -1000 : 1500;
+            op.rates = {{0, 30000}};
+            std::vector<ToolPose> poses;
+            for (int k = 0; k < 20; ++k)
+                poses.push_back({0.01 * k, glm::dvec3(-60 + 5 * k, 8 * i - 50, 3 * i), kUpright});
+            strokes_.push_back(make_stroke(
+                *parse_json(R"({"kind": "capsule", "radius_mm": 8, "length_mm": 20})", ""), op,
+                poses));
+            text_ += stroke_text(strokes_.back());
+        }
+        const Volume in = synthetic::sample_ct_phantom(
+            make_grid({90, 80, 70}, glm::dvec3(2), glm::dvec3(-90, -80, -70)));
+        EXPECT_TRUE(save_volume(file("in.nrrd"), in));
+        write("strokes.jsonl", text_);
+        hashes_.push_back(content_hash(in));
+        Volume now = in;
+        for (const Stroke& stroke : strokes_) {
+            now = *apply_stroke(now, stroke.tool, stroke.operation, stroke.poses);
+            hashes_.push_back(content_hash(now));
+        }
+    }
+
+    std::vector<std::string> arguments(bool recover) const {
+        std::vector<std::string> all{"edit", file("in.nrrd").string(),
+                                     file("strokes.jsonl").string(), "-o",
+                                     file("out.nrrd").string()};
+        if (recover)
+            all.push_back("--recover");
+        return all;
+    }
+    uint64_t hash_of(const std::string& name) const {
+        const Result<LoadedVolume> loaded = load_volume(file(name));
+        EXPECT_TRUE(loaded) << loaded.error().message;
+        return loaded ? content_hash(loaded->volume) : 0;
+    }
+
+    std::vector<Stroke> strokes_;
+    std::string text_;
+    std::vector<uint64_t> hashes_; // after 0, 1, .. strokes
+};
+
+TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
+    std::vector<std::string> all = arguments(false);
+    all.insert(all.begin(), PALPATE_PROGRAM);
+    std::vector<size_t> kept(strokes_.size() + 1); // how often a journal held so many
+    size_t whole = 0, none = 0;
+    kill_at_many_moments(
+        PALPATE_KILLS,
+        [&] {
+            std::vector<char*> argv;
+            for (std::string& argument : all)
+                argv.push_back(argument.data());
+            argv.push_back(nullptr);
+            const int nowhere = ::open("/dev/null", O_RDWR);
+            for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+                ::dup2(nowhere, stream);
+            return ::execv(PALPATE_PROGRAM, argv.data());
+        },
+        [&] {
+            const bool journal = std::filesystem::exists(file("out.nrrd.journal"));
+            if (std::filesystem::exists(file("out.nrrd"))) {
+                ASSERT_EQ(hash_of("out.nrrd"), hashes_.back());
+                ++whole;
+            } else if (!journal) {
+                ++none; // killed before it began
+            } else {
+                const auto entries = Journal::peek(file("out.nrrd.journal"));
+                ASSERT_TRUE(entries) << entries.error().message;
+                ASSERT_LE(entries->size(), strokes_.size());
+                for (size_t i = 0; i < entries->size(); ++i)
+                    ASSERT_EQ((*entries)[i].text(), stroke_text(strokes_[i]));
+                ++kept[entries->size()];
+                // Its strokes alone, and then, from a copy, all of them.
+                std::filesystem::copy_file(file("out.nrrd.journal"), file("copy.nrrd.journal"));
+                if (!entries->empty()) {
+                    const ProgramRun some = run({"edit", file("in.nrrd").string(), "--recover",
+                                                 "-o", file("copy.nrrd").string()});
+                    ASSERT_EQ(some.exit_code, 0) << some.messages;
+                    ASSERT_EQ(hash_of("copy.nrrd"), hashes_[entries->size()]);
+                }
+                const ProgramRun rest = run(arguments(true));
+                ASSERT_EQ(rest.exit_code, 0) << rest.messages;
+                ASSERT_EQ(hash_of("out.nrrd"), hashes_.back());
+            }
+            for (const char* name :
+                 {"out.nrrd", "out.nrrd.journal", "copy.nrrd", "copy.nrrd.journal"})
+                std::filesystem::remove(file(name));
+        });
+    size_t between = 0;
+    for (size_t i = 0; i < strokes_.size(); ++i)
+        between += kept[i];
+    std::printf("    whole %zu, not begun %zu, between strokes %zu, all strokes kept %zu\n", whole,
+                none, between, kept.back());
+}
+
+// The library's promise, stroke by stroke: when append() has returned, the stroke is there.
+TEST_F(KilledEdit, AStrokeThatCountsAsDoneIsInTheJournal) {
+    std::mt19937 random(3);
+    const Volume base = load_volume(file("in.nrrd"))->volume;
+    const Journal::Base of = Journal::base_of(base, nullptr);
+    for (int i = 0; i < PALPATE_KILLS; ++i) {
+        std::filesystem::remove(file("j"));
+        int pipe[2];
+        ASSERT_EQ(::pipe(pipe), 0);
+        const auto delay = std::chrono::microseconds(random() % 20000);
+        const End end = run_and_kill(delay, [&] {
+            Result<Journal> journal = Journal::create(file("j"), of);
+            for (uint8_t n = 1; n <= 200 && journal; ++n) {
+                if (!journal->append({JournalEntry::Kind::stroke, strokes_[n % strokes_.size()]}))
+                    return 1;
+                if (::write(pipe[1], &n, 1) != 1)
+                    return 1;
+            }
+            return journal ? 0 : 1;
+        });
+        ASSERT_NE(end, End::failed);
+        ::close(pipe[1]);
+        uint8_t done = 0, n = 0;
+        while (::read(pipe[0], &n, 1) == 1)
+            done = n;
+        ::close(pipe[0]);
+        if (!std::filesystem::exists(file("j"))) {
+            EXPECT_EQ(done, 0);
+            continue;
+        }
+        const auto entries = Journal::peek(file("j"));
+        ASSERT_TRUE(entries) << entries.error().message;
+        EXPECT_GE(entries->size(), done);
+        EXPECT_LE(entries->size(), done + 1u);
+        EXPECT_TRUE(Journal::open(file("j"), of));
+    }
+}
+
+} // namespace
+} // namespace palpate

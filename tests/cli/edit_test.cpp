@@ -1,0 +1,212 @@
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+
+#include "engine/edit/journal.h"
+#include "engine/edit/stroke_run.h"
+#include "engine/io/volume_io.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/content_hash.h"
+#include "engine/volume/synthetic.h"
+#include "engine/volume/synthetic_name.h"
+#include "tests/support/kill.h"
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+const glm::dquat kUpright(1, 0, 0, 0);
+
+using testing::HasSubstr;
+
+class EditCommand : public ProgramTest {
+ protected:
+    static Volume phantom() {
+        return synthetic::sample_ct_phantom(
+            make_grid({100, 90, 40}, {2, 2, 5}, glm::dvec3(-100, -90, -100)));
+    }
+
+    // A hole drilled from the left, a groove milled over the top, and a bite.
+    static std::vector<Stroke> grey_strokes(int count = 3) {
+        std::vector<Stroke> strokes;
+        for (int i = 0; i < count; ++i) {
+            Operation op;
+            op.kind = i % 3 == 2 ? OperationKind::cut : OperationKind::mill;
+            op.to_value = -1000;
+            op.falloff_mm = 2;
+            op.rates = {{0, 60000}, {1000, 20000}};
+            std::vector<ToolPose> poses;
+            for (int k = 0; k < 40; ++k)
+                poses.push_back(
+                    {0.01 * k, glm::dvec3(-80 + 2 * k, 10 * (i % 7), 5 * (i % 5)), kUpright});
+            strokes.push_back(make_stroke(
+                *parse_json(R"({"kind": "burr", "radius_mm": 9, "flutes": 4})", ""), op, poses));
+        }
+        return strokes;
+    }
+    static std::string text_of(const std::vector<Stroke>& strokes) {
+        std::string text;
+        for (const Stroke& stroke : strokes)
+            text += stroke_text(stroke);
+        return text;
+    }
+    static Volume after(Volume volume, const std::vector<Stroke>& strokes, size_t count) {
+        for (size_t i = 0; i < count; ++i)
+            volume = *apply_stroke(volume, strokes[i].tool, strokes[i].operation, strokes[i].poses);
+        return volume;
+    }
+    uint64_t hash_of(const std::string& name) const {
+        const Result<LoadedVolume> loaded = load_volume(file(name));
+        EXPECT_TRUE(loaded) << loaded.error().message;
+        return loaded ? content_hash(loaded->volume) : 0;
+    }
+    ProgramRun edit(std::vector<std::string> more) const {
+        more.insert(more.begin(), {"edit", file("in.nrrd").string()});
+        more.insert(more.end(), {"-o", file("out.nrrd").string()});
+        return run(more);
+    }
+    void save_input() const { ASSERT_TRUE(save_volume(file("in.nrrd"), phantom())); }
+    std::string strokes_path() const { return file("strokes.jsonl").string(); }
+};
+
+TEST_F(EditCommand, DoesStrokesAndTakesThemBack) {
+    save_input();
+    const std::vector<Stroke> strokes = grey_strokes();
+    write("strokes.jsonl", text_of(strokes));
+    for (const size_t undo : {0u, 1u, 3u}) {
+        const ProgramRun done = edit({strokes_path(), "--undo", std::to_string(undo), "--report",
+                                      file("report.json").string()});
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        EXPECT_EQ(done.output, "");
+        const Volume expected = after(phantom(), strokes, 3 - undo);
+        EXPECT_EQ(hash_of("out.nrrd"), content_hash(expected));
+        EXPECT_FALSE(std::filesystem::exists(file("out.nrrd.journal")));
+        const auto report = nlohmann::json::parse(bytes_of("report.json"));
+        EXPECT_EQ(report["steps"].size(), 3 + undo);
+        EXPECT_EQ(report["steps"][0]["operation"], "mill");
+        EXPECT_EQ(report["steps"][0]["poses"], 40);
+        EXPECT_GT(report["steps"][0]["changed_bricks"], 0);
+        EXPECT_EQ(report["history"]["undo_steps"], 3 - undo);
+        EXPECT_EQ(report["history"]["redo_steps"], undo);
+        EXPECT_EQ(report["content_hash"], fmt::format("{:016x}", content_hash(expected)));
+    }
+    const ProgramRun done = edit({strokes_path(), "--undo", "4"});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("expected a stroke to undo, found none left"));
+}
+
+TEST_F(EditCommand, PaintsLabelsWhereAGuideLiesInARange) {
+    save_input();
+    ASSERT_TRUE(save_volume(file("labels.nii"), make_volume(phantom().grid(), ScalarType::u8,
+                                                            [](glm::uvec3) { return 0.0; })));
+    Operation op;
+    op.label = 5;
+    op.only_values = {700, 3000};
+    write("strokes.jsonl",
+          stroke_text(
+              make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 300})", ""), op, {{}})));
+    const ProgramRun done = run({"edit", file("labels.nii").string(), strokes_path(), "--guide",
+                                 file("in.nrrd").string(), "-o", file("out.nii").string()});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    const Volume guide = phantom(), out = load_labels(file("out.nii"))->volume;
+    size_t painted = 0;
+    for (uint32_t z = 0; z < 40; ++z)
+        for (uint32_t y = 0; y < 90; ++y)
+            for (uint32_t x = 0; x < 100; ++x) {
+                const bool bone = guide.value({x, y, z}) >= 700;
+                ASSERT_EQ(out.value({x, y, z}), bone ? 5.0f : 0.0f);
+                painted += bone;
+            }
+    EXPECT_GT(painted, 1000u);
+}
+
+TEST_F(EditCommand, GoesOnFromItsJournal) {
+    save_input();
+    const std::vector<Stroke> strokes = grey_strokes(5);
+    write("strokes.jsonl", text_of(strokes));
+    const auto leave_journal = [&](size_t count) { // as a program that was killed would
+        std::filesystem::remove(file("out.nrrd.journal"));
+        const Result<LoadedVolume> in = load_volume(file("in.nrrd"));
+        Result<Journal> journal =
+            Journal::create(file("out.nrrd.journal"), Journal::base_of(in->volume, nullptr));
+        ASSERT_TRUE(journal);
+        for (size_t i = 0; i < count; ++i)
+            ASSERT_TRUE(journal->append({JournalEntry::Kind::stroke, strokes[i]}));
+    };
+    leave_journal(2);
+    ProgramRun done = edit({strokes_path()});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("--recover does them, --discard drops them"));
+    EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
+
+    done = edit({"--recover"}); // what is there and no more
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_THAT(done.messages, HasSubstr("2 steps recovered"));
+    EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), strokes, 2)));
+
+    leave_journal(2);
+    done = edit({strokes_path(), "--recover"});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), strokes, 5)));
+
+    leave_journal(4);
+    write("strokes.jsonl", text_of({strokes[0], strokes[2]}));
+    done = edit({strokes_path(), "--recover"});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("found another step 2"));
+    EXPECT_TRUE(std::filesystem::exists(file("out.nrrd.journal")));
+    done = edit({strokes_path(), "--discard"});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), {strokes[0], strokes[2]}, 2)));
+}
+
+TEST_F(EditCommand, SaysWhatIsWrong) {
+    save_input();
+    const auto expect = [&](std::vector<std::string> arguments, int code, const char* part) {
+        const ProgramRun done = edit(std::move(arguments));
+        EXPECT_EQ(done.exit_code, code);
+        EXPECT_THAT(done.messages, HasSubstr(part));
+        EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
+        EXPECT_FALSE(std::filesystem::exists(file("out.nrrd.journal")));
+    };
+    expect({}, 1, "expected STROKES, or --recover");
+    expect({"--recover"}, 1, "nothing to recover");
+    expect({file("none").string()}, 1, "no such file");
+    write("strokes.jsonl", "{\"stroke\": 1}\n");
+    expect({strokes_path()}, 1, "strokes.jsonl:1: ");
+    Operation draw;
+    const Stroke drawn = make_stroke(*parse_json(R"({"kind": "point"})", ""), draw, {{}});
+    write("strokes.jsonl", stroke_text(drawn) + text_of(grey_strokes(1)));
+    expect({strokes_path()}, 1, "found both");
+    write("strokes.jsonl", stroke_text(drawn)); // HU are no labels
+    expect({strokes_path()}, 1, "in.nrrd: ");
+    expect({strokes_path(), "--history-memory", "-1"}, 2, "--history-memory");
+    expect({strokes_path(), "--recover", "--discard"}, 2, "excludes");
+}
+
+TEST_F(EditCommand, AFolderThatTakesNothingIsASentenceAndLosesNothing) {
+    save_input();
+    write("strokes.jsonl", text_of(grey_strokes(1)));
+    const ProgramRun done = run({"edit", file("in.nrrd").string(), strokes_path(), "-o",
+                                 "/proc/no/out.nrrd"}); // the test may be root: no chmod would do
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("/proc/no/out.nrrd.journal: cannot be made"));
+    // A disk with room for the journal and no more: files are limited to 60 blocks of 512 bytes.
+    const std::string volume = "synthetic:phantom?size=48";
+    const std::string out = file("out.nrrd").string();
+    const std::string command = "trap '' XFSZ; ulimit -f 60; '" + std::string(PALPATE_PROGRAM) +
+                                "' edit '" + volume + "' '" + strokes_path() + "' -o '" + out +
+                                "' 2> '" + file("messages").string() + "'";
+    EXPECT_NE(std::system(command.c_str()), 0);
+    EXPECT_THAT(bytes_of("messages"), HasSubstr("cannot be written"));
+    EXPECT_THAT(bytes_of("messages"), HasSubstr("--recover does them"));
+    EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
+    const ProgramRun again = run({"edit", volume, "--recover", "-o", out});
+    ASSERT_EQ(again.exit_code, 0) << again.messages;
+    const Volume expected = after(*make_synthetic(volume, 1 << 30), grey_strokes(1), 1);
+    EXPECT_EQ(hash_of("out.nrrd"), content_hash(expected));
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,197 @@
+// The editor's thread beside a servo that pushes poses and readers that take snapshots.
+// PALPATE_SECONDS is how long the random work lasts.
+
+#include "engine/edit/editor.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "engine/base/profile.h"
+#include "engine/volume/content_hash.h"
+#include "tests/unit/edit/twin.h"
+
+namespace palpate {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Setup {
+    Json shape;
+    Operation operation;
+};
+
+Setup random_setup(Random& random) {
+    const char* shapes[] = {R"({"kind": "ball", "radius_mm": 4})",
+                            R"({"kind": "capsule", "radius_mm": 2, "length_mm": 5})",
+                            R"({"kind": "point"})"};
+    const OperationKind kinds[] = {OperationKind::draw, OperationKind::erase, OperationKind::erode,
+                                   OperationKind::dilate, OperationKind::islands};
+    Setup setup{*parse_json(shapes[pick(random, 0, 2)], ""),
+                random_operation(random, kinds[pick(random, 0, 4)])};
+    setup.operation.only_values.reset();
+    return setup;
+}
+
+// Does what a hand does, waiting where the ring is full; tells what it did.
+class Hand {
+ public:
+    Hand(Editor& editor, Volume volume, uint64_t seed)
+        : editor_(editor), now_(std::move(volume)), random_(seed), reader_(editor.add_reader()) {}
+
+    // One stroke, pushed as fast as the ring takes it; then perhaps an undo or redo. What comes out
+    // is also worked out here, without the editor's thread.
+    void act() {
+        const Setup setup = random_setup(random_);
+        const Stroke stroke = make_stroke(setup.shape, setup.operation,
+                                          random_path(random_, now_.grid(), pick(random_, 2, 30)));
+        while (!editor_.use(stroke.shape, stroke.tool, stroke.operation))
+            std::this_thread::yield();
+        for (size_t i = 0; i < stroke.poses.size(); ++i) {
+            const auto kind = i == 0                         ? EditInput::Kind::down
+                              : i + 1 == stroke.poses.size() ? EditInput::Kind::up
+                                                             : EditInput::Kind::move;
+            while (!editor_.push({kind, stroke.poses[i], ++number_, profile::now_ns()}))
+                std::this_thread::yield();
+        }
+        past_.erase(past_.begin() + ptrdiff_t(depth_), past_.end());
+        past_.push_back(now_);
+        const Volume next = *apply_stroke(now_, stroke.tool, stroke.operation, stroke.poses);
+        if (next.is_same_as(now_))
+            past_.pop_back(); // nothing changed: no step
+        else
+            ++depth_;
+        now_ = next;
+        // The last input counts as done when its stroke has ended.
+        wait([&](const EditState& s) { return s.inputs_done == number_; });
+        compare();
+        if (pick(random_, 0, 3) == 0 && depth_ > 0) {
+            editor_.undo();
+            now_ = past_[--depth_];
+            wait([&](const EditState& s) { return s.undo_steps == depth_ && s.redo_steps > 0; });
+            compare();
+        }
+    }
+
+ private:
+    template <class Until>
+    void wait(const Until& until) {
+        while (!until(*reader_.pin()))
+            std::this_thread::yield();
+    }
+    void compare() {
+        const auto pin = reader_.pin();
+        EXPECT_EQ(pin->refusal, "");
+        EXPECT_EQ(content_hash(pin->volume), content_hash(now_)) << "after input " << number_;
+    }
+
+    Editor& editor_;
+    Volume now_;
+    Random random_;
+    Mailbox<EditState>::Reader reader_;
+    std::vector<Volume> past_;
+    size_t depth_ = 0;
+    uint64_t number_ = 0;
+};
+
+// Takes the newest snapshot again and again; what it sees never goes back and is never torn.
+void read_until(const std::stop_token& stop, Mailbox<EditState>::Reader reader, uint64_t& seen) {
+    uint64_t version = 0, inputs = 0;
+    while (!stop.stop_requested()) {
+        const auto pin = reader.pin();
+        EXPECT_GE(pin->volume.version(), version);
+        EXPECT_GE(pin->inputs_done, inputs);
+        seen += pin->volume.version() > version;
+        version = pin->volume.version();
+        inputs = pin->inputs_done;
+        float sum = 0;
+        for_each_brick(pin->volume, [&](glm::uvec3 at) {
+            const Brick& brick = pin->volume.brick(at);
+            for (uint32_t i = 0; i < kBrickSamples; i += 97)
+                sum += brick.value(i);
+        });
+        EXPECT_GE(sum, 0.0f);
+        std::this_thread::yield();
+    }
+}
+
+TEST(Editor, GivesWhatStrokesGiveWhileOthersRead) {
+    Random random(1);
+    const Volume first =
+        random_labels(random, make_grid({64, 60, 50}, {0.7, 0.7, 1.4}), ScalarType::u8);
+    Editor editor(first, {}, {.ring_inputs = 8, .slice_ms = 0.05});
+    uint64_t seen_by_servo = 0, seen_by_frame = 0;
+    auto servo_reader = editor.add_reader(), frame_reader = editor.add_reader();
+    std::jthread servo(
+        [&](const std::stop_token& stop) { read_until(stop, servo_reader, seen_by_servo); });
+    std::jthread frame(
+        [&](const std::stop_token& stop) { read_until(stop, frame_reader, seen_by_frame); });
+    Hand hand(editor, first, 2);
+    const auto end = Clock::now() + std::chrono::duration<double>(PALPATE_SECONDS);
+    int strokes = 0;
+    while (Clock::now() < end && !testing::Test::HasFailure()) {
+        hand.act();
+        ++strokes;
+    }
+    servo.request_stop();
+    frame.request_stop();
+    servo.join();
+    frame.join();
+    EXPECT_GT(strokes, 3);
+    EXPECT_GT(seen_by_servo, 0u);
+    EXPECT_GT(seen_by_frame, 0u);
+    std::printf("    %d strokes; the readers met %zu and %zu snapshots\n", strokes,
+                size_t(seen_by_servo), size_t(seen_by_frame));
+}
+
+TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
+    const Volume first = make_volume(make_grid(glm::uvec3(160), glm::dvec3(1)), ScalarType::u8,
+                                     [](glm::uvec3) { return 0.0; });
+    Editor editor(first, {}, {.ring_inputs = 64, .slice_ms = 0.01});
+    auto reader = editor.add_reader();
+    const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 60})", "");
+    const Stroke stroke = make_stroke(ball, {}, {{0, glm::dvec3(80), kUpright}});
+    ASSERT_TRUE(editor.use(stroke.shape, stroke.tool, stroke.operation));
+    constexpr uint64_t kInputs = 2000; // many more than the ring has room for
+    uint64_t number = 0;
+    std::vector<uint64_t> versions;
+    for (bool done = false; !done;) {
+        const auto kind = number == 0             ? EditInput::Kind::down
+                          : number + 1 == kInputs ? EditInput::Kind::up
+                                                  : EditInput::Kind::move;
+        if (number < kInputs && editor.push({kind, stroke.poses[0], number + 1, 0}))
+            ++number;
+        const auto pin = reader.pin();
+        if (versions.empty() || versions.back() != pin->volume.version())
+            versions.push_back(pin->volume.version());
+        done = pin->inputs_done == kInputs;
+    }
+    EXPECT_GT(versions.size(), 3u);
+    EXPECT_EQ(content_hash(reader.pin()->volume),
+              content_hash(*apply_stroke(first, stroke.tool, {}, stroke.poses)));
+}
+
+TEST(Editor, SaysWhyItDidNothing) {
+    const Volume greys = make_volume(make_grid(glm::uvec3(8), glm::dvec3(1)), ScalarType::i16,
+                                     [](glm::uvec3) { return 5.0; });
+    Editor editor(greys, {});
+    auto reader = editor.add_reader();
+    const auto refusal = [&](const char* part) {
+        for (;;) {
+            const auto pin = reader.pin();
+            if (pin->refusal.find(part) != std::string::npos)
+                return pin->volume.version() == greys.version();
+            std::this_thread::yield();
+        }
+    };
+    ASSERT_TRUE(editor.push({EditInput::Kind::down, {}, 1, 0}));
+    EXPECT_TRUE(refusal("before there was a tool"));
+    ASSERT_TRUE(editor.use(Json{}, {make_ball(1.0)}, {}));
+    ASSERT_TRUE(editor.undo());
+    EXPECT_TRUE(refusal("nothing is left to undo"));
+    ASSERT_TRUE(editor.push({EditInput::Kind::down, {}, 2, 0}));
+    EXPECT_TRUE(refusal("expected labels stored as u8 or u16, found i16"));
+}
+
+} // namespace
+} // namespace palpate

@@ -1,0 +1,152 @@
+#include "engine/edit/journal.h"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <csignal>
+
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/edit/twin.h"
+
+namespace palpate {
+namespace {
+
+using testing::HasSubstr;
+
+class JournalTest : public TemporaryFolder {
+ protected:
+    static std::vector<JournalEntry> entries(int count) {
+        Random random(1);
+        std::vector<JournalEntry> all;
+        const Grid grid = make_grid(glm::uvec3(30), glm::dvec3(1));
+        for (int i = 0; i < count; ++i) {
+            if (i % 4 == 3) {
+                all.push_back(
+                    {i % 8 == 3 ? JournalEntry::Kind::undo : JournalEntry::Kind::redo, {}});
+                continue;
+            }
+            all.push_back({JournalEntry::Kind::stroke,
+                           make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 2})", ""),
+                                       random_operation(random, OperationKind::erode),
+                                       random_path(random, grid, 5))});
+        }
+        return all;
+    }
+    static std::vector<std::string> texts(const std::vector<JournalEntry>& all) {
+        std::vector<std::string> out;
+        for (const JournalEntry& entry : all)
+            out.push_back(entry.text());
+        return out;
+    }
+    const Volume volume_ = make_volume(make_grid(glm::uvec3(30), {1, 2, 3}, {0.1, 0.2, 0.3}),
+                                       ScalarType::u8, [](glm::uvec3 i) { return i.x % 3; });
+    const Journal::Base base_ = Journal::base_of(volume_, nullptr);
+};
+
+TEST_F(JournalTest, HoldsWhatWasAppended) {
+    const auto all = entries(9);
+    {
+        Result<Journal> journal = Journal::create(file("j"), base_);
+        ASSERT_TRUE(journal) << journal.error().message;
+        for (int i = 0; i < 5; ++i)
+            ASSERT_TRUE(journal->append(all[size_t(i)]));
+    }
+    {
+        Result<Journal::Found> found = Journal::open(file("j"), base_);
+        ASSERT_TRUE(found) << found.error().message;
+        EXPECT_EQ(found->entries.size(), 5u);
+        for (int i = 5; i < 9; ++i)
+            ASSERT_TRUE(found->journal.append(all[size_t(i)]));
+    }
+    EXPECT_EQ(texts(*Journal::peek(file("j"))), texts(all));
+    Result<Journal::Found> found = Journal::open(file("j"), base_);
+    EXPECT_FALSE(found->cut);
+    EXPECT_EQ(texts(found->entries), texts(all));
+    found->journal.remove();
+    EXPECT_FALSE(std::filesystem::exists(file("j")));
+}
+
+// Cut anywhere: what was whole is there, in order, and the journal can be gone on with.
+TEST_F(JournalTest, EveryTruncationEndsAtAWholeEntry) {
+    const auto all = entries(4);
+    std::vector<size_t> ends; // of each entry
+    {
+        Result<Journal> journal = Journal::create(file("j"), base_);
+        ends.push_back(bytes_of("j").size());
+        for (const JournalEntry& entry : all) {
+            ASSERT_TRUE(journal->append(entry));
+            ends.push_back(bytes_of("j").size());
+        }
+    }
+    const std::string whole = bytes_of("j");
+    for (size_t size = 0; size <= whole.size(); ++size) {
+        write("cut", whole.substr(0, size));
+        size_t expected = 0;
+        while (expected < all.size() && ends[expected + 1] <= size)
+            ++expected;
+        Result<Journal::Found> found = Journal::open(file("cut"), base_);
+        ASSERT_TRUE(found) << size << ": " << found.error().message;
+        ASSERT_EQ(found->entries.size(), expected) << size;
+        EXPECT_EQ(found->cut, std::find(ends.begin(), ends.end(), size) == ends.end());
+        if (size % 64 == 0) { // each waits for the disk
+            ASSERT_TRUE(found->journal.append(all[0]));
+            ASSERT_EQ(Journal::peek(file("cut"))->size(), expected + 1);
+        }
+    }
+}
+
+TEST_F(JournalTest, AFlippedBitEndsItThere) {
+    {
+        Result<Journal> journal = Journal::create(file("j"), base_);
+        for (const JournalEntry& entry : entries(3))
+            ASSERT_TRUE(journal->append(entry));
+    }
+    const std::string whole = bytes_of("j");
+    for (size_t i = 20; i < whole.size(); i += 3) {
+        std::string damaged = whole;
+        damaged[i] = static_cast<char>(damaged[i] ^ 4);
+        write("bad", damaged);
+        const Result<std::vector<JournalEntry>> found = Journal::peek(file("bad"));
+        EXPECT_TRUE(found && found->size() < 3) << i;
+    }
+}
+
+TEST_F(JournalTest, BelongsToItsVolume) {
+    ASSERT_TRUE(Journal::create(file("j"), base_));
+    EXPECT_THAT(Journal::create(file("j"), base_).error().message, HasSubstr("cannot be made"));
+    const Volume other =
+        make_volume(volume_.grid(), ScalarType::u8, [](glm::uvec3 i) { return i.y % 3; });
+    EXPECT_THAT(Journal::open(file("j"), Journal::base_of(other, nullptr)).error().message,
+                HasSubstr("belongs to another volume"));
+    EXPECT_FALSE(Journal::open(file("j"), Journal::base_of(volume_, &other)));
+    EXPECT_FALSE(Journal::open(
+        file("j"),
+        Journal::base_of(with_grid(volume_, make_grid(glm::uvec3(30), {1, 2, 3})), nullptr)));
+    write("text", "some other file of a good many letters");
+    EXPECT_THAT(Journal::open(file("text"), base_).error().message,
+                HasSubstr("expected a journal"));
+    EXPECT_THAT(Journal::create(file("no/such/folder"), base_).error().message,
+                HasSubstr("cannot be made"));
+}
+
+// The limit on the size of files stands for a full disk.
+TEST_F(JournalTest, AFullDiskLosesNothing) {
+    const auto all = entries(3);
+    Result<Journal> journal = Journal::create(file("j"), base_);
+    ASSERT_TRUE(journal->append(all[0]));
+    const size_t before = bytes_of("j").size();
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit old{};
+    ::getrlimit(RLIMIT_FSIZE, &old);
+    const rlimit little{before + 30, old.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &little);
+    const Result<void> full = journal->append(all[1]);
+    ::setrlimit(RLIMIT_FSIZE, &old);
+    EXPECT_FALSE(full);
+    EXPECT_EQ(bytes_of("j").size(), before);
+    ASSERT_TRUE(journal->append(all[2]));
+    EXPECT_EQ(texts(*Journal::peek(file("j"))), texts({all[0], all[2]}));
+}
+
+} // namespace
+} // namespace palpate
