@@ -131,7 +131,8 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
             stiffness_n_per_m > 0.0
                 ? stored_energy_j(now_.share * rendered_n, now_.share * stiffness_n_per_m, most_n_)
                 : 0.0;
-        sent.force_n = passivity_.limit(used_.position_m, sent.force_n, stored_j, dt_s_); // 4
+        sent.force_n = passivity_.limit(used_.position_m, used_.velocity_m_per_s, sent.force_n,
+                                        stored_j, dt_s_); // 4
         sent.force_n =
             limit_magnitude(sent.force_n, std::min(most_n_, heat_.most(limits_, most_n_)));
         sent.force_n = impulse_.limit(sent.force_n, most_n_, limits_.impulse_s, dt_s_); // 6

@@ -4,8 +4,8 @@
 
 namespace palpate::haptics {
 
-glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 force_n, double stored_j,
-                            double dt_s) noexcept {
+glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, glm::dvec3 force_n,
+                            double stored_j, double dt_s) noexcept {
     const glm::dvec3 way_m = has_last_ ? position_m - last_m_ : glm::dvec3(0.0);
     const double work_j = glm::dot(sent_n_, way_m);
     work_j_ += work_j;
@@ -18,11 +18,10 @@ glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 force_n, double st
     last_stored_j_ = stored_j;
 
     damping_ = 0.0;
-    const glm::dvec3 velocity = way_m / dt_s;
-    const double speed2 = glm::dot(velocity, velocity);
+    const double speed2 = glm::dot(velocity_m_per_s, velocity_m_per_s);
     if (made_j_ > 0.0 && speed2 > 0.0)
         damping_ = std::min(most_damping_, made_j_ / (dt_s * speed2));
-    return force_n - damping_ * velocity;
+    return force_n - damping_ * velocity_m_per_s;
 }
 
 double stored_energy_j(double force_n, double stiffness_n_per_m, double most_n) noexcept {

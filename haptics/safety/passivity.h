@@ -27,8 +27,11 @@ class Passivity {
 
     // The force to send in place of `force_n`. `position_m` is where the device is now, `stored_j`
     // what the virtual spring holds now. dt_s > 0, all finite.
-    glm::dvec3 limit(glm::dvec3 position_m, glm::dvec3 force_n, double stored_j,
-                     double dt_s) noexcept;
+    //
+    // Damping acts on the velocity that the device's driver estimates, not on the way of one tick:
+    // one encoder step of 50 um in a tick would read as 50 mm/s, and be answered with a blow.
+    glm::dvec3 limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, glm::dvec3 force_n,
+                     double stored_j, double dt_s) noexcept;
     // What went out in the end, after the later stages; work is counted with it.
     void sent(glm::dvec3 force_n) noexcept { sent_n_ = force_n; }
 

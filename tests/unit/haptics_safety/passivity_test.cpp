@@ -47,7 +47,7 @@ Press press(double k, double v, double depth, bool controlled) {
         glm::dvec3 force(-k * std::max(sample.position_m.x, 0.0), 0, 0);
         if (controlled) {
             const double stored = stored_energy_j(glm::length(force), k, 1e9);
-            force = passivity.limit(sample.position_m, force, stored, kT);
+            force = passivity.limit(sample.position_m, sample.velocity_m_per_s, force, stored, kT);
             result.most_damping = std::max(result.most_damping, passivity.damping());
             passivity.sent(force);
         }
@@ -77,11 +77,13 @@ TEST(Passivity, PaysNothingForASpringThatWasPressedLongAgo) {
     // with leak_s of 0.5: the observer must not take the release for made energy beyond k v T d.
     Passivity passivity(1000.0, 0.5);
     const double k = 1000.0;
-    double most_made = 0.0;
+    double most_made = 0.0, before = 0.0;
     for (int tick = 0; tick < 10'200; ++tick) {
         const double depth = 5e-3 * std::clamp(std::min(tick, 10'200 - tick) / 100.0, 0.0, 1.0);
         const glm::dvec3 force(-k * depth, 0, 0);
-        passivity.limit({depth, 0, 0}, force, stored_energy_j(k * depth, k, 1e9), kT);
+        passivity.limit({depth, 0, 0}, {(depth - before) / kT, 0, 0}, force,
+                        stored_energy_j(k * depth, k, 1e9), kT);
+        before = depth;
         passivity.sent(force);
         most_made = std::max(most_made, passivity.made_j());
     }
@@ -94,17 +96,39 @@ TEST(Passivity, WhatWasDissipatedIsForgotten) {
     double x = 0.0;
     for (int tick = 0; tick < 1000; ++tick) { // through something thick
         x += 1e-4;
-        passivity.limit({x, 0, 0}, {-1.0, 0, 0}, 0.0, kT);
+        passivity.limit({x, 0, 0}, {0.1, 0, 0}, {-1.0, 0, 0}, 0.0, kT);
         passivity.sent({-1.0, 0, 0});
     }
     // 0.1 mJ a tick, leaking with 0.5 s: never more than 0.5 s of it.
     EXPECT_GE(passivity.made_j(), -1e-4 * 500 * (1 + 1e-9));
     for (int tick = 0; tick < 2500; ++tick) {
-        passivity.limit({x, 0, 0}, {}, 0.0, kT);
+        passivity.limit({x, 0, 0}, {}, {}, 0.0, kT);
         passivity.sent({});
     }
     EXPECT_NEAR(passivity.made_j(), 0.0, 0.05 * std::exp(-5.0));
     EXPECT_NEAR(passivity.work_j(), -0.1, 1e-3); // the account without leak keeps it
+}
+
+TEST(Passivity, OneEncoderStepIsNotAnsweredWithABlow) {
+    // A hand that trembles over the edge of one step of 50 um while the account is overdrawn: the
+    // way of a tick says 50 mm/s, 1 N at 20 N s/m. The estimator's window of 15 ticks says a
+    // fifteenth at most.
+    constexpr double kStep = 50e-6;
+    Passivity passivity(20.0, 1e9);
+    VelocityEstimator estimator(kStep);
+    double most_n = 0.0;
+    for (int tick = 0; tick < 500; ++tick) {
+        const glm::dvec3 at(tick % 2 ? kStep : 0.0, 0, 0);
+        const glm::dvec3 velocity = estimator.add(at, kT);
+        const double stored = tick < 20 ? 0.0 : 0.01; // made from nothing
+        const glm::dvec3 force = passivity.limit(at, velocity, {}, stored, kT);
+        passivity.sent(force);
+        if (tick > 20) {
+            most_n = std::max(most_n, std::abs(force.x));
+            ASSERT_GT(passivity.made_j(), 0.0);
+        }
+    }
+    EXPECT_LE(most_n, 20.0 * kStep / (15 * kT) * (1 + 1e-9));
 }
 
 // Mass and hand against a wall too stiff for the sampling: how far it shakes at the end.
@@ -123,7 +147,7 @@ double shake_m(double k, bool controlled) {
         device.read(now, sample);
         glm::dvec3 force(-k * std::max(sample.position_m.x, 0.0), 0, 0);
         if (controlled) {
-            force = passivity.limit(sample.position_m, force,
+            force = passivity.limit(sample.position_m, sample.velocity_m_per_s, force,
                                     stored_energy_j(glm::length(force), k, 1e9), kT);
             passivity.sent(force);
         }
