@@ -21,7 +21,7 @@ struct RayCastVariant {
     bool atlas = false;     // the volume lies in a brick atlas
     bool by_hand = false;   // interpolate in fp32
     bool stored_gradients = false;
-    uint32_t layers = 0;    // see-through triangles in a ray's way, at most; slices is true then
+    uint32_t layers = 0; // see-through triangles in a ray's way, at most; slices is true then
 
     friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
 };

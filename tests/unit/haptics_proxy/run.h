@@ -20,7 +20,7 @@ struct Trace {
     std::vector<Seen> ticks;
 };
 inline Trace run_named(const char* name, const Scene& scene, const Path& path,
-                     const haptics::TouchParameters& parameters) {
+                       const haptics::TouchParameters& parameters) {
     const haptics::AlgorithmEntry* entry = haptics::find_algorithm(name);
     EXPECT_NE(entry, nullptr) << name;
     Trace run;
