@@ -63,6 +63,11 @@ class Device {
     // The force from now on, until the next write. Beyond its limits a device scales it down and
     // keeps the direction; values that are not finite count as 0.
     virtual DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept = 0;
+    // No force from now on until the next write() that begins after this. From any thread at any
+    // time, also while read() or write() run or hang, and from a signal's handler: it neither
+    // allocates, throws, locks nor waits. What a write() that is under way sends after this is
+    // taken back by calling it again (write_gate.h); more than one thread may.
+    virtual void halt(int64_t now_ns) noexcept = 0;
 };
 
 } // namespace palpate::haptics

@@ -23,6 +23,7 @@ class RecordedDevice final : public Device {
     const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
     DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
     DeviceStatus write(int64_t, const Wrench&) noexcept override { return DeviceStatus::ok; }
+    void halt(int64_t) noexcept override {}
 
  private:
     DeviceCapabilities capabilities_;
@@ -47,6 +48,7 @@ class RecordingDevice final : public Device {
     }
     DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
     DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
+    void halt(int64_t now_ns) noexcept override { device_.halt(now_ns); }
 
     // Any one other thread: appends what has come since.
     void drain(std::vector<DeviceRecord>& records);

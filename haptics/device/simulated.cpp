@@ -85,8 +85,13 @@ void SimulatedDevice::step(double time_s) noexcept {
 }
 
 void SimulatedDevice::advance(int64_t to_ns) noexcept {
-    for (; time_ns_ + kStep_ns <= to_ns; time_ns_ += kStep_ns)
+    for (; time_ns_ + kStep_ns <= to_ns; time_ns_ += kStep_ns) {
+        if (time_ns_ >= halted_ns_.load(std::memory_order_acquire)) {
+            commanded_ = {};
+            acting_ = {};
+        }
         step(static_cast<double>(time_ns_ - start_ns_) / kNsPerS);
+    }
 }
 
 DeviceStatus SimulatedDevice::read(int64_t now_ns, DeviceSample& sample) noexcept {
@@ -112,6 +117,8 @@ DeviceStatus SimulatedDevice::read(int64_t now_ns, DeviceSample& sample) noexcep
 
 DeviceStatus SimulatedDevice::write(int64_t now_ns, const Wrench& wrench) noexcept {
     advance(now_ns);
+    if (halted_ns_.exchange(kNever_ns, std::memory_order_acq_rel) != kNever_ns)
+        commanded_ = {}; // what was on its way is lost
     commanded_[2] = commanded_[1];
     commanded_[1] = commanded_[0];
     commanded_[0] = {limited(wrench.force_n, capabilities_.max_force_n),

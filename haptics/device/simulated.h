@@ -1,7 +1,9 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -54,6 +56,7 @@ struct HandModel {
 class SimulatedDevice final : public Device {
  public:
     static constexpr int64_t kStep_ns = 20'000;
+    static constexpr int64_t kNever_ns = std::numeric_limits<int64_t>::max();
 
     // The hand follows `path`, which is in world millimetres, through `workspace` as it is now: at
     // the start it rests at the path's first pose. Time 0 of the path is start_ns.
@@ -63,6 +66,10 @@ class SimulatedDevice final : public Device {
     const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
     DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
     DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
+    // Acts from now_ns on, wherever the equation has got to.
+    void halt(int64_t now_ns) noexcept override {
+        halted_ns_.store(now_ns, std::memory_order_release);
+    }
 
     // What only a simulation knows, at the time of the last read or write.
     glm::dvec3 true_position_m() const noexcept { return position_m_; }
@@ -92,6 +99,7 @@ class SimulatedDevice final : public Device {
     glm::dvec3 position_m_{0.0}, velocity_m_per_s_{0.0};
     std::array<Wrench, 3> commanded_{}; // newest first
     Wrench acting_;
+    std::atomic<int64_t> halted_ns_{kNever_ns};
     double motor_work_j_ = 0.0;
     VelocityEstimator estimator_;
     int64_t sampled_ns_;

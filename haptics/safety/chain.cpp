@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/assert.h"
 
@@ -49,6 +50,7 @@ SafetyChain::SafetyChain(const SafetyLimits& limits, const DeviceCapabilities& d
       most_nm_(smaller_limit(limits.most_torque_nm, device.max_torque_nm, limits.device_share)),
       passivity_(damping_limit(limits, device), limits.passivity_leak_s),
       dt_s_(1.0 / rate_hz),
+      period_ns_(static_cast<int64_t>(kNsPerS / rate_hz)),
       history_(static_cast<size_t>(std::ceil(limits.history_s * rate_hz))) {
     PALPATE_ASSERT(rate_hz > 0.0 && !history_.empty());
 }
@@ -75,10 +77,14 @@ SafetyChain::Begun SafetyChain::begin(int64_t now_ns, int64_t due_ns, DeviceStat
     if (has_last_)
         dt_s_ =
             std::clamp(static_cast<double>(now_ns - last_ns_) / kNsPerS, kShortest_s, kLongest_s);
+    // A thread that hung within a tick begins the next one on schedule, but long after the last.
+    int64_t late_ns = now_ns - due_ns;
+    if (has_last_)
+        late_ns = std::max(late_ns, now_ns - last_ns_ - period_ns_);
     last_ns_ = now_ns;
     has_last_ = true;
 
-    if (const int64_t late_ns = now_ns - due_ns; late_ns > limits_.too_late_ns) {
+    if (std::exchange(halted_, false) || late_ns > limits_.too_late_ns) { // 9
         faults_ |= kFaultTooLate;
         start_.again();
     } else if (late_ns > limits_.late_ns) {

@@ -50,8 +50,11 @@ class SafetyChain {
     // Somebody said yes: faults are forgotten, and a soft start begins.
     void arm() noexcept;
     void disarm() noexcept { start_.disarm(); }
+    // A watchdog has taken force away since the last tick (write_gate.h): the next one is too late.
+    void halted() noexcept { halted_ = true; }
 
-    // The sample to go on with. `due_ns` is when the tick should have come. usable false: there is
+    // The sample to go on with. `due_ns` is when the tick should have come; it is late, too, where
+    // the tick before began more than a period ago. usable false: there is
     // none; the tick renders nothing.
     struct Begun {
         bool usable = false;
@@ -93,8 +96,9 @@ class SafetyChain {
     double fade_ = 1.0; // of a velocity trip or a late tick
     bool ready_ = false, usable_ = false;
     double dt_s_;
+    int64_t period_ns_;
     int64_t last_ns_ = 0;
-    bool has_last_ = false;
+    bool has_last_ = false, halted_ = false;
     DeviceSample used_;
     Wrench sent_;
 

@@ -1,12 +1,14 @@
 #include "haptics/servo/servo.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace palpate::haptics {
 
 namespace {
 
 constexpr double kNsPerS = 1e9;
+constexpr int64_t kHaltAgain_ns = 1'000'000;
 
 bool pressed(uint32_t buttons, uint32_t button) {
     return button < 32 && (buttons >> button & 1);
@@ -22,6 +24,30 @@ Servo::Servo(const Parts& parts, const Workspace& workspace, const Options& opti
       scenes_(parts.scenes.add_reader()),
       parameters_(parts.parameters.add_reader()) {}
 
+// False: a watchdog has halted the device since the tick began, and nothing goes out.
+bool Servo::write(int64_t now_ns, const Wrench& wrench) noexcept {
+    if (!gate_.begin_write())
+        return false;
+    parts_.device.write(now_ns, wrench);
+    if (gate_.end_write(now_ns))
+        return true;
+    parts_.device.halt(now_ns);
+    return false;
+}
+
+int64_t Servo::watch(int64_t now_ns) noexcept {
+    const auto period_ns = static_cast<int64_t>(kNsPerS / options_.rate_hz);
+    const int64_t limit_ns = options_.limits.too_late_ns + period_ns;
+    if (gate_.close(now_ns, limit_ns)) {
+        parts_.device.halt(now_ns);
+        if (std::exchange(tripped_ns_, gate_.last_ns()) != tripped_ns_)
+            telemetry_.trips.fetch_add(1, std::memory_order_relaxed);
+        return now_ns + kHaltAgain_ns;
+    }
+    const int64_t last_ns = gate_.last_ns();
+    return last_ns == 0 ? now_ns + limit_ns : std::max(now_ns, last_ns + limit_ns) + 1000;
+}
+
 ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
     ServoTick t{.now_ns = now_ns};
     switch (command_.exchange(Command::none, std::memory_order_acquire)) {
@@ -34,6 +60,8 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         case Command::none:
             break;
     }
+    if (gate_.reopen(now_ns))
+        safety_.halted();
     const int64_t began_ns = monotonic_ns();
     t.status = parts_.device.read(now_ns, sample_);
     const int64_t cpu_began_ns = thread_cpu_ns();
@@ -85,7 +113,10 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
     t.energy_mj = energy_mj_;
     t.cpu_ns = thread_cpu_ns() - cpu_began_ns;
 
-    parts_.device.write(now_ns, t.sent);
+    if (!write(now_ns, t.sent)) {
+        t.sent = {};
+        t.sent_world_n = last_sent_n_ = glm::dvec3(0.0);
+    }
 
     if (parts_.poses && begun.usable &&
         !parts_.poses->push({now_ns, t.tool, t.touched.proxy, t.buttons, t.scene_version}))

@@ -7,6 +7,7 @@
 #include "haptics/device/workspace.h"
 #include "haptics/proxy/algorithm.h"
 #include "haptics/safety/chain.h"
+#include "haptics/safety/write_gate.h"
 #include "haptics/servo/parameter_slew.h"
 #include "haptics/servo/telemetry.h"
 
@@ -64,6 +65,12 @@ class Servo {
     // due_ns: when this tick should have begun. now_ns rises from tick to tick.
     ServoTick tick(int64_t now_ns, int64_t due_ns) noexcept;
 
+    // From a watchdog's thread, on the clock of the ticks: where nothing has been written for
+    // limits.too_late_ns and a tick, halts the device, and again at every look until the servo is
+    // back, which then starts without force. Returns when to look again. A tick that hangs in the
+    // algorithm, in read() or in write() is seen alike.
+    int64_t watch(int64_t now_ns) noexcept;
+
     // Sends no force. For the thread that ticks, after its last tick.
     void release() noexcept { parts_.device.write(last_ns_, {}); }
 
@@ -75,10 +82,12 @@ class Servo {
     Telemetry& telemetry() noexcept { return telemetry_; } // for the thread that ticks
     // While the servo ticks, only where a fault is latched may others read it.
     const SafetyChain& safety() const noexcept { return safety_; }
+    Device& device() const noexcept { return parts_.device; }
     const Options& options() const noexcept { return options_; }
 
  private:
     enum class Command : uint32_t { none, arm, disarm };
+    bool write(int64_t now_ns, const Wrench& wrench) noexcept;
 
     Parts parts_;
     Workspace workspace_;
@@ -89,6 +98,8 @@ class Servo {
     ParameterSlew slew_;
     std::atomic<Command> command_{Command::none};
     Telemetry telemetry_;
+    WriteGate gate_;
+    int64_t tripped_ns_ = 0; // the watchdog's: the last write before its last trip
 
     DeviceSample sample_;
     bool was_usable_ = false;

@@ -83,6 +83,8 @@ ServoThread::ServoThread(Servo& servo, ServoThreadOptions options)
     pthread_attr_destroy(&attributes);
     PALPATE_ASSERT(error == 0);
     set_up();
+    crash_stop_.emplace(servo_.device());
+    watchdog_.emplace(servo_, options_.priority > 0 ? options_.priority + 1 : 0);
     ready_.store(true, std::memory_order_release);
 }
 
@@ -98,6 +100,8 @@ void ServoThread::stop() {
     if (!joined_)
         pthread_join(thread_, nullptr);
     joined_ = true;
+    watchdog_.reset();
+    crash_stop_.reset();
 }
 
 void* ServoThread::enter(void* self) {

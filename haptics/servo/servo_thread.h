@@ -4,11 +4,14 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "haptics/servo/crash_stop.h"
 #include "haptics/servo/servo.h"
+#include "haptics/servo/watchdog.h"
 
 namespace palpate::haptics {
 
@@ -35,7 +38,8 @@ struct ServoThreadState {
 // It sleeps until absolute times, so that it does not drift; ticks that were missed are skipped and
 // counted, never made up for. The policy is asked for and then read back; without permission
 // (RLIMIT_RTPRIO, CAP_SYS_NICE) it goes on as an ordinary thread and says so. Locked in memory are
-// its stack, the servo and what is named, not the whole address space.
+// its stack, the servo and what is named, not the whole address space. A watchdog of one priority
+// more looks after it, and where the process dies its device is halted.
 class ServoThread {
  public:
     ServoThread(Servo& servo, ServoThreadOptions options = {});
@@ -64,6 +68,8 @@ class ServoThread {
     bool joined_ = false;
     std::atomic<bool> stopping_{false}, ready_{false}, ended_{false};
     ThreadUse use_;
+    std::optional<CrashStop> crash_stop_;
+    std::optional<Watchdog> watchdog_;
 };
 
 } // namespace palpate::haptics

@@ -37,6 +37,7 @@ Json telemetry_json(const Telemetry& t) {
     return Json::object({{"ticks", count(t.ticks)},
                          {"skipped", count(t.skipped)},
                          {"poses_refused", count(t.poses_refused)},
+                         {"watchdog_trips", count(t.trips)},
                          {"faults", Json::of(fault_text(t.faults))},
                          {"wake_us", percentiles(t.wake_ns, 1e3)},
                          {"cpu_us", percentiles(t.cpu_ns, 1e3)},

@@ -19,6 +19,7 @@ struct Telemetry {
     std::atomic<uint64_t> ticks{0};
     std::atomic<uint64_t> skipped{0};       // that were due while another ran or the machine slept
     std::atomic<uint64_t> poses_refused{0}; // by a full ring
+    std::atomic<uint64_t> trips{0};         // of the watchdog
     std::atomic<uint32_t> faults{0};        // of the newest tick
 };
 

@@ -92,6 +92,7 @@ class Explorer {
     };
     static bool independent(const Choice& a, const Choice& b);
     static void enter();
+    void start(size_t thread, std::function<void()> body);
     void resume(size_t thread);
     std::vector<Choice> choices() const;
     void take(const Choice& choice);
@@ -154,24 +155,28 @@ inline bool Explorer::take_first_awake(Node& node) {
     return awake != node.asleep.end();
 }
 
+// Up to its first step.
+inline void Explorer::start(size_t thread, std::function<void()> body) {
+    Fiber& fiber = fibers_[thread];
+    fiber.body = std::move(body);
+    fiber.done = false;
+    fiber.stores.clear();
+    getcontext(&fiber.context);
+    fiber.context.uc_stack.ss_sp = fiber.stack.data();
+    fiber.context.uc_stack.ss_size = fiber.stack.size();
+    fiber.context.uc_link = nullptr;
+    makecontext(&fiber.context, &Explorer::enter, 0);
+    resume(thread);
+}
+
 // False: what was run is an order that had been run before.
 inline bool Explorer::run_once(const Make& make) {
     std::vector<std::function<void()>> bodies = make();
     threads_ = bodies.size();
     while (fibers_.size() < threads_)
         fibers_.emplace_back();
-    for (size_t i = 0; i < threads_; ++i) {
-        Fiber& fiber = fibers_[i];
-        fiber.body = std::move(bodies[i]);
-        fiber.done = false;
-        fiber.stores.clear();
-        getcontext(&fiber.context);
-        fiber.context.uc_stack.ss_sp = fiber.stack.data();
-        fiber.context.uc_stack.ss_size = fiber.stack.size();
-        fiber.context.uc_link = nullptr;
-        makecontext(&fiber.context, &Explorer::enter, 0);
-        resume(i); // up to its first step
-    }
+    for (size_t i = 0; i < threads_; ++i)
+        start(i, std::move(bodies[i]));
     bool is_new = true;
     for (size_t depth = 0;; ++depth) {
         std::vector<Choice> enabled = choices();
@@ -256,6 +261,16 @@ class OrderedAtomic {
             drain();
             value_ = value;
         }
+    }
+    bool compare_exchange_strong(T& expected, T desired, std::memory_order) {
+        Explorer::current().step(all_written());
+        drain();
+        if (value_ == expected) {
+            value_ = desired;
+            return true;
+        }
+        expected = value_;
+        return false;
     }
     T fetch_add(T more, std::memory_order) {
         Explorer::current().step(all_written());

@@ -156,6 +156,38 @@ TEST(SafetyChain, LateTicksFadeForceAndVeryLateOnesStartAnew) {
     EXPECT_FALSE(run.chain.latched());
 }
 
+// A thread that hangs in a tick skips what it missed, and is on schedule again.
+TEST(SafetyChain, ATickOnScheduleIsLateWhereTheOneBeforeWasLongAgo) {
+    Loop run;
+    run.start();
+    for (int i = 0; i < 20; ++i)
+        run.tick({3, 0, 0});
+    run.now_ns += 4 * kMs;
+    run.tick({3, 0, 0});
+    EXPECT_LT(run.out.force_n.x, 3.0);
+    EXPECT_EQ(run.chain.faults(), uint32_t{kFaultLate});
+    run.now_ns += 11 * kMs;
+    EXPECT_EQ(run.tick({3, 0, 0}), Wrench{});
+    EXPECT_EQ(run.chain.faults(), uint32_t{kFaultTooLate});
+    EXPECT_EQ(run.chain.mode(), SoftStart::Mode::waiting);
+}
+
+TEST(SafetyChain, AfterAWatchdogTookForceAwayItStartsAnew) {
+    Loop run;
+    run.start();
+    for (int i = 0; i < 20; ++i)
+        run.tick({3, 0, 0});
+    run.chain.halted();
+    EXPECT_EQ(run.tick({3, 0, 0}), Wrench{});
+    EXPECT_EQ(run.chain.faults(), uint32_t{kFaultTooLate});
+    for (int i = 0; i < 100; ++i) // in contact: it waits until the hand has let go
+        ASSERT_EQ(run.tick({3, 0, 0}), Wrench{});
+    run.start();
+    for (int i = 0; i < 20; ++i)
+        run.tick({3, 0, 0});
+    EXPECT_NEAR(run.out.force_n.x, 3.0, 1e-9);
+}
+
 TEST(SafetyChain, TheDeadMansButtonIsAsked) {
     SafetyLimits limits;
     limits.needs_dead_man = true;

@@ -26,6 +26,7 @@ struct Feed {
     DeviceStatus status = DeviceStatus::ok;
     DeviceSample sample;
     glm::dvec3 force_n{0.0};
+    bool halted = false; // by a watchdog, since the tick before
 };
 // `tick` counts from the fault's start.
 using Damage = std::function<void(Feed&, int tick)>;
@@ -64,6 +65,11 @@ const Row kRows[] = {
     {"homing lost and found", [](Feed& f, int) { f.status = DeviceStatus::not_homed; }, 0, 30},
     {"stall of 5 ms", [](Feed& f, int) { f.now_ns += 5 * kMs; }, 0, 1, true},
     {"stall of 50 ms", [](Feed& f, int) { f.now_ns += 50 * kMs; }, 0, 1, true},
+    {"hang of 5 ms within a tick", [](Feed& f, int) { f.now_ns = f.due_ns += 5 * kMs; }, 0, 1,
+     true},
+    {"hang of 50 ms within a tick", [](Feed& f, int) { f.now_ns = f.due_ns += 50 * kMs; }, 0, 1,
+     true},
+    {"halted by the watchdog", [](Feed& f, int) { f.halted = true; }, 0, 1},
     {"clock 1 s ahead", [](Feed& f, int) { f.now_ns += 1000 * kMs; }, 0, 1, true},
     {"clock 1 s back", [](Feed& f, int) { f.now_ns -= 1000 * kMs; }, kFaultInput, 1},
     {"rotation of no length",
@@ -111,6 +117,8 @@ void run_row(const Row& row, State state) {
             row.damage(feed, tick - begins);
         if (row.moves_time)
             shift_ns += feed.now_ns - on_time_ns;
+        if (feed.halted)
+            chain.halted();
         const SafetyChain::Begun begun =
             chain.begin(feed.now_ns, feed.due_ns, feed.status, feed.sample);
         const Wrench out =

@@ -54,6 +54,7 @@ class Again final : public Device {
         return DeviceStatus::ok;
     }
     DeviceStatus write(int64_t, const Wrench&) noexcept override { return DeviceStatus::ok; }
+    void halt(int64_t) noexcept override {}
 
  private:
     DeviceCapabilities capabilities_{.workspace_m = glm::dvec3(0.2), .max_force_n = 8};

@@ -1,0 +1,66 @@
+#include "haptics/servo/crash_stop.h"
+
+#include <signal.h>
+
+#include <array>
+#include <atomic>
+#include <cstdlib>
+#include <mutex>
+
+#include "engine/base/assert.h"
+#include "haptics/servo/telemetry.h"
+
+namespace palpate::haptics {
+
+namespace {
+
+constexpr std::array kSignals{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT};
+
+std::array<std::atomic<Device*>, 8> devices;
+static_assert(std::atomic<Device*>::is_always_lock_free); // signal handlers read them
+std::array<struct sigaction, kSignals.size()> before;
+
+void halt_all() {
+    for (std::atomic<Device*>& device : devices)
+        if (Device* const now = device.load())
+            now->halt(monotonic_ns());
+}
+
+// Halts, puts back who handled the signal before, and lets it come again.
+void on_signal(int number) {
+    halt_all();
+    for (size_t i = 0; i < kSignals.size(); ++i)
+        if (kSignals[i] == number)
+            sigaction(number, &before[i], nullptr);
+    raise(number); // delivered when this handler returns
+}
+
+void set_handlers() {
+    for (size_t i = 0; i < kSignals.size(); ++i) {
+        struct sigaction action {};
+        action.sa_handler = on_signal;
+        action.sa_flags = SA_ONSTACK;
+        sigemptyset(&action.sa_mask);
+        sigaction(kSignals[i], &action, &before[i]);
+    }
+    std::atexit(halt_all);
+}
+
+} // namespace
+
+CrashStop::CrashStop(Device& device) {
+    static std::once_flag once;
+    std::call_once(once, set_handlers);
+    for (slot_ = 0; slot_ < devices.size(); ++slot_) {
+        Device* none = nullptr;
+        if (devices[slot_].compare_exchange_strong(none, &device))
+            return;
+    }
+    PALPATE_ASSERT_CMP(slot_, <, devices.size());
+}
+
+CrashStop::~CrashStop() {
+    devices[slot_].store(nullptr);
+}
+
+} // namespace palpate::haptics
