@@ -5,11 +5,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
-#include <tuple>
 
 #include "engine/base/assert.h"
-#include "engine/mesh/topology.h"
+#include "engine/surface/block_changes.h"
+#include "engine/surface/block_join.h"
 #include "engine/surface/block_reader.h"
 #include "engine/surface/sign_field.h"
 
@@ -21,70 +20,6 @@ using namespace block;
 
 constexpr int kBlocks = static_cast<int>(kBlocksPerSide);
 constexpr size_t kWorthThreads = 8; // blocks; fewer are done sooner than threads wake up
-
-glm::ivec3 block_in_brick(int number) {
-    return {number % kBlocks, number / kBlocks % kBlocks, number / (kBlocks * kBlocks)};
-}
-
-// Which samples of a block differ: bit x of row[z][y].
-using Differences = std::array<std::array<uint8_t, kSide>, kSide>;
-
-template <class T>
-Differences differences(const Brick& before, const Brick& after, glm::ivec3 block) {
-    const BrickSamples<T> a = before.samples<T>(), b = after.samples<T>();
-    Differences differ{};
-    for (int z = 0; z < kSide; ++z)
-        for (int y = 0; y < kSide; ++y) {
-            const uint32_t at = offset_in_brick(glm::uvec3(block * kSide + glm::ivec3(0, y, z)));
-            for (uint32_t x = 0; x < kSide; ++x) {
-                const T was = a[before.stride() * (at + x)], is = b[after.stride() * (at + x)];
-                differ[z][y] |= static_cast<uint8_t>((std::memcmp(&was, &is, sizeof(T)) != 0) << x);
-            }
-        }
-    return differ;
-}
-
-// Bit n, for the neighbour at (n % 3, n / 3 % 3, n / 9) - 1: it reads a sample that differs. The
-// one before reads `head` first samples of the block, the one after its last `tail` ones.
-uint32_t readers(const Differences& differ, int head, int tail) {
-    const auto in_class = [&](int neighbour, int i) { // does it read sample i of the block?
-        return neighbour == 1 || (neighbour == 0 ? i < head : i >= kSide - tail);
-    };
-    std::array<uint8_t, 9> rows{}; // of the neighbours in y and z
-    for (int z = 0; z < kSide; ++z)
-        for (int y = 0; y < kSide; ++y)
-            if (differ[z][y] != 0)
-                for (int n = 0; n < 9; ++n)
-                    if (in_class(n % 3, y) && in_class(n / 3, z))
-                        rows[n] |= differ[z][y];
-    const auto first = static_cast<uint8_t>((1 << head) - 1);
-    const auto final = static_cast<uint8_t>(0xff00 >> tail);
-    uint32_t found = 0;
-    for (int n = 0; n < 9; ++n) {
-        found |= static_cast<uint32_t>((rows[n] & first) != 0) << (3 * n);
-        found |= static_cast<uint32_t>(rows[n] != 0) << (3 * n + 1);
-        found |= static_cast<uint32_t>((rows[n] & final) != 0) << (3 * n + 2);
-    }
-    return found;
-}
-
-// All samples that the cells of a block read lie on one side of iso, by the ranges of blocks.
-bool is_on_one_side(const Volume& volume, float iso, glm::ivec3 block) {
-    const glm::ivec3 last = (glm::ivec3(volume.size()) - 1) / kSide;
-    ValueRange range;
-    bool gaps = false, data = false;
-    for (int n = 0; n < 8; ++n) {
-        const glm::ivec3 at = block + glm::ivec3(n & 1, n >> 1 & 1, n >> 2);
-        if (glm::any(glm::greaterThan(at, last)))
-            continue;
-        const Brick& brick = volume.brick(glm::uvec3(at / kBlocks));
-        const ValueRange of_block = brick.block_range(block_of(glm::uvec3(at % kBlocks * kSide)));
-        gaps = gaps || brick.no_data_count() > 0;
-        data = data || !of_block.empty();
-        range.include(of_block);
-    }
-    return !data || !(range.max >= iso) || (range.min >= iso && !gaps);
-}
 
 } // namespace
 
@@ -137,30 +72,9 @@ BlockSurface::Update BlockSurface::update(const Volume& after) {
 BlockSurface::Update BlockSurface::update(const Volume& after,
                                           std::span<const ChangedBrick> changed) {
     PALPATE_ASSERT(after.size() == volume_.size() && after.type() == volume_.type());
-    const bool gradient = options_.normals == SurfaceNormals::gradient;
-    const int head = gradient ? 2 : 1, tail = gradient ? 1 : 0;
     Update done;
-    for (const ChangedBrick& brick : changed) {
-        const Brick& was = volume_.brick(brick.position);
-        const Brick& is = after.brick(brick.position);
-        for (uint64_t left = brick.blocks; left != 0; left &= left - 1) {
-            const glm::ivec3 local = block_in_brick(std::countr_zero(left));
-            const Differences differ = visit_scalar(
-                is.type(), [&](auto t) { return differences<decltype(t)>(was, is, local); });
-            const glm::ivec3 at = glm::ivec3(brick.position) * kBlocks + local;
-            for (uint32_t n = readers(differ, head, tail); n != 0; n &= n - 1) {
-                const int i = std::countr_zero(n);
-                const glm::ivec3 reader = at + glm::ivec3(i % 3, i / 3 % 3, i / 9) - 1;
-                if (glm::all(glm::greaterThanEqual(reader, glm::ivec3(-lead_))) &&
-                    glm::all(glm::lessThan(reader, count_ - lead_)))
-                    done.blocks.push_back(reader);
-            }
-        }
-    }
-    std::sort(done.blocks.begin(), done.blocks.end(), [](glm::ivec3 a, glm::ivec3 b) {
-        return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
-    });
-    done.blocks.erase(std::unique(done.blocks.begin(), done.blocks.end()), done.blocks.end());
+    done.blocks =
+        blocks_that_read(volume_, after, changed, options_, glm::ivec3(-lead_), count_ - lead_);
     volume_ = after;
     remesh(done.blocks);
     for (const glm::ivec3& b : done.blocks)
@@ -255,57 +169,10 @@ std::vector<glm::ivec3> BlockSurface::blocks() const {
 }
 
 Mesh BlockSurface::mesh() const {
-    const std::vector<glm::ivec3> order = blocks();
-    std::vector<uint32_t> first_vertex(meshes_.size()), first_triangle(meshes_.size());
-    uint32_t vertices = 0, triangles = 0;
-    for (const glm::ivec3& at : order) {
-        const uint32_t i = mesh_[slot(at)] - 1;
-        first_vertex[i] = vertices;
-        first_triangle[i] = triangles;
-        vertices += meshes_[i].own_edges + meshes_[i].inner;
-        triangles += static_cast<uint32_t>(meshes_[i].triangles.size());
-    }
-    Mesh mesh;
-    mesh.world_from_mesh = world_from_mesh(volume_.grid());
-    mesh.positions.resize(vertices);
-    if (options_.normals == SurfaceNormals::gradient)
-        mesh.normals.resize(vertices);
-    mesh.triangles.resize(triangles);
-    tbb::parallel_for(size_t{0}, order.size(), [&](size_t k) {
-        const glm::ivec3 at = order[k];
-        const uint32_t i = mesh_[slot(at)] - 1;
-        const BlockMesh& b = meshes_[i];
-        const uint32_t own = b.own_edges + b.inner;
-        std::copy_n(b.positions.begin(), own, mesh.positions.begin() + first_vertex[i]);
-        if (!mesh.normals.empty())
-            std::copy_n(b.normals.begin(), own, mesh.normals.begin() + first_vertex[i]);
-        std::vector<uint32_t> borrowed(b.positions.size() - own);
-        for (size_t v = 0; v < borrowed.size(); ++v) {
-            const int number = b.edges[b.own_edges + v];
-            glm::ivec3 owner = at;
-            int there = number;
-            for (int a = 0; a < 3; ++a)
-                if (sample_of(number)[a] == kSide) {
-                    ++owner[a];
-                    there -= 4 * kSide * Samples::kStride[a];
-                }
-            const uint32_t o = mesh_[slot(owner)] - 1;
-            const auto begin = meshes_[o].edges.begin();
-            const auto end = begin + meshes_[o].own_edges;
-            const auto found = std::lower_bound(begin, end, static_cast<uint16_t>(there));
-            PALPATE_ASSERT(found != end && *found == there);
-            borrowed[v] = first_vertex[o] + static_cast<uint32_t>(found - begin);
-        }
-        glm::uvec3* out = mesh.triangles.data() + first_triangle[i];
-        for (const glm::uvec3& t : b.triangles) {
-            for (int c = 0; c < 3; ++c)
-                (*out)[c] = t[c] < own ? first_vertex[i] + t[c] : borrowed[t[c] - own];
-            ++out;
-        }
-    });
-    if (options_.normals == SurfaceNormals::triangles)
-        mesh.normals = vertex_normals(mesh);
-    return mesh;
+    std::vector<PlacedBlock> placed;
+    for (const glm::ivec3& at : blocks())
+        placed.push_back({at, block(at)});
+    return join_blocks(volume_.grid(), options_, placed);
 }
 
 } // namespace palpate
