@@ -6,8 +6,10 @@
 #define GPU_BEGIN           \
     namespace palpate::gpu { \
     using glm::ivec2;       \
+    using glm::ivec3;       \
     using glm::mat3;        \
     using glm::uvec2;       \
+    using glm::uvec3;       \
     using glm::vec2;        \
     using glm::vec3;        \
     using glm::vec4;        \

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "engine/gpu/commands.h"
+#include "engine/surface/marching_cubes.h"
+
+namespace palpate {
+
+// What all surfaces that are extracted on one device share: the compiled passes (shaders/extract_*)
+// and the triangles of the 256 cases. Declared after the device and before its surfaces. The driver
+// may compile at the first dispatch: most of a second on a CPU device, once.
+class ExtractPipelines {
+ public:
+    explicit ExtractPipelines(Device& device);
+
+    Device& device() { return *device_; }
+
+    ComputePipeline& cull(bool list) { return list ? list_ : cull_; }
+    ComputePipeline& scan() { return scan_; }
+    ComputePipeline& count() { return count_; }
+    ComputePipeline& emit(bool normals);
+    ComputePipeline& draws() { return draws_; }
+
+    Buffer& cases() { return cases_; } // gpu::ExtractCase[256]
+    const Sampler& nearest() const { return nearest_; }
+
+ private:
+    Device* device_;
+    ComputePipeline cull_, list_, scan_, count_, draws_;
+    std::optional<ComputePipeline> emit_, emit_plain_;
+    Buffer cases_;
+    Sampler nearest_;
+};
+
+} // namespace palpate
