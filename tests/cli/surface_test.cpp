@@ -55,6 +55,34 @@ TEST_F(SurfaceCommand, IsoWritesAMeshAndSaysWhatItIs) {
     }
 }
 
+// The same file from either, and the report says who made it.
+TEST_F(SurfaceCommand, TheGraphicsDeviceMakesTheSameMesh) {
+    const std::string volume = "synthetic:ball?size=40";
+    ASSERT_EQ(surface(volume, "cpu.ply", {"--iso", "500", "--on", "cpu"}).exit_code, 0);
+    EXPECT_EQ(report()["extraction"]["on"], "cpu");
+    const ProgramRun ran = surface(volume, "gpu.ply", {"--iso", "500", "--on", "gpu"});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const Json told = report()["extraction"];
+    EXPECT_EQ(told["on"], "gpu");
+    EXPECT_FALSE(told["device"].get<std::string>().empty());
+    for (const char* pass : {"cull", "count", "emit", "upload and extract", "read back"})
+        EXPECT_GE(told["ms"][pass], 0.0) << pass;
+    EXPECT_EQ(bytes_of("gpu.ply"), bytes_of("cpu.ply"));
+    ASSERT_EQ(surface(volume, "auto.ply", {"--iso", "500"}).exit_code, 0);
+    EXPECT_FALSE(report()["extraction"]["why"].get<std::string>().empty());
+    EXPECT_EQ(bytes_of("auto.ply"), bytes_of("cpu.ply"));
+}
+
+TEST_F(SurfaceCommand, WhatTheGraphicsDeviceDoesNotDoIsRefusedInASentence) {
+    ProgramRun ran = surface("synthetic:ball?size=20", "a.ply",
+                             {"--iso", "500", "--on", "gpu", "--topology", "correct"});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("expected the topology classic"));
+    ran = surface("synthetic:checkerboard?size=8", "a.ply", {"--labels", "--on", "gpu"});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("--on gpu: expected --iso"));
+}
+
 TEST_F(SurfaceCommand, LabelsShareWallsOrStandAlone) {
     const std::string labels = "synthetic:checkerboard?size=24,20,16";
     ASSERT_EQ(surface(labels, "shared.ply", {"--labels"}).exit_code, 0);

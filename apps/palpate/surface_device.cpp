@@ -1,0 +1,68 @@
+#include "apps/palpate/surface_device.h"
+
+#include <algorithm>
+
+#include "engine/base/timer.h"
+#include "engine/gpu/error.h"
+#include "engine/surface_gpu/gpu_surface.h"
+
+namespace palpate {
+
+namespace {
+
+bool has_graphics_card() {
+    const std::vector<DeviceInfo> devices = list_devices();
+    return std::any_of(devices.begin(), devices.end(), [](const DeviceInfo& info) {
+        return info.refusal.empty() && !info.is_cpu();
+    });
+}
+
+Extractor automatic(const std::string& select, const Volume& volume,
+                    const SurfaceOptions& options) {
+    try {
+        if (!has_graphics_card())
+            return {nullptr, "no graphics device but the processor's own"};
+        auto device = std::make_unique<Device>(DeviceOptions{.select = select});
+        if (device->info().is_cpu())
+            return {nullptr, fmt::format("{} runs on the processor", device->info().name)};
+        if (const Result<void> can = GpuSurface::supports(*device, volume, options); !can)
+            return {nullptr, can.error().message};
+        std::string name = device->info().name;
+        return {std::move(device), std::move(name)};
+    } catch (const GpuError& error) {
+        return {nullptr, error.what()};
+    }
+}
+
+} // namespace
+
+Result<Extractor> choose_extractor(ExtractOn on, const std::string& select, const Volume& volume,
+                                   const SurfaceOptions& options) {
+    if (on == ExtractOn::cpu)
+        return Extractor{nullptr, "asked for"};
+    if (on == ExtractOn::automatic)
+        return automatic(select, volume, options);
+    auto device = std::make_unique<Device>(DeviceOptions{.select = select});
+    if (const Result<void> can = GpuSurface::supports(*device, volume, options); !can)
+        return fail("--on gpu: {}", can.error().message);
+    return Extractor{std::move(device), "asked for"};
+}
+
+Mesh extract_on(const Extractor& extractor, const Volume& volume, float iso,
+                const SurfaceOptions& options,
+                std::vector<std::pair<std::string, double>>& passes) {
+    if (!extractor.device)
+        return marching_cubes(volume, iso, options);
+    Timer timer;
+    ExtractPipelines pipelines(*extractor.device);
+    GpuSurface surface(pipelines, volume, iso, options);
+    passes.emplace_back("upload and extract", timer.ms());
+    for (const PassTime& pass : surface.pass_times())
+        passes.emplace_back(pass.name, pass.gpu_ms);
+    timer = Timer();
+    Mesh mesh = surface.mesh();
+    passes.emplace_back("read back", timer.ms());
+    return mesh;
+}
+
+} // namespace palpate
