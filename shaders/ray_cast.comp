@@ -77,6 +77,9 @@ layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups {
     uint ray_count; // of listed rays
 };
 
+#if !IS_ISO
+layout(scalar, binding = kRaySlabs) readonly buffer Slabs { uint slabs[]; };
+#endif
 #if HAS_LAYERS
 layout(binding = kRaySurfaces) uniform usampler2DArray surfaces;
 #endif
@@ -89,8 +92,10 @@ layout(binding = kRayCarry, rgba32f) uniform image2DArray carry_image;
 #define kNaN uintBitsToFloat(0x7fc00000u)
 
 uint samples_taken = 0u;
+uint slab_words = 0u; // MIP: of the ray's tile
 
 #include "shaders/lib/skipping.glsl"
+#include "shaders/lib/mip_slab.glsl"
 #include "shaders/lib/texels.glsl"
 #include "shaders/lib/ray_sampling.glsl"
 #include "shaders/lib/ray_modes.glsl"
@@ -124,12 +129,14 @@ void main() {
         const uint packed = listed_rays[wanted ? slot : 0u];
         eye = packed >> kTileEyeShift;
         place = uvec2(packed, packed >> kTileXBits) & ((1u << kTileXBits) - 1u);
+        slab_words = slab_words_about(place, eye);
     } else {
         const TileEntry listed = tiles[entry];
         eye = listed.tile >> kTileEyeShift;
         const uvec2 tile = uvec2(listed.tile, listed.tile >> kTileXBits) & ((1u << kTileXBits) - 1u);
         place = tile * kTileSide + pixel_in_tile(gl_LocalInvocationID.x);
         span = vec2(listed.near, listed.far);
+        slab_words = slab_words_of(tile, eye, frame.rays);
         wanted = all(lessThan(place, frame.rays));
     }
     const vec2 pixel = frame.first_px + vec2(place) * frame.px_per_ray;

@@ -1,5 +1,6 @@
 #include "bench/suite/environment.h"
 
+#include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -31,6 +32,16 @@ double busy_seconds() {
         return 0;
     return (user + nice + system + irq + soft + stolen) /
            static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+// Seconds that this program has worked, and the peers that it has run to their end.
+double own_seconds() {
+    rusage peers{};
+    ::getrusage(RUSAGE_CHILDREN, &peers);
+    const auto of = [](timeval t) {
+        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+    };
+    return seconds(CLOCK_PROCESS_CPUTIME_ID) + of(peers.ru_utime) + of(peers.ru_stime);
 }
 
 std::string processor() {
@@ -68,10 +79,10 @@ Value environment(const DeviceInfo& device) {
 }
 
 Neighbours::Neighbours()
-    : busy_s_(busy_seconds()), own_s_(process_cpu_ms() * 1e-3), wall_s_(seconds(CLOCK_MONOTONIC)) {}
+    : busy_s_(busy_seconds()), own_s_(own_seconds()), wall_s_(seconds(CLOCK_MONOTONIC)) {}
 
 double Neighbours::cores() const {
-    const double busy = busy_seconds() - busy_s_ - (process_cpu_ms() * 1e-3 - own_s_);
+    const double busy = busy_seconds() - busy_s_ - (own_seconds() - own_s_);
     return std::max(0.0, busy) / std::max(seconds(CLOCK_MONOTONIC) - wall_s_, 1e-3);
 }
 

@@ -15,8 +15,9 @@ namespace palpate {
 //
 // Modes alpha and iso: the distance, in cells and on the longest axis, to the nearest cell in which
 // something can be seen (occupancy.h). Mode MIP: the highest texel of the cell, -infinity where it
-// has no data. Voxels are read once, and again where they change; a new transfer function or
-// iso-value costs one pass over the cells.
+// has no data, from which bounds are made for the rays of a tile (shaders/mip_slabs.comp). Voxels
+// are read once, and again where they change; a new transfer function or iso-value costs one pass
+// over the cells.
 class CellMap {
  public:
     CellMap(Device& device, const Volume& volume);
@@ -26,11 +27,6 @@ class CellMap {
 
     // Makes the image what `layer` needs, if it is not that already. value = texel * scale + bias.
     void show(const RayCastLayer& layer, float value_scale, float value_bias);
-
-    // Whether jumping by this map is faster than not: always, but for a MIP of a small volume,
-    // where cells are as large as what lies in them (256 x 256 x 108: 314 ms of CPU time against
-    // 257).
-    bool pays(RayMode mode) const;
 
     // After show() for alpha or iso: the distances, x fastest.
     const std::vector<uint8_t>& distances() const { return distances_; }

@@ -21,6 +21,10 @@ std::vector<View> views_of(const Scene& scene);
 // device with a watchdog no more than take a moment.
 uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid);
 
+// Whether its rays take their lattice slab by slab, highest first (shaders/mip_slabs.comp).
+bool takes_slabs(const RayCastVariant& variant);
+size_t slab_bytes(const Scene& scene);
+
 // Adds the times of passes to those of the same name.
 void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times);
 
@@ -56,9 +60,10 @@ struct Renderer::RayPass {
     Buffer& frame;
     GpuImage* table; // none in mode iso
     GpuImage& color;
-    GpuImage* values; // where the scene asks for value and depth
-    Buffer& groups;   // how many workgroups
-    Buffer& list;     // tiles, or rays with variant.from_list
+    GpuImage* values;        // where the scene asks for value and depth
+    Buffer& groups;          // how many workgroups
+    Buffer& list;            // tiles, or rays with variant.from_list
+    Buffer* slabs = nullptr; // where takes_slabs(variant)
 };
 
 // A picture from fewer rays: see CoarseSettings.
@@ -78,7 +83,7 @@ struct Renderer::Held {
     std::optional<GradientImage> gradients;
     std::optional<std::pair<RayCastLayer, double>> gradients_filled_for; // and step factor
     std::optional<CellMap> cells;
-    std::optional<Buffer> tile_groups, tiles;
+    std::optional<Buffer> tile_groups, tiles, slabs;
     double cell_map_ms = 0;
     std::optional<TransferImage> transfer, slice_transfer;
     gpu::Frame block; // what `frame` holds

@@ -12,6 +12,7 @@
 #include "shaders/shared/tiles.h"
 #include "spirv/interpolate.h"
 #include "spirv/judge.h"
+#include "spirv/mip_slabs.h"
 #include "spirv/ray_cast.h"
 #include "spirv/ray_cast_layers.h"
 #include "spirv/slices.h"
@@ -114,7 +115,9 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         const Timer timer;
         std::vector<BindingSlot> slots{{gpu::kRayFrame, kUniform}, {gpu::kRayVolume, kSampled}};
         if (variant.mode != gpu::kModeIso)
-            slots.insert(slots.end(), {{gpu::kRayTable, kSampled}, {gpu::kRayGradients, kSampled}});
+            slots.insert(slots.end(), {{gpu::kRayTable, kSampled},
+                                       {gpu::kRayGradients, kSampled},
+                                       {gpu::kRaySlabs, kStorage}});
         if (variant.exact)
             slots.push_back({gpu::kRayCorners, kSampled});
         if (variant.exact && variant.mode != gpu::kModeIso)
@@ -167,6 +170,20 @@ ComputePipeline& Pipelines::tiles(uint32_t which) {
         creation_ms_ += timer.ms();
     }
     return *pipeline;
+}
+
+ComputePipeline& Pipelines::mip_slabs() {
+    if (!mip_slabs_) {
+        const Timer timer;
+        const BindingSlot slots[] = {{gpu::kTileFrame, kUniform},
+                                     {gpu::kTileCells, kSampled},
+                                     {gpu::kTileEntries, kStorage},
+                                     {gpu::kTileSlabs, kStorage}};
+        mip_slabs_ =
+            std::make_unique<ComputePipeline>(*device_, "MIP slabs", spirv::mip_slabs[0], slots);
+        creation_ms_ += timer.ms();
+    }
+    return *mip_slabs_;
 }
 
 ComputePipeline& Pipelines::interpolate() {

@@ -40,6 +40,7 @@ class Pipelines {
     ComputePipeline& ray_cast(const RayCastVariant& variant);
     ComputePipeline& slices(bool labels, bool atlas, bool by_hand);
     ComputePipeline& tiles(uint32_t which); // gpu::kList...
+    ComputePipeline& mip_slabs();
     ComputePipeline& interpolate();
     ComputePipeline& judge();
     // With bindings as `bound` has them; what a stage does not distinguish is not looked at.
@@ -54,7 +55,7 @@ class Pipelines {
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
     std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_, tiles_;
     std::map<const uint32_t*, std::unique_ptr<ComputePipeline>> surfaces_; // by their code
-    std::unique_ptr<ComputePipeline> interpolate_, judge_;
+    std::unique_ptr<ComputePipeline> mip_slabs_, interpolate_, judge_;
 };
 
 } // namespace palpate

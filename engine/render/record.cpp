@@ -17,12 +17,21 @@ constexpr double kSamplesPerSubmission = 1e9;
 
 } // namespace
 
+bool takes_slabs(const RayCastVariant& variant) {
+    return variant.mode == gpu::kModeMip && variant.skip && !variant.exact;
+}
+
 uint32_t eye_count(const Scene& scene) {
     return scene.stereo ? 2 : 1;
 }
 
 glm::uvec2 tile_count(glm::uvec2 rays) {
     return (rays + (gpu::kTileSide - 1)) / gpu::kTileSide;
+}
+
+size_t slab_bytes(const Scene& scene) {
+    const glm::uvec2 count = tile_count(scene.size_px);
+    return size_t{count.x} * count.y * eye_count(scene) * gpu::kMipWords * sizeof(uint32_t);
 }
 
 uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid) {
@@ -112,6 +121,15 @@ void Renderer::record_tiles(Commands& commands, RayPass& pass, uint32_t eyes, ui
     const uint32_t across = (tile_count(pass.rays).x + 63) / 64;
     commands.dispatch(pipelines_.tiles(which), bound, {across, rows, eyes}, {0, first_row, 0});
     commands.end_pass();
+    if (!pass.slabs)
+        return;
+    const Bound of_slabs[] = {bind_uniform(gpu::kTileFrame, pass.frame),
+                              bind_sampled(gpu::kTileCells, held_->cells->image(), nearest_),
+                              bind_storage(gpu::kTileEntries, pass.list),
+                              bind_storage(gpu::kTileSlabs, *pass.slabs, Use::storage_write)};
+    commands.begin_pass("slabs");
+    commands.dispatch_indirect(pipelines_.mip_slabs(), of_slabs, pass.groups);
+    commands.end_pass();
 }
 
 void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Scene& scene) {
@@ -124,6 +142,8 @@ void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Sc
         bound.push_back(bind_sampled(
             gpu::kRayGradients,
             held_->gradients ? held_->gradients->image() : held_->volume->image(), linear_));
+    if (pass.table) // so with slabs
+        bound.push_back(bind_storage(gpu::kRaySlabs, pass.slabs ? *pass.slabs : pass.list));
     if (held_->variant.exact) {
         bound.push_back(bind_sampled(gpu::kRayCorners, held_->volume->image(), nearest_));
         if (pass.table)

@@ -47,6 +47,15 @@ RayCastVariant variant_of(const Scene& scene, const Volume& volume) {
     return variant;
 }
 
+// Whether the beams of a MIP's tiles are narrow enough to meet cells that differ: up to four of
+// them wide at the far end.
+bool pays_in_slabs(const gpu::Frame& frame) {
+    const auto widest = [](const gpu::FrameEye& eye) {
+        return 2.0f * (eye.spread.x + eye.spread.y * eye.reach);
+    };
+    return std::max(widest(frame.eyes[0]), widest(frame.eyes[1])) <= 4.0f * frame.cell_side;
+}
+
 } // namespace
 
 void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times) {
@@ -131,6 +140,7 @@ void Renderer::keep_targets(const Scene& scene) {
         return;
     held.reset();
     held_->tiles.reset();
+    held_->slabs.reset();
     held.emplace();
     held->size_px = scene.size_px;
     held->eyes = eye_count(scene);
@@ -166,6 +176,7 @@ void Renderer::drop_volumes() {
     held_->cells.reset();
     held_->gradients.reset();
     held_->tiles.reset();
+    held_->slabs.reset();
     held_->tile_groups.reset();
     held_->coarse.reset();
     held_->transfer.reset();
@@ -223,7 +234,8 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         held_->block = make_frame_block(scene, data, views, inputs);
         held_->frame.hold(*device_, "ray cast", bytes_of(held_->block));
         held_->variant = variant_of(scene, data.volume);
-        held_->variant.skip = options_.skipping && held_->cells->pays(scene.ray_cast->mode);
+        held_->variant.skip =
+            options_.skipping && (!takes_slabs(held_->variant) || pays_in_slabs(held_->block));
         held_->variant.count = counting_;
         held_->variant.atlas = held_->volume->is_atlas();
         held_->variant.stored_gradients = held_->gradients.has_value();
@@ -231,6 +243,7 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         held_->variant.layers = held_->targets->layers ? scene.surface_depth : 0;
     } else {
         held_->tiles.reset();
+        held_->slabs.reset();
         held_->tile_groups.reset();
         held_->coarse.reset();
         held_->transfer.reset();
@@ -286,6 +299,16 @@ uint32_t Renderer::tiles_to_list(const Scene& scene) const {
     return visible ? gpu::kListVisible : gpu::kListBox;
 }
 
+Buffer* Renderer::slabs(const Scene& scene) {
+    if (!takes_slabs(held_->variant)) {
+        held_->slabs.reset();
+        return nullptr;
+    }
+    if (!held_->slabs)
+        held_->slabs.emplace(*device_, "MIP slabs", slab_bytes(scene), Memory::device);
+    return &*held_->slabs;
+}
+
 Renderer::RayPass Renderer::full_pass(const Scene& scene) {
     const glm::uvec2 count = tile_count(scene.size_px);
     const size_t most = size_t{count.x} * count.y * eye_count(scene);
@@ -302,7 +325,8 @@ Renderer::RayPass Renderer::full_pass(const Scene& scene) {
             *targets.color,
             targets.values ? &*targets.values : nullptr,
             *held_->tile_groups,
-            *held_->tiles};
+            *held_->tiles,
+            slabs(scene)};
 }
 
 size_t Renderer::draw_behind(const Scene& scene, const SceneData& data, Commands& commands) {

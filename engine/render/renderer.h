@@ -151,6 +151,7 @@ class Renderer {
     void keep_coarse_targets(const Scene& scene);
     void keep_coarse(const Scene& scene, const SceneData& data, const CoarseSettings& settings);
     uint32_t tiles_to_list(const Scene& scene) const; // gpu::kList...
+    Buffer* slabs(const Scene& scene); // for a pass of at most a ray a pixel; none where not taken
     RayPass full_pass(const Scene& scene);
     void record_slices(Commands& commands, const Scene& scene);
     void record_surfaces(Commands& commands, const Scene& scene);

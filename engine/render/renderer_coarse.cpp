@@ -176,7 +176,7 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     commands.end_pass();
     RayPass second{
         "every second pixel", held_->variant, coarse.rays,        coarse.frame.get(), table,
-        coarse.color,         nullptr,        coarse.tile_groups, coarse.tiles};
+        coarse.color,         nullptr,        coarse.tile_groups, coarse.tiles,       slabs(scene)};
     // Behind the volume there may be slices, and beside it meshes.
     const uint32_t which = !scene.surfaces.empty() ? gpu::kListAll
                            : !scene.slices.empty() ? gpu::kListBox
@@ -188,9 +188,16 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
         record_ray_cast(commands, second, scene);
     }
     record_interpolation(commands, scene);
-    RayPass listed{
-        "listed pixels",        held_->variant, scene.size_px,     coarse.listed_frame.get(), table,
-        *held_->targets->color, nullptr,        coarse.ray_groups, coarse.rays_listed};
+    RayPass listed{"listed pixels",
+                   held_->variant,
+                   scene.size_px,
+                   coarse.listed_frame.get(),
+                   table,
+                   *held_->targets->color,
+                   nullptr,
+                   coarse.ray_groups,
+                   coarse.rays_listed,
+                   slabs(scene)};
     listed.variant.from_list = true;
     record_ray_cast(commands, listed, scene);
     RayPass sparse{"sparse pixels",
@@ -202,6 +209,8 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
                    nullptr,
                    coarse.tile_groups,
                    coarse.tiles};
+    if (takes_slabs(sparse.variant)) // beams between sparse rays are as wide as the volume
+        sparse.variant.skip = false;
     record_tiles(commands, sparse, eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll, 0,
                  tile_count(coarse.probes).y);
     record_ray_cast(commands, sparse, scene);

@@ -143,6 +143,8 @@ uint64_t Renderer::room_for_volume(const Scene& scene) {
     uint64_t kept = 1 << 20; // tables, uniforms, lists of tiles
     if (scene.ray_cast)      // macro-cells of a MIP with their staging
         kept += 8 * held_->cells->cell_count();
+    if (scene.ray_cast && scene.ray_cast->mode == RayMode::mip && !held_->slabs)
+        kept += slab_bytes(scene);
     const uint64_t free = free_bytes(held_->volume);
     return free - std::min(free, kept);
 }

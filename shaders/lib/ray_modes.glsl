@@ -206,33 +206,6 @@ float mip_sample(RaySampler s, float t, float maximum) {
     return counts ? texel : maximum;
 }
 
-// The highest texel that a ray meets, as far as one look at the cell with the highest bound tells:
-// with it most other cells can be passed over.
-float mip_guess(RaySampler s, vec2 t, float last, float maximum) {
-    const float h = frame.step;
-    const float nudge = 0.01 * h;
-    vec2 best = vec2(t.x);
-    float best_bound = -3.4e38;
-    float at = t.x;
-    do {
-        const vec3 cell = cell_at(s.cells, at);
-        const float bound = cell_entry(cell);
-        const float leaves = max(cell_exit(s.cells, cell, 1.0), at) + nudge;
-        best = bound > best_bound ? vec2(at, leaves) : best;
-        best_bound = max(bound, best_bound);
-        at = leaves;
-    } while (at < t.y);
-    float k = floor(best.x / h) + 1.0;
-    const float end = min(last, ceil(best.y / h));
-    if (k < end) {
-        do {
-            maximum = mip_sample(s, (k + 0.5) * h, maximum);
-            k += 1.0;
-        } while (k < end);
-    }
-    return maximum;
-}
-
 const float kNoTexel = -3.4e38;
 float highest_texel = kNoTexel; // of the last march
 
@@ -253,21 +226,25 @@ Marched march_mip(RaySampler s, vec2 t, vec2 span, bool inside) {
     k += 1.0;
     if (k < last) {
         if (kSkip != 0u) {
-            maximum = mip_guess(s, t, last, maximum);
-            do { // cell by cell
-                const float at = (k + 0.5) * h;
-                const vec3 cell = cell_at(s.cells, at);
-                const bool passed = cell_entry(cell) + frame.cell_margin <= maximum;
-                const float leaves = cell_exit(s.cells, cell, 1.0) / h - kClearance;
-                const float beyond = min(max(k + 1.0, ceil(leaves - 0.5)), last);
-                // A cell that holds nothing higher costs one sample all the same, of the next one.
-                k = passed ? min(beyond, last - 1.0) : k;
-                const float end = passed ? k + 1.0 : beyond;
-                do {
-                    maximum = mip_sample(s, (k + 0.5) * h, maximum);
-                    k += 1.0;
-                } while (k < end);
-            } while (k < last);
+            const float first = uintBitsToFloat(slabs[slab_words]);
+            const float count = uintBitsToFloat(slabs[slab_words + 1u]);
+            uint at = slab_words + 2u;
+            const uint slabs_end = slab_words + kMipWords;
+            bool going;
+            do { // while there may be something higher
+                const uint slab = slabs[at];
+                going = uintBitsToFloat(slab) > maximum;
+                const float begin = first + float(slab & (kMipSlabs - 1u)) * count;
+                float j = max(begin, k);
+                const float end = going ? min(begin + count, last) : j;
+                if (j < end) {
+                    do {
+                        maximum = mip_sample(s, (j + 0.5) * h, maximum);
+                        j += 1.0;
+                    } while (j < end);
+                }
+                at += 1u;
+            } while (going && at < slabs_end);
         } else {
             do {
                 maximum = mip_sample(s, (k + 0.5) * h, maximum);

@@ -23,6 +23,7 @@ const uint kRayPages = 12u;       // atlas: where each brick lies
 const uint kRayAtlas = 13u;       // atlas: AtlasFrame
 const uint kRayGradients = 15u;   // MIP, alpha: of the volume, one texel a sample; only with kStored
 const uint kRayCarry = 14u;       // atlas: what rays carry from part to part; kCarryLayers an eye
+const uint kRaySlabs = 17u;       // MIP: kMipWords words for each tile of the pass
 const uint kRaySurfaces = 16u;    // see-through triangles in a ray's way (lib/surface_layer.glsl)
 
 const uint kModeMip = 0u;
@@ -46,6 +47,15 @@ struct TileEntry {
     float near, far;   // mm: outside of these its rays meet nothing that can be seen
     uint samples;      // taken in it; written by the counting variant only
 };
+
+
+// MIP: the lattice of a tile's rays is parted into slabs (shaders/mip_slabs.comp). A tile has
+// kMipWords words: the first slab's first segment and the segments a slab, as floats; and of each
+// slab, highest first, a float that no texel sampled in it exceeds, whose lowest bits are its number.
+const uint kMipSlabBits = 5u;
+const uint kMipSlabs = 1u << kMipSlabBits;
+const uint kMipWords = kMipSlabs + 2u;
+const float kLeastSlabSteps = 4.0f;
 const uint kCarryLayers = 2u; // an eye: colour, and values (lib/carry.glsl)
 const uint kListedAcross = 32768u; // workgroups of listed rays side by side; more lie in further rows
 const uint kTileXBits = 15u;

@@ -7,6 +7,7 @@ const uint kTileFrame = 0u;
 const uint kTileCells = 1u;   // as kRayCells
 const uint kTileGroups = 2u;  // uvec3, (0, 1, 1) before the pass
 const uint kTileEntries = 3u; // TileEntry[], room for every tile
+const uint kTileSlabs = 4u;   // kMipWords words for each tile of the pass
 
 const uint kListBox = 0u;     // every tile that sees the volume's box, whole
 const uint kListVisible = 1u; // those in which something can be seen, and from where to where
