@@ -24,7 +24,7 @@ layout(scalar, binding = kExtractNormals) writeonly buffer Normals { vec3 normal
 layout(scalar, binding = kExtractTriangles) writeonly buffer Triangles { uvec3 triangles[]; };
 layout(scalar, binding = kExtractEdges) writeonly buffer Edges { uint edges[]; };
 
-// Samples -1 .. 9 on each axis. With all else 16068 bytes of shared memory: every device has 16384.
+// Samples -1 .. 9 on each axis. With all else 15332 bytes of shared memory: every device has 16384.
 shared uint value[11 * 11 * 11];
 // The block's vertices: row << 5 | bit; and when they are made, the cells that the surface crosses:
 // x | y << 3 | z << 6 | case << 9 | triangles before << 17.
@@ -35,7 +35,7 @@ shared uint entries[3 * 9 * 9 * 9];
 void read_samples(uint lane, ivec3 block) {
     uint row = lane;
     do {
-        const int y = int(row % 11u), z = int(row / 11u);
+        const int z = int(row * 373u >> 12), y = int(row) - 11 * z; // row / 11 below 121
         const ivec3 start = 8 * block + ivec3(-1, y - 1, z - 1);
         uint bits = 0u;
         for (int x = 0; x < 11; ++x) {
@@ -52,7 +52,7 @@ void read_samples(uint lane, ivec3 block) {
 void list_vertices(uint lane, uint own) {
     uint row = lane;
     do {
-        const int y = int(row % 9u), z = int(row / 9u);
+        const int z = int(ninth(row)), y = int(row) - 9 * z;
         uint left = edges_of_row[row];
         if (left != 0u) {
             do {
@@ -70,7 +70,8 @@ void make_vertices(uint lane, ivec3 block, uint count, uint first, bool wanted) 
     do {
         const uint entry = entries[min(i, count - 1u)];
         const uint row = entry >> 5, bit = entry & 31u;
-        const uint x = bit / 3u, axis = bit - 3u * x, y = row % 9u, z = row / 9u;
+        const uint x = bit * 11u >> 5, axis = bit - 3u * x; // bit / 3 below 32
+        const uint z = ninth(row), y = row - 9u * z;
         const uint at = (x + 1u) + 11u * (y + 1u) + 121u * (z + 1u);
         const Vertex vertex = vertex_at(8 * block + ivec3(x, y, z), at, axis);
         if (wanted && i < count) {

@@ -11,7 +11,7 @@ layout(binding = kExtractSamples) uniform usampler3D samples;
 shared uint inside_of_row[81];  // bit x, 0 .. 8
 shared uint edges_of_row[81];
 shared uint before_row[81];     // own vertices before the row, | borrowed ones << 16
-shared uint partial_sums[4u * kExtractGroup];
+shared uint partial_sums[kExtractGroup + 8u];
 
 const uint kOwnBits = 0x00ffffffu; // edges from samples 0 .. 7
 
@@ -28,24 +28,30 @@ uint sample_at(ivec3 at) {
 // The volume's last sample from the block's first one on, as far as matters: 0 .. 8.
 ivec3 last_in(ivec3 block) { return min(frame.last - 8 * block, ivec3(8)); }
 
+// n / 9 for n < 128: division of integers is slow where it is done lane by lane.
+uint ninth(uint n) { return n * 57u >> 9; }
+
 // Sums over the group in the order of lanes: of those before, and of all. To be called by all lanes.
 uint sum_before(uint lane, uint value, out uint total) {
+    const uint eight = lane & ~7u; // the first of eight lanes
     partial_sums[lane] = value;
     barrier();
-    uint sum = value; // of the last 4, 16, 64 lanes
-    for (uint stage = 0u; stage < 3u; ++stage) {
-        const uint from = kExtractGroup * stage;
-        uint before = 0u;
-        for (uint i = 1u; i < 4u; ++i) {
-            const uint back = i << (2u * stage);
-            before += lane >= back ? partial_sums[from + lane - min(back, lane)] : 0u;
-        }
-        sum += before;
-        partial_sums[from + kExtractGroup + lane] = sum;
-        barrier();
+    uint before = 0u, all = 0u;
+    for (uint i = 0u; i < 8u; ++i) {
+        const uint one = partial_sums[eight + i];
+        all += one;
+        before += eight + i < lane ? one : 0u;
     }
-    total = partial_sums[3u * kExtractGroup + kExtractGroup - 1u];
-    return sum - value;
+    if (lane == eight)
+        partial_sums[kExtractGroup + (lane >> 3)] = all;
+    barrier();
+    total = 0u;
+    for (uint i = 0u; i < 8u; ++i) {
+        const uint of_eight = partial_sums[kExtractGroup + i];
+        before += 8u * i < eight ? of_eight : 0u;
+        total += of_eight;
+    }
+    return before;
 }
 
 // Bit 3 i for bit i of the lowest ten.
@@ -77,8 +83,8 @@ uint number_edges(uint lane, ivec3 last) {
     uint counts[2];
     for (uint i = 0u; i < 2u; ++i) { // each lane has two rows that follow each other
         const uint row = 2u * lane + i;
-        const int y = int(row % 9u), z = int(row / 9u);
-        const uint edges = row < 81u ? crossed_edges(min(y, 8), min(z, 8), last) : 0u;
+        const int z = int(ninth(row)), y = int(row) - 9 * z;
+        const uint edges = row < 81u ? crossed_edges(y, min(z, 8), last) : 0u;
         if (row < 81u)
             edges_of_row[row] = edges;
         const uint own = own_bits(y, z);
