@@ -1,5 +1,6 @@
 #include "engine/volume/brick.h"
 
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -50,8 +51,13 @@ void Brick::Free::operator()(std::byte* p) const {
     ::operator delete(p, kAlignment);
 }
 
+uint64_t Brick::next_stamp() {
+    static std::atomic<uint64_t> next{1};
+    return next.fetch_add(1, std::memory_order_relaxed);
+}
+
 template <class T>
-BrickPtr Brick::make(std::span<const T> samples, glm::uvec3 valid) {
+std::shared_ptr<Brick> Brick::make_new(std::span<const T> samples, glm::uvec3 valid) {
     PALPATE_ASSERT(samples.size() == kBrickSamples || samples.size() == 1);
     auto brick = std::make_shared<Brick>();
     brick->type_ = scalar_type_of<T>;
@@ -102,11 +108,36 @@ BrickPtr Brick::make(std::span<const T> samples, glm::uvec3 valid) {
     return brick;
 }
 
+template <class T>
+BrickPtr Brick::make(std::span<const T> samples, glm::uvec3 valid) {
+    return make_new(samples, valid);
+}
+
+template <class T>
+BrickPtr Brick::make_after(const Brick& before, std::span<const T> samples, glm::uvec3 valid) {
+    std::shared_ptr<Brick> brick = make_new(samples, valid);
+    const uint64_t changed = differing_blocks(before, *brick);
+    if (changed == 0)
+        return nullptr;
+    if (changed != ~uint64_t{0}) {
+        const auto stamps = std::make_shared<BlockStamps>();
+        for (uint32_t b = 0; b < kBlocksPerBrick; ++b)
+            (*stamps)[b] = changed >> b & 1 ? brick->stamp_ : before.block_stamp(b);
+        brick->block_stamps_ = stamps;
+    }
+    return brick;
+}
+
 template BrickPtr Brick::make(std::span<const uint8_t>, glm::uvec3);
 template BrickPtr Brick::make(std::span<const int8_t>, glm::uvec3);
 template BrickPtr Brick::make(std::span<const uint16_t>, glm::uvec3);
 template BrickPtr Brick::make(std::span<const int16_t>, glm::uvec3);
 template BrickPtr Brick::make(std::span<const float>, glm::uvec3);
+template BrickPtr Brick::make_after(const Brick&, std::span<const uint8_t>, glm::uvec3);
+template BrickPtr Brick::make_after(const Brick&, std::span<const int8_t>, glm::uvec3);
+template BrickPtr Brick::make_after(const Brick&, std::span<const uint16_t>, glm::uvec3);
+template BrickPtr Brick::make_after(const Brick&, std::span<const int16_t>, glm::uvec3);
+template BrickPtr Brick::make_after(const Brick&, std::span<const float>, glm::uvec3);
 
 BrickPtr Brick::in_source(std::shared_ptr<const BrickSource> source, uint64_t key, Known known) {
     PALPATE_ASSERT(source && known.block_ranges);
@@ -156,7 +187,8 @@ template void Brick::read(std::span<float>) const;
 size_t Brick::bytes() const {
     const size_t samples = source_ ? 0 : is_constant() ? 1 : kBrickSamples;
     return sizeof(Brick) + samples * bytes_per_sample(type_) +
-           (block_ranges_ ? sizeof(*block_ranges_) : 0);
+           (block_ranges_ ? sizeof(*block_ranges_) : 0) +
+           (block_stamps_ ? sizeof(*block_stamps_) : 0);
 }
 
 uint64_t differing_blocks(const Brick& a, const Brick& b) {

@@ -30,6 +30,7 @@ constexpr uint32_t block_of(glm::uvec3 local) {
 }
 
 using BlockRanges = std::array<ValueRange, kBlocksPerBrick>;
+using BlockStamps = std::array<uint64_t, kBlocksPerBrick>;
 
 // The samples of a brick, in memory for as long as this lives: kBrickSamples of them, x fastest, or
 // one for a constant brick. Name it before taking its data().
@@ -66,6 +67,12 @@ class Brick {
     template <class T>
     static std::shared_ptr<const Brick> make(std::span<const T> samples,
                                              glm::uvec3 valid = glm::uvec3(kBrickSide));
+
+    // make() of what an edit made of `before`: blocks that it left as they were keep their stamps.
+    // Null where it left all of them.
+    template <class T>
+    static std::shared_ptr<const Brick> make_after(const Brick& before, std::span<const T> samples,
+                                                   glm::uvec3 valid);
 
     // A brick that is not constant and whose samples lie in `source`, as its brick `key`. What is
     // told of them must be what make() would find.
@@ -115,6 +122,11 @@ class Brick {
     ValueRange block_range(uint32_t block) const {
         return block_ranges_ ? (*block_ranges_)[block] : range_;
     }
+    // Where two bricks have the same stamp for a block they have the same samples there (not the
+    // other way round); never 0, and never used again. For caches that cannot hold on to bricks.
+    uint64_t block_stamp(uint32_t block) const {
+        return block_stamps_ ? (*block_stamps_)[block] : stamp_;
+    }
     uint32_t no_data_count() const { return no_data_count_; } // within the volume, padding apart
     size_t bytes() const; // memory this brick holds; a source's apart
 
@@ -129,6 +141,10 @@ class Brick {
     struct Free {
         void operator()(std::byte* p) const;
     };
+    template <class T>
+    static std::shared_ptr<Brick> make_new(std::span<const T> samples, glm::uvec3 valid);
+    static uint64_t next_stamp();
+
     ScalarType type_ = ScalarType::u8;
     uint32_t stride_ = 0;
     uint32_t no_data_count_ = 0;
@@ -137,6 +153,8 @@ class Brick {
     std::shared_ptr<const BlockRanges> block_ranges_; // null if constant
     std::shared_ptr<const BrickSource> source_;       // null where samples_ has them
     uint64_t key_ = 0;                                // in the source
+    uint64_t stamp_ = next_stamp();
+    std::shared_ptr<const BlockStamps> block_stamps_; // null where all are stamp_
 };
 
 uint64_t differing_blocks(const Brick& a, const Brick& b);

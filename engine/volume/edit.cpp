@@ -87,14 +87,15 @@ Volume VolumeEdit::commit() {
     std::vector<PlacedBrick> made(touched.size());
     tbb::parallel_for(size_t{0}, touched.size(), [&](size_t i) {
         const glm::uvec3 position = touched[i]->position;
-        const BrickPtr brick = visit_scalar(base_.type(), [&](auto t) {
+        BrickPtr brick = visit_scalar(base_.type(), [&](auto t) {
             using T = decltype(t);
             const auto* samples = reinterpret_cast<const T*>(touched[i]->samples.data());
-            return Brick::make(std::span<const T>(samples, kBrickSamples),
-                               base_.valid_in_brick(position));
+            return Brick::make_after(base_.brick(position),
+                                     std::span<const T>(samples, kBrickSamples),
+                                     base_.valid_in_brick(position));
         });
-        if (differing_blocks(base_.brick(position), *brick) != 0)
-            made[i] = {position, brick};
+        if (brick)
+            made[i] = {position, std::move(brick)};
     });
     std::erase_if(made, [](const PlacedBrick& placed) { return placed.brick == nullptr; });
     Volume next = with_bricks(base_, made);

@@ -170,6 +170,48 @@ INSTANTIATE_TEST_SUITE_P(AllTypesAndOddSizes, RandomEdits,
                                     "x" + std::to_string(c.size.y) + "x" + std::to_string(c.size.z);
                          });
 
+// Stamps of blocks: kept where nothing changed, through any number of edits; never met again where
+// something did, not even when the samples are what they once were.
+TEST(VolumeEdit, BlocksKeepTheirStampsUntilTheyChange) {
+    const Volume base =
+        make_volume(make_grid(glm::uvec3(40), glm::dvec3(1.0)), ScalarType::i16,
+                    [](glm::uvec3 i) { return static_cast<double>(i.x + 3 * i.y + 7 * i.z); });
+    std::mt19937 random(3);
+    Volume now = base;
+    std::vector<Volume> kept{base};
+    for (int round = 0; round < 40; ++round) {
+        VolumeEdit edit(now);
+        for (int i = 0; i < 5; ++i)
+            edit.set({random() % 40, random() % 40, random() % 40},
+                     round % 4 == 3 ? 0.0 : static_cast<double>(random() % 3));
+        kept.push_back(now = edit.commit());
+    }
+    for (const Volume& a : kept)
+        for (const Volume& b : kept)
+            for_each_brick(a, [&](glm::uvec3 position) {
+                const Brick& x = a.brick(position);
+                const Brick& y = b.brick(position);
+                const uint64_t changed = differing_blocks(x, y);
+                for (uint32_t block = 0; block < kBlocksPerBrick; ++block) {
+                    ASSERT_NE(x.block_stamp(block), 0u);
+                    if (x.block_stamp(block) == y.block_stamp(block)) {
+                        ASSERT_FALSE(changed >> block & 1);
+                    }
+                }
+            });
+    // One sample of one block: the 63 others of its brick, and all other bricks, keep theirs.
+    VolumeEdit edit(now);
+    edit.set({9, 17, 30}, 1234.0);
+    const Volume next = edit.commit();
+    int renewed = 0;
+    for_each_brick(now, [&](glm::uvec3 position) {
+        for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
+            renewed +=
+                now.brick(position).block_stamp(block) != next.brick(position).block_stamp(block);
+    });
+    EXPECT_EQ(renewed, 1);
+}
+
 TEST(VolumeEdit, WritesWholeBricksAndIgnoresWhatLiesBeyondTheVolume) {
     const Volume before = make_volume(make_grid({33, 2, 2}, {1, 1, 1}), ScalarType::i16,
                                       [](glm::uvec3) { return 5.0; });
