@@ -55,7 +55,7 @@ haptics::TouchParameters parameters_for(const touch::Scene& scene) {
     if (scene.storage.form == touch::Form::labels)
         parameters.source = haptics::TouchSource::labels;
     else
-        parameters.normal_blur_samples = haptics::normal_blur_for(*scene.touch.grey, scene.iso);
+        tune(parameters, *scene.touch.grey);
     for (haptics::HapticTransfer& transfer : parameters.transfer)
         transfer = {.strength_n = 3.0};
     parameters.transfer[1] = {}; // no friction

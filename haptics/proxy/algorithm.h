@@ -88,6 +88,10 @@ struct TouchParameters {
     // Normals are taken from samples blurred by this many samples: 1 for noise of 10 % of the
     // contrast, 0.6 for 5 %, 0 for clean data. See normal_blur_for().
     double normal_blur_samples = 1.0;
+    // Grey values far from the surface on its free and its solid side, for data without noise: the
+    // blurred step between them is straightened before it is interpolated. Equal: not known. See
+    // tune().
+    double free_value = 0.0, solid_value = 0.0;
     std::array<HapticTransfer, 3> transfer{}; // of the axes of the local frame, for motion rules
     HapticTransfer opacity{};        // of local surfaces: applied to samples where it is a table
     double surface_delay_s = 0.03;   // of a local surface that another thread makes

@@ -24,6 +24,34 @@ inline Feel plain_feel(const TouchParameters& p) {
 // samples; plain_feel() where there is no label, or where no labels are felt.
 Feel feel_at(const Volume& labels, glm::dvec3 index, const TouchParameters& parameters);
 
+// What was felt in the tick before, and where the proxy is.
+struct Felt {
+    bool has_proxy = false, touching = false, slipping = false;
+    glm::dvec3 proxy{0.0}, normal{0.0};
+    uint64_t version = 0;
+    double iso = 0.0;
+    TouchSource source = TouchSource::grey;
+
+    static const std::optional<Volume>& volume_of(const TickInput& input) {
+        return input.parameters->source == TouchSource::labels ? input.scene->labels
+                                                               : input.scene->grey;
+    }
+    // Notes what is felt now, and says whether it is anything else than before. The first proxy is
+    // at the tool.
+    bool exchange(const TickInput& input, const Volume& volume) {
+        const TouchParameters& p = *input.parameters;
+        const bool other =
+            !has_proxy || volume.version() != version || p.iso != iso || p.source != source;
+        version = volume.version();
+        iso = p.iso;
+        source = p.source;
+        if (!has_proxy)
+            proxy = input.tool.position_mm;
+        has_proxy = true;
+        return other;
+    }
+};
+
 // What geometry found in a tick.
 struct Geometry {
     glm::dvec3 proxy_mm{0.0};

@@ -25,6 +25,7 @@ inline bool is_sane(const TouchParameters& p) {
                 within(p.friction_static, 100.0) && within(p.friction_dynamic, 100.0) &&
                 within(p.yield_n, 1e4) && within(p.viscosity_n_s_per_m, 1e5) &&
                 within(p.vibration_n, 1e4) && within(p.normal_blur_samples, 1.0) &&
+                std::abs(p.free_value) <= 1e30 && std::abs(p.solid_value) <= 1e30 &&
                 within(p.surface_delay_s, 10.0) && within(p.drill_threshold_mm, 1e4);
     for (const HapticTransfer& t : {p.transfer[0], p.transfer[1], p.transfer[2], p.opacity}) {
         sane = sane && std::abs(t.strength_n) <= 1e4 && std::abs(t.center) <= 1e30 &&

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <glm/glm.hpp>
+#include <span>
 
 #include "haptics/proxy/algorithm.h"
 
@@ -12,6 +13,13 @@ namespace palpate::haptics {
 struct FieldSample {
     double value = 0.0;       // value units; at or above the iso-value is solid
     glm::dvec3 gradient{0.0}; // value units per mm of the world
+};
+
+// Grey values far from the surface, on its free and on its solid side; equal where not known.
+struct Plateaus {
+    double free = 0.0, solid = 0.0;
+
+    friend bool operator==(const Plateaus&, const Plateaus&) = default;
 };
 
 // Two views of one snapshot:
@@ -32,19 +40,28 @@ struct FieldSample {
 // by (-1/12, 7/6, -1/12): on clean data the sharp view's normals waver with the lattice, and those
 // of the plain spline round corners off.
 //
-// Where labels are felt, samples are 1 in a label and 0 outside, and both views are blurred, by 0.6
-// and 1 sample: their values rise across the border like a smoothed signed distance. Walls of 1.5
-// samples are still solid at 0.6.
+// Where labels are felt, samples are 1 in a label and 0 outside, and both views are blurred, by 0.5
+// and 1 sample: their values rise across the border like a smoothed signed distance. Walls of one
+// sample are still solid at 0.5.
 //
 // Samples beyond the volume, without data, or in bricks not in memory count as the lowest value
-// there is: free. Cost: about 0.1 us an evaluation, and about 3 us for each block of 4x4x4 samples
+// there is: free. Cost: about 0.04 us an evaluation, and a few us for each block of 4x4x4 samples
 // that is read for the first time. Nothing is allocated. Blocks lie in a table that any box of 32
-// samples fits into; the table is forgotten when the snapshot changes.
+// samples fits into. They outlive a snapshot: a block is made again only where samples that it was
+// made of have changed.
+//
+// All is stored in floats, less the iso-value that was first asked for: near the surface, where it
+// matters, rounding is 2^-24 of the contrast for each of a few sums, 1e-6 samples in all.
 class Field {
  public:
+    Field();
     // To be called at the start of a tick; `volume` must live until its end. Cheap where nothing
     // changed.
-    void follow(const Volume& volume, TouchSource source, double iso, double blur_samples);
+    void follow(const Volume& volume, TouchSource source, double iso, double blur_samples,
+                Plateaus plateaus = {});
+    void follow(const Volume& volume, const TouchParameters& p) {
+        follow(volume, p.source, p.iso, p.normal_blur_samples, {p.free_value, p.solid_value});
+    }
     // No volume is followed: everything is free.
     bool is_empty() const { return volume_ == nullptr; }
     // Whether something read since follow() was not in memory.
@@ -53,9 +70,36 @@ class Field {
     double value(glm::dvec3 world_mm);       // of sharp()
     FieldSample sharp(glm::dvec3 world_mm);  // the gradient is the derivative of the value
     FieldSample smooth(glm::dvec3 world_mm); // likewise
-    double trilinear(glm::dvec3 world_mm);   // of the unsharpened samples; cheapest
+    // sharp() and smooth() for less than the price of two.
+    struct Both {
+        FieldSample sharp, smooth;
+    };
+    Both both(glm::dvec3 world_mm) { return both(world_mm, true, true); }
+    // Of the unsharpened samples; of labels, sharp().
+    double trilinear(glm::dvec3 world_mm);
 
-    double iso() const { return iso_; }
+    // Which of the points at_mm + offset may be solid, now or after the whole has moved by up to
+    // one sample on each axis: their number is returned, and their order is that of `offsets`.
+    // Offsets are given in index space (offset_of), none longer than reach_samples on any axis.
+    // About 3 ns a point.
+    uint32_t near_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets, double reach_samples,
+                         uint16_t* found);
+    // Which of them, of those named, have a trilinear() of at least the iso-value. About 8 ns.
+    struct Inside {
+        float value; // above the iso-value
+        uint32_t point;
+    };
+    uint32_t solid_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets,
+                          double reach_samples, std::span<const uint16_t> named, Inside* found);
+    // Changes where the answer of near_points() may; and where that of offset_of() may.
+    uint64_t generation() const { return generation_; }
+    uint64_t settings() const { return settings_; }
+    glm::vec3 offset_of(glm::dvec3 mm) const {
+        return glm::vec3(glm::dmat3(index_from_world_) * mm);
+    }
+
+    // What values are compared with: the iso-value, or what straightening makes of it.
+    double iso() const { return base_ + double{threshold_}; }
     double contrast() const { return contrast_; }    // highest less lowest value
     double voxel_mm() const { return smallest_mm_; } // smallest spacing
 
@@ -71,45 +115,93 @@ class Field {
  private:
     static constexpr int kBlock = 4;                // samples
     static constexpr int kTable = 8;                // blocks on each axis
-    static constexpr int kRaw = kBlock + 1;         // cells read one sample beyond
+    static constexpr int kSpline = kBlock + 3;      // a spline reads three samples beyond
     static constexpr int kReach = 3, kFarReach = 5; // of the blur; where spacing is uneven
 
-    enum Part : uint8_t { kRawPart = 1, kSharpPart = 2, kSmoothPart = 4 };
+    enum Part : uint32_t { kRawPart, kSharpPart, kSmoothPart, kParts };
+    struct Made {                // of one part of a block
+        uint64_t generation = 0; // in which it was last known to be right
+        uint64_t stamps = 0;     // of what it was made of; 0: not made
+        bool lacks = false;      // some of it was not in memory
+    };
     struct Block {
         glm::ivec3 position{};
-        uint32_t epoch = 0;
-        uint32_t parts = 0;
-        std::array<float, kRaw * kRaw * kRaw> raw;
-        std::array<float, kBlock * kBlock * kBlock> sharp, smooth;
+        uint64_t settings = 0;
+        std::array<Made, kParts> made{};
+        // Of the unsharpened samples: a bound of them, and whether they are there.
+        float highest = 0.0f;
+        bool has_raw = false;
+        // A bit for each cell: whether some sample of its own or of a neighbouring cell is at least
+        // near_threshold.
+        uint64_t near = 0;
+        float near_threshold = 0.0f;
+        bool has_near = false;
+        // Numbers less base_, from 4 position - 1 on: samples, and coefficients of the spline, so
+        // that the 4x4x4 of a cell lie in one block.
+        std::array<float, kSpline * kSpline * kSpline> raw{}, sharp{}, smooth{};
     };
+    struct Box { // of samples
+        glm::ivec3 start{};
+        int side = 0;
+    };
+    struct Place;
+    struct Around;
+    template <class Found, class LookUp>
+    class Known;
 
-    const Block& block(glm::ivec3 position, Part part);
+    void derive();
+    float stored(float sample) const;
+    void make_stored(std::span<float> samples) const;
+    int reach_of(Part part) const;
+    Box box_of(glm::ivec3 position, Part part) const;
+    template <class Visit>
+    void for_blocks(Box box, const Visit& visit) const;
+    uint64_t stamps_of(Box box) const;
+    Block& block(glm::ivec3 position, Part part);
+    void renew(Block& block, glm::ivec3 position, Part part);
+    void bound(Block& block, Box box);
     void fill_raw(Block& block);
-    void fill(Block& block, Part part);
-    template <bool kGradient>
-    FieldSample evaluate(glm::dvec3 world_mm, Part part);
+    uint64_t near(glm::ivec3 position);
+    const Block& raw_block(glm::ivec3 position);
+    void fill(Block& block, Box box, Part part);
+    FieldSample evaluate(const Place& place, Part part);
+    Both both(glm::dvec3 world_mm, bool sharp, bool smooth);
 
     const Volume* volume_ = nullptr;
     uint64_t version_ = 0;
     TouchSource source_ = TouchSource::grey;
-    double iso_ = 0.5, contrast_ = 1.0, smallest_mm_ = 1.0, blur_ = -1.0;
+    double iso_ = 0.5, base_ = 0.5, contrast_ = 1.0, smallest_mm_ = 1.0, blur_ = -1.0;
+    Plateaus plateaus_;
+    bool straightened_ = false;
+    float share_scale_ = 0.0f, step_scale_ = 0.0f, step_at_base_ = 0.0f;
+    float threshold_ = 0.0f; // the iso-value as samples are stored
     float lowest_ = 0.0f;
-    bool is_even_ = true;                                        // spacing: the near reach does
+    Grid grid_;
+    bool is_even_ = true; // spacing: the near reach does
+    int smooth_reach_ = kReach;
     std::array<std::array<float, 2 * kFarReach + 1>, 3> taps_{}; // of the blur, each axis
-    // Where spacing is uneven and data noisy, the sharp view's filter on each axis; see follow().
+    // Where spacing is uneven and data noisy, the sharp view's filter on each axis; see derive().
     bool is_sharp_wide_ = false;
     std::array<std::array<float, 2 * kReach + 1>, 3> sharp_taps_{};
     double overshoot_ = 0.0; // of the sharp view beyond its samples' range, as a share of it
     glm::dmat4 index_from_world_{1.0};
     glm::dmat3 gradient_to_world_{1.0};
     bool lacked_brick_ = false;
-    uint32_t epoch_ = 0; // 0 is "never filled"
-    std::array<Block, kTable * kTable * kTable> blocks_;
+    uint64_t generation_ = 0; // rises with every snapshot; 0 is "never"
+    uint64_t settings_ = 0;   // rises with everything else that blocks depend on
+    std::array<Block, kTable * kTable * kTable> blocks_{};
 };
 
-// How much to blur normals for a volume: from its noise, estimated as the median absolute
-// difference of neighbouring samples about the medians of blocks, as a share of the contrast about
-// `iso`. Not for the servo thread.
+// What a volume's own samples tell of how to feel it (tuning.cpp). Not for the servo thread.
+struct Tuning {
+    // From its noise, estimated as the median absolute difference of neighbouring samples, as a
+    // share of the contrast about the iso-value.
+    double normal_blur_samples = 1.0;
+    Plateaus plateaus;
+};
+Tuning tuning_for(const Volume& volume, double iso);
 double normal_blur_for(const Volume& volume, double iso);
+// Sets in `parameters` what a volume that is felt at parameters.iso tells.
+void tune(TouchParameters& parameters, const Volume& volume);
 
 } // namespace palpate::haptics

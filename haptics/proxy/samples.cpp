@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <type_traits>
 
 namespace palpate::haptics {
 
@@ -75,10 +76,11 @@ glm::dvec3 resident_gradient(const Volume& volume, glm::dvec3 index) {
 
 bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, float missing,
                    float* out) {
-    std::fill(out, out + size_t(size.x) * size_t(size.y) * size_t(size.z), missing);
     const glm::ivec3 side(kBrickSide);
     const glm::ivec3 low = glm::max(start, glm::ivec3(0));
     const glm::ivec3 high = glm::min(start + size, glm::ivec3(volume.size()));
+    if (low != start || high != start + size)
+        std::fill(out, out + size_t(size.x) * size_t(size.y) * size_t(size.z), missing);
     if (glm::any(glm::lessThanEqual(high, low)))
         return false;
     bool lacks_brick = false;
@@ -92,6 +94,12 @@ bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, floa
                 const glm::ivec3 to = glm::min(high, (position + 1) * side);
                 if (brick.is_in_source()) {
                     lacks_brick = true;
+                    for (int z = from.z; z < to.z; ++z)
+                        for (int y = from.y; y < to.y; ++y)
+                            std::fill_n(out + (from.x - start.x) +
+                                            size_t(size.x) * (size_t(y - start.y) +
+                                                              size_t(size.y) * size_t(z - start.z)),
+                                        to.x - from.x, missing);
                     continue;
                 }
                 const Brick::Pinned pinned = brick.pin();
@@ -108,7 +116,10 @@ bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, floa
                             for (int x = 0; x < to.x - from.x; ++x) {
                                 const auto value = static_cast<float>(
                                     samples[stride * (row + static_cast<uint32_t>(x))]);
-                                at[x] = value == value ? value : missing;
+                                if constexpr (std::is_floating_point_v<decltype(t)>)
+                                    at[x] = value == value ? value : missing;
+                                else
+                                    at[x] = value;
                             }
                         }
                 });
@@ -116,15 +127,13 @@ bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, floa
     return lacks_brick;
 }
 
-bool may_reach(const Volume& volume, glm::ivec3 low, glm::ivec3 high, double at_least,
-               double overshoot, float missing) {
-    const bool lacks_some = volume.no_data_count() > 0 ||
-                            glm::any(glm::lessThan(low, glm::ivec3(0))) ||
-                            glm::any(glm::greaterThanEqual(high, glm::ivec3(volume.size())));
+ValueRange range_about(const Volume& volume, glm::ivec3 low, glm::ivec3 high, bool& lacks_some) {
+    lacks_some = volume.no_data_count() > 0 || glm::any(glm::lessThan(low, glm::ivec3(0))) ||
+                 glm::any(glm::greaterThanEqual(high, glm::ivec3(volume.size())));
     low = glm::max(low, glm::ivec3(0));
     high = glm::min(high, glm::ivec3(volume.size()) - 1);
     if (glm::any(glm::lessThan(high, low)))
-        return false;
+        return {};
     ValueRange range;
     const glm::ivec3 first = low / int(kBlockSide), last = high / int(kBlockSide);
     for (int z = first.z; z <= last.z; ++z)
@@ -135,11 +144,7 @@ bool may_reach(const Volume& volume, glm::ivec3 low, glm::ivec3 high, double at_
                 range.include(brick.is_constant() ? brick.range()
                                                   : brick.block_range(block_of(at % kBrickSide)));
             }
-    if (range.empty())
-        return false;
-    if (lacks_some)
-        range.include(missing);
-    return double{range.max} + overshoot * (double{range.max} - double{range.min}) >= at_least;
+    return range;
 }
 
 } // namespace palpate::haptics

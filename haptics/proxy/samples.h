@@ -24,11 +24,9 @@ glm::dvec3 resident_gradient(const Volume& volume, glm::dvec3 index);
 bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, float missing,
                    float* out);
 
-// Whether some sample in the box [low, high] (index space, both ends included) may be `at_least`,
-// when values between samples may overshoot their range by `overshoot` of its width and whatever is
-// missing counts as `missing`. From the ranges of 8x8x8 blocks; never false where the answer is
-// yes.
-bool may_reach(const Volume& volume, glm::ivec3 low, glm::ivec3 high, double at_least,
-               double overshoot, float missing);
+// A range that holds every sample in the box [low, high] (index space, both ends included): that of
+// the blocks of 8x8x8 samples it has a part in. Empty where it has none. `lacks_some`: some of the
+// box may be beyond the volume or without data.
+ValueRange range_about(const Volume& volume, glm::ivec3 low, glm::ivec3 high, bool& lacks_some);
 
 } // namespace palpate::haptics

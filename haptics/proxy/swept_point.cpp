@@ -18,13 +18,8 @@ constexpr double kConverged_mm = 1e-4;
 // Below this slope across a sample, as a share of the contrast, a normal is doubtful.
 constexpr double kFlat = 0.004;
 
-struct State {
-    bool has_proxy = false, touching = false, slipping = false;
-    dvec3 proxy{0.0}, normal{0.0};
+struct State : Felt {
     double confidence = 1.0;
-    uint64_t version = 0;
-    double iso = 0.0;
-    TouchSource source = TouchSource::grey;
 };
 
 class SweptPoint final : public Algorithm {
@@ -182,22 +177,14 @@ bool SweptPoint::push_out(dvec3 goal) {
 TickOutput SweptPoint::tick(const TickInput& input) noexcept {
     State& s = state_;
     const TouchParameters& q = *input.parameters;
-    const std::optional<Volume>& volume =
-        q.source == TouchSource::labels ? input.scene->labels : input.scene->grey;
+    const std::optional<Volume>& volume = Felt::volume_of(input);
     if (!is_sane(input) || !volume)
         return coupler_.unknown();
-    field_.follow(*volume, q.source, q.iso, q.normal_blur_samples);
+    field_.follow(*volume, q);
     budget_ = Budget{};
     const dvec3 x = input.tool.position_mm;
     Geometry geometry;
-    geometry.was_replaced =
-        !s.has_proxy || volume->version() != s.version || q.iso != s.iso || q.source != s.source;
-    s.version = volume->version();
-    s.iso = q.iso;
-    s.source = q.source;
-    if (!s.has_proxy)
-        s.proxy = x;
-    s.has_proxy = true;
+    geometry.was_replaced = s.exchange(input, *volume);
 
     // Edits, and a start in material.
     if (geometry.was_replaced && is_solid(s.proxy)) {

@@ -15,20 +15,16 @@ namespace {
 
 using glm::dvec3;
 
-constexpr uint32_t kMostContacts = 24;   // one for each direction below
-constexpr uint32_t kMostConsidered = 48; // samples in material, at each look
-constexpr uint32_t kMostIterations = 48;
-constexpr uint32_t kMostLooks = 16; // at every sample, in a tick
+constexpr uint32_t kMostContacts = 24;
+constexpr double kSameWay = 0.98;        // cosine of 11 degrees
+constexpr uint32_t kMostConsidered = 16; // samples in material, at each look
+constexpr uint32_t kMostIterations = 24;
+constexpr uint32_t kMostLooks = 8; // at every sample, in a tick
 constexpr double kConverged_mm = 2e-4;
+// Steps that have got so short by turning back, in samples, are not worth another look: 0.002 N at
+// 500 N/m and 0.4 mm.
+constexpr double kShortest = 0.01;
 constexpr double kFlat = 0.004; // slope across a sample, as a share of the contrast
-
-// Six faces of a cube of directions times four quadrants of each.
-uint32_t direction_cell(dvec3 n) {
-    const dvec3 a = glm::abs(n);
-    const int face = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
-    const int u = face == 0 ? 1 : 0, v = face == 2 ? 1 : 2;
-    return static_cast<uint32_t>(8 * face + 4 * (n[face] < 0.0) + 2 * (n[u] < 0.0) + (n[v] < 0.0));
-}
 
 struct Hold {
     uint32_t sample = 0;
@@ -37,12 +33,7 @@ struct Hold {
     double confidence = 1.0;
 };
 
-struct State {
-    bool has_proxy = false, touching = false, slipping = false;
-    dvec3 proxy{0.0}, normal{0.0};
-    uint64_t version = 0;
-    double iso = 0.0;
-    TouchSource source = TouchSource::grey;
+struct State : Felt {
     uint32_t held_count = 0; // samples that held the tool in the tick before
     std::array<uint32_t, kMostContacts> held{};
 };
@@ -60,6 +51,7 @@ class SweptTool final : public Algorithm {
  private:
     void place_points(const TickInput& input);
     bool is_clear(dvec3 from, dvec3 to) const;
+    uint32_t solid_points(dvec3 at);
     bool is_free(dvec3 at);
     // Of those that held it; `all`: and of every sample that is in material now.
     void find_contacts(dvec3 at, bool all);
@@ -71,56 +63,95 @@ class SweptTool final : public Algorithm {
     uint32_t count_ = 0;
     double reach_mm_ = 0.0; // of the farthest point
     SphereSamples sphere_;
-    std::array<dvec3, SphereSamples::kMost> points_; // about the tool's origin, world axes
+    std::array<dvec3, SphereSamples::kMost> points_;      // about the tool's origin, world axes
+    std::array<glm::vec3, SphereSamples::kMost> offsets_; // the same in index space
+    double reach_samples_ = 0.0;                          // of the farthest offset, on any axis
+    // What points_ were made of.
+    const ToolPoints* made_of_ = nullptr;
+    uint64_t made_in_version_ = 0, made_in_settings_ = 0;
+    glm::dquat made_turn_{0.0, 0.0, 0.0, 0.0};
+    double made_radius_mm_ = -1.0;
+    uint32_t made_samples_ = 0;
+    // The points that may be in material while the tool is within a sample of near_at_.
+    uint32_t near_count_ = 0;
+    uint64_t near_generation_ = 0;
+    dvec3 near_at_{0.0};
+    std::array<uint16_t, SphereSamples::kMost> near_;
     uint32_t contact_count_ = 0;
     std::array<Hold, kMostContacts> contacts_;
     bool any_inside_ = false;
-    struct Inside {
-        double value;
-        uint32_t sample;
-    };
-    std::array<Inside, SphereSamples::kMost> inside_;
+    std::array<Field::Inside, SphereSamples::kMost> inside_;
     Field field_;
 };
 
 void SweptTool::place_points(const TickInput& input) {
     const TouchParameters& q = *input.parameters;
+    const ToolPoints* tool = input.scene->tool.get();
+    if (tool && tool->points_mm.empty())
+        tool = nullptr;
+    if (tool == made_of_ &&
+        (!tool ||
+         (input.scene->version == made_in_version_ && input.tool.rotation == made_turn_)) &&
+        q.tool_radius_mm == made_radius_mm_ && q.tool_samples == made_samples_ &&
+        field_.settings() == made_in_settings_)
+        return;
+    made_of_ = tool;
+    made_in_version_ = input.scene->version;
+    made_turn_ = input.tool.rotation;
+    made_radius_mm_ = q.tool_radius_mm;
+    made_samples_ = q.tool_samples;
+    made_in_settings_ = field_.settings();
+    near_generation_ = 0;
     reach_mm_ = 0.0;
-    if (const ToolPoints* tool = input.scene->tool.get(); tool && !tool->points_mm.empty()) {
+    if (tool) {
         const glm::dmat3 turn = glm::mat3_cast(glm::normalize(input.tool.rotation));
         count_ = static_cast<uint32_t>(std::min<size_t>(tool->points_mm.size(), points_.size()));
         for (uint32_t i = 0; i < count_; ++i) {
             points_[i] = turn * tool->points_mm[i];
             reach_mm_ = std::max(reach_mm_, glm::length(points_[i]));
         }
-        return;
-    }
-    if (q.tool_radius_mm == 0.0) {
+    } else if (q.tool_radius_mm == 0.0) {
         count_ = 1;
         points_[0] = dvec3(0.0);
-        return;
+    } else {
+        const auto directions = sphere_.directions(q.tool_samples);
+        count_ = static_cast<uint32_t>(directions.size());
+        reach_mm_ = q.tool_radius_mm;
+        for (uint32_t i = 0; i < count_; ++i)
+            points_[i] = q.tool_radius_mm * directions[i];
     }
-    const auto directions = sphere_.directions(q.tool_samples);
-    count_ = static_cast<uint32_t>(directions.size());
-    reach_mm_ = q.tool_radius_mm;
-    for (uint32_t i = 0; i < count_; ++i)
-        points_[i] = q.tool_radius_mm * directions[i];
+    glm::vec3 most(0.0f);
+    for (uint32_t i = 0; i < count_; ++i) {
+        offsets_[i] = field_.offset_of(points_[i]);
+        most = glm::max(most, glm::abs(offsets_[i]));
+    }
+    reach_samples_ = std::max({most.x, most.y, most.z});
 }
 
 bool SweptTool::is_clear(dvec3 from, dvec3 to) const {
     return field_.is_clear(glm::min(from, to) - reach_mm_, glm::max(from, to) + reach_mm_, 0.0);
 }
 
+// The samples that are in material, in inside_. Most are not near any for many ticks.
+uint32_t SweptTool::solid_points(dvec3 at) {
+    const std::span<const glm::vec3> offsets(offsets_.data(), count_);
+    const glm::vec3 moved = glm::abs(field_.offset_of(at - near_at_));
+    if (near_generation_ != field_.generation() || std::max({moved.x, moved.y, moved.z}) > 0.99f) {
+        near_count_ = field_.near_points(at, offsets, reach_samples_, near_.data());
+        near_at_ = at;
+        near_generation_ = field_.generation();
+    }
+    return field_.solid_points(at, offsets, reach_samples_, {near_.data(), near_count_},
+                               inside_.data());
+}
+
 bool SweptTool::is_free(dvec3 at) {
-    for (uint32_t i = 0; i < count_; ++i)
-        if (field_.trilinear(at + points_[i]) >= field_.iso())
-            return false;
-    return true;
+    return solid_points(at) == 0;
 }
 
 void SweptTool::consider(dvec3 at, uint32_t sample) {
     const dvec3 p = at + points_[sample];
-    const FieldSample smooth = field_.smooth(p), sharp = field_.sharp(p);
+    const auto [sharp, smooth] = field_.both(p);
     const double floor = kFlat * field_.contrast() / field_.voxel_mm();
     Hold found{.sample = sample};
     const double slope = glm::length(smooth.gradient);
@@ -133,14 +164,20 @@ void SweptTool::consider(dvec3 at, uint32_t sample) {
     found.clearance_mm = std::clamp((field_.iso() - sharp.value) / fall, -2.0 * field_.voxel_mm(),
                                     2.0 * field_.voxel_mm());
     found.confidence = std::min(1.0, slope / (4.0 * floor));
-    const uint32_t cell = direction_cell(found.normal);
-    for (uint32_t i = 0; i < contact_count_; ++i)
-        if (direction_cell(contacts_[i].normal) == cell) {
-            if (found.clearance_mm < contacts_[i].clearance_mm)
-                contacts_[i] = found;
-            return;
-        }
-    contacts_[contact_count_++] = found; // at most one for each of the cells
+    // Of contacts that face the same way the deepest says it all. When there is room for no other,
+    // the shallowest goes.
+    Hold* place = nullptr;
+    for (uint32_t i = 0; i < contact_count_ && !place; ++i)
+        if (glm::dot(contacts_[i].normal, found.normal) > kSameWay)
+            place = &contacts_[i];
+    if (!place && contact_count_ == kMostContacts)
+        place = std::max_element(
+            contacts_.begin(), contacts_.end(),
+            [](const Hold& a, const Hold& b) { return a.clearance_mm < b.clearance_mm; });
+    if (!place)
+        contacts_[contact_count_++] = found;
+    else if (found.clearance_mm < place->clearance_mm)
+        *place = found;
 }
 
 void SweptTool::find_contacts(dvec3 at, bool all) {
@@ -151,26 +188,21 @@ void SweptTool::find_contacts(dvec3 at, bool all) {
             consider(at, state_.held[i]);
     if (!all)
         return;
-    uint32_t inside = 0;
-    for (uint32_t i = 0; i < count_; ++i) {
-        const double value = field_.trilinear(at + points_[i]);
-        if (value >= field_.iso())
-            inside_[inside++] = {value, i};
-    }
+    uint32_t inside = solid_points(at);
     any_inside_ = inside > 0;
     // The deepest of them say enough: the others follow when these are out.
     if (inside > kMostConsidered) {
         std::nth_element(inside_.begin(), inside_.begin() + kMostConsidered,
-                         inside_.begin() + inside, [](const Inside& a, const Inside& b) {
-                             return a.value > b.value ||
-                                    (a.value == b.value && a.sample < b.sample);
+                         inside_.begin() + inside,
+                         [](const Field::Inside& a, const Field::Inside& b) {
+                             return a.value > b.value || (a.value == b.value && a.point < b.point);
                          });
         inside = kMostConsidered;
         std::sort(inside_.begin(), inside_.begin() + inside,
-                  [](const Inside& a, const Inside& b) { return a.sample < b.sample; });
+                  [](const Field::Inside& a, const Field::Inside& b) { return a.point < b.point; });
     }
     for (uint32_t i = 0; i < inside; ++i)
-        consider(at, inside_[i].sample);
+        consider(at, inside_[i].point);
 }
 
 void SweptTool::settle(dvec3 goal, Geometry& geometry) {
@@ -180,7 +212,8 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
     std::array<Plane, kMostContacts> planes;
     bool touching = false, look = true;
     uint32_t i = 0, looks = 0;
-    double since_look = 0.0;
+    double since_look = 0.0, trust = most;
+    dvec3 last_step(0.0);
     for (; i < kMostIterations && looks < kMostLooks; ++i) {
         if (s.held_count == 0) {
             // Nothing holds it: leaps as far as blocks are clear.
@@ -220,9 +253,13 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
                 step -= std::min(0.0, contacts_[k].clearance_mm) * contacts_[k].normal /
                         static_cast<double>(contact_count_);
         }
-        const double length = glm::length(step);
-        if (length > most)
-            step *= most / length;
+        // Between surfaces that bend, planes of one place are wrong at the next: where a step takes
+        // back the last, steps get shorter.
+        trust = glm::dot(step, last_step) < 0.0 ? 0.5 * trust : std::min(most, 2.0 * trust);
+        const double wanted = glm::length(step), length = std::min(wanted, trust);
+        if (wanted > trust)
+            step *= trust / wanted;
+        last_step = step;
         s.proxy += step;
         // Those that held it, or nearly do, are looked at again.
         s.held_count = 0;
@@ -231,7 +268,8 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
         geometry.confidence = 1.0;
         for (uint32_t k = 0; k < contact_count_; ++k) {
             const double left = contacts_[k].clearance_mm + glm::dot(contacts_[k].normal, step);
-            if (left > most)
+            // What has held it in this tick may hold it again.
+            if (left > 4.0 * most)
                 continue;
             s.held[s.held_count++] = contacts_[k].sample;
             if (left < 1e-6 && glm::dot(contacts_[k].normal, goal - s.proxy) < 0.0) {
@@ -243,7 +281,7 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
         if (touching)
             s.normal = unit_or_zero(s.proxy - goal) == dvec3(0.0) ? unit_or_zero(push)
                                                                   : unit_or_zero(s.proxy - goal);
-        if (length < kConverged_mm && looked)
+        if ((length < kConverged_mm && looked) || trust < kShortest * field_.voxel_mm())
             break;
         since_look = looked ? length : since_look + length;
         look = length < kConverged_mm || since_look > 0.1 * field_.voxel_mm();
@@ -275,24 +313,18 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
 TickOutput SweptTool::tick(const TickInput& input) noexcept {
     State& s = state_;
     const TouchParameters& q = *input.parameters;
-    const std::optional<Volume>& volume =
-        q.source == TouchSource::labels ? input.scene->labels : input.scene->grey;
+    const std::optional<Volume>& volume = Felt::volume_of(input);
     const glm::dquat turn = input.tool.rotation;
     const double turn_length = glm::dot(turn, turn);
     if (!is_sane(input) || !volume || !(turn_length > 0.25 && turn_length < 4.0))
         return coupler_.unknown();
+    // Values, not straightened steps: these make the middle of a thin wall shallow, and a tool
+    // steps into a wall before it is pushed out.
     field_.follow(*volume, q.source, q.iso, q.normal_blur_samples);
     place_points(input);
     const dvec3 x = input.tool.position_mm;
     Geometry geometry;
-    geometry.was_replaced =
-        !s.has_proxy || volume->version() != s.version || q.iso != s.iso || q.source != s.source;
-    s.version = volume->version();
-    s.iso = q.iso;
-    s.source = q.source;
-    if (!s.has_proxy)
-        s.proxy = x;
-    s.has_proxy = true;
+    geometry.was_replaced = s.exchange(input, *volume);
     settle(x, geometry);
     geometry.proxy_mm = s.proxy;
     geometry.touching = s.touching;

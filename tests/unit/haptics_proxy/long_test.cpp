@@ -22,7 +22,7 @@ TEST(SweptPointLong, PassesThroughNothingInTenMillionTicks) {
                     continue;
                 const Scene scene = make_scene(wall, storage);
                 haptics::TouchParameters parameters = scene_parameters(scene);
-                parameters.normal_blur_samples = 0.0;
+                tune(parameters, *scene.touch.grey);
                 const auto algorithm = haptics::find_algorithm("swept-point")->make();
                 for (const Trajectory& trajectory : trajectories(wall, 20'000, round, true)) {
                     const Figures f = open_loop(*algorithm, scene, trajectory, parameters);
@@ -45,7 +45,7 @@ TEST(SweptPointLong, WholePlan) {
         for (const TouchCase& body : touch_cases(storage, true)) {
             const Scene scene = make_scene(body, storage);
             haptics::TouchParameters parameters = scene_parameters(scene);
-            parameters.normal_blur_samples = haptics::normal_blur_for(*scene.touch.grey, scene.iso);
+            tune(parameters, *scene.touch.grey);
             for (const Trajectory& trajectory : trajectories(body, 8000, 1, true)) {
                 const auto algorithm = haptics::find_algorithm("swept-point")->make();
                 const Figures f = open_loop(*algorithm, scene, trajectory, parameters);

@@ -20,7 +20,7 @@ using haptics::Contact;
 
 haptics::TouchParameters settings(const Scene& scene) {
     haptics::TouchParameters parameters = scene_parameters(scene);
-    parameters.normal_blur_samples = haptics::normal_blur_for(*scene.touch.grey, scene.iso);
+    tune(parameters, *scene.touch.grey);
     return parameters;
 }
 
@@ -111,10 +111,7 @@ TEST_P(SweptPointGates, HoldOverScenesAndTrajectories) {
             EXPECT_EQ(f.pop_throughs, 0u) << where;
             EXPECT_EQ(f.not_finite, 0u) << where;
             if (body.noise == 0.0 && body.id <= "A6") {
-                // The cube's corner is a ball of 2.5 samples, which samples show 0.01 smaller than
-                // the 0.05 that every other body keeps to.
-                const double most = body.name == "edge/cube" ? 0.06 : 0.05;
-                EXPECT_LE(f.penetration_voxels, most) << where;
+                EXPECT_LE(f.penetration_voxels, 0.05) << where;
             }
             if (body.noise == 0.05) {
                 EXPECT_LE(f.penetration_voxels, 0.25) << where;
@@ -125,6 +122,15 @@ TEST_P(SweptPointGates, HoldOverScenesAndTrajectories) {
             const bool coarse = uneven && body.name.find("/3mm") != std::string::npos;
             if ((body.id == "A1" || body.id == "A2" || body.id == "A3") && !coarse) {
                 EXPECT_LE(f.direction_deg.percentile(0.99), 1.5) << where;
+            }
+            // Corners and grooves are rounded by 1.5 samples: where flat becomes round, curvature
+            // jumps by 0.67 a sample, and a spline's slope errs by a share of that. The best that
+            // any of seven interpolations does there is 2.3 to 6 degrees (p99 of normals,
+            // measured); a normal that errs by e on a round hollow of radius R turns the force at
+            // depth d by e R / (R + d), and 0.2 mm is the least depth that is judged, 0.75 mm the
+            // radius.
+            if (body.id == "A4" || body.id == "A6") {
+                EXPECT_LE(f.direction_deg.percentile(0.99), 6.0 * 0.75 / 0.95) << where;
             }
             if (body.id == "A10" && !coarse) {
                 EXPECT_LE(f.direction_deg.percentile(0.99), 6.0) << where;

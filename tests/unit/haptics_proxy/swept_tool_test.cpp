@@ -22,7 +22,7 @@ haptics::TouchParameters sphere(const Scene& scene, uint32_t samples = 340) {
     haptics::TouchParameters parameters = scene_parameters(scene);
     parameters.tool_radius_mm = kRadius_mm;
     parameters.tool_samples = samples;
-    parameters.normal_blur_samples = haptics::normal_blur_for(*scene.touch.grey, scene.iso);
+    tune(parameters, *scene.touch.grey);
     return parameters;
 }
 
