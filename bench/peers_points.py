@@ -5,20 +5,25 @@ usage: peers_points.py JOB.json
 
 JOB.json, written by bench/suite/peers.cpp:
   mapper        "gpu" or "fixed"
-  out           folder for RESULT.json (results_MAPPER.json) and the pictures
+  out           folder for the pictures
   size_px       of frames and pictures
-  frames, budget_s  frames timed a case, and seconds after which at least 3 are enough
   volumes       name -> {file (raw, little endian), dtype, dims, spacing}
   cases         [{name, volume, mode (mip, alpha, alpha_shaded, iso), opacity, color, iso,
                   eye, target, up, view_angle_deg, steps_mm, scored}]
 
-Timing is that of the comparison's own scripts: one frame that is not counted, then a turn of one
-degree a frame with one pixel read back. A picture NAME_STEP.f32 is float32, row 0 at the top: RGB
-for alpha, the maximum for mip (NaN where no window shows it), for iso the depth in mm from the eye
-(gpu; NaN where none) or 1 and 0 for hit or not (fixed). Runs under xvfb."""
+Then it is told what to do by lines of JSON, and answers each with one:
+  {"open": i}   case i, drawn for the first time and scored: {vtk, first_frame_ms, pictures: [a
+                file a step]}
+  {"frames": n, "budget_s": s}  times n frames of each step of the open case, at least one and no
+                more than take s seconds a step: [{wall_ms: [..], cpu_ms: [..]}]
+
+Timing is that of the comparison's own scripts: a turn of one degree a frame with one pixel read
+back; a frame that is not counted comes first, but where a frame takes a second or more. A picture
+NAME_STEP.f32 is float32, row 0 at the top: RGB for alpha, the maximum for mip (NaN where no window
+shows it), for iso the depth in mm from the eye (gpu; NaN where none) or 1 and 0 for hit or not
+(fixed). Runs under xvfb."""
 import json
 import os
-import statistics
 import sys
 import time
 
@@ -56,21 +61,22 @@ def set_blend(mapper, mode, kind):
         mapper.SetBlendModeToComposite()
 
 
-def time_frames(stage, job):
+def time_frames(stage, count, budget_s):
     """(wall ms of each frame, processor ms of each)"""
     pixel = vtk.vtkUnsignedCharArray()
     walls, cpus, start = [], [], time.perf_counter()
     middle = stage.size // 2
-    for i in range(job["frames"] + 1):
+    for i in range(count + 1):
         stage.camera.Azimuth(1.0)
         stage.renderer.ResetCameraClippingRange()
         wall, cpu = time.perf_counter(), time.process_time()
         stage.window.Render()
         stage.window.GetPixelData(middle, middle, middle, middle, 0, pixel, 0)
-        if i > 0:
-            walls.append((time.perf_counter() - wall) * 1e3)
+        wall = time.perf_counter() - wall
+        if i > 0 or wall > 1.0:
+            walls.append(wall * 1e3)
             cpus.append((time.process_time() - cpu) * 1e3)
-        if len(walls) >= 3 and time.perf_counter() - start > job["budget_s"]:
+        if len(walls) == count or (walls and time.perf_counter() - start > budget_s):
             break
     return walls, cpus
 
@@ -104,41 +110,66 @@ def first_frame(stage, look, mapper, step):
     return (time.perf_counter() - start) * 1e3
 
 
+class Case:
+    """One case, open in a window."""
+
+    def __init__(self, job, case, images):
+        self.job, self.case, self.kind = job, case, job["mapper"]
+        image, first = images[case["volume"]], case["steps_mm"][0]
+        self.mapper = peers_vtk.make_mapper(self.kind, image, first)
+        set_blend(self.mapper, case["mode"], self.kind)
+        self.look = look_of(case, self.kind)
+        self.stage = peers_vtk.Stage(case, self.mapper, job["size_px"])
+        if self.kind == "gpu" and not self.mapper.IsRenderSupported(self.stage.window, self.look):
+            sys.exit("VTK's GPU mapper cannot draw here")
+        self.first_frame_ms = first_frame(self.stage, self.look, self.mapper, first)
+
+    def show(self, step):
+        set_blend(self.mapper, self.case["mode"], self.kind)
+        self.stage.volume.SetProperty(self.look)
+        self.mapper.SetSampleDistance(step)
+
+    def pictures(self):
+        files = []
+        for step in self.case["steps_mm"] if self.case["scored"] else []:
+            self.stage.resize(self.job["size_px"])
+            self.show(step)
+            files.append(os.path.join(self.job["out"], "{}_{}_{:.4g}.f32".format(
+                self.case["name"].replace("/", "_"), self.kind, step)))
+            picture_of(self.stage, self.case, self.kind).astype("<f4").tofile(files[-1])
+        self.stage.resize(self.job["size_px"])
+        return files
+
+    def times(self, count, budget_s):
+        rows = []
+        for step in self.case["steps_mm"]:
+            self.show(step)
+            walls, cpus = time_frames(self.stage, count, budget_s)
+            rows.append({"wall_ms": walls, "cpu_ms": cpus})
+        return rows
+
+
 def main():
+    answers = os.fdopen(os.dup(1), "w")
+    os.dup2(2, 1)  # whatever else is said here is no answer
     with open(sys.argv[1]) as file:
         job = json.load(file)
-    kind, out, rows = job["mapper"], job["out"], []
     images = {}
     for name, entry in job["volumes"].items():
         samples = np.fromfile(entry["file"], entry["dtype"]).reshape(entry["dims"][::-1])
         images[name] = peers_vtk.vtk_image(samples, entry["spacing"])
-    for case in job["cases"]:
-        mapper = peers_vtk.make_mapper(kind, images[case["volume"]], case["steps_mm"][0])
-        set_blend(mapper, case["mode"], kind)
-        look = look_of(case, kind)
-        stage = peers_vtk.Stage(case, mapper, job["size_px"])
-        if kind == "gpu" and not mapper.IsRenderSupported(stage.window, look):
-            sys.exit("VTK's GPU mapper cannot draw here")
-        first_ms = first_frame(stage, look, mapper, case["steps_mm"][0])
-        for step in case["steps_mm"]:
-            stage.resize(job["size_px"])
-            stage.volume.SetProperty(look)
-            mapper.SetSampleDistance(step)
-            walls, cpus = time_frames(stage, job)
-            row = {"case": case["name"], "mapper": kind, "step_mm": step, "wall_ms": walls,
-                   "cpu_ms": cpus, "first_frame_ms": first_ms}
-            if case["scored"]:
-                stage.resize(job["size_px"])
-                row["picture"] = os.path.join(
-                    out, "{}_{}_{:.4g}.f32".format(case["name"].replace("/", "_"), kind, step))
-                picture_of(stage, case, kind).astype("<f4").tofile(row["picture"])
-                set_blend(mapper, case["mode"], kind)
-            rows.append(row)
-            print("{} {} step {:.4g} mm: {:.1f} ms".format(
-                kind, case["name"], step, statistics.median(walls)), flush=True)
-        stage.close()
-    with open(os.path.join(out, f"results_{kind}.json"), "w") as file:
-        json.dump({"vtk": vtk.vtkVersion.GetVTKVersion(), "rows": rows}, file, indent=1)
+    shown = None
+    for line in sys.stdin:
+        told = json.loads(line)
+        if "open" in told:
+            if shown:
+                shown.stage.close()
+            shown = Case(job, job["cases"][told["open"]], images)
+            answer = {"vtk": vtk.vtkVersion.GetVTKVersion(), "pictures": shown.pictures(),
+                      "first_frame_ms": shown.first_frame_ms}
+        else:
+            answer = shown.times(told["frames"], told["budget_s"])
+        print(json.dumps(answer), file=answers, flush=True)
 
 
 main()

@@ -130,7 +130,8 @@ Result<Image> Bench::truth(const Subject& subject, Sampling sampling) {
 
 Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
                                               const std::vector<Setting>& settings,
-                                              Sampling sampling, int rounds) {
+                                              Sampling sampling, int rounds,
+                                              const std::function<void()>& after_round) {
     const Result<Image> true_picture = truth(subject, sampling);
     if (!true_picture)
         return fail("{}", true_picture.error().message);
@@ -153,7 +154,7 @@ Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
         scene.value_and_depth = false;
         scenes.push_back(std::move(scene));
     }
-    for (int round = 0; round < rounds && !(round > 0 && late(0.8)); ++round)
+    for (int round = 0; round < rounds && !(round > 0 && late(0.8)); ++round) {
         for (size_t i = 0; i < settings.size(); ++i) {
             if (options_.stop.stop_requested())
                 return fail("interrupted at {}, {}", subject.name, settings[i].name());
@@ -172,6 +173,9 @@ Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
                 scene.camera = orbit(scene.camera, kTurnDeg);
             }
         }
+        if (after_round)
+            after_round();
+    }
     return all;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <map>
 #include <stop_token>
 
@@ -58,9 +59,10 @@ class Bench {
     // Draws every setting: for the error one picture, of which `sampling` says what is scored, for
     // the time `rounds` times three frames of its size, turning one degree a frame. Rounds go
     // through all settings in turn, so that a machine that grows slower grows slower for all; a
-    // frame that is not counted comes first.
+    // frame that is not counted comes first. `after_round` is for peers.
     Result<std::vector<Drawn>> draw(const Subject& subject, const std::vector<Setting>& settings,
-                                    Sampling sampling, int rounds);
+                                    Sampling sampling, int rounds,
+                                    const std::function<void()>& after_round = {});
 
     // From a volume in memory to its first picture, with a renderer of its own: upload, pipelines
     // and one frame; ms. Cold where the driver's shader cache is off.

@@ -148,24 +148,20 @@ std::string PeerPoint::name() const {
                        step_samples);
 }
 
-Result<Peers> measure_peers(Bench& bench, const std::vector<Subject>& subjects,
-                            const std::vector<double>& steps, Sampling sampling, int frames,
-                            double budget_s) {
+Result<Peers> Peers::start(Bench& bench, const std::vector<Subject>& subjects,
+                           const std::vector<double>& steps, Sampling sampling) {
     const profile::Scope scope("peers");
-    Peers peers;
+    Peers peers(bench, steps, sampling);
     const fs::path out = bench.options().out / "peers";
     std::error_code ignored;
     fs::create_directories(out, ignored);
     if (!bench.options().peers) {
-        peers.absent_because = "VTK was not asked (--no-peers)";
+        peers.absent_because_ = "VTK was not asked (--no-peers)";
         return peers;
     }
-    if (peers.absent_because = missing(out); !peers.absent_because.empty())
+    if (peers.absent_because_ = missing(out); !peers.absent_because_.empty())
         return peers;
-    Value job{{"size_px", sampling.size_px},
-              {"frames", frames},
-              {"budget_s", budget_s},
-              {"out", fs::absolute(out).string()}};
+    Value job{{"size_px", sampling.size_px}, {"out", fs::absolute(out).string()}};
     job["volumes"] = Value::object();
     job["cases"] = Value::array();
     for (const Subject& subject : subjects) {
@@ -179,56 +175,92 @@ Result<Peers> measure_peers(Bench& bench, const std::vector<Subject>& subjects,
             volume = *saved;
         }
         job["cases"].push_back(case_json(subject, steps));
+        peers.names_.push_back(subject.name);
     }
     ::setenv("MESA_SHADER_CACHE_DISABLE", "true", 1); // first frames compile
     for (const std::string mapper : {"gpu", "fixed"}) {
         job["mapper"] = mapper;
-        const fs::path said = out / ("said_" + mapper + ".txt");
         const fs::path work = out / ("job_" + mapper + ".json");
         const std::string text = job.dump(1) + "\n";
         if (Result<void> saved = save_bytes(work, std::as_bytes(std::span(text))); !saved)
             return pass_on(saved);
-        log::info("VTK's {} mapper", mapper == "gpu" ? "GPU" : "fixed-point");
-        const int code =
-            run_program({"xvfb-run", "-a", "-s", "-screen 0 1280x1280x24 -noreset", kPython,
-                         std::string(PALPATE_BENCH_SCRIPTS) + "/peers_points.py", work.string()},
-                        said);
-        if (code != 0) {
-            peers.absent_because = fmt::format("VTK's {} mapper failed with code {}: {}", mapper,
-                                               code, last_line(said));
-            return peers;
-        }
-        std::ifstream file(out / ("results_" + mapper + ".json"));
-        const Value results = Value::parse(file);
-        peers.version = results["vtk"];
-        for (const Value& row : results["rows"]) {
-            const auto subject =
-                std::find_if(subjects.begin(), subjects.end(),
-                             [&](const Subject& s) { return s.name == row["case"]; });
-            PALPATE_ASSERT(subject != subjects.end());
-            PeerPoint point{
-                .subject = subject->name,
-                .mapper = mapper,
-                .step_samples = row["step_mm"].get<double>() / sample_mm(subject->sample->volume),
-                .wall_ms = row["wall_ms"],
-                .cpu_ms = row["cpu_ms"],
-                .first_frame_ms = row["first_frame_ms"]};
-            if (row.contains("picture")) {
-                Result<Image> picture =
-                    read_picture(row["picture"].get<std::string>(), *subject, mapper, sampling);
-                if (!picture)
-                    return pass_on(picture);
-                const Result<Image> truth = bench.truth(*subject, sampling);
-                if (!truth)
-                    return fail("{}", truth.error().message);
-                point.errors = errors_of(*picture, *truth, subject->metric,
-                                         sample_mm(subject->sample->volume));
-                point.picture = std::move(*picture);
-            }
-            peers.points.push_back(std::move(point));
-        }
+        Result<Conversation> vtk = Conversation::start(
+            {"xvfb-run", "-a", "-s", "-screen 0 1280x1280x24 -noreset", kPython,
+             std::string(PALPATE_BENCH_SCRIPTS) + "/peers_points.py", work.string()},
+            out / ("said_" + mapper + ".txt"));
+        if (!vtk)
+            return pass_on(vtk);
+        peers.mappers_.push_back({mapper, std::move(*vtk)});
     }
     return peers;
+}
+
+void Peers::give_up(const Mapper& mapper, const Error& error) {
+    absent_because_ = fmt::format("VTK's {} mapper failed: {}",
+                                  mapper.name == "gpu" ? "GPU" : "fixed-point", error.message);
+    std::erase_if(points_, [](const PeerPoint& point) { return point.wall_ms.empty(); });
+    mappers_.clear();
+    open_ = false;
+}
+
+Result<void> Peers::score(PeerPoint& point, const std::string& file, const Subject& subject) {
+    Result<Image> picture = read_picture(file, subject, point.mapper, sampling_);
+    if (!picture)
+        return pass_on(picture);
+    const Result<Image> truth = bench_->truth(subject, sampling_);
+    if (!truth)
+        return fail("{}", truth.error().message);
+    point.errors = errors_of(*picture, *truth, subject.metric, sample_mm(subject.sample->volume));
+    point.picture = std::move(*picture);
+    return {};
+}
+
+Result<void> Peers::open(const Subject& subject) {
+    const profile::Scope scope("peers");
+    const auto asked = std::find(names_.begin(), names_.end(), subject.name);
+    open_ = asked != names_.end() && !mappers_.empty();
+    if (!open_)
+        return {};
+    for (Mapper& mapper : mappers_) {
+        const Result<Value> answer = mapper.vtk.ask({{"open", asked - names_.begin()}});
+        if (!answer) {
+            give_up(mapper, answer.error());
+            return {};
+        }
+        version_ = (*answer)["vtk"];
+        mapper.first_point = points_.size();
+        for (size_t step = 0; step < steps_.size(); ++step) {
+            PeerPoint& point =
+                points_.emplace_back(PeerPoint{.subject = subject.name,
+                                               .mapper = mapper.name,
+                                               .step_samples = steps_[step],
+                                               .first_frame_ms = (*answer)["first_frame_ms"]});
+            const Value& pictures = (*answer)["pictures"];
+            if (pictures.empty())
+                continue;
+            if (Result<void> scored = score(point, pictures.at(step), subject); !scored)
+                return scored;
+        }
+    }
+    return {};
+}
+
+void Peers::time_frames(int frames, double budget_s) {
+    const profile::Scope scope("peers");
+    if (!open_)
+        return;
+    for (Mapper& mapper : mappers_) {
+        const Result<Value> answer = mapper.vtk.ask({{"frames", frames}, {"budget_s", budget_s}});
+        if (!answer)
+            return give_up(mapper, answer.error());
+        for (size_t step = 0; step < steps_.size(); ++step) {
+            PeerPoint& point = points_[mapper.first_point + step];
+            for (const double ms : answer->at(step)["wall_ms"])
+                point.wall_ms.push_back(ms);
+            for (const double ms : answer->at(step)["cpu_ms"])
+                point.cpu_ms.push_back(ms);
+        }
+    }
 }
 
 } // namespace palpate::bench

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "bench/suite/conversation.h"
 #include "bench/suite/measure.h"
 
 namespace palpate::bench {
@@ -18,10 +19,47 @@ struct PeerPoint {
     std::string name() const; // "VTK GPU mapper, step 0.5"
 };
 
-struct Peers {
-    std::string version;        // "9.1.0"; empty where VTK was not asked
-    std::string absent_because; // a sentence, where there are no points
-    std::vector<PeerPoint> points;
+// VTK, standing by: it is asked between our own frames, so that a machine that grows slower grows
+// slower for both. What goes wrong on the way to VTK is no failure: absent_because says it, with
+// the last line that VTK wrote, and there are no points from then on.
+class Peers {
+ public:
+    // `steps` in the smallest spacing. Asked are subjects that name a mode of peers; scored those
+    // whose shading is VTK's too: all but shaded alpha. Fails where files cannot be written.
+    static Result<Peers> start(Bench& bench, const std::vector<Subject>& subjects,
+                               const std::vector<double>& steps, Sampling sampling);
+
+    // Begins with a subject: its first frames, pictures and errors.
+    Result<void> open(const Subject& subject);
+
+    // Times some frames of every step of the subject that was opened, for up to `budget_s` seconds
+    // each.
+    void time_frames(int frames, double budget_s);
+
+    const std::string& version() const { return version_; } // "9.1.0"; empty where not asked
+    const std::string& absent_because() const { return absent_because_; } // a sentence
+    const std::vector<PeerPoint>& points() const { return points_; }
+
+ private:
+    struct Mapper {
+        std::string name; // "gpu" or "fixed"
+        Conversation vtk;
+        size_t first_point = 0; // of the open subject
+    };
+
+    Peers(Bench& bench, std::vector<double> steps, Sampling sampling)
+        : bench_(&bench), steps_(std::move(steps)), sampling_(sampling) {}
+    void give_up(const Mapper& mapper, const Error& error);
+    Result<void> score(PeerPoint& point, const std::string& file, const Subject& subject);
+
+    Bench* bench_;
+    std::vector<double> steps_;
+    Sampling sampling_;
+    std::string version_, absent_because_;
+    std::vector<std::string> names_; // of the subjects asked
+    std::vector<Mapper> mappers_;
+    std::vector<PeerPoint> points_;
+    bool open_ = false;
 };
 
 // What asking peers takes: the interpreter that Debian's packages are for; a program run with its
@@ -31,12 +69,5 @@ inline const char* const kPython = "/usr/bin/python3";
 int run_program(std::vector<std::string> command, const fs::path& output);
 std::string last_line(const fs::path& file);
 Result<Value> save_raw(const Sample& sample, const fs::path& path);
-
-// `steps` in the smallest spacing. Asked are subjects that name a mode of peers; scored those whose
-// shading is VTK's too: all but shaded alpha. frames and budget_s are for each case and step. What
-// goes wrong on the way to VTK is no failure: absent_because says it, and the last lines it wrote.
-Result<Peers> measure_peers(Bench& bench, const std::vector<Subject>& subjects,
-                            const std::vector<double>& steps, Sampling sampling, int frames,
-                            double budget_s);
 
 } // namespace palpate::bench

@@ -15,7 +15,7 @@ namespace {
 struct Plan {
     Sampling sampling;
     int rounds;           // of three frames each
-    double peer_budget_s; // a case and step
+    double peer_budget_s; // a case, step and round
     uint32_t hypercube;
     uint32_t phantom_side, convergence_side, convergence_px;
     double finest_step; // of the convergence, in samples
@@ -25,8 +25,8 @@ Plan plan_of(const Options& options) {
     if (options.tiny)
         return {{32, 2}, 1, 0.1, 4, 32, 24, 12, 0.25};
     if (options.full)
-        return {{512, 2}, 10, 30.0, 200, 256, 128, 128, 1.0 / 32.0};
-    return {{512, 3}, 3, 3.0, 24, 256, 128, 72, 1.0 / 16.0};
+        return {{512, 2}, 10, 3.0, 200, 256, 128, 128, 1.0 / 32.0};
+    return {{512, 3}, 3, 1.0, 24, 256, 128, 72, 1.0 / 16.0};
 }
 
 // A transfer function without kinks that a table of 4096 entries would notice: tau rises and falls
@@ -138,22 +138,23 @@ Result<Report> run_quality(Bench& bench) {
     Report report;
     Value& json = report.json;
     json["notes"] = samples.notes;
-    const Result<Peers> peers = measure_peers(bench, subjects, {1.0, 0.5, 0.25}, plan.sampling,
-                                              3 * plan.rounds, plan.peer_budget_s);
+    Result<Peers> peers = Peers::start(bench, subjects, {1.0, 0.5, 0.25}, plan.sampling);
     if (!peers)
         return fail("{}", peers.error().message);
-    json["peers"] = {{"vtk", peers->version}, {"absent_because", peers->absent_because}};
     json["panels"] = Value::array();
     json["maps"] = Value::array();
     json["first_frames"] = Value::array();
     for (const Subject& subject : subjects) {
         log::info("{}", subject.name);
-        const auto drawn = bench.draw(subject, settings_of(subject.layer.mode, options.full),
-                                      plan.sampling, plan.rounds);
+        if (Result<void> opened = peers->open(subject); !opened)
+            return fail("{}", opened.error().message);
+        const auto drawn =
+            bench.draw(subject, settings_of(subject.layer.mode, options.full), plan.sampling,
+                       plan.rounds, [&] { peers->time_frames(3, plan.peer_budget_s); });
         if (!drawn)
             return fail("{}", drawn.error().message);
         json["panels"].push_back(
-            panel_json(subject, *drawn, peers->points, plan.sampling, report.failures));
+            panel_json(subject, *drawn, peers->points(), plan.sampling, report.failures));
         const Result<double> first =
             bench.first_frame_ms(subject, default_setting(), plan.sampling.size_px);
         if (!first)
@@ -173,7 +174,7 @@ Result<Report> run_quality(Bench& bench) {
         if (!map)
             return fail("{}", map.error().message);
         json["maps"].push_back(*map);
-        for (const PeerPoint& peer : peers->points) {
+        for (const PeerPoint& peer : peers->points()) {
             if (peer.subject != subject.name)
                 continue;
             if (std::abs(peer.step_samples - 1.0) > 0.01)
@@ -190,6 +191,7 @@ Result<Report> run_quality(Bench& bench) {
             json["maps"].push_back(*map);
         }
     }
+    json["peers"] = {{"vtk", peers->version()}, {"absent_because", peers->absent_because()}};
     json["aims"] = narrow_peak_aim(json["panels"].back());
     const Result<Value> orders = convergence(bench, plan);
     if (!orders)

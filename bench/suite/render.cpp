@@ -23,7 +23,7 @@ Plan plan_of(const Options& options) {
     if (options.tiny)
         return {{24, 32}, 16, 1, 0.1};
     return {
-        {512, 1024}, options.full ? 256u : 128u, options.full ? 10 : 3, options.full ? 60.0 : 12.0};
+        {512, 1024}, options.full ? 256u : 128u, options.full ? 10 : 3, options.full ? 6.0 : 4.0};
 }
 
 std::vector<Setting> settings(RayMode mode) {
@@ -120,21 +120,23 @@ Result<Report> run_render(Bench& bench) {
         const std::vector<Subject> subjects = subjects_of(sample);
         for (const uint32_t size_px : plan.sizes_px) {
             const Sampling sampling{size_px, std::max(1u, size_px / plan.rays_px)};
-            const Result<Peers> peers = measure_peers(bench, subjects, {1.0}, sampling,
-                                                      3 * plan.rounds, plan.peer_budget_s);
+            Result<Peers> peers = Peers::start(bench, subjects, {1.0}, sampling);
             if (!peers)
                 return fail("{}", peers.error().message);
-            json["peers"] = {{"vtk", peers->version}, {"absent_because", peers->absent_because}};
             for (const Subject& subject : subjects) {
                 log::info("{}, {} px", subject.name, size_px);
+                if (Result<void> opened = peers->open(subject); !opened)
+                    return fail("{}", opened.error().message);
                 const auto drawn =
-                    bench.draw(subject, settings(subject.layer.mode), sampling, plan.rounds);
+                    bench.draw(subject, settings(subject.layer.mode), sampling, plan.rounds,
+                               [&] { peers->time_frames(3, plan.peer_budget_s); });
                 if (!drawn)
                     return fail("{}", drawn.error().message);
-                Value panel = panel_json(subject, *drawn, peers->points, sampling, report.failures);
+                Value panel =
+                    panel_json(subject, *drawn, peers->points(), sampling, report.failures);
                 panel["title"] = fmt::format("{}, {} px", subject.title, size_px);
                 json["panels"].push_back(std::move(panel));
-                add_aims(subject, size_px, drawn->front(), peers->points, json["aims"]);
+                add_aims(subject, size_px, drawn->front(), peers->points(), json["aims"]);
                 if (size_px != plan.sizes_px.front())
                     continue;
                 const Result<double> first =
@@ -143,18 +145,20 @@ Result<Report> run_render(Bench& bench) {
                     return fail("{}", first.error().message);
                 json["first_frames"].push_back(
                     {{"subject", subject.name}, {"renderer", "palpate"}, {"ms", *first}});
-                for (const PeerPoint& peer : peers->points)
+                for (const PeerPoint& peer : peers->points())
                     if (peer.subject == subject.name)
                         json["first_frames"].push_back({{"subject", subject.name},
                                                         {"renderer", peer.name()},
                                                         {"ms", peer.first_frame_ms}});
-                add_first_frame_aims(subject, *first, peers->points, json["aims"]);
+                add_first_frame_aims(subject, *first, peers->points(), json["aims"]);
                 Result<Value> relative =
                     measure_relative(bench, subject, size_px, plan.rounds, json["aims"]);
                 if (!relative)
                     return fail("{}", relative.error().message);
                 json["relative"].push_back(std::move(*relative));
             }
+            json["peers"] = {{"vtk", peers->version()},
+                             {"absent_because", peers->absent_because()}};
         }
     }
     return report;

@@ -1,0 +1,90 @@
+#include "bench/suite/conversation.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "bench/suite/peers.h"
+
+extern char** environ;
+
+namespace palpate::bench {
+
+Conversation::Conversation(int socket, int child, fs::path said)
+    : socket_(socket), child_(child), said_(std::move(said)) {}
+
+Conversation::Conversation(Conversation&& other) noexcept
+    : socket_(std::exchange(other.socket_, -1)),
+      child_(std::exchange(other.child_, -1)),
+      said_(std::move(other.said_)),
+      heard_(std::move(other.heard_)) {}
+
+Conversation::~Conversation() {
+    if (socket_ < 0)
+        return;
+    ::close(socket_);
+    while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
+    }
+}
+
+Result<Conversation> Conversation::start(std::vector<std::string> command, const fs::path& said) {
+    int ends[2];
+    if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
+        return fail("{}: no socket to talk through: {}", command[0], std::strerror(errno));
+    std::vector<char*> arguments;
+    for (std::string& word : command)
+        arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t actions;
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawn_file_actions_adddup2(&actions, ends[1], 0);
+    ::posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
+    ::posix_spawn_file_actions_addopen(&actions, 2, said.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                       0644);
+    pid_t child = 0;
+    const int failed =
+        ::posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::close(ends[1]);
+    if (failed) {
+        ::close(ends[0]);
+        return fail("{}: cannot be started: {}", command[0], std::strerror(failed));
+    }
+    return Conversation(ends[0], child, said);
+}
+
+Result<nlohmann::json> Conversation::ask(const nlohmann::json& question) {
+    const std::string line = question.dump() + "\n";
+    for (size_t sent = 0; sent < line.size();) {
+        const ssize_t n = ::send(socket_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0)
+            return fail("it ended: {}", last_line(said_));
+        sent += static_cast<size_t>(n);
+    }
+    size_t end;
+    while ((end = heard_.find('\n')) == std::string::npos) {
+        char piece[4096];
+        const ssize_t n = ::recv(socket_, piece, sizeof piece, 0);
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n <= 0)
+            return fail("it ended: {}", last_line(said_));
+        heard_.append(piece, static_cast<size_t>(n));
+    }
+    nlohmann::json answer = nlohmann::json::parse(
+        heard_.begin(), heard_.begin() + static_cast<ptrdiff_t>(end), nullptr, false);
+    if (answer.is_discarded())
+        return fail("expected an answer in JSON, found '{}'", heard_.substr(0, end));
+    heard_.erase(0, end + 1);
+    return answer;
+}
+
+} // namespace palpate::bench

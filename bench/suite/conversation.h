@@ -1,0 +1,35 @@
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+
+namespace palpate::bench {
+
+// A program that is told a line of JSON at a time and answers each with one.
+class Conversation {
+ public:
+    // Starts `command` (found on the path); what it writes beside its answers, to stderr, goes into
+    // the file `said`.
+    static Result<Conversation> start(std::vector<std::string> command,
+                                      const std::filesystem::path& said);
+
+    // Waits for the answer. Fails where the program has ended, or answers no JSON.
+    Result<nlohmann::json> ask(const nlohmann::json& question);
+
+    Conversation(Conversation&& other) noexcept;
+    Conversation& operator=(Conversation&&) = delete;
+    ~Conversation(); // says goodbye by closing, and waits for the program's end
+
+ private:
+    Conversation(int socket, int child, std::filesystem::path said);
+
+    int socket_, child_;
+    std::filesystem::path said_;
+    std::string heard_; // of the next answer
+};
+
+} // namespace palpate::bench
