@@ -19,7 +19,7 @@ constexpr uint32_t kMostContacts = 24;
 constexpr double kSameWay = 0.98;        // cosine of 11 degrees
 constexpr uint32_t kMostConsidered = 16; // samples in material, at each look
 constexpr uint32_t kMostIterations = 24;
-constexpr uint32_t kMostLooks = 8; // at every sample, in a tick
+constexpr uint32_t kMostLooks = 5; // at every sample, in a tick
 constexpr double kConverged_mm = 2e-4;
 // Steps that have got so short by turning back, in samples, are not worth another look: 0.002 N at
 // 500 N/m and 0.4 mm.
