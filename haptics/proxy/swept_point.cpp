@@ -197,6 +197,10 @@ TickOutput SweptPoint::tick(const TickInput& input) noexcept {
         s.proxy = x;
         geometry.submerged = is_solid(x);
     }
+    // What was touched may be gone: a hand at rest would not notice, so the proxy sets out anew,
+    // and where all is as before it is stopped at once.
+    if (geometry.was_replaced && !is_solid(s.proxy))
+        s.touching = false;
     if (!geometry.submerged)
         geometry.iterations = settle(x);
 

@@ -312,6 +312,34 @@ TEST(SweptPoint, EditsUnderContactDoNotKick) {
 }
 
 // An iso-value moved while touching slides the surface, too.
+// Nothing but the snapshot changes: straight above its contact a proxy need not move at all, and
+// what is touched must be looked for again.
+TEST(SweptPoint, ForceEndsWithWhatIsTouchedUnderAHandAtRest) {
+    const Scene scene = make_scene(flat_plane(), {});
+    VolumeEdit removal(*scene.touch.grey);
+    const Grid grid = scene.touch.grey->grid();
+    for (uint32_t z = 0; z < grid.size.z; ++z)
+        for (uint32_t y = 0; y < grid.size.y; ++y)
+            for (uint32_t x = 0; x < grid.size.x; ++x)
+                if (world_point(grid, {x, y, z}).z > -4.0)
+                    removal.set({x, y, z}, 0.0);
+    haptics::TouchScene touch = scene.touch;
+    haptics::TouchParameters parameters = settings(scene);
+    const auto algorithm = haptics::make_swept_point();
+    haptics::TickInput input{.scene = &touch, .parameters = &parameters};
+    haptics::TickOutput out;
+    for (int i = 0; i < 300; ++i) {
+        input.tool.position_mm = {0, 0, std::max(-1.0, 2.0 - 0.02 * i)};
+        out = algorithm->tick(input);
+    }
+    EXPECT_NEAR(out.force_n.z, 1.0 + scene.body.touch_mm.z, 0.01); // k = 1 N/mm
+    touch.grey = removal.commit();
+    for (int i = 0; i < 50; ++i) // bled off within 1 N at 90 N/s
+        out = algorithm->tick(input);
+    EXPECT_EQ(out.force_n, dvec3(0.0));
+    EXPECT_EQ(out.contact, haptics::Contact::free);
+}
+
 TEST(SweptPoint, IsoValueMovedUnderContactDoesNotKick) {
     const Scene scene = make_scene(flat_plane(), {});
     haptics::TouchParameters parameters = settings(scene);
