@@ -3,9 +3,9 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <random>
 
 #include "haptics/safety/chain.h"
+#include "tests/unit/haptics_safety/fuzz.h"
 
 // Every fault a device can show, while idle, in contact and in the soft start. Whatever happens,
 // what goes out is finite, within limits, changes no faster than it may unless it goes to nothing,
@@ -161,53 +161,7 @@ TEST(FaultMatrix, EveryFaultInEveryStateEndsSafely) {
 }
 
 TEST(FaultMatrix, NothingThatCanBePassedInGivesAnUnsafeForce) {
-    std::mt19937_64 random(11);
-    const double odd[] = {0.0,
-                          -0.0,
-                          1e-310,
-                          0.01,
-                          -0.03,
-                          0.05,
-                          1.0,
-                          -3.0,
-                          1e9,
-                          1e300,
-                          -1e300,
-                          kNaN,
-                          std::numeric_limits<double>::infinity()};
-    const auto number = [&] {
-        return random() % 8 ? 0.01 * (static_cast<double>(random() % 2001) - 1000) / 1000
-                            : odd[random() % std::size(odd)];
-    };
-    const auto vector = [&](double scale) {
-        const double x = number(), y = number(), z = number();
-        return scale * glm::dvec3(x, y, z);
-    };
-    SafetyChain chain(SafetyLimits{}, kDevice);
-    int64_t now_ns = 0, sent = 0;
-    for (int tick = 0; tick < 300'000; ++tick) {
-        if (chain.latched() || chain.mode() == SoftStart::Mode::disarmed)
-            chain.arm();
-        const bool wild = random() % 3000 == 0;
-        now_ns += wild ? static_cast<int64_t>(random()) >> 8 : kMs;
-        now_ns %= int64_t{1} << 60;
-        DeviceSample sample{.position_m = wild ? vector(1) : glm::dvec3(0.01, 0, 0)};
-        if (wild)
-            sample.velocity_m_per_s = vector(100);
-        const auto status = wild ? static_cast<DeviceStatus>(random() % 5) : DeviceStatus::ok;
-        chain.begin(now_ns, wild && random() % 2 ? static_cast<int64_t>(random()) >> 8 : now_ns,
-                    status, sample);
-        const Wrench out = chain.finish({vector(tick % 4000 < 20 ? 0.0
-                                                : wild           ? 1e3
-                                                                 : 100.0),
-                                         {}},
-                                        wild ? std::abs(number()) : 1000.0);
-        const double size = glm::length(out.force_n);
-        ASSERT_TRUE(std::isfinite(size) && size <= 6.4 * (1 + 1e-12)) << tick;
-        ASSERT_EQ(out.torque_nm, glm::dvec3(0)) << tick;
-        sent += size > 0.0;
-    }
-    EXPECT_GT(sent, 1000); // it was on for part of the time
+    fuzz_chain(11, 300'000);
 }
 
 } // namespace
