@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <memory>
 
 #include "bench/suite/suites.h"
 #include "bench/touch/closed_loop.h"
@@ -13,6 +14,7 @@
 #include "engine/surface/marching_cubes.h"
 #include "haptics/proxy/field.h"
 #include "haptics/proxy/swept_mesh.h"
+#include "haptics/servo/histogram.h"
 
 namespace palpate::bench {
 
@@ -202,6 +204,7 @@ Value closed_loop_grid(const Plan& plan) {
 
 // Time of a tick: the phantom of 512^3 is for the long form, a ball of noise else.
 Value tick_times(const Plan& plan) {
+    const auto us = [](uint64_t ns) { return 1e-3 * static_cast<double>(ns); };
     Value rows = Value::array();
     touch::TouchCase body{.id = "A2", .name = "ball/15mm"};
     body.solid = touch::ball({0, 0, -15.0}, 15.0);
@@ -218,8 +221,8 @@ Value tick_times(const Plan& plan) {
             touch::TouchCase raised = body;
             raised.touch_mm.z += parameters.tool_radius_mm;
             const auto algorithm = entry.make();
-            touch::Histogram cpu(0.1);
-            for (uint64_t seed = 1; cpu.count() < plan.timed_ticks; ++seed) {
+            const auto cpu = std::make_unique<haptics::Histogram>(); // ns
+            for (uint64_t seed = 1; cpu->count() < plan.timed_ticks; ++seed) {
                 haptics::TickInput input{.scene = &scene.touch, .parameters = &parameters};
                 touch::Path path = touch::hand(raised, 1.5, 5.0, seed);
                 input.tool.position_mm = path.front();
@@ -229,16 +232,16 @@ Value tick_times(const Plan& plan) {
                     input.tool.position_mm = x;
                     const double before = touch::thread_cpu_us();
                     algorithm->tick(input);
-                    cpu.add(touch::thread_cpu_us() - before);
+                    cpu->add(static_cast<uint64_t>(1e3 * (touch::thread_cpu_us() - before)));
                 }
             }
             rows.push_back({{"algorithm", entry.name},
                             {"samples", sampled ? samples : 1},
-                            {"ticks", cpu.count()},
-                            {"p50_us", cpu.percentile(0.5)},
-                            {"p99_us", cpu.percentile(0.99)},
-                            {"p999_us", cpu.percentile(0.999)},
-                            {"max_us", cpu.max()}});
+                            {"ticks", cpu->count()},
+                            {"p50_us", us(cpu->percentile(0.5))},
+                            {"p99_us", us(cpu->percentile(0.99))},
+                            {"p999_us", us(cpu->percentile(0.999))},
+                            {"max_us", us(cpu->max())}});
         }
     return rows;
 }
