@@ -6,6 +6,7 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/progress.h"
+#include "apps/palpate/touch_feel.h"
 #include "apps/palpate/touch_run.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
@@ -32,7 +33,8 @@ struct TouchOptions {
     double iso = NAN, radius_mm = 0, stiffness = 500, damping = 0, yield_n = 0, viscosity = 0;
     std::vector<double> friction{0.0};
     uint32_t samples = 340, delay = 0;
-    double rate_hz = 1000, scale = 0, drill_mm = 0;
+    double rate_hz = 1000, scale = 0;
+    FeelOptions feel;
     haptics::HandModel hand;
     bool real_time = false;
 };
@@ -130,10 +132,13 @@ Result<void> run_touch(const TouchOptions& o) {
     Result<haptics::HandPath> path = hand_path(o, grid);
     if (!path)
         return pass_on(path);
-    TouchRunSetup setup{.scene = {.grey = scene->data.volume,
-                                  .labels = scene->data.labels,
-                                  .version = scene->data.volume.version()},
-                        .parameters = parameters_of(o, *scene),
+    Result<Feel> feel =
+        make_feel(o.feel, *scene, parameters_of(o, *scene), *algorithm, interrupt.token());
+    if (!feel)
+        return pass_on(feel);
+    const bool edits_labels = feel->edit && feel->edit->operation.on_labels();
+    TouchRunSetup setup{.scene = std::move(feel->scene),
+                        .parameters = feel->parameters,
                         .algorithm = *algorithm,
                         .path = std::move(*path),
                         .device = o.device,
@@ -141,7 +146,7 @@ Result<void> run_touch(const TouchOptions& o) {
                         .rate_hz = o.rate_hz,
                         .scale = o.scale,
                         .delay_ticks = o.delay,
-                        .drill_mm = o.drill_mm,
+                        .edit = std::move(feel->edit),
                         .real_time = o.real_time};
     Progress progress("touching");
     Result<TouchRun> run =
@@ -156,7 +161,8 @@ Result<void> run_touch(const TouchOptions& o) {
     if (done && !o.record.empty())
         done = haptics::save_device_log(o.record, run->records);
     if (done && !o.output.empty())
-        done = save_volume(o.output, *run->scene.grey, interrupt.token());
+        done = save_volume(o.output, edits_labels ? *run->scene.labels : *run->scene.grey,
+                           interrupt.token());
     if (done)
         say(haptics::summarise(run->ticks, run->start_ns), std::move(run->telemetry));
     return done;
@@ -241,10 +247,7 @@ Command add_touch(CLI::App& app) {
     app.add_option("--grip", o->hand.grip, "Of the hand: 0 is nobody, 1 relaxed, 3 firm")
         ->check(not_negative)
         ->capture_default_str();
-    app.add_option("--drill", o->drill_mm,
-                   "Cut with a ball of this radius, mm, while button 0 is pressed; 0: do not cut")
-        ->check(not_negative)
-        ->capture_default_str();
+    add_feel_options(app, o->feel);
     app.add_flag("--real-time", o->real_time,
                  "On the wall clock, in a real-time thread where permitted");
     app.add_option("--report", o->report, "Every tick as CSV (default: none)")
@@ -254,7 +257,9 @@ Command add_touch(CLI::App& app) {
     app.add_option("--record", o->record,
                    "What passed between servo and device: .csv, else compact (default: none)")
         ->type_name("FILE");
-    app.add_option("-o,--output", o->output, "The volume as it is at the end (default: none)")
+    app.add_option("-o,--output", o->output,
+                   "The volume as it is at the end, or its labels where --edit changes those "
+                   "(default: none)")
         ->type_name("FILE");
     return [o] { return run_touch(*o); };
 }

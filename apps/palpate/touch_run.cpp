@@ -56,33 +56,40 @@ Workspace workspace_for(const HandPath& path, const DeviceCapabilities& device, 
     return Workspace(0.5 * (low + high), scale);
 }
 
-// Cuts what the tool passes over while button 0 is pressed: one stroke a press.
-class Drill {
+// Does what the edit says where the tool passes while button 0 is pressed: one stroke a press, so
+// that operations which read S' take the snapshot of that moment. The tool is where it is held out
+// of the material; the hand may be far inside.
+class Carver {
  public:
-    Drill(Mailbox<TouchScene>& scenes, double radius_mm)
-        : scenes_(scenes), tool_{.shape = make_ball(radius_mm)} {
-        cut_.kind = OperationKind::cut;
-        cut_.to_value = double{scenes.latest().grey->range().min};
-    }
+    Carver(Mailbox<TouchScene>& scenes, TouchEdit edit) : scenes_(scenes), edit_(std::move(edit)) {}
     Result<void> follow(const ToolStamp& stamp) {
         if (!(stamp.buttons & 1)) {
             stroke_.reset();
             return {};
         }
+        const TouchScene& scene = scenes_.latest();
+        const bool on_labels = edit_.operation.on_labels();
+        const Volume& before = on_labels ? *scene.labels : *scene.grey;
         if (!stroke_) {
-            auto begun = StrokeRun::start(*scenes_.latest().grey, tool_, cut_);
+            auto begun = StrokeRun::start(before, edit_.tool, edit_.operation,
+                                          on_labels ? scene.grey : std::nullopt);
             if (!begun)
                 return pass_on(begun);
             stroke_ = std::move(*begun);
         }
         const palpate::ToolPose pose{static_cast<double>(stamp.time_ns) * 1e-9,
-                                     stamp.tool.position_mm, stamp.tool.rotation};
+                                     stamp.proxy.position_mm, stamp.tool.rotation};
         stroke_->add(std::span(&pose, 1));
         stroke_->work();
         const Volume now = stroke_->publish();
-        if (!now.is_same_as(*scenes_.latest().grey)) {
-            TouchScene next = scenes_.latest();
-            next.grey = now;
+        if (!now.is_same_as(before)) {
+            TouchScene next = scene;
+            // Where SCENE itself is the label map, there is one volume.
+            const bool is_one = scene.labels && scene.labels->is_same_as(*scene.grey);
+            if (on_labels || is_one)
+                next.labels = now;
+            if (!on_labels || is_one)
+                next.grey = now;
             next.version = now.version();
             scenes_.publish(std::make_unique<const TouchScene>(std::move(next)));
         }
@@ -91,8 +98,7 @@ class Drill {
 
  private:
     Mailbox<TouchScene>& scenes_;
-    Tool tool_;
-    Operation cut_;
+    TouchEdit edit_;
     std::unique_ptr<StrokeRun> stroke_;
 };
 
@@ -108,7 +114,7 @@ std::unique_ptr<Device> make_device(const TouchRunSetup& setup, const DevicePres
 
 // Ticks on the wall clock until `count` are done; the calling thread edits meanwhile.
 Result<void> run_real_time(Servo& servo, const TouchRunSetup& setup, TouchRun& run, size_t count,
-                           Algorithm& algorithm, Ring<ToolStamp>& poses, Drill* drill,
+                           Algorithm& algorithm, Ring<ToolStamp>& poses, Carver* carver,
                            Mailbox<TouchScene>& scenes, const std::stop_token& stop,
                            const std::function<void(double)>& progress) {
     run.ticks.resize(count);
@@ -125,6 +131,10 @@ Result<void> run_real_time(Servo& servo, const TouchRunSetup& setup, TouchRun& r
         return at + 1 < count;
     };
     BrickLock bricks;
+    const auto felt = [&]() -> const Volume& {
+        const TouchScene& scene = scenes.latest();
+        return setup.parameters.source == TouchSource::labels ? *scene.labels : *scene.grey;
+    };
     ServoThread thread(servo, std::move(options));
     log::info("servo: {}{}{}", thread.state().policy,
               thread.state().locked ? ", locked in memory" : "",
@@ -132,11 +142,11 @@ Result<void> run_real_time(Servo& servo, const TouchRunSetup& setup, TouchRun& r
     while (!thread.ended() && !stop.stop_requested()) {
         bool any = false;
         for (ToolStamp stamp; poses.pop(stamp); any = true) {
-            if (drill)
-                if (Result<void> cut = drill->follow(stamp); !cut)
+            if (carver)
+                if (Result<void> cut = carver->follow(stamp); !cut)
                     return cut;
             if (stamp.time_ns / 1'000'000 % 20 == 0)
-                bricks.update(*scenes.latest().grey, stamp.tool.position_mm,
+                bricks.update(felt(), stamp.tool.position_mm,
                               5.0 + setup.parameters.tool_radius_mm);
         }
         progress(static_cast<double>(done) / static_cast<double>(count));
@@ -184,13 +194,13 @@ Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop
     auto servo = std::make_unique<Servo>(
         Servo::Parts{recorder, *algorithm, scenes, parameters, &poses}, workspace, options);
     servo->arm();
-    std::optional<Drill> drill;
-    if (setup.drill_mm > 0.0)
-        drill.emplace(scenes, setup.drill_mm);
+    std::optional<Carver> carver;
+    if (setup.edit)
+        carver.emplace(scenes, *setup.edit);
 
     if (setup.real_time) {
         Result<void> done = run_real_time(*servo, setup, run, count, *algorithm, poses,
-                                          drill ? &*drill : nullptr, scenes, stop, progress);
+                                          carver ? &*carver : nullptr, scenes, stop, progress);
         if (!done)
             return pass_on(done);
     } else {
@@ -200,8 +210,8 @@ Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop
             run.ticks.push_back(servo->tick(now_ns, now_ns));
             recorder.drain(run.records);
             for (ToolStamp stamp; poses.pop(stamp);)
-                if (drill)
-                    if (Result<void> cut = drill->follow(stamp); !cut)
+                if (carver)
+                    if (Result<void> cut = carver->follow(stamp); !cut)
                         return pass_on(cut);
             if (i % 256 == 0)
                 progress(static_cast<double>(i) / static_cast<double>(count));

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "apps/palpate/touch_feel.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 #include "haptics/device/recorded.h"
@@ -24,7 +26,7 @@ struct TouchRunSetup {
     double rate_hz = 1000.0;
     double scale = 0.0; // 0: what the path needs
     uint32_t delay_ticks = 0;
-    double drill_mm = 0.0;
+    std::optional<TouchEdit> edit;
     bool real_time = false;
 };
 

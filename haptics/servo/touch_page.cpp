@@ -160,19 +160,31 @@ std::string touch_page(std::span<const ServoTick> ticks, int64_t start_ns,
     };
     const double start_s = ticks.empty() ? 0.0 : seconds(ticks.front());
     const double end_s = ticks.empty() ? 1.0 : seconds(ticks.back());
-    const auto probe = [](int axis) {
-        return [axis](const ServoTick& t) { return t.usable ? t.tool.position_mm[axis] : NAN; };
+    // A way of millimetres somewhere in a volume of decimetres: beside where it began.
+    glm::dvec3 origin_mm(0.0);
+    for (const ServoTick& t : ticks)
+        if (t.usable) {
+            origin_mm = t.tool.position_mm;
+            break;
+        }
+    const auto probe = [=](int axis) {
+        return [=](const ServoTick& t) {
+            return t.usable ? t.tool.position_mm[axis] - origin_mm[axis] : NAN;
+        };
     };
-    const auto proxy = [](int axis) {
-        return [axis](const ServoTick& t) {
-            return t.usable ? t.touched.proxy.position_mm[axis] : NAN;
+    const auto proxy = [=](int axis) {
+        return [=](const ServoTick& t) {
+            return t.usable ? t.touched.proxy.position_mm[axis] - origin_mm[axis] : NAN;
         };
     };
     const auto force = [](int axis) {
         return [axis](const ServoTick& t) { return t.sent_world_n[axis]; };
     };
+    const std::string position_title =
+        fmt::format("Position, mm, from where it began: {:.1f}, {:.1f}, {:.1f}", origin_mm.x,
+                    origin_mm.y, origin_mm.z);
     const Panel panels[] = {
-        {"Position, mm",
+        {position_title.c_str(),
          {{"proxy x", "thin", proxy(0)},
           {"proxy y", "thin", proxy(1)},
           {"proxy z", "thin", proxy(2)},

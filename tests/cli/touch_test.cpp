@@ -40,6 +40,22 @@ class TouchCommand : public ProgramTest {
         write("path.csv",
               "time_s,x_mm,y_mm,z_mm,button\n0,0,0,43,0\n0.4,0,0,32,0\n0.6,0,0,32,1\n1,0,0,43,0\n");
     }
+    // NRRD of 24^3 samples of 1 mm about the origin.
+    template <class Value>
+    void write_nrrd(const std::string& name, const char* type, const Value& value) const {
+        std::string text = std::string("NRRD0004\ntype: ") + type +
+                           "\ndimension: 3\nsizes: 24 24 24\nspace: left-posterior-superior\n"
+                           "space directions: (1,0,0) (0,1,0) (0,0,1)\n"
+                           "space origin: (-12,-12,-12)\nencoding: ascii\n\n";
+        for (int z = -12; z < 12; ++z)
+            for (int y = -12; y < 12; ++y)
+                for (int x = -12; x < 12; ++x)
+                    text += std::to_string(value(x, z)) + (x == 11 ? "\n" : " ");
+        write(name, text);
+    }
+    void write_two_labels() const {
+        write_nrrd("labels.nrrd", "uint8", [](int x, int z) { return z >= 0 ? 0 : x < 0 ? 1 : 2; });
+    }
     std::vector<std::string> arguments(const std::string& algorithm) const {
         return {"touch",       "synthetic:ball?size=64",
                 "--path",      file("path.csv").string(),
@@ -124,6 +140,149 @@ TEST_F(TouchCommand, DrillingLeavesAHoleInTheVolumeThatIsWritten) {
     const ProgramRun compared =
         run({"compare", "synthetic:ball?size=64", file("out.nrrd").string()});
     EXPECT_EQ(compared.exit_code, 1);
+}
+
+// Along x over two labels side by side: 1 for x < 0, 2 beyond, both below z = 0.
+TEST_F(TouchCommand, LabelsAreFeltEachInItsOwnWay) {
+    write_two_labels();
+    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,-6,0,3\n0.2,-6,0,-1\n1.2,6,0,-1\n");
+    std::vector<std::string> command = arguments("swept-point");
+    command[1] = file("labels.nrrd").string();
+    command.insert(command.end(), {"--label-feel", "1,300", "--label-feel", "2,900"});
+    const ProgramRun done = run(command);
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    const auto t = table("r.csv");
+    // The surface lies between the samples at -1 mm and 0: within 0.4 of a sample of -0.5 mm.
+    for (const auto& [tick, stiffness] : {std::pair{300, 300.0}, std::pair{1100, 900.0}}) {
+        const auto i = static_cast<size_t>(tick);
+        const double depth_mm = t.at("proxy_z_mm")[i] - t.at("probe_z_mm")[i];
+        EXPECT_NEAR(depth_mm, 0.5, 0.4) << tick;
+        EXPECT_NEAR(t.at("force_z_n")[i], 1e-3 * stiffness * depth_mm, 1e-3) << tick;
+    }
+}
+
+TEST_F(TouchCommand, ALabelYieldsAtItsOwnThreshold) {
+    write_two_labels();
+    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,-6,0,3\n0.4,-6,0,-5\n0.8,-6,0,-5\n");
+    std::vector<std::string> command = arguments("swept-point");
+    command[1] = file("labels.nrrd").string();
+    command.insert(command.end(), {"--label-feel", "1,500,0,0.8"});
+    ASSERT_EQ(run(command).exit_code, 0);
+    // 4 mm at 500 N/m would be 2 N: it rests at T0, within the 3 % that yielding is held to.
+    EXPECT_NEAR(table("r.csv").at("force_z_n").back(), 0.8, 0.03 * 0.8);
+}
+
+TEST_F(TouchCommand, AMeshIsFelt) {
+    write_path();
+    const ProgramRun made =
+        run({"surface", "synthetic:ball?size=64", "--iso", "500", "-o", file("ball.ply").string()});
+    ASSERT_EQ(made.exit_code, 0) << made.messages;
+    for (const bool from_file : {false, true}) {
+        std::vector<std::string> command = arguments("swept-mesh");
+        if (from_file)
+            command.insert(command.end(), {"--mesh", file("ball.ply").string()});
+        const ProgramRun done = run(command);
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        const auto t = table("r.csv");
+        // At 0.5 s the probe is at 32 mm; the ball's top is where the program itself meets it.
+        EXPECT_NEAR(t.at("force_z_n")[500], 0.5 * (t.at("proxy_z_mm")[500] - 32.0), 1e-6);
+        EXPECT_GT(t.at("force_z_n")[500], 1.0) << from_file;
+    }
+}
+
+TEST_F(TouchCommand, AVectorFieldPullsAlongItself) {
+    // From beyond the field, where nothing is felt: a force at the start would never begin.
+    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,20\n0.4,0,0,0\n1,0,0,0\n");
+    for (const auto& [name, value] :
+         {std::pair{"a.nrrd", 0.6}, std::pair{"b.nrrd", 0.0}, std::pair{"c.nrrd", 0.8}})
+        write_nrrd(name, "float", [value = value](int, int) { return value; });
+    std::vector<std::string> command = arguments("wish-2008-vector");
+    command.insert(command.end(), {"--transfer", "0.7", "--field",
+                                   file("a.nrrd").string() + "," + file("b.nrrd").string() + "," +
+                                       file("c.nrrd").string()});
+    const ProgramRun done = run(command);
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    const auto t = table("r.csv");
+    EXPECT_EQ(t.at("force_z_n")[50], 0.0);
+    EXPECT_NEAR(t.at("force_x_n")[500], 0.7 * 0.6, 1e-3);
+    EXPECT_NEAR(t.at("force_z_n")[500], 0.7 * 0.8, 1e-3);
+}
+
+// Vidholm & Agmund, section 5: erosion and the like are felt in S, drawing in the gradient of V.
+TEST_F(TouchCommand, AnEditOfLabelsIsFeltWhileItHappens) {
+    write_two_labels();
+    // In contact at -1.5 mm; from 0.5 s on the button is pressed: one layer of 1 mm goes.
+    write("path.csv",
+          "time_s,x_mm,y_mm,z_mm,button\n0,-6,0,3,0\n0.3,-6,0,-1.5,0\n0.5,-6,0,-1.5,1\n"
+          "1,-6,0,-1.5,1\n");
+    const auto forces = [&](const char* kind) {
+        std::vector<std::string> command = arguments("swept-point");
+        command[1] = file("labels.nrrd").string();
+        command.insert(command.end(),
+                       {"--edit", kind, "--tool", R"({"kind": "ball", "radius_mm": 4})", "-o",
+                        file("out.nrrd").string()});
+        const ProgramRun done = run(command);
+        EXPECT_EQ(done.exit_code, 0) << done.messages;
+        EXPECT_EQ(
+            run({"compare", file("labels.nrrd").string(), file("out.nrrd").string()}).exit_code, 1);
+        const auto t = table("r.csv");
+        EXPECT_GT(t.at("volume_version").back(), t.at("volume_version").front());
+        return std::pair{t.at("force_z_n")[450], t.at("force_z_n").back()};
+    };
+    // 500 N/m; an erosion and a dilation move the surface by one sample.
+    const auto [before, eroded] = forces(R"({"kind": "erode", "label": 1})");
+    EXPECT_NEAR(before, 0.5, 0.2); // 1 mm within 0.4 samples
+    EXPECT_NEAR(before - eroded, 0.5, 0.1);
+    const auto [same, dilated] = forces(R"({"kind": "dilate", "label": 1})");
+    EXPECT_EQ(same, before);
+    EXPECT_NEAR(dilated - before, 0.5, 0.1);
+    EXPECT_EQ(forces(R"({"kind": "erase"})").second, 0.0);
+}
+
+TEST_F(TouchCommand, DrawingIsFeltInTheGradientOfTheGreyValues) {
+    write_nrrd("v.nrrd", "int16", [](int, int z) { return z < 0 ? 1000 : 0; });
+    write_nrrd("s.nrrd", "uint8", [](int, int) { return 0; });
+    write("path.csv", "time_s,x_mm,y_mm,z_mm,button\n0,0,0,-6,1\n1,0,0,4,1\n");
+    std::vector<std::string> command = arguments("wish-2008-potential");
+    command[1] = file("v.nrrd").string();
+    command.insert(command.end(),
+                   {"--labels", file("s.nrrd").string(), "--transfer", "0.3", "--edit",
+                    R"({"kind": "draw", "label": 3})", "--tool",
+                    R"({"kind": "ball", "radius_mm": 2})", "-o", file("out.nrrd").string()});
+    const ProgramRun done = run(command);
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    const auto t = table("r.csv");
+    // The edge lies between z = -1 and 0, which the way passes at 0.5 s to 0.6 s: there the
+    // gradient points down, with the strength of the transfer function. It is flat elsewhere. The
+    // way leads against the force; along it, the passivity controller would damp it.
+    EXPECT_NEAR(t.at("force_z_n")[550], -0.3, 0.001);
+    EXPECT_EQ(t.at("force_x_n")[550], 0.0);
+    EXPECT_EQ(t.at("force_z_n")[200], 0.0);
+    EXPECT_EQ(t.at("force_z_n")[900], 0.0);
+    const json info = json::parse(run({"info", "--json", file("out.nrrd").string()}).output);
+    EXPECT_EQ(info["range"], json({0, 3}));
+}
+
+TEST_F(TouchCommand, SaysWhatCannotBeFelt) {
+    write_path();
+    const auto message = [&](const char* algorithm, const std::vector<std::string>& more) {
+        std::vector<std::string> command = arguments(algorithm);
+        command.insert(command.end(), more.begin(), more.end());
+        const ProgramRun bad = run(command);
+        EXPECT_EQ(bad.exit_code, 1);
+        return bad.messages;
+    };
+    EXPECT_THAT(message("swept-point", {"--source", "labels"}),
+                HasSubstr("--source: expected --labels"));
+    EXPECT_THAT(message("swept-point", {"--label-feel", "1"}),
+                HasSubstr("expected LABEL,STIFFNESS[,FRICTION[,T0]], found '1'"));
+    EXPECT_THAT(message("swept-point", {"--transfer", "1:2,1:3"}),
+                HasSubstr("--transfer: expected values that rise"));
+    EXPECT_THAT(message("swept-point", {"--edit", R"({"kind": "hop"})"}),
+                HasSubstr("--edit:1: kind: expected"));
+    EXPECT_THAT(message("swept-point", {"--edit", R"({"kind": "cut", "to_value": 0})"}),
+                HasSubstr("expected a --tool"));
+    EXPECT_THAT(message("swept-mesh", {"--drill", "2"}), HasSubstr("swept-mesh feels a mesh"));
 }
 
 TEST_F(TouchCommand, SaysWhatIsWrong) {

@@ -1,0 +1,301 @@
+#include "apps/palpate/touch_feel.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <memory>
+#include <string_view>
+
+#include "engine/base/file.h"
+#include "engine/edit/stroke.h"
+#include "engine/io/mesh_io.h"
+#include "engine/surface/marching_cubes.h"
+#include "engine/volume/builder.h"
+#include "haptics/proxy/swept_mesh.h"
+#include "haptics/proxy/tool_points.h"
+
+namespace palpate {
+
+namespace {
+
+using haptics::HapticTransfer;
+using haptics::LabelTouch;
+using haptics::TouchSource;
+
+// "1,2.5" with ',' is {1, 2.5}; nothing where a piece is no finite number.
+std::optional<std::vector<double>> numbers_of(std::string_view text, char separator) {
+    std::vector<double> numbers;
+    for (;;) {
+        const size_t end = std::min(text.find(separator), text.size());
+        double number = NAN;
+        const auto [rest, error] = std::from_chars(text.data(), text.data() + end, number);
+        if (error != std::errc{} || rest != text.data() + end || !std::isfinite(number))
+            return {};
+        numbers.push_back(number);
+        if (end == text.size())
+            return numbers;
+        text.remove_prefix(end + 1);
+    }
+}
+
+// VALUE:FORCE pairs of rising value, or with `sigmoid` A or A,CENTER,WIDTH.
+Result<HapticTransfer> read_transfer(const char* option, const std::string& text, bool sigmoid) {
+    HapticTransfer transfer;
+    if (text.empty())
+        return transfer;
+    if (sigmoid && text.find(':') == std::string::npos) {
+        const auto n = numbers_of(text, ',');
+        if (!n || (n->size() != 1 && n->size() != 3))
+            return fail("{}: expected A or A,CENTER,WIDTH or VALUE:FORCE pairs, found '{}'", option,
+                        text);
+        transfer.strength_n = n->front();
+        if (n->size() == 3) {
+            transfer.center = (*n)[1];
+            transfer.width = (*n)[2];
+        }
+        return transfer;
+    }
+    for (size_t begin = 0; begin <= text.size();) {
+        const size_t end = std::min(text.find(',', begin), text.size());
+        const std::string_view pair = std::string_view(text).substr(begin, end - begin);
+        const auto n = numbers_of(pair, ':');
+        if (!n || n->size() != 2)
+            return fail("{}: expected a VALUE:NUMBER pair, found '{}'", option, pair);
+        if (transfer.point_count == HapticTransfer::kMostPoints)
+            return fail("{}: expected at most {} pairs, found more", option,
+                        HapticTransfer::kMostPoints);
+        if (transfer.point_count > 0 && n->front() <= transfer.values[transfer.point_count - 1])
+            return fail("{}: expected values that rise from pair to pair, found '{}'", option,
+                        text);
+        transfer.values[transfer.point_count] = n->front();
+        transfer.forces_n[transfer.point_count++] = n->back();
+        begin = end + 1;
+    }
+    return transfer;
+}
+
+// LABEL,STIFFNESS[,FRICTION[,T0]]
+Result<LabelTouch> read_label(const std::string& text) {
+    const auto n = numbers_of(text, ',');
+    const bool whole =
+        n && n->front() >= 0.0 && n->front() <= 65535.0 && n->front() == std::floor(n->front());
+    if (!whole || n->size() < 2 || n->size() > 4 ||
+        std::any_of(n->begin(), n->end(), [](double v) { return v < 0.0; }))
+        return fail("--label-feel: expected LABEL,STIFFNESS[,FRICTION[,T0]], found '{}'", text);
+    LabelTouch touch{.label = static_cast<uint32_t>(n->front()), .stiffness_n_per_m = (*n)[1]};
+    if (n->size() > 2)
+        touch.friction_static = touch.friction_dynamic = (*n)[2];
+    if (n->size() > 3)
+        touch.yield_n = (*n)[3];
+    return touch;
+}
+
+// JSON itself, or the file that holds it.
+template <class T>
+Result<T> read_json(const char* option, const std::string& text, T (*read)(const JsonValue&)) {
+    std::string content = text;
+    const bool is_file = text.find('{') == std::string::npos;
+    if (is_file) {
+        Result<std::string> content_of_file = load_text(text);
+        if (!content_of_file)
+            return pass_on(content_of_file);
+        content = std::move(*content_of_file);
+    }
+    const std::string name = is_file ? text : option;
+    Result<Json> json = parse_json(content, name);
+    if (!json)
+        return pass_on(json);
+    JsonErrors errors{name, {}};
+    T value = read(JsonValue(*json, "", errors));
+    if (errors.first)
+        return tl::unexpected(*errors.first);
+    return value;
+}
+
+Result<Volume> load_component(const std::string& name, std::stop_token stop) {
+    SceneFile file;
+    file.volume = name;
+    Result<LoadedScene> loaded = load_scene_data(file, {.stop = stop});
+    if (!loaded)
+        return pass_on(loaded);
+    return std::move(loaded->data.volume);
+}
+
+// What is not background, as a mesh of values about 0.5.
+Volume mask_of(const Volume& labels) {
+    return make_volume(labels.grid(), ScalarType::u8,
+                       [&](glm::uvec3 at) { return labels.value(at) != 0.0 ? 1.0 : 0.0; });
+}
+
+Result<std::shared_ptr<const Mesh>> felt_mesh(const FeelOptions& o, const Feel& feel) {
+    if (!o.mesh.empty()) {
+        Result<LoadedMesh> loaded = load_mesh(o.mesh);
+        if (!loaded)
+            return pass_on(loaded);
+        return std::make_shared<const Mesh>(std::move(loaded->mesh));
+    }
+    if (feel.parameters.source == TouchSource::labels)
+        return std::make_shared<const Mesh>(marching_cubes(mask_of(*feel.scene.labels), 0.5f));
+    return std::make_shared<const Mesh>(
+        marching_cubes(*feel.scene.grey, static_cast<float>(feel.parameters.iso)));
+}
+
+Result<std::optional<TouchEdit>> read_edit(const FeelOptions& o, const Feel& feel) {
+    std::optional<TouchEdit> edit;
+    if (o.edit.empty() && o.drill_mm == 0.0)
+        return edit;
+    edit.emplace();
+    if (o.drill_mm > 0.0) {
+        edit->operation.kind = OperationKind::cut;
+        edit->operation.to_value = double{feel.scene.grey->range().min};
+        edit->tool.shape = make_ball(o.drill_mm);
+    } else {
+        Result<Operation> operation = read_json("--edit", o.edit, read_operation);
+        if (!operation)
+            return pass_on(operation);
+        edit->operation = std::move(*operation);
+        if (edit->operation.by_region())
+            return fail("--edit: '{}' happens after the stroke and cannot be felt",
+                        name_of(edit->operation.kind));
+    }
+    if (!o.tool.empty()) {
+        Result<Tool> tool = read_json("--tool", o.tool, read_tool);
+        if (!tool)
+            return pass_on(tool);
+        edit->tool = std::move(*tool);
+    }
+    if (!edit->tool.shape)
+        return fail("--edit: expected a --tool to do it with, found none");
+    const bool labels = edit->operation.on_labels();
+    if (labels && !feel.scene.labels)
+        return fail("--edit: '{}' is for labels; expected --labels, or labels as SCENE",
+                    name_of(edit->operation.kind));
+    Result<void> possible = check(edit->operation, labels ? *feel.scene.labels : *feel.scene.grey,
+                                  labels ? &*feel.scene.grey : nullptr);
+    if (!possible)
+        return fail("--edit: {}", possible.error().message);
+    return edit;
+}
+
+// Vidholm & Agmund: while drawing the hand feels V, while it erases, erodes or dilates S.
+TouchSource source_of(const FeelOptions& o, const std::optional<TouchEdit>& edit) {
+    if (!o.source.empty())
+        return o.source == "labels" ? TouchSource::labels : TouchSource::grey;
+    const bool changes_labels =
+        edit && edit->operation.on_labels() && edit->operation.kind != OperationKind::draw;
+    return changes_labels || !o.label_feel.empty() ? TouchSource::labels : TouchSource::grey;
+}
+
+} // namespace
+
+void add_feel_options(CLI::App& app, FeelOptions& o) {
+    app.add_option("--source", o.source,
+                   "What is felt: grey or labels (default: labels with --label-feel and while they "
+                   "are edited but by draw, else grey)")
+        ->check(CLI::IsMember({"grey", "labels"}));
+    app.add_option("--label-feel", o.label_feel,
+                   "How one label feels: LABEL,STIFFNESS[,FRICTION[,T0]], N/m and N; may be "
+                   "repeated, others feel as --stiffness, --friction and --yield say")
+        ->type_name("L,K,MU,T0");
+    app.add_option("--transfer", o.transfer,
+                   "Of wish-2008-*: strength along the normal, N: A, or A,CENTER,WIDTH (a sigmoid "
+                   "of the value), or VALUE:FORCE,... (default: 0)")
+        ->type_name("TF");
+    app.add_option("--transfer-across", o.transfer_across, "The same across it (default: 0)")
+        ->type_name("TF");
+    app.add_option("--opacity", o.opacity,
+                   "Of koerner-1999 and swept-local: VALUE:OPACITY,... applied to samples before "
+                   "--iso (default: none)")
+        ->type_name("TF");
+    app.add_option("--field", o.field,
+                   "Of wish-2008-vector: the volumes of x, y and z (default: the gradient)")
+        ->delimiter(',')
+        ->expected(3)
+        ->type_name("VX,VY,VZ");
+    app.add_option("--mesh", o.mesh,
+                   "Of swept-mesh: .ply or .stl (default: marching cubes at --iso, or of what is "
+                   "labelled)")
+        ->type_name("FILE");
+    app.add_option("--felt-tool", o.felt_tool,
+                   "Of swept-tool: its shape, JSON or a file of it, as a stroke's \"shape\" "
+                   "(docs/carve.md; default: a ball of --radius)")
+        ->type_name("JSON");
+    app.add_option("--tool", o.tool,
+                   "Shape that --edit is done with, likewise (default: the ball of --drill)")
+        ->type_name("JSON");
+    auto* edit = app.add_option("--edit", o.edit,
+                                "What the tool does while button 0 is pressed: JSON or a file of "
+                                "it, as a stroke's \"operation\" (default: nothing)")
+                     ->type_name("JSON");
+    app.add_option("--drill", o.drill_mm,
+                   "Short for a cut with a ball of this radius, mm; 0: do not cut")
+        ->check(CLI::NonNegativeNumber)
+        ->excludes(edit)
+        ->capture_default_str();
+}
+
+Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
+                       haptics::TouchParameters parameters,
+                       const haptics::AlgorithmEntry& algorithm, std::stop_token stop) {
+    const std::string_view name = algorithm.name;
+    Feel feel{.scene = {.grey = loaded.data.volume,
+                        .labels = loaded.data.labels,
+                        .version = loaded.data.volume.version()},
+              .parameters = std::move(parameters)};
+    const ScalarType type = loaded.data.volume.type();
+    if (!feel.scene.labels && (type == ScalarType::u8 || type == ScalarType::u16))
+        feel.scene.labels = loaded.data.volume; // SCENE may itself be a label map
+    Result<std::optional<TouchEdit>> edit = read_edit(o, feel);
+    if (!edit)
+        return pass_on(edit);
+    feel.edit = std::move(*edit);
+    if (o.label_feel.size() > haptics::TouchParameters::kMostLabels)
+        return fail("--label-feel: expected at most {}, found {}",
+                    haptics::TouchParameters::kMostLabels, o.label_feel.size());
+    for (const std::string& text : o.label_feel) {
+        Result<LabelTouch> label = read_label(text);
+        if (!label)
+            return pass_on(label);
+        feel.parameters.labels[feel.parameters.label_count++] = *label;
+    }
+    feel.parameters.source = source_of(o, feel.edit);
+    if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
+        return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
+
+    Result<HapticTransfer> along = read_transfer("--transfer", o.transfer, true);
+    Result<HapticTransfer> across = read_transfer("--transfer-across", o.transfer_across, true);
+    Result<HapticTransfer> opacity = read_transfer("--opacity", o.opacity, false);
+    for (Result<HapticTransfer>* transfer : {&along, &across, &opacity})
+        if (!*transfer)
+            return pass_on(*transfer);
+    feel.parameters.transfer = {*along, *across, *across};
+    feel.parameters.opacity = *opacity;
+
+    for (size_t axis = 0; axis < o.field.size(); ++axis) {
+        Result<Volume> component = load_component(o.field[axis], stop);
+        if (!component)
+            return pass_on(component);
+        feel.scene.field[axis] = std::move(*component);
+    }
+    if (name == "swept-tool" && !o.felt_tool.empty()) {
+        Result<Tool> tool = read_json("--felt-tool", o.felt_tool, read_tool);
+        if (!tool)
+            return pass_on(tool);
+        feel.scene.tool = std::make_shared<const haptics::ToolPoints>(
+            haptics::sample_tool(*tool->shape, feel.parameters.tool_samples));
+    }
+    if (name == "swept-mesh") {
+        if (feel.edit)
+            return fail("--edit: swept-mesh feels a mesh, which an edit of the volume leaves");
+        Result<std::shared_ptr<const Mesh>> mesh = felt_mesh(o, feel);
+        if (!mesh)
+            return pass_on(mesh);
+        const glm::dvec3 spacing = spacing_mm(loaded.data.volume.grid());
+        feel.scene.mesh = *mesh;
+        feel.scene.touch_mesh =
+            haptics::make_touch_mesh(*mesh, 2.0 * std::max({spacing.x, spacing.y, spacing.z}));
+    }
+    return feel;
+}
+
+} // namespace palpate

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "engine/edit/operation.h"
+#include "engine/edit/sweep.h"
+#include "engine/io/scene_data.h"
+#include "haptics/proxy/algorithm.h"
+
+namespace palpate {
+
+// What `palpate touch` is told to feel and to change: grey values, labels, a mesh, a field.
+struct FeelOptions {
+    std::string source, mesh, felt_tool, tool, edit;
+    std::vector<std::string> label_feel, field;
+    std::string transfer, transfer_across, opacity;
+    double drill_mm = 0.0;
+};
+void add_feel_options(CLI::App& app, FeelOptions& options);
+
+// What a tool does to the volume or to its labels while button 0 is pressed.
+struct TouchEdit {
+    Tool tool;
+    Operation operation;
+};
+
+struct Feel {
+    haptics::TouchScene scene;
+    haptics::TouchParameters parameters; // completed
+    std::optional<TouchEdit> edit;
+};
+
+// Makes all of it from what was loaded. `parameters` are those that need no more; `algorithm` says
+// which of the parts are needed. An error names the option.
+Result<Feel> make_feel(const FeelOptions& options, const LoadedScene& loaded,
+                       haptics::TouchParameters parameters,
+                       const haptics::AlgorithmEntry& algorithm, std::stop_token stop);
+
+} // namespace palpate
