@@ -18,10 +18,10 @@
 #include "engine/base/timer.h"
 #include "engine/image/exr.h"
 #include "engine/image/png.h"
+#include "engine/loading/scene_meshes.h"
 #include "engine/render/interactive.h"
 #include "engine/render/stereo_layout.h"
 #include "engine/scene/accuracy.h"
-#include "engine/surface/scene_meshes.h"
 
 namespace palpate {
 

@@ -17,9 +17,9 @@
 #include "engine/image/png.h"
 #include "engine/io/scene_data.h"
 #include "engine/io/serve.h"
+#include "engine/loading/scene_meshes.h"
 #include "engine/reference/truth.h"
 #include "engine/render/stereo_layout.h"
-#include "engine/surface/scene_meshes.h"
 
 namespace palpate {
 namespace {

@@ -1,4 +1,4 @@
-#include "engine/surface/scene_meshes.h"
+#include "engine/loading/scene_meshes.h"
 
 #include "engine/base/profile.h"
 #include "engine/io/mesh_io.h"
