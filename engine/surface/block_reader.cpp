@@ -2,9 +2,25 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <limits>
 
 namespace palpate::block {
+
+namespace {
+
+// By way of a copy, which the compiler knows to lie apart from `out`: several samples at a time.
+template <class T, int kCount>
+[[gnu::always_inline]] inline void copy_as_floats(const T* in, float* out) {
+    T samples[kCount];
+    std::memcpy(samples, in, sizeof samples);
+    float floats[kCount];
+    for (int i = 0; i < kCount; ++i)
+        floats[i] = static_cast<float>(samples[i]);
+    std::memcpy(out, floats, sizeof floats);
+}
+
+} // namespace
 
 BlockReader::BlockReader(const Volume& volume, bool closed_at_border)
     : volume_(volume), closed_(closed_at_border), size_(volume.size()) {}
@@ -82,13 +98,9 @@ void BlockReader::read_as(const std::array<Axis, 3>& axes, Samples& samples, con
             const Slot& own = slots[ax.slot[1]];
             const T* in = reinterpret_cast<const T*>(own.pinned.bytes);
             if (own.stride != 0 && eleven) {
-                in += row + ax.local[0];
-                for (int i = 0; i < 12; ++i) // the twelfth is in the brick, and not used
-                    out[i] = static_cast<float>(in[i]);
+                copy_as_floats<T, 12>(in + row + ax.local[0], out); // 12th: in the brick, not used
             } else if (own.stride != 0 && eight) {
-                in += row + ax.local[1];
-                for (int i = 0; i < 8; ++i)
-                    out[i + 1] = static_cast<float>(in[i]);
+                copy_as_floats<T, 8>(in + row + ax.local[1], out + 1);
                 out[0] = one(0);
                 out[9] = one(9);
                 out[10] = one(10);
