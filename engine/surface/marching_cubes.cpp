@@ -66,15 +66,20 @@ class Extraction {
         : volume_(volume),
           iso_(iso),
           options_(options),
-          field_(volume, iso, options.closed_at_border),
+          field_(volume, iso, options.closed_at_border, options.stop),
           bricks_(field_.end_brick() - field_.first_brick()),
           crossed_(static_cast<size_t>(bricks_.x) * bricks_.y * bricks_.z) {}
 
     const SignField& field() const { return field_; }
     uint64_t blocks_crossed() const { return blocks_; }
 
+    bool is_stopped() const { return options_.stop.stop_requested(); }
+
     void count() {
-        tbb::parallel_for(size_t{0}, crossed_.size(), [&](size_t i) { count_brick(i); });
+        tbb::parallel_for(size_t{0}, crossed_.size(), [&](size_t i) {
+            if (!is_stopped())
+                count_brick(i);
+        });
         // Where each block's vertices and triangles begin: a sum in the order of the mesh.
         for (CrossedBrick& brick : crossed_)
             for (CrossedBlock& b : brick.blocks) {
@@ -103,7 +108,7 @@ class Extraction {
     void emit(Mesh& mesh) const {
         tbb::enumerable_thread_specific<std::unique_ptr<Scratch>> scratches;
         tbb::parallel_for(size_t{0}, crossed_.size(), [&](size_t i) {
-            if (crossed_[i].blocks.empty())
+            if (crossed_[i].blocks.empty() || is_stopped())
                 return;
             std::unique_ptr<Scratch>& scratch = scratches.local();
             if (!scratch)
@@ -226,12 +231,16 @@ Mesh marching_cubes(const Volume& volume, float iso, const SurfaceOptions& optio
     done.signs_ms = lap();
     extraction.count();
     done.count_ms = lap();
-    extraction.allocate(mesh);
-    done.memory_ms = lap();
-    extraction.emit(mesh);
-    if (options.normals == SurfaceNormals::triangles)
-        mesh.normals = vertex_normals(mesh);
-    done.emit_ms = lap();
+    if (!extraction.is_stopped()) {
+        extraction.allocate(mesh);
+        done.memory_ms = lap();
+        extraction.emit(mesh);
+        if (options.normals == SurfaceNormals::triangles && !extraction.is_stopped())
+            mesh.normals = vertex_normals(mesh);
+        done.emit_ms = lap();
+    }
+    if (extraction.is_stopped()) // once seen, it stays
+        mesh = {.world_from_mesh = mesh.world_from_mesh};
     done.bricks =
         uint64_t{volume.brick_count().x} * volume.brick_count().y * volume.brick_count().z;
     done.bricks_read = extraction.field().bricks_read();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 
 #include "engine/mesh/mesh.h"
 #include "engine/volume/volume.h"
@@ -24,6 +25,7 @@ struct SurfaceOptions {
     // False: the surface ends where the samples do. True: what lies beyond them is outside, and a
     // wall 2^-12 of a sample before the outermost samples closes the mesh.
     bool closed_at_border = false;
+    std::stop_token stop{}; // of marching_cubes(): asked to stop, the mesh is empty
 
     friend bool operator==(const SurfaceOptions&, const SurfaceOptions&) = default;
 };

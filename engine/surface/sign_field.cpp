@@ -70,7 +70,8 @@ uint32_t inside_bits(const T* samples, T level) {
 
 } // namespace
 
-SignField::SignField(const Volume& volume, float iso, bool closed_at_border)
+SignField::SignField(const Volume& volume, float iso, bool closed_at_border,
+                     const std::stop_token& stop)
     : lead_(closed_at_border ? 1 : 0), bricks_(volume.brick_count()) {
     last_sample_ = glm::ivec3(volume.size()) - 1 + lead_;
     end_block_ = last_sample_ / kSide + 1;
@@ -85,6 +86,8 @@ SignField::SignField(const Volume& volume, float iso, bool closed_at_border)
     std::atomic<uint64_t> read = 0;
     visit_scalar(volume.type(), [&](auto t) {
         tbb::parallel_for(size_t{0}, kinds_.size(), [&](size_t i) {
+            if (stop.stop_requested())
+                return;
             const glm::uvec3 brick(i % bricks_.x, i / bricks_.x % bricks_.y,
                                    i / (static_cast<size_t>(bricks_.x) * bricks_.y));
             kinds_[i] = fill<decltype(t)>(volume, brick, iso);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "engine/surface/block_cells.h"
@@ -14,7 +15,9 @@ namespace palpate::block {
 // Bricks whose range, and rows of blocks whose ranges lie on one side of iso are not read.
 class SignField {
  public:
-    SignField(const Volume& volume, float iso, bool closed_at_border); // threaded
+    // Threaded. Asked to stop, it says nothing true.
+    SignField(const Volume& volume, float iso, bool closed_at_border,
+              const std::stop_token& stop = {});
 
     // Bricks and blocks are counted as in the volume; with a closed border, from -1. `end` is the
     // one after the last.

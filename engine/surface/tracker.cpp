@@ -402,6 +402,8 @@ std::vector<Mesh> track_labels(const Volume& labels, const TrackerOptions& optio
     for (uint32_t label = 1; label < is_there.size(); ++label) {
         if (!is_there[label])
             continue;
+        if (options.stop.stop_requested())
+            return {};
         SurfaceTracker tracker(labels, static_cast<uint16_t>(label), options);
         tracker.find_all();
         meshes.push_back(tracker.triangulate());

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <stop_token>
 #include <vector>
 
 #include "engine/mesh/mesh.h"
@@ -22,6 +23,7 @@ struct TrackerOptions {
     bool interpolate = false;
     // Normals against the gradient of V; where that says nothing, and else, by the table.
     bool gradient_normals = false;
+    std::stop_token stop{}; // of track_labels(): asked to stop, there is no mesh
 };
 
 // The surface of one label by tracking, as Vidholm & Agmund describe it ("Fast surface rendering

@@ -123,6 +123,34 @@ TEST(MarchingCubes, OneThreadGivesTheBytesOfMany) {
         }
 }
 
+TEST(MarchingCubes, AskedToStopThereIsNoMeshOrAllOfIt) {
+    const Volume volume = random_volume({70, 65, 40}, ScalarType::i16, 50, 11);
+    std::stop_source asked;
+    asked.request_stop();
+    SurfaceStages stages;
+    const Mesh none = marching_cubes(volume, 20.5f, {.stop = asked.get_token()}, &stages);
+    EXPECT_TRUE(none.positions.empty() && none.normals.empty() && none.triangles.empty());
+    EXPECT_EQ(none.world_from_mesh, world_from_mesh(volume.grid()));
+    EXPECT_EQ(stages.bricks_read, 0u);
+    EXPECT_EQ(stages.blocks_crossed, 0u);
+    // Asked at any time while it works.
+    const Mesh all = marching_cubes(volume, 20.5f);
+    for (int i = 0; i < 50; ++i) {
+        std::stop_source source;
+        std::thread asks([&] {
+            for (int n = 0; n < i * 2000; ++n)
+                std::atomic_signal_fence(std::memory_order_seq_cst);
+            source.request_stop();
+        });
+        const Mesh mesh = marching_cubes(volume, 20.5f, {.stop = source.get_token()});
+        asks.join();
+        if (mesh.triangles.empty())
+            EXPECT_TRUE(mesh.positions.empty() && mesh.normals.empty());
+        else
+            expect_same_bytes(mesh, all);
+    }
+}
+
 struct Shape {
     const char* name;
     synthetic::Field field;
