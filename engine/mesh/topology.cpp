@@ -3,16 +3,16 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_reduce.h>
+#include <tbb/parallel_sort.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
-#include <numeric>
 #include <tuple>
-#include <unordered_map>
 
 #include "engine/base/assert.h"
+#include "engine/base/forest.h"
 
 namespace palpate {
 
@@ -22,25 +22,8 @@ bool is_degenerate(glm::uvec3 t) {
     return t.x == t.y || t.y == t.z || t.z == t.x;
 }
 
-// Which vertices hang together: a forest, with the smallest vertex of a tree as its root.
-class Forest {
- public:
-    explicit Forest(size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-
-    uint32_t root(uint32_t v) {
-        while (parent_[v] != v)
-            v = parent_[v] = parent_[parent_[v]];
-        return v;
-    }
-    void join(uint32_t a, uint32_t b) {
-        a = root(a);
-        b = root(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
- private:
-    std::vector<uint32_t> parent_;
-};
+// Which vertices, or fans of one, hang together.
+using VertexForest = Forest<std::vector<uint32_t>>;
 
 // What can be said of the edges and triangles whose lowest vertex is one given vertex.
 struct EdgeCounts {
@@ -86,7 +69,7 @@ EdgeCounts look_at_vertex(const Mesh& mesh, const TrianglesOfVertex& incident, u
     std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
         return std::tie(a.other, a.fan, a.outward) < std::tie(b.other, b.fan, b.outward);
     });
-    Forest fans(opposite.size());
+    VertexForest fans{std::vector<uint32_t>(opposite.size())};
     size_t count = opposite.size(); // of fans
     for (size_t i = 0; i < sides.size();) {
         size_t end = i, outward = 0;
@@ -177,7 +160,7 @@ MeshTopology topology(const Mesh& mesh) {
         },
         [](EdgeCounts a, const EdgeCounts& b) { return a += b; });
 
-    Forest forest(vertex_count);
+    VertexForest forest{std::vector<uint32_t>(vertex_count)};
     for (const glm::uvec3 t : mesh.triangles)
         if (!is_degenerate(t)) {
             forest.join(t.x, t.y);
@@ -226,32 +209,45 @@ MeshTopology topology(const Mesh& mesh) {
     return found;
 }
 
+// By sorting, and not by hashing: no choice of positions makes it slow.
 Mesh weld(const Mesh& mesh) {
-    struct Hash {
-        size_t operator()(const std::array<uint32_t, 3>& bits) const {
-            uint64_t h = bits[0];
-            for (const uint32_t b : {bits[1], bits[2]})
-                h = (h ^ (h >> 29)) * 0x9e3779b97f4a7c15u + b;
-            return h ^ (h >> 32);
-        }
+    struct Place {
+        std::array<uint32_t, 3> bits;
+        uint32_t vertex;
     };
+    std::vector<Place> places(mesh.positions.size());
+    for (uint32_t v = 0; v < places.size(); ++v) {
+        const glm::vec3 p = mesh.positions[v] + 0.0f; // -0 becomes 0
+        places[v] = {{std::bit_cast<uint32_t>(p.x), std::bit_cast<uint32_t>(p.y),
+                      std::bit_cast<uint32_t>(p.z)},
+                     v};
+    }
+    tbb::parallel_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+        return std::tie(a.bits, a.vertex) < std::tie(b.bits, b.vertex);
+    });
+    // Of those in one place the first; then their numbers without the others.
+    std::vector<uint32_t> renamed(places.size());
+    for (size_t i = 0; i < places.size(); ++i)
+        renamed[places[i].vertex] = i > 0 && places[i].bits == places[i - 1].bits
+                                        ? renamed[places[i - 1].vertex]
+                                        : places[i].vertex;
+    places = {};
+    const auto is_first = [&](uint32_t v) { return renamed[v] == v; };
     Mesh welded{.labels = mesh.labels,
                 .outer_labels = mesh.outer_labels,
                 .world_from_mesh = mesh.world_from_mesh};
-    std::unordered_map<std::array<uint32_t, 3>, uint32_t, Hash> places;
-    places.reserve(mesh.positions.size());
-    std::vector<uint32_t> renamed(mesh.positions.size());
-    for (size_t v = 0; v < mesh.positions.size(); ++v) {
-        const glm::vec3 p = mesh.positions[v] + 0.0f; // -0 becomes 0
-        const std::array<uint32_t, 3> bits{std::bit_cast<uint32_t>(p.x),
-                                           std::bit_cast<uint32_t>(p.y),
-                                           std::bit_cast<uint32_t>(p.z)};
-        const auto [place, is_new] =
-            places.try_emplace(bits, static_cast<uint32_t>(welded.positions.size()));
-        renamed[v] = place->second;
-        if (!is_new)
+    size_t count = 0;
+    for (uint32_t v = 0; v < renamed.size(); ++v)
+        count += is_first(v);
+    welded.positions.reserve(count);
+    welded.normals.reserve(mesh.normals.empty() ? 0 : count);
+    for (uint32_t v = 0; v < renamed.size(); ++v) {
+        if (!is_first(v)) {
+            renamed[v] = renamed[renamed[v]]; // which comes before, and has its number
             continue;
-        welded.positions.push_back(p);
+        }
+        renamed[v] = static_cast<uint32_t>(welded.positions.size());
+        welded.positions.push_back(mesh.positions[v] + 0.0f);
         if (!mesh.normals.empty())
             welded.normals.push_back(mesh.normals[v]);
     }

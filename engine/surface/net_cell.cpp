@@ -1,6 +1,6 @@
 #include "engine/surface/net_cell.h"
 
-#include <algorithm>
+#include "engine/base/forest.h"
 
 namespace palpate {
 
@@ -21,23 +21,6 @@ std::array<NetFace, 6> make_faces() {
     }
     return faces;
 }
-
-class Links {
- public:
-    uint8_t root(uint8_t e) const {
-        while (parent_[e] != e)
-            e = parent_[e];
-        return e;
-    }
-    void join(uint8_t a, uint8_t b) {
-        a = root(a);
-        b = root(b);
-        parent_[std::max(a, b)] = std::min(a, b);
-    }
-
- private:
-    std::array<uint8_t, 12> parent_{0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
-};
 
 } // namespace
 
@@ -62,7 +45,7 @@ NetCell net_cell(const std::array<uint16_t, 8>& labels) {
         if (labels[edge.corner] != labels[edge.corner + (size_t{1} << edge.axis)])
             cell.crossed |= static_cast<uint16_t>(1 << e);
     }
-    Links links;
+    Forest<std::array<uint8_t, 12>> links;
     for (int f = 0; f < 6; ++f) {
         const NetFace& face = net_face(f);
         const FaceLink link = face_link(labels[face.corners[0]], labels[face.corners[1]],

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numeric>
 
 #include "engine/base/assert.h"
+#include "engine/base/forest.h"
 
 namespace palpate {
 
@@ -52,20 +52,7 @@ Roots roots_of(double a, double b, double c) {
     return {2, false, {q / a, q == 0.0 ? 0.0 : c / q}};
 }
 
-class Groups {
- public:
-    int find(int i) {
-        while (parent_[i] != i)
-            i = parent_[i] = parent_[parent_[i]];
-        return i;
-    }
-    void join(int a, int b) { parent_[find(a)] = find(b); }
-
-    Groups() { std::iota(parent_.begin(), parent_.end(), 0); }
-
- private:
-    std::array<int, 48> parent_;
-};
+using Groups = Forest<std::array<uint8_t, 48>>;
 
 } // namespace
 
@@ -183,7 +170,7 @@ CornerClasses interior_classes(uint8_t inside, const CornerClasses& boundary,
         classes[c] = static_cast<uint8_t>(c);
         for (int b = c - 1; b >= 0; --b)
             if (is_inside(inside, b) == is_inside(inside, c) &&
-                groups.find(kCorner + b) == groups.find(kCorner + c))
+                groups.root(kCorner + b) == groups.root(kCorner + c))
                 classes[c] = static_cast<uint8_t>(b);
     }
     return classes;
