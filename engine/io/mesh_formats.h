@@ -10,8 +10,9 @@
 // What the readers of meshes share. Texts are whole files; `name` is the file's, for messages.
 namespace palpate::io {
 
-Result<LoadedMesh> parse_ply(std::string_view text, const std::string& name);
-Result<LoadedMesh> parse_stl(std::string_view text, const std::string& name);
+// limit_bytes: the most memory to take beside the text.
+Result<LoadedMesh> parse_ply(std::string_view text, const std::string& name, uint64_t limit_bytes);
+Result<LoadedMesh> parse_stl(std::string_view text, const std::string& name, uint64_t limit_bytes);
 
 // Positions as floats about an origin that lies near them.
 void set_world_positions(Mesh& mesh, const std::vector<glm::dvec3>& world);

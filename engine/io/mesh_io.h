@@ -36,7 +36,7 @@ Result<void> save_mesh(const std::filesystem::path& path, const Mesh& mesh,
                        const MeshWriteOptions& options = {});
 
 struct MeshReadOptions {
-    // Upper bound for the file's contents and the mesh made from them.
+    // Upper bound for the file's contents, the mesh made from them, and what making it takes.
     uint64_t max_memory_bytes = physical_memory_bytes() / 2;
 };
 

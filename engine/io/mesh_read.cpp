@@ -64,13 +64,14 @@ void io::set_world_positions(Mesh& mesh, const std::vector<glm::dvec3>& world) {
 
 Result<LoadedMesh> load_mesh(const fs::path& path, const MeshReadOptions& options) {
     const std::string name = path.string();
-    // The file itself, and what is made of it: at most a triangle of 12 bytes for each byte.
-    Result<std::string> text = whole_file(path, options.max_memory_bytes / 13);
+    Result<std::string> text = whole_file(path, options.max_memory_bytes);
     if (!text)
         return pass_on(text);
+    const uint64_t limit_bytes = options.max_memory_bytes - text->size();
     const bool is_ply =
         text->starts_with("ply\n") || text->starts_with("ply\r\n") || text->starts_with("ply\r");
-    Result<LoadedMesh> loaded = is_ply ? io::parse_ply(*text, name) : io::parse_stl(*text, name);
+    Result<LoadedMesh> loaded =
+        is_ply ? io::parse_ply(*text, name, limit_bytes) : io::parse_stl(*text, name, limit_bytes);
     if (!loaded)
         return loaded;
     const Mesh& mesh = loaded->mesh;

@@ -183,6 +183,10 @@ class Numbers {
         }
         return from<double>(word);
     }
+    // The fewest bytes that a number takes: of text, a digit and a space.
+    uint64_t least_bytes(Type type) const {
+        return encoding_ == Header::Encoding::ascii ? 2 : bytes_of(type);
+    }
     // Bytes of the body not yet taken.
     uint64_t rest() const {
         return encoding_ == Header::Encoding::ascii ? words_.rest().size() : bytes_.size();
@@ -207,7 +211,7 @@ class Numbers {
     Header::Encoding encoding_;
 };
 
-// The fewest bytes that the elements can take: of text, a digit and a space a number.
+// The fewest bytes that the elements can take.
 uint64_t least_bytes(const Element& element, Header::Encoding encoding) {
     uint64_t each = 0;
     for (const Property& property : element.properties)
@@ -220,8 +224,8 @@ uint64_t least_bytes(const Element& element, Header::Encoding encoding) {
 
 class Body {
  public:
-    Body(const Header& header, const std::string& name)
-        : header_(header), numbers_(header), name_(name) {}
+    Body(const Header& header, const std::string& name, uint64_t limit_bytes)
+        : header_(header), numbers_(header), name_(name), limit_bytes_(limit_bytes) {}
 
     Result<LoadedMesh> parse() {
         for (const Element& element : header_.elements) {
@@ -241,16 +245,56 @@ class Body {
     }
 
  private:
+    // Takes memory from the limit before it is taken from the machine.
+    Result<void> spend(uint64_t bytes) {
+        if (bytes > limit_bytes_ - spent_bytes_)
+            return fail(
+                "{}: expected a mesh of at most {} bytes, as memory allows, found a larger one",
+                name_, limit_bytes_);
+        spent_bytes_ += bytes;
+        return {};
+    }
+
+    // Room for more triangles and their labels. It grows by half, and what it grows from is freed.
+    Result<void> reserve_triangles(uint64_t more) {
+        Mesh& mesh = loaded_.mesh;
+        const uint64_t wanted = mesh.triangles.size() + more, before = mesh.triangles.capacity();
+        if (wanted <= before)
+            return {};
+        const uint64_t each = sizeof(glm::uvec3) + (has_labels_ ? sizeof(uint16_t) : 0) +
+                              (has_outer_labels_ ? sizeof(uint16_t) : 0);
+        const uint64_t room = std::max(wanted, before + before / 2);
+        if (Result<void> spent = spend(room * each); !spent)
+            return spent;
+        mesh.triangles.reserve(room);
+        mesh.labels.reserve(has_labels_ ? room : 0);
+        mesh.outer_labels.reserve(has_outer_labels_ ? room : 0);
+        spent_bytes_ -= before * each;
+        return {};
+    }
+
     Result<void> prepare(const Element& element) {
         if (element.name == "vertex") {
+            if (vertices_)
+                return fail("{}: expected one element vertex, found two", name_);
             for (const char* axis : {"x", "y", "z"})
                 if (const Property* p = element.find(axis); !p || p->count_type)
                     return fail("{}: expected vertices with a number {}, found none", name_, axis);
             has_normals_ = element.find("nx") && element.find("ny") && element.find("nz");
+            // Here in double, and then in float.
+            if (Result<void> spent =
+                    spend(element.count * (sizeof(glm::dvec3) + sizeof(glm::vec3) +
+                                           (has_normals_ ? sizeof(glm::vec3) : 0)));
+                !spent)
+                return spent;
             points_.reserve(element.count);
+            loaded_.mesh.normals.reserve(has_normals_ ? element.count : 0);
             vertices_ = element.count;
         }
         if (element.name == "face") {
+            if (has_faces_)
+                return fail("{}: expected one element face, found two", name_);
+            has_faces_ = true;
             if (!vertices_)
                 return fail("{}: expected vertices before faces, found none", name_);
             const Property* list = element.find("vertex_indices");
@@ -259,7 +303,7 @@ class Body {
                 return fail("{}: expected faces with a list vertex_indices, found none", name_);
             has_labels_ = element.find("label") != nullptr;
             has_outer_labels_ = has_labels_ && element.find("outer_label") != nullptr;
-            loaded_.mesh.triangles.reserve(element.count);
+            return reserve_triangles(element.count);
         }
         return {};
     }
@@ -328,8 +372,16 @@ class Body {
             return fail("{}: expected {} entries in {} of {} {}, found {}", name_,
                         is_corners ? "3 or more" : "0 or more", property.name, element.name, n,
                         *count);
+        const auto entries = static_cast<uint64_t>(*count);
+        const uint64_t least = entries * numbers_.least_bytes(property.type);
+        if (least > numbers_.rest() + 1) // the last of a text has nothing behind it
+            return fail("{}: expected {} entries in {} of {} {}, at least {} bytes, found {}",
+                        name_, entries, property.name, element.name, n, least, numbers_.rest());
+        if (is_corners)
+            if (Result<void> room = reserve_triangles(entries - 2); !room)
+                return room;
         std::array<uint32_t, 2> fan{}; // the first corner and the last
-        for (uint64_t i = 0; i < static_cast<uint64_t>(*count); ++i) {
+        for (uint64_t i = 0; i < entries; ++i) {
             const std::optional<double> value = numbers_.next(property.type);
             if (!value)
                 return ended(element, n, property);
@@ -362,16 +414,17 @@ class Body {
     LoadedMesh loaded_;
     std::vector<glm::dvec3> points_;
     std::optional<uint64_t> vertices_; // how many the header claims
-    bool has_normals_ = false, has_labels_ = false, has_outer_labels_ = false;
+    bool has_normals_ = false, has_labels_ = false, has_outer_labels_ = false, has_faces_ = false;
+    uint64_t limit_bytes_, spent_bytes_ = 0;
 };
 
 } // namespace
 
-Result<LoadedMesh> parse_ply(std::string_view text, const std::string& name) {
+Result<LoadedMesh> parse_ply(std::string_view text, const std::string& name, uint64_t limit_bytes) {
     const Result<Header> header = parse_header(text, name);
     if (!header)
         return fail("{}", header.error().message);
-    return Body(*header, name).parse();
+    return Body(*header, name, limit_bytes).parse();
 }
 
 } // namespace palpate::io

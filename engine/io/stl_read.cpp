@@ -9,12 +9,25 @@ namespace palpate::io {
 namespace {
 
 constexpr size_t kHeader = 84, kFacet = 50; // bytes
+// Of text: 21 words of 65 letters and digits, apart by a space each.
+constexpr size_t kLeastFacetText = 86;
+// A triangle's corners as read (72 bytes), as floats (36), its numbers (12), and what weld() takes
+// for it at the most: corners to sort and new numbers, or new numbers and a mesh (60).
+constexpr size_t kMemoryOfFacet = 180;
+
+Result<void> expect_room(uint64_t facets, uint64_t limit_bytes, const std::string& name) {
+    if (facets > limit_bytes / kMemoryOfFacet)
+        return fail("{}: expected at most {} triangles, as memory allows, found {}", name,
+                    limit_bytes / kMemoryOfFacet, facets);
+    return {};
+}
 
 // Corners in threes; equal ones become one vertex.
 LoadedMesh welded(const std::vector<glm::dvec3>& corners) {
     LoadedMesh loaded;
     Mesh soup;
     set_world_positions(soup, corners);
+    soup.triangles.reserve(corners.size() / 3);
     for (uint32_t i = 0; i < corners.size(); i += 3)
         soup.triangles.emplace_back(i, i + 1, i + 2);
     loaded.mesh = weld(soup);
@@ -25,13 +38,16 @@ bool is_sane(glm::dvec3 p) {
     return std::abs(p.x) <= 1e12 && std::abs(p.y) <= 1e12 && std::abs(p.z) <= 1e12;
 }
 
-Result<LoadedMesh> parse_binary(std::string_view text, const std::string& name) {
+Result<LoadedMesh> parse_binary(std::string_view text, const std::string& name,
+                                uint64_t limit_bytes) {
     uint32_t count = 0;
     std::memcpy(&count, text.data() + 80, sizeof count);
     const uint64_t expected = kHeader + uint64_t{kFacet} * count;
     if (text.size() < expected)
         return fail("{}: expected {} triangles in {} bytes, found {} bytes", name, count, expected,
                     text.size());
+    if (Result<void> room = expect_room(count, limit_bytes, name); !room)
+        return pass_on(room);
     std::vector<glm::dvec3> corners;
     corners.reserve(size_t{3} * count);
     for (uint64_t n = 0; n < count; ++n) {
@@ -54,9 +70,14 @@ Result<LoadedMesh> parse_binary(std::string_view text, const std::string& name) 
     return loaded;
 }
 
-Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name) {
+Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name,
+                               uint64_t limit_bytes) {
+    const uint64_t most = text.size() / kLeastFacetText; // facets that there may be
+    if (Result<void> room = expect_room(most, limit_bytes, name); !room)
+        return pass_on(room);
     Words words(text);
     std::vector<glm::dvec3> corners;
+    corners.reserve(3 * most + 3);
     const auto expect = [&](std::string_view expected, std::string_view word) -> Result<void> {
         if (word == expected)
             return {};
@@ -116,19 +137,19 @@ Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name) {
 } // namespace
 
 // A binary file may begin with "solid" too: its length tells.
-Result<LoadedMesh> parse_stl(std::string_view text, const std::string& name) {
+Result<LoadedMesh> parse_stl(std::string_view text, const std::string& name, uint64_t limit_bytes) {
     if (text.size() >= kHeader) {
         uint32_t count = 0;
         std::memcpy(&count, text.data() + 80, sizeof count);
         if (text.size() == kHeader + uint64_t{kFacet} * count)
-            return parse_binary(text, name);
+            return parse_binary(text, name, limit_bytes);
     }
     if (Words(text).next() == "solid")
-        return parse_ascii(text, name);
+        return parse_ascii(text, name, limit_bytes);
     if (text.size() < kHeader)
         return fail("{}: expected a mesh (PLY or STL), found {} bytes that are neither", name,
                     text.size());
-    return parse_binary(text, name);
+    return parse_binary(text, name, limit_bytes);
 }
 
 } // namespace palpate::io
