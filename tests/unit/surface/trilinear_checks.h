@@ -41,7 +41,7 @@ inline CellCheck check_cell(const CornerValues& values) {
     std::array<Real, 8> d;
     for (int c = 0; c < 8; ++c)
         d[c] = values[c] == kNoData ? -0x1p40L : untied(values[c]);
-    const auto truth = TrilinearTruth(d).classes();
+    const auto truth = trilinear_truth(d);
     if (!truth)
         return {false};
     const std::array<int, 8> faces = boundary_truth(d);
@@ -153,7 +153,7 @@ inline bool check_random_grid(std::mt19937& random) {
                 const std::array<int, 8> faces = boundary_truth(d);
                 // What is inside a wall's cell clings to the samples' face, and the rest is one.
                 const bool wall = std::min({x, y, z}) == 0 || std::max({x, y, z}) == kSide;
-                const auto truth = wall ? std::optional(faces) : TrilinearTruth(d).classes();
+                const auto truth = wall ? std::optional(faces) : trilinear_truth(d);
                 if (!truth)
                     return false;
                 for (int c = 0; c < 8; ++c) {
