@@ -14,6 +14,7 @@
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
+#include "engine/base/writable.h"
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/decimate.h"
 #include "engine/mesh/smooth.h"
@@ -107,10 +108,12 @@ Mesh joined(const std::vector<Mesh>& meshes, const Grid& grid) {
     return all;
 }
 
-Result<Mesh> extract_iso(const SurfaceCommand& options, const Volume& volume, Json& told) {
+Result<Mesh> extract_iso(const SurfaceCommand& options, const Volume& volume,
+                         const Interrupt& interrupt, Json& told) {
     const SurfaceOptions wanted{.topology = options.topology,
                                 .normals = options.normals,
-                                .closed_at_border = options.closed};
+                                .closed_at_border = options.closed,
+                                .stop = interrupt.token()};
     Result<Extractor> by = choose_extractor(options.on, options.device, volume, wanted);
     if (!by)
         return pass_on(by);
@@ -136,14 +139,15 @@ Result<Mesh> extract(const SurfaceCommand& options, const Volume& volume,
                             {.passes = is_bounded ? options.passes : 0, .stop = interrupt.token()});
     }
     if (options.labels)
-        return joined(track_labels(volume, {.closed = true}), volume.grid());
+        return joined(track_labels(volume, {.closed = true, .stop = interrupt.token()}),
+                      volume.grid());
     const ValueRange range = volume.range();
     if (range.empty())
         return fail("{}: expected data, found none", options.read.path);
-    if (*options.iso < range.min || *options.iso > range.max)
+    if (!(*options.iso >= range.min && *options.iso <= range.max)) // nor NaN
         return fail("{}: expected an iso-value within {:g} .. {:g}, found {:g}", options.read.path,
                     range.min, range.max, *options.iso);
-    return extract_iso(options, volume, told);
+    return extract_iso(options, volume, interrupt, told);
 }
 
 Json smoothed(const SurfaceCommand& options, Mesh& mesh) {
@@ -243,6 +247,11 @@ Result<void> run_surface(const SurfaceCommand& options) {
             "stay within");
     if (options.labels && options.on == ExtractOn::gpu)
         return fail("--on gpu: expected --iso, found --labels, which the processor extracts");
+    // Before the work, not after it: no mesh without the report that was asked for.
+    for (const std::string& path : {options.out, options.report})
+        if (!path.empty() && path != "-")
+            if (Result<void> can = expect_writable(path); !can)
+                return can;
     const Interrupt interrupt;
     Stages stages(interrupt);
     std::optional<LoadedVolume> loaded;
@@ -261,6 +270,11 @@ Result<void> run_surface(const SurfaceCommand& options) {
             if (!made)
                 return pass_on(made);
             mesh = std::move(*made);
+            if (mesh.triangles.empty() && !interrupt.token().stop_requested())
+                return options.labels
+                           ? fail("{}: expected labels other than 0, found none", options.read.path)
+                           : fail("{}: expected values on both sides of {:g}, found none",
+                                  options.read.path, *options.iso);
             return {};
         });
     if (done && options.smoothing != Smoothing::none && options.smoothing != Smoothing::bounded)

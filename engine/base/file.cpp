@@ -7,6 +7,8 @@
 #include <cstring>
 #include <fstream>
 
+#include "engine/base/writable.h"
+
 namespace palpate {
 
 namespace fs = std::filesystem;
@@ -27,11 +29,26 @@ Result<void> sync_to_disk(const fs::path& path) {
 
 } // namespace
 
+Result<void> expect_writable(const fs::path& path) {
+    std::error_code ignored;
+    // What is no file would be replaced by one: /dev/null too, where the user may.
+    if (const fs::file_status there = fs::status(path, ignored);
+        fs::exists(there) && !fs::is_regular_file(there))
+        return fail("{}: cannot be written: expected a file, found a folder or device",
+                    path.string());
+    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+    if (::access(folder.c_str(), W_OK | X_OK) != 0)
+        return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
+    return {};
+}
+
 Result<void> write_atomically(const fs::path& path,
                               const std::function<Result<void>(const fs::path&)>& write) {
+    if (Result<void> can = expect_writable(path); !can)
+        return can;
+    std::error_code ignored;
     fs::path temporary = path;
     temporary.replace_filename(fmt::format(".{}.tmp.{}", ::getpid(), path.filename().string()));
-    std::error_code ignored;
     Result<void> written;
     try {
         written = write(temporary);

@@ -1,5 +1,6 @@
 // palpate surface, and palpate compare of meshes, as a person runs them.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
 
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/topology.h"
@@ -148,6 +150,66 @@ TEST_F(SurfaceCommand, ReportsGoToStandardOutputToo) {
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     EXPECT_EQ(Json::parse(ran.output)["euler_number"], 0);
     EXPECT_THAT(bytes_of("torus.obj"), HasSubstr("\nvn "));
+}
+
+// A volume of 4^3 floats, or a label map of as many bytes; no header line is missing.
+std::string nrrd_of(const std::vector<float>& values) {
+    std::string text =
+        "NRRD0004\ntype: float\ndimension: 3\nspace: left-posterior-superior\nsizes: 4 4 4\n"
+        "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n"
+        "endian: little\n\n";
+    return text.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+}
+
+TEST_F(SurfaceCommand, WhereThereIsNoSurfaceThereIsNoFile) {
+    const std::string whole = nrrd_of(std::vector<float>(64, 5.0f));
+    write("flat.nrrd", whole);
+    write("zero.nrrd", nrrd_of(std::vector<float>(64, 0.0f)));
+    write("cut.nrrd", whole.substr(0, whole.size() - 10));
+    const std::string flat = file("flat.nrrd").string(), ball = "synthetic:ball?size=16";
+    const std::string nowhere = file("no/such/r.json").string();
+    for (const auto& [ran, part] :
+         {std::pair(surface(flat, "a.ply", {"--iso", "5"}), "on both sides of 5"),
+          {surface(file("zero.nrrd").string(), "a.ply", {"--labels"}), "labels other than 0"},
+          {surface(file("zero.nrrd").string(), "a.ply", {"--labels", "--walls", "separate"}),
+           "labels other than 0"},
+          {surface(file("cut.nrrd").string(), "a.ply", {"--iso", "5"}), "cut.nrrd"},
+          {surface(ball, "a.ply", {"--iso", "nan"}), "found nan"},
+          {surface(ball, "a.ply", {"--iso", "-inf"}), "found -inf"},
+          {run({"surface", ball, "--iso", "500", "-o", file("a.ply").string(), "--report",
+                nowhere}),
+           "no/such"},
+          {run({"surface", ball, "--iso", "500", "-o", "/proc/a.ply"}), "cannot be written"},
+          {run({"surface", ball, "--iso", "500", "-o", file("a.ply").string(), "--report",
+                "/dev/full"}),
+           "found a folder or device"}}) {
+        EXPECT_EQ(ran.exit_code, 1) << ran.messages;
+        EXPECT_EQ(ran.output, "");
+        EXPECT_THAT(ran.messages, HasSubstr(part));
+        EXPECT_EQ(std::count(ran.messages.begin(), ran.messages.end(), '\n'), 1) << ran.messages;
+    }
+    EXPECT_EQ(surface(flat, "box.ply", {"--iso", "5", "--closed"}).exit_code, 0);
+    // Nothing but what was put here: no mesh, nor a part of one under another name.
+    for (const auto& entry : std::filesystem::directory_iterator(file("")))
+        EXPECT_THAT((std::set<std::string>{"box.ply", "flat.nrrd", "zero.nrrd", "cut.nrrd",
+                                           "report.json", "stdout", "stderr"}),
+                    ::testing::Contains(entry.path().filename().string()));
+}
+
+// A disk with room for a part of the mesh: no file may be longer than 8 KiB. What is written there
+// beyond fails as on a full disk; the mesh has 60.
+TEST_F(SurfaceCommand, AFullDiskLeavesNothing) {
+    const std::string command = fmt::format(
+        "cd '{}' && trap '' XFSZ && ulimit -f 16 && '{}' --quiet surface 'synthetic:ball?size=24' "
+        "--iso 500 -o full.ply 2>stderr",
+        file("").string(), PALPATE_PROGRAM);
+    const int status = std::system(command.c_str());
+    EXPECT_EQ(WEXITSTATUS(status), 1);
+    const std::string messages = bytes_of("stderr");
+    EXPECT_THAT(messages, HasSubstr("full.ply"));
+    EXPECT_EQ(std::count(messages.begin(), messages.end(), '\n'), 1) << messages;
+    for (const auto& entry : std::filesystem::directory_iterator(file("")))
+        EXPECT_EQ(entry.path().filename(), "stderr");
 }
 
 TEST_F(SurfaceCommand, RefusesInOneSentence) {

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <set>
 
+#include "engine/base/writable.h"
 #include "tests/support/kill.h"
 #include "tests/support/temporary_folder.h"
 
@@ -67,6 +68,18 @@ TEST_F(File, WriterThatWritesNothingIsAnError) {
         write_atomically(file("a"), [](const fs::path&) -> Result<void> { return {}; });
     ASSERT_FALSE(written);
     EXPECT_NE(written.error().message.find("No such file"), std::string::npos);
+    EXPECT_TRUE(names().empty());
+}
+
+TEST_F(File, WhatIsNoFileIsLeftAlone) {
+    for (const char* device : {"/dev/null", "/dev/full"}) {
+        EXPECT_FALSE(save_bytes(device, as_bytes("x")));
+        EXPECT_FALSE(expect_writable(device));
+        EXPECT_TRUE(fs::is_character_file(device));
+    }
+    EXPECT_FALSE(expect_writable(file("")));
+    EXPECT_FALSE(expect_writable(file("no/such")));
+    EXPECT_TRUE(expect_writable(file("new")));
     EXPECT_TRUE(names().empty());
 }
 
