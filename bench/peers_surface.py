@@ -15,13 +15,20 @@ import math
 import os
 import statistics
 import subprocess
+import sys
 import time
 
 import numpy as np
 import vtk
-from vtk.util.numpy_support import numpy_to_vtk
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 import peers_data
+
+try:
+    from skimage import __version__ as skimage_version
+    from skimage.measure import marching_cubes
+except ImportError:
+    skimage_version = None
 
 EDIT_SIDE, EDIT_SIGMA = 128, 24.0
 
@@ -60,14 +67,90 @@ def flying_edges(image, iso, normals=True):
     return filter_
 
 
-def timed(repeat, run):
-    run()
-    times = []
-    for _ in range(repeat):
-        start = time.perf_counter()
+def times_of(repeat, run, budget_s=math.inf):
+    """Wall ms of each run after one that is not counted; two are enough once the budget is spent."""
+    times, start = [], time.perf_counter()
+    for i in range(repeat + 1):
+        began = time.perf_counter()
         run()
-        times.append((time.perf_counter() - start) * 1e3)
-    return statistics.median(times)
+        if i > 0:
+            times.append((time.perf_counter() - began) * 1e3)
+        if len(times) >= 2 and time.perf_counter() - start > budget_s:
+            break
+    return times
+
+
+def timed(repeat, run):
+    return statistics.median(times_of(repeat, run))
+
+
+def vtk_of_case(case, image, kind):
+    """One of VTK's filters by name, on a case of job()."""
+    extract = getattr(vtk, kind)()
+    extract.SetInputData(image)
+    for i, value in enumerate(case.get("labels", [case.get("iso")])):
+        extract.SetValue(i, value)
+    extract.SetComputeNormals("labels" not in case)
+    extract.SetComputeGradients(False)
+    extract.SetComputeScalars("labels" in case)
+    return extract
+
+
+def job(path):
+    """What VTK and scikit-image extract, for `palpate bench surface` to stand beside.
+
+    The file, written by bench/suite/surface.cpp, is JSON:
+      out           folder for results_surface.json and meshes
+      threads       that VTK may use
+      rounds        timed runs of each case, after one that is not counted
+      budget_s      seconds of a case after which two runs are enough
+      cases         [{name, file (raw, little endian), dtype, dims, spacing, iso or labels, keep}]
+    The output is in memory, with normals. A mesh that is kept is NAME.points (float32) and
+    NAME.triangles (int32)."""
+    with open(path) as file:
+        told = json.load(file)
+    vtk.vtkSMPTools.Initialize(told["threads"])
+    rows = []
+
+    def add(case, who, times, points, triangles):
+        row = {"case": case["name"], "who": who, "wall_ms": times,
+               "triangles": int(triangles.size // 3)}
+        if case["keep"]:
+            stem = os.path.join(told["out"], f"{case['name']}_{who}".replace("/", "_"))
+            points.astype("<f4").tofile(stem + ".points")
+            triangles.astype("<i4").tofile(stem + ".triangles")
+            row["mesh"] = stem
+        rows.append(row)
+        print(f"{who} {case['name']}: {statistics.median(times):.1f} ms", flush=True)
+
+    for case in told["cases"]:
+        samples = np.fromfile(case["file"], case["dtype"]).reshape(case["dims"][::-1])
+        image, _ = vtk_image(samples, case["spacing"])
+        for kind in (["vtkDiscreteFlyingEdges3D"] if "labels" in case
+                     else ["vtkFlyingEdges3D", "vtkMarchingCubes"]):
+            extract = vtk_of_case(case, image, kind)
+
+            def update():
+                extract.Modified()
+                extract.Update()
+
+            times = times_of(told["rounds"], update, told["budget_s"])
+            mesh = extract.GetOutput()
+            add(case, kind, times, vtk_to_numpy(mesh.GetPoints().GetData()),
+                vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()))
+        if skimage_version and "iso" in case:
+            got = {}
+
+            def march():
+                got["mesh"] = marching_cubes(samples, case["iso"], spacing=case["spacing"][::-1],
+                                             gradient_direction="descent")
+
+            times = times_of(told["rounds"], march, told["budget_s"])
+            points, triangles = got["mesh"][:2]
+            add(case, "skimage_lewiner", times, points[:, ::-1], triangles[:, ::-1])
+    with open(os.path.join(told["out"], "results_surface.json"), "w") as file:
+        json.dump({"vtk": vtk.vtkVersion.GetVTKVersion(), "skimage": skimage_version,
+                   "rows": rows}, file, indent=1)
 
 
 def vtk_full(path, dtype, dims, spacing, iso, repeat):
@@ -203,4 +286,7 @@ def main():
               f"{local['worst_us']:.0f} us of {local['runs']}")
 
 
-main()
+if len(sys.argv) == 2 and sys.argv[1].endswith(".json"):
+    job(sys.argv[1])
+else:
+    main()

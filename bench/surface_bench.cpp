@@ -1,14 +1,14 @@
 // Surfaces, timed: bench_surface [--repeat N] [--threads N] [--gpu] CASE...
 //
-// Full extraction of NAME=FILE:TYPE:X,Y,Z:SX,SY,SZ:ISO, raw little-endian samples of TYPE i16 or
-// f32, x fastest, with their spacing in mm; of gyroid:SIDE or gaussian:SIDE:TRIANGLES. Erosion of a
-// Gaussian of 128^3, edits:TRIANGLES:RADIUS:TYPE[:BY], as in table 1 of Vidholm & Agmund (2004): BY
-// is blocks (those that read a changed sample made again), gpu (the same on the graphics device,
-// upload of the samples included) or tracker (the paper's own extractor on the thresholded volume:
-// its arrays updated locally, all triangles made again, as printed). Windows for the hand,
-// local:SIDE. With --gpu full extraction on the graphics device as well, from samples that lie
-// there. One line of JSON each: the median and the least of N runs in ms, by stage, and what came
-// out.
+// Full extraction of NAME=FILE:TYPE:X,Y,Z:SX,SY,SZ:ISO, raw little-endian samples of TYPE u8, i16
+// or f32, x fastest, with their spacing in mm; for ISO labels, of the walls between all labels; of
+// gyroid:SIDE or gaussian:SIDE:TRIANGLES. Erosion of a Gaussian of 128^3,
+// edits:TRIANGLES:RADIUS:TYPE[:BY], as in table 1 of Vidholm & Agmund (2004): BY is blocks (those
+// that read a changed sample made again), gpu (the same on the graphics device, upload of the
+// samples included) or tracker (the paper's own extractor on the thresholded volume: its arrays
+// updated locally, all triangles made again, as printed). Windows for the hand, local:SIDE. With
+// --gpu full extraction on the graphics device as well, from samples that lie there. One line of
+// JSON each: the median and the least of N runs in ms, by stage, and what came out.
 #include <fmt/format.h>
 #include <tbb/global_control.h>
 
@@ -27,6 +27,7 @@
 #include "engine/surface/block_surface.h"
 #include "engine/surface/local_surface.h"
 #include "engine/surface/marching_cubes.h"
+#include "engine/surface/surface_nets.h"
 #include "engine/surface/tracker.h"
 #include "engine/surface_gpu/gpu_surface.h"
 #include "engine/volume/builder.h"
@@ -73,8 +74,10 @@ Subject raw_subject(const std::string& text) {
         make_grid({std::stoul(size.at(0)), std::stoul(size.at(1)), std::stoul(size.at(2))},
                   {std::stod(spacing.at(0)), std::stod(spacing.at(1)), std::stod(spacing.at(2))});
     return {text.substr(0, equals),
-            part[1] == "f32" ? read_raw<float>(part[0], grid) : read_raw<int16_t>(part[0], grid),
-            std::stof(part[4])};
+            part[1] == "f32"  ? read_raw<float>(part[0], grid)
+            : part[1] == "u8" ? read_raw<uint8_t>(part[0], grid)
+                              : read_raw<int16_t>(part[0], grid),
+            part[4] == "labels" ? 0.0f : std::stof(part[4])};
 }
 
 Subject subject(const std::string& text) {
@@ -128,6 +131,25 @@ void measure(const Subject& s, int repeat, const SurfaceOptions& options, const 
         s.name, variant, median(ms), *std::min_element(ms.begin(), ms.end()), mesh.triangles.size(),
         mesh.positions.size(), median(signs), median(count), median(memory), median(emit),
         stages.bricks, stages.bricks_read, stages.blocks_crossed);
+}
+
+void measure_labels(const Subject& s, int repeat) {
+    for (const uint32_t passes : {0u, 10u}) {
+        std::vector<double> ms;
+        Mesh mesh;
+        for (int i = 0; i <= repeat; ++i) { // the first is not counted
+            mesh = Mesh();
+            const Timer timer;
+            mesh = surface_nets(s.volume, {.passes = passes});
+            if (i > 0)
+                ms.push_back(timer.ms());
+        }
+        fmt::print(
+            "{{\"case\": \"{}/{}_passes\", \"median_ms\": {:.3f}, \"min_ms\": {:.3f}, "
+            "\"triangles\": {}, \"vertices\": {}}}\n",
+            s.name, passes, median(ms), *std::min_element(ms.begin(), ms.end()),
+            mesh.triangles.size(), mesh.positions.size());
+    }
 }
 
 double percentile(std::vector<double> values, double share) {
@@ -345,6 +367,10 @@ int run(int argc, char** argv) {
             continue;
         }
         const Subject s = subject(text);
+        if (part.back() == "labels") {
+            measure_labels(s, repeat);
+            continue;
+        }
         measure(s, repeat, {.normals = SurfaceNormals::gradient}, "normals");
         measure(s, repeat, {.normals = SurfaceNormals::none}, "plain");
         measure(s, repeat, {.topology = SurfaceTopology::correct}, "correct");

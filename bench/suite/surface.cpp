@@ -222,7 +222,7 @@ Result<std::string> measure_peer_surfaces(const std::vector<SurfaceCase>& cases,
     const fs::path out = options.out / "peers";
     std::error_code ignored;
     fs::create_directories(out, ignored);
-    const fs::path script = fs::path(PALPATE_BENCH_SCRIPTS) / "peers_meshes.py";
+    const fs::path script = fs::path(PALPATE_BENCH_SCRIPTS) / "peers_surface.py";
     const fs::path said = out / "said_surface.txt";
     if (!fs::exists(script))
         return fmt::format("VTK was not asked: its script {} is not there", script.string());
