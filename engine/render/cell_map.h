@@ -6,6 +6,7 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/resource.h"
+#include "engine/render/upload_ring.h"
 #include "engine/scene/scene.h"
 #include "engine/volume/cell_range.h"
 
@@ -26,9 +27,21 @@ class CellMap {
     void update(const Volume& next, std::span<const ChangedBrick> changed);
 
     // Makes the image what `layer` needs, if it is not that already. value = texel * scale + bias.
-    void show(const RayCastLayer& layer, float value_scale, float value_bias);
+    // Where an edit of a few cells is all that is new, only they and what lies within reach of them
+    // is worked out and recorded into `commands`: cells that come to hold something lower the
+    // distances around them; around cells that became empty, distances stay what they were, which
+    // is safe, until a frame that brings no edit. Without a ring, all cells are worked out.
+    void show(const RayCastLayer& layer, float value_scale, float value_bias, Commands& commands,
+              UploadRing* ring);
 
-    // After show() for alpha or iso: the distances, x fastest.
+    // A frame has come without an edit: show() works all out anew where distances could be larger.
+    void settle() {
+        if (loose_)
+            shown_.reset();
+    }
+
+    // After show() for alpha or iso: the distances, x fastest; perhaps lower than they could be
+    // after edits that take things away.
     const std::vector<uint8_t>& distances() const { return distances_; }
 
     // After show().
@@ -49,6 +62,7 @@ class CellMap {
         uint64_t version;
     };
     void upload(const std::vector<float>& texels, glm::uvec3 count);
+    bool patch(const Shown& wanted, Commands& commands, UploadRing& ring);
 
     Device* device_;
     CellRanges ranges_;
@@ -57,6 +71,10 @@ class CellMap {
     std::vector<uint8_t> distances_;
     std::optional<Shown> shown_;
     std::optional<GpuImage> image_;
+    // Cells that edits touched since show(), low .. high - 1 on each axis; and whether some of them
+    // became empty, so that distances could be larger.
+    glm::ivec3 touched_low_{0}, touched_high_{0};
+    bool loose_ = false;
 };
 
 } // namespace palpate

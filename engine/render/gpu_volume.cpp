@@ -115,16 +115,43 @@ bool GpuVolume::suits(const Volume& next, const GpuVolumeWish& wish) const {
            BrickAtlas::room_for(*device_, next, storage_, wish.bricks(), wish.atlas_limit_bytes());
 }
 
-void GpuVolume::update(const Volume& next, std::span<const ChangedBrick> changed) {
+void GpuVolume::update(const Volume& next, std::span<const ChangedBrick> changed,
+                       Commands& commands, UploadRing* ring) {
     if (atlas_) {
         atlas_->drop(next, changed);
     } else {
         std::vector<glm::uvec3> positions;
         for (const ChangedBrick& brick : changed)
             positions.push_back(brick.position);
-        upload(next, positions);
+        const uint64_t bytes = positions.size() * kBrickSamples * texel_bytes(storage_.format);
+        if (ring && bytes > 0 && bytes <= ring->capacity() / 4) {
+            const profile::Scope scope("upload bricks");
+            const UploadRing::Room room = ring->take(bytes);
+            commands.begin_pass("upload");
+            commands.copy(ring->buffer(), *image_, stage(next, positions, room.bytes, room.offset));
+            commands.end_pass();
+        } else {
+            upload(next, positions);
+        }
     }
     snapshot_ = next;
+}
+
+std::vector<Commands::Region> GpuVolume::stage(const Volume& from,
+                                               std::span<const glm::uvec3> bricks,
+                                               std::span<std::byte> to, uint64_t offset) const {
+    const size_t brick_bytes = kBrickSamples * texel_bytes(storage_.format);
+    std::vector<Commands::Region> regions;
+    for (size_t i = 0; i < bricks.size(); ++i) {
+        store_texels(from.brick(bricks[i]), storage_.format, glm::uvec3(0), glm::uvec3(kBrickSide),
+                     kBrickSide, kBrickSide, to.data() + i * brick_bytes);
+        regions.push_back({.buffer_offset = offset + i * brick_bytes,
+                           .image_offset = bricks[i] * kBrickSide,
+                           .size = from.valid_in_brick(bricks[i]),
+                           .row_texels = kBrickSide,
+                           .plane_rows = kBrickSide});
+    }
+    return regions;
 }
 
 void GpuVolume::upload(const Volume& from, std::span<const glm::uvec3> bricks) {
@@ -132,8 +159,7 @@ void GpuVolume::upload(const Volume& from, std::span<const glm::uvec3> bricks) {
         return;
     const profile::Scope scope("upload bricks");
     // Two halves of staging: one is filled while the GPU copies the other.
-    const VkFormat format = storage_.format;
-    const size_t brick_bytes = kBrickSamples * texel_bytes(format);
+    const size_t brick_bytes = kBrickSamples * texel_bytes(storage_.format);
     const size_t batch = std::min(kBricksPerBatch, bricks.size());
     std::array<std::optional<Buffer>, 2> staging;
     std::array<std::optional<Commands>, 2> commands;
@@ -143,18 +169,9 @@ void GpuVolume::upload(const Volume& from, std::span<const glm::uvec3> bricks) {
         if (commands[half])
             commands[half]->finish();
         commands[half].emplace(*device_);
-        std::vector<Commands::Region> regions;
-        for (size_t i = first; i < std::min(first + batch, bricks.size()); ++i) {
-            const uint64_t offset = (i - first) * brick_bytes;
-            store_texels(from.brick(bricks[i]), format, glm::uvec3(0), glm::uvec3(kBrickSide),
-                         kBrickSide, kBrickSide, staging[half]->mapped().data() + offset);
-            regions.push_back({.buffer_offset = offset,
-                               .image_offset = bricks[i] * kBrickSide,
-                               .size = from.valid_in_brick(bricks[i]),
-                               .row_texels = kBrickSide,
-                               .plane_rows = kBrickSide});
-        }
-        commands[half]->copy(*staging[half], *image_, regions);
+        const auto part = bricks.subspan(first, std::min(batch, bricks.size() - first));
+        commands[half]->copy(*staging[half], *image_,
+                             stage(from, part, staging[half]->mapped(), 0));
         commands[half]->submit();
     }
     for (auto& submitted : commands)

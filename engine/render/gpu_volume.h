@@ -8,6 +8,7 @@
 #include "engine/render/brick_atlas.h"
 #include "engine/render/residency.h"
 #include "engine/render/texel_storage.h"
+#include "engine/render/upload_ring.h"
 #include "engine/volume/changes.h"
 
 namespace palpate {
@@ -42,8 +43,11 @@ class GpuVolume {
                                   const GpuVolumeWish& wish);
 
     // Uploads the bricks in which `next` differs from the snapshot held now (changed_bricks() tells
-    // them), and holds `next`. Size and type must be those of the first snapshot.
-    void update(const Volume& next, std::span<const ChangedBrick> changed);
+    // them), and holds `next`. Size and type must be those of the first snapshot. As many as the
+    // ring takes are recorded into `commands`; more, or without a ring, travel in submissions of
+    // their own.
+    void update(const Volume& next, std::span<const ChangedBrick> changed, Commands& commands,
+                UploadRing* ring);
 
     // Whether this is what make() would give for such a volume and wish, or serves as well.
     bool suits(const Volume& next, const GpuVolumeWish& wish) const;
@@ -69,6 +73,9 @@ class GpuVolume {
     static Choice choose(const Device& device, const Volume& volume, const GpuVolumeWish& wish);
     GpuVolume(Device& device, const Volume& volume, const GpuVolumeWish& wish,
               TexelStorage storage);
+    // Writes bricks to staging memory, one after the other; what copies them from there.
+    std::vector<Commands::Region> stage(const Volume& from, std::span<const glm::uvec3> bricks,
+                                        std::span<std::byte> to, uint64_t offset) const;
     void upload(const Volume& from, std::span<const glm::uvec3> bricks);
 
     Device* device_;

@@ -79,6 +79,12 @@ struct Renderer::Coarse {
 };
 
 struct Renderer::Held {
+    std::optional<UploadRing> uploads; // from the first edit on, where there is room for it
+    UploadRing* ring() { return uploads ? &*uploads : nullptr; }
+    void sent(uint64_t value) {
+        if (uploads)
+            uploads->sent(value);
+    }
     std::optional<GpuVolume> volume, labels;
     std::optional<GradientImage> gradients;
     std::optional<std::pair<RayCastLayer, double>> gradients_filled_for; // and step factor

@@ -187,7 +187,7 @@ void Renderer::drop_volumes() {
         buffer->drop();
 }
 
-Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
+Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Commands& commands) {
     const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
     if (Result<void> kept = keep_surfaces(scene, data); !kept)
@@ -197,7 +197,7 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data) {
         drop_volumes();
         return size_t{0};
     }
-    Result<size_t> uploaded = keep_volumes(scene, data);
+    Result<size_t> uploaded = keep_volumes(scene, data, commands);
     if (!uploaded)
         return uploaded;
     FrameInputs inputs;
@@ -385,20 +385,23 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
     FrameStats stats;
     profile::Scope frame("frame");
-    const Result<size_t> uploaded = prepare(scene, data);
-    if (!uploaded)
+    std::deque<Commands> submissions;
+    submissions.emplace_back(*device_);
+    const Result<size_t> uploaded = prepare(scene, data, submissions.back());
+    if (!uploaded) {
+        held_->sent(submissions.back().submit()); // what is recorded is taken for done
         return tl::unexpected(uploaded.error());
+    }
     stats.uploaded_bricks = *uploaded;
     if (scene.ray_cast)
         stats.cell_map_ms = held_->cell_map_ms;
 
     const Timer timer;
-    std::deque<Commands> submissions;
-    submissions.emplace_back(*device_);
     try {
         stats.uploaded_bricks += draw_behind(scene, data, submissions.back());
         Result<size_t> more = scene.ray_cast ? draw_rays(scene, data, submissions) : size_t{0};
-        submissions.back().submit(); // also of a frame that was stopped: images are as tracked
+        // Also of a frame that was stopped: images are as tracked.
+        held_->sent(submissions.back().submit());
         if (!more)
             return pass_on(more);
         stats.uploaded_bricks += *more;

@@ -122,14 +122,16 @@ class Renderer {
     struct RayPass;
     struct Coarse;
 
-    // Brings what is kept in line with the scene; the number of bricks uploaded.
-    Result<size_t> prepare(const Scene& scene, const SceneData& data);
+    // Brings what is kept in line with the scene, by copies recorded into `commands`, which are
+    // submitted even where this fails; the number of bricks uploaded.
+    Result<size_t> prepare(const Scene& scene, const SceneData& data, Commands& commands);
     Result<size_t> prepare_interactive(const Scene& scene, const SceneData& data,
-                                       double step_factor);
+                                       double step_factor, Commands& commands);
     Result<size_t> keep_volume(std::optional<GpuVolume>& held, const char* name,
                                const Volume& volume, const GpuVolumeWish& wish,
-                               std::span<const ChangedBrick> changed);
-    Result<size_t> keep_volumes(const Scene& scene, const SceneData& data);
+                               std::span<const ChangedBrick> changed, Commands& commands);
+    Result<size_t> keep_volumes(const Scene& scene, const SceneData& data, Commands& commands);
+    void keep_ring(bool same_volume, bool edited);
     void keep_gradients(const Scene& scene, const Volume& volume);
     uint64_t free_bytes(std::optional<GpuVolume>& apart) const;
     uint64_t room_for_volume(const Scene& scene);

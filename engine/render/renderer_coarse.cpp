@@ -129,9 +129,9 @@ void Renderer::record_judgement(Commands& commands) {
 }
 
 Result<size_t> Renderer::prepare_interactive(const Scene& scene, const SceneData& data,
-                                             double step_factor) {
+                                             double step_factor, Commands& commands) {
     const Restored restored(step_factor_, step_factor);
-    Result<size_t> uploaded = prepare(scene, data);
+    Result<size_t> uploaded = prepare(scene, data, commands);
     if (uploaded && held_->parts.size() > 1)
         return fail(
             "an interactive frame: expected room on the device for the {} bricks that can be seen, "
@@ -147,10 +147,13 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     scene.value_and_depth = false;
     CoarseStats stats;
     keep_coarse_targets(scene); // first: the volume takes what is left
+    Commands behind(*device_);
     const Result<size_t> uploaded =
-        prepare_interactive(scene, data, step_factor_of(*scene.ray_cast, settings));
-    if (!uploaded)
+        prepare_interactive(scene, data, step_factor_of(*scene.ray_cast, settings), behind);
+    if (!uploaded) {
+        held_->sent(behind.submit()); // what is recorded is taken for done
         return tl::unexpected(uploaded.error());
+    }
     stats.frame.uploaded_bricks = *uploaded;
     stats.frame.cell_map_ms = held_->cell_map_ms;
     keep_coarse(scene, data, settings);
@@ -163,9 +166,8 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     const Timer timer;
     Buffer counts(*device_, "listed ray count read back", coarse.ray_groups.bytes(),
                   Memory::read_back);
-    Commands behind(*device_);
     stats.frame.uploaded_bricks += draw_behind(scene, data, behind);
-    behind.submit();
+    held_->sent(behind.submit());
     if (!held_->parts.empty())
         stats.frame.uploaded_bricks += show_part(held_->parts.front(), true);
     Commands commands(*device_);
@@ -242,23 +244,28 @@ Result<FrameStats> Renderer::refine(const Scene& asked, const SceneData& data, u
     Scene scene = asked;
     scene.value_and_depth = false;
     FrameStats stats;
-    const Result<size_t> uploaded = prepare_interactive(scene, data, 1.0);
-    if (!uploaded)
+    std::deque<Commands> submissions;
+    submissions.emplace_back(*device_);
+    const Result<size_t> uploaded = prepare_interactive(scene, data, 1.0, submissions.back());
+    if (!uploaded) {
+        held_->sent(submissions.back().submit()); // what is recorded is taken for done
         return tl::unexpected(uploaded.error());
+    }
     stats.uploaded_bricks = *uploaded;
     const Timer timer;
     if (!held_->parts.empty())
         stats.uploaded_bricks += show_part(held_->parts.front(), true);
     const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
-    std::deque<Commands> submissions;
     for (uint32_t row = 0; row < rows; row += band) {
-        Commands& commands = submissions.emplace_back(*device_);
+        if (row > 0)
+            submissions.emplace_back(*device_);
+        Commands& commands = submissions.back();
         RayPass pass = full_pass(scene);
         // Every tile is marched, also those that see nothing: what lies there is replaced.
         record_tiles(commands, pass, eye_count(scene), gpu::kListAll, first_row + row,
                      std::min(band, rows - row));
         record_ray_cast(commands, pass, scene);
-        commands.submit();
+        held_->sent(commands.submit());
     }
     for (Commands& commands : submissions)
         add_times(stats.passes, commands.finish());

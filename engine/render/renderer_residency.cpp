@@ -12,6 +12,10 @@ namespace palpate {
 
 namespace {
 
+// Room for the bricks of an edit, and for those of the edit before while the GPU still reads them:
+// a quarter is 32 bricks of 16 bits.
+constexpr uint64_t kUploadRingBytes = uint64_t{8} << 20;
+
 ImageShape carry_shape(const Scene& scene) {
     return {.format = VK_FORMAT_R32G32B32A32_SFLOAT,
             .size = {scene.size_px, 1},
@@ -28,11 +32,11 @@ uint64_t carry_bytes(const Scene& scene) {
 
 Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, const char* name,
                                      const Volume& volume, const GpuVolumeWish& wish,
-                                     std::span<const ChangedBrick> changed) {
+                                     std::span<const ChangedBrick> changed, Commands& commands) {
     if (held && held->suits(volume, wish)) {
         if (volume.is_same_as(held->snapshot()))
             return size_t{0};
-        held->update(volume, changed);
+        held->update(volume, changed, commands, held_->ring());
         return held->is_atlas() ? 0 : changed.size();
     }
     held.reset();
@@ -54,7 +58,18 @@ uint64_t Renderer::free_bytes(std::optional<GpuVolume>& apart) const {
     return options_.memory_limit_bytes - std::min(options_.memory_limit_bytes, used);
 }
 
-Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data) {
+// What an edit travels through is made when the first one comes, and only of memory that nothing
+// else has: a scene that just fits is drawn all the same, its edits in submissions of their own.
+void Renderer::keep_ring(bool same_volume, bool edited) {
+    if (!same_volume)
+        held_->uploads.reset(); // the next volume takes what it needs first
+    std::optional<GpuVolume> nothing;
+    if (edited && !held_->uploads && free_bytes(nothing) >= kUploadRingBytes)
+        held_->uploads.emplace(*device_, kUploadRingBytes);
+}
+
+Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data,
+                                      Commands& commands) {
     const auto same_kind = [](const std::optional<GpuVolume>& held, const Volume& next) {
         return held && held->snapshot().size() == next.size() &&
                held->snapshot().type() == next.type();
@@ -64,28 +79,34 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data)
                    ? changed_bricks(held->snapshot(), next)
                    : std::vector<ChangedBrick>{};
     };
+    const std::vector<ChangedBrick> changed = changed_since(held_->volume, data.volume);
+    const std::vector<ChangedBrick> changed_labels =
+        data.labels ? changed_since(held_->labels, *data.labels) : std::vector<ChangedBrick>{};
+    keep_ring(same_kind(held_->volume, data.volume), !changed.empty() || !changed_labels.empty());
     size_t uploaded = 0;
     if (data.labels) {
         const Result<size_t> more =
             keep_volume(held_->labels, "labels", *data.labels,
                         {.format = TexelFormat::label, .limit_bytes = free_bytes(held_->labels)},
-                        changed_since(held_->labels, *data.labels));
+                        changed_labels, commands);
         if (!more)
             return more;
         uploaded = *more;
     } else {
         held_->labels.reset();
     }
-    const std::vector<ChangedBrick> changed = changed_since(held_->volume, data.volume);
     const Timer timer;
     if (!scene.ray_cast || !same_kind(held_->volume, data.volume))
         held_->cells.reset();
     else if (held_->cells && !data.volume.is_same_as(held_->volume->snapshot()))
         held_->cells->update(data.volume, changed);
+    else if (held_->cells)
+        held_->cells->settle();
     if (scene.ray_cast && !held_->cells)
         held_->cells.emplace(*device_, data.volume);
     if (scene.ray_cast && scene.ray_cast->mode != RayMode::mip)
-        held_->cells->show(*scene.ray_cast, 1.0f, 0.0f); // distances alone
+        held_->cells->show(*scene.ray_cast, 1.0f, 0.0f, commands,
+                           held_->ring()); // distances alone
     held_->cell_map_ms = timer.ms();
 
     find_needed_bricks(scene, data.volume);
@@ -97,13 +118,13 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data)
                                              .beside_atlas_bytes = carried,
                                              .needed_bricks = held_->needed_bricks,
                                              .most_bricks = options_.most_resident_bricks},
-                                            changed);
+                                            changed, commands);
     if (!more)
         return more;
     if (scene.ray_cast) {
         const Timer again;
         held_->cells->show(*scene.ray_cast, held_->volume->value_scale(),
-                           held_->volume->value_bias());
+                           held_->volume->value_bias(), commands, held_->ring());
         held_->cell_map_ms += again.ms();
     }
     keep_gradients(scene, data.volume);

@@ -1,0 +1,203 @@
+// What an edit costs a frame, and that a frame after many edits is the frame of a fresh renderer.
+
+#include <algorithm>
+#include <memory>
+#include <random>
+
+#include "engine/render/cell_map.h"
+#include "engine/render/occupancy.h"
+#include "engine/volume/changes.h"
+#include "engine/volume/edit.h"
+#include "engine/volume/synthetic.h"
+#include "tests/gpu/gpu_fixture.h"
+
+namespace palpate {
+namespace {
+
+class EditPath : public GpuTest {
+ protected:
+    static Volume phantom() {
+        return synthetic::sample_ct_phantom(
+            make_grid({100, 100, 100}, glm::dvec3(2), glm::dvec3(-99)));
+    }
+    static Scene iso_scene() {
+        Scene scene;
+        scene.size_px = {64, 64};
+        scene.camera.eye_mm = {-300, -250, 150};
+        scene.camera.view_angle_deg = 40.0;
+        scene.ray_cast.emplace();
+        scene.ray_cast->mode = RayMode::iso;
+        scene.ray_cast->isos = {{300.0}};
+        return scene;
+    }
+    // A ball of `value` somewhere: bone where there was none, or a hole.
+    static Volume dab(const Volume& volume, std::mt19937& random, double value) {
+        std::uniform_int_distribution<int> place(5, 94);
+        const glm::ivec3 center(place(random), place(random), place(random));
+        VolumeEdit edit(volume);
+        for (int z = -4; z <= 4; ++z)
+            for (int y = -4; y <= 4; ++y)
+                for (int x = -4; x <= 4; ++x)
+                    if (x * x + y * y + z * z <= 17)
+                        edit.set(glm::uvec3(center + glm::ivec3(x, y, z)), value);
+        return edit.commit();
+    }
+};
+
+TEST_F(EditPath, AFrameAfterAnEditIsOneSubmission) {
+    std::mt19937 random(1);
+    Renderer renderer(device());
+    Volume now = phantom();
+    const Scene scene = iso_scene();
+    ASSERT_TRUE(renderer.draw(scene, {now, std::nullopt}));
+    for (int i = 0; i < 5; ++i) {
+        now = dab(now, random, 900.0);
+        const uint64_t before = device().last_submitted();
+        const Result<FrameStats> stats = renderer.draw(scene, {now, std::nullopt});
+        ASSERT_TRUE(stats);
+        EXPECT_GE(stats->uploaded_bricks, 1u);
+        EXPECT_LE(stats->uploaded_bricks, 8u);
+        EXPECT_EQ(device().last_submitted(), before + 1);
+    }
+}
+
+TEST_F(EditPath, FramesAreThoseOfAFreshRenderer) {
+    std::mt19937 random(2);
+    Renderer renderer(device());
+    Volume now = phantom();
+    Scene alpha = iso_scene();
+    alpha.ray_cast->mode = RayMode::alpha;
+    alpha.ray_cast->transfer = window_function(100, 1500, 0.3);
+    for (const Scene& scene : {iso_scene(), alpha})
+        for (int i = 0; i < 8; ++i) {
+            now = dab(now, random, i % 2 ? -1000.0 : 1100.0);
+            if (i == 5)
+                for (int k = 0; k < 40; ++k) // more bricks than the upload ring takes at once
+                    now = dab(now, random, 700.0);
+            const Result<Frame> edited = renderer.render(scene, {now, std::nullopt});
+            Renderer fresh(device());
+            const Result<Frame> expected = fresh.render(scene, {now, std::nullopt});
+            ASSERT_TRUE(edited && expected);
+            ASSERT_EQ(edited->eyes[0].samples, expected->eyes[0].samples) << i;
+            if (i % 3 == 0) { // and once more, now that no edit is new
+                const Result<Frame> again = renderer.render(scene, {now, std::nullopt});
+                ASSERT_EQ(again->eyes[0].samples, expected->eyes[0].samples) << i;
+            }
+        }
+}
+
+// Distances are never too large, and exact again after a frame without an edit.
+TEST_F(EditPath, PatchedDistancesAreSafeAndSettle) {
+    std::mt19937 random(3);
+    Volume now = phantom(), before = now;
+    const Scene scene = iso_scene();
+    UploadRing ring(device(), uint64_t{8} << 20);
+    CellMap patched(device(), now);
+    const auto show = [&](CellMap& cells) {
+        Commands commands(device());
+        cells.show(*scene.ray_cast, 1.0f, 0.0f, commands, &ring);
+        ring.sent(commands.submit());
+        commands.finish();
+        return cells.distances();
+    };
+    show(patched);
+    size_t lower = 0;
+    for (int i = 0; i < 12; ++i) {
+        // Bone somewhere, and then taken away again: its cells are empty as before.
+        const Volume next = i % 2 ? before : dab(now, random, 1100.0);
+        before = now;
+        patched.update(next, changed_bricks(now, next));
+        now = next;
+        const std::vector<uint8_t> found = show(patched);
+        CellMap fresh(device(), now);
+        const std::vector<uint8_t> exact = show(fresh);
+        ASSERT_EQ(found.size(), exact.size());
+        for (size_t cell = 0; cell < found.size(); ++cell) {
+            ASSERT_LE(found[cell], exact[cell]);
+            ASSERT_EQ(found[cell] == 0, exact[cell] == 0);
+            lower += found[cell] < exact[cell];
+        }
+        if (i % 4 == 3) {
+            patched.settle();
+            EXPECT_EQ(show(patched), exact);
+        }
+    }
+    EXPECT_GT(lower, 0u); // not everything was worked out anew
+}
+
+// Each room is read by a submission that has much to copy first: what is written to a room before
+// the GPU has read what lay there shows in the copy.
+TEST_F(EditPath, TheRingGivesRoomAgainOnlyBehindTheGpu) {
+    constexpr uint64_t kBytes = 4096;
+    UploadRing ring(device(), kBytes);
+    Buffer much(device(), "much", uint64_t{16} << 20, Memory::device);
+    Buffer more(device(), "more", much.bytes(), Memory::device);
+    struct Sent {
+        UploadRing::Room room;
+        std::byte value;
+        std::unique_ptr<Buffer> out;
+        std::unique_ptr<Commands> commands;
+    };
+    std::vector<Sent> all;
+    std::mt19937 random(4);
+    for (int i = 0; i < 60; ++i) {
+        const uint64_t bytes = 1 + random() % (i % 3 ? kBytes / 2 : kBytes / 8);
+        Sent sent{ring.take(bytes), std::byte(i + 1),
+                  std::make_unique<Buffer>(device(), "out", kBytes, Memory::read_back),
+                  std::make_unique<Commands>(device())};
+        ASSERT_EQ(sent.room.bytes.size(), bytes);
+        ASSERT_LE(sent.room.offset + bytes, ring.capacity());
+        std::fill(sent.room.bytes.begin(), sent.room.bytes.end(), sent.value);
+        sent.commands->copy(much, more);
+        sent.commands->copy(ring.buffer(), *sent.out);
+        ring.sent(sent.commands->submit());
+        all.push_back(std::move(sent));
+    }
+    for (const Sent& sent : all) {
+        sent.commands->finish();
+        const auto read = sent.out->mapped().subspan(sent.room.offset, sent.room.bytes.size());
+        EXPECT_TRUE(std::all_of(read.begin(), read.end(), [&](std::byte byte) {
+            return byte == sent.value;
+        })) << int(sent.value);
+    }
+}
+
+// A scene that leaves no room for the ring is drawn all the same, and stays in its budget.
+TEST_F(EditPath, WithoutRoomForTheRingFramesAreTheSame) {
+    std::mt19937 random(5);
+    Volume now = phantom();
+    const Scene scene = iso_scene();
+    const auto bytes = [&] {
+        uint64_t sum = 0;
+        for (const ResourceInfo& resource : device().resources())
+            sum += resource.bytes;
+        return sum;
+    };
+    const auto has_ring = [&] {
+        for (const ResourceInfo& resource : device().resources())
+            if (resource.name == "upload ring")
+                return true;
+        return false;
+    };
+    Renderer roomy(device());
+    const uint64_t before = bytes();
+    ASSERT_TRUE(roomy.draw(scene, {now, std::nullopt}));
+    EXPECT_FALSE(has_ring()); // no edit has come
+    const uint64_t needed = bytes() - before;
+    // As much again for the second renderer, and less than a ring's 8 MiB besides.
+    Renderer tight(device(), {.memory_limit_bytes = bytes() + needed + (uint64_t{4} << 20)});
+    ASSERT_TRUE(tight.draw(scene, {now, std::nullopt}));
+    for (int i = 0; i < 3; ++i) {
+        now = dab(now, random, i % 2 ? -1000.0 : 1100.0);
+        const Result<Frame> in_tight = tight.render(scene, {now, std::nullopt});
+        ASSERT_TRUE(in_tight);
+        EXPECT_FALSE(i == 0 && has_ring());
+        const Result<Frame> in_roomy = roomy.render(scene, {now, std::nullopt});
+        ASSERT_TRUE(in_roomy);
+        EXPECT_TRUE(has_ring());
+        EXPECT_EQ(in_tight->eyes[0].samples, in_roomy->eyes[0].samples);
+    }
+}
+
+} // namespace
+} // namespace palpate
