@@ -87,8 +87,10 @@ bool Editor::begin_next() {
         const EditInput input = waiting_.front();
         if (input.kind == EditInput::Kind::down) {
             refusal_.clear();
-            auto begun = setup_ ? StrokeRun::start(now_, setup_->tool, setup_->operation, guide_)
-                                : fail("a stroke began before there was a tool");
+            const Result<ToolPose> pose = checked_pose(input.pose);
+            auto begun = !setup_ ? fail("a stroke began before there was a tool")
+                         : !pose ? tl::unexpected(pose.error())
+                                 : StrokeRun::start(now_, setup_->tool, setup_->operation, guide_);
             if (begun) {
                 stroke_ = std::move(*begun);
                 poses_.clear();
@@ -120,10 +122,15 @@ void Editor::feed() {
         waiting_.pop_front();
         last_fed_ = input;
         lifted_ = input.kind == EditInput::Kind::up;
-        ToolPose pose = input.pose;
+        Result<ToolPose> pose = checked_pose(input.pose);
+        if (!pose) {
+            refusal_ =
+                fmt::format("input {} is passed over: {}", input.number, pose.error().message);
+            continue;
+        }
         if (!poses_.empty()) // a clock that goes back is a clock that stands
-            pose.time_s = std::max(pose.time_s, poses_.back().time_s);
-        poses_.push_back(pose);
+            pose->time_s = std::max(pose->time_s, poses_.back().time_s);
+        poses_.push_back(*pose);
     }
     stroke_->add(std::span(poses_).subspan(before));
     if (lifted_)

@@ -33,7 +33,8 @@ struct EditState {
     int64_t published_ns = 0;
     size_t strokes_done = 0; // and not undone
     size_t undo_steps = 0, redo_steps = 0;
-    std::string refusal; // why the last stroke, undo or redo did nothing; else empty
+    // Why the last stroke, undo or redo did nothing, or passed over a pose; else empty.
+    std::string refusal;
 };
 
 struct EditorOptions {
@@ -46,7 +47,9 @@ struct EditorOptions {
 // The one writer of a volume: a thread that turns poses into snapshots.
 //
 // Poses come through a ring from one thread, the servo, which waits for nothing; a full ring
-// refuses, and the sweep to the next accepted pose leaves no gap. Commands come through a second
+// refuses, and the sweep to the next accepted pose leaves no gap. A pose that is none (a zero
+// quaternion, a number that is not finite) is passed over in the same way and told; at tool-down it
+// refuses the stroke. Commands come through a second
 // ring from one other thread, the frame's. Snapshots leave through a wait-free mailbox. The editor
 // empties the ring at least once a slice, whatever it is doing, and publishes between slices: a
 // stroke that takes long appears piece by piece. What it publishes at the end of each stroke is

@@ -8,27 +8,21 @@ namespace palpate {
 
 namespace {
 
-constexpr double kFarthest_mm = 1e8, kLongest_s = 1e9, kLargestValue = 1e9;
+constexpr double kLargestValue = 1e9;
 
 Json list_of(glm::dvec3 v) {
     return Json::array({Json::of(v.x), Json::of(v.y), Json::of(v.z)});
 }
 
-// Of unit length; one that is so but for rounding keeps its bits, so that what is written and read
-// again stays the same.
 glm::dquat read_turn(const JsonValue& in) {
     const auto items = in.items(4, 4);
     if (items.size() != 4)
         return {1, 0, 0, 0};
-    const glm::dquat q(items[0].number(-2, 2), items[1].number(-2, 2), items[2].number(-2, 2),
-                       items[3].number(-2, 2));
-    const double square = glm::dot(q, q);
-    if (!(std::abs(square - 1.0) <= 1e-3)) {
-        in.complain(fmt::format("expected a unit quaternion [w, x, y, z], found length {:.6g}",
-                                std::sqrt(square)));
-        return {1, 0, 0, 0};
-    }
-    return std::abs(square - 1.0) < 1e-14 ? q : q / std::sqrt(square);
+    const Result<glm::dquat> turn = unit_turn({items[0].number(-2, 2), items[1].number(-2, 2),
+                                               items[2].number(-2, 2), items[3].number(-2, 2)});
+    if (!turn)
+        in.complain(turn.error().message);
+    return turn.value_or(glm::dquat(1, 0, 0, 0));
 }
 
 ToolPose read_pose(const JsonValue& in) {

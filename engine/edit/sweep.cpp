@@ -36,6 +36,27 @@ double largest_angle(glm::dquat a, glm::dquat b) {
 
 } // namespace
 
+Result<glm::dquat> unit_turn(glm::dquat turn) {
+    const double square = glm::dot(turn, turn);
+    if (!(std::abs(square - 1.0) <= 1e-3))
+        return fail("expected a unit quaternion [w, x, y, z], found length {:.6g}",
+                    std::sqrt(square));
+    return std::abs(square - 1.0) < 1e-14 ? turn : turn / std::sqrt(square);
+}
+
+Result<ToolPose> checked_pose(const ToolPose& pose) {
+    const glm::dvec3 at = glm::abs(pose.tip_mm);
+    if (!(at.x <= kFarthest_mm && at.y <= kFarthest_mm && at.z <= kFarthest_mm)) // or not a number
+        return fail("expected a tip within {:g} mm, found ({}, {}, {})", kFarthest_mm,
+                    pose.tip_mm.x, pose.tip_mm.y, pose.tip_mm.z);
+    if (!(std::abs(pose.time_s) <= kLongest_s))
+        return fail("expected a time within {:g} s, found {}", kLongest_s, pose.time_s);
+    const Result<glm::dquat> turn = unit_turn(pose.turn);
+    if (!turn)
+        return tl::unexpected(turn.error());
+    return ToolPose{pose.time_s, pose.tip_mm, *turn};
+}
+
 ToolPose pose_between(const ToolPose& from, const ToolPose& to, double t) {
     return {from.time_s + t * (to.time_s - from.time_s),
             from.tip_mm + t * (to.tip_mm - from.tip_mm),

@@ -3,6 +3,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "engine/base/error.h"
 #include "engine/edit/shape.h"
 #include "engine/volume/grid.h"
 
@@ -24,6 +25,16 @@ struct ToolPose {
 
     friend bool operator==(const ToolPose&, const ToolPose&) = default;
 };
+
+constexpr double kFarthest_mm = 1e8, kLongest_s = 1e9; // of poses, to each side of 0
+
+// A turn of exactly unit length where it was so to a thousandth, else what was found. One that is
+// so but for rounding keeps its bits, so that what is written and read again stays the same.
+Result<glm::dquat> unit_turn(glm::dquat turn);
+
+// A pose from a device or a program as a stroke may hold it: its turn of unit length, and no number
+// that is not finite or too far.
+Result<ToolPose> checked_pose(const ToolPose& pose);
 
 // The space a tool passes through from one pose to the next.
 //

@@ -191,6 +191,47 @@ TEST(Editor, SaysWhyItDidNothing) {
     EXPECT_TRUE(refusal("nothing is left to undo"));
     ASSERT_TRUE(editor.push({EditInput::Kind::down, {}, 2, 0}));
     EXPECT_TRUE(refusal("expected labels stored as u8 or u16, found i16"));
+    ASSERT_TRUE(editor.push({EditInput::Kind::down, {0, {}, {0, 0, 0, 0}}, 3, 0}));
+    EXPECT_TRUE(refusal("expected a unit quaternion [w, x, y, z], found length 0"));
+}
+
+// What is no pose changes nothing of a stroke, and one that is almost one is what a file would
+// hold.
+TEST(Editor, PassesOverWhatIsNoPose) {
+    const Volume first = make_volume(make_grid(glm::uvec3(40), glm::dvec3(1)), ScalarType::u8,
+                                     [](glm::uvec3) { return 0.0; });
+    const Json capsule = *parse_json(R"({"kind": "capsule", "radius_mm": 3, "length_mm": 9})", "");
+    const glm::dquat lying(std::sqrt(0.5), std::sqrt(0.5), 0, 0), nearly = 1.0004 * lying;
+    const double nan = std::numeric_limits<double>::quiet_NaN(), far = 1e300;
+    const std::vector<ToolPose> pushed{
+        {0, {8, 20, 20}, kUpright},    {1, {20, 20, 20}, {0, 0, 0, 0}},
+        {2, {nan, 20, 20}, kUpright},  {3, {far, 20, 20}, kUpright},
+        {nan, {20, 20, 20}, kUpright}, {5, {20, 20, 20}, {1, nan, 0, 0}},
+        {6, {30, 20, 20}, nearly},     {7, {9, 9, 9}, {0, 0, 0, 0}}};
+    Editor editor(first, {});
+    auto reader = editor.add_reader();
+    const Stroke stroke = make_stroke(capsule, {}, {pushed[0], {6, {30, 20, 20}, lying}});
+    ASSERT_TRUE(editor.use(stroke.shape, stroke.tool, stroke.operation));
+    for (size_t i = 0; i < pushed.size(); ++i) {
+        const auto kind = i == 0                   ? EditInput::Kind::down
+                          : i + 1 == pushed.size() ? EditInput::Kind::up
+                                                   : EditInput::Kind::move;
+        ASSERT_TRUE(editor.push({kind, pushed[i], i + 1, 0}));
+    }
+    while (reader.pin()->strokes_done == 0)
+        std::this_thread::yield();
+    const auto pin = reader.pin();
+    EXPECT_EQ(pin->inputs_done, pushed.size());
+    EXPECT_EQ(pin->refusal,
+              "input 8 is passed over: expected a unit quaternion [w, x, y, z], "
+              "found length 0");
+    const glm::dquat unit = checked_pose(pushed[6])->turn;
+    EXPECT_LT(glm::length(unit - lying), 1e-15);
+    std::vector<ToolPose> poses = stroke.poses;
+    poses[1].turn = unit;
+    EXPECT_EQ(content_hash(pin->volume),
+              content_hash(*apply_stroke(first, stroke.tool, {}, poses)));
+    EXPECT_NE(content_hash(pin->volume), content_hash(first));
 }
 
 } // namespace
