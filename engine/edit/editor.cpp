@@ -175,8 +175,8 @@ void Editor::step(bool back) {
 void Editor::publish(const Volume& volume) {
     const History::Stats history = history_.stats();
     states_.publish(std::make_unique<EditState>(
-        EditState{volume, last_done_.number, last_done_.pushed_ns, profile::now_ns(), strokes_done_,
-                  history.undo_steps, history.redo_steps, refusal_}));
+        EditState{volume, last_done_.number, last_done_.pushed_ns, profile::now_ns(), ++published_,
+                  strokes_done_, history.undo_steps, history.redo_steps, refusal_}));
 }
 
 } // namespace palpate

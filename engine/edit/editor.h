@@ -31,6 +31,7 @@ struct EditState {
     uint64_t inputs_done = 0;    // the number of the last input that `volume` has whole
     int64_t newest_input_ns = 0; // when that was pushed
     int64_t published_ns = 0;
+    uint64_t snapshot = 0;   // how many were published before this
     size_t strokes_done = 0; // and not undone
     size_t undo_steps = 0, redo_steps = 0;
     // Why the last stroke, undo or redo did nothing, or passed over a pose; else empty.
@@ -112,6 +113,7 @@ class Editor {
     std::vector<ToolPose> poses_; // of it
     bool lifted_ = false;
     EditInput last_fed_, last_done_;
+    uint64_t published_ = 0;
     size_t strokes_done_ = 0;
     std::string refusal_;
     std::jthread thread_; // last: ends before the rest goes

@@ -1,0 +1,76 @@
+#include "engine/edit/edit_lag.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/profile.h"
+#include "engine/edit/editor.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr std::array kKeys{"edit_to_texture_ms", "edit_to_mesh_ms", "edit_to_picture_ms"};
+constexpr const char* kLagKey = "hand_eye_lag_snapshots";
+
+EditLag::Figures figures_of(std::vector<double> values) {
+    if (values.empty())
+        return {};
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double share) {
+        return values[static_cast<size_t>(std::ceil(share * static_cast<double>(values.size()))) -
+                      1];
+    };
+    return {values.size(), at(0.5), at(0.99), values.back()};
+}
+
+} // namespace
+
+void EditLag::reached(Reader reader, const EditState& state, int64_t at_ns) {
+    const auto index = static_cast<size_t>(reader);
+    const uint64_t felt = felt_.load(std::memory_order_acquire);
+    const std::scoped_lock held(lock_);
+    if (state.snapshot <= last_[index]) // the first snapshot, 0, is no edit
+        return;
+    last_[index] = state.snapshot;
+    const double ms = 1e-6 * static_cast<double>(at_ns - state.newest_input_ns);
+    const double ahead = static_cast<double>(std::max(felt, state.snapshot) - state.snapshot);
+    latencies_ms_[index].push_back(ms);
+    if (reader == Reader::picture)
+        ahead_.push_back(ahead);
+    profile::Scope scope("edit arrives");
+    if (scope.recorded()) {
+        scope.tell(kKeys[index], Json::of(ms));
+        scope.tell("snapshot", Json::of(static_cast<double>(state.snapshot)));
+        if (reader == Reader::picture)
+            scope.tell(kLagKey, Json::of(ahead));
+    }
+}
+
+EditLag::Figures EditLag::latency_ms(Reader reader) const {
+    const std::scoped_lock held(lock_);
+    return figures_of(latencies_ms_[static_cast<size_t>(reader)]);
+}
+
+EditLag::Figures EditLag::hand_eye_snapshots() const {
+    const std::scoped_lock held(lock_);
+    return figures_of(ahead_);
+}
+
+Json EditLag::json() const {
+    Json all = Json::object();
+    const auto add = [&](const char* key, const Figures& figures) {
+        if (figures.count > 0)
+            all.members.emplace_back(
+                key, Json::object({{"median", Json::of(figures.median)},
+                                   {"p99", Json::of(figures.p99)},
+                                   {"most", Json::of(figures.most)},
+                                   {"count", Json::of(static_cast<double>(figures.count))}}));
+    };
+    for (const Reader reader : {Reader::texture, Reader::mesh, Reader::picture})
+        add(kKeys[static_cast<size_t>(reader)], latency_ms(reader));
+    add(kLagKey, hand_eye_snapshots());
+    return all;
+}
+
+} // namespace palpate
