@@ -143,6 +143,20 @@ Result<Image> read_picture(const fs::path& path, const Subject& subject, const s
 
 } // namespace
 
+std::string run_vtk_script(Bench& bench, const std::string& script,
+                           std::vector<std::string> arguments) {
+    const fs::path out = bench.options().out / "peers";
+    if (std::string problem = missing(out); !problem.empty())
+        return problem;
+    std::vector<std::string> command{"xvfb-run", "-a",
+                                     "-s",       "-screen 0 1280x1280x24 -noreset",
+                                     kPython,    std::string(PALPATE_BENCH_SCRIPTS) + "/" + script};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    const fs::path said = out / (script + ".txt");
+    const int code = run_program(std::move(command), said);
+    return code == 0 ? "" : fmt::format("VTK failed with code {}: {}", code, last_line(said));
+}
+
 std::string PeerPoint::name() const {
     return fmt::format("VTK {} mapper, step {:g}", mapper == "gpu" ? "GPU" : "fixed-point",
                        step_samples);

@@ -70,4 +70,8 @@ int run_program(std::vector<std::string> command, const fs::path& output);
 std::string last_line(const fs::path& file);
 Result<Value> save_raw(const Sample& sample, const fs::path& path);
 
+// Runs a script of bench/ with a display of its own; why there is no result, or nothing.
+std::string run_vtk_script(Bench& bench, const std::string& script,
+                           std::vector<std::string> arguments);
+
 } // namespace palpate::bench

@@ -22,6 +22,8 @@ constexpr std::array kSuites{
           run_upload},
     Suite{"touch", "touch: scenes, trajectories and algorithms; time of a tick; Z-width",
           run_touch},
+    Suite{"edit", "a dab from the hand to snapshot, device, surface and pixels, beside VTK",
+          run_edit},
     Suite{"stability", "the hard cases of ray casting, each with its figure and bound",
           run_stability},
     Suite{"surface", "meshes of sphere, gyroid, head CT and atlas: time beside error, and VTK's",

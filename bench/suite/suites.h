@@ -13,6 +13,7 @@ struct Suite {
 };
 
 // One file a suite.
+Result<Report> run_edit(Bench& bench);
 Result<Report> run_quality(Bench& bench);
 Result<Report> run_render(Bench& bench);
 Result<Report> run_stability(Bench& bench);

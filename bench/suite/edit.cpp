@@ -1,0 +1,336 @@
+// One dab of a tool, from the hand to the pixels: snapshot published, bricks uploaded, surface made
+// again, picture drawn; beside what a whole surface and a whole texture cost in VTK.
+
+#include <cstring>
+#include <fstream>
+
+#include "bench/suite/edit_live.h"
+#include "bench/suite/peers.h"
+#include "bench/suite/suites.h"
+#include "engine/base/file.h"
+#include "engine/base/log.h"
+#include "engine/base/mailbox.h"
+#include "engine/edit/history.h"
+#include "engine/edit/stroke_run.h"
+#include "engine/render/cell_map.h"
+#include "engine/surface/block_surface.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/changes.h"
+#include "engine/volume/synthetic_name.h"
+
+namespace palpate::bench {
+
+namespace {
+
+constexpr double kBone = 300.0 + 1024.0; // of the phantom as u16
+constexpr double kAir = -1000.0 + 1024.0;
+
+struct Times {
+    std::vector<double> publish, changes, stage, copy, cells, mesh, ready, frame, pixels, history;
+    std::vector<double> coarse_pixels, coarse_error;
+    std::vector<double> bricks, blocks;
+};
+
+Value row_of(const std::string& what, const std::vector<double>& ms, double target = 0.0) {
+    const Spread s = spread(ms);
+    Value row{{"what", what},
+              {"ms",
+               {{"median", s.median},
+                {"p99", percentile(ms, 0.99)},
+                {"low", s.low},
+                {"high", s.high},
+                {"count", s.count}}}};
+    if (target > 0.0) {
+        row["target_ms"] = target;
+        row["met"] = s.median <= target;
+    }
+    return row;
+}
+
+// Where a ray from outside to the middle first meets bone; the middle where it meets none.
+glm::dvec3 place_on_bone(const Volume& volume, glm::dvec3 direction) {
+    const glm::dvec3 middle = 0.5 * (glm::dvec3(volume.size()) - 1.0);
+    double t = 1.0;
+    while (t > 0.0 &&
+           !(volume.value(glm::uvec3(glm::round(middle + t * middle * direction))) > kBone))
+        t -= 0.5 / middle.x;
+    return world_point(volume.grid(), middle + std::max(t, 0.0) * middle * direction);
+}
+
+// Spread evenly over the head (a spiral of golden angles).
+std::vector<glm::dvec3> places_on_bone(const Volume& volume, int count) {
+    std::vector<glm::dvec3> places;
+    for (int i = 0; i < count; ++i) {
+        const double z = 1.0 - 2.0 * ((i * 0.618034) - std::floor(i * 0.618034));
+        const double r = std::sqrt(1.0 - z * z), a = 2.399963 * i;
+        places.push_back(place_on_bone(volume, {r * std::cos(a), r * std::sin(a), 0.8 * z}));
+    }
+    return places;
+}
+
+// Half way round the head.
+std::vector<glm::dvec3> way_over_bone(const Volume& volume) {
+    std::vector<glm::dvec3> way;
+    for (int degree = 0; degree <= 180; degree += 2)
+        way.push_back(place_on_bone(volume, {std::cos(glm::radians(double(degree))),
+                                             std::sin(glm::radians(double(degree))), 0.2}));
+    return way;
+}
+
+Scene iso_scene(const Sample& sample, uint32_t size_px) {
+    const Subject subject = iso_subject(sample, kBone);
+    return scene_of(subject, size_px);
+}
+
+// One dab of radius 10 samples: what paper 1 calls an editing operation, as a cut into bone.
+Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
+    Times times;
+    Device& device = bench.device();
+    UploadRing ring(device, uint64_t{8} << 20);
+    Result<GpuVolume> image =
+        GpuVolume::make(device, "edited", now,
+                        {.residency = Residency::dense, .limit_bytes = device.info().memory_bytes});
+    if (!image)
+        return fail("{}", image.error().message);
+    CellMap cells(device, now);
+    BlockSurface surface(now, static_cast<float>(kBone));
+    Renderer renderer(device);
+    const Scene scene = iso_scene(sample, bench.options().tiny ? 32 : 512);
+    if (const auto first = renderer.draw(scene, {now, std::nullopt}); !first)
+        return fail("{}", first.error().message);
+    if (const auto first = renderer.draw_coarse(scene, {now, std::nullopt}, {}); !first)
+        return fail("{}", first.error().message);
+    const auto show = [&](Commands& commands) {
+        cells.show(*scene.ray_cast, 1.0f, 0.0f, commands, &ring);
+    };
+    {
+        Commands commands(device);
+        show(commands);
+        ring.sent(commands.submit());
+        commands.finish();
+    }
+    Mailbox<Volume> mailbox(std::make_unique<Volume>(now));
+    History history;
+    const Tool ball{make_ball(10.0 * sample_mm(now))};
+    Operation cut;
+    cut.kind = OperationKind::cut;
+    cut.to_value = kAir;
+    const auto places = places_on_bone(now, count);
+    for (size_t i = 0; i < places.size(); ++i) {
+        if (bench.options().stop.stop_requested())
+            return fail("interrupted");
+        const ToolPose pose{0.0, places[i], {1, 0, 0, 0}};
+        const Timer since_hand;
+        auto run = StrokeRun::start(now, ball, cut);
+        (*run)->add({&pose, 1});
+        (*run)->lift();
+        (*run)->work();
+        const Volume next = (*run)->publish();
+        mailbox.publish(std::make_unique<Volume>(next));
+        times.publish.push_back(since_hand.ms());
+
+        const Timer changing;
+        const std::vector<ChangedBrick> changed = changed_bricks(now, next);
+        times.changes.push_back(changing.ms());
+        times.bricks.push_back(static_cast<double>(changed.size()));
+        const Timer staging;
+        Commands commands(device);
+        image->update(next, changed, commands, &ring);
+        times.stage.push_back(staging.ms());
+        const Timer patching;
+        cells.update(next, changed);
+        show(commands);
+        times.cells.push_back(patching.ms());
+        ring.sent(commands.submit()); // the device copies while the surface is made
+        const Timer meshing;
+        times.blocks.push_back(static_cast<double>(surface.update(next, changed).blocks.size()));
+        times.mesh.push_back(meshing.ms());
+        double copy = 0.0;
+        for (const PassTime& pass : commands.finish())
+            copy += pass.name == "upload" ? pass.gpu_ms : 0.0;
+        times.copy.push_back(copy);
+        times.ready.push_back(since_hand.ms() - times.publish.back());
+
+        // The same dab once more, to pixels: the renderer's own upload and patch are in it.
+        const Timer drawing;
+        const Result<FrameStats> frame = renderer.draw(scene, {next, std::nullopt});
+        if (!frame)
+            return fail("{}", frame.error().message);
+        times.frame.push_back(drawing.ms());
+        times.pixels.push_back(times.publish.back() + times.frame.back());
+        const Timer recording;
+        history.record(now, next);
+        times.history.push_back(recording.ms());
+        now = next;
+    }
+    // And to pixels of the interactive mode, in places further on.
+    for (const glm::dvec3 place : places) {
+        const ToolPose pose{0.0, place + glm::dvec3(3.0 * sample_mm(now)), {1, 0, 0, 0}};
+        const Timer since_hand;
+        now = *apply_stroke(now, ball, cut, {&pose, 1});
+        const auto frame = renderer.draw_coarse(scene, {now, std::nullopt}, {});
+        if (!frame)
+            return fail("{}", frame.error().message);
+        times.coarse_pixels.push_back(since_hand.ms());
+        times.coarse_error.push_back(frame->error_estimate);
+    }
+    return times;
+}
+
+// Bricks to the device in batches: converting them to staging memory, the copy command, and a plain
+// copy of the same rows into a flat array of the volume's size by one thread.
+Value batches(Bench& bench, const Volume& volume, int repeats) {
+    Device& device = bench.device();
+    UploadRing ring(device, uint64_t{32} << 20);
+    Result<GpuVolume> image =
+        GpuVolume::make(device, "batches", volume,
+                        {.residency = Residency::dense, .limit_bytes = device.info().memory_bytes});
+    PALPATE_ASSERT(image);
+    const glm::uvec3 size = volume.size(), count = volume.brick_count();
+    std::vector<uint16_t> flat(sample_count(volume.grid()));
+    const size_t all = size_t{count.x} * count.y * count.z;
+    Value rows = Value::array();
+    uint64_t turn = 0;
+    for (const size_t n : {size_t{1}, size_t{8}, size_t{32}, size_t{64}}) {
+        if (n > all)
+            continue;
+        std::vector<double> stage, copy, plain;
+        for (int i = 0; i < repeats; ++i) {
+            std::vector<ChangedBrick> some; // bricks that are no constants, other ones each time
+            for (; some.size() < n; ++turn) {
+                const uint64_t b = turn * 7919 % all;
+                const glm::uvec3 at(b % count.x, b / count.x % count.y,
+                                    b / (size_t{count.x} * count.y));
+                if (!volume.brick(at).is_constant() || all < 100)
+                    some.push_back({at, ~uint64_t{0}});
+            }
+            Commands commands(device);
+            const Timer staging;
+            image->update(volume, some, commands, &ring);
+            stage.push_back(staging.ms());
+            ring.sent(commands.submit());
+            for (const PassTime& pass : commands.finish())
+                if (pass.name == "upload")
+                    copy.push_back(pass.gpu_ms);
+            std::vector<std::vector<uint16_t>> bricks;
+            for (const ChangedBrick& brick : some) {
+                bricks.emplace_back(kBrickSamples);
+                volume.brick(brick.position).read(std::span<uint16_t>(bricks.back()));
+            }
+            const Timer copying;
+            for (size_t b = 0; b < n; ++b) {
+                const glm::uvec3 first = some[b].position * kBrickSide;
+                const glm::uvec3 valid = volume.valid_in_brick(some[b].position);
+                for (uint32_t z = 0; z < valid.z; ++z)
+                    for (uint32_t y = 0; y < valid.y; ++y)
+                        std::memcpy(&flat[first.x +
+                                          size.x * (first.y + y + size_t{size.y} * (first.z + z))],
+                                    &bricks[b][offset_in_brick({0, y, z})],
+                                    valid.x * sizeof(uint16_t));
+            }
+            plain.push_back(copying.ms());
+        }
+        Value row{{"bricks", n},
+                  {"bytes", n * kBrickSamples * sizeof(uint16_t)},
+                  {"staging_ms", spread(stage).median},
+                  {"memcpy_of_rows_ms", spread(plain).median}};
+        if (!copy.empty()) {
+            row["copy_command_ms"] = spread(copy).median;
+            row["copy_share_of_memcpy"] = spread(plain).median / spread(copy).median;
+        }
+        rows.push_back(row);
+    }
+    return rows;
+}
+
+Result<Value> ask_vtk(Bench& bench, const Volume& volume, int repeats) {
+    const fs::path out = bench.options().out / "peers";
+    std::error_code ignored;
+    fs::create_directories(out, ignored);
+    const fs::path raw = out / "edited.raw", result = out / "edit.json";
+    const glm::uvec3 size = volume.size();
+    std::string bytes;
+    std::vector<float> row(size.x);
+    std::vector<uint16_t> whole(size.x);
+    for (uint32_t z = 0; z < size.z; ++z)
+        for (uint32_t y = 0; y < size.y; ++y) {
+            read_row(volume, {0, y, z}, size.x, row.data());
+            std::copy(row.begin(), row.end(), whole.begin());
+            bytes.append(reinterpret_cast<const char*>(whole.data()), size.x * sizeof(uint16_t));
+        }
+    if (Result<void> saved = save_bytes(raw, std::as_bytes(std::span(bytes))); !saved)
+        return pass_on(saved);
+    const std::string problem =
+        run_vtk_script(bench, "peers_edit.py",
+                       {raw.string(), std::to_string(size.x), fmt::format("{}", kBone),
+                        std::to_string(repeats), result.string()});
+    fs::remove(raw, ignored);
+    if (!problem.empty())
+        return Value{{"absent_because", problem}};
+    std::ifstream file(result);
+    const Value found = Value::parse(file);
+    const double frame = spread(found["frame_ms"]).median;
+    const double edges = spread(found["flying_edges_ms"]).median;
+    const double upload = spread(found["frame_after_edit_ms"]).median - frame;
+    return Value{{"vtk", found["vtk"]},       {"triangles", found["triangles"]},
+                 {"whole_surface_ms", edges}, {"whole_texture_ms", upload},
+                 {"frame_64_px_ms", frame},   {"sum_ms", edges + upload}};
+}
+
+} // namespace
+
+Result<Report> run_edit(Bench& bench) {
+    const Options& options = bench.options();
+    const uint32_t side = options.tiny ? 96 : 512;
+    const int count = options.tiny ? 3 : options.full ? 401 : 101;
+    Result<Volume> made =
+        make_synthetic(fmt::format("synthetic:phantom?size={}&type=u16", side), uint64_t{8} << 30);
+    if (!made)
+        return pass_on(made);
+    // At the origin, as the cameras of subjects expect.
+    const Grid grid = make_grid(made->size(), spacing_mm(made->grid()));
+    Sample sample{"phantom", fmt::format("CT phantom {}^3, u16", side), with_grid(*made, grid)};
+    Volume now = sample.volume;
+    const Result<Times> times = dabs(bench, sample, now, count);
+    if (!times)
+        return tl::unexpected(times.error());
+    Report report;
+    Value& json = report.json;
+    json["title"] =
+        fmt::format("a dab of radius 10 samples, cut into the bone of a {}", sample.title);
+    json["bricks_changed_median"] = percentile(times->bricks, 0.5);
+    json["blocks_meshed_median"] = percentile(times->blocks, 0.5);
+    json["rows"] = Value::array();
+    const auto add = [&](const std::string& what, const std::vector<double>& ms, double target) {
+        json["rows"].push_back(row_of(what, ms, options.tiny ? 0.0 : target));
+    };
+    add("hand to snapshot (published)", times->publish, 1.0);
+    add("list of changed bricks", times->changes, 0);
+    add("staging of the bricks", times->stage, 0);
+    add("copy command on the device", times->copy, 0);
+    add("macro-cells: ranges, occupancy, distances", times->cells, 0);
+    add("surface of changed blocks (paper 3: 0.4 ms local update)", times->mesh, 0);
+    add("snapshot to uploaded and re-meshed", times->ready, 8.0);
+    add("frame of 512 x 512, iso, after the dab", times->frame, 0);
+    add("hand to new pixels, iso 512 x 512 (paper 5: 300 ms)", times->pixels, 60.0);
+    add("hand to new pixels, interactive mode 512 x 512", times->coarse_pixels, 60.0);
+    add("step recorded for undo", times->history, 0);
+    json["interactive_error_median"] = percentile(times->coarse_error, 0.5);
+    const Result<Value> live =
+        edit_live(bench, sample.volume, iso_scene(sample, options.tiny ? 32 : 512),
+                  way_over_bone(sample.volume), options.tiny ? 0.3 : 6.0);
+    if (!live)
+        return tl::unexpected(live.error());
+    json["live"] = *live;
+    json["batches"] = batches(bench, sample.volume, options.tiny ? 2 : 21);
+    if (options.peers && !options.tiny) {
+        log::info("VTK: the whole surface and the whole texture");
+        Result<Value> vtk = ask_vtk(bench, sample.volume, options.full ? 21 : 5);
+        if (!vtk)
+            return pass_on(vtk);
+        json["vtk"] = *vtk;
+    }
+    return report;
+}
+
+} // namespace palpate::bench
