@@ -1,7 +1,6 @@
 // Whenever an edit is killed, every stroke that was done is in its journal, no file is partial, and
 // the edit can be gone on with. PALPATE_KILLS is how often: few in `quick`.
 
-#include <fcntl.h>
 #include <gmock/gmock.h>
 
 #include "engine/edit/journal.h"
@@ -65,22 +64,10 @@ class KilledEdit : public ProgramTest {
 };
 
 TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
-    std::vector<std::string> all = arguments(false);
-    all.insert(all.begin(), PALPATE_PROGRAM);
     std::vector<size_t> kept(strokes_.size() + 1); // how often a journal held so many
     size_t whole = 0, none = 0;
     kill_at_many_moments(
-        PALPATE_KILLS,
-        [&] {
-            std::vector<char*> argv;
-            for (std::string& argument : all)
-                argv.push_back(argument.data());
-            argv.push_back(nullptr);
-            const int nowhere = ::open("/dev/null", O_RDWR);
-            for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-                ::dup2(nowhere, stream);
-            return ::execv(PALPATE_PROGRAM, argv.data());
-        },
+        PALPATE_KILLS, [&] { return become_program(arguments(false)); },
         [&] {
             const bool journal = std::filesystem::exists(file("out.nrrd.journal"));
             if (std::filesystem::exists(file("out.nrrd"))) {

@@ -1,11 +1,8 @@
 // Whenever the program is killed, its output is as it was before or as it is after, never between.
 
-#include <fcntl.h>
-#include <unistd.h>
-
+#include "tests/support/kill.h"
 #include "engine/io/volume_io.h"
 #include "engine/volume/synthetic.h"
-#include "tests/support/kill.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -13,19 +10,6 @@ namespace {
 
 class Killed : public ProgramTest {
  protected:
-    // Becomes the program; what it prints goes nowhere.
-    static int become(std::vector<std::string> arguments) {
-        arguments.insert(arguments.begin(), PALPATE_PROGRAM);
-        std::vector<char*> argv;
-        for (std::string& argument : arguments)
-            argv.push_back(argument.data());
-        argv.push_back(nullptr);
-        const int nowhere = ::open("/dev/null", O_RDWR);
-        for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-            ::dup2(nowhere, stream);
-        return ::execv(PALPATE_PROGRAM, argv.data());
-    }
-
     void save_phantom(const std::string& name, glm::uvec3 size) const {
         const Grid grid = make_grid(size, 200.0 / glm::dvec3(size), glm::dvec3(-100.0));
         ASSERT_TRUE(save_volume(file(name), synthetic::sample_ct_phantom(grid)));
@@ -52,7 +36,7 @@ class Killed : public ProgramTest {
             };
             prepare();
             kill_at_many_moments(
-                count, [&] { return become(arguments); },
+                count, [&] { return become_program(arguments); },
                 [&] {
                     for (size_t i = 0; i < outputs.size(); ++i) {
                         const bool is_there = std::filesystem::exists(file(outputs[i]));
@@ -89,7 +73,7 @@ TEST_F(Killed, MetaImageHeaderNeverNamesOtherVoxels) {
     const std::string older_header = bytes_of("out.mhd"), older_voxels = bytes_of("out.raw");
     ASSERT_EQ(voxels.size(), older_voxels.size());
     kill_at_many_moments(
-        30, [&] { return become(convert("a.nrrd")); },
+        30, [&] { return become_program(convert("a.nrrd")); },
         [&] {
             if (const std::string found = bytes_of("out.mhd"); !found.empty()) {
                 ASSERT_TRUE(found == header || found == older_header);

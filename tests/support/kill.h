@@ -1,5 +1,6 @@
 #pragma once
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <poll.h>
 #include <sys/prctl.h>
@@ -11,6 +12,8 @@
 #include <csignal>
 #include <functional>
 #include <random>
+#include <string>
+#include <vector>
 
 namespace palpate {
 
@@ -38,6 +41,19 @@ inline End run_and_kill(std::chrono::microseconds delay, const std::function<int
     if (WIFSIGNALED(status))
         return WTERMSIG(status) == SIGKILL ? End::killed : End::failed;
     return WEXITSTATUS(status) == 0 ? End::finished : End::failed;
+}
+
+// For a child: becomes the program; what it prints goes nowhere.
+inline int become_program(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), PALPATE_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments)
+        argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const int nowhere = ::open("/dev/null", O_RDWR);
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        ::dup2(nowhere, stream);
+    return ::execv(PALPATE_PROGRAM, argv.data());
 }
 
 // Kills `work` at `count` moments of its life and calls `check` after each run. Half of the moments
