@@ -131,10 +131,15 @@ void ImpulseLimit::sent(glm::dvec3 force_n, double dt_s) noexcept {
 
 glm::dvec3 limit_slew(const SafetyLimits& limits, glm::dvec3 before_n, glm::dvec3 force_n,
                       double dt_s) noexcept {
-    const double rate = glm::dot(force_n, force_n) > glm::dot(before_n, before_n)
-                            ? limits.rise_n_per_s
-                            : limits.fall_n_per_s;
-    return before_n + limit_magnitude(force_n - before_n, rate * dt_s);
+    const glm::dvec3 change = force_n - before_n;
+    const double before = glm::length(before_n);
+    if (glm::length(force_n) >= before)
+        return before_n + limit_magnitude(change, limits.rise_n_per_s * dt_s);
+    const glm::dvec3 direction = before_n / before;
+    const double let_go = std::clamp(-glm::dot(change, direction), 0.0, before);
+    const double made = glm::length(change + let_go * direction);
+    const double ticks = (let_go / limits.fall_n_per_s + made / limits.rise_n_per_s) / dt_s;
+    return ticks > 1.0 ? before_n + change / ticks : force_n;
 }
 
 double Heat::most(const SafetyLimits& limits, double most_n) const noexcept {

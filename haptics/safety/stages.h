@@ -68,7 +68,10 @@ class ImpulseLimit {
     double in_bin_s_ = 0.0, bin_s_ = 0.0;
 };
 
-// 6 How far force may change in a tick: rise_n_per_s where it grows, fall_n_per_s where it shrinks.
+// 6 How far force may change in a tick, as a vector, straight towards force_n: where that is no
+// smaller, by rise_n_per_s. Else the part that is let go, towards nothing and no farther, takes its
+// time at fall_n_per_s, and what is new beside it, a turn, at rise_n_per_s; both must fit into the
+// tick together.
 glm::dvec3 limit_slew(const SafetyLimits& limits, glm::dvec3 before_n, glm::dvec3 force_n,
                       double dt_s) noexcept;
 

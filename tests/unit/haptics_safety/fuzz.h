@@ -13,8 +13,9 @@ namespace palpate::haptics {
 
 // Runs a safety chain for `ticks` ticks on ordinary and on arbitrary input: any sample, status,
 // clock, force, stiffness, halts and yeses, one tick in 500 each wild. Whatever comes in, what goes
-// out is finite, within limits, grows no faster than it may, is nothing in the tick after a halt,
-// and is nothing while a fault but the velocity trip's is latched; that one's ends within 30 ticks.
+// out is finite, within limits, grows and turns no faster than it may, is nothing in the tick after
+// a halt, and is nothing while a fault but the velocity trip's is latched; that one's ends within
+// 30 ticks.
 inline void fuzz_chain(uint64_t seed, uint64_t ticks) {
     constexpr int64_t kMs = 1'000'000;
     const DeviceCapabilities device{.workspace_m = glm::dvec3(0.05),
@@ -80,6 +81,12 @@ inline void fuzz_chain(uint64_t seed, uint64_t ticks) {
             ASSERT_LE(glm::distance(out.force_n, before), 2000.0 * dt_s * (1 + 1e-9) + 1e-12)
                 << tick;
         }
+        // What is new beside the force before, let go in part: growth, or a turn.
+        const double was = glm::length(before);
+        const glm::dvec3 direction = was > 0.0 ? before / was : glm::dvec3(0.0);
+        const double kept = std::clamp(glm::dot(out.force_n, direction), 0.0, was);
+        ASSERT_LE(glm::distance(out.force_n, kept * direction), 2000.0 * dt_s * (1 + 1e-9) + 1e-9)
+            << tick;
         if (halted) {
             ASSERT_EQ(out, Wrench{}) << tick;
         }

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace palpate::haptics {
 namespace {
@@ -142,6 +144,41 @@ TEST(Slew, RisesByTwoAndFallsByFiveNewtonsAMillisecond) {
     EXPECT_EQ(limit_slew(kLimits, {4, 0, 0}, {0, 0, 0}, 1e-3), glm::dvec3(0));
     // At 10 kHz a tick is a tenth.
     EXPECT_NEAR(limit_slew(kLimits, {0, 0, 0}, {0, -6, 0}, 1e-4).y, -0.2, 1e-14);
+}
+
+// What is new in a force is what lies beyond the old one let go in part.
+double new_n(glm::dvec3 before, glm::dvec3 force) {
+    const double size = glm::length(before);
+    const glm::dvec3 direction = size > 0.0 ? before / size : glm::dvec3(0);
+    return glm::distance(force, std::clamp(glm::dot(force, direction), 0.0, size) * direction);
+}
+
+TEST(Slew, ATurnIsNoFasterThanAGrowthOfItsSize) {
+    // A force of 6 N to 5 N on its other side: 6 N let go in 1.2 ms, 5 N made in 2.5 ms.
+    EXPECT_NEAR(limit_slew(kLimits, {6, 0, 0}, {-5, 0, 0}, 1e-3).x, 6.0 - 11.0 / 3.7, 1e-12);
+    EXPECT_NEAR(limit_slew(kLimits, {6, 0, 0}, {-6, 0, 0}, 1e-3).x, 4.0, 1e-12);
+    std::mt19937_64 random(7);
+    const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0; };
+    for (int trial = 0; trial < 20000; ++trial) {
+        const glm::dvec3 from = 6.0 * glm::dvec3(unit(), unit(), unit());
+        const glm::dvec3 to = trial % 4 ? 6.0 * glm::dvec3(unit(), unit(), unit())
+                                        : -0.99 * unit() * unit() * from; // straight on or back
+        const glm::dvec3 next = limit_slew(kLimits, from, to, 1e-3);
+        ASSERT_LE(new_n(from, next), 2.0 + 1e-12);
+        ASSERT_LE(glm::distance(from, next),
+                  glm::length(next) > glm::length(from) ? 2.0 + 1e-12 : 5.0 + 1e-12);
+        ASSERT_LE(glm::length(next), std::max(glm::length(from), glm::length(to)) + 1e-12);
+        // On the straight way there, and there in the time that the parts take one after the other.
+        ASSERT_NEAR(glm::distance(from, next) + glm::distance(next, to), glm::distance(from, to),
+                    1e-12);
+        const double ms = glm::length(from) / 5.0 + new_n(from, to) / 2.0;
+        glm::dvec3 force = from;
+        for (int i = 0; i < 12; ++i)
+            force = limit_slew(kLimits, force, to, 1e-3);
+        if (ms < 6.0) {
+            ASSERT_EQ(force, to) << trial;
+        }
+    }
 }
 
 TEST(Impulse, AFullForceIsScaledDownSoThatItsIntegralStaysBelowTheLimit) {
