@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/volume/cubic_weights.h"
 #include "engine/volume/sample.h"
 
 namespace palpate {
@@ -17,18 +18,6 @@ constexpr std::array<double, 7> gaussian_taps() {
     return {e3 / sum, e2 / sum, e1 / sum, 1.0 / sum, e1 / sum, e2 / sum, e3 / sum};
 }
 constexpr std::array<double, 7> kTaps = gaussian_taps();
-
-// Weights of the samples floor(x) - 1 .. floor(x) + 2 at fraction f, and their derivatives.
-struct Weights {
-    std::array<double, 4> value, slope;
-};
-
-Weights cubic_weights(double f) {
-    const double r = 1.0 - f;
-    return {{r * r * r / 6.0, (4.0 - f * f * (6.0 - 3.0 * f)) / 6.0,
-             (4.0 - r * r * (6.0 - 3.0 * r)) / 6.0, f * f * f / 6.0},
-            {-0.5 * r * r, f * (1.5 * f - 2.0), r * (2.0 - 1.5 * r), 0.5 * f * f}};
-}
 
 double dot4(const std::array<double, 4>& w, const double* c) {
     return w[0] * c[0] + w[1] * c[1] + w[2] * c[2] + w[3] * c[3];
@@ -55,7 +44,8 @@ SmoothSample SmoothCursor::sample(glm::dvec3 index) {
         return {nan, glm::dvec3(nan)};
 
     const glm::dvec3 f = index - low;
-    const Weights x = cubic_weights(f.x), y = cubic_weights(f.y), z = cubic_weights(f.z);
+    const CubicWeights<double> x = cubic_weights(f.x), y = cubic_weights(f.y),
+                               z = cubic_weights(f.z);
     const glm::ivec3 at = first - origin_;
     std::array<double, 4> plane{}, plane_dx{}, plane_dy{};
     for (int k = 0; k < 4; ++k) {
