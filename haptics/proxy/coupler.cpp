@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "engine/volume/cubic_weights.h"
 #include "haptics/proxy/samples.h"
 
 namespace palpate::haptics {
@@ -23,9 +24,9 @@ Feel feel_at(const Volume& labels, dvec3 index, const TouchParameters& q) {
         glm::any(glm::greaterThan(glm::abs(index), dvec3(1e6))))
         return plain;
     const dvec3 low = glm::floor(index);
-    const dvec3 f = index - low, r = 1.0 - f;
-    const std::array<dvec3, 4> w{r * r * r / 6.0, (4.0 - f * f * (6.0 - 3.0 * f)) / 6.0,
-                                 (4.0 - r * r * (6.0 - 3.0 * r)) / 6.0, f * f * f / 6.0};
+    const dvec3 f = index - low;
+    const auto x = cubic_weights(f.x).value, y = cubic_weights(f.y).value,
+               z = cubic_weights(f.z).value;
     const uint32_t count = std::min(q.label_count, TouchParameters::kMostLabels);
     Feel sum{};
     double total = 0.0, heaviest = 0.0;
@@ -35,7 +36,7 @@ Feel feel_at(const Volume& labels, dvec3 index, const TouchParameters& q) {
         const float label = resident_sample(labels, glm::ivec3(low) - 1 + at);
         if (!(label > 0.0f))
             continue;
-        const double weight = w[size_t(at.x)].x * w[size_t(at.y)].y * w[size_t(at.z)].z;
+        const double weight = x[size_t(at.x)] * y[size_t(at.y)] * z[size_t(at.z)];
         Feel feel = plain;
         for (uint32_t k = 0; k < count; ++k) {
             const LabelTouch& l = q.labels[k];

@@ -5,21 +5,18 @@
 #include <span>
 
 #include "haptics/proxy/algorithm.h"
+#include "haptics/proxy/field_filters.h"
+#include "haptics/proxy/sample_tiles.h"
 
 // The field a proxy is held out of: value and gradient at points of the world, from samples kept in
 // a small cache inside the algorithm's state.
 namespace palpate::haptics {
 
+struct SplinePlace; // spline_place.h
+
 struct FieldSample {
     double value = 0.0;       // value units; at or above the iso-value is solid
     glm::dvec3 gradient{0.0}; // value units per mm of the world
-};
-
-// Grey values far from the surface, on its free and on its solid side; equal where not known.
-struct Plateaus {
-    double free = 0.0, solid = 0.0;
-
-    friend bool operator==(const Plateaus&, const Plateaus&) = default;
 };
 
 // Two views of one snapshot:
@@ -54,7 +51,6 @@ struct Plateaus {
 // matters, rounding is 2^-24 of the contrast for each of a few sums, 1e-6 samples in all.
 class Field {
  public:
-    Field();
     // To be called at the start of a tick; `volume` must live until its end. Cheap where nothing
     // changed.
     void follow(const Volume& volume, TouchSource source, double iso, double blur_samples,
@@ -91,9 +87,13 @@ class Field {
     };
     uint32_t solid_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets,
                           double reach_samples, std::span<const uint16_t> named, Inside* found);
-    // Changes where the answer of near_points() may; and where that of offset_of() may.
-    uint64_t generation() const { return generation_; }
+    // Where the answer of near_points() may have become another for a tool at a place, so has this
+    // number.
+    uint64_t samples_about(glm::dvec3 at_mm, double reach_samples);
+    // Changes where the answer of offset_of() may.
     uint64_t settings() const { return settings_; }
+    // Parts of blocks that were made since follow(): 3 to 5 us each.
+    uint32_t made_parts() const { return made_parts_; }
     glm::vec3 offset_of(glm::dvec3 mm) const {
         return glm::vec3(glm::dmat3(index_from_world_) * mm);
     }
@@ -113,12 +113,13 @@ class Field {
     const Volume* volume() const { return volume_; }
 
  private:
-    static constexpr int kBlock = 4;                // samples
-    static constexpr int kTable = 8;                // blocks on each axis
-    static constexpr int kSpline = kBlock + 3;      // a spline reads three samples beyond
-    static constexpr int kReach = 3, kFarReach = 5; // of the blur; where spacing is uneven
+    static constexpr int kBlock = 4;           // samples
+    static constexpr int kTable = 8;           // blocks on each axis
+    static constexpr int kSpline = kBlock + 3; // a spline reads three samples beyond
+    // Points this far outside are as free as any; indices stay within int.
+    static constexpr double kFarthest = 1e6;
 
-    enum Part : uint32_t { kRawPart, kSharpPart, kSmoothPart, kParts };
+    enum Part : uint32_t { kSharpPart, kSmoothPart, kParts };
     struct Made {                // of one part of a block
         uint64_t generation = 0; // in which it was last known to be right
         uint64_t stamps = 0;     // of what it was made of; 0: not made
@@ -128,68 +129,52 @@ class Field {
         glm::ivec3 position{};
         uint64_t settings = 0;
         std::array<Made, kParts> made{};
-        // Of the unsharpened samples: a bound of them, and whether they are there.
-        float highest = 0.0f;
-        bool has_raw = false;
-        // A bit for each cell: whether some sample of its own or of a neighbouring cell is at least
-        // near_threshold.
-        uint64_t near = 0;
-        float near_threshold = 0.0f;
-        bool has_near = false;
-        // Numbers less base_, from 4 position - 1 on: samples, and coefficients of the spline, so
-        // that the 4x4x4 of a cell lie in one block.
-        std::array<float, kSpline * kSpline * kSpline> raw{}, sharp{}, smooth{};
+        // Coefficients of the spline less base_, from 4 position - 1 on, so that the 4x4x4 of a
+        // cell lie in one block.
+        std::array<float, kSpline * kSpline * kSpline> sharp{}, smooth{};
     };
     struct Box { // of samples
         glm::ivec3 start{};
         int side = 0;
     };
-    struct Place;
-    struct Around;
-    template <class Found, class LookUp>
-    class Known;
 
-    void derive();
-    float stored(float sample) const;
-    void make_stored(std::span<float> samples) const;
-    int reach_of(Part part) const;
+    const Filter& filter_of(Part part) const {
+        return part == kSmoothPart ? filters_.smooth : filters_.sharp;
+    }
+    bool is_far(glm::dvec3 index) const;
     Box box_of(glm::ivec3 position, Part part) const;
-    template <class Visit>
-    void for_blocks(Box box, const Visit& visit) const;
     uint64_t stamps_of(Box box) const;
     Block& block(glm::ivec3 position, Part part);
     void renew(Block& block, glm::ivec3 position, Part part);
-    void bound(Block& block, Box box);
-    void fill_raw(Block& block);
-    uint64_t near(glm::ivec3 position);
-    const Block& raw_block(glm::ivec3 position);
     void fill(Block& block, Box box, Part part);
-    FieldSample evaluate(const Place& place, Part part);
+    FieldSample evaluate(const SplinePlace& place, Part part);
     Both both(glm::dvec3 world_mm, bool sharp, bool smooth);
+    float trilinear_at(glm::dvec3 index);
+    void hold(glm::ivec3 low, glm::ivec3 high, SampleTiles::Read what);
+    struct Reads {
+        int before, after; // of a cell, on each axis
+        glm::ivec3 low, high;
+    };
+    Reads reads_about(glm::dvec3 at, double reach_samples) const;
 
     const Volume* volume_ = nullptr;
     uint64_t version_ = 0;
     TouchSource source_ = TouchSource::grey;
     double iso_ = 0.5, base_ = 0.5, contrast_ = 1.0, smallest_mm_ = 1.0, blur_ = -1.0;
     Plateaus plateaus_;
-    bool straightened_ = false;
-    float share_scale_ = 0.0f, step_scale_ = 0.0f, step_at_base_ = 0.0f;
+    StoredSamples stored_;
+    FieldFilters filters_;
     float threshold_ = 0.0f; // the iso-value as samples are stored
     float lowest_ = 0.0f;
     Grid grid_;
-    bool is_even_ = true; // spacing: the near reach does
-    int smooth_reach_ = kReach;
-    std::array<std::array<float, 2 * kFarReach + 1>, 3> taps_{}; // of the blur, each axis
-    // Where spacing is uneven and data noisy, the sharp view's filter on each axis; see derive().
-    bool is_sharp_wide_ = false;
-    std::array<std::array<float, 2 * kReach + 1>, 3> sharp_taps_{};
-    double overshoot_ = 0.0; // of the sharp view beyond its samples' range, as a share of it
     glm::dmat4 index_from_world_{1.0};
     glm::dmat3 gradient_to_world_{1.0};
     bool lacked_brick_ = false;
+    uint32_t made_parts_ = 0;
     uint64_t generation_ = 0; // rises with every snapshot; 0 is "never"
     uint64_t settings_ = 0;   // rises with everything else that blocks depend on
     std::array<Block, kTable * kTable * kTable> blocks_{};
+    SampleTiles tiles_;
 };
 
 // What a volume's own samples tell of how to feel it (tuning.cpp). Not for the servo thread.

@@ -61,6 +61,16 @@ TickOutput output_of(const TickInput& input, dvec3 proxy, dvec3 last_proxy, dvec
     return output;
 }
 
+// How far the coupling's spring gives under a force: no farther than 10 m, for the prints divide by
+// a stiffness that may be 0.
+double give_mm(double force_n, const TouchParameters& parameters) {
+    constexpr double kMost_mm = 1e4;
+    const double k = 1e-3 * parameters.stiffness_n_per_m; // N/mm
+    if (force_n == 0.0)
+        return 0.0;
+    return std::abs(force_n) < kMost_mm * k ? force_n / k : std::copysign(kMost_mm, force_n);
+}
+
 // ---- Vidholm & Agmund 2004 ------------------------------------------------------------------
 
 class Vidholm2004 final : public Algorithm {
@@ -99,8 +109,8 @@ class Vidholm2004 final : public Algorithm {
         if (touching == 0) {
             proxy_ = x;
         } else {
-            const double k = 1e-3 * parameters.stiffness_n_per_m; // N/mm
-            const double yield_mm = parameters.yield_n > 0.0 ? parameters.yield_n / k : INFINITY;
+            const double yield_mm =
+                parameters.yield_n > 0.0 ? give_mm(parameters.yield_n, parameters) : INFINITY;
             // The print divides by the length without a word on 0: no normal, no constraint.
             normal = unit_or_zero(-sum);
             const double d0 = glm::dot(d, normal);
@@ -172,9 +182,8 @@ TickOutput wish_tick(WishState& state, const TickInput& input) noexcept {
     const dvec3 across = d - d0 * e0;
     const dvec3 e1 = unit_or_zero(across);
     const double d1 = glm::length(across);
-    const double k = 1e-3 * parameters.stiffness_n_per_m;
     const auto reach = [&](size_t axis) {
-        return strength_n(parameters.transfer[axis], intensity) / k;
+        return give_mm(strength_n(parameters.transfer[axis], intensity), parameters);
     };
     switch (kMode) {
         case WishMode::surface:

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <type_traits>
+
+#include "haptics/proxy/four.h"
 
 namespace palpate::haptics {
 
@@ -15,6 +18,30 @@ constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 bool is_inside(const Volume& volume, glm::ivec3 index) {
     const glm::uvec3 u(index), size = volume.size(); // negative ones become large
     return u.x < size.x && u.y < size.y && u.z < size.z;
+}
+
+template <class T>
+float float_of(T sample, float missing) {
+    const auto value = static_cast<float>(sample);
+    return value == value ? value : missing;
+}
+
+// Four at a time: compilers do it for long rows only.
+template <class T>
+void copy_row(const T* from, int count, float missing, float* to) {
+    typedef T FourOfT __attribute__((vector_size(4 * sizeof(T)))); // `using` drops the attribute
+    const Four missing_four{missing, missing, missing, missing};
+    int x = 0;
+    for (; x + 4 <= count; x += 4) {
+        FourOfT samples;
+        std::memcpy(&samples, from + x, sizeof samples);
+        Four values = __builtin_convertvector(samples, Four);
+        if constexpr (std::is_floating_point_v<T>)
+            values = values == values ? values : missing_four;
+        store(to + x, values);
+    }
+    for (; x < count; ++x)
+        to[x] = float_of(from[x], missing);
 }
 
 } // namespace
@@ -104,23 +131,20 @@ bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, floa
                 }
                 const Brick::Pinned pinned = brick.pin();
                 visit_scalar(brick.type(), [&](auto t) {
-                    const auto* samples = reinterpret_cast<const decltype(t)*>(pinned.bytes);
-                    const uint32_t stride = brick.stride();
+                    using T = decltype(t);
+                    const auto* samples = reinterpret_cast<const T*>(pinned.bytes);
+                    const int count = to.x - from.x;
                     for (int z = from.z; z < to.z; ++z)
                         for (int y = from.y; y < to.y; ++y) {
-                            const uint32_t row =
-                                offset_in_brick(glm::uvec3(glm::ivec3(from.x, y, z) % side));
                             float* at = out + (from.x - start.x) +
                                         size_t(size.x) * (size_t(y - start.y) +
                                                           size_t(size.y) * size_t(z - start.z));
-                            for (int x = 0; x < to.x - from.x; ++x) {
-                                const auto value = static_cast<float>(
-                                    samples[stride * (row + static_cast<uint32_t>(x))]);
-                                if constexpr (std::is_floating_point_v<decltype(t)>)
-                                    at[x] = value == value ? value : missing;
-                                else
-                                    at[x] = value;
-                            }
+                            if (brick.is_constant())
+                                std::fill_n(at, count, float_of(samples[0], missing));
+                            else
+                                copy_row(samples + offset_in_brick(
+                                                       glm::uvec3(glm::ivec3(from.x, y, z) % side)),
+                                         count, missing, at);
                         }
                 });
             }

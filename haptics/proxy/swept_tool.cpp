@@ -20,6 +20,11 @@ constexpr double kSameWay = 0.98;        // cosine of 11 degrees
 constexpr uint32_t kMostConsidered = 16; // samples in material, at each look
 constexpr uint32_t kMostIterations = 24;
 constexpr uint32_t kMostLooks = 5; // at every sample, in a tick
+// Parts of the field's blocks that a tick makes, 3 to 5 us each, and twice as many for samples that
+// held the tool; one contact more may take two. What is left undone: of the samples in material the
+// shallower ones are not looked at, and the tick ends with the step that the others allow. The next
+// tick goes on with what was made.
+constexpr uint32_t kMostParts = 10;
 constexpr double kConverged_mm = 2e-4;
 // Steps that have got so short by turning back, in samples, are not worth another look: 0.002 N at
 // 500 N/m and 0.4 mm.
@@ -74,12 +79,12 @@ class SweptTool final : public Algorithm {
     uint32_t made_samples_ = 0;
     // The points that may be in material while the tool is within a sample of near_at_.
     uint32_t near_count_ = 0;
-    uint64_t near_generation_ = 0;
+    uint64_t near_samples_ = 0; // of Field::samples_about
     dvec3 near_at_{0.0};
     std::array<uint16_t, SphereSamples::kMost> near_;
     uint32_t contact_count_ = 0;
     std::array<Hold, kMostContacts> contacts_;
-    bool any_inside_ = false;
+    bool any_inside_ = false, is_spent_ = false;
     std::array<Field::Inside, SphereSamples::kMost> inside_;
     Field field_;
 };
@@ -101,7 +106,7 @@ void SweptTool::place_points(const TickInput& input) {
     made_radius_mm_ = q.tool_radius_mm;
     made_samples_ = q.tool_samples;
     made_in_settings_ = field_.settings();
-    near_generation_ = 0;
+    near_samples_ = 0;
     reach_mm_ = 0.0;
     if (tool) {
         const glm::dmat3 turn = glm::mat3_cast(glm::normalize(input.tool.rotation));
@@ -136,10 +141,11 @@ bool SweptTool::is_clear(dvec3 from, dvec3 to) const {
 uint32_t SweptTool::solid_points(dvec3 at) {
     const std::span<const glm::vec3> offsets(offsets_.data(), count_);
     const glm::vec3 moved = glm::abs(field_.offset_of(at - near_at_));
-    if (near_generation_ != field_.generation() || std::max({moved.x, moved.y, moved.z}) > 0.99f) {
+    const bool is_far = !(std::max({moved.x, moved.y, moved.z}) <= 0.99f);
+    if (is_far || near_samples_ != field_.samples_about(near_at_, reach_samples_)) {
         near_count_ = field_.near_points(at, offsets, reach_samples_, near_.data());
         near_at_ = at;
-        near_generation_ = field_.generation();
+        near_samples_ = field_.samples_about(at, reach_samples_);
     }
     return field_.solid_points(at, offsets, reach_samples_, {near_.data(), near_count_},
                                inside_.data());
@@ -182,27 +188,27 @@ void SweptTool::consider(dvec3 at, uint32_t sample) {
 
 void SweptTool::find_contacts(dvec3 at, bool all) {
     contact_count_ = 0;
-    any_inside_ = false;
+    any_inside_ = is_spent_ = false;
     for (uint32_t i = 0; i < state_.held_count; ++i)
-        if (state_.held[i] < count_)
+        if (state_.held[i] < count_ && field_.made_parts() <= 2 * kMostParts)
             consider(at, state_.held[i]);
     if (!all)
         return;
-    uint32_t inside = solid_points(at);
+    const uint32_t inside = solid_points(at);
     any_inside_ = inside > 0;
     // The deepest of them say enough: the others follow when these are out.
-    if (inside > kMostConsidered) {
-        std::nth_element(inside_.begin(), inside_.begin() + kMostConsidered,
-                         inside_.begin() + inside,
-                         [](const Field::Inside& a, const Field::Inside& b) {
-                             return a.value > b.value || (a.value == b.value && a.point < b.point);
-                         });
-        inside = kMostConsidered;
-        std::sort(inside_.begin(), inside_.begin() + inside,
-                  [](const Field::Inside& a, const Field::Inside& b) { return a.point < b.point; });
+    const auto is_deeper = [](const Field::Inside& a, const Field::Inside& b) {
+        return a.value > b.value || (a.value == b.value && a.point < b.point);
+    };
+    const auto end = inside_.begin() + inside;
+    const auto last = inside_.begin() + std::min(inside, kMostConsidered);
+    std::partial_sort(inside_.begin(), last, end, is_deeper);
+    for (auto at_hand = inside_.begin(); at_hand != last; ++at_hand) {
+        is_spent_ = field_.made_parts() > kMostParts;
+        if (is_spent_)
+            return;
+        consider(at, at_hand->point);
     }
-    for (uint32_t i = 0; i < inside; ++i)
-        consider(at, inside_[i].point);
 }
 
 void SweptTool::settle(dvec3 goal, Geometry& geometry) {
@@ -281,7 +287,8 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
         if (touching)
             s.normal = unit_or_zero(s.proxy - goal) == dvec3(0.0) ? unit_or_zero(push)
                                                                   : unit_or_zero(s.proxy - goal);
-        if ((length < kConverged_mm && looked) || trust < kShortest * field_.voxel_mm())
+        if (is_spent_ || (length < kConverged_mm && looked) ||
+            trust < kShortest * field_.voxel_mm())
             break;
         since_look = looked ? length : since_look + length;
         look = length < kConverged_mm || since_look > 0.1 * field_.voxel_mm();

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <span>
+
+namespace palpate::haptics {
+
+// Grey values far from the surface, on its free and on its solid side; equal where not known.
+struct Plateaus {
+    double free = 0.0, solid = 0.0;
+
+    friend bool operator==(const Plateaus&, const Plateaus&) = default;
+};
+
+// What a sample becomes when a field stores it: a float that rises with the sample and is 0 at
+// `base`, so that rounding is least where the surface lies.
+//
+//   labels        0.5 in a label and -0.5 outside
+//   straightened  the blurred step between the plateaus becomes a ramp: the quantile of the
+//                 sample's share of the step, as steep at the base as the samples are
+//   else          the sample less the base
+class StoredSamples {
+ public:
+    StoredSamples();
+    // Plateaus without a base well between them are not used.
+    void set(bool labels, double base, Plateaus plateaus);
+
+    float of(float sample) const;
+    void make(std::span<float> samples) const; // of() of each, in place
+    bool labels() const { return labels_; }
+    bool straightened() const { return straightened_; }
+    double base() const { return base_; }
+
+ private:
+    bool labels_ = false, straightened_ = false;
+    double base_ = 0.5;
+    float free_ = 0.0f, share_scale_ = 0.0f, step_scale_ = 0.0f, step_at_base_ = 0.0f;
+};
+
+} // namespace palpate::haptics
