@@ -5,8 +5,16 @@
 #include <vector>
 
 #include "bench/touch/open_loop.h"
+#include "haptics/proxy/field.h"
 
 namespace palpate::touch {
+
+// What a person would have set: what the volume tells of itself.
+inline haptics::TouchParameters settings(const Scene& scene) {
+    haptics::TouchParameters parameters = scene_parameters(scene);
+    tune(parameters, *scene.touch.grey);
+    return parameters;
+}
 
 // One tick as a test looks at it.
 struct Seen {

@@ -35,7 +35,7 @@ struct Loop {
     Mailbox<TouchScene> scenes;
     Mailbox<TouchParameters> parameters;
     Ring<ToolStamp> poses{4096};
-    Workspace workspace{{0, 0, 0}, 1.0};
+    Workspace workspace;
     std::unique_ptr<Algorithm> algorithm;
     std::unique_ptr<Device> device;
     Servo servo;
@@ -46,9 +46,11 @@ struct Loop {
                                                  Workspace({0, 0, 0}, 1.0));
     }
     Loop(TouchScene scene, TouchParameters p, std::unique_ptr<Algorithm> a,
-         std::unique_ptr<Device> d, Servo::Options options = {})
+         std::unique_ptr<Device> d, Servo::Options options = {},
+         const Workspace& w = Workspace({0, 0, 0}, 1.0))
         : scenes(std::make_unique<const TouchScene>(std::move(scene))),
           parameters(std::make_unique<const TouchParameters>(p)),
+          workspace(w),
           algorithm(std::move(a)),
           device(std::move(d)),
           servo({*device, *algorithm, scenes, parameters, &poses}, workspace, options) {

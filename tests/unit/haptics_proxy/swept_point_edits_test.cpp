@@ -1,0 +1,179 @@
+// The repaired point proxy where what it touches changes, or differs from place to place.
+
+#include "engine/volume/builder.h"
+#include "engine/volume/edit.h"
+#include "haptics/proxy/swept_point.h"
+#include "tests/unit/haptics_proxy/run.h"
+
+namespace palpate::touch {
+namespace {
+
+using glm::dvec3;
+using haptics::Contact;
+
+// ---- edits --------------------------------------------------------------------------------------
+
+// Removal, growth, undo and flicker under contact: the force changes by at most 0.10 N beyond what
+// the hand moves.
+TEST(SweptPoint, EditsUnderContactDoNotKick) {
+    const Scene scene = make_scene(flat_plane(), {});
+    const Volume before = *scene.touch.grey;
+    VolumeEdit removal(before), growth(before);
+    const Grid grid = before.grid();
+    for (uint32_t z = 0; z < grid.size.z; ++z)
+        for (uint32_t y = 20; y < 45; ++y)
+            for (uint32_t x = 20; x < 45; ++x) {
+                const dvec3 p = world_point(grid, {x, y, z});
+                if (p.z > -2.0)
+                    removal.set({x, y, z}, 0.0); // 2 mm of it are gone
+                if (p.z < 1.5)
+                    growth.set({x, y, z}, 1000.0); // 1.4 mm more
+            }
+    const Volume less = removal.commit(), more = growth.commit();
+    for (const int kind : {0, 1, 2, 3}) {
+        haptics::TouchScene touch = scene.touch;
+        haptics::TouchParameters parameters = settings(scene);
+        const auto algorithm = haptics::make_swept_point();
+        haptics::TickInput input{.scene = &touch, .parameters = &parameters};
+        dvec3 last_force(0.0), last_tool(0, 0, 2.0);
+        double worst = 0.0, least = INFINITY, most = 0.0;
+        for (int i = 0; i < 1200; ++i) {
+            const dvec3 x(0.0005 * i, 0.1, std::max(-1.0, 2.0 - 0.02 * i));
+            if (i == 300)
+                touch.grey = kind == 0 ? less : more;
+            if (i == 600 && kind >= 1)
+                touch.grey = kind == 1 ? before : less;
+            if (kind == 3 && i > 300 && i % 5 == 0) // 200 Hz
+                touch.grey = i % 10 == 0 ? less : before;
+            input.velocity_mm_per_s = (x - last_tool) * 1000.0;
+            input.tool.position_mm = x;
+            const haptics::TickOutput out = algorithm->tick(input);
+            ASSERT_TRUE(std::isfinite(out.force_n.z));
+            if (i > 0)
+                worst = std::max(worst, glm::distance(out.force_n, last_force) -
+                                            glm::distance(x, last_tool)); // k = 1 N/mm
+            if (i > 500 && i < 600) {
+                least = std::min(least, out.force_n.z);
+                most = std::max(most, out.force_n.z);
+            }
+            last_force = out.force_n;
+            last_tool = x;
+        }
+        EXPECT_LE(worst, 0.10) << kind;
+        if (kind == 0) {
+            EXPECT_LE(most, 1e-9) << "what is removed is no longer felt";
+        }
+        if (kind == 1) {
+            EXPECT_NEAR(least, 2.3, 0.4) << "what was added is";
+        }
+    }
+}
+
+// Nothing but the snapshot changes: straight above its contact a proxy need not move at all, and
+// what is touched must be looked for again.
+TEST(SweptPoint, ForceEndsWithWhatIsTouchedUnderAHandAtRest) {
+    const Scene scene = make_scene(flat_plane(), {});
+    VolumeEdit removal(*scene.touch.grey);
+    const Grid grid = scene.touch.grey->grid();
+    for (uint32_t z = 0; z < grid.size.z; ++z)
+        for (uint32_t y = 0; y < grid.size.y; ++y)
+            for (uint32_t x = 0; x < grid.size.x; ++x)
+                if (world_point(grid, {x, y, z}).z > -4.0)
+                    removal.set({x, y, z}, 0.0);
+    haptics::TouchScene touch = scene.touch;
+    haptics::TouchParameters parameters = settings(scene);
+    const auto algorithm = haptics::make_swept_point();
+    haptics::TickInput input{.scene = &touch, .parameters = &parameters};
+    haptics::TickOutput out;
+    for (int i = 0; i < 300; ++i) {
+        input.tool.position_mm = {0, 0, std::max(-1.0, 2.0 - 0.02 * i)};
+        out = algorithm->tick(input);
+    }
+    EXPECT_NEAR(out.force_n.z, 1.0 + scene.body.touch_mm.z, 0.01); // k = 1 N/mm
+    touch.grey = removal.commit();
+    for (int i = 0; i < 50; ++i) // bled off within 1 N at 90 N/s
+        out = algorithm->tick(input);
+    EXPECT_EQ(out.force_n, dvec3(0.0));
+    EXPECT_EQ(out.contact, haptics::Contact::free);
+}
+
+// An iso-value moved while touching slides the surface, too.
+TEST(SweptPoint, IsoValueMovedUnderContactDoesNotKick) {
+    const Scene scene = make_scene(flat_plane(), {});
+    haptics::TouchParameters parameters = settings(scene);
+    const auto algorithm = haptics::make_swept_point();
+    haptics::TickInput input{.scene = &scene.touch, .parameters = &parameters};
+    double worst = 0.0;
+    dvec3 last(0.0);
+    for (int i = 0; i < 400; ++i) {
+        input.tool.position_mm = {0, 0, i < 100 ? 2.0 - 0.03 * i : -1.0};
+        if (i == 200)
+            parameters.iso = 200.0;
+        if (i == 300)
+            parameters.iso = 800.0;
+        const dvec3 force = algorithm->tick(input).force_n;
+        if (i > 100)
+            worst = std::max(worst, glm::distance(force, last));
+        last = force;
+    }
+    EXPECT_LE(worst, 0.10);
+    EXPECT_GT(worst, 0.01); // it did move
+}
+
+// ---- labels -------------------------------------------------------------------------------------
+
+// Two labels side by side, the same surface: what they feel like changes smoothly across the
+// border.
+TEST(SweptPoint, LabelsDifferAndMeetSmoothly) {
+    Scene scene = make_scene(flat_plane(), {.form = Form::labels});
+    const Grid grid = scene.touch.labels->grid();
+    const Volume one = *scene.touch.labels;
+    scene.touch.labels = make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) {
+        return one.value(i) == 0.0f ? 0.0 : world_point(grid, dvec3(i)).x < 0.0 ? 1.0 : 2.0;
+    });
+    haptics::TouchParameters parameters = scene_parameters(scene);
+    parameters.source = haptics::TouchSource::labels;
+    parameters.label_count = 2;
+    parameters.labels[0] = {.label = 1, .stiffness_n_per_m = 500.0};
+    parameters.labels[1] = {.label = 2, .stiffness_n_per_m = 1500.0};
+    Path path;
+    for (int i = 0; i < 200; ++i)
+        path.push_back({-4.0, 0.2, 2.0 - 0.02 * i});
+    for (int i = 0; i < 800; ++i)
+        path.push_back({-4.0 + 0.01 * i, 0.2, -2.0});
+    const Trace run = run_named("swept-point", scene, path, parameters);
+    const double depth = run.ticks[250].proxy.z + 2.0;
+    EXPECT_NEAR(depth, 2.0, 0.5);
+    EXPECT_NEAR(run.ticks[250].force.z, 0.5 * depth, 0.02 * depth);
+    EXPECT_NEAR(run.ticks[999].force.z, 1.5 * (run.ticks[999].proxy.z + 2.0), 0.05 * depth);
+    double worst = 0.0;
+    for (size_t i = 220; i < run.ticks.size(); ++i)
+        worst = std::max(worst, glm::distance(run.ticks[i].force, run.ticks[i - 1].force));
+    // 1 N/mm over a border of about 3 samples (1.5 mm), 2 mm deep: 0.013 N for 0.01 mm, and the
+    // steepest part of the spline is twice its mean.
+    EXPECT_LE(worst, 0.04);
+}
+
+// A start inside material: out where a surface is near, nothing felt where none is.
+TEST(SweptPoint, StartInsideMaterialIsPushedOutOrFeelsNothing) {
+    const Scene scene = make_scene(flat_plane(), {});
+    const haptics::TouchParameters parameters = settings(scene);
+    for (const double depth : {0.5, 6.0}) {
+        const auto algorithm = haptics::make_swept_point();
+        haptics::TickInput input{.scene = &scene.touch, .parameters = &parameters};
+        input.tool.position_mm = {0, 0, 0.13 - depth};
+        haptics::TickOutput out;
+        for (int i = 0; i < 50; ++i)
+            out = algorithm->tick(input);
+        if (depth < 1.0) {
+            EXPECT_EQ(out.contact, Contact::touching);
+            EXPECT_NEAR(out.force_n.z, depth, 0.02);
+        } else {
+            EXPECT_EQ(out.contact, Contact::submerged);
+            EXPECT_EQ(out.force_n, dvec3(0.0));
+        }
+    }
+}
+
+} // namespace
+} // namespace palpate::touch
