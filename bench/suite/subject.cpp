@@ -166,6 +166,8 @@ std::vector<Setting> settings_of(RayMode mode, bool full) {
         steps.insert(steps.begin(), 4.0);
         steps.push_back(0.125);
     }
+    if (mode == RayMode::mip) // whose error falls slowly with the step: there is a choice below 2
+        steps.insert(std::find(steps.begin(), steps.end(), 1.0), 1.25);
     std::vector<Setting> settings;
     for (const double step : steps)
         settings.push_back({.integrator = "fast", .step_samples = step});
