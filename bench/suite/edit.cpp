@@ -13,6 +13,7 @@
 #include "engine/edit/history.h"
 #include "engine/edit/stroke_run.h"
 #include "engine/render/cell_map.h"
+#include "engine/render/texel_storage.h"
 #include "engine/surface/block_surface.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/changes.h"
@@ -178,7 +179,7 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
 }
 
 // Bricks to the device in batches: converting them to staging memory, the copy command, and a plain
-// copy of the same rows into a flat array of the volume's size by one thread.
+// copy of the same rows of texels into a flat array of the volume's size by one thread.
 Value batches(Bench& bench, const Volume& volume, int repeats) {
     Device& device = bench.device();
     UploadRing ring(device, uint64_t{32} << 20);
@@ -187,7 +188,9 @@ Value batches(Bench& bench, const Volume& volume, int repeats) {
                         {.residency = Residency::dense, .limit_bytes = device.info().memory_bytes});
     PALPATE_ASSERT(image);
     const glm::uvec3 size = volume.size(), count = volume.brick_count();
-    std::vector<uint16_t> flat(sample_count(volume.grid()));
+    const VkFormat format = image->image().shape().format;
+    const size_t texel = texel_bytes(format), brick_bytes = kBrickSamples * texel;
+    std::vector<std::byte> flat(sample_count(volume.grid()) * texel);
     const size_t all = size_t{count.x} * count.y * count.z;
     Value rows = Value::array();
     uint64_t turn = 0;
@@ -212,26 +215,27 @@ Value batches(Bench& bench, const Volume& volume, int repeats) {
             for (const PassTime& pass : commands.finish())
                 if (pass.name == "upload")
                     copy.push_back(pass.gpu_ms);
-            std::vector<std::vector<uint16_t>> bricks;
-            for (const ChangedBrick& brick : some) {
-                bricks.emplace_back(kBrickSamples);
-                volume.brick(brick.position).read(std::span<uint16_t>(bricks.back()));
-            }
+            std::vector<std::byte> bricks(n * brick_bytes);
+            for (size_t b = 0; b < n; ++b)
+                store_texels(volume.brick(some[b].position), format, glm::uvec3(0),
+                             glm::uvec3(kBrickSide), kBrickSide, kBrickSide,
+                             &bricks[b * brick_bytes]);
             const Timer copying;
             for (size_t b = 0; b < n; ++b) {
                 const glm::uvec3 first = some[b].position * kBrickSide;
                 const glm::uvec3 valid = volume.valid_in_brick(some[b].position);
                 for (uint32_t z = 0; z < valid.z; ++z)
                     for (uint32_t y = 0; y < valid.y; ++y)
-                        std::memcpy(&flat[first.x +
-                                          size.x * (first.y + y + size_t{size.y} * (first.z + z))],
-                                    &bricks[b][offset_in_brick({0, y, z})],
-                                    valid.x * sizeof(uint16_t));
+                        std::memcpy(
+                            &flat[texel * (first.x + size.x * (first.y + y +
+                                                               size_t{size.y} * (first.z + z)))],
+                            &bricks[b * brick_bytes + texel * offset_in_brick({0, y, z})],
+                            valid.x * texel);
             }
             plain.push_back(copying.ms());
         }
         Value row{{"bricks", n},
-                  {"bytes", n * kBrickSamples * sizeof(uint16_t)},
+                  {"bytes", n * brick_bytes},
                   {"staging_ms", spread(stage).median},
                   {"memcpy_of_rows_ms", spread(plain).median}};
         if (!copy.empty()) {

@@ -166,7 +166,9 @@ std::vector<Setting> settings_of(RayMode mode, bool full) {
         steps.insert(steps.begin(), 4.0);
         steps.push_back(0.125);
     }
-    if (mode == RayMode::mip) // whose error falls slowly with the step: there is a choice below 2
+    // The error of a MIP falls slowly with its step: at 1.25 it takes four fifths of the time of 1
+    // and errs by a quarter more.
+    if (mode == RayMode::mip)
         steps.insert(std::find(steps.begin(), steps.end(), 1.0), 1.25);
     std::vector<Setting> settings;
     for (const double step : steps)

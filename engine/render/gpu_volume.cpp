@@ -16,6 +16,23 @@ uint64_t dense_bytes(const Volume& volume, const TexelStorage& storage) {
     return sample_count(volume.grid()) * texel_bytes(storage.format);
 }
 
+struct BrickBox {
+    glm::uvec3 low, high; // [low, high), samples of the brick
+};
+
+// About the changed blocks of a brick of which `valid` samples lie in the volume.
+BrickBox changed_box(const ChangedBrick& brick, glm::uvec3 valid) {
+    glm::uvec3 low(kBlocksPerSide), high(0);
+    for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
+        if (brick.blocks >> block & 1) {
+            const glm::uvec3 at(block % kBlocksPerSide, block / kBlocksPerSide % kBlocksPerSide,
+                                block / (kBlocksPerSide * kBlocksPerSide));
+            low = glm::min(low, at);
+            high = glm::max(high, at + 1u);
+        }
+    return {glm::min(low * kBlockSide, valid), glm::min(high * kBlockSide, valid)};
+}
+
 double mib(uint64_t bytes) {
     return static_cast<double>(bytes) / (1 << 20);
 }
@@ -95,8 +112,8 @@ Result<GpuVolume> GpuVolume::make(Device& device, std::string name, const Volume
                     wish.limit_bytes);
     made.image_.emplace(device, std::move(name),
                         ImageShape{.type = VK_IMAGE_TYPE_3D, .format = format, .size = size});
-    std::vector<glm::uvec3> all;
-    for_each_brick(volume, [&](glm::uvec3 position) { all.push_back(position); });
+    std::vector<ChangedBrick> all;
+    for_each_brick(volume, [&](glm::uvec3 position) { all.push_back({position, ~uint64_t{0}}); });
     made.upload(volume, all);
     return made;
 }
@@ -120,41 +137,42 @@ void GpuVolume::update(const Volume& next, std::span<const ChangedBrick> changed
     if (atlas_) {
         atlas_->drop(next, changed);
     } else {
-        std::vector<glm::uvec3> positions;
-        for (const ChangedBrick& brick : changed)
-            positions.push_back(brick.position);
-        const uint64_t bytes = positions.size() * kBrickSamples * texel_bytes(storage_.format);
+        const uint64_t bytes = changed.size() * kBrickSamples * texel_bytes(storage_.format);
         if (ring && bytes > 0 && bytes <= ring->capacity() / 4) {
             const profile::Scope scope("upload bricks");
             const UploadRing::Room room = ring->take(bytes);
             commands.begin_pass("upload");
-            commands.copy(ring->buffer(), *image_, stage(next, positions, room.bytes, room.offset));
+            commands.copy(ring->buffer(), *image_, stage(next, changed, room.bytes, room.offset));
             commands.end_pass();
         } else {
-            upload(next, positions);
+            upload(next, changed);
         }
     }
     snapshot_ = next;
 }
 
 std::vector<Commands::Region> GpuVolume::stage(const Volume& from,
-                                               std::span<const glm::uvec3> bricks,
+                                               std::span<const ChangedBrick> bricks,
                                                std::span<std::byte> to, uint64_t offset) const {
-    const size_t brick_bytes = kBrickSamples * texel_bytes(storage_.format);
+    const size_t texel = texel_bytes(storage_.format);
     std::vector<Commands::Region> regions;
-    for (size_t i = 0; i < bricks.size(); ++i) {
-        store_texels(from.brick(bricks[i]), storage_.format, glm::uvec3(0), glm::uvec3(kBrickSide),
-                     kBrickSide, kBrickSide, to.data() + i * brick_bytes);
-        regions.push_back({.buffer_offset = offset + i * brick_bytes,
-                           .image_offset = bricks[i] * kBrickSide,
-                           .size = from.valid_in_brick(bricks[i]),
-                           .row_texels = kBrickSide,
-                           .plane_rows = kBrickSide});
+    size_t at = 0;
+    for (const ChangedBrick& brick : bricks) {
+        const auto [low, high] = changed_box(brick, from.valid_in_brick(brick.position));
+        const glm::uvec3 size = high - low;
+        store_texels(from.brick(brick.position), storage_.format, low, high, size.x, size.y,
+                     to.data() + at);
+        regions.push_back({.buffer_offset = offset + at,
+                           .image_offset = brick.position * kBrickSide + low,
+                           .size = size,
+                           .row_texels = size.x,
+                           .plane_rows = size.y});
+        at += texel * size.x * size.y * size.z;
     }
     return regions;
 }
 
-void GpuVolume::upload(const Volume& from, std::span<const glm::uvec3> bricks) {
+void GpuVolume::upload(const Volume& from, std::span<const ChangedBrick> bricks) {
     if (bricks.empty())
         return;
     const profile::Scope scope("upload bricks");

@@ -73,10 +73,12 @@ class GpuVolume {
     static Choice choose(const Device& device, const Volume& volume, const GpuVolumeWish& wish);
     GpuVolume(Device& device, const Volume& volume, const GpuVolumeWish& wish,
               TexelStorage storage);
-    // Writes bricks to staging memory, one after the other; what copies them from there.
-    std::vector<Commands::Region> stage(const Volume& from, std::span<const glm::uvec3> bricks,
+    // Writes of each brick the box about its changed blocks to staging memory, one after the other;
+    // what copies them from there. `to` lies at `offset` of the buffer and has room for whole
+    // bricks.
+    std::vector<Commands::Region> stage(const Volume& from, std::span<const ChangedBrick> bricks,
                                         std::span<std::byte> to, uint64_t offset) const;
-    void upload(const Volume& from, std::span<const glm::uvec3> bricks);
+    void upload(const Volume& from, std::span<const ChangedBrick> bricks);
 
     Device* device_;
     Volume snapshot_;
