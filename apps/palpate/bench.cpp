@@ -11,7 +11,8 @@ namespace palpate {
 namespace {
 
 struct BenchOptions {
-    std::string suite, out = "out/bench", device, head_ct = bench::kHeadCt;
+    std::string suite, out = "out/bench", device, head_ct = bench::kHeadCt, labels;
+    std::vector<std::string> only;
     bool full = false, brief = false, tiny = false, no_peers = false;
 };
 
@@ -26,13 +27,17 @@ Result<void> run_bench(const BenchOptions& options) {
     if (options.suite == "page")
         return bench::write_page(options.out);
     const Interrupt interrupt;
-    return bench::run_suite(options.suite, {.out = options.out,
-                                            .full = options.full,
-                                            .device = options.device,
-                                            .head_ct = options.head_ct,
-                                            .peers = !options.no_peers,
-                                            .tiny = options.tiny,
-                                            .stop = interrupt.token()});
+    bench::Options asked{.out = options.out,
+                         .full = options.full,
+                         .device = options.device,
+                         .head_ct = options.head_ct,
+                         .peers = !options.no_peers,
+                         .tiny = options.tiny,
+                         .only = options.only,
+                         .stop = interrupt.token()};
+    if (!options.labels.empty())
+        asked.labels = options.labels;
+    return bench::run_suite(options.suite, asked);
 }
 
 } // namespace
@@ -49,6 +54,12 @@ Command add_bench(CLI::App& app) {
         ->excludes(brief)
         ->excludes(full);
     app.add_option("--ct", o->head_ct, "The head CT: any volume in HU")->capture_default_str();
+    app.add_option("--labels", o->labels, "surface: a label map instead of the AAL atlas");
+    app.add_option("--only", o->only,
+                   "surface: parts of it, by name: sphere_SIDE, gyroid_SIDE, head_ct, head_ct_174, "
+                   "gyroid_512, labels, edits, window (default: all but gyroid_512, which is in "
+                   "the full form)")
+        ->delimiter(',');
     app.add_flag("--no-peers", o->no_peers, "Do not ask VTK");
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "

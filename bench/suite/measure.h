@@ -14,12 +14,14 @@ namespace palpate::bench {
 
 // What a suite is asked for.
 struct Options {
-    fs::path out;               // a folder: results, page, pictures, cached truth
-    bool full = false;          // the long form
-    std::string device;         // as for palpate render
-    fs::path head_ct = kHeadCt; // or another volume in HU
-    bool peers = true;          // time VTK where it is installed
-    bool tiny = false;          // everything as small as it can be: for tests
+    fs::path out;                  // a folder: results, page, pictures, cached truth
+    bool full = false;             // the long form
+    std::string device;            // as for palpate render
+    fs::path head_ct = kHeadCt;    // or another volume in HU
+    bool peers = true;             // time VTK where it is installed
+    bool tiny = false;             // everything as small as it can be: for tests
+    std::vector<std::string> only; // parts of the suite `surface`; empty: the usual ones
+    fs::path labels = "/usr/share/mricron/templates/aal.nii.gz"; // of it; here 116 regions
     std::stop_token stop;
 };
 

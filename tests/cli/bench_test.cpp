@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program.h"
@@ -162,7 +163,43 @@ TEST_F(BenchCommand, SurfaceGivesTimeBesideErrorAndTheOrder) {
             for (const char* what : {"rms", "area", "volume"})
                 EXPECT_NEAR(order[what], 2.0, 0.4) << order; // two coarse sizes
         }
+    // A dab by each of ours, after which their surfaces have as many triangles.
+    ASSERT_EQ(v["edits"].size(), 2u * 3u);
+    for (size_t i = 0; i < 6; ++i) {
+        const json& row = v["edits"][i];
+        EXPECT_EQ(row["who"], (std::array{"tracker", "blocks", "blocks_gpu"})[i % 3]);
+        EXPECT_EQ(row["radius_samples"], i < 3 ? 5 : 10);
+        EXPECT_GT(row["ms"]["median"], 0.0) << row;
+        EXPECT_DOUBLE_EQ(row["edits_per_s"], 1e3 / row["ms"]["median"].get<double>()) << row;
+        EXPECT_EQ(row["triangles_after_mean"], v["edits"][i / 3 * 3]["triangles_after_mean"]);
+        // Some 12 pi r^2 of a whole sphere; what a dab takes out has a surface, too.
+        EXPECT_NEAR(row["triangles_after_mean"], 20'000, 2000) << row;
+        EXPECT_EQ(row.contains("blocks_median"), i % 3 != 0) << row;
+    }
+    EXPECT_EQ(v["edits"][0]["printed_edits_per_s"], 52); // table 1 of Vidholm & Agmund
+    EXPECT_EQ(v["edits"][3]["printed_edits_per_s"], 40);
+    EXPECT_LE(v["window"]["p50_us"], v["window"]["p99_us"]);
+    EXPECT_LE(v["window"]["p99_us"], v["window"]["worst_us"]);
+    EXPECT_GT(v["window"]["triangles_mean"], 10.0);
     EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("\"suite\":\"surface\""));
+}
+
+TEST_F(BenchCommand, SurfaceDoesWhatIsNamed) {
+    ProgramRun ran = run({"bench", "surface", "--tiny", "--no-peers", "--only", "sphere_16,window",
+                          "--out", file("out").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json v = result("surface");
+    for (const json& row : v["surfaces"])
+        EXPECT_EQ(row["case"], "sphere_16");
+    EXPECT_EQ(v["surfaces"].size(), 5u);
+    EXPECT_TRUE(v.contains("window"));
+    EXPECT_FALSE(v.contains("edits"));
+    ran = run({"bench", "surface", "--only", "sphere", "--out", file("out").string()});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("edits or window, found 'sphere'"));
+    ran = run({"bench", "upload", "--only", "sphere_16", "--out", file("out").string()});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("expected the suite surface"));
 }
 
 TEST_F(BenchCommand, RefusesWithOneSentence) {
