@@ -1,9 +1,9 @@
 #include "engine/surface_gpu/gpu_surface.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cstring>
 #include <limits>
@@ -11,11 +11,13 @@
 #include "engine/base/assert.h"
 #include "engine/surface/block_changes.h"
 #include "engine/surface/block_join.h"
+#include "engine/surface/block_reader.h"
 
 namespace palpate {
 
 namespace {
 
+constexpr size_t kAtOnce = 32; // blocks that are counted sooner than threads wake up
 constexpr int kOrderLowest = std::numeric_limits<int>::min();
 constexpr int kOrderHighest = std::numeric_limits<int>::max();
 
@@ -147,24 +149,6 @@ void GpuSurface::finish(Commands& commands) {
         times_.push_back(std::move(time));
 }
 
-// Counts the blocks of `list`: so many groups, or as many as work_ says.
-void GpuSurface::record_count(Commands& commands, Buffer& list, const glm::uvec3* groups) {
-    const Bound bound[] = {
-        bind_uniform(gpu::kExtractFrame, frame_),
-        bind_sampled(gpu::kExtractSamples, samples_.image(), pipelines_->nearest()),
-        bind_storage(gpu::kExtractWork, work_),
-        bind_storage(gpu::kExtractList, list),
-        bind_storage(gpu::kExtractCounts, *counts_, Use::storage_write),
-        bind_storage(gpu::kExtractCases, pipelines_->cases())};
-    commands.begin_pass("count");
-    if (groups)
-        commands.dispatch(pipelines_->count(), bound, *groups);
-    else
-        commands.dispatch_indirect(pipelines_->count(), bound, work_);
-    commands.use(*counts_, Use::host_read);
-    commands.end_pass();
-}
-
 void GpuSurface::extract_all() {
     times_.clear();
     pool_.clear();
@@ -196,7 +180,8 @@ void GpuSurface::extract_all() {
     Buffer list(*device_, "list of blocks", blocks * sizeof(uint32_t), Memory::device);
     Buffer listed(*device_, "list to read", list.bytes(), Memory::read_back);
     Buffer work(*device_, "length of the list", work_.bytes(), Memory::read_back);
-    kept(counts_, "counts of blocks", blocks * sizeof(gpu::ExtractCount), Memory::read_back);
+    Buffer counts(*device_, "counts of blocks", blocks * sizeof(gpu::ExtractCount),
+                  Memory::read_back);
 
     Commands commands(*device_);
     commands.begin_pass("cull");
@@ -213,19 +198,31 @@ void GpuSurface::extract_all() {
                                bind_storage(gpu::kExtractList, list, Use::storage_write)};
     commands.dispatch(pipelines_->cull(true), fill_list, groups_for(groups));
     commands.end_pass();
-    record_count(commands, list, nullptr);
+    const Bound count[] = {
+        bind_uniform(gpu::kExtractFrame, frame_),
+        bind_sampled(gpu::kExtractSamples, samples_.image(), pipelines_->nearest()),
+        bind_storage(gpu::kExtractWork, work_),
+        bind_storage(gpu::kExtractList, list),
+        bind_storage(gpu::kExtractCounts, counts, Use::storage_write),
+        bind_storage(gpu::kExtractCases, pipelines_->cases())};
+    commands.begin_pass("count");
+    commands.dispatch_indirect(pipelines_->count(), count, work_);
+    commands.use(counts, Use::host_read);
+    commands.end_pass();
     commands.copy(list, listed);
     commands.copy(work_, work);
     finish(commands);
 
     const uint32_t found = mapped<gpu::ExtractWork>(work)[0].listed;
-    make_blocks(mapped<uint32_t>(listed).first(found),
-                mapped<gpu::ExtractCount>(*counts_).first(found));
+    Commands making(*device_);
+    record_blocks(making, mapped<uint32_t>(listed).first(found),
+                  mapped<gpu::ExtractCount>(counts).first(found));
+    finish(making);
 }
 
-// Gives the blocks' old ranges back, finds new ones, and makes them. Returns their triangles.
-uint64_t GpuSurface::make_blocks(std::span<const uint32_t> numbers,
-                                 std::span<const gpu::ExtractCount> counts) {
+// Gives the blocks' old ranges back, finds new ones, and has them made. Returns their triangles.
+uint64_t GpuSurface::record_blocks(Commands& commands, std::span<const uint32_t> numbers,
+                                   std::span<const gpu::ExtractCount> counts) {
     SurfacePool::Size still{};
     for (size_t i = 0; i < numbers.size(); ++i) {
         if (uint32_t& record = record_of_[numbers[i]]; record != 0) {
@@ -267,7 +264,6 @@ uint64_t GpuSurface::make_blocks(std::span<const uint32_t> numbers,
     std::deque<SurfacePool::Arena>& arenas = pool_.arenas();
     jobs_.resize(arenas.size());
     changes_.resize(arenas.size());
-    Commands commands(*device_);
     commands.begin_pass("emit");
     for (size_t i = 0; i < arenas.size(); ++i) {
         SurfacePool::Arena& arena = arenas[i];
@@ -307,7 +303,6 @@ uint64_t GpuSurface::make_blocks(std::span<const uint32_t> numbers,
         }
     }
     commands.end_pass();
-    finish(commands);
     return triangles;
 }
 
@@ -326,32 +321,46 @@ GpuSurface::Update GpuSurface::update(const Volume& after, std::span<const Chang
     done.blocks = block::blocks_that_read(volume_, after, changed, options_, glm::ivec3(-lead_),
                                           count_ - lead_);
     volume_ = after;
-    Commands commands(*device_);
-    samples_.record_changes(commands, after, changed);
-    // Blocks on one side of iso are not looked at by the device; what they held goes.
+    // Blocks on one side of iso are not made; what they held goes.
     std::vector<uint32_t> numbers, emptied;
     for (const glm::ivec3& b : done.blocks) {
         const bool empty = lead_ == 0 && block::is_on_one_side(after, iso_, b);
         (empty ? emptied : numbers).push_back(number_of(b));
     }
-    const size_t counted = numbers.size();
-    if (counted > 0) {
-        Buffer& list = kept(list_, "blocks to look at", counted * sizeof(uint32_t), Memory::upload);
-        std::memcpy(list.mapped().data(), numbers.data(), counted * sizeof(uint32_t));
-        kept(counts_, "counts of blocks", counted * sizeof(gpu::ExtractCount), Memory::read_back);
-        const glm::uvec3 groups = groups_for(counted);
-        const std::array<uint32_t, 4> work{groups.x, groups.y, groups.z,
-                                           static_cast<uint32_t>(counted)};
-        commands.fill(work_, work);
-        record_count(commands, list, &groups);
-    }
-    finish(commands);
-    std::vector<gpu::ExtractCount> counts(counted + emptied.size());
-    if (counted > 0)
-        std::memcpy(counts.data(), counts_->mapped().data(), counted * sizeof counts[0]);
+    std::vector<gpu::ExtractCount> counts = counted(numbers);
     numbers.insert(numbers.end(), emptied.begin(), emptied.end());
-    done.triangles = make_blocks(numbers, counts);
+    counts.resize(numbers.size());
+    Commands commands(*device_);
+    samples_.record_changes(commands, after, changed);
+    done.triangles = record_blocks(commands, numbers, counts);
+    finish(commands);
     return done;
+}
+
+// What blocks of volume_ hold, counted here: the samples lie here too, and to count a block takes
+// less time than a share of the device's answer would, which all else had to wait for.
+std::vector<gpu::ExtractCount> GpuSurface::counted(std::span<const uint32_t> numbers) {
+    std::vector<gpu::ExtractCount> counts(numbers.size());
+    const glm::ivec3 last = glm::ivec3(volume_.size()) - 1 + lead_;
+    const auto count = [&](size_t first, size_t end, block::BlockCounter& counter) {
+        block::BlockReader reader(volume_, options_.closed_at_border);
+        for (size_t i = first; i < end; ++i) {
+            const glm::ivec3 at = block_at(numbers[i]);
+            reader.read(at, counter.samples());
+            const auto found =
+                counter.count(glm::min(last - at * block::kSide, glm::ivec3(9)), iso_);
+            counts[i] = {found.own_edges | found.borrowed << 16, found.triangles};
+        }
+    };
+    if (numbers.size() <= kAtOnce)
+        count(0, numbers.size(), counter_);
+    else
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, numbers.size(), kAtOnce),
+                          [&](const tbb::blocked_range<size_t>& range) {
+                              block::BlockCounter counter;
+                              count(range.begin(), range.end(), counter);
+                          });
+    return counts;
 }
 
 const PoolRange* GpuSurface::range(glm::ivec3 block) const {

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/surface/block_count.h"
 #include "engine/surface/block_mesh.h"
 #include "engine/surface_gpu/extract_pipelines.h"
 #include "engine/surface_gpu/sample_image.h"
@@ -17,7 +18,8 @@ namespace palpate {
 // The samples lie on the device, bit by bit. Compute passes find the blocks whose range holds iso,
 // list them by a prefix sum, count what each holds, and make each in its range of the pool:
 // vertices in mm, normals, triangles, and one indirect draw (SurfacePool). update() makes again the
-// blocks that read a changed sample, and no others.
+// blocks that read a changed sample, and no others; these are counted on the CPU, so that an
+// update is one submission.
 //
 // What a block holds is what BlockSurface makes of it: the same vertices in the same order, and the
 // same triangles. Which samples are inside is told from bits, and quotients and roots are put right
@@ -86,9 +88,9 @@ class GpuSurface {
 
     void hold_frame();
     void extract_all();
-    uint64_t make_blocks(std::span<const uint32_t> numbers,
-                         std::span<const gpu::ExtractCount> counts);
-    void record_count(Commands& commands, Buffer& list, const glm::uvec3* groups);
+    std::vector<gpu::ExtractCount> counted(std::span<const uint32_t> numbers);
+    uint64_t record_blocks(Commands& commands, std::span<const uint32_t> numbers,
+                           std::span<const gpu::ExtractCount> counts);
     void finish(Commands& commands);
     uint32_t number_of(glm::ivec3 block) const;
     glm::ivec3 block_at(uint32_t number) const;
@@ -109,8 +111,8 @@ class GpuSurface {
     uint64_t triangles_ = 0;
     std::vector<PassTime> times_;
     Buffer frame_, work_;
-    std::optional<Buffer> list_, counts_;              // grown as needed
-    std::deque<std::optional<Buffer>> jobs_, changes_; // of each arena
+    std::deque<std::optional<Buffer>> jobs_, changes_; // of each arena, grown as needed
+    block::BlockCounter counter_;
 };
 
 } // namespace palpate
