@@ -17,6 +17,7 @@
 #include "engine/base/writable.h"
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/decimate.h"
+#include "engine/mesh/label_surfaces.h"
 #include "engine/mesh/smooth.h"
 #include "engine/mesh/topology.h"
 #include "engine/surface/marching_cubes.h"
@@ -199,16 +200,22 @@ Json label_entries(const SurfaceCommand& options, const Mesh& mesh, const Volume
                  volume, {.passes = options.smoothing == Smoothing::bounded ? options.passes : 0}))
             twin[label.label] = label.volume_mm3;
     const double voxel_mm3 = std::abs(glm::determinant(glm::dmat3(volume.grid().world_from_index)));
+    std::map<uint16_t, Json> found;
+    for_each_label(mesh, [&](uint16_t label, const Mesh& surface) {
+        if (label != 0)
+            found[label] = json_of(topology(surface));
+    });
     Json entries = Json::array();
     for (const auto& [label, count] : voxels) {
         if (label == 0)
             continue;
         Json entry{{"label", label}};
-        entry.update(json_of(topology(surface_of_label(mesh, label))));
+        const auto at = found.find(label);
+        entry.update(at != found.end() ? at->second : json_of(MeshTopology())); // all were dropped
         entry["voxels"] = count;
         entry["voxels_mm3"] = voxel_mm3 * static_cast<double>(count);
-        if (const auto at = twin.find(label); at != twin.end())
-            entry["volume_fp64_mm3"] = at->second;
+        if (const auto exact = twin.find(label); exact != twin.end())
+            entry["volume_fp64_mm3"] = exact->second;
         entries.push_back(std::move(entry));
     }
     return entries;

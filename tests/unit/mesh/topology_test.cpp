@@ -7,6 +7,7 @@
 #include <random>
 #include <set>
 
+#include "engine/mesh/label_surfaces.h"
 #include "tests/support/meshes.h"
 
 namespace palpate {
@@ -275,6 +276,42 @@ TEST(SurfaceOfLabel, TakesWallsFromBothSides) {
         EXPECT_NEAR(found.volume_mm3, label == 1 ? 1.0 / 6.0 : 1.0 / 3.0, 1e-15);
     }
     EXPECT_TRUE(surface_of_label(mesh, 3).triangles.empty());
+}
+
+// Triangles by chance, with positions that few, many or none of them use.
+TEST(ForEachLabel, GivesWhatEachLabelHasByItself) {
+    for (const bool has_outer : {false, true}) {
+        std::mt19937 random(has_outer);
+        const uint16_t known[] = {0, 1, 2, 7, 300, 65534, 65535};
+        Mesh mesh{.world_from_mesh = glm::scale(glm::dmat4(1), glm::dvec3(2.0))};
+        for (int i = 0; i < 60; ++i) {
+            mesh.positions.emplace_back(random() % 9, random() % 9, random() % 9);
+            mesh.normals.emplace_back(random() % 9, 0, i);
+        }
+        std::set<uint16_t> present;
+        for (int i = 0; i < 200; ++i) {
+            mesh.triangles.emplace_back(random() % 50, random() % 50, random() % 50);
+            mesh.labels.push_back(known[1 + random() % 6]);
+            present.insert(mesh.labels.back());
+            if (has_outer) {
+                mesh.outer_labels.push_back(known[random() % 7]);
+                present.insert(mesh.outer_labels.back());
+            }
+        }
+        std::vector<uint16_t> visited;
+        for_each_label(mesh, [&](uint16_t label, const Mesh& surface) {
+            visited.push_back(label);
+            const Mesh expected = surface_of_label(mesh, label);
+            EXPECT_EQ(surface.positions, expected.positions);
+            EXPECT_EQ(surface.normals, expected.normals);
+            EXPECT_EQ(surface.triangles, expected.triangles);
+            EXPECT_EQ(surface.labels, expected.labels);
+            EXPECT_TRUE(surface.outer_labels.empty());
+            EXPECT_EQ(surface.world_from_mesh, expected.world_from_mesh);
+        });
+        EXPECT_EQ(visited, std::vector<uint16_t>(present.begin(), present.end()));
+    }
+    for_each_label(Mesh(), [](uint16_t, const Mesh&) { FAIL(); });
 }
 
 } // namespace
