@@ -76,8 +76,9 @@ struct CoarseSettings {
 struct CoarseStats {
     FrameStats frame;
     // RMSE of the picture's colours (1 is white), from rays of full quality through one pixel in
-    // 225, other ones in each frame.
+    // 225: every fifteenth both ways from `first_judged` on, which wanders from frame to frame.
     double error_estimate = 0;
+    glm::uvec2 first_judged{0};
     double traced_share = 0; // of the pixels: those with rays of their own
 };
 

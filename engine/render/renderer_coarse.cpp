@@ -230,6 +230,7 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     for (const float square : squares)
         sum += square;
     stats.error_estimate = std::sqrt(sum / static_cast<double>(squares.size()));
+    stats.first_judged = coarse.first_probe;
     uint32_t words[kRayGroupWords];
     std::memcpy(words, counts.mapped().data(), sizeof words);
     const double traced = static_cast<double>(coarse.rays.x) * coarse.rays.y * eyes + words[3];
