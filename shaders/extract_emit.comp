@@ -55,9 +55,15 @@ void list_vertices(uint lane, uint own) {
         const int z = int(ninth(row)), y = int(row) - 9 * z;
         uint left = edges_of_row[row];
         if (left != 0u) {
+            // As vertex_on() numbers them, counted on.
+            const uint mask = own_bits(y, z), start = before_row[row];
+            uint next_own = start & 0xffffu, next_borrowed = own + (start >> 16);
             do {
                 const uint bit = uint(findLSB(left));
-                entries[vertex_on(y, z, bit, own)] = row << 5 | bit;
+                const uint is_own = mask >> bit & 1u;
+                entries[is_own != 0u ? next_own : next_borrowed] = row << 5 | bit;
+                next_own += is_own;
+                next_borrowed += 1u - is_own;
                 left &= left - 1u;
             } while (left != 0u);
         }

@@ -295,6 +295,17 @@ void Commands::copy(Buffer& from, Buffer& to) {
     use(to, Use::host_read);
 }
 
+void Commands::copy(Buffer& from, Buffer& to, std::span<const Bytes> pieces) {
+    PALPATE_ASSERT(!pieces.empty());
+    use(from, Use::copy_source);
+    use(to, Use::copy_target);
+    std::vector<VkBufferCopy> copies;
+    for (const Bytes& piece : pieces)
+        copies.push_back({piece.from, piece.to, piece.count});
+    vkCmdCopyBuffer(buffer_, from.handle(), to.handle(), static_cast<uint32_t>(copies.size()),
+                    copies.data());
+}
+
 uint64_t Commands::submit() {
     check(vkEndCommandBuffer(buffer_), "ending commands");
     if (profile::on())

@@ -79,6 +79,10 @@ class Commands {
     void copy(GpuImage& from, Buffer& to, std::span<const Region> regions);
     void copy(GpuImage& from, GpuImage& to); // all of it; both have one shape
     void copy(Buffer& from, Buffer& to);     // all of it; `to` is no smaller
+    struct Bytes {
+        uint64_t from, to, count; // the first byte in either
+    };
+    void copy(Buffer& from, Buffer& to, std::span<const Bytes> pieces); // one or more
 
     // Hands the work over and returns at once; the timeline value to wait for.
     uint64_t submit();

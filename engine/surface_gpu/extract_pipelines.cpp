@@ -6,7 +6,6 @@
 #include "shaders/shared/extract.h"
 #include "spirv/extract_count.h"
 #include "spirv/extract_cull.h"
-#include "spirv/extract_draws.h"
 #include "spirv/extract_emit.h"
 #include "spirv/extract_scan.h"
 
@@ -34,9 +33,6 @@ constexpr BindingSlot kEmitSlots[] = {
     {gpu::kExtractCases, kStorage},     {gpu::kExtractJobs, kStorage},
     {gpu::kExtractPositions, kStorage}, {gpu::kExtractNormals, kStorage},
     {gpu::kExtractTriangles, kStorage}, {gpu::kExtractEdges, kStorage}};
-constexpr BindingSlot kDrawsSlots[] = {{gpu::kExtractDraws, kStorage},
-                                       {gpu::kExtractChanges, kStorage}};
-
 gpu::ExtractCase packed(const ClassicTable& table, size_t cell_case) {
     uint64_t bits = uint64_t{table.triangle_count[cell_case]} << 60;
     for (size_t i = 0; i < size_t{3} * table.triangle_count[cell_case]; ++i)
@@ -53,7 +49,6 @@ ExtractPipelines::ExtractPipelines(Device& device)
       list_(device, "extract list", spirv::extract_cull[1], kListSlots),
       scan_(device, "extract scan", spirv::extract_scan[0], kScanSlots),
       count_(device, "extract count", spirv::extract_count[0], kCountSlots),
-      draws_(device, "extract draws", spirv::extract_draws[0], kDrawsSlots),
       cases_(device, "cases of cells", 256 * sizeof(gpu::ExtractCase), Memory::upload),
       nearest_(device, Filter::nearest, Edge::clamp) {
     for (size_t i = 0; i < 256; ++i) {

@@ -18,14 +18,13 @@ class ExtractPipelines {
     ComputePipeline& scan() { return scan_; }
     ComputePipeline& count() { return count_; }
     ComputePipeline& emit(bool normals);
-    ComputePipeline& draws() { return draws_; }
 
     Buffer& cases() { return cases_; } // gpu::ExtractCase[256]
     const Sampler& nearest() const { return nearest_; }
 
  private:
     Device* device_;
-    ComputePipeline cull_, list_, scan_, count_, draws_;
+    ComputePipeline cull_, list_, scan_, count_;
     std::optional<ComputePipeline> emit_, emit_plain_;
     Buffer cases_;
     Sampler nearest_;

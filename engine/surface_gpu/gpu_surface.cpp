@@ -286,19 +286,20 @@ uint64_t GpuSurface::record_blocks(Commands& commands, std::span<const uint32_t>
             arena.jobs.clear();
         }
         if (!arena.changed_draws.empty()) {
-            std::vector<gpu::ExtractDrawChange> changes;
-            for (const auto& [slot, draw] : arena.changed_draws)
-                changes.push_back({slot, draw});
-            Buffer& buffer =
-                kept(changes_[i], "draws that change",
-                     sizeof(uint32_t) + changes.size() * sizeof changes[0], Memory::upload);
-            write_counted(buffer, changes);
-            const Bound bound[] = {
-                bind_storage(gpu::kExtractDraws, arena.draws, Use::storage_write),
-                bind_storage(gpu::kExtractChanges, buffer)};
-            const uint64_t groups = (changes.size() + gpu::kExtractGroup - 1) / gpu::kExtractGroup;
-            commands.dispatch(pipelines_->draws(), bound,
-                              glm::uvec3(static_cast<uint32_t>(groups), 1, 1));
+            constexpr uint64_t kBytes = sizeof(gpu::ExtractDraw);
+            Buffer& buffer = kept(changes_[i], "draws that change",
+                                  arena.changed_draws.size() * kBytes, Memory::upload);
+            std::vector<Commands::Bytes> pieces; // draws side by side are one
+            uint64_t at = 0;
+            for (const auto& [slot, draw] : arena.changed_draws) {
+                std::memcpy(buffer.mapped().data() + at, &draw, kBytes);
+                if (!pieces.empty() && pieces.back().to + pieces.back().count == slot * kBytes)
+                    pieces.back().count += kBytes;
+                else
+                    pieces.push_back({at, slot * kBytes, kBytes});
+                at += kBytes;
+            }
+            commands.copy(buffer, arena.draws, pieces);
             arena.changed_draws.clear();
         }
     }
@@ -337,8 +338,8 @@ GpuSurface::Update GpuSurface::update(const Volume& after, std::span<const Chang
     return done;
 }
 
-// What blocks of volume_ hold, counted here: the samples lie here too, and to count a block takes
-// less time than a share of the device's answer would, which all else had to wait for.
+// What blocks of volume_ hold, counted here: the samples lie here too, and an answer of the device,
+// for which all else had to wait, takes longer than to count some hundred blocks.
 std::vector<gpu::ExtractCount> GpuSurface::counted(std::span<const uint32_t> numbers) {
     std::vector<gpu::ExtractCount> counts(numbers.size());
     const glm::ivec3 last = glm::ivec3(volume_.size()) - 1 + lead_;

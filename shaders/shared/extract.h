@@ -55,10 +55,6 @@ struct ExtractDraw {
     int vertex_offset;
     uint first_instance;
 };
-struct ExtractDrawChange {
-    uint slot;
-    ExtractDraw draw;
-};
 
 // The triangles of a case: the edges of their corners, four bits each, and in the four highest bits
 // of `high` their number.
@@ -79,7 +75,5 @@ const uint kExtractPositions = 9u;          // vec3[], mm
 const uint kExtractNormals = 10u;           // vec3[]
 const uint kExtractTriangles = 11u;         // uvec3[]: vertices, counted from the block's first
 const uint kExtractEdges = 12u;             // uint[]: block::edge_number() of each vertex
-const uint kExtractDraws = 13u;             // ExtractDraw[]
-const uint kExtractChanges = 14u;           // their number, and ExtractDrawChange[]
 GPU_END
 #endif

@@ -3,11 +3,14 @@
 #include <gmock/gmock.h>
 #include <tbb/global_control.h>
 
+#include <cmath>
 #include <cstring>
 #include <random>
 #include <set>
 #include <tuple>
 
+#include "engine/surface/block_count.h"
+#include "engine/surface/block_reader.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
@@ -35,6 +38,41 @@ TEST(BlockSurface, FromScratchIsTheFullExtraction) {
 
 TEST(BlockSurface, IncrementalEqualsFullAfterRandomEdits) {
     testing::expect_incremental_equals_full(/*edits=*/60, /*seed=*/1);
+}
+
+TEST(BlockCounter, CountsWhatBlocksHold) {
+    for (const bool closed : {false, true})
+        for (const ScalarType type : {ScalarType::i8, ScalarType::f32}) {
+            Volume volume = testing::noise_volume({21, 17, 33}, type, 5, 9);
+            if (type == ScalarType::f32) { // some are missing
+                VolumeEdit edit(volume);
+                for (uint32_t i = 0; i < 17; ++i)
+                    edit.set({i, (7 * i) % 17, (5 * i) % 33}, std::nan(""));
+                volume = edit.commit();
+            }
+            const SurfaceOptions options{.closed_at_border = closed};
+            const BlockSurface surface(volume, 2.0f, options);
+            block::BlockReader reader(volume, closed);
+            block::BlockCounter counter;
+            const int lead = closed ? 1 : 0;
+            const glm::ivec3 last = glm::ivec3(volume.size()) - 1 + lead;
+            uint64_t triangles = 0;
+            for (int z = -lead; z < 5; ++z)
+                for (int y = -lead; y < 3; ++y)
+                    for (int x = -lead; x < 3; ++x) {
+                        const glm::ivec3 at(x, y, z);
+                        reader.read(at, counter.samples());
+                        const auto found = counter.count(glm::min(last - at * 8, 9), 2.0f);
+                        const BlockMesh* mesh = surface.block(at);
+                        const BlockMesh expected = mesh ? *mesh : BlockMesh();
+                        EXPECT_EQ(found.own_edges, expected.own_edges);
+                        EXPECT_EQ(found.own_edges + found.borrowed, expected.positions.size());
+                        EXPECT_EQ(found.triangles, expected.triangles.size());
+                        triangles += found.triangles;
+                    }
+            EXPECT_EQ(triangles, surface.triangles());
+            EXPECT_GT(triangles, 1000u);
+        }
 }
 
 // The blocks that read a changed sample, found by going over all samples and all blocks.
