@@ -27,7 +27,7 @@ void Field::follow(const Volume& volume, TouchSource source, double iso, double 
                    Plateaus plateaus) {
     volume_ = &volume;
     lacked_brick_ = false;
-    made_parts_ = 0;
+    filtered_samples_ = 0;
     const bool labels = source == TouchSource::labels;
     if (labels) {
         iso = 0.5;

@@ -1,7 +1,9 @@
 // The cache of a Field: blocks of 4x4x4 cells of its views; declared in field.h.
 
-#include <cmath>
+#include <algorithm>
+#include <cstring>
 
+#include "engine/surface/clones.h"
 #include "haptics/proxy/field.h"
 #include "haptics/proxy/samples.h"
 #include "haptics/proxy/spline_place.h"
@@ -10,50 +12,71 @@ namespace palpate::haptics {
 
 namespace {
 
-// Convolves kCount outputs with kTaps taps along one axis of a box; slabs of kRun values.
+// Eight floats at once: two registers, or one with AVX2 (clones.h).
+using Eight = float __attribute__((vector_size(32)));
+
+// Convolves kCount outputs with kTaps taps along one axis of a box; slabs of kRun values, eight or
+// more. The last eight of a slab overlap those before.
 template <int kCount, int kTaps, int kRun>
-void convolve(const float* from, float* to, int outer_count, const float* taps) {
+[[gnu::always_inline]] inline void convolve(const float* from, float* to, int outer_count,
+                                            const std::array<float, kTaps>& taps) {
     constexpr int kRead = kCount + kTaps - 1;
+    static_assert(kRun >= 8);
     for (int outer = 0; outer < outer_count; ++outer)
         for (int i = 0; i < kCount; ++i) {
             const float* source = from + kRun * (i + kRead * outer);
             float* target = to + kRun * (i + kCount * outer);
-            int r = 0;
-            for (; r + 4 <= kRun; r += 4) {
-                Four total = taps[0] * load(source + r);
-                for (int k = 1; k < kTaps; ++k)
-                    total += taps[k] * load(source + r + k * kRun);
-                store(target + r, total);
-            }
-            for (; r < kRun; ++r) {
-                float total = taps[0] * source[r];
-                for (int k = 1; k < kTaps; ++k)
-                    total += taps[k] * source[r + k * kRun];
-                target[r] = total;
+            for (int r = 0;; r = std::min(r + 8, kRun - 8)) {
+                Eight row;
+                std::memcpy(&row, source + r, sizeof row);
+                Eight total = taps[0] * row;
+                for (int k = 1; k < kTaps; ++k) {
+                    std::memcpy(&row, source + r + k * kRun, sizeof row);
+                    total += taps[size_t(k)] * row;
+                }
+                std::memcpy(target + r, &total, sizeof total);
+                if (r == kRun - 8)
+                    break;
             }
         }
 }
 
 // A box of kSide + kTaps - 1 samples on each axis becomes one of kSide.
 template <int kSide, int kTaps>
-void filter_box(const float* in, const float* taps_x, const float* taps_y, const float* taps_z,
-                float* out) {
+[[gnu::always_inline]] inline void filter_box(const float* in, const Filter& filter, float* out) {
     constexpr int kRead = kSide + kTaps - 1;
     std::array<float, kSide * kRead * kRead> z;
     std::array<float, kSide * kSide * kRead> zy;
-    convolve<kSide, kTaps, kRead * kRead>(in, z.data(), 1, taps_z);
-    convolve<kSide, kTaps, kRead>(z.data(), zy.data(), kSide, taps_y);
+    std::array<std::array<float, kTaps>, 3> taps;
+    for (size_t axis = 0; axis < 3; ++axis)
+        std::copy_n(filter.taps[axis].begin(), kTaps, taps[axis].begin());
+    convolve<kSide, kTaps, kRead * kRead>(in, z.data(), 1, taps[2]);
+    convolve<kSide, kTaps, kRead>(z.data(), zy.data(), kSide, taps[1]);
     // Along x four neighbours at a time, the last four overlapping.
     for (int row = 0; row < kSide * kSide; ++row)
         for (int x = 0;; x = kSide - 4) {
             const float* source = zy.data() + kRead * row + x;
-            Four total = taps_x[0] * load(source);
+            Four total = taps[0][0] * load(source);
             for (int k = 1; k < kTaps; ++k)
-                total += taps_x[k] * load(source + k);
+                total += taps[0][size_t(k)] * load(source + k);
             store(out + kSide * row + x, total);
             if (x == kSide - 4)
                 break;
         }
+}
+
+constexpr int kSide = SplinePlace::kSide;
+PALPATE_CLONES void filter_1(const float* in, const Filter& filter, float* out) {
+    filter_box<kSide, 3>(in, filter, out);
+}
+PALPATE_CLONES void filter_2(const float* in, const Filter& filter, float* out) {
+    filter_box<kSide, 5>(in, filter, out);
+}
+PALPATE_CLONES void filter_3(const float* in, const Filter& filter, float* out) {
+    filter_box<kSide, 7>(in, filter, out);
+}
+PALPATE_CLONES void filter_5(const float* in, const Filter& filter, float* out) {
+    filter_box<kSide, 11>(in, filter, out);
 }
 
 } // namespace
@@ -92,7 +115,7 @@ void Field::renew(Block& block, glm::ivec3 position, Part part) {
     if (made.stamps != stamps) {
         fill(block, box, part);
         made.stamps = stamps;
-        ++made_parts_;
+        filtered_samples_ += static_cast<uint32_t>(box.side * box.side * box.side);
     }
     made.generation = generation_;
 }
@@ -104,16 +127,11 @@ void Field::fill(Block& block, Box box, Part part) {
         copy_resident(*volume_, box.start, glm::ivec3(box.side), lowest_, samples.data());
     stored_.make({samples.data(), static_cast<size_t>(box.side * box.side * box.side)});
     const Filter& filter = filter_of(part);
-    const float *x = filter.taps[0].data(), *y = filter.taps[1].data(), *z = filter.taps[2].data();
-    float* out = part == kSmoothPart ? block.smooth.data() : block.sharp.data();
-    if (filter.reach == 1)
-        filter_box<kSpline, 3>(samples.data(), x, y, z, out);
-    else if (filter.reach == 2)
-        filter_box<kSpline, 5>(samples.data(), x, y, z, out);
-    else if (filter.reach == 3)
-        filter_box<kSpline, 7>(samples.data(), x, y, z, out);
-    else
-        filter_box<kSpline, 2 * Filter::kMostReach + 1>(samples.data(), x, y, z, out);
+    const auto apply = filter.reach == 1   ? filter_1
+                       : filter.reach == 2 ? filter_2
+                       : filter.reach == 3 ? filter_3
+                                           : filter_5;
+    apply(samples.data(), filter, part == kSmoothPart ? block.smooth.data() : block.sharp.data());
 }
 
 Field::Block& Field::block(glm::ivec3 position, Part part) {

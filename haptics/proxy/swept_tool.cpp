@@ -20,11 +20,11 @@ constexpr double kSameWay = 0.98;        // cosine of 11 degrees
 constexpr uint32_t kMostConsidered = 16; // samples in material, at each look
 constexpr uint32_t kMostIterations = 24;
 constexpr uint32_t kMostLooks = 5; // at every sample, in a tick
-// Parts of the field's blocks that a tick makes, 3 to 5 us each, and twice as many for samples that
-// held the tool; one contact more may take two. What is left undone: of the samples in material the
-// shallower ones are not looked at, and the tick ends with the step that the others allow. The next
-// tick goes on with what was made.
-constexpr uint32_t kMostParts = 10;
+// What a tick may spend on contacts, in tenths of a microsecond: on each that is looked at, and on
+// the samples that have to be filtered for it. Those that held the tool may take twice as much.
+// What is left undone: of the samples in material the shallower ones are not looked at, and the
+// tick ends with the step that the others allow. The next tick goes on with what was made.
+constexpr uint32_t kMostWork = 200, kContactWork = 4, kSamplesOfWork = 40;
 constexpr double kConverged_mm = 2e-4;
 // Steps that have got so short by turning back, in samples, are not worth another look: 0.002 N at
 // 500 N/m and 0.4 mm.
@@ -61,6 +61,9 @@ class SweptTool final : public Algorithm {
     // Of those that held it; `all`: and of every sample that is in material now.
     void find_contacts(dvec3 at, bool all);
     void consider(dvec3 at, uint32_t sample);
+    uint32_t work() const {
+        return kContactWork * considered_ + field_.filtered_samples() / kSamplesOfWork;
+    }
     void settle(dvec3 goal, Geometry& geometry);
 
     State state_;
@@ -85,6 +88,7 @@ class SweptTool final : public Algorithm {
     uint32_t contact_count_ = 0;
     std::array<Hold, kMostContacts> contacts_;
     bool any_inside_ = false, is_spent_ = false;
+    uint32_t considered_ = 0; // contacts, in this tick
     std::array<Field::Inside, SphereSamples::kMost> inside_;
     Field field_;
 };
@@ -156,6 +160,7 @@ bool SweptTool::is_free(dvec3 at) {
 }
 
 void SweptTool::consider(dvec3 at, uint32_t sample) {
+    ++considered_;
     const dvec3 p = at + points_[sample];
     const auto [sharp, smooth] = field_.both(p);
     const double floor = kFlat * field_.contrast() / field_.voxel_mm();
@@ -190,7 +195,7 @@ void SweptTool::find_contacts(dvec3 at, bool all) {
     contact_count_ = 0;
     any_inside_ = is_spent_ = false;
     for (uint32_t i = 0; i < state_.held_count; ++i)
-        if (state_.held[i] < count_ && field_.made_parts() <= 2 * kMostParts)
+        if (state_.held[i] < count_ && work() <= 2 * kMostWork)
             consider(at, state_.held[i]);
     if (!all)
         return;
@@ -204,7 +209,7 @@ void SweptTool::find_contacts(dvec3 at, bool all) {
     const auto last = inside_.begin() + std::min(inside, kMostConsidered);
     std::partial_sort(inside_.begin(), last, end, is_deeper);
     for (auto at_hand = inside_.begin(); at_hand != last; ++at_hand) {
-        is_spent_ = field_.made_parts() > kMostParts;
+        is_spent_ = work() > kMostWork;
         if (is_spent_)
             return;
         consider(at, at_hand->point);
@@ -330,6 +335,7 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     field_.follow(*volume, q.source, q.iso, q.normal_blur_samples);
     place_points(input);
     const dvec3 x = input.tool.position_mm;
+    considered_ = 0;
     Geometry geometry;
     geometry.was_replaced = s.exchange(input, *volume);
     settle(x, geometry);
