@@ -103,7 +103,7 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry, dve
     const dvec3 x = input.tool.position_mm;
     const double dt = input.dt_s, k = 1e-3 * feel_.stiffness_n_per_m;
     if (geometry.was_replaced && !is_first_)
-        bleed_.take_up(rendered_, rendered, glm::distance(x, tool_));
+        bleed_.take_up(rendered_ + (x - tool_), rendered, glm::distance(x, tool_));
     rendered += bleed_.next(k > 0.0 ? kBleed_n_per_s / k : 1e6, dt);
 
     TickOutput output;
