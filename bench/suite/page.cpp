@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <vector>
 
+#include "bench/suite/page_edit.h"
 #include "bench/suite/page_template.h"
+#include "bench/suite/page_touch.h"
 #include "engine/base/file.h"
 
 namespace palpate::bench {
@@ -49,15 +51,18 @@ std::string page_html(const Value& results) {
     std::string data;
     for (const char c : results.dump())
         data += c == '<' ? std::string("\\u003c") : std::string(1, c);
-    const std::string_view page = kPageTemplate;
-    constexpr std::string_view kPlace = "@RESULTS@";
-    const size_t at = page.find(kPlace);
-    return std::string(page.substr(0, at)) + data + std::string(page.substr(at + kPlace.size()));
+    std::string page = kPageTemplate;
+    const auto put = [&](std::string_view place, const std::string& text) {
+        page.replace(page.find(place), place.size(), text);
+    };
+    put("@PARTS@", std::string(kPageTouch) + kPageEdit);
+    put("@RESULTS@", data); // last: it may hold any text
+    return page;
 }
 
 Result<void> write_page(const fs::path& folder) {
     Value results = Value::array();
-    for (const char* suite : {"quality", "render", "stability", "upload", "touch", "surface"}) {
+    for (const char* suite : {"quality", "render", "stability", "upload", "touch", "edit", "surface"}) {
         const fs::path path = folder / fmt::format("{}.json", suite);
         if (!fs::exists(path))
             continue;

@@ -20,7 +20,8 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
     haptics::SimulatedDevice device(*loop.device, loop.hand, intended, workspace);
 
     LoopResult result;
-    Judge judge(scene, parameters.stiffness_n_per_m, false, false);
+    Judge judge(scene, parameters.stiffness_n_per_m, false, false, parameters.tool_radius_mm);
+    Player player(scene);
     haptics::TickInput input{.dt_s = loop.tick_s, .scene = &scene.touch, .parameters = &parameters};
     input.tool.position_mm = path.front();
     algorithm.reset(input);
@@ -31,6 +32,7 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
         const auto now = static_cast<int64_t>(std::llround(1e9 * loop.tick_s * double(i)));
         haptics::DeviceSample sample;
         device.read(now, sample);
+        player.next(judge, input);
         input.tool = workspace.tool(sample);
         input.velocity_mm_per_s = workspace.velocity_mm_per_s(sample);
         const haptics::TickOutput output = algorithm.tick(input);
@@ -63,7 +65,7 @@ std::vector<ZWidthCell> z_width(const char* name, const haptics::DevicePreset& d
     std::vector<ZWidthCell> cells;
     for (uint32_t row = 0; row < rows; ++row)
         for (uint32_t column = 0; column < columns; ++column) {
-            ZWidthCell cell{.stiffness_n_per_m = 250.0 * std::exp2(0.5 * column),
+            ZWidthCell cell{.stiffness_n_per_m = 500.0 * std::exp2(0.5 * column),
                             .damping_n_s_per_m = 0.5 * row};
             haptics::TouchParameters parameters = scene_parameters(scene);
             parameters.stiffness_n_per_m = cell.stiffness_n_per_m;

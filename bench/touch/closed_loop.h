@@ -32,7 +32,7 @@ struct ZWidthCell {
     bool stable = false;
     double limit_cycle_mm = 0.0;
 };
-// `columns` stiffnesses from 250 N/m on, doubling by halves, times `rows` dampings from 0 on.
+// `columns` stiffnesses from 500 N/m on, times the root of 2 each, times `rows` dampings from 0 on.
 std::vector<ZWidthCell> z_width(const char* algorithm, const haptics::DevicePreset& device,
                                 uint32_t columns, uint32_t rows);
 

@@ -32,30 +32,45 @@ struct Figures {
     Histogram direction_deg{0.05};    // angle to the true force, where deeper than 0.2 mm
     Histogram magnitude_share{0.001}; // |force| beside k * depth, where deeper than 1 mm
     double excess_jump_n = 0.0;       // see below
+    double edit_jump_n = 0.0;         // the same, in ticks that saw something else than before
+    double free_force_n = 0.0;        // a voxel and more off a convex free space: must be 0
+    double closed_form_n = 0.0;       // distance to the force of the scene's closed form
+    double beyond_spring_n = 0.0;     // force beyond stiffness times distance to the proxy
     double largest_force_n = 0.0;
     double energy_mj = 0.0;  // work done on the hand; > 0 is generated
     uint64_t worst_tick = 0; // of the excess jump
+    uint64_t force_bits = 0; // a hash of every force: the same run gives the same
     Histogram cpu_us{0.1};   // of a tick, thread clock; only where timed
 };
 
 // Follows one run tick by tick. An excess jump is max(0, |dF| - k |dx| expansion(depth)): what the
 // force changes beyond what a true projection could. Once the proxy has left the scene's volume, by
-// going round the material, nothing of place is judged until tool and proxy are free again.
+// going round the material, nothing of place is judged until tool and proxy are free again. After
+// an edit place and direction are not judged for 0.1 s, in which what it moved is bled off.
 class Judge {
  public:
+    // The tool is a ball of tool_radius_mm, or a point.
     Judge(const Scene& scene, double stiffness_n_per_m, bool judge_jumps,
-          bool judge_direction = true);
+          bool judge_direction = true, double tool_radius_mm = 0.0);
+    // The next tick sees this body in place of the one before. It must outlive the judge.
+    void exchange(const Solid& solid);
     void see(glm::dvec3 tool_mm, const haptics::TickOutput& output);
     void seen_cpu(double us) { figures_.cpu_us.add(us); }
     const Figures& figures() const { return figures_; }
 
  private:
+    void see_place(glm::dvec3 proxy, double sunk_voxels);
+    void see_direction(glm::dvec3 tool, glm::dvec3 force, double depth_mm);
+    void see_change(glm::dvec3 tool, glm::dvec3 force, double depth_mm);
+
     const Scene& scene_;
-    double stiffness_;
+    Solid solid_;
+    double stiffness_, tool_radius_mm_;
     bool judge_jumps_, judge_direction_;
     Figures figures_;
-    bool has_last_ = false;
-    glm::dvec3 last_tool_{}, last_force_{};
+    bool has_last_ = false, has_proxy_ = false;
+    glm::dvec3 last_tool_{}, last_force_{}, last_proxy_{};
+    uint64_t since_exchange_ = ~uint64_t{0} >> 1; // ticks
     int part_ = 0;
     bool sunk_ = false;
     bool is_blind_ = false;

@@ -14,16 +14,29 @@ haptics::TouchParameters scene_parameters(const Scene& scene) {
     return {.iso = scene.iso, .stiffness_n_per_m = 1000.0};
 }
 
+void Player::next(Judge& judge, haptics::TickInput& input) {
+    if (scene_.stages.empty())
+        return;
+    const size_t stage = scene_.stage_at(tick_++);
+    if (stage != stage_) {
+        judge.exchange(scene_.stages[stage].solid);
+        input.scene = &scene_.stages[stage].touch;
+    }
+    stage_ = stage;
+}
+
 Figures open_loop(
     haptics::Algorithm& algorithm, const Scene& scene, const Trajectory& trajectory,
     const haptics::TouchParameters& parameters, bool timed,
     const std::function<void(const haptics::TickInput&, const haptics::TickOutput&)>& watch) {
     Judge judge(scene, parameters.stiffness_n_per_m, trajectory.judge_jumps,
-                trajectory.judge_direction);
+                trajectory.judge_direction, parameters.tool_radius_mm);
     haptics::TickInput input{.dt_s = kTick_s, .scene = &scene.touch, .parameters = &parameters};
     input.tool.position_mm = trajectory.path.front();
     algorithm.reset(input);
+    Player player(scene);
     for (const glm::dvec3 x : trajectory.path) {
+        player.next(judge, input);
         input.velocity_mm_per_s = (x - input.tool.position_mm) / kTick_s;
         input.tool.position_mm = x;
         const double before = timed ? thread_cpu_us() : 0.0;

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "engine/volume/builder.h"
+#include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
 
 namespace palpate::touch {
@@ -180,29 +181,89 @@ std::vector<TouchCase> touch_cases(const Storage& storage, bool all) {
     return cases;
 }
 
+Grid scene_grid(const Storage& storage) {
+    const glm::uvec3 size(glm::ceil(2.0 * kReach_mm / storage.spacing_mm) + 1.0);
+    return make_grid(size, storage.spacing_mm,
+                     dvec3(-kReach_mm) + 0.37 * storage.spacing_mm * dvec3(1, 0.6, 0.8));
+}
+
+namespace {
+
+double stored_value(const Solid& solid, const Storage& storage, double noise, glm::uvec3 index,
+                    dvec3 mm) {
+    const double value = solid.density(mm, edge_mm(storage));
+    if (storage.form == Form::labels)
+        return value >= 0.5 ? 1.0 : 0.0;
+    return 1000.0 * (value + (noise > 0.0 ? noise * synthetic::noise(index, storage.seed) : 0.0));
+}
+
+// A later snapshot that holds another body: only what differs is written, as an edit does.
+Volume edited(const Volume& before, const Solid& solid, const Storage& storage) {
+    VolumeEdit edit(before);
+    const glm::uvec3 size = before.size();
+    const double full = storage.form == Form::labels ? 1.0 : 1000.0;
+    for (uint32_t z = 0; z < size.z; ++z)
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x) {
+                const glm::uvec3 at(x, y, z);
+                const dvec3 mm = world_point(before.grid(), dvec3(at));
+                // Beyond six widths of the edge the density is 0 or 1 to 1e-9.
+                const double d = solid.distance_mm(mm);
+                const double value = std::abs(d) > 6.0 * edge_mm(storage)
+                                         ? (d > 0.0 ? 0.0 : full)
+                                         : stored_value(solid, storage, 0.0, at, mm);
+                if (std::abs(value - double{before.value(at)}) > 1e-3)
+                    edit.set(at, value);
+            }
+    return edit.commit();
+}
+
+void add_stages(Scene& scene) {
+    const bool labels = scene.storage.form == Form::labels;
+    haptics::TouchScene touch = scene.touch;
+    std::optional<Volume>& felt = labels ? touch.labels : touch.grey;
+    const Volume first = *felt;
+    for (const EditStep& step : scene.body.edits) {
+        if (!scene.stages.empty())
+            felt = step.is_undo ? first : edited(*felt, step.solid, scene.storage);
+        touch.version = scene.stages.size() + 1;
+        scene.stages.push_back({step.ticks, step.solid, touch});
+    }
+}
+
+} // namespace
+
+size_t Scene::stage_at(size_t tick) const {
+    size_t all = 0, stage = 0;
+    for (const Stage& one : stages)
+        all += one.ticks;
+    for (tick = all ? tick % all : 0; stage < stages.size() && tick >= stages[stage].ticks; ++stage)
+        tick -= stages[stage].ticks;
+    return stage;
+}
+
 Scene make_scene(const TouchCase& body, const Storage& storage) {
     Scene scene{.body = body, .storage = storage};
-    const glm::uvec3 size(glm::ceil(2.0 * kReach_mm / storage.spacing_mm) + 1.0);
-    // Off the lattice, so that no surface lies on samples by chance.
-    const Grid grid = make_grid(size, storage.spacing_mm,
-                                dvec3(-kReach_mm) + 0.37 * storage.spacing_mm * dvec3(1, 0.6, 0.8));
-    const double noise = storage.noise + body.noise, edge = edge_mm(storage);
-    if (storage.form == Form::labels) {
-        scene.touch.labels = make_volume(grid, ScalarType::u8, [&](glm::uvec3 index) {
-            return body.solid.density(world_point(grid, dvec3(index)), edge) >= 0.5 ? 1.0 : 0.0;
-        });
-        scene.iso = 0.5;
-    } else {
-        scene.touch.grey = make_volume(
-            grid, storage.form == Form::grey_i16 ? ScalarType::i16 : ScalarType::f32,
-            [&](glm::uvec3 index) {
-                const double value = body.solid.density(world_point(grid, dvec3(index)), edge);
-                return 1000.0 *
-                       (value +
-                        (noise > 0.0 ? noise * synthetic::noise(index, storage.seed) : 0.0));
-            });
-    }
     scene.touch.version = 1;
+    if (storage.form == Form::labels)
+        scene.iso = 0.5;
+    if (body.store) {
+        body.store(body, storage, scene.touch, scene.iso);
+        return scene;
+    }
+    const Grid grid = scene_grid(storage);
+    const double noise = storage.noise + body.noise;
+    const Volume volume = make_volume(grid,
+                                      storage.form == Form::labels     ? ScalarType::u8
+                                      : storage.form == Form::grey_i16 ? ScalarType::i16
+                                                                       : ScalarType::f32,
+                                      [&](glm::uvec3 index) {
+                                          return stored_value(body.solid, storage, noise, index,
+                                                              world_point(grid, dvec3(index)));
+                                      });
+    (storage.form == Form::labels ? scene.touch.labels : scene.touch.grey) = volume;
+    if (!body.edits.empty())
+        add_stages(scene);
     return scene;
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,14 @@ double edge_mm(const Storage& storage);
 // Spacing of the coarsest axis: what errors of position are shares of.
 double voxel_mm(const Storage& storage);
 
+// What an edit makes of a body, and for how long.
+struct EditStep {
+    size_t ticks = 0;
+    Solid solid;
+    // The first snapshot itself, as an undo gives it back, and not a new one that equals it.
+    bool is_undo = false;
+};
+
 // A body to touch, and from where. The touched point is near the origin of the world; volumes reach
 // 16 mm to every side of it.
 struct TouchCase {
@@ -41,6 +51,19 @@ struct TouchCase {
     bool judge_jumps = true;
     double noise = 0.0;    // share of the contrast that belongs to the case (A10)
     double deepest_mm = 4; // how far a trajectory may press before the truth ends
+
+    // Of A11 - A14; see special_cases.h.
+    std::vector<EditStep> edits; // one after the other, over and over; the first is `solid`
+    // The force itself, where no surface gives it, for a tool here and a proxy that was there in
+    // the tick before; none where the closed form has no answer.
+    std::function<std::optional<glm::dvec3>(glm::dvec3 tool_mm, glm::dvec3 last_proxy_mm)> force_n;
+    std::optional<haptics::HapticTransfer> transfer; // along the normal, instead of 3 N
+    std::vector<std::string> felt_by;                // names of algorithms; empty: by all
+    std::string why_not; // by no algorithm in this storage, or by none but `felt_by`, because
+    // Fills the scene, where the density does not.
+    std::function<void(const TouchCase& body, const Storage& storage, haptics::TouchScene& touch,
+                       double& iso)>
+        store;
 };
 
 // A case as a volume: what an algorithm is given. Grey values run from 0 in free space to 1000 in
@@ -50,9 +73,22 @@ struct Scene {
     Storage storage;
     haptics::TouchScene touch;
     double iso = 500.0;
+
+    struct Stage {
+        size_t ticks;
+        Solid solid;
+        haptics::TouchScene touch;
+    };
+    std::vector<Stage> stages; // of body.edits
+    // Which of them is there at a tick; `touch` for ever where there are none.
+    size_t stage_at(size_t tick) const;
 };
 
 Scene make_scene(const TouchCase& body, const Storage& storage);
+
+// The grid of a scene: 16 mm to every side, off the lattice, so that no surface lies on samples by
+// chance.
+Grid scene_grid(const Storage& storage);
 
 // The analytic cases of the plan's A1 - A10 for a storage (walls are counted in voxels). `all`:
 // every angle and thickness; else one or two of each kind.

@@ -22,7 +22,6 @@ Solid from_distance(std::function<double(dvec3)> distance) {
         return normal_cdf(-distance(mm) / edge_mm);
     };
     solid.distance_mm = std::move(distance);
-    solid.expansion = [](double) { return 1.0; };
     return solid;
 }
 
@@ -47,6 +46,58 @@ dvec3 on_sphere(dvec3 center, double radius, dvec3 x) {
 
 } // namespace
 
+// Force grows as depth; turning about a bulge moves the proxy R / (R - depth) for one of the hand,
+// and with it the force depth / (R - depth).
+double expansion(const Solid& solid, double depth) {
+    const double radius = solid.bulge_mm;
+    if (depth <= 0.0 || radius == INFINITY)
+        return 1.0;
+    return depth < radius ? std::max(1.0, depth / (radius - depth)) : INFINITY;
+}
+
+Solid grown(const Solid& body, double radius_mm) {
+    Solid solid = body;
+    if (!(radius_mm > 0.0))
+        return solid;
+    solid.distance_mm = [=](dvec3 x) { return body.distance_mm(x) - radius_mm; };
+    solid.bulge_mm = body.bulge_mm + radius_mm;
+    if (body.part)
+        solid.part = [=](dvec3 x) {
+            const double d = body.distance_mm(x) - radius_mm;
+            return d >= 0.0 ? body.part(x) : -1;
+        };
+    if (body.nearest_free)
+        solid.nearest_free = [=](dvec3 x) -> std::optional<dvec3> {
+            const double d = body.distance_mm(x);
+            if (d >= radius_mm)
+                return x;
+            // Through the surface the shortest way runs on in the same direction: on a hollow edge,
+            // too, where that is rounded by the radius or more.
+            const auto on_surface = body.nearest_free(x);
+            if (!on_surface)
+                return {};
+            if (d < -1e-6)
+                return *on_surface + radius_mm / -d * (*on_surface - x);
+            constexpr double kStep_mm = 1e-4;
+            dvec3 gradient;
+            for (int axis = 0; axis < 3; ++axis) {
+                dvec3 step(0.0);
+                step[axis] = kStep_mm;
+                gradient[axis] = body.distance_mm(x + step) - body.distance_mm(x - step);
+            }
+            return x + (radius_mm - d) * glm::normalize(gradient);
+        };
+    return solid;
+}
+
+Solid nothing(double value) {
+    Solid solid = from_distance([](dvec3) { return 1e3; });
+    solid.nearest_free = [](dvec3 x) -> std::optional<dvec3> { return x; };
+    solid.density = [=](dvec3, double) { return value; };
+    solid.free_is_convex = true;
+    return solid;
+}
+
 Solid plane(dvec3 point, dvec3 normal) {
     const dvec3 n = glm::normalize(normal);
     Solid solid = from_distance([=](dvec3 x) { return glm::dot(n, x - point); });
@@ -67,11 +118,7 @@ Solid ball(dvec3 center, double radius_mm) {
             return {};
         return on_sphere(center, radius_mm, x);
     };
-    // Force grows as depth; turning moves the proxy R / (R - depth) for one of the hand, and with
-    // it the force depth / (R - depth).
-    solid.expansion = [=](double depth) {
-        return depth < radius_mm ? std::max(1.0, depth / (radius_mm - depth)) : INFINITY;
-    };
+    solid.bulge_mm = radius_mm;
     return solid;
 }
 
@@ -218,9 +265,7 @@ Solid torus(dvec3 center, double ring_mm, double tube_mm) {
             return {};
         return on_sphere(core(x), tube_mm, x);
     };
-    solid.expansion = [=](double depth) {
-        return depth < tube_mm ? std::max(1.0, depth / (tube_mm - depth)) : INFINITY;
-    };
+    solid.bulge_mm = tube_mm;
     return solid;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <glm/glm.hpp>
 #include <optional>
@@ -24,10 +25,20 @@ struct Solid {
     // Which connected part of free space a point lies in; -1 in material. Absent: there is one.
     std::function<int(glm::dvec3 mm)> part;
     bool free_is_convex = false;
-    // How far the nearest free point may move when the hand moves by one, at this depth: 1 where
-    // free space is convex, for then the projection does not expand.
-    std::function<double(double depth_mm)> expansion;
+    // The least radius at which material bulges: the nearest free point moves faster than the hand
+    // about a bulge. Infinite where free space is convex, for then the projection does not expand.
+    double bulge_mm = INFINITY;
 };
+
+// How much faster than the hand a true force may change at this depth, in units of the stiffness.
+double expansion(const Solid& solid, double depth_mm);
+
+// What the middle of a ball of this radius feels of a body: its surface moved out by the radius. A
+// hollow edge must be rounded by at least as much. The density stays the body's.
+Solid grown(const Solid& solid, double radius_mm);
+
+// Nothing at all, anywhere; `value` is what is stored of it.
+Solid nothing(double value = 0.0);
 
 // Material where dot(normal, x - point) < 0.
 Solid plane(glm::dvec3 point, glm::dvec3 normal);

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/support/program.h"
 
@@ -200,6 +202,72 @@ TEST_F(BenchCommand, SurfaceDoesWhatIsNamed) {
     ran = run({"bench", "upload", "--only", "sphere_16", "--out", file("out").string()});
     EXPECT_EQ(ran.exit_code, 1);
     EXPECT_THAT(ran.messages, HasSubstr("expected the suite surface"));
+}
+
+// Every scene with every trajectory and every algorithm: a cell has its figures or says why not.
+void expect_whole_grid(const json& rows, size_t algorithms, const char* a_figure) {
+    for (const json& row : rows) {
+        ASSERT_EQ(row["cells"].size(), algorithms) << row;
+        for (const json& cell : row["cells"]) {
+            if (cell.contains("why"))
+                EXPECT_FALSE(cell["why"].get<std::string>().empty()) << row;
+            else
+                EXPECT_TRUE(cell.contains(a_figure)) << row;
+        }
+    }
+}
+
+TEST_F(BenchCommand, TouchGivesTheWholeGridAndTheMetricsOfThePlan) {
+    const ProgramRun ran = bench("touch");
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json touch = result("touch")["touch"];
+    std::map<std::string, std::set<std::string>> trajectories; // by "id scene"
+    for (const json& row : touch["grid"])
+        trajectories[row["id"].get<std::string>() + " " + row["scene"].get<std::string>()].insert(
+            row["trajectory"].get<std::string>().substr(0, 3));
+    std::set<std::string> ids;
+    for (const auto& [scene, ran_with] : trajectories) {
+        ids.insert(scene.substr(0, scene.find(' ')));
+        EXPECT_EQ(ran_with.size(), 10u) << scene; // T1 .. T10
+    }
+    // Patients take seconds to read: the short form has them.
+    EXPECT_THAT(ids, testing::UnorderedElementsAre("A1", "A2", "A3", "A4", "A5", "A6", "A7", "A8",
+                                                   "A9", "A10", "A12", "A13", "A14"));
+    expect_whole_grid(touch["grid"], 13, "excess_jump_n");
+    expect_whole_grid(touch["closed_loop"], 13, "motor_work_mj");
+    size_t with_gate = 0;
+    for (const json& metric : touch["metrics"]) {
+        EXPECT_TRUE(metric.contains("proved_by") || metric["figures"].size() > 0) << metric;
+        with_gate += metric.contains("figures") &&
+                     metric["figures"]["swept-point"].contains("within") &&
+                     metric["figures"]["swept-point"]["within"].get<bool>();
+    }
+    EXPECT_GE(with_gate, 15u); // held by the repaired point even on 40 ticks
+    EXPECT_GE(touch["beside"].size(), 9u);
+    ASSERT_EQ(touch["z_width"].size(), 6u); // three devices, with and without a tick of delay
+    for (const json& map : touch["z_width"])
+        EXPECT_TRUE(std::filesystem::exists(file("out") / map["png"].get<std::string>()));
+    EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("data:image/png;base64,"));
+}
+
+TEST_F(BenchCommand, EditGivesLatenciesOnAPage) {
+    const ProgramRun ran = bench("edit");
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json v = result("edit");
+    std::set<std::string> rows;
+    for (const json& row : v["rows"]) {
+        EXPECT_GT(row["ms"]["median"], 0.0) << row;
+        EXPECT_LE(row["ms"]["median"], row["ms"]["p99"]) << row;
+        rows.insert(row["what"].get<std::string>());
+    }
+    // What the page's section looks for by name.
+    for (const char* start :
+         {"hand to snapshot", "staging", "copy command", "surface of changed blocks",
+          "snapshot to uploaded", "hand to new pixels, iso", "hand to new pixels, interactive"})
+        EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [&](const std::string& what) {
+            return what.starts_with(start);
+        })) << start;
+    EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("\"suite\":\"edit\""));
 }
 
 TEST_F(BenchCommand, RefusesWithOneSentence) {

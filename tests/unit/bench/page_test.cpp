@@ -50,6 +50,26 @@ TEST_F(Page, PutsPicturesInsideAndOnlyThoseOfItsFolder) {
     EXPECT_THAT(html, HasSubstr("{\"png\":null}"));
 }
 
+TEST_F(Page, ShowsEverySuiteWhoseResultIsThere) {
+    write("edit.json", R"({"suite": "edit", "title": "a dab", "rows": []})");
+    write("touch.json", R"({"suite": "touch", "touch": {}})");
+    ASSERT_TRUE(write_page(file(".")));
+    const std::string html = bytes_of("index.html");
+    EXPECT_THAT(html, HasSubstr("\"suite\":\"edit\""));
+    EXPECT_THAT(html, HasSubstr("\"suite\":\"touch\""));
+    // The functions that draw them, and no place that is still to be filled.
+    EXPECT_THAT(html, HasSubstr("function editSection("));
+    EXPECT_THAT(html, HasSubstr("function touchSection("));
+    EXPECT_THAT(html, Not(HasSubstr("@PARTS@")));
+}
+
+// What a result says cannot take the place of anything else.
+TEST_F(Page, NamesOfPlacesAreDataLikeAnyOther) {
+    const std::string html =
+        page_html(Value::array({Value{{"suite", "quality"}, {"note", "@PARTS@ @RESULTS@"}}}));
+    EXPECT_THAT(html, HasSubstr("\"note\":\"@PARTS@ @RESULTS@\""));
+}
+
 TEST_F(Page, ADamagedResultIsOneSentence) {
     for (const char* text : {"", "{", "[]", "{\"suite\": \"upload\"}", "{\"suite\": 3}"}) {
         write("quality.json", text);

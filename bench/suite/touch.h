@@ -1,0 +1,67 @@
+#pragma once
+
+#include <map>
+
+#include "bench/suite/suites.h"
+#include "bench/touch/figures.h"
+#include "bench/touch/scenes.h"
+
+// The parts of `palpate bench touch`.
+namespace palpate::bench {
+
+struct TouchPlan {
+    size_t ticks;             // of a trajectory, at most
+    bool all;                 // every angle, thickness and speed
+    bool storages;            // beyond 0.5 mm floats
+    uint32_t places, ct_side; // of A11: in each volume; the CT resampled to so many, 0 as it is
+    uint32_t z_columns, z_rows;
+    size_t timed_ticks;
+};
+TouchPlan touch_plan(const Options& options);
+
+// Calls visit for every scene of A1 - A14 in every storage, with meshes where they can be felt.
+// Volumes of A11 that are not there become a sentence of `notes`.
+Result<void> for_each_touch_scene(
+    const TouchPlan& plan, const Options& options, Value& notes,
+    const std::function<Result<void>(const touch::Scene& scene, const std::string& stored)>& visit);
+
+// Sampled tools are balls of 1.5 voxels, up to which rounded corners have a closed form.
+haptics::TouchParameters touch_parameters(const touch::Scene& scene);
+haptics::TouchParameters parameters_of(const haptics::AlgorithmEntry& entry,
+                                       const touch::Scene& scene,
+                                       const haptics::TouchParameters& shared);
+
+// Why an algorithm is not asked about a scene; empty where it is.
+std::string why_empty(const haptics::AlgorithmEntry& entry, const touch::Scene& scene);
+
+// Of one algorithm over the whole grid; the largest of each.
+struct TouchTotals {
+    uint64_t cells = 0, broken = 0, ticks = 0, pop_throughs = 0, not_finite = 0, not_repeated = 0;
+    double penetration = 0, penetration_noise5 = 0;                // A1 - A6; A10 at 5 %
+    double direction = 0, direction_flat = 0, direction_noise = 0; // clean; A1 - A3; A10
+    double magnitude = 0;                                          // A1 - A3
+    double jump = 0, jump_noise = 0, edit_jump = 0, free_force = 0, field_force = 0;
+    double beyond_spring = 0; // A11
+};
+using AllTotals = std::map<std::string, TouchTotals>;
+
+// Open loop: every scene in every storage. Closed loop: on the first storage, and on all of them in
+// the long form; of A11 at one place.
+struct TouchGrid {
+    Value open, closed;
+};
+Result<TouchGrid> touch_grid(const TouchPlan& plan, const Options& options, Report& report,
+                             AllTotals& totals);
+
+// The metrics of the plan, each with its gate, what the repaired algorithms reach, and what proves
+// it where it is no figure of this run.
+Value touch_metrics(const AllTotals& totals, const Value& times, const Value& laws,
+                    const Value& z_width);
+Value touch_laws();
+Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_width);
+
+// How stiff and how damped a wall stays still on each device, with no tick of delay and with one;
+// and z_width_<device>_<delay>.png of it.
+Result<Value> touch_z_width(const TouchPlan& plan, const Options& options);
+
+} // namespace palpate::bench

@@ -1,0 +1,307 @@
+// The grid of `palpate bench touch`: scene x trajectory x algorithm, with a hand that goes its way
+// whatever the force says, and with one that holds a simulated device.
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <mutex>
+
+#include "bench/suite/touch.h"
+#include "bench/touch/closed_loop.h"
+#include "bench/touch/open_loop.h"
+#include "engine/base/log.h"
+
+namespace palpate::bench {
+
+namespace {
+
+using haptics::AlgorithmEntry;
+using touch::Figures;
+
+// What the issue asks of a scene; NaN: nothing of this kind.
+struct Bound {
+    double penetration = NAN, direction = NAN, jump = NAN, free_force = NAN, field_force = NAN;
+};
+Bound bound_of(const touch::Scene& scene) {
+    const touch::TouchCase& body = scene.body;
+    const std::string& id = body.id;
+    const bool labels = scene.storage.form == touch::Form::labels;
+    constexpr double kNone = 1e-9; // N
+    if (id == "A10")
+        return labels ? Bound{}
+                      : Bound{.penetration = body.noise <= 0.05 ? 0.25 : NAN,
+                              .direction = 6.0,
+                              .jump = body.noise <= 0.05 ? 0.02 : 0.10};
+    if (id == "A11") // no truth
+        return {};
+    if (id == "A12" && body.name != "extremes/plane")
+        return {.free_force = kNone};
+    if (id == "A13")
+        return {.penetration = labels ? NAN : 0.05,
+                .direction = labels ? NAN : 1.5,
+                .jump = 0.10,
+                .free_force = kNone};
+    // Trilinear samples of a linear field are exact but for their rounding: floats to 1e-6 of their
+    // size. 16 bits err by half a step in some 1000 of a component, and by half in 400 of a slope;
+    // of 3 N that is 0.003 and 0.007 N, and a transfer function that rises by 3 N in 4 x 100 steps
+    // at most adds 0.004.
+    if (id == "A14")
+        return {.field_force = scene.storage.form == touch::Form::grey_i16 ? 0.02 : 1e-3};
+    if (labels) // binary samples: no claim on place and direction
+        return {};
+    const bool first = id <= "A6" || id == "A12";
+    return {.penetration = first ? 0.05 : NAN,
+            .direction = first ? 1.5 : NAN,
+            .jump = 0.02,
+            .free_force = kNone};
+}
+
+double rounded(double value) { // to four digits: the page holds tens of thousands
+    if (!(std::abs(value) > 1e-12) || !std::isfinite(value))
+        return 0.0;
+    const double unit = std::pow(10.0, std::floor(std::log10(std::abs(value))) - 3.0);
+    return std::round(value / unit) * unit;
+}
+
+Value cell_json(const Figures& f, const touch::Scene& scene) {
+    Value cell{{"ticks", f.ticks},
+               {"contact_ticks", f.contact_ticks},
+               {"pop_throughs", f.pop_throughs},
+               {"not_finite", f.not_finite},
+               {"penetration_voxels", rounded(f.penetration_voxels)},
+               {"excess_jump_n", rounded(f.excess_jump_n)},
+               {"free_force_n", rounded(f.free_force_n)},
+               {"beyond_spring_n", rounded(f.beyond_spring_n)},
+               {"largest_force_n", rounded(f.largest_force_n)},
+               {"energy_mj", rounded(f.energy_mj)}};
+    if (f.direction_deg.count())
+        cell["direction_p99_deg"] = rounded(f.direction_deg.percentile(0.99));
+    if (f.magnitude_share.count())
+        cell["magnitude_p99"] = rounded(f.magnitude_share.percentile(0.99));
+    if (!scene.stages.empty())
+        cell["edit_jump_n"] = rounded(f.edit_jump_n);
+    if (scene.body.force_n)
+        cell["closed_form_n"] = rounded(f.closed_form_n);
+    return cell;
+}
+
+bool is_within(const Figures& f, const Bound& bound) {
+    return f.pop_throughs == 0 && f.not_finite == 0 &&
+           !(f.penetration_voxels > bound.penetration) &&
+           !(f.direction_deg.percentile(0.99) > bound.direction) &&
+           !(f.excess_jump_n > bound.jump) && !(f.free_force_n > bound.free_force) &&
+           !(f.closed_form_n > bound.field_force);
+}
+
+void keep(double& largest, double value) {
+    largest = std::max(largest, value);
+}
+
+void add(TouchTotals& t, const Figures& f, const touch::Scene& scene, const Bound& bound) {
+    const std::string& id = scene.body.id;
+    ++t.cells;
+    t.ticks += f.ticks;
+    t.not_finite += f.not_finite;
+    t.broken += !is_within(f, bound);
+    if (id == "A11") {
+        keep(t.beyond_spring, f.beyond_spring_n);
+        return;
+    }
+    keep(t.edit_jump, f.edit_jump_n);
+    if (bound.free_force == bound.free_force)
+        keep(t.free_force, f.free_force_n);
+    if (id == "A14") {
+        keep(t.field_force, f.closed_form_n);
+        return;
+    }
+    if (scene.storage.form == touch::Form::labels)
+        return;
+    t.pop_throughs += f.pop_throughs;
+    const double direction = f.direction_deg.percentile(0.99);
+    if (id == "A10") {
+        keep(t.direction_noise, direction);
+        keep(t.jump_noise, f.excess_jump_n);
+        if (scene.body.noise <= 0.05)
+            keep(t.penetration_noise5, f.penetration_voxels);
+    } else if (id == "A13") {
+        keep(t.edit_jump, f.excess_jump_n);
+    } else {
+        keep(t.direction, direction);
+        keep(t.jump, f.excess_jump_n);
+        if (id <= "A6" && id != "A12")
+            keep(t.penetration, f.penetration_voxels);
+        if (id == "A1" || id == "A2" || id == "A3") {
+            keep(t.direction_flat, direction);
+            keep(t.magnitude, f.magnitude_share.percentile(0.99));
+        }
+    }
+}
+
+// One row of the grid for each trajectory of a scene, run on all cores; run(trajectory, entry)
+// gives a cell. An empty cell says why.
+template <class Run>
+std::vector<Value> rows_of(const touch::Scene& scene, const std::string& stored,
+                           const std::vector<touch::Trajectory>& paths, const Run& run) {
+    const auto entries = haptics::algorithms().subspan(1); // without "none"
+    std::vector<Value> cells(paths.size() * entries.size());
+    tbb::parallel_for(size_t{0}, cells.size(), [&](size_t i) {
+        const AlgorithmEntry& entry = entries[i % entries.size()];
+        const touch::Trajectory& path = paths[i / entries.size()];
+        const std::string empty = why_empty(entry, scene);
+        cells[i] = empty.empty() ? run(path, entry) : Value{{"why", empty}};
+    });
+    std::vector<Value> rows;
+    for (size_t p = 0; p < paths.size(); ++p) {
+        Value row{{"id", scene.body.id},
+                  {"scene", scene.body.name},
+                  {"stored", stored},
+                  {"trajectory", paths[p].id + " " + paths[p].name}};
+        for (size_t e = 0; e < entries.size(); ++e)
+            row["cells"][entries[e].name] = std::move(cells[p * entries.size() + e]);
+        rows.push_back(std::move(row));
+    }
+    return rows;
+}
+
+// What a hand feels that goes its way whatever the force says.
+class OpenLoop {
+ public:
+    OpenLoop(const TouchPlan& plan, AllTotals& totals) : plan_(plan), totals_(totals) {}
+
+    std::vector<Value> rows(const touch::Scene& scene, const std::string& stored) {
+        const haptics::TouchParameters shared = touch_parameters(scene);
+        const Bound bound = bound_of(scene);
+        return rows_of(scene, stored, touch::trajectories(scene.body, plan_.ticks, 1, plan_.all),
+                       [&](const touch::Trajectory& path, const AlgorithmEntry& entry) {
+                           return cell(scene, stored, path, entry, bound,
+                                       parameters_of(entry, scene, shared));
+                       });
+    }
+    std::vector<std::string> failures() {
+        std::sort(failures_.begin(), failures_.end());
+        return std::move(failures_);
+    }
+
+ private:
+    Value cell(const touch::Scene& scene, const std::string& stored, const touch::Trajectory& path,
+               const AlgorithmEntry& entry, const Bound& bound,
+               const haptics::TouchParameters& parameters) {
+        touch::Trajectory moved = path;
+        for (glm::dvec3& x : moved.path)
+            x += parameters.tool_radius_mm * scene.body.normal;
+        const auto run = [&] {
+            const auto algorithm = entry.make();
+            return touch::open_loop(*algorithm, scene, moved, parameters);
+        };
+        const Figures f = run();
+        // The same hand twice must feel the same, to the bit.
+        const bool repeats = path.id != "T6" || run().force_bits == f.force_bits;
+        Value cell = cell_json(f, scene);
+        cell["within_bounds"] = is_within(f, bound);
+        const std::lock_guard lock(mutex_);
+        TouchTotals& totals = totals_[entry.name];
+        add(totals, f, scene, bound);
+        totals.not_repeated += !repeats;
+        const std::string where = fmt::format("{} on {} {} ({}), {}", entry.name, scene.body.id,
+                                              scene.body.name, stored, path.name);
+        // Only what no scene excuses makes the run fail.
+        if (!repeats)
+            failures_.push_back(where + ": not the same forces twice");
+        if (!entry.as_printed && f.not_finite > 0)
+            failures_.push_back(fmt::format("{}: {} not numbers", where, f.not_finite));
+        if (entry.name == std::string_view("swept-point") && f.pop_throughs > 0 &&
+            scene.storage.form != touch::Form::labels && scene.body.id != "A11")
+            failures_.push_back(fmt::format("{}: passed through {} times", where, f.pop_throughs));
+        return cell;
+    }
+
+    const TouchPlan& plan_;
+    std::mutex mutex_; // of what follows, which does not depend on the order of cells
+    AllTotals& totals_;
+    std::vector<std::string> failures_;
+};
+
+// What a hand may mean to do with a device: the first of each of T1 to T6, and T1, which ends in a
+// hold, on every device.
+struct Intended {
+    touch::Trajectory path;
+    const haptics::DevicePreset* device;
+};
+std::vector<Intended> intended_paths(const touch::TouchCase& body, const TouchPlan& plan) {
+    std::vector<Intended> intended;
+    std::string last;
+    for (touch::Trajectory& path : touch::trajectories(body, plan.ticks, 1, false)) {
+        if (path.id == last || path.id.size() != 2 || path.id > "T6")
+            continue;
+        last = path.id;
+        if (path.id == "T1") {
+            path.path = touch::press(body, 40.0, 0.75 * body.deepest_mm, 0.8);
+            path.path.resize(std::min(path.path.size(), plan.ticks));
+            path.name = "press/40mm_s";
+        }
+        for (const char* device : {"falcon", "touch", "omega"})
+            if (path.id == "T1" || device == std::string_view("falcon")) {
+                intended.push_back({path, haptics::find_device_preset(device)});
+                intended.back().path.name += fmt::format(", {}", device);
+            }
+    }
+    return intended;
+}
+
+std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& stored,
+                               const TouchPlan& plan) {
+    const haptics::TouchParameters shared = touch_parameters(scene);
+    const std::vector<Intended> intended = intended_paths(scene.body, plan);
+    std::vector<touch::Trajectory> paths;
+    for (const Intended& one : intended)
+        paths.push_back(one.path);
+    return rows_of(
+        scene, stored, paths, [&](const touch::Trajectory& path, const AlgorithmEntry& entry) {
+            haptics::TouchParameters parameters = parameters_of(entry, scene, shared);
+            parameters.stiffness_n_per_m = 500.0; // what every device holds still
+            touch::Path moved = path.path;
+            for (glm::dvec3& x : moved)
+                x += parameters.tool_radius_mm * scene.body.normal;
+            const auto algorithm = entry.make();
+            const auto* device = intended[static_cast<size_t>(&path - paths.data())].device;
+            const touch::LoopResult found = touch::closed_loop(*algorithm, scene, moved, parameters,
+                                                               {.device = device, .hand = {}});
+            Value cell{{"pop_throughs", found.figures.pop_throughs},
+                       {"not_finite", found.figures.not_finite},
+                       {"penetration_voxels", rounded(found.figures.penetration_voxels)},
+                       {"largest_force_n", rounded(found.figures.largest_force_n)},
+                       {"motor_work_mj", rounded(found.work_mj)}};
+            if (path.id == "T1")
+                cell["limit_cycle_um"] = rounded(1e3 * found.limit_cycle_mm);
+            return cell;
+        });
+}
+
+} // namespace
+
+Result<TouchGrid> touch_grid(const TouchPlan& plan, const Options& options, Report& report,
+                             AllTotals& totals) {
+    TouchGrid grid{Value::array(), Value::array()};
+    OpenLoop open(plan, totals);
+    std::string first_stored;
+    const auto visit = [&](const touch::Scene& scene, const std::string& stored) -> Result<void> {
+        for (Value& row : open.rows(scene, stored))
+            grid.open.push_back(std::move(row));
+        if (first_stored.empty())
+            first_stored = stored;
+        const bool is_place = scene.body.id == "A11" && scene.body.name.ends_with("/1");
+        if (plan.all || stored == first_stored || is_place)
+            for (Value& row : closed_rows(scene, stored, plan))
+                grid.closed.push_back(std::move(row));
+        return {};
+    };
+    if (Result<void> done = for_each_touch_scene(plan, options, report.json["notes"], visit); !done)
+        return pass_on(done);
+    for (std::string& sentence : open.failures())
+        report.failures.push_back(std::move(sentence));
+    return grid;
+}
+
+} // namespace palpate::bench
