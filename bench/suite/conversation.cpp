@@ -1,18 +1,15 @@
 #include "bench/suite/conversation.h"
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <utility>
 
 #include "bench/suite/peers.h"
-
-extern char** environ;
+#include "bench/suite/spawn.h"
 
 namespace palpate::bench {
 
@@ -29,34 +26,23 @@ Conversation::~Conversation() {
     if (socket_ < 0)
         return;
     ::close(socket_);
-    while (::waitpid(child_, nullptr, 0) < 0 && errno == EINTR) {
-    }
+    wait_for(child_);
 }
 
 Result<Conversation> Conversation::start(std::vector<std::string> command, const fs::path& said) {
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         return fail("{}: no socket to talk through: {}", command[0], std::strerror(errno));
-    std::vector<char*> arguments;
-    for (std::string& word : command)
-        arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    ::posix_spawn_file_actions_init(&actions);
-    ::posix_spawn_file_actions_adddup2(&actions, ends[1], 0);
-    ::posix_spawn_file_actions_adddup2(&actions, ends[1], 1);
-    ::posix_spawn_file_actions_addopen(&actions, 2, said.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
-                                       0644);
-    pid_t child = 0;
-    const int failed =
-        ::posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
-    ::posix_spawn_file_actions_destroy(&actions);
+    Result<int> child =
+        spawn(std::move(command), std::array{Redirection{.descriptor = 0, .from = ends[1]},
+                                             Redirection{.descriptor = 1, .from = ends[1]},
+                                             Redirection{.descriptor = 2, .file = said}});
     ::close(ends[1]);
-    if (failed) {
+    if (!child) {
         ::close(ends[0]);
-        return fail("{}: cannot be started: {}", command[0], std::strerror(failed));
+        return pass_on(child);
     }
-    return Conversation(ends[0], child, said);
+    return Conversation(ends[0], *child, said);
 }
 
 Result<nlohmann::json> Conversation::ask(const nlohmann::json& question) {

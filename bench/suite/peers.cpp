@@ -1,44 +1,23 @@
 #include "bench/suite/peers.h"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
+#include <array>
 #include <cmath>
-#include <cstring>
 #include <fstream>
 #include <limits>
 
+#include "bench/suite/spawn.h"
 #include "engine/base/assert.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 
-extern char** environ;
-
 namespace palpate::bench {
 
 int run_program(std::vector<std::string> command, const fs::path& output) {
-    std::vector<char*> arguments;
-    for (std::string& word : command)
-        arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t actions;
-    ::posix_spawn_file_actions_init(&actions);
-    ::posix_spawn_file_actions_addopen(&actions, 1, output.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
-                                       0644);
-    ::posix_spawn_file_actions_adddup2(&actions, 1, 2);
-    pid_t child = 0;
-    const int failed =
-        ::posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
-    ::posix_spawn_file_actions_destroy(&actions);
-    if (failed)
-        return 127;
-    int status = 0;
-    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    const Result<int> child =
+        spawn(std::move(command), std::array{Redirection{.descriptor = 1, .file = output},
+                                             Redirection{.descriptor = 2, .from = 1}});
+    return child ? wait_for(*child) : 127;
 }
 
 std::string last_line(const fs::path& file) {
