@@ -1,0 +1,50 @@
+#include "apps/palpate/render_picture.h"
+
+#include "engine/base/profile.h"
+#include "engine/image/png.h"
+#include "engine/render/stereo_layout.h"
+
+namespace palpate {
+
+namespace {
+
+// Colours alone: they already contain the background, and a viewer would blend them once more.
+Image without_alpha(const Image& image) {
+    Image opaque = make_image(image.size_px, {"R", "G", "B"});
+    for (uint32_t y = 0; y < image.size_px.y; ++y)
+        for (uint32_t x = 0; x < image.size_px.x; ++x)
+            for (size_t c = 0; c < 3; ++c)
+                opaque.at(x, y, c) = image.at(x, y, c);
+    return opaque;
+}
+
+Result<void> save_picture(const std::filesystem::path& path, const Image& image,
+                          ExrPrecision precision, const ImageMetadata& metadata) {
+    if (path.extension() == ".png")
+        return save_png(path, without_alpha(image));
+    return save_exr(path, image, precision, metadata);
+}
+
+// "dir/name_left.png" from "dir/name.png".
+std::filesystem::path with_suffix(std::filesystem::path path, const char* suffix) {
+    return path.replace_filename(path.stem().string() + suffix + path.extension().string());
+}
+
+} // namespace
+
+Result<void> save_frame(const std::filesystem::path& path, ExrPrecision precision,
+                        const Scene& scene, const std::vector<Image>& eyes,
+                        const ImageMetadata& metadata) {
+    const profile::Scope scope("save");
+    if (eyes.size() == 1)
+        return save_picture(path, eyes[0], precision, metadata);
+    if (scene.stereo->layout == StereoLayout::separate) {
+        auto saved = save_picture(with_suffix(path, "_left"), eyes[0], precision, metadata);
+        return saved ? save_picture(with_suffix(path, "_right"), eyes[1], precision, metadata)
+                     : saved;
+    }
+    return save_picture(path, join_eyes(eyes[0], eyes[1], scene.stereo->layout), precision,
+                        metadata);
+}
+
+} // namespace palpate

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "engine/image/exr.h"
+#include "engine/scene/scene.h"
+
+namespace palpate {
+
+// Writes the eyes of a frame to a .png or .exr: one picture, both joined as the scene's stereo
+// layout says, or NAME_left and NAME_right.
+Result<void> save_frame(const std::filesystem::path& path, ExrPrecision precision,
+                        const Scene& scene, const std::vector<Image>& eyes,
+                        const ImageMetadata& metadata);
+
+} // namespace palpate

@@ -1,0 +1,86 @@
+#include "apps/palpate/render_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/palpate/preview.h"
+#include "engine/scene/accuracy.h"
+
+namespace palpate {
+
+using OrderedJson = nlohmann::ordered_json;
+
+// CPU devices interpolate in fp32, others with weights of a few bits.
+double weight_error(const Device& device) {
+    return device.info().is_cpu()
+               ? 0.0
+               : std::ldexp(1.0, -static_cast<int>(device.limits().subTexelPrecisionBits) - 1);
+}
+
+OrderedJson stats_json(const Device& device, const Renderer& renderer, const Timing& timing,
+                       const Scene& scene, const SceneData& data) {
+    OrderedJson json;
+    json["device"] = device.info().name;
+    json["driver"] = device.info().driver;
+    json["first_frame_ms"] = timing.first_frame_ms;
+    json["pipeline_creation_ms"] = renderer.pipeline_creation_ms();
+    json["frame_ms"] = {{"median", percentile(timing.wall_ms, 0.5)},
+                        {"p95", percentile(timing.wall_ms, 0.95)},
+                        {"gpu_median", percentile(timing.gpu_ms, 0.5)},
+                        {"frames", timing.wall_ms.size()}};
+    json["clocks"] = {{"gpu_ms", percentile(timing.gpu_ms, 0.5)},
+                      {"fenced_wall_ms", percentile(timing.wall_ms, 0.5)},
+                      {"disagreement", timing.disagreement()},
+                      {"agree", timing.disagreement() <= kClocksMayDiffer}};
+    const Device::Traffic& traffic = device.traffic();
+    json["bytes_moved"] = {{"to_device", traffic.uploaded_bytes},
+                           {"uploads", traffic.uploads},
+                           {"from_device", traffic.read_back_bytes},
+                           {"read_backs", traffic.read_backs}};
+    json["passes"] = OrderedJson::array();
+    for (const PassTime& pass : timing.passes)
+        json["passes"].push_back({{"name", pass.name}, {"gpu_ms", pass.gpu_ms}});
+    json["resources"] = OrderedJson::array();
+    for (const ResourceInfo& resource : device.resources())
+        json["resources"].push_back(
+            {{"name", resource.name}, {"kind", resource.kind}, {"bytes", resource.bytes}});
+    if (scene.ray_cast && timing.interactive) {
+        json["interactive"] = {{"step_factor", timing.interactive->step_factor},
+                               {"traced_share", timing.interactive->traced_share},
+                               {"error_estimate", timing.interactive->error_estimate},
+                               {"complete", timing.interactive->complete}};
+    } else if (scene.ray_cast) {
+        json["samples"] = timing.samples;
+        // `exact` takes pieces of cells, of which no lattice tells how many there would be.
+        const bool lattice = scene.ray_cast->integrator != Integrator::exact;
+        const uint64_t segments = lattice ? count_segments(scene, data.volume.grid()) : 0;
+        json["segments"] = lattice ? OrderedJson(segments) : OrderedJson();
+        json["skipped_share"] =
+            !lattice ? OrderedJson()
+                     : OrderedJson(std::max(
+                           0.0, 1.0 - static_cast<double>(timing.samples) /
+                                          static_cast<double>(std::max<uint64_t>(1, segments))));
+        json["cell_map_ms"] = timing.cell_map_ms;
+    }
+    if (!scene.surfaces.empty()) {
+        json["surfaces"] = OrderedJson::array();
+        for (const auto& mesh : data.meshes)
+            json["surfaces"].push_back(
+                {{"triangles", mesh->triangles.size()}, {"vertices", mesh->positions.size()}});
+        json["exact_see_through_layers"] = scene.surface_depth;
+    }
+    json["residency"] = residency_json(timing.first);
+    json["peak_rss_bytes"] = peak_rss_bytes();
+    // RMSE of colour beside an exact picture of the field: slices have none; null where pictures of
+    // this kind were not measured. Fewer rays add their own.
+    std::optional<double> error = 0.0;
+    if (scene.ray_cast)
+        error = estimated_error(scene, data, weight_error(device));
+    if (error && timing.interactive)
+        *error += timing.interactive->error_estimate;
+    json["error_estimate"] = error ? OrderedJson(*error) : OrderedJson();
+    json["volume_version"] = data.volume.version();
+    return json;
+}
+
+} // namespace palpate
