@@ -7,10 +7,12 @@
 #include <string_view>
 
 #include "engine/base/file.h"
+#include "engine/base/log.h"
 #include "engine/edit/stroke.h"
 #include "engine/io/mesh_io.h"
 #include "engine/surface/marching_cubes.h"
 #include "engine/volume/builder.h"
+#include "haptics/proxy/field.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "haptics/proxy/tool_points.h"
 
@@ -186,6 +188,32 @@ TouchSource source_of(const FeelOptions& o, const std::optional<TouchEdit>& edit
     return changes_labels || !o.label_feel.empty() ? TouchSource::labels : TouchSource::grey;
 }
 
+struct TextOption {
+    const char* name;
+    std::string FeelOptions::*value;
+    const char* type;
+    const char* help;
+};
+constexpr TextOption kTextOptions[] = {
+    {"--transfer", &FeelOptions::transfer, "TF",
+     "Of wish-2008-*: strength along the normal, N: A, or A,CENTER,WIDTH (a sigmoid of the value), "
+     "or VALUE:FORCE,... (default: 0)"},
+    {"--transfer-across", &FeelOptions::transfer_across, "TF", "The same across it (default: 0)"},
+    {"--opacity", &FeelOptions::opacity, "TF",
+     "Of koerner-1999 and swept-local: VALUE:OPACITY,... applied to samples before --iso (default: "
+     "none)"},
+    {"--mesh", &FeelOptions::mesh, "FILE",
+     "Of swept-mesh: .ply or .stl (default: marching cubes at --iso, or of what is labelled)"},
+    {"--felt-tool", &FeelOptions::felt_tool, "JSON",
+     "Of swept-tool: its shape, JSON or a file of it, as a stroke's \"shape\" (docs/carve.md; "
+     "default: a ball of --radius)"},
+    {"--tool", &FeelOptions::tool, "JSON",
+     "Shape that --edit is done with, likewise (default: the ball of --drill)"},
+    {"--edit", &FeelOptions::edit, "JSON",
+     "What the tool does while button 0 is pressed: JSON or a file of it, as a stroke's "
+     "\"operation\" (default: nothing)"},
+};
+
 } // namespace
 
 void add_feel_options(CLI::App& app, FeelOptions& o) {
@@ -197,40 +225,17 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
                    "How one label feels: LABEL,STIFFNESS[,FRICTION[,T0]], N/m and N; may be "
                    "repeated, others feel as --stiffness, --friction and --yield say")
         ->type_name("L,K,MU,T0");
-    app.add_option("--transfer", o.transfer,
-                   "Of wish-2008-*: strength along the normal, N: A, or A,CENTER,WIDTH (a sigmoid "
-                   "of the value), or VALUE:FORCE,... (default: 0)")
-        ->type_name("TF");
-    app.add_option("--transfer-across", o.transfer_across, "The same across it (default: 0)")
-        ->type_name("TF");
-    app.add_option("--opacity", o.opacity,
-                   "Of koerner-1999 and swept-local: VALUE:OPACITY,... applied to samples before "
-                   "--iso (default: none)")
-        ->type_name("TF");
     app.add_option("--field", o.field,
                    "Of wish-2008-vector: the volumes of x, y and z (default: the gradient)")
         ->delimiter(',')
         ->expected(3)
         ->type_name("VX,VY,VZ");
-    app.add_option("--mesh", o.mesh,
-                   "Of swept-mesh: .ply or .stl (default: marching cubes at --iso, or of what is "
-                   "labelled)")
-        ->type_name("FILE");
-    app.add_option("--felt-tool", o.felt_tool,
-                   "Of swept-tool: its shape, JSON or a file of it, as a stroke's \"shape\" "
-                   "(docs/carve.md; default: a ball of --radius)")
-        ->type_name("JSON");
-    app.add_option("--tool", o.tool,
-                   "Shape that --edit is done with, likewise (default: the ball of --drill)")
-        ->type_name("JSON");
-    auto* edit = app.add_option("--edit", o.edit,
-                                "What the tool does while button 0 is pressed: JSON or a file of "
-                                "it, as a stroke's \"operation\" (default: nothing)")
-                     ->type_name("JSON");
+    for (const TextOption& option : kTextOptions)
+        app.add_option(option.name, o.*option.value, option.help)->type_name(option.type);
     app.add_option("--drill", o.drill_mm,
                    "Short for a cut with a ball of this radius, mm; 0: do not cut")
         ->check(CLI::NonNegativeNumber)
-        ->excludes(edit)
+        ->excludes(app.get_option("--edit"))
         ->capture_default_str();
 }
 
@@ -261,6 +266,14 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     feel.parameters.source = source_of(o, feel.edit);
     if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
         return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
+    if (feel.parameters.source == TouchSource::grey) {
+        haptics::tune(feel.parameters, *feel.scene.grey);
+        log::debug("normals blurred by {} samples{}", feel.parameters.normal_blur_samples,
+                   feel.parameters.free_value == feel.parameters.solid_value
+                       ? ""
+                       : fmt::format("; steps straightened between {:.5g} and {:.5g}",
+                                     feel.parameters.free_value, feel.parameters.solid_value));
+    }
 
     Result<HapticTransfer> along = read_transfer("--transfer", o.transfer, true);
     Result<HapticTransfer> across = read_transfer("--transfer-across", o.transfer_across, true);
