@@ -88,6 +88,29 @@ TEST_F(TouchCommand, WritesTheColumnsThatProgramsRelyOn) {
     EXPECT_EQ(summary["ticks"], 1001 + 2100);
 }
 
+// Noise and plateaus are measured from the grey values that are felt, and from nothing else.
+TEST_F(TouchCommand, TunesItselfToTheSamples) {
+    write_path();
+    std::vector<std::string> words = arguments("swept-point");
+    words.insert(words.begin(), "--verbose");
+    const ProgramRun grey = run(words);
+    ASSERT_EQ(grey.exit_code, 0) << grey.messages;
+    EXPECT_THAT(grey.messages,
+                HasSubstr("normals blurred by 0 samples; steps straightened between 0 and 1000"));
+    // A press at the pole: the proxy rests on the sphere of 35 mm, within 0.005 of the spacing of
+    // 1.587 mm, as sharp edges are met.
+    const auto t = table("r.csv");
+    size_t held = 0;
+    for (size_t i = 0; i < t.at("time_s").size(); ++i) {
+        if (!(t.at("depth_mm")[i] > 1.0))
+            continue;
+        ++held;
+        EXPECT_NEAR(std::hypot(t.at("proxy_x_mm")[i], t.at("proxy_y_mm")[i], t.at("proxy_z_mm")[i]),
+                    35.0, 0.005 * 1.5874);
+    }
+    EXPECT_GT(held, 100u);
+}
+
 TEST_F(TouchCommand, TheSameRunGivesTheSameReportProcessorTimesApart) {
     write_path();
     const auto without_cpu = [&] {
