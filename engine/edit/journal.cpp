@@ -47,13 +47,28 @@ bool write_all(int fd, std::string_view bytes) {
     return true;
 }
 
-// The payload of the record at `at`, which moves behind it; nothing where it is not whole.
+// Whether a file made just now in this folder is there after a loss of power too.
+bool keep_name(const std::filesystem::path& path) {
+    const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0)
+        return errno == EACCES; // a folder to write to and not to look into
+    const bool failed = ::fsync(fd) != 0 && errno != EINVAL && errno != EROFS;
+    const int reason = errno; // EINVAL: a file system whose folders have none
+    ::close(fd);
+    errno = reason;
+    return !failed;
+}
+
+// The payload of the record at `at`, which moves behind it; nothing where it is not whole. No
+// payload is empty: zeros, which a file may end in after a loss of power, are no record though
+// the CRC of nothing is 0.
 std::optional<std::string_view> next_record(std::string_view file, size_t& at) {
     RecordHeader header;
     if (file.size() - at < sizeof header)
         return std::nullopt;
     std::memcpy(&header, file.data() + at, sizeof header);
-    if (file.size() - at - sizeof header < header.bytes)
+    if (header.bytes == 0 || file.size() - at - sizeof header < header.bytes)
         return std::nullopt;
     const std::string_view payload = file.substr(at + sizeof header, header.bytes);
     if (crc_of(payload) != header.crc)
@@ -132,6 +147,11 @@ Result<Journal> Journal::create(const std::filesystem::path& path, const Base& b
         ::unlink(path.c_str());
         return tl::unexpected(written.error());
     }
+    if (!keep_name(path)) {
+        const int reason = errno;
+        ::unlink(path.c_str());
+        return fail("{}: its folder cannot be written: {}", path.string(), std::strerror(reason));
+    }
     return journal;
 }
 
@@ -140,7 +160,9 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
     if (!file)
         return tl::unexpected(file.error());
     const std::string_view text(*file);
-    const bool torn_start = text.size() < kMagic.size() && kMagic.starts_with(text);
+    // The magic itself may be cut, or zeros that it was never written over.
+    const std::string_view start = text.substr(0, text.find_last_not_of('\0') + 1);
+    const bool torn_start = start.size() < kMagic.size() && kMagic.starts_with(start);
     if (!torn_start && !text.starts_with(kMagic))
         return fail("{}: expected a journal of palpate edit, found something else", path.string());
     size_t at = torn_start ? text.size() : kMagic.size();

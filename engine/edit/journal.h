@@ -23,8 +23,9 @@ struct JournalEntry {
 //
 // Strokes and not voxels: doing them again gives the same bytes. The file begins with a line that
 // says which volumes it belongs to, by the hash of their samples; each entry follows with its
-// length and CRC-32, and is on the disk when append() returns. A write that was cut ends the
-// journal at the entry before: readers stop there, and writers go on from there.
+// length and CRC-32, and is on the disk when append() returns. A write that was cut, or
+// whose bytes are zeros after a loss of power, ends the journal at the entry before: readers stop
+// there, and writers go on from there.
 class Journal {
  public:
     // What strokes apply to.

@@ -66,7 +66,8 @@ TEST_F(JournalTest, HoldsWhatWasAppended) {
     EXPECT_FALSE(std::filesystem::exists(file("j")));
 }
 
-// Cut anywhere: what was whole is there, in order, and the journal can be gone on with.
+// Cut anywhere, or zeros from there on as after a loss of power: what was whole is there, in order,
+// and the journal can be gone on with.
 TEST_F(JournalTest, EveryTruncationEndsAtAWholeEntry) {
     const auto all = entries(4);
     std::vector<size_t> ends; // of each entry
@@ -79,20 +80,26 @@ TEST_F(JournalTest, EveryTruncationEndsAtAWholeEntry) {
         }
     }
     const std::string whole = bytes_of("j");
-    for (size_t size = 0; size <= whole.size(); ++size) {
-        write("cut", whole.substr(0, size));
-        size_t expected = 0;
-        while (expected < all.size() && ends[expected + 1] <= size)
-            ++expected;
-        Result<Journal::Found> found = Journal::open(file("cut"), base_);
-        ASSERT_TRUE(found) << size << ": " << found.error().message;
-        ASSERT_EQ(found->entries.size(), expected) << size;
-        EXPECT_EQ(found->cut, std::find(ends.begin(), ends.end(), size) == ends.end());
-        if (size % 64 == 0) { // each waits for the disk
-            ASSERT_TRUE(found->journal.append(all[0]));
-            ASSERT_EQ(Journal::peek(file("cut"))->size(), expected + 1);
+    for (size_t size = 0; size <= whole.size(); ++size)
+        for (const size_t zeros : {0, 1, 7, 8, 9, 4096}) {
+            if (zeros > 0 && size % 16 != 0 &&
+                std::find(ends.begin(), ends.end(), size) == ends.end())
+                continue;
+            write("cut", whole.substr(0, size) + std::string(zeros, '\0'));
+            size_t expected = 0;
+            while (expected < all.size() && ends[expected + 1] <= size)
+                ++expected;
+            Result<Journal::Found> found = Journal::open(file("cut"), base_);
+            ASSERT_TRUE(found) << size << " and " << zeros << ": " << found.error().message;
+            ASSERT_EQ(found->entries.size(), expected) << size << " and " << zeros;
+            ASSERT_EQ(Journal::peek(file("cut"))->size(), expected);
+            EXPECT_EQ(found->cut,
+                      zeros > 0 || std::find(ends.begin(), ends.end(), size) == ends.end());
+            if (size % 64 == 0) { // each waits for the disk
+                ASSERT_TRUE(found->journal.append(all[0]));
+                ASSERT_EQ(Journal::peek(file("cut"))->size(), expected + 1);
+            }
         }
-    }
 }
 
 TEST_F(JournalTest, AFlippedBitEndsItThere) {
