@@ -50,6 +50,39 @@ Bounds bounds_of(const SampleMask& mask) {
     return bounds;
 }
 
+struct Parts { // of a motion in `count` equal parts: first .. last, none if first > last
+    double first, last;
+};
+
+// Those in whose middle a tool's tip, on its way from a to b, can be within reach_mm of a brick,
+// and few others: a leap of the hand has more parts than anybody waits for, nearly all of them
+// elsewhere. a, b: from the grid's origin.
+Parts parts_near(const Grid& grid, glm::uvec3 brick, glm::dvec3 a, glm::dvec3 b, double reach_mm,
+                 double count) {
+    const glm::dmat3 mm_from_index(grid.world_from_index);
+    const glm::dvec3 center =
+        mm_from_index * (glm::dvec3(brick * kBrickSide) + 0.5 * (kBrickSide - 1.0));
+    double corner = 0.0; // with the half sample that a tip marks around it
+    for (const double x : {-0.5, 0.5})
+        for (const double y : {-0.5, 0.5})
+            corner = std::max(corner, glm::length(mm_from_index * glm::dvec3(x, y, 0.5)));
+    // Millimetres of 1e8 are good to 1e-8 each; this is more than what the lines below lose.
+    const double rounding = 1e-12 * (glm::length(a) + glm::length(b) + glm::length(center));
+    const double near = (kBrickSide + 1.0) * corner + reach_mm + rounding;
+    const glm::dvec3 way = b - a;
+    const double way2 = glm::dot(way, way);
+    if (!(way2 > 0.0))
+        return {0.0, count - 1.0};
+    const double nearest = glm::dot(center - a, way) / way2;
+    const glm::dvec3 away = center - (a + nearest * way);
+    const double half2 = (near * near - glm::dot(away, away)) / way2;
+    if (half2 < 0.0)
+        return {0.0, -1.0};
+    const double half = std::sqrt(half2);
+    return {std::max(0.0, std::floor((nearest - half) * count) - 1.0),
+            std::min(count - 1.0, std::ceil((nearest + half) * count) + 1.0)};
+}
+
 } // namespace
 
 struct StrokeRun::Touched {
@@ -193,7 +226,10 @@ void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segme
         std::max(1.0, std::ceil(travel_mm(segment.from, segment.to, reach) / half_sample));
     const glm::dvec3 first(brick.position * kBrickSide);
     const glm::dmat3 mm_from_index(grid.world_from_index);
-    for (double part = 0.0; part < parts; ++part) {
+    const glm::dvec3 origin(grid.world_from_index[3]);
+    const Parts near = parts_near(grid, brick.position, segment.from.tip_mm - origin,
+                                  segment.to.tip_mm - origin, reach, parts);
+    for (double part = near.first; part <= near.last; ++part) {
         const ToolPose pose = pose_between(segment.from, segment.to, (part + 0.5) / parts);
         const Sweep still(tool_, grid, pose, pose);
         SampleMask inside;

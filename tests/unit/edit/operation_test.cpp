@@ -233,6 +233,29 @@ TEST(Mill, SlowRatesAreNotLostToRounding) {
     EXPECT_EQ(apply(v, Tool{make_ball(2.0)}, mill, poses).value({8, 8, 8}), 100.0f);
 }
 
+// A leap as far as a pose may be, at 1 mm/s, has 2e8 parts; the volume meets the first few of them.
+// The same way ended behind the volume has parts of the same length at the same places: 0.5 mm is
+// exact, and no sample lies where rounding decides (y and the radius are no multiples of it).
+TEST(Mill, ALeapCostsWhatItMeets) {
+    const Grid grid = make_grid({70, 40, 40}, glm::dvec3(1));
+    const Volume v = make_volume(grid, ScalarType::i16, [](glm::uvec3 i) { return 900.0 + i.x; });
+    Operation mill;
+    mill.kind = OperationKind::mill;
+    mill.rates = {{0, 20}};
+    const Tool ball{make_ball(4.1)};
+    const ToolPose start{0, {-3, 16.13, 20}, kUpright};
+    const auto after = [&](double mm) {
+        return apply(v, ball, mill, {start, {mm, start.tip_mm + glm::dvec3(mm, 0, 0), kUpright}});
+    };
+    const Volume leap = after(1e8 - 64.0);
+    EXPECT_TRUE(same(leap, after(128.0)));
+    EXPECT_LT(leap.value({35, 16, 20}), 935.0f - 20.0f * 7.0f); // 8.2 mm at 1 mm/s
+    // A leap past the volume meets none of it, though its box does.
+    const Volume past =
+        apply(v, ball, mill, {{0, {-1e8, 0, 60}, kUpright}, {1, {1e8, 1e8, -60}, kUpright}});
+    EXPECT_TRUE(same(past, v));
+}
+
 TEST(Operation, RefusesWhatItCannotDo) {
     Random random(1);
     const Grid grid = make_grid(glm::uvec3(8), glm::dvec3(1));
