@@ -10,6 +10,45 @@ namespace {
 constexpr std::array kNames{"draw", "erase",   "erode", "dilate", "smooth",
                             "fill", "islands", "cut",   "mill"};
 constexpr double kMostSmoothReach = 64.0; // samples
+
+// What a stroke file's reader holds for its operations; those made in code come by here alone.
+Result<void> check_values(const Operation& op) {
+    const char* name = name_of(op.kind);
+    if (op.on_labels() && op.kind != OperationKind::erase && op.label == 0)
+        return fail("{}: expected a label from 1 to 65535, found 0", name);
+    using enum OperationKind;
+    const bool by_neighbours =
+        op.kind == erode || op.kind == dilate || op.kind == fill || op.kind == islands;
+    if (by_neighbours && op.neighbours != 6 && op.neighbours != 18 && op.neighbours != 26)
+        return fail("{}: expected 6, 18 or 26 neighbours, found {}", name, op.neighbours);
+    if (op.only_values && !(op.only_values->first <= op.only_values->second))
+        return fail("{}: expected only_values that rise, found {} to {}", name,
+                    op.only_values->first, op.only_values->second);
+    if (op.kind == OperationKind::smooth && !(op.radius_mm >= 0.0))
+        return fail("{}: expected a radius of at least 0 mm, found {}", name, op.radius_mm);
+    if (op.kind == OperationKind::islands && !(op.smallest_mm3 >= 0.0))
+        return fail("{}: expected a smallest volume of at least 0 mm3, found {}", name,
+                    op.smallest_mm3);
+    if (!op.on_labels() && !std::isfinite(op.to_value))
+        return fail("{}: expected a number as to_value, found {}", name, op.to_value);
+    if (op.kind != OperationKind::mill)
+        return {};
+    if (!(op.falloff_mm >= 0.0))
+        return fail("{}: expected a falloff of at least 0 mm, found {}", name, op.falloff_mm);
+    if (op.rates.empty())
+        return fail("{}: expected at least one rate, found none", name);
+    for (size_t i = 0; i < op.rates.size(); ++i) {
+        const auto [value, per_s] = op.rates[i];
+        if (!std::isfinite(value) || !(per_s >= 0.0 && std::isfinite(per_s)))
+            return fail("{}: expected rates of at least 0 per second, found {} at {}", name, per_s,
+                        value);
+        if (i > 0 && !(op.rates[i - 1].value < value))
+            return fail("{}: expected rates whose values rise, found {} after {}", name, value,
+                        op.rates[i - 1].value);
+    }
+    return {};
+}
+
 } // namespace
 
 const char* name_of(OperationKind kind) {
@@ -23,6 +62,8 @@ bool Operation::is_free(uint32_t value) const {
 Result<void> check(const Operation& operation, const Volume& volume, const Volume* guide) {
     const char* name = name_of(operation.kind);
     const ScalarType type = volume.type();
+    if (const Result<void> whole = check_values(operation); !whole)
+        return whole;
     if (operation.on_labels()) {
         if (type != ScalarType::u8 && type != ScalarType::u16)
             return fail("{}: expected labels stored as u8 or u16, found {}", name, name_of(type));

@@ -77,8 +77,8 @@ struct Operation {
 
 const char* name_of(OperationKind kind);
 
-// Why an operation cannot be done on a volume: its type, or (for only_values on labels) a guide
-// that is missing or of another size.
+// Why an operation cannot be done on a volume: a member out of the ranges above, the volume's type,
+// or (for only_values on labels) a guide that is missing or of another size.
 Result<void> check(const Operation& operation, const Volume& volume, const Volume* guide);
 
 double rate_at(const std::vector<RatePoint>& rates, double value);

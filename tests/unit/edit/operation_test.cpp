@@ -256,6 +256,49 @@ TEST(Mill, ALeapCostsWhatItMeets) {
     EXPECT_TRUE(same(past, v));
 }
 
+TEST(Operation, RefusesValuesThatNoFileHolds) {
+    const Volume v = make_volume(make_grid(glm::uvec3(8), glm::dvec3(1)), ScalarType::u8,
+                                 [](glm::uvec3) { return 5.0; });
+    const auto why = [&](const auto& change) {
+        Operation op;
+        op.kind = OperationKind::mill;
+        op.rates = {{0, 1}};
+        EXPECT_TRUE(check(op, v, nullptr));
+        change(op);
+        const auto run = StrokeRun::start(v, Tool{make_ball(1.0)}, op);
+        return run ? "fits" : run.error().message;
+    };
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    using enum OperationKind;
+    EXPECT_EQ(why([](Operation& op) { op.rates.clear(); }),
+              "mill: expected at least one rate, found none");
+    EXPECT_THAT(why([](Operation& op) {
+                    op.rates = {{2, 1}, {2, 3}};
+                }),
+                testing::HasSubstr("whose values rise, found 2 after 2"));
+    EXPECT_THAT(why([](Operation& op) {
+                    op.rates = {{2, -1}};
+                }),
+                testing::HasSubstr("at least 0 per second, found -1 at 2"));
+    EXPECT_THAT(why([&](Operation& op) { op.to_value = nan; }), testing::HasSubstr("to_value"));
+    EXPECT_THAT(why([](Operation& op) { op.falloff_mm = -1; }), testing::HasSubstr("falloff"));
+    EXPECT_THAT(why([&](Operation& op) {
+                    op.only_values = {3, nan};
+                }),
+                testing::HasSubstr("only_values that rise"));
+    for (const OperationKind kind : {erode, dilate, fill, islands})
+        EXPECT_THAT(why([&](Operation& op) {
+                        op.kind = kind;
+                        op.neighbours = 8;
+                    }),
+                    testing::HasSubstr("expected 6, 18 or 26 neighbours, found 8"));
+    EXPECT_EQ(why([](Operation& op) {
+                  op.kind = draw;
+                  op.label = 0;
+              }),
+              "draw: expected a label from 1 to 65535, found 0");
+}
+
 TEST(Operation, RefusesWhatItCannotDo) {
     Random random(1);
     const Grid grid = make_grid(glm::uvec3(8), glm::dvec3(1));
