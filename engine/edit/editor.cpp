@@ -1,8 +1,10 @@
 #include "engine/edit/editor.h"
 
 #include <chrono>
+#include <utility>
 
 #include "engine/base/profile.h"
+#include "engine/edit/step.h"
 
 namespace palpate {
 
@@ -22,14 +24,27 @@ Editor::Editor(Volume volume, std::optional<Volume> guide, EditorOptions options
 Editor::~Editor() {
     thread_.request_stop();
     thread_.join();
+    if (command_)
+        delete command_->setup;
     for (Command command; commands_.pop(command);)
         delete command.setup;
+}
+
+bool Editor::push(const EditInput& input) noexcept {
+    if (!inputs_.push(input))
+        return false;
+    pushed_.fetch_add(1, std::memory_order_release);
+    return true;
+}
+
+bool Editor::command(Command::Kind kind, Setup* setup) {
+    return commands_.push({kind, setup, pushed_.load(std::memory_order_acquire)});
 }
 
 bool Editor::use(Json shape, Tool tool, Operation operation) {
     auto setup =
         std::make_unique<Setup>(Setup{std::move(shape), std::move(tool), std::move(operation)});
-    if (!commands_.push({Command::Kind::use, setup.get()}))
+    if (!command(Command::Kind::use, setup.get()))
         return false;
     setup.release(); // the ring's now
     return true;
@@ -37,31 +52,48 @@ bool Editor::use(Json shape, Tool tool, Operation operation) {
 
 void Editor::run(const std::stop_token& stop) {
     profile::name_thread("editor");
-    while (!stop.stop_requested()) {
-        const bool taken = take_inputs();
-        const bool begun = begin_next();
-        if (!stroke_) {
-            if (!taken && !begun)
+    while (!stop.stop_requested())
+        try {
+            if (!go_on(stop))
                 std::this_thread::sleep_for(kNap);
-            continue;
+        } catch (const std::exception& error) { // samples that cannot be read, memory that ran out
+            drop_stroke(error.what());
         }
-        feed();
-        const int64_t until = profile::now_ns() + static_cast<int64_t>(options_.slice_ms * 1e6);
-        const bool done =
-            stroke_->work([&] { return !stop.stop_requested() && profile::now_ns() < until; });
-        if (done)
-            last_done_ = last_fed_;
-        if (const Volume next = stroke_->publish();
-            !next.is_same_as(now_) || last_done_.number != states_.latest().inputs_done) {
-            now_ = next;
-            if (!(done && lifted_)) // else finish_stroke() does
-                publish(now_);
-        } else if (done && !lifted_ && !taken) {
-            std::this_thread::sleep_for(kNap);
-        }
-        if (done && lifted_)
-            finish_stroke();
+}
+
+bool Editor::go_on(const std::stop_token& stop) {
+    const bool taken = take_inputs();
+    const bool begun = begin_next();
+    if (!stroke_)
+        return taken || begun;
+    feed();
+    const int64_t until = profile::now_ns() + static_cast<int64_t>(options_.slice_ms * 1e6);
+    const bool done =
+        stroke_->work([&] { return !stop.stop_requested() && profile::now_ns() < until; });
+    if (done)
+        last_done_ = last_fed_;
+    bool any = taken || !done || lifted_;
+    if (const Volume next = stroke_->publish();
+        !next.is_same_as(now_) || last_done_.number != states_.latest().inputs_done) {
+        now_ = next;
+        any = true;
+        if (!(done && lifted_)) // else finish_stroke() does
+            publish(now_);
     }
+    if (done && lifted_)
+        finish_stroke();
+    return any;
+}
+
+void Editor::drop_stroke(const char* why) {
+    refusal_ = why;
+    if (stroke_) {
+        now_ = taken_back(stroke_->before(), now_);
+        stroke_.reset();
+        refusal_ += "; the stroke is taken back";
+    }
+    last_done_ = last_fed_;
+    publish(now_);
 }
 
 bool Editor::take_inputs() {
@@ -76,14 +108,8 @@ bool Editor::take_inputs() {
 bool Editor::begin_next() {
     if (stroke_)
         return false;
-    bool any = false;
-    for (Command command; commands_.pop(command); any = true) {
-        if (command.kind == Command::Kind::use)
-            setup_.reset(command.setup);
-        else
-            step(command.kind == Command::Kind::undo);
-    }
-    while (!waiting_.empty() && !stroke_) {
+    bool any = do_commands();
+    while (!waiting_.empty()) {
         const EditInput input = waiting_.front();
         if (input.kind == EditInput::Kind::down) {
             refusal_.clear();
@@ -100,13 +126,37 @@ bool Editor::begin_next() {
             refusal_ = begun.error().message;
         }
         // Of a stroke that was refused, or of none: passed over.
-        waiting_.pop_front();
-        last_fed_ = last_done_ = input;
+        next_input();
+        last_done_ = input;
         any = true;
         if (input.kind != EditInput::Kind::move)
             publish(now_);
+        do_commands();
     }
     return any;
+}
+
+bool Editor::do_commands() {
+    bool any = false;
+    for (;; any = true) {
+        if (Command next; !command_ && commands_.pop(next))
+            command_ = next;
+        // Inputs pushed before it come first; no stroke is under way, so they are done if fed.
+        if (!command_ || command_->after > fed_)
+            return any;
+        const Command now = *std::exchange(command_, std::nullopt);
+        if (now.kind == Command::Kind::use)
+            setup_.reset(now.setup);
+        else
+            step(now.kind == Command::Kind::undo);
+    }
+}
+
+EditInput Editor::next_input() {
+    last_fed_ = waiting_.front();
+    waiting_.pop_front();
+    ++fed_;
+    return last_fed_;
 }
 
 void Editor::feed() {
@@ -119,8 +169,7 @@ void Editor::feed() {
             lifted_ = true; // an up was lost; the next stroke begins with this
             break;
         }
-        waiting_.pop_front();
-        last_fed_ = input;
+        next_input();
         lifted_ = input.kind == EditInput::Kind::up;
         Result<ToolPose> pose = checked_pose(input.pose);
         if (!pose) {
@@ -140,34 +189,49 @@ void Editor::feed() {
 void Editor::finish_stroke() {
     const Volume before = stroke_->before();
     stroke_.reset();
-    if (options_.journal) {
-        const Result<void> written = options_.journal->append(
-            {JournalEntry::Kind::stroke,
-             {setup_->shape, setup_->tool, setup_->operation, std::move(poses_)}});
-        if (!written)
-            refusal_ = written.error().message;
+    if (keep({JournalEntry::Kind::stroke,
+              {setup_->shape, setup_->tool, setup_->operation, std::move(poses_)}})) {
+        history_.record(before, now_);
+        ++strokes_done_;
+    } else {
+        now_ = taken_back(before, now_);
+        refusal_ += "; the stroke is taken back";
     }
-    history_.record(before, now_);
-    ++strokes_done_;
     publish(now_);
+}
+
+bool Editor::keep(JournalEntry entry) {
+    if (!options_.journal)
+        return true;
+    const Result<void> written = options_.journal->append(entry);
+    if (!written)
+        refusal_ = written.error().message;
+    return written.has_value();
 }
 
 void Editor::step(bool back) {
     refusal_.clear();
-    const Result<std::optional<Volume>> taken = back ? history_.undo(now_) : history_.redo(now_);
+    const auto take = [&](bool backwards) {
+        return backwards ? history_.undo(now_) : history_.redo(now_);
+    };
+    Result<std::optional<Volume>> taken = take(back);
     if (!taken)
         refusal_ = taken.error().message;
     else if (!*taken)
         refusal_ = back ? "nothing is left to undo" : "nothing is left to redo";
-    else
+    else {
         now_ = **taken;
-    if (refusal_.empty()) {
         strokes_done_ += back ? -1 : 1;
-        if (options_.journal)
-            if (const Result<void> written = options_.journal->append(
-                    {back ? JournalEntry::Kind::undo : JournalEntry::Kind::redo, {}});
-                !written)
-                refusal_ = written.error().message;
+        if (!keep({back ? JournalEntry::Kind::undo : JournalEntry::Kind::redo, {}})) {
+            taken = take(!back); // the same step, just taken
+            if (taken && *taken) {
+                now_ = **taken;
+                strokes_done_ -= back ? -1 : 1;
+                refusal_ += back ? "; nothing is undone" : "; nothing is redone";
+            } else { // it lies on a disk that failed meanwhile, too
+                refusal_ += back ? "; the undo stands without it" : "; the redo stands without it";
+            }
+        }
     }
     publish(now_);
 }

@@ -34,7 +34,8 @@ struct EditState {
     uint64_t snapshot = 0;   // how many were published before this
     size_t strokes_done = 0; // and not undone
     size_t undo_steps = 0, redo_steps = 0;
-    // Why the last stroke, undo or redo did nothing, or passed over a pose; else empty.
+    // Why the last stroke, undo or redo did nothing, or passed over a pose; else empty. A stroke
+    // that met samples which cannot be read is taken back whole.
     std::string refusal;
 };
 
@@ -42,7 +43,10 @@ struct EditorOptions {
     size_t ring_inputs = 4096; // four seconds of a hand at 1 kHz
     double slice_ms = 4.0;     // between two snapshots of work that takes long
     HistoryOptions history;
-    std::optional<Journal> journal; // each stroke is on disk before it counts as done
+    // Each stroke, undo and redo is on disk before it counts as done. One that cannot be written,
+    // to a full disk say, is taken back and told; the next is tried anew. So what is published
+    // between strokes is what the journal gives, whatever happens.
+    std::optional<Journal> journal;
 };
 
 // The one writer of a volume: a thread that turns poses into snapshots.
@@ -65,12 +69,13 @@ class Editor {
     Editor& operator=(const Editor&) = delete;
 
     // The servo's thread; wait-free. False: full, and nothing happened.
-    bool push(const EditInput& input) noexcept { return inputs_.push(input); }
+    bool push(const EditInput& input) noexcept;
 
-    // One other thread; never waits. Takes effect between strokes, in order. False: full.
+    // One other thread; never waits. Takes effect between strokes, in order: after the inputs that
+    // were pushed before the call, and the stroke they leave under way. False: full.
     bool use(Json shape, Tool tool, Operation operation); // for strokes that begin later
-    bool undo() { return commands_.push({Command::Kind::undo, nullptr}); }
-    bool redo() { return commands_.push({Command::Kind::redo, nullptr}); }
+    bool undo() { return command(Command::Kind::undo, nullptr); }
+    bool redo() { return command(Command::Kind::redo, nullptr); }
 
     // For one reading thread each: before that thread starts, at most 16 in all.
     Readers::Reader add_reader() { return states_.add_reader(); }
@@ -88,13 +93,20 @@ class Editor {
         enum class Kind : uint8_t { use, undo, redo };
         Kind kind = Kind::use;
         Setup* setup = nullptr;
+        uint64_t after = 0; // how many inputs had been pushed
     };
+    bool command(Command::Kind kind, Setup* setup);
     void run(const std::stop_token& stop);
+    bool go_on(const std::stop_token& stop); // false: there was nothing to do
+    void drop_stroke(const char* why);
     bool take_inputs();
-    bool begin_next(); // the next stroke or command, where none is under way
-    void feed();       // poses that have come for the stroke under way
+    bool begin_next();      // the next stroke or command, where none is under way
+    bool do_commands();     // those whose turn it is
+    EditInput next_input(); // of waiting_
+    void feed();            // poses that have come for the stroke under way
     void finish_stroke();
     void step(bool back);
+    bool keep(JournalEntry entry); // in the journal, if there is one; false: refused
     void publish(const Volume& volume);
 
     Volume now_;
@@ -104,11 +116,14 @@ class Editor {
     Ring<EditInput> inputs_;
     Ring<Command> commands_{64};
     Mailbox<EditState> states_;
+    std::atomic<uint64_t> pushed_{0}; // how many inputs the ring took
     std::atomic<uint64_t> taken_{0};
 
     // The thread's own.
     std::unique_ptr<Setup> setup_;
+    std::optional<Command> command_; // the next
     std::deque<EditInput> waiting_;
+    uint64_t fed_ = 0; // how many inputs have left waiting_
     std::unique_ptr<StrokeRun> stroke_;
     std::vector<ToolPose> poses_; // of it
     bool lifted_ = false;

@@ -9,6 +9,7 @@
 #include <deque>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "engine/base/profile.h"
 #include "engine/edit/step.h"
@@ -71,6 +72,7 @@ class SpillFile {
 
 // What a step is at the moment: bricks, a packed difference, or a place on disk.
 struct Step {
+    bool empty = false; // of an edit that changed nothing
     std::vector<ReplacedBrick> bricks;
     std::vector<std::byte> packed;
     std::optional<off_t> on_disk;
@@ -95,7 +97,7 @@ struct History::State {
     std::deque<std::pair<std::shared_ptr<Step>, Volume>> to_pack;
     bool packing = false;
     SpillFile spill;
-    bool spill_failed = false;
+    bool spill_failed = false, pack_failed = false;
     size_t dropped = 0;
     std::vector<std::string> notices; // not told yet
     std::jthread worker;              // last: ends before the rest goes
@@ -119,11 +121,16 @@ struct History::State {
             const std::vector<ReplacedBrick> bricks = step->bricks; // shared with the step
             lock.unlock();
             std::vector<std::byte> packed;
-            {
+            std::string failure;
+            try {
                 const profile::Scope scope("pack step");
                 packed = pack_step(of, bricks);
+            } catch (const std::exception& error) { // samples that cannot be read, say
+                failure = error.what();
             }
             lock.lock();
+            if (!failure.empty() && !std::exchange(pack_failed, true))
+                notices.push_back("history: a step stays unpacked in memory: " + failure);
             if (!packed.empty()) { // zstd had memory
                 step->packed = std::move(packed);
                 step->bricks.clear();
@@ -195,13 +202,13 @@ struct History::State {
         if (from.empty())
             return std::optional<Volume>();
         const std::shared_ptr<Step> step = from.back();
-        Volume next = now;
+        Volume next = now; // and stays so where the edit changed nothing
         if (!step->bricks.empty()) {
             std::vector<PlacedBrick> bricks;
             for (const ReplacedBrick& brick : step->bricks)
                 bricks.push_back({brick.where.position, back ? brick.before : brick.after});
             next = with_bricks(now, bricks);
-        } else {
+        } else if (!step->empty) {
             std::vector<std::byte> read;
             if (step->on_disk) {
                 Result<std::vector<std::byte>> found = spill.read(*step->on_disk, step->disk_bytes);
@@ -231,13 +238,13 @@ History::~History() = default;
 void History::record(const Volume& before, const Volume& after) {
     auto step = std::make_shared<Step>();
     step->bricks = replaced_bricks(before, after);
-    if (step->bricks.empty())
-        return;
+    step->empty = step->bricks.empty();
     {
         std::unique_lock lock(state_->mutex);
         state_->redo.clear();
         state_->undo.push_back(step);
-        state_->to_pack.emplace_back(step, after);
+        if (!step->empty)
+            state_->to_pack.emplace_back(step, after);
         state_->work.notify_one();
         // The worker is behind, and memory is full of what it has not packed: wait for it.
         while (state_->bytes() > state_->options.memory_bytes &&

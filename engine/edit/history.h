@@ -15,8 +15,8 @@ struct HistoryOptions {
     uint64_t memory_bytes = uint64_t{512} << 20;
     // Where steps go that no longer fit; empty: the oldest are dropped.
     std::filesystem::path spill_folder;
-    // Told once when steps begin to be dropped, and once when spilling fails; a sentence. From the
-    // thread that calls record().
+    // Told once when steps begin to be dropped, once when spilling fails and once when a step
+    // cannot be packed; a sentence. From the thread that calls record().
     std::function<void(const std::string&)> notice;
 };
 
@@ -28,7 +28,7 @@ struct HistoryOptions {
 // steps together need more than memory_bytes, the oldest are moved to a file, or dropped.
 //
 // One thread calls this; a worker of its own packs. A step is exact: undo gives the same samples,
-// in a snapshot with a new version.
+// in a snapshot with a new version (of a step that changed nothing, in the one that is there).
 class History {
  public:
     explicit History(HistoryOptions options = {});
@@ -37,7 +37,8 @@ class History {
     History& operator=(const History&) = delete;
 
     // After an edit from `before`, the present, to `after`. Steps that could be redone are gone.
-    // Nothing is kept where they are equal: an edit that changes nothing is no step.
+    // An edit that changes nothing is a step too, an empty one: who takes back N steps takes back N
+    // edits.
     void record(const Volume& before, const Volume& after);
 
     // The snapshot before the newest step, or after the one undone last; nothing where there is

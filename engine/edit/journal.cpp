@@ -123,7 +123,10 @@ Journal::Journal(std::filesystem::path path, int fd, uint64_t end)
     : path_(std::move(path)), fd_(fd), end_(end) {}
 
 Journal::Journal(Journal&& other) noexcept
-    : path_(std::move(other.path_)), fd_(std::exchange(other.fd_, -1)), end_(other.end_) {}
+    : path_(std::move(other.path_)),
+      fd_(std::exchange(other.fd_, -1)),
+      end_(other.end_),
+      torn_(other.torn_) {}
 
 Journal::~Journal() {
     if (fd_ >= 0)
@@ -209,15 +212,20 @@ Result<void> Journal::append(const JournalEntry& entry) {
 }
 
 Result<void> Journal::write_record(const std::string& payload) {
+    const auto failed = [&](int reason) {
+        return fail("{}: cannot be written: {}", path_.string(), std::strerror(reason));
+    };
+    // Behind what is torn nobody would read on.
+    if (torn_ && ::ftruncate(fd_, static_cast<off_t>(end_)) != 0)
+        return failed(errno);
+    torn_ = false;
     const RecordHeader header{static_cast<uint32_t>(payload.size()), crc_of(payload)};
     std::string record(reinterpret_cast<const char*>(&header), sizeof header);
     record += payload;
     if (!write_all(fd_, record) || ::fdatasync(fd_) != 0) {
         const int reason = errno;
-        if (::ftruncate(fd_, static_cast<off_t>(end_)) != 0)
-            return fail("{}: cannot be written: {}; its last entry is cut", path_.string(),
-                        std::strerror(reason));
-        return fail("{}: cannot be written: {}", path_.string(), std::strerror(reason));
+        torn_ = ::ftruncate(fd_, static_cast<off_t>(end_)) != 0;
+        return failed(reason);
     }
     end_ += record.size();
     return {};

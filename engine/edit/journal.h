@@ -50,7 +50,7 @@ class Journal {
     Journal(Journal&& other) noexcept;
     Journal& operator=(Journal&&) = delete;
 
-    // When this fails, a full disk say, the journal is what it was before.
+    // When this fails, a full disk say, the journal is what it was before, and may be tried again.
     Result<void> append(const JournalEntry& entry);
 
     // Takes the file away: what it led to is safe elsewhere.
@@ -62,7 +62,8 @@ class Journal {
 
     std::filesystem::path path_;
     int fd_;
-    uint64_t end_; // of the last whole entry
+    uint64_t end_;      // of the last whole entry
+    bool torn_ = false; // there is more behind it, which could not be taken away
 };
 
 struct Journal::Found {

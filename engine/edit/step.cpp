@@ -5,6 +5,8 @@
 #include <bit>
 #include <cstring>
 
+#include "engine/volume/brick_source.h"
+
 namespace palpate {
 
 namespace {
@@ -36,14 +38,37 @@ std::vector<std::byte> expanded(const Brick& brick) {
     return bytes;
 }
 
+// All that may have changed, told without reading a sample.
+std::vector<ChangedBrick> unshared_bricks(const Volume& before, const Volume& after) {
+    std::vector<ChangedBrick> bricks;
+    for_each_brick(before, [&](glm::uvec3 at) {
+        if (before.brick_ptr(at) != after.brick_ptr(at))
+            bricks.push_back({at, ~uint64_t{0}});
+    });
+    return bricks;
+}
+
 } // namespace
 
 std::vector<ReplacedBrick> replaced_bricks(const Volume& before, const Volume& after) {
+    std::vector<ChangedBrick> all;
+    try {
+        all = changed_bricks(before, after);
+    } catch (const SourceError&) { // samples cannot be compared any more
+        all = unshared_bricks(before, after);
+    }
     std::vector<ReplacedBrick> bricks;
-    for (const ChangedBrick& changed : changed_bricks(before, after))
+    for (const ChangedBrick& changed : all)
         bricks.push_back(
             {changed, before.brick_ptr(changed.position), after.brick_ptr(changed.position)});
     return bricks;
+}
+
+Volume taken_back(const Volume& before, const Volume& after) {
+    std::vector<PlacedBrick> bricks;
+    for (const ChangedBrick& brick : unshared_bricks(before, after))
+        bricks.push_back({brick.position, before.brick_ptr(brick.position)});
+    return with_bricks(after, bricks);
 }
 
 std::vector<std::byte> pack_step(const Volume& of, std::span<const ReplacedBrick> bricks) {

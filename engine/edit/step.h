@@ -16,7 +16,12 @@ struct ReplacedBrick {
     BrickPtr before, after;
 };
 
+// Reads no sample that the snapshots share; where others cannot be read, bricks count as changed.
 std::vector<ReplacedBrick> replaced_bricks(const Volume& before, const Volume& after);
+
+// A later snapshot than `after` that holds what `before`, the one it comes from, held. Reads no
+// sample.
+Volume taken_back(const Volume& before, const Volume& after);
 
 // The difference of both sides, packed: leads from either to the other.
 std::vector<std::byte> pack_step(const Volume& of, std::span<const ReplacedBrick> bricks);

@@ -3,18 +3,23 @@
 
 #include "engine/edit/editor.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <chrono>
+#include <csignal>
 
 #include "engine/base/profile.h"
 #include "engine/volume/content_hash.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/edit/twin.h"
+#include "tests/unit/edit/unreadable.h"
 
 namespace palpate {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using JournalledEditor = TemporaryFolder;
 
 struct Setup {
     Json shape;
@@ -39,9 +44,36 @@ class Hand {
     Hand(Editor& editor, Volume volume, uint64_t seed)
         : editor_(editor), now_(std::move(volume)), random_(seed), reader_(editor.add_reader()) {}
 
-    // One stroke, pushed as fast as the ring takes it; then perhaps an undo or redo. What comes out
-    // is also worked out here, without the editor's thread.
+    // One stroke, pushed as fast as the ring takes it; then perhaps an undo. What comes out is also
+    // worked out here, without the editor's thread.
     void act() {
+        stroke();
+        wait_and_compare();
+        if (pick(random_, 0, 3) == 0) {
+            undo();
+            wait_and_compare();
+        }
+    }
+
+    // The same without waiting for anything.
+    void act_on() {
+        stroke();
+        if (pick(random_, 0, 3) == 0)
+            undo();
+    }
+
+    void wait_and_compare() {
+        // The last input counts as done when its stroke has ended.
+        while (reader_.pin()->inputs_done != number_ || reader_.pin()->strokes_done != depth_)
+            std::this_thread::yield();
+        const auto pin = reader_.pin();
+        EXPECT_EQ(pin->refusal, "");
+        EXPECT_EQ(pin->undo_steps, depth_);
+        EXPECT_EQ(content_hash(pin->volume), content_hash(now_)) << "after input " << number_;
+    }
+
+ private:
+    void stroke() {
         const Setup setup = random_setup(random_);
         const Stroke stroke = make_stroke(setup.shape, setup.operation,
                                           random_path(random_, now_.grid(), pick(random_, 2, 30)));
@@ -56,33 +88,14 @@ class Hand {
         }
         past_.erase(past_.begin() + ptrdiff_t(depth_), past_.end());
         past_.push_back(now_);
-        const Volume next = *apply_stroke(now_, stroke.tool, stroke.operation, stroke.poses);
-        if (next.is_same_as(now_))
-            past_.pop_back(); // nothing changed: no step
-        else
-            ++depth_;
-        now_ = next;
-        // The last input counts as done when its stroke has ended.
-        wait([&](const EditState& s) { return s.inputs_done == number_; });
-        compare();
-        if (pick(random_, 0, 3) == 0 && depth_ > 0) {
-            editor_.undo();
-            now_ = past_[--depth_];
-            wait([&](const EditState& s) { return s.undo_steps == depth_ && s.redo_steps > 0; });
-            compare();
-        }
+        ++depth_;
+        now_ = *apply_stroke(now_, stroke.tool, stroke.operation, stroke.poses);
     }
 
- private:
-    template <class Until>
-    void wait(const Until& until) {
-        while (!until(*reader_.pin()))
+    void undo() {
+        while (!editor_.undo())
             std::this_thread::yield();
-    }
-    void compare() {
-        const auto pin = reader_.pin();
-        EXPECT_EQ(pin->refusal, "");
-        EXPECT_EQ(content_hash(pin->volume), content_hash(now_)) << "after input " << number_;
+        now_ = past_[--depth_];
     }
 
     Editor& editor_;
@@ -144,6 +157,20 @@ TEST(Editor, GivesWhatStrokesGiveWhileOthersRead) {
                 size_t(seen_by_servo), size_t(seen_by_frame));
 }
 
+// Strokes, tools and undos pushed far ahead of the editor happen in the order in which they came.
+TEST(Editor, CommandsTakeTheirTurn) {
+    Random random(5);
+    const Volume first =
+        random_labels(random, make_grid({64, 60, 50}, {0.7, 0.7, 1.4}), ScalarType::u8);
+    for (uint64_t seed = 0; seed < 4; ++seed) {
+        Editor editor(first, {}, {.ring_inputs = 1024});
+        Hand hand(editor, first, seed);
+        for (int i = 0; i < 12; ++i)
+            hand.act_on();
+        hand.wait_and_compare();
+    }
+}
+
 TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
     const Volume first = make_volume(make_grid(glm::uvec3(160), glm::dvec3(1)), ScalarType::u8,
                                      [](glm::uvec3) { return 0.0; });
@@ -169,6 +196,89 @@ TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
     EXPECT_GT(versions.size(), 3u);
     EXPECT_EQ(content_hash(reader.pin()->volume),
               content_hash(*apply_stroke(first, stroke.tool, {}, stroke.poses)));
+}
+
+// What the journal holds is what is seen, while the disk is full (the limit on the size of files
+// stands for it) and after.
+TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
+    const Volume first = make_volume(make_grid(glm::uvec3(40), glm::dvec3(1)), ScalarType::u8,
+                                     [](glm::uvec3) { return 0.0; });
+    const Journal::Base base = Journal::base_of(first, nullptr);
+    Editor editor(first, {}, {.journal = *Journal::create(file("j"), base)});
+    auto reader = editor.add_reader();
+    const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 6})", "");
+    std::vector<Stroke> strokes;
+    for (int i = 0; i < 3; ++i)
+        strokes.push_back(make_stroke(ball, {}, {{0, glm::dvec3(10 + 10 * i), kUpright}}));
+    ASSERT_TRUE(editor.use(ball, strokes[0].tool, {}));
+    uint64_t number = 0;
+    const auto dab = [&](const Stroke& stroke) {
+        for (const auto kind : {EditInput::Kind::down, EditInput::Kind::up})
+            ASSERT_TRUE(editor.push({kind, stroke.poses[0], ++number, 0}));
+        while (reader.pin()->inputs_done != number)
+            std::this_thread::yield();
+    };
+    const auto expect = [&](std::vector<Stroke> all, const char* refusal) {
+        Volume expected = first;
+        for (const Stroke& stroke : all)
+            expected = *apply_stroke(expected, stroke.tool, stroke.operation, stroke.poses);
+        const auto pin = reader.pin();
+        EXPECT_THAT(pin->refusal, testing::HasSubstr(refusal));
+        EXPECT_EQ(content_hash(pin->volume), content_hash(expected));
+        EXPECT_EQ(pin->strokes_done, all.size());
+        EXPECT_EQ(pin->undo_steps, all.size());
+    };
+    dab(strokes[0]);
+    expect({strokes[0]}, "");
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit old{};
+    ::getrlimit(RLIMIT_FSIZE, &old);
+    const rlimit little{bytes_of("j").size() + 5, old.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &little);
+    dab(strokes[1]);
+    expect({strokes[0]}, "the stroke is taken back");
+    const uint64_t before = reader.pin()->snapshot;
+    ASSERT_TRUE(editor.undo());
+    while (reader.pin()->snapshot == before)
+        std::this_thread::yield();
+    expect({strokes[0]}, "nothing is undone");
+    ::setrlimit(RLIMIT_FSIZE, &old);
+    dab(strokes[2]);
+    expect({strokes[0], strokes[2]}, "");
+    const auto kept = Journal::peek(file("j"));
+    ASSERT_TRUE(kept);
+    ASSERT_EQ(kept->size(), 2u);
+    for (const int i : {0, 1}) // an input is a pose each: down and up
+        EXPECT_EQ((*kept)[size_t(i)].stroke.poses,
+                  std::vector<ToolPose>(2, strokes[size_t(2 * i)].poses[0]));
+}
+
+// The second brick is in no file any more: strokes that meet it are refused, others are done.
+TEST(Editor, OutlivesSamplesThatCannotBeRead) {
+    const Volume first = unreadable_volume();
+    Editor editor(first, {}, {.slice_ms = 0.01});
+    auto reader = editor.add_reader();
+    const Tool ball{make_ball(5.0)};
+    Operation draw;
+    draw.label = 9;
+    ASSERT_TRUE(editor.use(Json{}, ball, draw));
+    uint64_t number = 0;
+    const auto dab = [&](double x) {
+        for (const auto kind : {EditInput::Kind::down, EditInput::Kind::up})
+            ASSERT_TRUE(editor.push({kind, {0, {x, 16, 16}, kUpright}, ++number, 0}));
+        while (reader.pin()->inputs_done != number)
+            std::this_thread::yield();
+    };
+    for (const double x : {50.0, 31.0}) { // all of it there; half of it
+        dab(x);
+        EXPECT_EQ(reader.pin()->refusal, "the file was cut; the stroke is taken back");
+        EXPECT_EQ(reader.pin()->volume.value({30, 16, 16}), 0.0f);
+        EXPECT_EQ(reader.pin()->strokes_done, 0u);
+    }
+    dab(16);
+    EXPECT_EQ(reader.pin()->refusal, "");
+    EXPECT_EQ(reader.pin()->volume.value({16, 16, 16}), 9.0f);
+    EXPECT_EQ(reader.pin()->undo_steps, 1u);
 }
 
 TEST(Editor, SaysWhyItDidNothing) {

@@ -7,6 +7,7 @@
 #include "engine/volume/content_hash.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/edit/twin.h"
+#include "tests/unit/edit/unreadable.h"
 
 namespace palpate {
 namespace {
@@ -39,10 +40,8 @@ class HistoryTest : public TemporaryFolder {
             if (what < 6) {
                 const Volume next = random_edit(random, now);
                 history.record(now, next);
-                if (!next.is_same_as(now)) {
-                    hashes.resize(++depth);
-                    hashes.push_back(content_hash(next));
-                }
+                hashes.resize(++depth);
+                hashes.push_back(content_hash(next));
                 now = next;
             } else {
                 const bool back = what < 8;
@@ -53,9 +52,11 @@ class HistoryTest : public TemporaryFolder {
                     ASSERT_EQ(depth, back ? 0 : hashes.size() - 1);
                     continue;
                 }
-                EXPECT_GT((*taken)->version(), now.version());
-                now = **taken;
                 depth += back ? -1 : 1;
+                // Of a step that changed nothing, the snapshot stays.
+                EXPECT_TRUE((*taken)->version() > now.version() ||
+                            hashes[depth] == hashes[depth + (back ? 1 : -1)]);
+                now = **taken;
                 ASSERT_EQ(content_hash(now), hashes[depth]);
             }
         }
@@ -185,15 +186,43 @@ TEST_F(HistoryTest, AFolderThatTakesNothingCostsOldStepsAndASentence) {
     EXPECT_THAT(notices[0], testing::HasSubstr("no such folder"));
 }
 
-TEST_F(HistoryTest, NothingChangedIsNoStep) {
+TEST_F(HistoryTest, NothingChangedIsAStepToo) {
     Random random(6);
     const Volume v =
         random_labels(random, make_grid(glm::uvec3(20), glm::dvec3(1)), ScalarType::u8);
+    const Volume w = random_edit(random, v);
     History history;
-    history.record(v, v);
-    EXPECT_EQ(history.stats().undo_steps, 0u);
     EXPECT_FALSE(*history.undo(v));
     EXPECT_FALSE(*history.redo(v));
+    history.record(v, w);
+    history.record(w, w);
+    history.settle();
+    EXPECT_EQ(history.stats().undo_steps, 2u);
+    const Volume first = **history.undo(w);
+    EXPECT_EQ(content_hash(first), content_hash(w));
+    const Volume second = **history.undo(first);
+    EXPECT_EQ(content_hash(second), content_hash(v));
+    EXPECT_FALSE(*history.undo(second));
+    const Volume again = **history.redo(**history.redo(second));
+    EXPECT_EQ(content_hash(again), content_hash(w));
+    EXPECT_FALSE(*history.redo(again));
+}
+
+// A step from samples that can no longer be read leads back all the same.
+TEST_F(HistoryTest, SamplesThatCannotBeReadCostASentence) {
+    const Volume before = unreadable_volume();
+    const std::vector<uint8_t> sevens(kBrickSamples, 7);
+    const PlacedBrick placed[] = {{{1, 0, 0}, Brick::make(std::span<const uint8_t>(sevens))}};
+    const Volume after = with_bricks(before, placed);
+    std::vector<std::string> notices;
+    History history({.notice = [&](const std::string& notice) { notices.push_back(notice); }});
+    history.record(before, after);
+    history.settle();
+    EXPECT_THAT(notices,
+                testing::ElementsAre("history: a step stays unpacked in memory: the file was cut"));
+    const Volume back = **history.undo(after);
+    for (const uint32_t x : {0u, 1u})
+        EXPECT_EQ(back.brick_ptr({x, 0, 0}), before.brick_ptr({x, 0, 0}));
 }
 
 } // namespace
