@@ -1,7 +1,10 @@
 // Whenever an edit is killed, every stroke that was done is in its journal, no file is partial, and
 // the edit can be gone on with. PALPATE_KILLS is how often: few in `quick`.
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 #include "engine/edit/journal.h"
 #include "engine/edit/stroke_run.h"
@@ -15,6 +18,35 @@ namespace palpate {
 namespace {
 
 const glm::dquat kUpright(1, 0, 0, 0);
+
+// What a program tells a terminal, and only that, of how far it is.
+class Terminal {
+ public:
+    Terminal() : here_(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK)) {
+        EXPECT_EQ(::grantpt(here_), 0);
+        EXPECT_EQ(::unlockpt(here_), 0);
+        there_ = ::open(::ptsname(here_), O_RDWR | O_NOCTTY);
+        EXPECT_GE(there_, 0);
+    }
+    ~Terminal() {
+        ::close(there_);
+        ::close(here_);
+    }
+    Terminal(const Terminal&) = delete;
+    Terminal& operator=(const Terminal&) = delete;
+
+    int there() const { return there_; } // where the program writes
+    std::string read() const {           // since the last call
+        std::string all;
+        char some[4096];
+        for (ssize_t n; (n = ::read(here_, some, sizeof some)) > 0;)
+            all.append(some, static_cast<size_t>(n));
+        return all;
+    }
+
+ private:
+    int here_, there_ = -1;
+};
 
 class KilledEdit : public ProgramTest {
  protected:
@@ -58,6 +90,16 @@ class KilledEdit : public ProgramTest {
         return loaded ? content_hash(loaded->volume) : 0;
     }
 
+    // How many strokes the messages say were done: each is shown after it, as whole percents.
+    size_t done_of(const std::string& messages) const {
+        const std::string_view before = "editing: ";
+        const size_t at = messages.rfind(before);
+        if (at == std::string::npos)
+            return 0;
+        const auto percent = std::strtoul(messages.c_str() + at + before.size(), nullptr, 10);
+        return (percent * strokes_.size() + 99) / 100;
+    }
+
     std::vector<Stroke> strokes_;
     std::string text_;
     std::vector<uint64_t> hashes_; // after 0, 1, .. strokes
@@ -66,18 +108,25 @@ class KilledEdit : public ProgramTest {
 TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
     std::vector<size_t> kept(strokes_.size() + 1); // how often a journal held so many
     size_t whole = 0, none = 0;
+    const Terminal terminal;
+    bool listen = false; // not to the run that nobody disturbs, whose messages no check takes
     kill_at_many_moments(
-        PALPATE_KILLS, [&] { return become_program(arguments(false)); },
+        PALPATE_KILLS,
+        [&] { return become_program(arguments(false), listen ? terminal.there() : -1); },
         [&] {
+            listen = true;
+            const size_t told = done_of(terminal.read());
             const bool journal = std::filesystem::exists(file("out.nrrd.journal"));
             if (std::filesystem::exists(file("out.nrrd"))) {
                 ASSERT_EQ(hash_of("out.nrrd"), hashes_.back());
                 ++whole;
             } else if (!journal) {
+                ASSERT_EQ(told, 0u);
                 ++none; // killed before it began
             } else {
                 const auto entries = Journal::peek(file("out.nrrd.journal"));
                 ASSERT_TRUE(entries) << entries.error().message;
+                ASSERT_GE(entries->size(), told);
                 ASSERT_LE(entries->size(), strokes_.size());
                 for (size_t i = 0; i < entries->size(); ++i)
                     ASSERT_EQ((*entries)[i].text(), stroke_text(strokes_[i]));
@@ -103,6 +152,14 @@ TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
         between += kept[i];
     std::printf("    whole %zu, not begun %zu, between strokes %zu, all strokes kept %zu\n", whole,
                 none, between, kept.back());
+    // What is compared above: of a run to its end, the messages tell of all strokes.
+    ASSERT_EQ(run_and_kill(std::chrono::hours(1),
+                           [&] { return become_program(arguments(false), terminal.there()); }),
+              End::finished);
+    EXPECT_EQ(done_of(terminal.read()), strokes_.size());
+    if (PALPATE_KILLS >= 100) { // few moments may all miss
+        EXPECT_GT(between, 0u);
+    }
 }
 
 // The library's promise, stroke by stroke: when append() has returned, the stroke is there.

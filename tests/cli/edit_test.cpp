@@ -96,6 +96,23 @@ TEST_F(EditCommand, DoesStrokesAndTakesThemBack) {
     EXPECT_THAT(done.messages, HasSubstr("expected a stroke to undo, found none left"));
 }
 
+TEST_F(EditCommand, AStrokeThatMissesIsAStrokeToTakeBack) {
+    save_input();
+    std::vector<Stroke> strokes = grey_strokes(2);
+    for (ToolPose& pose : strokes[1].poses)
+        pose.tip_mm.x += 5000;
+    write("strokes.jsonl", text_of(strokes));
+    for (const size_t undo : {0u, 1u, 2u}) {
+        const ProgramRun done = edit({strokes_path(), "--undo", std::to_string(undo)});
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), strokes, 2 - undo)));
+    }
+    write("strokes.jsonl", text_of({strokes[1]})); // and where there is no other
+    const ProgramRun done = edit({strokes_path(), "--undo", "1"});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(hash_of("out.nrrd"), content_hash(phantom()));
+}
+
 TEST_F(EditCommand, PaintsLabelsWhereAGuideLiesInARange) {
     save_input();
     ASSERT_TRUE(save_volume(file("labels.nii"), make_volume(phantom().grid(), ScalarType::u8,

@@ -43,8 +43,9 @@ inline End run_and_kill(std::chrono::microseconds delay, const std::function<int
     return WEXITSTATUS(status) == 0 ? End::finished : End::failed;
 }
 
-// For a child: becomes the program; what it prints goes nowhere.
-inline int become_program(std::vector<std::string> arguments) {
+// For a child: becomes the program; what it prints goes nowhere, or its messages to a file that is
+// open.
+inline int become_program(std::vector<std::string> arguments, int messages = -1) {
     arguments.insert(arguments.begin(), PALPATE_PROGRAM);
     std::vector<char*> argv;
     for (std::string& argument : arguments)
@@ -52,7 +53,7 @@ inline int become_program(std::vector<std::string> arguments) {
     argv.push_back(nullptr);
     const int nowhere = ::open("/dev/null", O_RDWR);
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-        ::dup2(nowhere, stream);
+        ::dup2(stream == STDERR_FILENO && messages >= 0 ? messages : nowhere, stream);
     return ::execv(PALPATE_PROGRAM, argv.data());
 }
 
