@@ -8,6 +8,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_checks.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/log.h"
 #include "engine/image/compare.h"
@@ -350,24 +351,24 @@ Command add_compare(CLI::App& app) {
     app.add_option("--bound", options->bound,
                    "Differences up to this do not count in shares, in the samples' units; for "
                    "colours 1 is white; for meshes mm")
-        ->check(CLI::NonNegativeNumber)
+        ->check(non_negative())
         ->capture_default_str();
     app.add_option("--pixels-per-degree", options->pixels_per_degree,
                    "Pictures: pixels per degree of visual angle, for FLIP")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->capture_default_str();
     app.add_option("--geometry", options->geometry_mm,
                    "Volumes: most mm that like corners may lie apart")
-        ->check(CLI::NonNegativeNumber)
+        ->check(non_negative())
         ->capture_default_str();
     app.add_option("--max-memory", options->max_memory_mib,
                    "Volumes: most memory for reading each, in MiB (default: 75 % of this "
                    "machine's)")
-        ->check(CLI::PositiveNumber);
+        ->check(positive());
     for (Tolerance& tolerance : options->tolerances)
         app.add_option(tolerance.flag, tolerance.limit,
                        fmt::format("{} (default: any)", tolerance.help))
-            ->check(CLI::NonNegativeNumber)
+            ->check(non_negative())
             ->group("Tolerances; with none given, nothing may differ by more than the bound");
     return [options] { return run_compare(*options); };
 }

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cstdio>
 #include <exception>
 #include <string>
 #include <string_view>
@@ -6,6 +7,7 @@
 #include <vector>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/option_checks.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/io/serve.h"
@@ -69,6 +71,7 @@ int main(int argc, char** argv) {
         sub->fallthrough();
         commands.emplace_back(sub, entry.add(*sub));
     }
+    palpate::refuse_not_finite(app);
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -82,9 +85,12 @@ int main(int argc, char** argv) {
         for (auto& [sub, command] : commands)
             if (sub->parsed()) {
                 const palpate::Result<void> result = profiled(command, trace);
-                if (result)
+                if (!result)
+                    palpate::log::error("{}", result.error().message);
+                else if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+                    palpate::log::error("standard output cannot be written");
+                else
                     return 0;
-                palpate::log::error("{}", result.error().message);
                 return 1;
             }
     } catch (const std::exception& error) {

@@ -1,5 +1,6 @@
 #include "apps/palpate/read_options.h"
 
+#include "apps/palpate/option_checks.h"
 #include "engine/base/log.h"
 #include "engine/scene/scene_file.h"
 #include "engine/volume/synthetic_name.h"
@@ -24,7 +25,7 @@ void add_read_limits(CLI::App& app, ReadFlags& flags) {
         ->type_name("NAME");
     app.add_option("--max-memory", flags.max_memory_mib,
                    "Most memory for reading, in MiB (default: 75 % of this machine's)")
-        ->check(CLI::PositiveNumber)
+        ->check(positive())
         ->type_name("MIB");
 }
 

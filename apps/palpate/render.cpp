@@ -4,6 +4,7 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/device_options.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_checks.h"
 #include "apps/palpate/preview.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
@@ -68,6 +69,13 @@ Result<void> run_render(const RenderOptions& options) {
     for (const std::filesystem::path path : {options.output, options.preview})
         if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
             return fail("{}: expected a name ending in .png or .exr", path.string());
+    if (auto apart = each_its_own({{"SCENE", options.scene.input},
+                                   {"-o", options.output},
+                                   {"--preview", options.preview},
+                                   {"--stats", options.stats},
+                                   {"--write-scene", options.write_scene}});
+        !apart)
+        return apart;
     const Result<TexelFormat> format = texel_format(options.format);
     if (!format)
         return fail("{}", format.error().message);
@@ -174,8 +182,10 @@ Command add_render(CLI::App& app) {
     add_read_limits(app, o->read);
     app.add_option("-o,--output", o->output, "Picture to write: .png (8 bit) or .exr")->required();
     app.add_flag("--half", o->half, "EXR: 16-bit samples (default: 32-bit)");
-    app.add_option("--frames", o->frames.frames,
-                   "Frames to time, after one that warms up; the last is written")
+    app.add_option(
+           "--frames", o->frames.frames,
+           "Frames to time, after one that warms up; the last is written. 1: the first frame, "
+           "with pipelines and uploads, is the one that is timed")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));
     app.add_option("--orbit-deg", o->frames.orbit_deg, "Turn between frames, in degrees about up")
@@ -185,7 +195,7 @@ Command add_render(CLI::App& app) {
                "--frame-ms", o->frames.frame_ms,
                "Hold this time a frame while the camera turns: fewer rays, longer steps; the "
                "error is estimated in --stats (default: full quality always)")
-            ->check(CLI::PositiveNumber);
+            ->check(positive());
     app.add_flag("--settle", o->frames.settle,
                  "With --frame-ms: let the last frame rest until it is of full quality")
         ->needs(budget);
@@ -194,7 +204,7 @@ Command add_render(CLI::App& app) {
                "--error", o->error,
                "Largest RMSE of colour, 0 .. 1, beside an exact picture of the field; picks "
                "integrator and step from what was measured (default: as given)")
-            ->check(CLI::PositiveNumber);
+            ->check(positive());
     for (const char* given : {"--integrator", "--step", "--sub-steps", "--frame-ms"})
         error->excludes(app.get_option(given));
     app.add_option("--stats", o->stats,

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "apps/palpate/default_scene.h"
+#include "apps/palpate/option_checks.h"
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
 
@@ -315,7 +316,8 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "Fast, preintegrated: move each ray's samples by a share of a step that a hash "
                    "of its pixel and this seed gives (default: none)");
     app.add_option("--step", o.step_mm,
-                   "Distance between samples in mm; 0 is the smallest spacing (default: 0)");
+                   "Distance between samples in mm; 0 is the smallest spacing (default: 0)")
+        ->check(non_negative());
     app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");
     app.add_flag("--no-shade", o.no_shade, "No gradient shading");
     app.add_option("--min-transmittance", o.min_transmittance,
@@ -326,7 +328,7 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "px,py,pz,nx,ny,nz (default place: the centre); repeatable");
     app.add_option("--interpolation", o.interpolation, "Slices: linear or cubic (default: linear)");
     app.add_option("--slab", o.slab_mm, "Slices: thickness in mm (default: 0)")
-        ->check(CLI::NonNegativeNumber);
+        ->check(non_negative());
     app.add_option("--slab-mode", o.slab_mode, "Slabs: mean or maximum (default: mean)");
     app.add_option(
            "--surface", o.surfaces,
@@ -348,7 +350,7 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "repeatable");
     app.add_option("--view", o.view, fmt::format("Camera: {} (default: oblique)", view_names()));
     app.add_option("--fill", o.fill, "--view: below 1 comes closer (default: 0.8)")
-        ->check(CLI::PositiveNumber);
+        ->check(positive());
     app.add_option("--view-angle", o.view_angle_deg, "Angle from bottom to top in degrees")
         ->capture_default_str()
         ->check(CLI::Range(0.001, 179.0));
@@ -366,10 +368,10 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "(default: one eye)");
     app.add_option("--eye-separation", o.eye_separation_mm,
                    "Stereo: mm between the eyes (default: 1/30 of the distance)")
-        ->check(CLI::PositiveNumber);
+        ->check(positive());
     app.add_option("--convergence", o.convergence_mm,
                    "Stereo: mm to where both eyes meet (default: the target)")
-        ->check(CLI::PositiveNumber);
+        ->check(positive());
     app.add_option("--background", o.background, "Colour r,g,b, 0 .. 1 (default: black)")
         ->delimiter(',')
         ->expected(3)

@@ -7,6 +7,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_checks.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/surface_device.h"
@@ -363,7 +364,7 @@ Command add_surface(CLI::App& app) {
     app.add_option("--decimate", o->decimate_mm,
                    "Fewer triangles, nowhere farther from the surface than this many mm "
                    "(default: all)")
-        ->check(CLI::PositiveNumber);
+        ->check(positive());
     app.add_option(
            "--on", o->on,
            "With --iso: who extracts: cpu, gpu, or auto, the graphics device unless it runs "

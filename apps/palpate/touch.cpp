@@ -5,6 +5,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_checks.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/touch_feel.h"
 #include "apps/palpate/touch_run.h"
@@ -172,8 +173,6 @@ Result<void> run_touch(const TouchOptions& o) {
 
 Command add_touch(CLI::App& app) {
     auto o = std::make_shared<TouchOptions>();
-    const auto positive = CLI::PositiveNumber;
-    const auto not_negative = CLI::NonNegativeNumber;
     app.add_option("SCENE", o->scene,
                    "Scene file (.json), or a volume: file, DICOM folder, synthetic:NAME")
         ->required();
@@ -195,13 +194,13 @@ Command add_touch(CLI::App& app) {
         ->capture_default_str();
     app.add_option("--distance", o->shape.distance_mm,
                    "Of a trajectory: from where, or how wide, mm")
-        ->check(positive)
+        ->check(positive())
         ->capture_default_str();
     app.add_option("--speed", o->shape.speed_mm_per_s, "Of a trajectory: mm/s")
-        ->check(positive)
+        ->check(positive())
         ->capture_default_str();
     app.add_option("--frequency", o->shape.frequency_hz, "Of a trajectory: Hz")
-        ->check(positive)
+        ->check(positive())
         ->capture_default_str();
     app.add_option("--duration", o->shape.duration_s, "Of a trajectory: s")
         ->check(CLI::Range(0.001, 3600.0))
@@ -219,33 +218,35 @@ Command add_touch(CLI::App& app) {
         "--iso", o->iso,
         "Values at or above it are solid (default: 300 HU for CT, else half of the range)");
     app.add_option("--radius", o->radius_mm, "Of the tool, mm; 0 is a point")
-        ->check(not_negative)
+        ->check(non_negative())
         ->capture_default_str();
     app.add_option("--samples", o->samples, "Of sampled tools")->capture_default_str();
-    app.add_option("--stiffness", o->stiffness, "N/m")->check(not_negative)->capture_default_str();
-    app.add_option("--damping", o->damping, "N s/m")->check(not_negative)->capture_default_str();
+    app.add_option("--stiffness", o->stiffness, "N/m")
+        ->check(non_negative())
+        ->capture_default_str();
+    app.add_option("--damping", o->damping, "N s/m")->check(non_negative())->capture_default_str();
     app.add_option("--friction", o->friction,
                    "Coulomb coefficients: static, or static,dynamic (default 0)")
         ->delimiter(',')
         ->expected(1, 2);
     app.add_option("--yield", o->yield_n, "T0: force above which material yields, N; 0 is never")
-        ->check(not_negative)
+        ->check(non_negative())
         ->capture_default_str();
     app.add_option("--viscosity", o->viscosity, "N s/m")
-        ->check(not_negative)
+        ->check(non_negative())
         ->capture_default_str();
     app.add_option("--rate", o->rate_hz, "Ticks a second, Hz")
         ->check(CLI::Range(100.0, 20000.0))
         ->capture_default_str();
     app.add_option("--scale", o->scale,
                    "mm of the world a mm of the device; 0: as much as the path needs, 1 at least")
-        ->check(not_negative)
+        ->check(non_negative())
         ->capture_default_str();
     app.add_option("--delay", o->delay, "Of the simulated device, ticks")
         ->check(CLI::Range(0, 2))
         ->capture_default_str();
     app.add_option("--grip", o->hand.grip, "Of the hand: 0 is nobody, 1 relaxed, 3 firm")
-        ->check(not_negative)
+        ->check(non_negative())
         ->capture_default_str();
     add_feel_options(app, o->feel);
     app.add_flag("--real-time", o->real_time,

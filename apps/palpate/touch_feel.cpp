@@ -6,6 +6,7 @@
 #include <memory>
 #include <string_view>
 
+#include "apps/palpate/option_checks.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/edit/stroke.h"
@@ -234,7 +235,7 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
         app.add_option(option.name, o.*option.value, option.help)->type_name(option.type);
     app.add_option("--drill", o.drill_mm,
                    "Short for a cut with a ball of this radius, mm; 0: do not cut")
-        ->check(CLI::NonNegativeNumber)
+        ->check(non_negative())
         ->excludes(app.get_option("--edit"))
         ->capture_default_str();
 }

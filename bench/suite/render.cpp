@@ -117,7 +117,9 @@ Result<Report> run_render(Bench& bench) {
     json["first_frames"] = Value::array();
     json["relative"] = Value::array();
     for (const Sample& sample : samples) {
-        const std::vector<Subject> subjects = subjects_of(sample);
+        std::vector<Subject> subjects = subjects_of(sample);
+        for (Subject& subject : subjects)
+            subject.judged = subject.judged && !options.tiny; // whose times say nothing
         for (const uint32_t size_px : plan.sizes_px) {
             const Sampling sampling{size_px, std::max(1u, size_px / plan.rays_px)};
             Result<Peers> peers = Peers::start(bench, subjects, {1.0}, sampling);

@@ -56,6 +56,25 @@ bool pays_in_slabs(const gpu::Frame& frame) {
     return std::max(widest(frame.eyes[0]), widest(frame.eyes[1])) <= 4.0f * frame.cell_side;
 }
 
+// llvmpipe ends any loop after 65535 turns, and a ray would stop there with what it has.
+constexpr double kMostSteps = 60000.0;
+
+Result<void> steps_fit(const RayCastLayer& layer, const Grid& grid) {
+    if (layer.integrator == Integrator::exact) // goes from cell to cell
+        return {};
+    double longest = 0.0; // diagonal of the volume
+    const glm::dvec3 last = glm::dvec3(grid.size) - 1.0;
+    for (const glm::dvec3 sign : {glm::dvec3(1, 1, 1), {-1, 1, 1}, {1, -1, 1}, {1, 1, -1}})
+        longest = std::max(longest, glm::length(glm::dmat3(grid.world_from_index) * (sign * last)));
+    const double step = step_mm_of(layer, grid);
+    if (longest <= kMostSteps * step)
+        return {};
+    return fail(
+        "a step of {:g} mm: expected at least {:g} mm, {:.0f} steps along the volume's diagonal of "
+        "{:g} mm, or the integrator exact",
+        step, longest / kMostSteps, kMostSteps, longest);
+}
+
 } // namespace
 
 void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times) {
@@ -190,6 +209,9 @@ void Renderer::drop_volumes() {
 Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Commands& commands) {
     const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
+    if (scene.ray_cast)
+        if (Result<void> fits = steps_fit(*scene.ray_cast, data.volume.grid()); !fits)
+            return tl::unexpected(fits.error());
     if (Result<void> kept = keep_surfaces(scene, data); !kept)
         return tl::unexpected(kept.error());
     keep_targets(scene);

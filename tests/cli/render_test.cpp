@@ -11,6 +11,7 @@
 namespace palpate {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class RenderCommand : public ProgramTest {
@@ -163,6 +164,10 @@ TEST_F(RenderCommand, RefusesWithOneSentenceAndWritesNothing) {
         {{"--labels", "no/such/file.nii"}, "no/such/file.nii"},
         {{"--device", "no such device"}, "is not 'no such device'"},
         {{"--volume-format", "r8"}, "expected auto, r16 or r32f"},
+        {{"--step", "1e-4"}, "60000 steps along"},
+        {{"--stats", file("picture.exr").string()}, "-o and --stats: expected a file for each"},
+        {{"--write-scene", file("./picture.exr").string()},
+         "-o and --write-scene: expected a file"},
     };
     for (const auto& [arguments, words] : cases) {
         const ProgramRun ran = run(command(arguments));
@@ -193,6 +198,37 @@ TEST_F(RenderCommand, WrongUsageIsTwo) {
     EXPECT_EQ(run({"render", "synthetic:phantom"}).exit_code, 2);
     EXPECT_EQ(run(command({"--size", "0,0"})).exit_code, 2);
     EXPECT_EQ(run(command({"--no-such-option"})).exit_code, 2);
+}
+
+TEST_F(RenderCommand, NumbersAreFinite) {
+    for (const auto& [option, value] :
+         std::vector<std::pair<std::string, std::string>>{{"--iso", "nan"},
+                                                          {"--iso", "300,inf"},
+                                                          {"--background", "nan,0,0"},
+                                                          {"--frame-ms", "nan"},
+                                                          {"--frame-ms", "inf"},
+                                                          {"--step", "nan"},
+                                                          {"--step", "-1"},
+                                                          {"--view-angle", "nan"},
+                                                          {"--fill", "-nan"},
+                                                          {"--slab", "nan"},
+                                                          {"--orbit-deg", "nan"},
+                                                          {"--min-transmittance", "nan"},
+                                                          {"--max-memory", "nan"},
+                                                          {"--convergence", "-inf"},
+                                                          {"--error", "0"}}) {
+        const ProgramRun ran = run(command({option + "=" + value}));
+        EXPECT_EQ(ran.exit_code, 2) << option;
+        EXPECT_THAT(ran.messages, AllOf(HasSubstr(option + ": expected a"), HasSubstr("found '")));
+        EXPECT_LT(ran.messages.size(), 200u) << ran.messages;
+    }
+}
+
+TEST_F(RenderCommand, SaysWhenStandardOutputIsFull) {
+    const std::string line =
+        std::string(PALPATE_PROGRAM) + " doctor >/dev/full 2>" + file("stderr").string();
+    EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 1);
+    EXPECT_THAT(bytes_of("stderr"), HasSubstr("standard output cannot be written"));
 }
 
 TEST_F(RenderCommand, DoctorNamesADeviceThatCanBeUsed) {
