@@ -62,7 +62,8 @@ std::string page_html(const Value& results) {
 
 Result<void> write_page(const fs::path& folder) {
     Value results = Value::array();
-    for (const char* suite : {"quality", "render", "stability", "upload", "touch", "edit", "surface"}) {
+    for (const char* suite :
+         {"quality", "render", "stability", "upload", "touch", "edit", "surface"}) {
         const fs::path path = folder / fmt::format("{}.json", suite);
         if (!fs::exists(path))
             continue;

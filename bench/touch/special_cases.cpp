@@ -77,10 +77,11 @@ std::vector<TouchCase> cases_of_no_surface(const Storage& storage) {
     TouchCase holes = case_of("A12", "no-data/holes", nothing());
     holes.solid.free_is_convex = false; // a plane with holes: there is no truth but that of numbers
     holes.judge_jumps = false;
-    holes.store = store_values([density = tilted_plane().density, edge](glm::uvec3 index, dvec3 mm) {
-        const double c = chance(index);
-        return c < 0.01 ? kNaN : c < 0.02 ? double{INFINITY} : 1000.0 * density(mm, edge);
-    });
+    holes.store =
+        store_values([density = tilted_plane().density, edge](glm::uvec3 index, dvec3 mm) {
+            const double c = chance(index);
+            return c < 0.01 ? kNaN : c < 0.02 ? double{INFINITY} : 1000.0 * density(mm, edge);
+        });
     holes.why_not = whole;
     cases.push_back(holes);
 
