@@ -1,9 +1,8 @@
-# Shaders: GLSL is compiled to SPIR-V, inlined and simplified, validated, and embedded in the library
-# as words. What spirv-opt does once here, a driver need not do at each start: llvmpipe creates the
-# pipelines of a ray cast in a third of the time (docs/performance.md).
+# Shaders: GLSL is compiled to SPIR-V, validated, and embedded in the library as words. spirv-opt would
+# make pipelines sooner and is left out: llvmpipe 22.3 then draws volumes in parts wrong
+# (docs/performance.md).
 
 find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
-find_program(SPIRV_OPT spirv-opt REQUIRED)
 find_program(SPIRV_VAL spirv-val REQUIRED)
 
 # palpate_embed_shader(<target> <shader> <id> [<macro> ...])
@@ -31,7 +30,6 @@ function(palpate_embed_shader target shader id)
             OUTPUT ${spv}
             COMMAND ${GLSLANG_VALIDATOR} --quiet -V --target-env vulkan1.3
                     -I${PROJECT_SOURCE_DIR} ${macros} --depfile ${spv}.d -o ${spv} ${source}
-            COMMAND ${SPIRV_OPT} -O ${spv} -o ${spv}
             COMMAND ${SPIRV_VAL} --target-env vulkan1.3 --scalar-block-layout ${spv}
             DEPENDS ${source} DEPFILE ${spv}.d COMMENT "SPIR-V ${id} ${variant}" VERBATIM)
         list(APPEND all_spv ${spv})

@@ -3,11 +3,13 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_checks.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
+#include "engine/base/writable.h"
 #include "engine/edit/history.h"
 #include "engine/edit/journal.h"
 #include "engine/edit/stroke_run.h"
@@ -152,8 +154,18 @@ Result<Journal::Found> find_journal(const EditOptions& options, const fs::path& 
 }
 
 Result<void> run_edit(const EditOptions& options) {
-    const Interrupt interrupt;
     const fs::path journal_path = options.out + ".journal";
+    for (const auto& other : {NamedFile{"V", options.read.path}, {"-o", options.out}})
+        if (auto apart =
+                each_its_own({other, {"STROKES", options.strokes}, {"--report", options.report}});
+            !apart)
+            return apart;
+    // Before the work, not after it.
+    for (const std::string& path : {options.out, options.report})
+        if (!path.empty())
+            if (Result<void> can = expect_writable(path); !can)
+                return can;
+    const Interrupt interrupt;
     Result<std::vector<JournalEntry>> wanted = wanted_entries(options);
     if (!wanted)
         return tl::unexpected(wanted.error());
@@ -253,7 +265,7 @@ Command add_edit(CLI::App& app) {
         ->type_name("N");
     app.add_option("--history-memory", options->history_memory_mib,
                    "Most memory for steps that can be undone, in MiB (default: 512)")
-        ->check(CLI::NonNegativeNumber)
+        ->check(non_negative())
         ->type_name("MIB");
     app.add_option("--history-folder", options->history_folder,
                    "Where older steps go that need more (default: they are dropped)")

@@ -135,6 +135,10 @@ Result<Mesh> extract_iso(const SurfaceCommand& options, const Volume& volume,
 Result<Mesh> extract(const SurfaceCommand& options, const Volume& volume,
                      const Interrupt& interrupt, Json& told) {
     told = {{"on", "cpu"}, {"why", "labels are extracted there"}};
+    const glm::uvec3 size = volume.size();
+    if (options.labels && std::max({size.x, size.y, size.z}) >= 65535)
+        return fail("{}: expected fewer than 65535 samples along each axis, found {} x {} x {}",
+                    options.read.path, size.x, size.y, size.z);
     if (options.labels && options.walls == Walls::shared) {
         const bool is_bounded = options.smoothing == Smoothing::bounded;
         return surface_nets(volume,
@@ -146,7 +150,8 @@ Result<Mesh> extract(const SurfaceCommand& options, const Volume& volume,
     const ValueRange range = volume.range();
     if (range.empty())
         return fail("{}: expected data, found none", options.read.path);
-    if (!(*options.iso >= range.min && *options.iso <= range.max)) // nor NaN
+    const auto iso = static_cast<float>(*options.iso); // as it is extracted
+    if (!(iso >= range.min && iso <= range.max))
         return fail("{}: expected an iso-value within {:g} .. {:g}, found {:g}", options.read.path,
                     range.min, range.max, *options.iso);
     return extract_iso(options, volume, interrupt, told);
@@ -255,6 +260,10 @@ Result<void> run_surface(const SurfaceCommand& options) {
             "stay within");
     if (options.labels && options.on == ExtractOn::gpu)
         return fail("--on gpu: expected --iso, found --labels, which the processor extracts");
+    if (auto apart = each_its_own(
+            {{"V", options.read.path}, {"-o", options.out}, {"--report", options.report}});
+        !apart)
+        return apart;
     // Before the work, not after it: no mesh without the report that was asked for.
     for (const std::string& path : {options.out, options.report})
         if (!path.empty() && path != "-")

@@ -24,7 +24,8 @@ namespace palpate {
 // What a block holds is what BlockSurface makes of it: the same vertices in the same order, and the
 // same triangles. Which samples are inside is told from bits, and quotients and roots are put right
 // by integers (shaders/lib/exact_float.glsl), so positions and normals have the same bits too, on
-// every device, as long as no number on the way is below 2^-126: what devices may take for 0 there.
+// every device but for the sign of zeros, as long as no number on the way is below 2^-126: what
+// devices may take for 0 there.
 // Two ends of an edge whose values differ by less then have their vertex 2^-12 from the lower end,
 // and normals whose square is beyond 1e-30 .. 1e30 per mm^2 lie within 2^-20 of those of the CPU,
 // or along their edge where the gradient is below 2^-126.

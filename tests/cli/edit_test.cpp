@@ -208,7 +208,7 @@ TEST_F(EditCommand, AFolderThatTakesNothingIsASentenceAndLosesNothing) {
     const ProgramRun done = run({"edit", file("in.nrrd").string(), strokes_path(), "-o",
                                  "/proc/no/out.nrrd"}); // the test may be root: no chmod would do
     EXPECT_EQ(done.exit_code, 1);
-    EXPECT_THAT(done.messages, HasSubstr("/proc/no/out.nrrd.journal: cannot be made"));
+    EXPECT_THAT(done.messages, HasSubstr("/proc/no/out.nrrd: cannot be written"));
     // A disk with room for the journal and no more: files are limited to 60 blocks of 512 bytes.
     const std::string volume = "synthetic:phantom?size=48";
     const std::string out = file("out.nrrd").string();

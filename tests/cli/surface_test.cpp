@@ -166,6 +166,10 @@ TEST_F(SurfaceCommand, WhereThereIsNoSurfaceThereIsNoFile) {
     write("flat.nrrd", whole);
     write("zero.nrrd", nrrd_of(std::vector<float>(64, 0.0f)));
     write("cut.nrrd", whole.substr(0, whole.size() - 10));
+    write("long.nrrd",
+          "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: 70000 1 1\n"
+          "space directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nencoding: raw\n\n" +
+              std::string(70000, '\1'));
     const std::string flat = file("flat.nrrd").string(), ball = "synthetic:ball?size=16";
     const std::string nowhere = file("no/such/r.json").string();
     for (const auto& [ran, part] :
@@ -174,8 +178,11 @@ TEST_F(SurfaceCommand, WhereThereIsNoSurfaceThereIsNoFile) {
           {surface(file("zero.nrrd").string(), "a.ply", {"--labels", "--walls", "separate"}),
            "labels other than 0"},
           {surface(file("cut.nrrd").string(), "a.ply", {"--iso", "5"}), "cut.nrrd"},
-          {surface(ball, "a.ply", {"--iso", "nan"}), "found nan"},
-          {surface(ball, "a.ply", {"--iso", "-inf"}), "found -inf"},
+          {surface(ball, "a.ply", {"--iso", "1e30"}), "within"},
+          {surface(file("long.nrrd").string(), "a.ply", {"--labels"}), "fewer than 65535 samples"},
+          {run({"surface", ball, "--iso", "500", "-o", file("a.ply").string(), "--report",
+                file("./a.ply").string()}),
+           "--report: expected a file for each"},
           {run({"surface", ball, "--iso", "500", "-o", file("a.ply").string(), "--report",
                 nowhere}),
            "no/such"},
@@ -192,7 +199,7 @@ TEST_F(SurfaceCommand, WhereThereIsNoSurfaceThereIsNoFile) {
     // Nothing but what was put here: no mesh, nor a part of one under another name.
     for (const auto& entry : std::filesystem::directory_iterator(file("")))
         EXPECT_THAT((std::set<std::string>{"box.ply", "flat.nrrd", "zero.nrrd", "cut.nrrd",
-                                           "report.json", "stdout", "stderr"}),
+                                           "long.nrrd", "report.json", "stdout", "stderr"}),
                     ::testing::Contains(entry.path().filename().string()));
 }
 
