@@ -23,6 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 using Report = nlohmann::ordered_json;
 
+constexpr size_t kPosesAtOnce = 4096;
+
 struct EditOptions {
     ReadFlags read;
     std::string strokes, out, guide, report, history_folder;
@@ -31,7 +33,7 @@ struct EditOptions {
     bool recover = false, discard = false;
 };
 
-Result<std::vector<JournalEntry>> wanted_entries(const EditOptions& options) {
+Result<std::vector<JournalEntry>> strokes_of_file(const EditOptions& options) {
     std::vector<JournalEntry> entries;
     if (!options.strokes.empty()) {
         const Result<std::string> text = load_text(options.strokes, uint64_t{1} << 30);
@@ -43,8 +45,6 @@ Result<std::vector<JournalEntry>> wanted_entries(const EditOptions& options) {
         for (Stroke& stroke : *strokes)
             entries.push_back({JournalEntry::Kind::stroke, std::move(stroke)});
     }
-    for (uint32_t i = 0; i < options.undo; ++i)
-        entries.push_back({JournalEntry::Kind::undo, {}});
     return entries;
 }
 
@@ -60,6 +60,20 @@ Result<bool> on_labels(const std::vector<JournalEntry>& entries) {
         labels = is;
     }
     return labels.value_or(false);
+}
+
+// Each undo needs a stroke, each redo an undo: found out before the work, not at its end.
+Result<void> check_undo(const std::vector<JournalEntry>& strokes, uint32_t undo) {
+    size_t done = 0;
+    for (const JournalEntry& entry : strokes)
+        if (entry.kind == JournalEntry::Kind::undo)
+            done -= done > 0;
+        else
+            ++done;
+    if (undo > done)
+        return fail("--undo: expected at most {} stroke{} to take back, found {}", done,
+                    done == 1 ? "" : "s", undo);
+    return {};
 }
 
 // Does entries one after the other, with history.
@@ -80,10 +94,17 @@ class Replay {
             auto run = StrokeRun::start(now_, entry.stroke.tool, entry.stroke.operation, guide_);
             if (!run)
                 return tl::unexpected(run.error());
-            (*run)->add(entry.stroke.poses);
-            (*run)->lift();
-            if (!(*run)->work([&] { return !stop.stop_requested(); }))
-                return fail("interrupted");
+            // In portions, which change no byte, so that a long way is not laid out at once.
+            const auto go_on = [&] { return !stop.stop_requested(); };
+            for (std::span<const ToolPose> left(entry.stroke.poses); !left.empty();) {
+                const size_t n = std::min(kPosesAtOnce, left.size());
+                (*run)->add(left.first(n));
+                left = left.subspan(n);
+                if (left.empty())
+                    (*run)->lift();
+                if (!(*run)->work(go_on, stop))
+                    return fail("interrupted");
+            }
             now_ = (*run)->publish();
             line["operation"] = name_of(entry.stroke.operation.kind);
             line["poses"] = entry.stroke.poses.size();
@@ -131,26 +152,87 @@ class Replay {
     Report steps_ = Report::array();
 };
 
-// The journal to go on with, and what it holds already.
-Result<Journal::Found> find_journal(const EditOptions& options, const fs::path& path,
-                                    const Journal::Base& base) {
+// What a journal that is there holds, if it may be touched; looked at before anything is loaded.
+Result<Journal::Contents> look_at_journal(const EditOptions& options, const fs::path& path) {
     std::error_code error;
-    if (fs::exists(path, error) && options.discard && !fs::remove(path, error))
-        return fail("{}: cannot be taken away: {}", path.string(), error.message());
     if (!fs::exists(path, error)) {
         if (options.recover && options.strokes.empty())
             return fail("{}: no such file, so there is nothing to recover", path.string());
-        Result<Journal> made = Journal::create(path, base);
-        if (!made)
-            return pass_on(made);
-        return Journal::Found{std::move(*made), {}, false};
+        return Journal::Contents();
     }
+    if (const Result<void> ended = Journal::expect_ended(path); !ended)
+        return tl::unexpected(ended.error());
+    if (options.discard)
+        return Journal::Contents();
     if (!options.recover)
         return fail(
             "{}: holds strokes of an edit that did not end; --recover does them, "
             "--discard drops them",
             path.string());
-    return Journal::open(path, base);
+    Result<Journal::Contents> found = Journal::peek(path);
+    if (found && found->entries.empty() && options.strokes.empty()) {
+        if (found->damage)
+            return fail(
+                "{}: damaged at byte {}, before its first step has ended: {}; it stays as it is, "
+                "with {} later ones that could be read",
+                path.string(), found->damage->at_byte, found->damage->what, found->damage->later);
+        return fail("{}: holds no step, so there is nothing to recover", path.string());
+    }
+    return found;
+}
+
+// The journal to go on with, and what it holds already.
+Result<Journal::Found> find_journal(const EditOptions& options, const fs::path& path,
+                                    const Journal::Base& base) {
+    std::error_code error;
+    if (fs::exists(path, error) && options.recover)
+        return Journal::open(path, base);
+    if (fs::exists(path, error) && options.discard)
+        if (const Result<void> gone = Journal::discard(path); !gone)
+            return tl::unexpected(gone.error());
+    Result<Journal> made = Journal::create(path, base);
+    if (!made)
+        return pass_on(made);
+    return Journal::Found{{}, std::move(*made)};
+}
+
+// Says what was found in a journal.
+void tell(const Journal::Found& found, const fs::path& path) {
+    const size_t kept = found.entries.size();
+    if (kept > 0)
+        log::info("{}: {} step{} recovered{}", path.string(), kept, kept == 1 ? "" : "s",
+                  found.cut ? ", and one that had not ended is dropped" : "");
+    if (const auto& damage = found.damage)
+        log::warning(
+            "{}: damaged at byte {}: {}; {} step{} behind it could be read and {} left out, for "
+            "each stands on those before it; all of it is kept in {}",
+            path.string(), damage->at_byte, damage->what, damage->later,
+            damage->later == 1 ? "" : "s", damage->later == 1 ? "is" : "are",
+            damage->kept_as.string());
+}
+
+// The volume, and the guide if there is one that fits.
+struct Input {
+    LoadedVolume volume;
+    std::optional<Volume> guide;
+};
+
+Result<Input> load_input(const EditOptions& options, bool labels, const Interrupt& interrupt) {
+    Result<LoadedVolume> loaded = load(options.read, labels, interrupt);
+    if (!loaded)
+        return pass_on(loaded);
+    Input input{std::move(*loaded), {}};
+    if (options.guide.empty())
+        return input;
+    ReadFlags flags = options.read;
+    flags.path = options.guide;
+    const Result<LoadedVolume> guide = load(flags, false, interrupt);
+    if (!guide)
+        return tl::unexpected(guide.error());
+    if (const Result<void> serves = check_guide(guide->volume, input.volume.volume); !serves)
+        return fail("{}: {}", options.guide, serves.error().message);
+    input.guide = guide->volume;
+    return input;
 }
 
 Result<void> run_edit(const EditOptions& options) {
@@ -166,44 +248,40 @@ Result<void> run_edit(const EditOptions& options) {
             if (Result<void> can = expect_writable(path); !can)
                 return can;
     const Interrupt interrupt;
-    Result<std::vector<JournalEntry>> wanted = wanted_entries(options);
+    Result<std::vector<JournalEntry>> wanted = strokes_of_file(options);
     if (!wanted)
         return tl::unexpected(wanted.error());
-    Result<bool> labels = on_labels(*wanted);
-    if (labels && options.strokes.empty()) // of a journal alone: its strokes tell
-        if (const Result<std::vector<JournalEntry>> kept = Journal::peek(journal_path); kept)
-            labels = on_labels(*kept);
+    const bool alone = options.strokes.empty(); // the journal's strokes are all there are
+    const Result<Journal::Contents> there = look_at_journal(options, journal_path);
+    if (!there)
+        return tl::unexpected(there.error());
+    const std::vector<JournalEntry>& strokes = alone ? there->entries : *wanted;
+    if (const Result<void> enough = check_undo(strokes, options.undo); !enough)
+        return enough;
+    for (uint32_t i = 0; i < options.undo; ++i)
+        wanted->push_back({JournalEntry::Kind::undo, {}});
+    const Result<bool> labels = on_labels(strokes);
     if (!labels)
-        return fail("{}: {}", options.strokes, labels.error().message);
-    const Result<LoadedVolume> loaded = load(options.read, *labels, interrupt);
-    if (!loaded)
-        return tl::unexpected(loaded.error());
-    std::optional<Volume> guide;
-    if (!options.guide.empty()) {
-        ReadFlags flags = options.read;
-        flags.path = options.guide;
-        const Result<LoadedVolume> found = load(flags, false, interrupt);
-        if (!found)
-            return tl::unexpected(found.error());
-        guide = found->volume;
-    }
+        return fail("{}: {}", alone ? journal_path.string() : options.strokes,
+                    labels.error().message);
+    Result<Input> input = load_input(options, *labels, interrupt);
+    if (!input)
+        return tl::unexpected(input.error());
+    const Volume& volume = input->volume.volume;
+    const Volume* guide = input->guide ? &*input->guide : nullptr;
     for (const JournalEntry& entry : *wanted) // before anything is begun
         if (entry.kind == JournalEntry::Kind::stroke)
-            if (const Result<void> fits =
-                    check(entry.stroke.operation, loaded->volume, guide ? &*guide : nullptr);
-                !fits)
+            if (const Result<void> fits = check(entry.stroke.operation, volume, guide); !fits)
                 return fail("{}: {}", options.strokes, fits.error().message);
 
-    Result<Journal::Found> found = find_journal(
-        options, journal_path, Journal::base_of(loaded->volume, guide ? &*guide : nullptr));
+    Result<Journal::Found> found =
+        find_journal(options, journal_path, Journal::base_of(volume, guide));
     if (!found)
         return tl::unexpected(found.error());
+    tell(*found, journal_path);
     std::vector<JournalEntry> entries = std::move(found->entries);
     const size_t kept = entries.size();
-    if (kept > 0)
-        log::info("{}: {} step{} recovered{}", journal_path.string(), kept, kept == 1 ? "" : "s",
-                  found->cut ? ", and one that had not ended is dropped" : "");
-    if (options.strokes.empty()) {
+    if (alone) {
         for (JournalEntry& entry : *wanted)
             entries.push_back(std::move(entry));
     } else { // what is kept must be where STROKES began
@@ -220,7 +298,7 @@ Result<void> run_edit(const EditOptions& options) {
                     journal_path.string());
     };
     const Timer timer;
-    Replay replay(loaded->volume, std::move(guide), options);
+    Replay replay(volume, input->guide, options);
     {
         Progress progress("editing");
         for (size_t i = 0; i < entries.size(); ++i) {

@@ -68,8 +68,9 @@ bool Editor::go_on(const std::stop_token& stop) {
         return taken || begun;
     feed();
     const int64_t until = profile::now_ns() + static_cast<int64_t>(options_.slice_ms * 1e6);
-    const bool done =
-        stroke_->work([&] { return !stop.stop_requested() && profile::now_ns() < until; });
+    const bool done = stroke_->work([&] { return profile::now_ns() < until; }, stop);
+    if (stop.stop_requested())
+        return false;
     if (done)
         last_done_ = last_fed_;
     bool any = taken || !done || lifted_;

@@ -1,30 +1,23 @@
 #include "engine/edit/journal.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 #include <cerrno>
 #include <cstring>
+#include <span>
 
 #include "engine/base/file.h"
+#include "engine/edit/journal_records.h"
 #include "engine/volume/content_hash.h"
 
 namespace palpate {
 
 namespace {
 
-constexpr std::string_view kMagic = "palpate journal 1\n";
 constexpr uint64_t kMostBytes = uint64_t{4} << 30;
-
-struct RecordHeader {
-    uint32_t bytes, crc;
-};
-
-uint32_t crc_of(std::string_view bytes) {
-    return static_cast<uint32_t>(
-        ::crc32_z(0, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
-}
 
 std::string base_text(const Journal::Base& base) {
     std::string text =
@@ -60,27 +53,44 @@ bool keep_name(const std::filesystem::path& path) {
     return !failed;
 }
 
-// The payload of the record at `at`, which moves behind it; nothing where it is not whole. No
-// payload is empty: zeros, which a file may end in after a loss of power, are no record though
-// the CRC of nothing is 0.
-std::optional<std::string_view> next_record(std::string_view file, size_t& at) {
-    RecordHeader header;
-    if (file.size() - at < sizeof header)
-        return std::nullopt;
-    std::memcpy(&header, file.data() + at, sizeof header);
-    if (header.bytes == 0 || file.size() - at - sizeof header < header.bytes)
-        return std::nullopt;
-    const std::string_view payload = file.substr(at + sizeof header, header.bytes);
-    if (crc_of(payload) != header.crc)
-        return std::nullopt;
-    at += sizeof header + header.bytes;
-    return payload;
+// The file at fd is ours alone until fd is closed. A file system that knows no locks refuses none.
+Result<void> lock(int fd, const std::filesystem::path& path) {
+    int failed = 0;
+    do
+        failed = ::flock(fd, LOCK_EX | LOCK_NB);
+    while (failed && errno == EINTR);
+    if (failed && errno == EWOULDBLOCK)
+        return fail("{}: expected the journal of an edit that has ended, found one that is running",
+                    path.string());
+    struct stat found {};
+    if (::fstat(fd, &found) == 0 && found.st_nlink == 0) // it ended, and took it away
+        return fail("{}: no such file", path.string());
+    return {};
+}
+
+// A copy of what a journal was, under the first name that is free or holds the same.
+Result<std::filesystem::path> keep_copy(const std::filesystem::path& path,
+                                        const std::string& bytes) {
+    for (int n = 1;; ++n) {
+        std::filesystem::path copy = path;
+        copy += n == 1 ? ".damaged" : fmt::format(".damaged-{}", n);
+        std::error_code error;
+        if (std::filesystem::exists(copy, error)) {
+            if (const Result<std::string> there = load_text(copy, kMostBytes);
+                there && *there == bytes)
+                return copy;
+            continue;
+        }
+        if (const Result<void> kept = save_bytes(copy, std::as_bytes(std::span(bytes))); !kept)
+            return tl::unexpected(kept.error());
+        return copy;
+    }
 }
 
 // Moves `at` behind the last whole one.
-Result<std::vector<JournalEntry>> read_entries(std::string_view text, size_t& at,
-                                               const std::filesystem::path& path) {
-    std::vector<JournalEntry> entries;
+Result<Journal::Contents> read_entries(std::string_view text, size_t& at,
+                                       const std::filesystem::path& path) {
+    Journal::Contents contents;
     while (const std::optional<std::string_view> payload = next_record(text, at)) {
         JournalEntry entry;
         if (*payload == "undo\n") {
@@ -96,9 +106,25 @@ Result<std::vector<JournalEntry>> read_entries(std::string_view text, size_t& at
                             strokes->size());
             entry.stroke = std::move(strokes->front());
         }
-        entries.push_back(std::move(entry));
+        contents.entries.push_back(std::move(entry));
     }
-    return entries;
+    const JournalTail tail = tail_of(text, at);
+    contents.cut = tail.kind == JournalTail::Kind::unfinished;
+    if (tail.kind == JournalTail::Kind::damaged)
+        contents.damage = {at, tail.what, tail.later, {}};
+    return contents;
+}
+
+// The first record says what the others belong to.
+Result<void> expect_no_damage_at_start(std::string_view text, size_t at,
+                                       const std::filesystem::path& path) {
+    const JournalTail tail = tail_of(text, at);
+    if (tail.kind != JournalTail::Kind::damaged)
+        return {};
+    return fail(
+        "{}: damaged at byte {}, where it says which volume it belongs to: {}; it stays as it is, "
+        "with {} step{} that could be read",
+        path.string(), at, tail.what, tail.later, tail.later == 1 ? "" : "s");
 }
 
 } // namespace
@@ -134,77 +160,109 @@ Journal::~Journal() {
 }
 
 Result<Journal> Journal::create(const std::filesystem::path& path, const Base& base) {
-    const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
+    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
     if (fd < 0)
         return fail("{}: cannot be made: {}", path.string(), std::strerror(errno));
     Journal journal(path, fd, 0);
-    // The magic belongs to the first record, so that a journal cut in its first breath is told
-    // from a foreign file by its beginning.
-    if (!write_all(fd, kMagic)) {
-        const int reason = errno;
+    if (const Result<void> ours = lock(fd, path); !ours) // and theirs is the file
+        return tl::unexpected(ours.error());
+    Result<void> begun = journal.begin(base);
+    if (begun && !keep_name(path))
+        begun = fail("{}: its folder cannot be written: {}", path.string(), std::strerror(errno));
+    if (!begun) {
         ::unlink(path.c_str());
-        return fail("{}: cannot be written: {}", path.string(), std::strerror(reason));
-    }
-    journal.end_ = kMagic.size();
-    if (Result<void> written = journal.write_record(base_text(base)); !written) {
-        ::unlink(path.c_str());
-        return tl::unexpected(written.error());
-    }
-    if (!keep_name(path)) {
-        const int reason = errno;
-        ::unlink(path.c_str());
-        return fail("{}: its folder cannot be written: {}", path.string(), std::strerror(reason));
+        return tl::unexpected(begun.error());
     }
     return journal;
 }
 
+Result<void> Journal::begin(const Base& base) {
+    // The magic belongs to the first record, so that a journal cut in its first breath is told
+    // from a foreign file by its beginning.
+    if (::ftruncate(fd_, 0) != 0 || !write_all(fd_, kJournalMagic))
+        return fail("{}: cannot be written: {}", path_.string(), std::strerror(errno));
+    end_ = kJournalMagic.size();
+    return write_record(base_text(base));
+}
+
 Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Base& base) {
+    const int fd = ::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC);
+    if (fd < 0)
+        return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
+    Journal journal(path, fd, 0);
+    if (const Result<void> ours = lock(fd, path); !ours)
+        return tl::unexpected(ours.error());
     const Result<std::string> file = load_text(path, kMostBytes);
     if (!file)
         return tl::unexpected(file.error());
     const std::string_view text(*file);
     // The magic itself may be cut, or zeros that it was never written over.
     const std::string_view start = text.substr(0, text.find_last_not_of('\0') + 1);
-    const bool torn_start = start.size() < kMagic.size() && kMagic.starts_with(start);
-    if (!torn_start && !text.starts_with(kMagic))
+    const bool torn_start = start.size() < kJournalMagic.size() && kJournalMagic.starts_with(start);
+    if (!torn_start && !text.starts_with(kJournalMagic))
         return fail("{}: expected a journal of palpate edit, found something else", path.string());
-    size_t at = torn_start ? text.size() : kMagic.size();
+    size_t at = torn_start ? text.size() : kJournalMagic.size();
     const std::optional<std::string_view> first = next_record(text, at);
     if (!first) { // ended before the first entry could be: begin anew
-        std::error_code error;
-        if (!std::filesystem::remove(path, error))
-            return fail("{}: cannot be taken away: {}", path.string(), error.message());
-        Result<Journal> made = create(path, base);
-        if (!made)
-            return pass_on(made);
-        return Found{std::move(*made), {}, true};
+        if (const Result<void> whole = expect_no_damage_at_start(text, at, path); !whole)
+            return tl::unexpected(whole.error());
+        if (const Result<void> begun = journal.begin(base); !begun)
+            return tl::unexpected(begun.error());
+        return Found{{{}, true, {}}, std::move(journal)};
     }
     if (*first != base_text(base))
         return fail(
             "{}: belongs to another volume, guide or place than those given: expected "
             "\"{}\", found \"{}\"",
             path.string(), base_text(base), *first);
-    Result<std::vector<JournalEntry>> entries = read_entries(text, at, path);
-    if (!entries)
-        return pass_on(entries);
-    const int fd = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
-    if (fd < 0)
+    Result<Contents> contents = read_entries(text, at, path);
+    if (!contents)
+        return pass_on(contents);
+    if (contents->damage) {
+        const Result<std::filesystem::path> copy = keep_copy(path, *file);
+        if (!copy)
+            return tl::unexpected(copy.error());
+        contents->damage->kept_as = *copy;
+    }
+    if (at < text.size() && ::ftruncate(fd, static_cast<off_t>(at)) != 0)
         return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
-    Journal journal(path, fd, at);
-    const bool cut = at < text.size();
-    if (cut && ::ftruncate(fd, static_cast<off_t>(at)) != 0)
-        return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
-    return Found{std::move(journal), std::move(*entries), cut};
+    journal.end_ = at;
+    return Found{std::move(*contents), std::move(journal)};
 }
 
-Result<std::vector<JournalEntry>> Journal::peek(const std::filesystem::path& path) {
+Result<Journal::Contents> Journal::peek(const std::filesystem::path& path) {
     const Result<std::string> file = load_text(path, kMostBytes);
     if (!file)
         return tl::unexpected(file.error());
-    size_t at = kMagic.size();
-    if (!file->starts_with(kMagic) || !next_record(*file, at))
-        return std::vector<JournalEntry>();
+    size_t at = kJournalMagic.size();
+    if (!file->starts_with(kJournalMagic))
+        return Contents();
+    if (!next_record(*file, at)) {
+        if (const Result<void> whole = expect_no_damage_at_start(*file, at, path); !whole)
+            return tl::unexpected(whole.error());
+        return Contents();
+    }
     return read_entries(*file, at, path);
+}
+
+Result<void> Journal::expect_ended(const std::filesystem::path& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0)
+        return fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
+    const Result<void> free = lock(fd, path);
+    ::close(fd);
+    return free;
+}
+
+Result<void> Journal::discard(const std::filesystem::path& path) {
+    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    if (fd < 0)
+        return fail("{}: cannot be taken away: {}", path.string(), std::strerror(errno));
+    Result<void> done = lock(fd, path);
+    if (done && ::unlink(path.c_str()) != 0)
+        done = fail("{}: cannot be taken away: {}", path.string(), std::strerror(errno));
+    ::close(fd);
+    return done;
 }
 
 Result<void> Journal::append(const JournalEntry& entry) {
@@ -219,9 +277,7 @@ Result<void> Journal::write_record(const std::string& payload) {
     if (torn_ && ::ftruncate(fd_, static_cast<off_t>(end_)) != 0)
         return failed(errno);
     torn_ = false;
-    const RecordHeader header{static_cast<uint32_t>(payload.size()), crc_of(payload)};
-    std::string record(reinterpret_cast<const char*>(&header), sizeof header);
-    record += payload;
+    const std::string record = record_of(payload);
     if (!write_all(fd_, record) || ::fdatasync(fd_) != 0) {
         const int reason = errno;
         torn_ = ::ftruncate(fd_, static_cast<off_t>(end_)) != 0;

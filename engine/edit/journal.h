@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +26,12 @@ struct JournalEntry {
 // says which volumes it belongs to, by the hash of their samples; each entry follows with its
 // length and CRC-32, and is on the disk when append() returns. A write that was cut, or
 // whose bytes are zeros after a loss of power, ends the journal at the entry before: readers stop
-// there, and writers go on from there.
+// there, and writers go on from there. They do so, too, where bytes have changed since they were
+// written, for strokes stand on those before them; the whole is then kept under another name.
+//
+// Who has a journal open for writing holds a lock on it (flock), which ends with the process
+// however that ends: nobody else opens or discards it meanwhile. A file system without locks gives
+// none.
 class Journal {
  public:
     // What strokes apply to.
@@ -38,13 +44,32 @@ class Journal {
     // A new one; fails where the file is there already or cannot be made.
     static Result<Journal> create(const std::filesystem::path& path, const Base& base);
 
+    struct Damage {
+        uint64_t at_byte = 0;          // where the first entry that has changed begins
+        std::string what;              // expected and found
+        size_t later = 0;              // entries behind it that are whole
+        std::filesystem::path kept_as; // of open(): a copy of the journal as it was
+    };
+    struct Contents {
+        std::vector<JournalEntry> entries; // before the damage, if there is any
+        bool cut = false;                  // there was more, of an entry that never was whole
+        std::optional<Damage> damage;
+    };
+
     // One that is there, to go on with, and what it holds. Refused where it belongs to other
-    // volumes, and where its first line is not a journal's.
+    // volumes, where its first line is not a journal's, and where what tells the volumes has
+    // changed.
     struct Found;
     static Result<Found> open(const std::filesystem::path& path, const Base& base);
 
-    // What a journal holds, whatever volume it belongs to; changes nothing.
-    static Result<std::vector<JournalEntry>> peek(const std::filesystem::path& path);
+    // What a journal holds, whatever volume it belongs to; changes nothing, needs no lock.
+    static Result<Contents> peek(const std::filesystem::path& path);
+
+    // An error where somebody has it open for writing.
+    static Result<void> expect_ended(const std::filesystem::path& path);
+
+    // Takes one away that nobody has open for writing.
+    static Result<void> discard(const std::filesystem::path& path);
 
     ~Journal();
     Journal(Journal&& other) noexcept;
@@ -58,6 +83,7 @@ class Journal {
 
  private:
     Journal(std::filesystem::path path, int fd, uint64_t end);
+    Result<void> begin(const Base& base);
     Result<void> write_record(const std::string& payload);
 
     std::filesystem::path path_;
@@ -66,10 +92,8 @@ class Journal {
     bool torn_ = false; // there is more behind it, which could not be taken away
 };
 
-struct Journal::Found {
+struct Journal::Found : Contents {
     Journal journal;
-    std::vector<JournalEntry> entries;
-    bool cut = false; // there was more, of an entry that never was whole
 };
 
 } // namespace palpate

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "engine/edit/sweep.h"
+
 namespace palpate {
 
 namespace {
@@ -72,10 +74,9 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
                         operation.label);
         if (operation.only_values && !guide)
             return fail("{}: only_values needs a guide, a volume of grey values", name);
-        if (operation.only_values && guide->size() != volume.size())
-            return fail("{}: expected a guide of {} x {} x {} samples, found {} x {} x {}", name,
-                        volume.size().x, volume.size().y, volume.size().z, guide->size().x,
-                        guide->size().y, guide->size().z);
+        if (operation.only_values)
+            if (const Result<void> serves = check_guide(*guide, volume); !serves)
+                return fail("{}: {}", name, serves.error().message);
     }
     if (operation.kind == OperationKind::smooth) {
         const glm::dvec3 spacing = spacing_mm(volume.grid());
@@ -86,6 +87,37 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
                 kMostSmoothReach, operation.radius_mm, reach);
     }
     return {};
+}
+
+Result<void> check_guide(const Volume& guide, const Volume& volume) {
+    const glm::uvec3 is = guide.size(), wanted = volume.size();
+    if (is != wanted)
+        return fail("expected a guide of {} x {} x {} samples, found {} x {} x {}", wanted.x,
+                    wanted.y, wanted.z, is.x, is.y, is.z);
+    // Places differ by an affine function of the index: the most at a corner.
+    glm::dvec3 farthest(0.0);
+    double most_mm = 0.0;
+    for (uint32_t corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 index =
+            glm::dvec3(wanted - 1u) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+        const double away_mm =
+            glm::length(world_point(guide.grid(), index) - world_point(volume.grid(), index));
+        if (away_mm > most_mm) {
+            most_mm = away_mm;
+            farthest = index;
+        }
+    }
+    const double allowed_mm = Sweep::tolerance_for(volume.grid());
+    if (most_mm <= allowed_mm)
+        return {};
+    const glm::dvec3 a = spacing_mm(volume.grid()), b = spacing_mm(guide.grid());
+    const glm::dvec3 from(volume.grid().world_from_index[3]), to(guide.grid().world_from_index[3]);
+    return fail(
+        "expected a guide whose samples lie where the volume's do, within {:.3g} mm, found sample "
+        "({}, {}, {}) {:.4g} mm away (spacing {:g} x {:g} x {:g} and {:g} x {:g} x {:g} mm, origin "
+        "({:g}, {:g}, {:g}) and ({:g}, {:g}, {:g}) mm)",
+        allowed_mm, farthest.x, farthest.y, farthest.z, most_mm, a.x, a.y, a.z, b.x, b.y, b.z,
+        from.x, from.y, from.z, to.x, to.y, to.z);
 }
 
 double rate_at(const std::vector<RatePoint>& rates, double value) {

@@ -78,8 +78,13 @@ struct Operation {
 const char* name_of(OperationKind kind);
 
 // Why an operation cannot be done on a volume: a member out of the ranges above, the volume's type,
-// or (for only_values on labels) a guide that is missing or of another size.
+// or (for only_values on labels) a guide that is missing or does not serve (check_guide()).
 Result<void> check(const Operation& operation, const Volume& volume, const Volume* guide);
+
+// Why a guide does not serve a volume: another size, or samples that lie elsewhere in the patient
+// by more than Sweep::tolerance_for(volume's grid), to which tools are swept. That is far more than
+// what formats round: 32-bit floats hold places of 10 m to 0.001 mm.
+Result<void> check_guide(const Volume& guide, const Volume& volume);
 
 double rate_at(const std::vector<RatePoint>& rates, double value);
 

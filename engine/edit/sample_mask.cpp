@@ -44,7 +44,7 @@ BrickRange bricks_of(const Sweep& sweep, const Grid& grid) {
 }
 
 void add_samples(SampleMask& mask, const Sweep& sweep, const Grid& grid, glm::uvec3 brick,
-                 glm::uvec3 valid) {
+                 glm::uvec3 valid, const std::stop_token& stop) {
     const glm::dvec3 first = glm::dvec3(brick * kBrickSide);
     const glm::dvec3 low = glm::max(glm::ceil(sweep.low_index() - first), glm::dvec3(0.0));
     const glm::dvec3 high =
@@ -55,7 +55,7 @@ void add_samples(SampleMask& mask, const Sweep& sweep, const Grid& grid, glm::uv
     const glm::dmat3 mm_from_index(grid.world_from_index);
     const double dx = glm::length(mm_from_index[0]);
     for (int z = from.z; z <= to.z; ++z)
-        for (int y = from.y; y <= to.y; ++y) {
+        for (int y = from.y; y <= to.y && !stop.stop_requested(); ++y) {
             uint32_t& row = mask.row(static_cast<uint32_t>(y), static_cast<uint32_t>(z));
             for (int x = from.x; x <= to.x;) {
                 const Sweep::Verdict verdict =

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <stop_token>
 
 #include "engine/edit/sweep.h"
 #include "engine/volume/brick.h"
@@ -23,9 +24,10 @@ struct SampleMask {
 
 // Adds the samples of a brick that a sweep holds. `valid`: how many samples on each axis lie in the
 // volume. What a sample is is decided by sweep.at() at its place; rows are filled in leaps as long
-// as its verdict is good for, less a millionth of a millimetre for rounding.
+// as its verdict is good for, less a millionth of a millimetre for rounding. Ends early, at a row,
+// where `stop` is requested.
 void add_samples(SampleMask& mask, const Sweep& sweep, const Grid& grid, glm::uvec3 brick,
-                 glm::uvec3 valid);
+                 glm::uvec3 valid, const std::stop_token& stop = {});
 
 // The bricks that a sweep may touch: low .. high, both included; none if low > high on some axis.
 struct BrickRange {

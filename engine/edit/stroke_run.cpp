@@ -151,13 +151,17 @@ void StrokeRun::add_segment(const ToolPose& from, const ToolPose& to) {
             }
 }
 
-bool StrokeRun::work(const std::function<bool()>& go_on) {
+bool StrokeRun::work(const std::function<bool()>& go_on, const std::stop_token& stop) {
     const profile::Scope scope("edit bricks");
+    PALPATE_ASSERT(!stopped_);
     while (!waiting_.empty()) {
         const size_t n = std::min(kBricksPerSlice, waiting_.size());
         const std::vector<Touched*> slice(waiting_.begin(), waiting_.begin() + ptrdiff_t(n));
         waiting_.erase(waiting_.begin(), waiting_.begin() + ptrdiff_t(n));
-        work_on(slice);
+        work_on(slice, stop);
+        stopped_ = stop.stop_requested();
+        if (stopped_)
+            return false;
         if (!waiting_.empty() && !go_on())
             return false;
     }
@@ -172,13 +176,13 @@ bool StrokeRun::work(const std::function<bool()>& go_on) {
     }
     if (!edit_)
         edit_.emplace(now_);
-    return regions_->work(*edit_, go_on);
+    return regions_->work(*edit_, [&] { return !stop.stop_requested() && go_on(); });
 }
 
-void StrokeRun::work_on(std::span<Touched* const> bricks) {
+void StrokeRun::work_on(std::span<Touched* const> bricks, const std::stop_token& stop) {
     std::vector<SampleMask> fresh(bricks.size());
     tbb::parallel_for(size_t{0}, bricks.size(), [&](size_t i) {
-        find_samples(*bricks[i], fresh[i]);
+        find_samples(*bricks[i], fresh[i], stop);
         bricks[i]->waiting.clear();
     });
     if (!edit_)
@@ -193,21 +197,21 @@ void StrokeRun::work_on(std::span<Touched* const> bricks) {
         }
         tbb::parallel_for(size_t{0}, bricks.size(), [&](size_t i) {
             if (!out[i].empty())
-                change<T>(*bricks[i], fresh[i], out[i]);
+                change<T>(*bricks[i], fresh[i], out[i], stop);
         });
     });
 }
 
-void StrokeRun::find_samples(Touched& brick, SampleMask& fresh) const {
+void StrokeRun::find_samples(Touched& brick, SampleMask& fresh, const std::stop_token& stop) const {
     const glm::uvec3 valid = before_.valid_in_brick(brick.position);
     if (operation_.kind == OperationKind::mill) {
         for (const auto& segment : brick.waiting)
-            add_dose(brick, fresh, *segment);
+            add_dose(brick, fresh, *segment, stop);
         keep_values(fresh, brick.position);
         return;
     }
     for (const auto& segment : brick.waiting)
-        add_samples(fresh, segment->sweep, before_.grid(), brick.position, valid);
+        add_samples(fresh, segment->sweep, before_.grid(), brick.position, valid, stop);
     fresh.keep_new(brick.seen);
     keep_values(fresh, brick.position);
     if (operation_.by_region())
@@ -215,7 +219,8 @@ void StrokeRun::find_samples(Touched& brick, SampleMask& fresh) const {
             brick.region.rows[i] |= fresh.rows[i];
 }
 
-void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segment) const {
+void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segment,
+                         const std::stop_token& stop) const {
     const double seconds = segment.to.time_s - segment.from.time_s;
     if (!(seconds > 0.0))
         return;
@@ -229,13 +234,14 @@ void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segme
     const glm::dvec3 origin(grid.world_from_index[3]);
     const Parts near = parts_near(grid, brick.position, segment.from.tip_mm - origin,
                                   segment.to.tip_mm - origin, reach, parts);
-    for (double part = near.first; part <= near.last; ++part) {
+    for (double part = near.first; part <= near.last && !stop.stop_requested(); ++part) {
         const ToolPose pose = pose_between(segment.from, segment.to, (part + 0.5) / parts);
         const Sweep still(tool_, grid, pose, pose);
         SampleMask inside;
-        add_samples(inside, still, grid, brick.position, before_.valid_in_brick(brick.position));
+        add_samples(inside, still, grid, brick.position, before_.valid_in_brick(brick.position),
+                    stop);
         for (uint32_t z = 0; z < kBrickSide; ++z)
-            for (uint32_t y = 0; y < kBrickSide; ++y) {
+            for (uint32_t y = 0; y < kBrickSide && !stop.stop_requested(); ++y) {
                 const uint32_t row = inside.row(y, z);
                 if (row == 0)
                     continue;
@@ -277,7 +283,8 @@ void StrokeRun::keep_values(SampleMask& mask, glm::uvec3 brick) const {
 }
 
 template <class T>
-void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<T> out) const {
+void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<T> out,
+                       const std::stop_token& stop) const {
     const Brick& source = before_.brick(brick.position);
     const BrickSamples<T> in = source.samples<T>();
     const uint32_t stride = source.stride();
@@ -285,7 +292,7 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
     // f(value of S', place in the brick) is the new value.
     const auto for_all = [&](auto&& f) {
         for (uint32_t z = 0; z < kBrickSide; ++z)
-            for (uint32_t y = 0; y < kBrickSide; ++y)
+            for (uint32_t y = 0; y < kBrickSide && !stop.stop_requested(); ++y)
                 for_each_bit(fresh.row(y, z), [&](uint32_t x) {
                     const uint32_t at = offset_in_brick({x, y, z});
                     out[at] = f(in[stride * at], glm::ivec3(x, y, z));
@@ -384,6 +391,7 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
 }
 
 Volume StrokeRun::publish() {
+    PALPATE_ASSERT(!stopped_);
     if (edit_) {
         const profile::Scope scope("publish");
         now_ = edit_->commit();

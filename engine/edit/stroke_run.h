@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <unordered_map>
 #include <vector>
 
@@ -35,8 +36,10 @@ class StrokeRun {
     void lift() { lifted_ = true; }
 
     // Works until nothing is left, which returns true, or until go_on says false, which is asked
-    // every few bricks.
-    bool work(const std::function<bool()>& go_on);
+    // every few bricks. `stop` is looked at in every row of samples, so that no sweep, however
+    // long, keeps a program from ending; once it is requested this returns false, the stroke cannot
+    // go on, and nothing of it is published any more.
+    bool work(const std::function<bool()>& go_on, const std::stop_token& stop = {});
     void work() {
         work([] { return true; });
     }
@@ -55,12 +58,14 @@ class StrokeRun {
     struct Touched;
     StrokeRun(Volume before, Tool tool, Operation operation, std::optional<Volume> guide);
     void add_segment(const ToolPose& from, const ToolPose& to);
-    void work_on(std::span<Touched* const> bricks);
-    void find_samples(Touched& brick, SampleMask& fresh) const;
-    void add_dose(Touched& brick, SampleMask& fresh, const Segment& segment) const;
+    void work_on(std::span<Touched* const> bricks, const std::stop_token& stop);
+    void find_samples(Touched& brick, SampleMask& fresh, const std::stop_token& stop) const;
+    void add_dose(Touched& brick, SampleMask& fresh, const Segment& segment,
+                  const std::stop_token& stop) const;
     void keep_values(SampleMask& mask, glm::uvec3 brick) const;
     template <class T>
-    void change(const Touched& brick, const SampleMask& fresh, std::span<T> out) const;
+    void change(const Touched& brick, const SampleMask& fresh, std::span<T> out,
+                const std::stop_token& stop) const;
 
     Volume before_, now_;
     Tool tool_;
@@ -69,6 +74,7 @@ class StrokeRun {
     std::vector<uint8_t> free_; // by label
     std::optional<ToolPose> last_;
     bool lifted_ = false;
+    bool stopped_ = false; // somewhere within a slice
     std::unordered_map<uint64_t, std::unique_ptr<Touched>> bricks_;
     std::deque<Touched*> waiting_;
     std::unique_ptr<RegionSearch> regions_; // of fill and islands, from tool-up on

@@ -4,11 +4,13 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <stdlib.h>
+#include <sys/inotify.h>
 #include <unistd.h>
 
 #include "engine/edit/journal.h"
 #include "engine/edit/stroke_run.h"
 #include "engine/io/volume_io.h"
+#include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
 #include "engine/volume/synthetic.h"
 #include "tests/support/kill.h"
@@ -124,8 +126,10 @@ TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
                 ASSERT_EQ(told, 0u);
                 ++none; // killed before it began
             } else {
-                const auto entries = Journal::peek(file("out.nrrd.journal"));
-                ASSERT_TRUE(entries) << entries.error().message;
+                const auto journalled = Journal::peek(file("out.nrrd.journal"));
+                ASSERT_TRUE(journalled) << journalled.error().message;
+                ASSERT_FALSE(journalled->damage);
+                const auto* entries = &journalled->entries;
                 ASSERT_GE(entries->size(), told);
                 ASSERT_LE(entries->size(), strokes_.size());
                 for (size_t i = 0; i < entries->size(); ++i)
@@ -194,10 +198,47 @@ TEST_F(KilledEdit, AStrokeThatCountsAsDoneIsInTheJournal) {
         }
         const auto entries = Journal::peek(file("j"));
         ASSERT_TRUE(entries) << entries.error().message;
-        EXPECT_GE(entries->size(), done);
-        EXPECT_LE(entries->size(), done + 1u);
-        EXPECT_TRUE(Journal::open(file("j"), of));
+        EXPECT_FALSE(entries->damage);
+        EXPECT_GE(entries->entries.size(), done);
+        EXPECT_LE(entries->entries.size(), done + 1u);
+        EXPECT_TRUE(Journal::open(file("j"), of)); // a lock ends with who held it
     }
+}
+
+// One stroke that takes minutes within a single slice: a process asked to end does so within it.
+TEST_F(KilledEdit, ALongSweepEndsWhenAskedTo) {
+    Operation op;
+    op.kind = OperationKind::mill;
+    op.rates = {{0, 1}};
+    std::vector<ToolPose> poses;
+    for (int k = 0; k < 4000; ++k) // across one brick and back, each way some sixty places
+        poses.push_back({0.01 * k, glm::dvec3(k % 2 ? 31 : 0, 15, 15), kUpright});
+    write("strokes.jsonl",
+          stroke_text(make_stroke(
+              *parse_json(R"({"kind": "burr", "radius_mm": 9, "flutes": 12})", ""), op, poses)));
+    ASSERT_TRUE(save_volume(file("in.nrrd"),
+                            make_volume(make_grid(glm::uvec3(32), glm::dvec3(1)), ScalarType::i16,
+                                        [](glm::uvec3) { return 1000.0; })));
+    const int news = ::inotify_init1(IN_CLOEXEC);
+    ASSERT_GE(::inotify_add_watch(news, file("").c_str(), IN_CREATE), 0);
+    const int messages = ::open(file("messages").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    const pid_t child = ::fork();
+    if (child == 0)
+        ::_exit(become_program(arguments(false), messages));
+    while (!std::filesystem::exists(file("out.nrrd.journal"))) { // the last thing before the stroke
+        char some[4096];
+        ASSERT_GT(::read(news, some, sizeof some), 0);
+    }
+    ::close(news);
+    ::kill(child, SIGTERM);
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    ::close(messages);
+    ASSERT_TRUE(WIFEXITED(status));
+    EXPECT_EQ(WEXITSTATUS(status), 1);
+    EXPECT_THAT(bytes_of("messages"), testing::HasSubstr("interrupted; the steps done so far"));
+    EXPECT_EQ(Journal::peek(file("out.nrrd.journal"))->entries.size(), 0u);
+    EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
 }
 
 } // namespace

@@ -66,6 +66,17 @@ class EditCommand : public ProgramTest {
         more.insert(more.end(), {"-o", file("out.nrrd").string()});
         return run(more);
     }
+    // As a program that was killed would, or, as long as it lives, one that is running.
+    Journal leave_journal(const std::vector<Stroke>& strokes, size_t count) const {
+        std::filesystem::remove(file("out.nrrd.journal"));
+        const Result<LoadedVolume> in = load_volume(file("in.nrrd"));
+        Result<Journal> journal =
+            Journal::create(file("out.nrrd.journal"), Journal::base_of(in->volume, nullptr));
+        EXPECT_TRUE(journal);
+        for (size_t i = 0; i < count; ++i)
+            EXPECT_TRUE(journal->append({JournalEntry::Kind::stroke, strokes[i]}));
+        return std::move(*journal);
+    }
     void save_input() const { ASSERT_TRUE(save_volume(file("in.nrrd"), phantom())); }
     std::string strokes_path() const { return file("strokes.jsonl").string(); }
 };
@@ -92,8 +103,10 @@ TEST_F(EditCommand, DoesStrokesAndTakesThemBack) {
         EXPECT_EQ(report["content_hash"], fmt::format("{:016x}", content_hash(expected)));
     }
     const ProgramRun done = edit({strokes_path(), "--undo", "4"});
-    EXPECT_EQ(done.exit_code, 1);
-    EXPECT_THAT(done.messages, HasSubstr("expected a stroke to undo, found none left"));
+    EXPECT_EQ(done.exit_code, 1); // before the work: there is no journal to recover
+    EXPECT_THAT(done.messages,
+                HasSubstr("--undo: expected at most 3 strokes to take back, found 4"));
+    EXPECT_FALSE(std::filesystem::exists(file("out.nrrd.journal")));
 }
 
 TEST_F(EditCommand, AStrokeThatMissesIsAStrokeToTakeBack) {
@@ -142,16 +155,7 @@ TEST_F(EditCommand, GoesOnFromItsJournal) {
     save_input();
     const std::vector<Stroke> strokes = grey_strokes(5);
     write("strokes.jsonl", text_of(strokes));
-    const auto leave_journal = [&](size_t count) { // as a program that was killed would
-        std::filesystem::remove(file("out.nrrd.journal"));
-        const Result<LoadedVolume> in = load_volume(file("in.nrrd"));
-        Result<Journal> journal =
-            Journal::create(file("out.nrrd.journal"), Journal::base_of(in->volume, nullptr));
-        ASSERT_TRUE(journal);
-        for (size_t i = 0; i < count; ++i)
-            ASSERT_TRUE(journal->append({JournalEntry::Kind::stroke, strokes[i]}));
-    };
-    leave_journal(2);
+    leave_journal(strokes, 2);
     ProgramRun done = edit({strokes_path()});
     EXPECT_EQ(done.exit_code, 1);
     EXPECT_THAT(done.messages, HasSubstr("--recover does them, --discard drops them"));
@@ -162,12 +166,12 @@ TEST_F(EditCommand, GoesOnFromItsJournal) {
     EXPECT_THAT(done.messages, HasSubstr("2 steps recovered"));
     EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), strokes, 2)));
 
-    leave_journal(2);
+    leave_journal(strokes, 2);
     done = edit({strokes_path(), "--recover"});
     ASSERT_EQ(done.exit_code, 0) << done.messages;
     EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), strokes, 5)));
 
-    leave_journal(4);
+    leave_journal(strokes, 4);
     write("strokes.jsonl", text_of({strokes[0], strokes[2]}));
     done = edit({strokes_path(), "--recover"});
     EXPECT_EQ(done.exit_code, 1);
@@ -176,6 +180,94 @@ TEST_F(EditCommand, GoesOnFromItsJournal) {
     done = edit({strokes_path(), "--discard"});
     ASSERT_EQ(done.exit_code, 0) << done.messages;
     EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), {strokes[0], strokes[2]}, 2)));
+}
+
+TEST_F(EditCommand, LeavesTheJournalOfARunningEditAlone) {
+    save_input();
+    const std::vector<Stroke> strokes = grey_strokes(2);
+    write("strokes.jsonl", text_of(strokes));
+    const Journal running = leave_journal(strokes, 1);
+    const std::string before = bytes_of("out.nrrd.journal");
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--recover"},
+                                                      {strokes_path(), "--recover"},
+                                                      {strokes_path(), "--discard"},
+                                                      {strokes_path()}}) {
+        const ProgramRun done = edit(arguments);
+        EXPECT_EQ(done.exit_code, 1);
+        EXPECT_THAT(done.messages, HasSubstr("found one that is running"));
+        EXPECT_EQ(std::count(done.messages.begin(), done.messages.end(), '\n'), 1);
+        EXPECT_EQ(bytes_of("out.nrrd.journal"), before);
+        EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
+    }
+}
+
+TEST_F(EditCommand, NamesDamageAndKeepsAllOfIt) {
+    save_input();
+    const std::vector<Stroke> strokes = grey_strokes(4);
+    write("strokes.jsonl", text_of(strokes));
+    const auto damage = [&](size_t stroke) { // a byte in the middle of it
+        leave_journal(strokes, 4);
+        std::string bytes = bytes_of("out.nrrd.journal");
+        const size_t at = bytes.find(stroke_text(strokes[stroke]));
+        bytes[at + 100] ^= 1;
+        write("out.nrrd.journal", bytes);
+        return std::pair(bytes, at - 8);
+    };
+    const auto [bytes, at] = damage(2);
+    // Of the two strokes that can be done again no three can be taken back.
+    ProgramRun done = edit({"--recover", "--undo", "3"});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("expected at most 2 strokes to take back, found 3"));
+    EXPECT_EQ(bytes_of("out.nrrd.journal"), bytes);
+
+    done = edit({"--recover"});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_THAT(done.messages, HasSubstr("2 steps recovered\n"));
+    EXPECT_THAT(done.messages,
+                HasSubstr(fmt::format("damaged at byte {}: expected checksum ", at)));
+    EXPECT_THAT(done.messages, HasSubstr("1 step behind it could be read and is left out"));
+    EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), strokes, 2)));
+    EXPECT_FALSE(std::filesystem::exists(file("out.nrrd.journal")));
+    EXPECT_EQ(bytes_of("out.nrrd.journal.damaged"), bytes);
+
+    std::filesystem::remove(file("out.nrrd"));
+    damage(2);
+    done = edit({strokes_path(), "--recover"}); // which has the others
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), strokes, 4)));
+
+    std::filesystem::remove(file("out.nrrd"));
+    const std::string first = damage(0).first;
+    done = edit({"--recover"});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("before its first step has ended"));
+    EXPECT_EQ(bytes_of("out.nrrd.journal"), first);
+    EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
+}
+
+TEST_F(EditCommand, AGuideLiesWhereTheLabelsDo) {
+    save_input();
+    Operation op;
+    op.only_values = {700, 3000};
+    write("strokes.jsonl",
+          stroke_text(make_stroke(*parse_json(R"({"kind": "point"})", ""), op, {{}})));
+    Grid moved = phantom().grid();
+    moved.world_from_index[3].x += 2;
+    const auto labels_on = [&](const Grid& grid) {
+        EXPECT_TRUE(save_volume(file("labels.nii"),
+                                make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 0.0; })));
+        return run({"edit", file("labels.nii").string(), strokes_path(), "--guide",
+                    file("in.nrrd").string(), "-o", file("out.nii").string()});
+    };
+    const ProgramRun done = labels_on(moved);
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("in.nrrd: expected a guide whose samples lie where"));
+    EXPECT_FALSE(std::filesystem::exists(file("out.nii")));
+    // The same number of samples, along other axes.
+    const ProgramRun across = labels_on(make_grid({90, 100, 40}, glm::dvec3(2)));
+    EXPECT_EQ(across.exit_code, 1);
+    EXPECT_THAT(across.messages,
+                HasSubstr("a guide of 90 x 100 x 40 samples, found 100 x 90 x 40"));
 }
 
 TEST_F(EditCommand, SaysWhatIsWrong) {

@@ -247,9 +247,9 @@ TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
     expect({strokes[0], strokes[2]}, "");
     const auto kept = Journal::peek(file("j"));
     ASSERT_TRUE(kept);
-    ASSERT_EQ(kept->size(), 2u);
+    ASSERT_EQ(kept->entries.size(), 2u);
     for (const int i : {0, 1}) // an input is a pose each: down and up
-        EXPECT_EQ((*kept)[size_t(i)].stroke.poses,
+        EXPECT_EQ(kept->entries[size_t(i)].stroke.poses,
                   std::vector<ToolPose>(2, strokes[size_t(2 * i)].poses[0]));
 }
 

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
+#include <zlib.h>
 
 #include <csignal>
 
@@ -58,7 +59,7 @@ TEST_F(JournalTest, HoldsWhatWasAppended) {
         for (int i = 5; i < 9; ++i)
             ASSERT_TRUE(found->journal.append(all[size_t(i)]));
     }
-    EXPECT_EQ(texts(*Journal::peek(file("j"))), texts(all));
+    EXPECT_EQ(texts(Journal::peek(file("j"))->entries), texts(all));
     Result<Journal::Found> found = Journal::open(file("j"), base_);
     EXPECT_FALSE(found->cut);
     EXPECT_EQ(texts(found->entries), texts(all));
@@ -92,30 +93,129 @@ TEST_F(JournalTest, EveryTruncationEndsAtAWholeEntry) {
             Result<Journal::Found> found = Journal::open(file("cut"), base_);
             ASSERT_TRUE(found) << size << " and " << zeros << ": " << found.error().message;
             ASSERT_EQ(found->entries.size(), expected) << size << " and " << zeros;
-            ASSERT_EQ(Journal::peek(file("cut"))->size(), expected);
+            ASSERT_EQ(Journal::peek(file("cut"))->entries.size(), expected);
             EXPECT_EQ(found->cut,
                       zeros > 0 || std::find(ends.begin(), ends.end(), size) == ends.end());
             if (size % 64 == 0) { // each waits for the disk
                 ASSERT_TRUE(found->journal.append(all[0]));
-                ASSERT_EQ(Journal::peek(file("cut"))->size(), expected + 1);
+                ASSERT_EQ(Journal::peek(file("cut"))->entries.size(), expected + 1);
             }
         }
 }
 
-TEST_F(JournalTest, AFlippedBitEndsItThere) {
+// Every byte behind the first entry in turn: what is before it is there, the damage is named, what
+// is behind it is counted, and nothing of the file is lost.
+TEST_F(JournalTest, AFlippedBitIsNamedAndLosesNothing) {
+    const auto all = entries(4);
+    std::vector<size_t> ends;
+    {
+        Result<Journal> journal = Journal::create(file("j"), base_);
+        ends.push_back(bytes_of("j").size());
+        for (const JournalEntry& entry : all) {
+            ASSERT_TRUE(journal->append(entry));
+            ends.push_back(bytes_of("j").size());
+        }
+    }
+    const std::string whole = bytes_of("j");
+    for (size_t i = ends[0]; i < whole.size(); i += 3) {
+        std::string damaged = whole;
+        damaged[i] = static_cast<char>(damaged[i] ^ 4);
+        write("bad", damaged);
+        const size_t before = size_t(std::upper_bound(ends.begin(), ends.end(), i) - ends.begin());
+        Result<Journal::Found> found = Journal::open(file("bad"), base_);
+        ASSERT_TRUE(found) << i << ": " << found.error().message;
+        ASSERT_EQ(texts(found->entries), texts({all.begin(), all.begin() + ptrdiff_t(before - 1)}));
+        EXPECT_FALSE(found->cut);
+        ASSERT_TRUE(found->damage) << i;
+        EXPECT_EQ(found->damage->at_byte, ends[before - 1]);
+        EXPECT_EQ(found->damage->later, all.size() - before);
+        EXPECT_THAT(found->damage->what,
+                    HasSubstr(i < ends[before - 1] + 4 ? "found" : "checksum"));
+        ASSERT_EQ(found->damage->kept_as.filename(), "bad.damaged");
+        EXPECT_EQ(bytes_of("bad.damaged"), damaged);
+        if (i % 64 == 0) { // each waits for the disk
+            ASSERT_TRUE(found->journal.append(all[0]));
+            const auto gone_on = Journal::peek(file("bad"));
+            EXPECT_EQ(gone_on->entries.size(), before);
+            EXPECT_FALSE(gone_on->damage);
+        }
+        std::filesystem::remove(file("bad.damaged"));
+    }
+}
+
+TEST_F(JournalTest, TellsBothChecksumsAndKeepsEveryCopy) {
+    const auto all = entries(3);
+    size_t first = 0;
+    {
+        Result<Journal> journal = Journal::create(file("j"), base_);
+        first = bytes_of("j").size();
+        for (const JournalEntry& entry : all)
+            ASSERT_TRUE(journal->append(entry));
+    }
+    std::string damaged = bytes_of("j");
+    damaged[first + 20] ^= 1;
+    const std::string payload = damaged.substr(first + 8, all[0].text().size());
+    const auto crc = [](const std::string& bytes) {
+        return ::crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), uInt(bytes.size()));
+    };
+    write("j", damaged);
+    const std::string what =
+        fmt::format("expected checksum {:08x}, found {:08x}", crc(all[0].text()), crc(payload));
+    EXPECT_EQ(Journal::peek(file("j"))->damage->what, what);
+    EXPECT_EQ(bytes_of("j"), damaged); // a look changes nothing
+    write("j.damaged", "of another day");
+    for (int again = 0; again < 2; ++again) { // as one that was killed before it went on
+        write("j", damaged);
+        const auto found = Journal::open(file("j"), base_);
+        EXPECT_EQ(found->damage->what, what);
+        EXPECT_EQ(found->damage->kept_as, file("j.damaged-2"));
+    }
+    EXPECT_EQ(bytes_of("j.damaged"), "of another day");
+    EXPECT_EQ(bytes_of("j.damaged-2"), damaged);
+}
+
+// Nothing could be done with it, so it stays.
+TEST_F(JournalTest, ADamagedFirstEntryIsRefused) {
     {
         Result<Journal> journal = Journal::create(file("j"), base_);
         for (const JournalEntry& entry : entries(3))
             ASSERT_TRUE(journal->append(entry));
     }
-    const std::string whole = bytes_of("j");
-    for (size_t i = 20; i < whole.size(); i += 3) {
-        std::string damaged = whole;
-        damaged[i] = static_cast<char>(damaged[i] ^ 4);
-        write("bad", damaged);
-        const Result<std::vector<JournalEntry>> found = Journal::peek(file("bad"));
-        EXPECT_TRUE(found && found->size() < 3) << i;
+    std::string damaged = bytes_of("j");
+    damaged[40] ^= 1;
+    write("j", damaged);
+    for (const std::string& why : {Journal::open(file("j"), base_).error().message,
+                                   Journal::peek(file("j")).error().message}) {
+        EXPECT_THAT(why, HasSubstr("damaged at byte 18, where it says which volume"));
+        EXPECT_THAT(why, HasSubstr("with 3 steps that could be read"));
     }
+    EXPECT_EQ(bytes_of("j"), damaged);
+}
+
+TEST_F(JournalTest, BelongsToWhoHasItOpen) {
+    const auto all = entries(2);
+    {
+        Result<Journal> journal = Journal::create(file("j"), base_);
+        for (const Result<void>& other :
+             {Journal::expect_ended(file("j")), Journal::discard(file("j"))})
+            EXPECT_EQ(other ? "" : other.error().message,
+                      file("j").string() +
+                          ": expected the journal of an edit that has ended, found one that is "
+                          "running");
+        EXPECT_THAT(Journal::open(file("j"), base_).error().message, HasSubstr("is running"));
+        ASSERT_TRUE(journal->append(all[0])); // as if nobody had asked
+        EXPECT_EQ(Journal::peek(file("j"))->entries.size(), 1u);
+        const Journal moved = std::move(*journal);
+        EXPECT_FALSE(Journal::expect_ended(file("j")));
+    }
+    ASSERT_TRUE(Journal::expect_ended(file("j")));
+    {
+        const auto found = Journal::open(file("j"), base_);
+        EXPECT_EQ(found->entries.size(), 1u);
+        EXPECT_FALSE(Journal::discard(file("j")));
+    }
+    EXPECT_TRUE(Journal::discard(file("j")));
+    EXPECT_FALSE(std::filesystem::exists(file("j")));
 }
 
 TEST_F(JournalTest, BelongsToItsVolume) {
@@ -152,7 +252,7 @@ TEST_F(JournalTest, AFullDiskLosesNothing) {
     EXPECT_FALSE(full);
     EXPECT_EQ(bytes_of("j").size(), before);
     ASSERT_TRUE(journal->append(all[2]));
-    EXPECT_EQ(texts(*Journal::peek(file("j"))), texts({all[0], all[2]}));
+    EXPECT_EQ(texts(Journal::peek(file("j"))->entries), texts({all[0], all[2]}));
 }
 
 } // namespace

@@ -256,6 +256,40 @@ TEST(Mill, ALeapCostsWhatItMeets) {
     EXPECT_TRUE(same(past, v));
 }
 
+// Asked to stop within the one brick of a sweep: what is under way ends at the row it is in.
+TEST(Stroke, StopsWithinASlice) {
+    struct Counting : Shape { // every sample is one look: nothing can be leapt over
+        double signed_mm(glm::dvec3) const override {
+            if (++*looks == 1000)
+                stop->request_stop();
+            return 0.0;
+        }
+        BoxMm bounds() const override { return {glm::dvec3(-100), glm::dvec3(100)}; }
+        std::atomic<int>* looks;
+        std::stop_source* stop;
+    };
+    for (const OperationKind kind : {OperationKind::cut, OperationKind::mill}) {
+        std::atomic<int> looks = 0;
+        std::stop_source stop;
+        const auto shape = std::make_shared<Counting>();
+        shape->looks = &looks;
+        shape->stop = &stop;
+        Operation op;
+        op.kind = kind;
+        op.rates = {{0, 1}};
+        const Volume before = make_volume(make_grid(glm::uvec3(32), glm::dvec3(1)), ScalarType::i16,
+                                          [](glm::uvec3) { return 100.0; });
+        auto run = StrokeRun::start(before, {shape}, op);
+        ASSERT_TRUE(run) << run.error().message;
+        (*run)->add(
+            std::vector<ToolPose>{{0, glm::dvec3(0), kUpright}, {1, glm::dvec3(1), kUpright}});
+        (*run)->lift();
+        EXPECT_FALSE((*run)->work([] { return true; }, stop.get_token()));
+        // One brick is one thread's work; a row has 32 samples, and of mill each has two looks.
+        EXPECT_LE(looks, 1000 + 2 * 32);
+    }
+}
+
 TEST(Operation, RefusesValuesThatNoFileHolds) {
     const Volume v = make_volume(make_grid(glm::uvec3(8), glm::dvec3(1)), ScalarType::u8,
                                  [](glm::uvec3) { return 5.0; });
@@ -316,6 +350,24 @@ TEST(Operation, RefusesWhatItCannotDo) {
     EXPECT_EQ(why(labels, &greys), "fits");
     const Volume small = random_greys(random, make_grid({8, 8, 7}, glm::dvec3(1)), ScalarType::u8);
     EXPECT_EQ(why(labels, &small), "draw: expected a guide of 8 x 8 x 8 samples, found 8 x 8 x 7");
+    // Elsewhere in the patient, by the spacing, the origin or the direction. One sixteenth of a
+    // millimetre is allowed; what 32-bit floats make of these numbers is far less.
+    const auto guide_at = [&](const Grid& where) { return with_grid(greys, where); };
+    const auto moved = [&](double mm) { return make_grid(glm::uvec3(8), {1, 1, 1}, {0, 0, mm}); };
+    const Volume far = guide_at(moved(0.07)), near = guide_at(moved(0.06));
+    const Volume thick = guide_at(make_grid(glm::uvec3(8), {1, 1, 2}));
+    Grid turned = grid;
+    turned.world_from_index[0] = {0, 1, 0, 0};
+    turned.world_from_index[1] = {1, 0, 0, 0};
+    Grid rounded = make_grid(glm::uvec3(8), {1.0 + 1e-7, 1, 1}, {1e-5, 0, 0});
+    const Volume across = guide_at(turned), as_floats = guide_at(rounded);
+    EXPECT_EQ(why(labels, &near), "fits");
+    EXPECT_EQ(why(labels, &as_floats), "fits");
+    EXPECT_THAT(why(labels, &far), testing::HasSubstr("0.07 mm away"));
+    EXPECT_THAT(why(labels, &thick),
+                testing::HasSubstr("within 0.0625 mm, found sample (0, 0, 7) 7 mm away (spacing 1 "
+                                   "x 1 x 1 and 1 x 1 x 2 mm"));
+    EXPECT_THAT(why(labels, &across), testing::HasSubstr("9.899 mm away")); // 7 * sqrt(2)
     op.only_values.reset();
     op.label = 300;
     EXPECT_EQ(why(labels), "draw: expected a label of at most 255 in a volume of u8, found 300");
