@@ -23,6 +23,14 @@ std::string suite_list() {
     return text + "; page (write index.html anew from the results in --out)";
 }
 
+std::vector<NamedFile> files_of(const BenchOptions& options) {
+    const std::filesystem::path out = options.out;
+    return {{"--ct", options.head_ct},
+            {"--labels", options.labels},
+            {"the result in --out", (out / (options.suite + ".json")).string(), FileUse::write},
+            {"the page in --out", (out / "index.html").string(), FileUse::write}};
+}
+
 Result<void> run_bench(const BenchOptions& options) {
     if (options.suite == "page")
         return bench::write_page(options.out);
@@ -64,7 +72,7 @@ Command add_bench(CLI::App& app) {
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
-    return [o] { return run_bench(*o); };
+    return {[o] { return run_bench(*o); }, [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

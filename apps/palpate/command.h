@@ -2,14 +2,20 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <vector>
 
+#include "apps/palpate/option_checks.h"
 #include "engine/base/error.h"
 
 namespace palpate {
 
-// One sub-command: adds its options to `app` and returns what runs it. An error is printed to
+// One sub-command: adds its options to `app` and returns what runs it, and which files its options
+// name, of which main() lets none be written that another option names. An error is printed to
 // standard error as one sentence, and the program exits with 1; wrong usage exits with 2.
-using Command = std::function<Result<void>()>;
+struct Command {
+    std::function<Result<void>()> run;
+    std::function<std::vector<NamedFile>()> files;
+};
 
 Command add_info(CLI::App& app);
 Command add_convert(CLI::App& app);

@@ -370,7 +370,10 @@ Command add_compare(CLI::App& app) {
                        fmt::format("{} (default: any)", tolerance.help))
             ->check(non_negative())
             ->group("Tolerances; with none given, nothing may differ by more than the bound");
-    return [options] { return run_compare(*options); };
+    return {[options] { return run_compare(*options); },
+            [options] {
+                return std::vector<NamedFile>{{"A", options->first}, {"B", options->second}};
+            }};
 }
 
 } // namespace palpate

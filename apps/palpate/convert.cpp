@@ -67,7 +67,11 @@ Command add_convert(CLI::App& app) {
         ->required();
     app.add_flag("--labels", options->labels,
                  "Read as a label map: whole numbers, 0 is background (default: grey values)");
-    return [options] { return run_convert(*options); };
+    return {[options] { return run_convert(*options); },
+            [options] {
+                return std::vector<NamedFile>{{"V", options->read.path},
+                                              {"OUT", options->out, FileUse::write}};
+            }};
 }
 
 } // namespace palpate

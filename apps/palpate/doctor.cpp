@@ -94,7 +94,7 @@ Result<void> run_doctor() {
 } // namespace
 
 Command add_doctor(CLI::App&) {
-    return [] { return run_doctor(); };
+    return {[] { return run_doctor(); }, [] { return std::vector<NamedFile>(); }};
 }
 
 } // namespace palpate

@@ -33,6 +33,18 @@ struct EditOptions {
     bool recover = false, discard = false;
 };
 
+// A volume may be changed in place; all else is apart.
+std::vector<NamedFile> files_of(const EditOptions& o) {
+    std::vector<NamedFile> files{{"STROKES", o.strokes},
+                                 {"--guide", o.guide},
+                                 {"-o", o.out, FileUse::write},
+                                 {"the journal of -o", o.out + ".journal", FileUse::write},
+                                 {"--report", o.report, FileUse::write}};
+    if (!is_same_file(o.read.path, o.out))
+        files.insert(files.begin(), {"V", o.read.path});
+    return files;
+}
+
 Result<std::vector<JournalEntry>> strokes_of_file(const EditOptions& options) {
     std::vector<JournalEntry> entries;
     if (!options.strokes.empty()) {
@@ -237,11 +249,6 @@ Result<Input> load_input(const EditOptions& options, bool labels, const Interrup
 
 Result<void> run_edit(const EditOptions& options) {
     const fs::path journal_path = options.out + ".journal";
-    for (const auto& other : {NamedFile{"V", options.read.path}, {"-o", options.out}})
-        if (auto apart =
-                each_its_own({other, {"STROKES", options.strokes}, {"--report", options.report}});
-            !apart)
-            return apart;
     // Before the work, not after it.
     for (const std::string& path : {options.out, options.report})
         if (!path.empty())
@@ -357,11 +364,12 @@ Command add_edit(CLI::App& app) {
                                  "end; STROKES, if given, must begin with them");
     app.add_flag("--discard", options->discard, "Drop the steps in FILE.journal")
         ->excludes(recover);
-    return [options]() -> Result<void> {
-        if (options->strokes.empty() && !options->recover)
-            return fail("expected STROKES, or --recover");
-        return run_edit(*options);
-    };
+    return {[options]() -> Result<void> {
+                if (options->strokes.empty() && !options->recover)
+                    return fail("expected STROKES, or --recover");
+                return run_edit(*options);
+            },
+            [options] { return files_of(*options); }};
 }
 
 } // namespace palpate

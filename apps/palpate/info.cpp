@@ -105,7 +105,10 @@ Command add_info(CLI::App& app) {
     app.add_flag("--labels", options->labels, "Read as a label map (default: grey values)");
     app.add_flag("--json", options->json,
                  "Print JSON for programs (default: text for people); lengths are in mm");
-    return [options] { return run_info(*options); };
+    return {[options] { return run_info(*options); },
+            [options] {
+                return std::vector<NamedFile>{{"V", options->read.path}};
+            }};
 }
 
 } // namespace palpate

@@ -8,6 +8,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/option_checks.h"
+#include "bench/suite/environment.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/io/serve.h"
@@ -39,14 +40,28 @@ constexpr Entry kCommands[] = {
 // Runs a command; where a trace is asked for and the command succeeds, writes it.
 palpate::Result<void> profiled(const Command& command, const std::string& trace) {
     if (trace.empty())
-        return command();
+        return command.run();
     palpate::profile::start();
     palpate::profile::name_thread("main");
     const palpate::Result<void> result = [&] {
         const palpate::profile::Scope scope("command");
-        return command();
+        return command.run();
     }();
     return result ? palpate::profile::save(trace) : result;
+}
+
+// The version, and the commit where the build knew it; nothing that asks a driver.
+std::string version_text() {
+    const std::string_view commit = palpate::bench::built_from();
+    return commit == "unknown" ? "palpate " PALPATE_VERSION
+                               : fmt::format("palpate {} ({})", PALPATE_VERSION, commit);
+}
+
+// Before the work: no file that is written is named by two options.
+palpate::Result<void> expect_files_apart(const Command& command, const std::string& trace) {
+    std::vector<palpate::NamedFile> files = command.files();
+    files.push_back({"--profile", trace, palpate::FileUse::write});
+    return palpate::each_its_own(files);
 }
 
 } // namespace
@@ -56,6 +71,7 @@ int main(int argc, char** argv) {
         palpate::io::serve_decoding(argc, argv);
     CLI::App app("See, touch and carve a CT or MR volume.");
     app.require_subcommand(1);
+    app.set_version_flag("--version", version_text, "Print version and commit, and exit");
     bool verbose = false, quiet = false;
     app.add_flag("--verbose", verbose, "Say more");
     app.add_flag("--quiet", quiet, "Say only what went wrong");
@@ -84,7 +100,9 @@ int main(int argc, char** argv) {
     try {
         for (auto& [sub, command] : commands)
             if (sub->parsed()) {
-                const palpate::Result<void> result = profiled(command, trace);
+                palpate::Result<void> result = expect_files_apart(command, trace);
+                if (result)
+                    result = profiled(command, trace);
                 if (!result)
                     palpate::log::error("{}", result.error().message);
                 else if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)

@@ -45,18 +45,24 @@ void refuse_not_finite(CLI::App& app) {
         refuse_not_finite(*sub);
 }
 
-Result<void> each_its_own(std::initializer_list<NamedFile> files) {
-    const auto place = [](const NamedFile& file) {
-        std::error_code ignored;
-        return std::filesystem::weakly_canonical(file.path, ignored);
+bool is_same_file(const std::string& a, const std::string& b) {
+    namespace fs = std::filesystem;
+    std::error_code ignored;
+    return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored) ||
+           fs::equivalent(a, b, ignored);
+}
+
+Result<void> each_its_own(std::span<const NamedFile> files) {
+    const auto is_file = [](const NamedFile& file) {
+        return !file.path.empty() && file.path != "-" && !file.path.starts_with("synthetic:");
     };
-    for (auto one = files.begin(); one != files.end(); ++one)
-        for (auto other = one + 1; other != files.end(); ++other) {
-            const bool named = !one->path.empty() && one->path != "-" && !other->path.empty() &&
-                               other->path != "-";
-            if (named && place(*one) == place(*other))
-                return fail("{} and {}: expected a file for each, found '{}' for both", one->option,
-                            other->option, one->path);
+    for (size_t i = 0; i < files.size(); ++i)
+        for (size_t j = i + 1; j < files.size(); ++j) {
+            const NamedFile &a = files[i], &b = files[j];
+            const bool one_is_written = a.use == FileUse::write || b.use == FileUse::write;
+            if (one_is_written && is_file(a) && is_file(b) && is_same_file(a.path, b.path))
+                return fail("{} and {}: expected a file for each, found '{}' for both", a.option,
+                            b.option, a.path);
         }
     return {};
 }

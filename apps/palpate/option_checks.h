@@ -1,7 +1,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <initializer_list>
+#include <map>
+#include <span>
 #include <string>
 
 #include "engine/base/error.h"
@@ -17,13 +18,36 @@ CLI::Validator non_negative(); // 0 or above
 // not finite.
 void refuse_not_finite(CLI::App& app);
 
+// One of the names of a table, in help and errors as they are typed.
+template <class Value>
+CLI::Validator one_of(const std::map<std::string, Value>& table) {
+    std::string names;
+    for (const auto& [name, value] : table)
+        names += (names.empty() ? "" : ",") + name;
+    return CLI::Validator(
+        [table, names](std::string& text) {
+            const auto found = table.find(text);
+            if (found == table.end())
+                return fmt::format("expected one of {}, found '{}'", names, text);
+            text = std::to_string(static_cast<int>(found->second));
+            return std::string();
+        },
+        "{" + names + "}");
+}
+
+enum class FileUse { read, write };
+
 // A file and the option that names it.
 struct NamedFile {
-    const char* option;
-    const std::string& path; // "" and "-" name no file
+    std::string option;
+    std::string path; // "" and "-" name no file
+    FileUse use = FileUse::read;
 };
 
-// An error where two of the options name one file.
-Result<void> each_its_own(std::initializer_list<NamedFile> files);
+// Whether two names lead to one place on disk, be it there or not.
+bool is_same_file(const std::string& a, const std::string& b);
+
+// An error where a file that is written is named twice.
+Result<void> each_its_own(std::span<const NamedFile> files);
 
 } // namespace palpate

@@ -37,6 +37,26 @@ struct RenderOptions {
     }
 };
 
+// Those of the options, and those that the scene names.
+std::vector<NamedFile> files_of(const RenderOptions& options) {
+    std::vector<NamedFile> files{{"SCENE", options.scene.input},
+                                 {"--labels", options.scene.labels},
+                                 {"--tf", options.scene.transfer},
+                                 {"-o", options.output, FileUse::write},
+                                 {"--preview", options.preview, FileUse::write},
+                                 {"--stats", options.stats, FileUse::write},
+                                 {"--write-scene", options.write_scene, FileUse::write}};
+    if (const Result<SceneFile> scene = base_scene(options.scene)) { // else it is told later
+        append_files(*scene, files);
+        for (const SurfaceSource& surface : scene->surfaces)
+            if (!surface.mesh.empty())
+                files.push_back(
+                    {options.scene.surfaces.empty() ? "a surface of SCENE" : "--surface",
+                     volume_path(*scene, surface.mesh).string()});
+    }
+    return files;
+}
+
 // --error: the fastest setting for which pictures of this kind err less.
 Result<void> meet_error(const RenderOptions& options, const Device& device, const SceneData& data,
                         Scene& scene) {
@@ -69,13 +89,6 @@ Result<void> run_render(const RenderOptions& options) {
     for (const std::filesystem::path path : {options.output, options.preview})
         if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
             return fail("{}: expected a name ending in .png or .exr", path.string());
-    if (auto apart = each_its_own({{"SCENE", options.scene.input},
-                                   {"-o", options.output},
-                                   {"--preview", options.preview},
-                                   {"--stats", options.stats},
-                                   {"--write-scene", options.write_scene}});
-        !apart)
-        return apart;
     const Result<TexelFormat> format = texel_format(options.format);
     if (!format)
         return fail("{}", format.error().message);
@@ -224,7 +237,7 @@ Command add_render(CLI::App& app) {
     app.add_flag("--no-skipping", o->no_skipping,
                  "March through empty space, too; the picture is the same, bit for bit");
     app.add_flag("--validate", o->validate, "Run under Vulkan validation; a message is a failure");
-    return [o] { return run_render(*o); };
+    return {[o] { return run_render(*o); }, [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

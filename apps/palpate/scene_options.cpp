@@ -403,6 +403,13 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
     return file;
 }
 
+void append_files(const SceneFile& scene, std::vector<NamedFile>& files) {
+    for (const auto& [what, name] :
+         {std::pair("the volume of SCENE", &scene.volume), {"the labels of SCENE", &scene.labels}})
+        if (!name->empty() && !is_synthetic(*name))
+            files.push_back({what, volume_path(scene, *name).string()});
+}
+
 Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const LoadedScene& loaded) {
     const Grid& grid = loaded.data.volume.grid();
     const bool own_surfaces = file.scene.surfaces.empty() || !options.surfaces.empty();

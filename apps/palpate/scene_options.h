@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/palpate/option_checks.h"
 #include "engine/base/error.h"
 #include "engine/io/scene_data.h"
 #include "engine/scene/scene_file.h"
@@ -32,6 +33,9 @@ void add_scene_options(CLI::App& app, SceneOptions& options);
 
 // The scene file the options start from, its volumes and meshes not yet loaded.
 Result<SceneFile> base_scene(const SceneOptions& options);
+
+// The volumes that a scene names, for each_its_own().
+void append_files(const SceneFile& scene, std::vector<NamedFile>& files);
 
 // Applies the options to a scene whose volumes are loaded, and settles what depends on them:
 // camera, slice positions, default transfer functions.

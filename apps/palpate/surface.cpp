@@ -260,10 +260,6 @@ Result<void> run_surface(const SurfaceCommand& options) {
             "stay within");
     if (options.labels && options.on == ExtractOn::gpu)
         return fail("--on gpu: expected --iso, found --labels, which the processor extracts");
-    if (auto apart = each_its_own(
-            {{"V", options.read.path}, {"-o", options.out}, {"--report", options.report}});
-        !apart)
-        return apart;
     // Before the work, not after it: no mesh without the report that was asked for.
     for (const std::string& path : {options.out, options.report})
         if (!path.empty() && path != "-")
@@ -352,21 +348,21 @@ Command add_surface(CLI::App& app) {
     app.add_option("--topology", o->topology,
                    "With --iso: how ambiguous cells are closed: classic, or correct as the "
                    "trilinear interpolant is (default: classic)")
-        ->transform(CLI::CheckedTransformer(kTopologies));
+        ->transform(one_of(kTopologies));
     app.add_option("--normals", o->normals,
                    "With --iso: none, gradient (of the values) or triangles (default: gradient)")
-        ->transform(CLI::CheckedTransformer(kNormals));
+        ->transform(one_of(kNormals));
     app.add_flag("--closed", o->closed,
                  "With --iso: close the surface at the volume's border (default: it ends there)");
     app.add_option(
            "--walls", o->walls,
            "With --labels: shared (one wall between two labels, of all at once) or separate "
            "(each label on its own, by surface tracking) (default: shared)")
-        ->transform(CLI::CheckedTransformer(kWalls));
+        ->transform(one_of(kWalls));
     app.add_option("--smooth", o->smoothing,
                    "Filter of the vertices: none, mean, taubin, sinc (windowed), or with shared "
                    "walls bounded, by 0.375 samples an axis (default: none)")
-        ->transform(CLI::CheckedTransformer(kSmoothings));
+        ->transform(one_of(kSmoothings));
     app.add_option("--passes", o->passes, "Of --smooth; for sinc the number of terms")
         ->check(CLI::Range(1u, 10000u))
         ->capture_default_str();
@@ -378,7 +374,7 @@ Command add_surface(CLI::App& app) {
            "--on", o->on,
            "With --iso: who extracts: cpu, gpu, or auto, the graphics device unless it runs "
            "on the processor (default: auto)")
-        ->transform(CLI::CheckedTransformer(kExtractOn));
+        ->transform(one_of(kExtractOn));
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
@@ -387,7 +383,12 @@ Command add_surface(CLI::App& app) {
                    "JSON with counts, Euler number, faults, mm^2, mm^3, and ms by stage; - is "
                    "standard output (default: none)")
         ->type_name("FILE");
-    return [o] { return run_surface(*o); };
+    return {[o] { return run_surface(*o); },
+            [o] {
+                return std::vector<NamedFile>{{"V", o->read.path},
+                                              {"-o", o->out, FileUse::write},
+                                              {"--report", o->report, FileUse::write}};
+            }};
 }
 
 } // namespace palpate

@@ -7,6 +7,7 @@
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/progress.h"
+#include "apps/palpate/scene_options.h"
 #include "apps/palpate/touch_feel.h"
 #include "apps/palpate/touch_run.h"
 #include "engine/base/file.h"
@@ -48,9 +49,13 @@ std::string names_of(const Table& table) {
     return text;
 }
 
+bool is_scene_file(const std::string& path) {
+    return std::filesystem::path(path).extension() == ".json";
+}
+
 Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interrupt) {
     SceneFile file;
-    if (std::filesystem::path(o.scene).extension() == ".json") {
+    if (is_scene_file(o.scene)) {
         Result<SceneFile> loaded = load_scene(o.scene);
         if (!loaded)
             return pass_on(loaded);
@@ -103,6 +108,21 @@ TouchParameters parameters_of(const TouchOptions& o, const LoadedScene& scene) {
     p.yield_n = o.yield_n;
     p.viscosity_n_s_per_m = o.viscosity;
     return p;
+}
+
+std::vector<NamedFile> files_of(const TouchOptions& o) {
+    std::vector<NamedFile> files{{"SCENE", o.scene},
+                                 {"--labels", o.labels},
+                                 {"--path", o.path},
+                                 {"--report", o.report, FileUse::write},
+                                 {"--page", o.page, FileUse::write},
+                                 {"--record", o.record, FileUse::write},
+                                 {"-o", o.output, FileUse::write}};
+    append_files(o.feel, files);
+    if (is_scene_file(o.scene))
+        if (const Result<SceneFile> scene = load_scene(o.scene)) // else it is told later
+            append_files(*scene, files);
+    return files;
 }
 
 Result<void> write_text(const std::string& path, const std::string& text) {
@@ -262,7 +282,7 @@ Command add_touch(CLI::App& app) {
                    "The volume as it is at the end, or its labels where --edit changes those "
                    "(default: none)")
         ->type_name("FILE");
-    return [o] { return run_touch(*o); };
+    return {[o] { return run_touch(*o); }, [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

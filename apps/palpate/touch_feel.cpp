@@ -217,6 +217,16 @@ constexpr TextOption kTextOptions[] = {
 
 } // namespace
 
+void append_files(const FeelOptions& o, std::vector<NamedFile>& files) {
+    files.push_back({"--mesh", o.mesh});
+    for (const std::string& component : o.field)
+        files.push_back({"--field", component});
+    for (const auto& [option, value] :
+         {std::pair("--felt-tool", &o.felt_tool), {"--tool", &o.tool}, {"--edit", &o.edit}})
+        if (value->find('{') == std::string::npos)
+            files.push_back({option, *value});
+}
+
 void add_feel_options(CLI::App& app, FeelOptions& o) {
     app.add_option("--source", o.source,
                    "What is felt: grey or labels (default: labels with --label-feel and while they "

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/palpate/option_checks.h"
 #include "engine/edit/operation.h"
 #include "engine/edit/sweep.h"
 #include "engine/io/scene_data.h"
@@ -21,6 +22,9 @@ struct FeelOptions {
     double drill_mm = 0.0;
 };
 void add_feel_options(CLI::App& app, FeelOptions& options);
+
+// The files they name, for each_its_own().
+void append_files(const FeelOptions& options, std::vector<NamedFile>& files);
 
 // What a tool does to the volume or to its labels while button 0 is pressed.
 struct TouchEdit {

@@ -1,5 +1,6 @@
 // palpate bench and scripts/bench-compare, as a person runs them.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -281,6 +282,29 @@ TEST_F(BenchCommand, RefusesWithOneSentence) {
     EXPECT_THAT(ran.messages, HasSubstr("cannot be made"));
     EXPECT_EQ(run({"bench"}).exit_code, 2);
     EXPECT_EQ(run({"bench", "upload", "--tiny", "--full"}).exit_code, 2);
+}
+
+// A sentence and no traceback, whatever the file lacks.
+TEST_F(BenchCommand, CompareSaysWhatIsNoResult) {
+    const char* environment = R"("suite": "touch", "environment": {})";
+    write("no_rows.json", fmt::format("{{{}}}", environment));
+    write("bare_row.json", fmt::format(R"({{{}, "rows": [{{"what": "a"}}]}})", environment));
+    write("odd_rows.json", fmt::format(R"({{{}, "rows": [1, 2]}})", environment));
+    write("alone.json", R"({"suite": "touch"})");
+    write("text.json", "no JSON");
+    for (const auto& [name, words] :
+         {std::pair("no_rows.json", "no_rows.json: expected panels or rows with times, found none"),
+          {"bare_row.json", "found one without 'ms'"},
+          {"odd_rows.json", "expected panels or rows with times"},
+          {"alone.json", "found no \"environment\""},
+          {"text.json", "expected JSON"},
+          {"none.json", "No such file"}}) {
+        const ProgramRun ran = compare(name, name);
+        EXPECT_EQ(ran.exit_code, 1) << name;
+        EXPECT_EQ(ran.output, "");
+        EXPECT_THAT(ran.messages, HasSubstr(words));
+        EXPECT_EQ(std::count(ran.messages.begin(), ran.messages.end(), '\n'), 1) << ran.messages;
+    }
 }
 
 } // namespace
