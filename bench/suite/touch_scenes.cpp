@@ -47,6 +47,8 @@ void add_mesh(haptics::TouchScene& scene, const touch::Scene& of) {
         felt = make_volume(felt->grid(), ScalarType::u8, [&, all = *felt](glm::uvec3 at) {
             return all.value(at) > 0.5f ? 1.0 : 0.0;
         });
+    if (of.body.id != "A11") // there is no truth to hold a rim against
+        felt = touch::with_free_border(*felt);
     scene.mesh = std::make_shared<Mesh>(marching_cubes(*felt, static_cast<float>(of.iso)));
     scene.touch_mesh = haptics::make_touch_mesh(scene.mesh, 2.0 * touch::voxel_mm(of.storage));
 }

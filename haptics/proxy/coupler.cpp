@@ -115,7 +115,16 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry, dve
                                 input.velocity_mm_per_s, (rendered - rendered_) / dt);
     if (yielded_mm_ > 0.0)
         output.force_n -= 1e-3 * q.viscosity_n_s_per_m * input.velocity_mm_per_s;
-    output.force_n *= presence_ * std::clamp(2.0 * geometry.confidence, 0.0, 1.0);
+    // Doubt comes and goes no faster than an edit is felt, and not while one is.
+    const double wanted = std::clamp(2.0 * geometry.confidence, 0.0, 1.0);
+    const double felt = glm::length(output.force_n);
+    if (!had_force_)
+        trust_ = wanted;
+    else if (bleed_.is_over() && felt > 0.0)
+        trust_ +=
+            std::clamp(wanted - trust_, -kBleed_n_per_s * dt / felt, kBleed_n_per_s * dt / felt);
+    had_force_ = felt > 0.0;
+    output.force_n *= presence_ * trust_;
     if (input.removing && geometry.touching && q.vibration_n > 0.0)
         output.force_n += q.vibration_n * vibration_.next(dt) * geometry.normal;
 

@@ -96,8 +96,8 @@ class Coupler {
     TickOutput finish(const TickInput& input, const Geometry& geometry, glm::dvec3 rendered);
 
     glm::dvec3 rendered_{0.0}, tool_{0.0}, entry_{0.0};
-    double yielded_mm_ = 0.0, presence_ = 1.0;
-    bool is_first_ = true, is_yielding_ = false;
+    double yielded_mm_ = 0.0, presence_ = 1.0, trust_ = 1.0;
+    bool is_first_ = true, had_force_ = false;
     Feel feel_;
     Bleed bleed_;
     BandNoise vibration_;

@@ -15,8 +15,8 @@ namespace {
 using glm::dvec3;
 
 // Off the faces by more than what floats round: the same vertex comes out of two windows up to 4e-6
-// mm apart.
-constexpr double kSkin_mm = 1e-4, kResting_mm = 1e-7;
+// mm apart, and a point that was in front of a face may be found so far behind it.
+constexpr double kSkin_mm = 1e-4, kBehind_mm = 1e-5, kResting_mm = 1e-7;
 
 dvec3 moved(const glm::dmat4& m, dvec3 p) {
     return dvec3(m * glm::dvec4(p, 1.0));
@@ -54,13 +54,19 @@ Rest come_to_rest(const TriangleSpan& surface, dvec3 from, dvec3 goal, dvec3 low
         dvec3 target = way.is_feasible ? way.point : rest.point;
         const double share = share_within(rest.point, target, low, high);
         target = rest.point + share * (target - rest.point);
-        const SurfacePoint hit = first_crossing(surface, rest.point, target);
+        const SurfacePoint hit = first_crossing(surface, rest.point, target, kBehind_mm);
         if (hit.found) {
-            rest.point = hit.point + kSkin_mm * hit.face_normal;
+            // Back on its way, which is known to be free, until it is off the face: straight off
+            // the face there may be another one, in a crease. The plane may be further out than
+            // that; then the next step, which is swept, too, goes there.
+            const dvec3 direction = unit_or_zero(target - rest.point);
+            const double descent = -glm::dot(hit.face_normal, direction);
+            rest.point +=
+                std::max(0.0, hit.distance - kSkin_mm / std::max(descent, 1e-9)) * direction;
             rest.face_normal = hit.face_normal;
             rest.shaded_normal = hit.shaded_normal;
             rest.touching = true;
-            const Plane plane{hit.face_normal, glm::dot(hit.face_normal, rest.point)};
+            const Plane plane{hit.face_normal, glm::dot(hit.face_normal, hit.point) + kSkin_mm};
             if (count < 3) {
                 planes[count++] = plane;
             } else { // a fourth one: the one met longest ago lets go
@@ -152,9 +158,10 @@ class SweptTriangles final : public Algorithm {
         if (!has_proxy_)
             proxy_ = x;
         Geometry geometry;
-        geometry.was_replaced = !has_proxy_ || surface_.is_new();
+        const bool is_first = !has_proxy_;
+        geometry.was_replaced = is_first || surface_.is_new();
         has_proxy_ = true;
-        if (geometry.was_replaced && touching_)
+        if (geometry.was_replaced && !is_first)
             put_back();
 
         // In stretches that the triangles at hand reach.
@@ -236,7 +243,7 @@ class MeshSurface {
         is_new_ = mesh != mesh_ || input.scene->version != version_;
         mesh_ = mesh;
         version_ = input.scene->version;
-        return mesh != nullptr && !mesh->mesh->triangles.empty();
+        return mesh != nullptr;
     }
     bool is_new() const { return is_new_; }
     dvec3 from_world(dvec3 p) const { return moved(mesh_->mesh_from_world, p); }

@@ -24,11 +24,14 @@ constexpr uint32_t kMostLooks = 5; // at every sample, in a tick
 // the samples that have to be filtered for it. Those that held the tool may take twice as much.
 // What is left undone: of the samples in material the shallower ones are not looked at, and the
 // tick ends with the step that the others allow. The next tick goes on with what was made.
-constexpr uint32_t kMostWork = 200, kContactWork = 4, kSamplesOfWork = 40;
+constexpr uint32_t kMostWork = 170, kContactWork = 4, kSamplesOfWork = 40;
 constexpr double kConverged_mm = 2e-4;
 // Steps that have got so short by turning back, in samples, are not worth another look: 0.002 N at
 // 500 N/m and 0.4 mm.
 constexpr double kShortest = 0.01;
+// A sample is deep in material where its value is so much of the contrast above the iso-value: 0.05
+// samples on an edge blurred by 0.7, which rises by 0.57 a sample.
+constexpr double kDeep = 0.03;
 constexpr double kFlat = 0.004; // slope across a sample, as a share of the contrast
 
 struct Hold {
@@ -39,6 +42,11 @@ struct Hold {
 };
 
 struct State : Felt {
+    // What was exchanged has moved the tool, and it is not yet where that ends.
+    bool is_catching_up = false;
+    // The hand has moved by more than a tenth of a sample in a tick, and the tool is not yet there.
+    bool is_fast = false;
+    dvec3 goal{0.0};
     uint32_t held_count = 0; // samples that held the tool in the tick before
     std::array<uint32_t, kMostContacts> held{};
 };
@@ -60,7 +68,9 @@ class SweptTool final : public Algorithm {
     bool is_free(dvec3 at);
     // Of those that held it; `all`: and of every sample that is in material now.
     void find_contacts(dvec3 at, bool all);
-    void consider(dvec3 at, uint32_t sample);
+    bool consider(dvec3 at, uint32_t sample); // false where it has no slope
+    bool look_deep(dvec3 at);
+    bool is_deep() const { return deepest_ > kDeep * field_.contrast(); }
     uint32_t work() const {
         return kContactWork * considered_ + field_.filtered_samples() / kSamplesOfWork;
     }
@@ -87,7 +97,9 @@ class SweptTool final : public Algorithm {
     std::array<uint16_t, SphereSamples::kMost> near_;
     uint32_t contact_count_ = 0;
     std::array<Hold, kMostContacts> contacts_;
-    bool any_inside_ = false, is_spent_ = false;
+    bool any_inside_ = false, is_spent_ = false; // at the last look, and whether work was spent;
+    bool any_flat_ = false, any_sloped_ = false; // of the samples in material that it considered
+    double deepest_ = 0.0;    // value above the iso-value of the deepest sample, at the last look
     uint32_t considered_ = 0; // contacts, in this tick
     std::array<Field::Inside, SphereSamples::kMost> inside_;
     Field field_;
@@ -155,11 +167,19 @@ uint32_t SweptTool::solid_points(dvec3 at) {
                                inside_.data());
 }
 
+bool SweptTool::look_deep(dvec3 at) {
+    const uint32_t inside = solid_points(at);
+    deepest_ = 0.0;
+    for (uint32_t k = 0; k < inside; ++k)
+        deepest_ = std::max(deepest_, double{inside_[k].value});
+    return is_deep();
+}
+
 bool SweptTool::is_free(dvec3 at) {
     return solid_points(at) == 0;
 }
 
-void SweptTool::consider(dvec3 at, uint32_t sample) {
+bool SweptTool::consider(dvec3 at, uint32_t sample) {
     ++considered_;
     const dvec3 p = at + points_[sample];
     const auto [sharp, smooth] = field_.both(p);
@@ -167,7 +187,7 @@ void SweptTool::consider(dvec3 at, uint32_t sample) {
     Hold found{.sample = sample};
     const double slope = glm::length(smooth.gradient);
     if (slope < floor)
-        return;
+        return false;
     found.normal = -smooth.gradient / slope;
     // How steep the sharp field falls along that normal; no less than half the smooth one, so that
     // a flat place of it does not throw the tool out.
@@ -189,11 +209,12 @@ void SweptTool::consider(dvec3 at, uint32_t sample) {
         contacts_[contact_count_++] = found;
     else if (found.clearance_mm < place->clearance_mm)
         *place = found;
+    return true;
 }
 
 void SweptTool::find_contacts(dvec3 at, bool all) {
     contact_count_ = 0;
-    any_inside_ = is_spent_ = false;
+    any_inside_ = any_flat_ = any_sloped_ = is_spent_ = false;
     for (uint32_t i = 0; i < state_.held_count; ++i)
         if (state_.held[i] < count_ && work() <= 2 * kMostWork)
             consider(at, state_.held[i]);
@@ -208,11 +229,12 @@ void SweptTool::find_contacts(dvec3 at, bool all) {
     const auto end = inside_.begin() + inside;
     const auto last = inside_.begin() + std::min(inside, kMostConsidered);
     std::partial_sort(inside_.begin(), last, end, is_deeper);
+    deepest_ = inside > 0 ? double{inside_.front().value} : 0.0;
     for (auto at_hand = inside_.begin(); at_hand != last; ++at_hand) {
         is_spent_ = work() > kMostWork;
         if (is_spent_)
             return;
-        consider(at, at_hand->point);
+        (consider(at, at_hand->point) ? any_sloped_ : any_flat_) = true;
     }
 }
 
@@ -221,10 +243,11 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
     const dvec3 start = s.proxy;
     const double most = 0.5 * field_.voxel_mm();
     std::array<Plane, kMostContacts> planes;
-    bool touching = false, look = true;
+    bool touching = false, look = true, has_settled = false;
     uint32_t i = 0, looks = 0;
     double since_look = 0.0, trust = most;
-    dvec3 last_step(0.0);
+    dvec3 last_step(0.0), safe = start;
+    bool has_safe = false;
     for (; i < kMostIterations && looks < kMostLooks; ++i) {
         if (s.held_count == 0) {
             // Nothing holds it: leaps as far as blocks are clear.
@@ -234,23 +257,34 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
             const dvec3 next = length > 0.0 ? s.proxy + (leap / length) * way : goal;
             if (is_clear(s.proxy, next)) {
                 s.proxy = leap == length ? goal : next;
-                if (leap == length)
+                has_settled = leap == length;
+                if (has_settled)
                     break;
                 continue;
             }
         }
         // Every sample is looked at before the first step, after each long one, and at the end.
         looks += look;
-        find_contacts(s.proxy, look);
         const bool looked = look;
-        if (any_inside_ && contact_count_ == 0) {
-            // So deep that nothing has a slope.
-            if (s.normal == dvec3(0.0)) {
-                geometry.submerged = true;
-                s.proxy = goal;
-                break;
-            }
+        find_contacts(s.proxy, look);
+        if (is_spent_ && contact_count_ == 0 && !any_flat_) { // nothing was looked at yet
+            touching = i == 0 && s.touching;
+            break;
+        }
+        if (any_inside_ && contact_count_ == 0 && s.normal == dvec3(0.0)) {
+            // So deep that nothing has a slope, and no way out is known.
+            geometry.submerged = true;
+            s.proxy = goal;
+            break;
+        }
+        const bool is_buried =
+            any_flat_ && !any_sloped_ && (geometry.was_replaced || s.is_catching_up);
+        if ((is_buried || contact_count_ == 0) && any_inside_ && s.normal != dvec3(0.0) &&
+            contact_count_ < kMostContacts)
             contacts_[contact_count_++] = {0, s.normal, -most, 0.5};
+        if (looked && !is_deep()) {
+            safe = s.proxy;
+            has_safe = true;
         }
         for (uint32_t k = 0; k < contact_count_; ++k)
             planes[k] = {contacts_[k].normal,
@@ -292,14 +326,28 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
         if (touching)
             s.normal = unit_or_zero(s.proxy - goal) == dvec3(0.0) ? unit_or_zero(push)
                                                                   : unit_or_zero(s.proxy - goal);
-        if (is_spent_ || (length < kConverged_mm && looked) ||
-            trust < kShortest * field_.voxel_mm())
+        has_settled = length < kConverged_mm && looked;
+        if (is_spent_ || has_settled || trust < kShortest * field_.voxel_mm())
             break;
         since_look = looked ? length : since_look + length;
         look = length < kConverged_mm || since_look > 0.1 * field_.voxel_mm();
     }
+    s.is_fast |= glm::distance(goal, s.goal) > 0.2 * most;
+    s.is_fast &= !has_settled;
+    s.goal = goal;
+    if (s.is_fast && has_safe) {
+        // The last steps of a fast hand were not looked at: where they lead into material, back to
+        // half of their way, a quarter, an eighth, or none of it. Rather behind the hand than in
+        // material.
+        const dvec3 way = s.proxy - safe;
+        for (int half = 0; half < 4 && look_deep(s.proxy); ++half)
+            s.proxy = half < 3 ? safe + std::exp2(-1.0 - half) * way : safe;
+    }
     geometry.iterations = i;
     geometry.contacts = s.held_count;
+    const bool was_catching_up = s.is_catching_up;
+    s.is_catching_up = (geometry.was_replaced || was_catching_up) && !has_settled;
+    geometry.was_replaced |= was_catching_up;
 
     // Friction: the proxy stays behind by as much as the cone allows.
     const Feel& feel = coupler_.feel();

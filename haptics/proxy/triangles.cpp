@@ -11,6 +11,9 @@ namespace {
 
 using glm::dvec3;
 
+// Squares of distances that differ by less are the same, but for rounding.
+constexpr double kSameDistance = 1e-9;
+
 struct Corners {
     dvec3 a, b, c;
 };
@@ -72,19 +75,28 @@ SurfacePoint point_on(const TriangleSpan& s, uint32_t t, const Corners& k, dvec3
 } // namespace
 
 SurfacePoint nearest_point(const TriangleSpan& s, dvec3 p) {
-    double best = INFINITY;
+    double best = INFINITY, best_square_on = 0.0;
     uint32_t which = 0;
     dvec3 weights{};
+    // On an edge or a vertex triangles are equally near: the one that is seen most squarely tells
+    // on which side of the surface p is.
+    const auto square_on = [&](const Corners& k, dvec3 away) {
+        return std::abs(glm::dot(unit_or_zero(glm::cross(k.b - k.a, k.c - k.a)), away));
+    };
     for (uint32_t t = 0; t < s.triangles.size(); ++t) {
         const Corners k = corners_of(s, t);
         const dvec3 w = nearest_weights(k, p);
         const dvec3 away = w.x * k.a + w.y * k.b + w.z * k.c - p;
         const double square = glm::dot(away, away);
-        if (square < best) {
-            best = square;
-            which = t;
-            weights = w;
-        }
+        if (square > (1.0 + kSameDistance) * best)
+            continue;
+        const double seen = square_on(k, away);
+        if (square >= (1.0 - kSameDistance) * best && seen <= best_square_on)
+            continue;
+        best = square;
+        best_square_on = seen;
+        which = t;
+        weights = w;
     }
     if (!std::isfinite(best))
         return {};
@@ -93,35 +105,57 @@ SurfacePoint nearest_point(const TriangleSpan& s, dvec3 p) {
     return found;
 }
 
-SurfacePoint first_crossing(const TriangleSpan& s, dvec3 from, dvec3 to) {
-    // Moeller & Trumbore, with a margin of 1e-9 of the triangle about each edge.
+SurfacePoint first_crossing(const TriangleSpan& s, dvec3 from, dvec3 to, double behind) {
     const dvec3 d = to - from;
+    const double length_square = glm::dot(d, d);
+    if (!(length_square > 0.0))
+        return {};
+    // Corners are seen along the line, in a plane across one axis (Woop, Benthin & Wald 2013): the
+    // same corner lies at the same place for every triangle. The sign of a difference of two
+    // products is right for any rounding, or it is 0, so that edges and corners have no gaps.
+    const dvec3 size = glm::abs(d);
+    const int z = size.x > size.y ? (size.x > size.z ? 0 : 2) : size.y > size.z ? 1 : 2;
+    const int x = d[z] > 0.0 ? (z + 1) % 3 : (z + 2) % 3, y = 3 - x - z;
+    const glm::dvec2 lean(d[x] / d[z], d[y] / d[z]);
+    const auto seen = [&](dvec3 p) {
+        return glm::dvec2(p[x] - lean.x * p[z], p[y] - lean.y * p[z]);
+    };
+    const auto side = [](glm::dvec2 p, glm::dvec2 q) { return p.x * q.y - p.y * q.x; };
     double best = 1.0;
     bool found = false;
     uint32_t which = 0;
     dvec3 weights{};
     for (uint32_t t = 0; t < s.triangles.size(); ++t) {
-        const Corners k = corners_of(s, t);
-        const dvec3 ab = k.b - k.a, ac = k.c - k.a;
-        const dvec3 normal = glm::cross(ab, ac);
-        const double det = -glm::dot(d, normal); // > 0 from outside
-        if (!(det > 0.0))
+        const glm::uvec3 v = s.triangles[t];
+        const dvec3 a = dvec3(s.positions[v.x]) - from, b = dvec3(s.positions[v.y]) - from;
+        const glm::dvec2 at_a = seen(a), at_b = seen(b);
+        const double wc = side(at_a, at_b);
+        if (wc > 0.0) // from inside, or past
             continue;
-        const dvec3 ao = from - k.a, dao = glm::cross(ao, d);
-        const double u = glm::dot(ac, dao) / det, v = -glm::dot(ab, dao) / det;
-        const double at = glm::dot(ao, normal) / det;
-        constexpr double kMargin = 1e-9;
-        if (u < -kMargin || v < -kMargin || u + v > 1.0 + kMargin || at < 0.0 || at > best)
+        const dvec3 c = dvec3(s.positions[v.z]) - from;
+        const glm::dvec2 at_c = seen(c);
+        const double wa = side(at_b, at_c), wb = side(at_c, at_a);
+        const double sum = wa + wb + wc;
+        if (wa > 0.0 || wb > 0.0 || !(sum < 0.0))
             continue;
-        best = at;
+        // A mean of the corners, which no rounding takes out of the triangle.
+        const dvec3 at = (wa * a + wb * b + wc * c) / sum;
+        const double share = glm::dot(at, d) / length_square;
+        if (share > best)
+            continue;
+        if (share < 0.0 && glm::dot(unit_or_zero(glm::cross(b - a, c - a)), at) > behind)
+            continue;
+        best = share;
         which = t;
-        weights = {1.0 - u - v, u, v};
+        weights = dvec3(wa, wb, wc) / sum;
         found = true;
     }
     if (!found)
         return {};
     SurfacePoint hit = point_on(s, which, corners_of(s, which), weights);
-    hit.distance = best * glm::length(d);
+    if (hit.face_normal == dvec3(0.0)) // a triangle without area
+        hit.face_normal = hit.shaded_normal = -d / std::sqrt(length_square);
+    hit.distance = best * std::sqrt(length_square);
     return hit;
 }
 

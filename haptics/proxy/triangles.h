@@ -22,11 +22,15 @@ struct SurfacePoint {
 };
 
 // The nearest point of all triangles: the plane's, clamped to edge or vertex by barycentric
-// coordinates (Ericson, Real-Time Collision Detection, 5.1.5).
+// coordinates (Ericson, Real-Time Collision Detection, 5.1.5). Of triangles that are equally near,
+// the one that p sees most squarely.
 SurfacePoint nearest_point(const TriangleSpan& surface, glm::dvec3 p);
 
-// Where a segment first passes a triangle from outside to inside; edges and vertices belong to the
-// triangles, so that a closed surface has no gaps. distance is from `from`.
-SurfacePoint first_crossing(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 to);
+// Where a segment first passes a triangle from outside to inside. Edges and corners belong to
+// all of their triangles, so that a closed surface has no gap for any rounding. A triangle that the
+// start lies behind by no more than `behind` is passed there. distance is from `from`, and below 0
+// for those.
+SurfacePoint first_crossing(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 to,
+                            double behind = 0.0);
 
 } // namespace palpate::haptics
