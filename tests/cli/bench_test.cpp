@@ -137,7 +137,7 @@ TEST_F(BenchCommand, RenderAndUploadShareAPageAndCompareWithThemselves) {
     // Refused with one sentence.
     EXPECT_EQ(compare("out/render.json", "out/upload.json").exit_code, 2);
     EXPECT_THAT(bytes_of("stderr"), HasSubstr("expected results of one suite"));
-    EXPECT_EQ(compare("out/render.json", "none.json").exit_code, 2);
+    EXPECT_EQ(compare("out/render.json", "none.json").exit_code, 1);
     EXPECT_THAT(bytes_of("stderr"), HasSubstr("none.json: No such file"));
 }
 
