@@ -106,6 +106,21 @@ function touchSection(t) {
     for (const v of [a.cells, a.outside_bounds, a.pop_throughs, a.penetration_voxels, a.direction_p99_deg, a.excess_jump_n, a.edit_jump_n])
       put(row, "td", { class: "n" }, figure(v));
   }
+  part("What the repaired ones are held to", "Beside each figure the cell where it is worst. Directions are the 99th percentile of all ticks together; below it that of the worst cell alone. Red does not hold.");
+  const held = Object.keys(t.bounds[0].figures);
+  body = table(page, ["", "gate", ...held], []);
+  for (const b of t.bounds) {
+    const row = put(body, "tr");
+    put(row, "td", {}, b.asked);
+    put(row, "td", {}, figure(b.gate));
+    for (const name of held) {
+      const c = b.figures[name];
+      const cell = put(row, "td", {});
+      put(cell, "div", { class: c.within ? "good" : "bad" }, figure(c.figure));
+      if (c.worst_figure !== undefined) put(cell, "div", { class: "soft" }, "worst cell " + figure(c.worst_figure));
+      if (c.worst_cell) put(cell, "div", { class: "soft" }, c.worst_cell);
+    }
+  }
   part("The metrics of the plan", "Of the repaired algorithms, the worst of all their cells. Red does not hold.");
   const who = Object.keys(t.metrics.find(m => m.figures).figures);
   body = table(page, ["", "gate", ...who], who.map((_, i) => i + 2));

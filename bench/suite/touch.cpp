@@ -139,15 +139,12 @@ Result<Report> run_touch(Bench& bench) {
     part("z_width");
     Value metrics = touch_metrics(totals, times, laws, *maps);
     Value beside = touch_beside(totals, times, *maps);
-    report.json["touch"] = {{"seconds", std::move(seconds)},
-                            {"algorithms", algorithms_json(totals)},
-                            {"metrics", std::move(metrics)},
-                            {"beside", std::move(beside)},
-                            {"times", std::move(times)},
-                            {"laws", std::move(laws)},
-                            {"z_width", std::move(*maps)},
-                            {"grid", std::move(grid->open)},
-                            {"closed_loop", std::move(grid->closed)}};
+    report.json["touch"] = {
+        {"seconds", std::move(seconds)},  {"algorithms", algorithms_json(totals)},
+        {"bounds", touch_bounds(totals)}, {"metrics", std::move(metrics)},
+        {"beside", std::move(beside)},    {"times", std::move(times)},
+        {"laws", std::move(laws)},        {"z_width", std::move(*maps)},
+        {"grid", std::move(grid->open)},  {"closed_loop", std::move(grid->closed)}};
     return report;
 }
 

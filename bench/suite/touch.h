@@ -34,6 +34,23 @@ haptics::TouchParameters parameters_of(const haptics::AlgorithmEntry& entry,
 // Why an algorithm is not asked about a scene; empty where it is.
 std::string why_empty(const haptics::AlgorithmEntry& entry, const touch::Scene& scene);
 
+// The largest figure of any cell, and whose it is.
+struct WorstCell {
+    double figure = 0.0;
+    std::string where; // of equals the first by name, so that the order of cells does not matter
+    void keep(double value, const std::string& cell);
+};
+
+// What the repaired algorithms are held to, of grey values but for the passes through labels.
+struct TouchBounds {
+    uint64_t passed_grey = 0, passed_labels = 0;
+    WorstCell penetration, penetration_noise5;  // A1 - A6; A10 at 5 %; voxels
+    WorstCell jump_edit, jump_hollow;           // A13; A4 and A6; N
+    WorstCell direction_clean, direction_noise; // p99 of a cell: A1 - A9; A10 at 10 %; degrees
+    // The same of all ticks of all those cells.
+    touch::Histogram pooled_clean{0.05}, pooled_noise{0.05};
+};
+
 // Of one algorithm over the whole grid; the largest of each.
 struct TouchTotals {
     uint64_t cells = 0, broken = 0, ticks = 0, pop_throughs = 0, not_finite = 0, not_repeated = 0;
@@ -42,6 +59,7 @@ struct TouchTotals {
     double magnitude = 0;                                          // A1 - A3
     double jump = 0, jump_noise = 0, edit_jump = 0, free_force = 0, field_force = 0;
     double beyond_spring = 0; // A11
+    TouchBounds bounds;
 };
 using AllTotals = std::map<std::string, TouchTotals>;
 
@@ -57,6 +75,8 @@ Result<TouchGrid> touch_grid(const TouchPlan& plan, const Options& options, Repo
 // it where it is no figure of this run.
 Value touch_metrics(const AllTotals& totals, const Value& times, const Value& laws,
                     const Value& z_width);
+// TouchBounds of the repaired algorithms, a row for each thing asked, with the worst cells' names.
+Value touch_bounds(const AllTotals& totals);
 Value touch_laws();
 Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_width);
 

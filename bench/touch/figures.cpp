@@ -4,6 +4,8 @@
 #include <bit>
 #include <cmath>
 
+#include "engine/base/assert.h"
+
 namespace palpate::touch {
 
 using glm::dvec3;
@@ -13,6 +15,14 @@ void Histogram::add(double value) {
     ++bins_[static_cast<size_t>(at)];
     ++count_;
     max_ = std::max(max_, value);
+}
+
+void Histogram::add(const Histogram& other) {
+    PALPATE_ASSERT(other.bin_ == bin_);
+    for (size_t i = 0; i < bins_.size(); ++i)
+        bins_[i] += other.bins_[i];
+    count_ += other.count_;
+    max_ = std::max(max_, other.max_);
 }
 
 double Histogram::percentile(double share) const {

@@ -12,6 +12,7 @@ class Histogram {
  public:
     explicit Histogram(double bin) : bin_(bin) {}
     void add(double value);
+    void add(const Histogram& other); // of the same bin
     // The least upper edge of a bin that at least `share` of all lie below; 0 where there are none.
     double percentile(double share) const;
     uint64_t count() const { return count_; }

@@ -21,7 +21,8 @@ std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mes
 
 // Where a point moved towards `goal` comes to rest among triangles: swept from triangle to triangle
 // (front sides alone hold), on each slid along up to three planes at once (planes.h), until it
-// moves by less than 1e-7 mm. It stays 1e-4 mm off the faces.
+// moves by less than 1e-7 mm. It stays up to 1e-4 mm off the faces, and never goes but where the
+// way is free.
 struct Rest {
     glm::dvec3 point{0.0};
     glm::dvec3 face_normal{0.0}, shaded_normal{0.0};

@@ -245,6 +245,18 @@ TEST_F(BenchCommand, TouchGivesTheWholeGridAndTheMetricsOfThePlan) {
     }
     EXPECT_GE(with_gate, 15u); // held by the repaired point even on 40 ticks
     EXPECT_GE(touch["beside"].size(), 9u);
+    ASSERT_EQ(touch["bounds"].size(), 8u);
+    for (const json& row : touch["bounds"])
+        for (const char* name : {"swept-point", "swept-tool", "swept-local", "swept-mesh"}) {
+            const json& cell = row["figures"][name];
+            EXPECT_EQ(cell["within"].get<bool>(), cell["figure"] <= row["gate"]) << row["asked"];
+            // All ticks together are not worse than the worst cell, but for a bin of 0.05.
+            if (cell.contains("worst_figure")) {
+                EXPECT_LE(cell["figure"].get<double>(), cell["worst_figure"].get<double>() + 0.05);
+                EXPECT_GT(cell["ticks"].get<uint64_t>(), 0u) << name;
+                EXPECT_NE(cell["worst_cell"], "") << name;
+            }
+        }
     ASSERT_EQ(touch["z_width"].size(), 6u); // three devices, with and without a tick of delay
     for (const json& map : touch["z_width"])
         EXPECT_TRUE(std::filesystem::exists(file("out") / map["png"].get<std::string>()));

@@ -1,9 +1,12 @@
-// The counts of the plan: hours of touch. Quick twins are in wall_test.cpp and
-// swept_point_test.cpp. PALPATE_TICKS sets another count of ticks.
+// The counts of the plan: hours of touch. Quick twins are in wall_test.cpp, repaired_test.cpp and
+// swept_point_test.cpp. PALPATE_TICKS sets another count of ticks, PALPATE_ALGORITHM which of the
+// repaired algorithms, separated by commas (all four).
 
 #include <cstdlib>
 #include <string>
 
+#include "engine/surface/marching_cubes.h"
+#include "haptics/proxy/swept_mesh.h"
 #include "tests/unit/haptics_proxy/walls.h"
 
 namespace palpate::touch {
@@ -16,32 +19,63 @@ uint64_t setting(const char* name, uint64_t otherwise) {
     return value ? std::stoull(value) : otherwise;
 }
 
-// 10^7 ticks of crossings, walks and hands over walls of 1.5 voxels and more, of grey values and of
-// labels.
-TEST(SweptPointLong, PassesThroughNothingInTenMillionTicks) {
+// Ticks of crossings, walks and hands over walls of 1.5 voxels and more, of grey values and of
+// labels. A tool is a ball of 1.5 voxels, and held against the wall grown by that.
+Passes pass_walls(const std::string& name, uint64_t ticks) {
     Passes all;
-    for (uint64_t round = 1; all.ticks < setting("PALPATE_TICKS", 10'000'000); ++round)
+    for (uint64_t round = 1; all.ticks < ticks; ++round)
         for (const dvec3 spacing : {dvec3(0.5), kUneven_mm})
             for (const Form form : {Form::grey_f32, Form::labels}) {
                 const Storage storage{.spacing_mm = spacing, .form = form};
                 for (const TouchCase& wall : walls_of(storage)) {
-                    const Scene scene = make_walled_scene(wall, storage, kNoWayRound_mm);
-                    const haptics::TouchParameters parameters = wall_settings(scene);
-                    const auto algorithm = haptics::find_algorithm("swept-point")->make();
-                    for (const Trajectory& trajectory : trajectories(wall, 20'000, round, true)) {
+                    Scene scene = make_walled_scene(wall, storage, kNoWayRound_mm);
+                    haptics::TouchParameters parameters = wall_settings(scene);
+                    if (name == "swept-mesh") {
+                        const Volume& felt =
+                            form == Form::labels ? *scene.touch.labels : *scene.touch.grey;
+                        scene.touch.mesh = std::make_shared<Mesh>(
+                            marching_cubes(with_free_border(felt), static_cast<float>(scene.iso)));
+                        scene.touch.touch_mesh =
+                            haptics::make_touch_mesh(scene.touch.mesh, 2.0 * voxel_mm(storage));
+                    }
+                    if (name == "swept-tool")
+                        parameters.tool_radius_mm = 1.5 * voxel_mm(storage);
+                    scene.body.solid = grown(wall.solid, parameters.tool_radius_mm);
+                    const auto algorithm = haptics::find_algorithm(name)->make();
+                    for (Trajectory trajectory : trajectories(wall, 20'000, round, true)) {
+                        for (dvec3& x : trajectory.path)
+                            x += parameters.tool_radius_mm * wall.normal;
                         const uint64_t before = all.passes;
                         count_passes(*algorithm, scene, trajectory.path, parameters, all);
                         EXPECT_EQ(all.passes, before)
-                            << wall.name << (form == Form::labels ? " of labels at " : " at ")
-                            << spacing.z << " mm, " << trajectory.name << ", round " << round
-                            << ": from (" << all.from.x << ", " << all.from.y << ", " << all.from.z
-                            << ") to (" << all.to.x << ", " << all.to.y << ", " << all.to.z << ")";
+                            << name << ", " << wall.name
+                            << (form == Form::labels ? " of labels at " : " at ") << spacing.z
+                            << " mm, " << trajectory.name << ", round " << round << ": from ("
+                            << all.from.x << ", " << all.from.y << ", " << all.from.z << ") to ("
+                            << all.to.x << ", " << all.to.y << ", " << all.to.z << ")";
                     }
+                    if (all.ticks >= ticks)
+                        return all;
                 }
             }
-    EXPECT_EQ(all.not_finite, 0u);
-    std::printf("    %llu ticks, %llu passes\n", static_cast<unsigned long long>(all.ticks),
-                static_cast<unsigned long long>(all.passes));
+    return all;
+}
+
+TEST(RepairedLong, PassThroughNothingInTenMillionTicks) {
+    const char* asked = std::getenv("PALPATE_ALGORITHM");
+    const std::string names =
+        std::string(asked ? asked : "swept-point,swept-tool,swept-local,swept-mesh") + ",";
+    for (size_t begin = 0, end; (end = names.find(',', begin)) != std::string::npos;
+         begin = end + 1) {
+        const std::string name = names.substr(begin, end - begin);
+        ASSERT_NE(haptics::find_algorithm(name), nullptr) << name;
+        const Passes all = pass_walls(name, setting("PALPATE_TICKS", 10'000'000));
+        EXPECT_EQ(all.not_finite, 0u) << name;
+        std::printf("    %s: %llu ticks, %llu passes\n", name.c_str(),
+                    static_cast<unsigned long long>(all.ticks),
+                    static_cast<unsigned long long>(all.passes));
+        std::fflush(stdout);
+    }
 }
 
 // Every scene, angle, thickness and speed, in both spacings.

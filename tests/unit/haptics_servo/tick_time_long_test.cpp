@@ -111,11 +111,21 @@ struct Limits {
     double p50_us, p99_us, p999_us, p9999_us;
 };
 constexpr Limits kOf340{25.0, 60.0, 120.0, INFINITY};
+constexpr uint64_t kDeadline_ns = 1'000'000;
+
+// The same work every time, about 20 us: what the clock says beyond that is what the host took. The
+// clock of a virtual machine's thread runs on while the machine stands still.
+double constant_work() {
+    double sum = 1.0;
+    for (int i = 0; i < 8000; ++i)
+        sum += 1e-9 * sum * (i & 7);
+    return sum;
+}
 
 // Ticks of one algorithm while an editor cuts beside the hand, and into what it slides over, and
-// the program draws.
+// the program draws. In contact for at least `contact_share` of the ticks.
 void measure(const AlgorithmEntry& entry, const Place& place, uint32_t samples, uint64_t ticks,
-             Limits limits) {
+             Limits limits, double contact_share) {
     TouchParameters parameters;
     parameters.iso = place.iso;
     parameters.tool_radius_mm = 2.0;
@@ -164,6 +174,8 @@ void measure(const AlgorithmEntry& entry, const Place& place, uint32_t samples, 
     const Drawing drawing;
     const int64_t steal = steal_ns();
     uint64_t contacts = 0;
+    double sum = 0.0;
+    Histogram constant;
     TickGuard::Counts all;
     // Without sleeping in between: the processor's time is what is measured.
     for (uint64_t i = 0; i < ticks; ++i) {
@@ -179,7 +191,11 @@ void measure(const AlgorithmEntry& entry, const Place& place, uint32_t samples, 
         }
         ToolStamp stamp;
         loop.poses.pop(stamp);
+        const int64_t before = thread_cpu_ns();
+        sum += constant_work();
+        constant.add(static_cast<uint64_t>(thread_cpu_ns() - before));
     }
+    EXPECT_GT(sum, 0.0);
     const bool drew = drawing.is_alive();
     done = true;
     editor.join();
@@ -188,7 +204,8 @@ void measure(const AlgorithmEntry& entry, const Place& place, uint32_t samples, 
     std::printf(
         "%s of %u samples, %s: %llu ticks, %.0f %% in contact, %llu edits beside them, "
         "drawing: %s; CPU of a tick in us: p50 %.1f, p99 %.1f, p99.9 %.1f, p99.99 %.1f, "
-        "most %.1f; allocations %llu, locks %llu, page faults %llu; steal %.2f s\n",
+        "most %.1f; allocations %llu, locks %llu, page faults %llu; steal %.2f s; constant work "
+        "by the same clock, in turn with the ticks: p50 %.1f, p99.99 %.1f, most %.1f\n",
         entry.name, samples, place.name, static_cast<unsigned long long>(ticks),
         100.0 * static_cast<double>(contacts) / static_cast<double>(ticks),
         static_cast<unsigned long long>(published), drew ? "yes" : "no", us(0.5), us(0.99),
@@ -196,10 +213,18 @@ void measure(const AlgorithmEntry& entry, const Place& place, uint32_t samples, 
         static_cast<unsigned long long>(all.allocations + all.frees),
         static_cast<unsigned long long>(all.locks),
         static_cast<unsigned long long>(all.page_faults),
-        1e-9 * static_cast<double>(steal_ns() - steal));
+        1e-9 * static_cast<double>(steal_ns() - steal),
+        1e-3 * static_cast<double>(constant.percentile(0.5)),
+        1e-3 * static_cast<double>(constant.percentile(0.9999)),
+        1e-3 * static_cast<double>(constant.max()));
+    if (cpu.max() > kDeadline_ns)
+        std::printf(
+            "    missed: the longest tick of %u samples took %.2f ms by that clock, 1 is "
+            "asked\n",
+            samples, 1e-6 * static_cast<double>(cpu.max()));
     EXPECT_TRUE(drew);
     EXPECT_GT(published, ticks / 1000);
-    EXPECT_GT(contacts, ticks / 3);
+    EXPECT_GT(static_cast<double>(contacts), contact_share * static_cast<double>(ticks));
     EXPECT_LE(us(0.5), limits.p50_us);
     EXPECT_LE(us(0.99), limits.p99_us);
     EXPECT_LE(us(0.999), limits.p999_us);
@@ -221,7 +246,7 @@ TEST(TickTime, Of340SamplesIn512CubedWhileAnEditorCutsAndTheProgramDraws) {
          begin = end + 1) {
         const AlgorithmEntry* entry = find_algorithm(names.substr(begin, end - begin));
         ASSERT_NE(entry, nullptr) << names;
-        measure(*entry, place, 340, ticks_wanted(), kOf340);
+        measure(*entry, place, 340, ticks_wanted(), kOf340, 0.5);
     }
 }
 
@@ -229,14 +254,16 @@ TEST(TickTime, Of340SamplesInAHeadCt) {
     const std::optional<Place> place = head_ct();
     if (!place)
         GTEST_SKIP() << "Debian's invesalius-examples is absent";
-    measure(*find_algorithm("swept-tool"), *place, 340, ticks_wanted(), kOf340);
+    // Bone is a shell of some millimetres, with air and soft matter on both sides, and the editor
+    // opens it: about half of the ticks find it.
+    measure(*find_algorithm("swept-tool"), *place, 340, ticks_wanted(), kOf340, 1.0 / 3.0);
 }
 
-// A tick has a millisecond, and 2000 samples stay inside it: all but one in 10^4, for the clock of
-// a virtual machine counts what its host takes away.
+// A tick has a millisecond, and 2000 samples stay inside it: all but one in 10^4, for the clock
+// counts what the host takes away. The longest is printed, as missed where it is above.
 TEST(TickTime, Of2000SamplesStaysWithinAMillisecond) {
     measure(*find_algorithm("swept-tool"), phantom(), 2000, ticks_wanted(5),
-            {INFINITY, INFINITY, INFINITY, 1000.0});
+            {INFINITY, INFINITY, INFINITY, 1e-3 * kDeadline_ns}, 0.5);
 }
 
 // The local surface of 9x9x9 samples, made anew at places about the surface.

@@ -197,5 +197,19 @@ TEST(Histogram, PercentileIsTheUpperEdgeOfItsBin) {
     EXPECT_EQ(histogram.count(), 100u);
 }
 
+TEST(Histogram, OfTwoIsThatOfAllTheirValues) {
+    Histogram one(0.05), other(0.05), all(0.05);
+    for (int i = 0; i < 3000; ++i) {
+        const double value = 0.0371 * i; // beyond the last bin, too
+        (i % 3 ? one : other).add(value);
+        all.add(value);
+    }
+    one.add(other);
+    EXPECT_EQ(one.count(), all.count());
+    EXPECT_EQ(one.max(), all.max());
+    for (const double share : {0.0, 0.5, 0.9, 0.99, 1.0})
+        EXPECT_EQ(one.percentile(share), all.percentile(share)) << share;
+}
+
 } // namespace
 } // namespace palpate::touch
