@@ -53,7 +53,7 @@ struct CompareOptions {
         {"--neighborhood", "the share that matches nearby", true,
          "Pictures: fewest pixels that match one of the 3x3 pixels around, within the bound, as a "
          "share 0 .. 1"},
-        {"--hausdorff", "the Hausdorff distance", false,
+        {"--hausdorff", "the upper bound of the Hausdorff distance", false,
          "Meshes: most mm that a point of one may be from the other"},
         {"--rms-distance", "the RMS distance", false,
          "Meshes: largest root mean square of the distances of all points, in mm"},
@@ -104,6 +104,13 @@ class Verdict {
     }
 
     bool none_given() const { return none_given_; }
+    // What is given for a measure that has not been judged yet.
+    std::optional<double> limit_of(std::string_view flag) const {
+        for (const Tolerance& tolerance : unused_)
+            if (tolerance.flag == flag)
+                return tolerance.limit;
+        return {};
+    }
     const std::vector<Tolerance>& unused() const { return unused_; }
     const std::vector<std::string>& failed() const { return failed_; }
 
@@ -264,6 +271,26 @@ double extent_mm(const Mesh& mesh) {
     return extent > 0.0 ? extent : 1.0;
 }
 
+// Between which the Hausdorff distance lies, in mm.
+struct HausdorffRange {
+    double least, most;
+};
+
+// Narrows it until a limit lies outside, or to what doubles tell apart: a limit within it can be
+// neither promised nor denied.
+HausdorffRange narrowed(const Mesh& first, const Mesh& second, HausdorffRange range, double limit,
+                        double finest_mm) {
+    while (range.least <= limit && limit < range.most && range.most - range.least > finest_mm) {
+        const double tolerance = std::max(0.5 * (limit - range.least), finest_mm);
+        const double least =
+            compare_meshes(first, second, {.tolerance_mm = tolerance, .samples = 1}).hausdorff_mm();
+        range = {std::max(range.least, least), std::min(range.most, least + tolerance)};
+        if (tolerance == finest_mm)
+            break;
+    }
+    return range;
+}
+
 Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
     std::vector<Mesh> meshes;
     for (const std::string& path : {options.first, options.second}) {
@@ -286,10 +313,15 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
     const double normal_deg =
         std::max(distance.forward.normal_rms_deg, distance.backward.normal_rms_deg);
     // Points on the triangles of one mesh are off its own triangles by the rounding of doubles.
+    const std::optional<double> limit =
+        verdict.none_given() ? std::max(options.bound, 1e-6) : verdict.limit_of("--hausdorff");
+    HausdorffRange hausdorff{distance.hausdorff_mm(), distance.hausdorff_mm() + tolerance_mm};
+    if (limit)
+        hausdorff = narrowed(meshes[0], meshes[1], hausdorff, *limit, 1e-6 * tolerance_mm);
     if (verdict.none_given())
-        verdict.require_at_most("the Hausdorff distance in mm", distance.hausdorff_mm(),
-                                std::max(options.bound, 1e-6));
-    verdict.judge("--hausdorff", distance.hausdorff_mm());
+        verdict.require_at_most("the upper bound of the Hausdorff distance in mm", hausdorff.most,
+                                *limit);
+    verdict.judge("--hausdorff", hausdorff.most);
     verdict.judge("--rms-distance", distance.rms_mm());
     verdict.judge("--normal-angle", normal_deg);
     const MeshTopology a = topology(meshes[0]), b = topology(meshes[1]);
@@ -302,8 +334,9 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
                 {"area_mm2", {a.area_mm2, b.area_mm2}},
                 {"volume_mm3", {a.volume_mm3, b.volume_mm3}},
                 {"bound", options.bound},
-                {"hausdorff_mm", distance.hausdorff_mm()},
-                {"hausdorff_tolerance_mm", tolerance_mm},
+                {"hausdorff_mm", hausdorff.least},
+                {"hausdorff_most_mm", hausdorff.most},
+                {"hausdorff_tolerance_mm", hausdorff.most - hausdorff.least},
                 {"rms_mm", distance.rms_mm()},
                 {"normal_rms_deg", normal_deg},
                 {"forward", json_of(distance.forward)},

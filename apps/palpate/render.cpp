@@ -1,3 +1,5 @@
+#include <fmt/ranges.h>
+
 #include <filesystem>
 #include <span>
 
@@ -75,6 +77,42 @@ Result<void> meet_error(const RenderOptions& options, const Device& device, cons
     return {};
 }
 
+// One line where iso-values lie beyond all of the volume's, and so draw nothing.
+void warn_of_empty_isos(const SceneFile& file, const Scene& scene, const Volume& volume) {
+    std::vector<double> values;
+    if (scene.ray_cast && scene.ray_cast->mode == RayMode::iso)
+        for (const IsoSurface& surface : scene.ray_cast->isos)
+            values.push_back(surface.value);
+    for (const SurfaceSource& source : file.surfaces)
+        if (source.iso)
+            values.push_back(*source.iso);
+    const ValueRange range = volume.range();
+    std::erase_if(values, [&](double v) { return v >= range.min && v <= range.max; });
+    if (!values.empty() && range.empty())
+        log::warning("nothing is drawn at iso-values: the volume has no data");
+    else if (!values.empty())
+        log::warning("nothing is drawn at the iso-value {:g}: expected one within {:g} .. {:g}",
+                     fmt::join(values, ", "), range.min, range.max);
+}
+
+// The same for options that were given and change nothing.
+void warn_of_idle(const RenderOptions& o, const Scene& scene, const CLI::App& app) {
+    std::string idle;
+    const auto look = [&](bool is_idle, std::initializer_list<const char*> options,
+                          const char* why) {
+        for (const char* option : options)
+            if (is_idle && app.get_option(option)->count() > 0)
+                idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", option, why);
+    };
+    look(std::filesystem::path(o.output).extension() != ".exr", {"--half"}, "of .exr alone");
+    look(scene.slices.empty(), {"--slab", "--slab-mode", "--interpolation"}, "without --slice");
+    look(!scene.stereo, {"--eye-separation", "--convergence"}, "without --stereo");
+    look(scene.surfaces.empty(), {"--surface-depth"}, "without surfaces");
+    look(o.frames.frames == 1, {"--orbit-deg"}, "with one frame");
+    if (!idle.empty())
+        log::warning("without effect here: {}", idle);
+}
+
 Result<TexelFormat> texel_format(const std::string& name) {
     if (name == "auto")
         return TexelFormat::automatic;
@@ -85,7 +123,7 @@ Result<TexelFormat> texel_format(const std::string& name) {
     return fail("--volume-format: expected auto, r16 or r32f, found '{}'", name);
 }
 
-Result<void> run_render(const RenderOptions& options) {
+Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     for (const std::filesystem::path path : {options.output, options.preview})
         if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
             return fail("{}: expected a name ending in .png or .exr", path.string());
@@ -108,6 +146,8 @@ Result<void> run_render(const RenderOptions& options) {
     Result<Scene> scene = final_scene(options.scene, *file, *loaded);
     if (!scene)
         return fail("{}", scene.error().message);
+    warn_of_empty_isos(*file, *scene, loaded->data.volume);
+    warn_of_idle(options, *scene, app);
     if (options.frames.frame_ms > 0 && !scene->ray_cast)
         return fail("--frame-ms: expected a scene with ray casting, found slices alone");
     if (options.frames.frame_ms > 0 && scene->value_and_depth)
@@ -237,7 +277,7 @@ Command add_render(CLI::App& app) {
     app.add_flag("--no-skipping", o->no_skipping,
                  "March through empty space, too; the picture is the same, bit for bit");
     app.add_flag("--validate", o->validate, "Run under Vulkan validation; a message is a failure");
-    return {[o] { return run_render(*o); }, [o] { return files_of(*o); }};
+    return {[o, &app] { return run_render(*o, app); }, [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

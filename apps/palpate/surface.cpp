@@ -119,8 +119,10 @@ Result<Mesh> extract_iso(const SurfaceCommand& options, const Volume& volume,
     Result<Extractor> by = choose_extractor(options.on, options.device, volume, wanted);
     if (!by)
         return pass_on(by);
-    std::vector<std::pair<std::string, double>> passes;
-    Mesh mesh = extract_on(*by, volume, static_cast<float>(*options.iso), wanted, passes);
+    ExtractPasses passes;
+    Result<Mesh> mesh = extract_on(*by, volume, static_cast<float>(*options.iso), wanted, passes);
+    if (!mesh)
+        return mesh;
     told["on"] = by->device ? "gpu" : "cpu";
     told["why"] = by->why;
     if (by->device) {
@@ -249,7 +251,33 @@ Result<void> write_report(const std::string& path, const Json& report) {
     return {};
 }
 
-Result<void> run_surface(const SurfaceCommand& options) {
+// One line where options that were given change nothing.
+void warn_of_idle(const SurfaceCommand& o, const CLI::App& app) {
+    const std::string extension = std::filesystem::path(o.out).extension().string();
+    std::string idle;
+    const auto look = [&](bool is_idle, std::initializer_list<const char*> options,
+                          const char* why) {
+        for (const char* option : options)
+            if (is_idle && app.get_option(option)->count() > 0)
+                idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", option, why);
+    };
+    look(o.labels, {"--topology", "--normals", "--closed", "--on", "--device"}, "with --labels");
+    look(!o.labels, {"--walls"}, "with --iso");
+    look(!o.labels && o.on == ExtractOn::cpu, {"--device"}, "with --on cpu");
+    look(o.smoothing == Smoothing::none, {"--passes"}, "without --smooth");
+    look(extension != ".ply" && extension != ".stl", {"--ascii"}, "of .ply and .stl alone");
+    if (!idle.empty())
+        log::warning("without effect here: {}", idle);
+}
+
+// A sentence about a file under the name that a person gave it.
+std::string with_name(std::string sentence, const std::string& unnamed, const std::string& name) {
+    if (const size_t at = sentence.find(unnamed); at != std::string::npos)
+        sentence.replace(at, unnamed.size(), name);
+    return sentence;
+}
+
+Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
     if (!has_mesh_extension(options.out))
         return fail("{}: expected an extension .ply, .stl, .obj or .vtp, found \"{}\"", options.out,
                     std::filesystem::path(options.out).extension().string());
@@ -265,6 +293,7 @@ Result<void> run_surface(const SurfaceCommand& options) {
         if (!path.empty() && path != "-")
             if (Result<void> can = expect_writable(path); !can)
                 return can;
+    warn_of_idle(options, app);
     const Interrupt interrupt;
     Stages stages(interrupt);
     std::optional<LoadedVolume> loaded;
@@ -317,16 +346,21 @@ Result<void> run_surface(const SurfaceCommand& options) {
             }
             return {};
         });
-    if (done)
-        done = stages.run("write", 0.9, [&]() -> Result<void> {
-            return save_mesh(options.out, mesh,
-                             {.ascii = options.ascii, .stop = interrupt.token()});
-        });
-    if (!done || options.report.empty())
+    if (!done)
         return done;
-    report["ms"] = stages.ms();
-    report.update(extra);
-    return write_report(options.report, report);
+    // The mesh takes its name when the report has been written, so that neither is there alone.
+    return write_atomically(options.out, [&](const std::filesystem::path& unnamed) -> Result<void> {
+        Result<void> saved = stages.run("write", 0.9, [&]() -> Result<void> {
+            return save_mesh(unnamed, mesh, {.ascii = options.ascii, .stop = interrupt.token()});
+        });
+        if (!saved)
+            return fail("{}", with_name(saved.error().message, unnamed.string(), options.out));
+        if (options.report.empty())
+            return {};
+        report["ms"] = stages.ms();
+        report.update(extra);
+        return write_report(options.report, report);
+    });
 }
 
 } // namespace
@@ -383,7 +417,7 @@ Command add_surface(CLI::App& app) {
                    "JSON with counts, Euler number, faults, mm^2, mm^3, and ms by stage; - is "
                    "standard output (default: none)")
         ->type_name("FILE");
-    return {[o] { return run_surface(*o); },
+    return {[o, &app] { return run_surface(*o, app); },
             [o] {
                 return std::vector<NamedFile>{{"V", o->read.path},
                                               {"-o", o->out, FileUse::write},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/base/log.h"
 #include "engine/base/timer.h"
 #include "engine/gpu/error.h"
 #include "engine/surface_gpu/gpu_surface.h"
@@ -28,7 +29,7 @@ Extractor automatic(const std::string& select, const Volume& volume,
         if (const Result<void> can = GpuSurface::supports(*device, volume, options); !can)
             return {nullptr, can.error().message};
         std::string name = device->info().name;
-        return {std::move(device), std::move(name)};
+        return {std::move(device), std::move(name), /*may_fall_back=*/true};
     } catch (const GpuError& error) {
         return {nullptr, error.what()};
     }
@@ -39,22 +40,19 @@ Extractor automatic(const std::string& select, const Volume& volume,
 Result<Extractor> choose_extractor(ExtractOn on, const std::string& select, const Volume& volume,
                                    const SurfaceOptions& options) {
     if (on == ExtractOn::cpu)
-        return Extractor{nullptr, "asked for"};
+        return Extractor{nullptr, "asked for", false};
     if (on == ExtractOn::automatic)
         return automatic(select, volume, options);
     auto device = std::make_unique<Device>(DeviceOptions{.select = select});
     if (const Result<void> can = GpuSurface::supports(*device, volume, options); !can)
         return fail("--on gpu: {}", can.error().message);
-    return Extractor{std::move(device), "asked for"};
+    return Extractor{std::move(device), "asked for", false};
 }
 
-Mesh extract_on(const Extractor& extractor, const Volume& volume, float iso,
-                const SurfaceOptions& options,
-                std::vector<std::pair<std::string, double>>& passes) {
-    if (!extractor.device)
-        return marching_cubes(volume, iso, options);
+Mesh extract_on_device(Device& device, const Volume& volume, float iso,
+                       const SurfaceOptions& options, ExtractPasses& passes) {
     Timer timer;
-    ExtractPipelines pipelines(*extractor.device);
+    ExtractPipelines pipelines(device);
     GpuSurface surface(pipelines, volume, iso, options);
     passes.emplace_back("upload and extract", timer.ms());
     for (const PassTime& pass : surface.pass_times())
@@ -63,6 +61,24 @@ Mesh extract_on(const Extractor& extractor, const Volume& volume, float iso,
     Mesh mesh = surface.mesh();
     passes.emplace_back("read back", timer.ms());
     return mesh;
+}
+
+Result<Mesh> extract_on(Extractor& extractor, const Volume& volume, float iso,
+                        const SurfaceOptions& options, ExtractPasses& passes,
+                        const DeviceExtraction& by_device) {
+    if (!extractor.device)
+        return marching_cubes(volume, iso, options);
+    try {
+        return by_device(*extractor.device, volume, iso, options, passes);
+    } catch (const GpuError& error) {
+        if (!extractor.may_fall_back)
+            return fail("--on gpu: {}", error.what());
+        extractor.why = fmt::format("{}: {}", extractor.device->info().name, error.what());
+    }
+    log::warning("{}; the processor extracts the surface instead", extractor.why);
+    extractor.device.reset();
+    passes.clear();
+    return marching_cubes(volume, iso, options);
 }
 
 } // namespace palpate

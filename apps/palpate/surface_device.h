@@ -1,7 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/gpu/device.h"
@@ -15,6 +18,7 @@ enum class ExtractOn { automatic, cpu, gpu };
 struct Extractor {
     std::unique_ptr<Device> device; // null: the CPU
     std::string why;
+    bool may_fall_back = false; // to the CPU, where the device proves unable at work
 };
 
 // Automatic: the CPU where there is no other device, where the device stands for it (lavapipe), or
@@ -23,8 +27,20 @@ struct Extractor {
 Result<Extractor> choose_extractor(ExtractOn on, const std::string& select, const Volume& volume,
                                    const SurfaceOptions& options);
 
-// By what choose_extractor() chose; times by pass, in ms, go to `passes`.
-Mesh extract_on(const Extractor& extractor, const Volume& volume, float iso,
-                const SurfaceOptions& options, std::vector<std::pair<std::string, double>>& passes);
+// Times by pass, in ms.
+using ExtractPasses = std::vector<std::pair<std::string, double>>;
+using DeviceExtraction = std::function<Mesh(Device& device, const Volume& volume, float iso,
+                                            const SurfaceOptions& options, ExtractPasses& passes)>;
+
+// All of it on a device. Throws GpuError where memory does not suffice or the device is lost.
+Mesh extract_on_device(Device& device, const Volume& volume, float iso,
+                       const SurfaceOptions& options, ExtractPasses& passes);
+
+// By what choose_extractor() chose. Where the device fails, out of memory say, and the choice was
+// automatic, the CPU does it; this is logged, and `extractor` says so from then on. Else it is an
+// error.
+Result<Mesh> extract_on(Extractor& extractor, const Volume& volume, float iso,
+                        const SurfaceOptions& options, ExtractPasses& passes,
+                        const DeviceExtraction& by_device = extract_on_device);
 
 } // namespace palpate

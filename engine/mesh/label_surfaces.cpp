@@ -1,9 +1,9 @@
 #include "engine/mesh/label_surfaces.h"
 
-#include <algorithm>
 #include <numeric>
 
 #include "engine/base/assert.h"
+#include "engine/mesh/used_positions.h"
 
 namespace palpate {
 
@@ -34,37 +34,20 @@ void for_each_label(const Mesh& mesh,
     std::vector<size_t> next(first.begin(), first.end() - 1);
     for_each_side(mesh, [&](uint16_t label, uint32_t n) { numbers[next[label]++] = n; });
 
-    constexpr uint32_t kUnused = ~0u;
-    std::vector<uint32_t> renamed(mesh.positions.size(), kUnused), used;
+    std::vector<uint32_t> renamed;
     for (size_t l = 0; l < kLabels; ++l) {
         if (first[l] == first[l + 1])
             continue;
         const auto label = static_cast<uint16_t>(l);
         Mesh surface{.world_from_mesh = mesh.world_from_mesh};
-        used.clear();
         for (size_t i = first[l]; i < first[l + 1]; ++i) {
             const uint32_t n = numbers[i];
             const glm::uvec3 t = mesh.triangles[n];
             surface.triangles.push_back(mesh.labels[n] == label ? t : glm::uvec3(t.x, t.z, t.y));
-            for (int corner = 0; corner < 3; ++corner)
-                if (renamed[t[corner]] == kUnused) {
-                    renamed[t[corner]] = 0;
-                    used.push_back(t[corner]);
-                }
         }
-        std::sort(used.begin(), used.end()); // positions keep their order
-        for (const uint32_t v : used) {
-            renamed[v] = static_cast<uint32_t>(surface.positions.size());
-            surface.positions.push_back(mesh.positions[v]);
-            if (!mesh.normals.empty())
-                surface.normals.push_back(mesh.normals[v]);
-        }
-        for (glm::uvec3& t : surface.triangles)
-            t = {renamed[t.x], renamed[t.y], renamed[t.z]};
+        take_used_positions(mesh, surface, renamed);
         surface.labels.assign(surface.triangles.size(), label);
         visit(label, surface);
-        for (const uint32_t v : used)
-            renamed[v] = kUnused;
     }
 }
 

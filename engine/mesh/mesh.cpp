@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/base/assert.h"
+#include "engine/mesh/used_positions.h"
 
 namespace palpate {
 
@@ -24,20 +25,8 @@ Mesh surface_of_label(const Mesh& mesh, uint16_t label) {
         surface.triangles.push_back(t);
     }
     surface.labels.assign(surface.triangles.size(), label);
-    std::vector<uint32_t> renamed(mesh.positions.size(), 0);
-    for (const glm::uvec3 t : surface.triangles)
-        for (int i = 0; i < 3; ++i)
-            renamed[t[i]] = 1;
-    for (size_t v = 0; v < renamed.size(); ++v) {
-        if (renamed[v] == 0)
-            continue;
-        renamed[v] = static_cast<uint32_t>(surface.positions.size());
-        surface.positions.push_back(mesh.positions[v]);
-        if (!mesh.normals.empty())
-            surface.normals.push_back(mesh.normals[v]);
-    }
-    for (glm::uvec3& t : surface.triangles)
-        t = {renamed[t.x], renamed[t.y], renamed[t.z]};
+    std::vector<uint32_t> renamed;
+    take_used_positions(mesh, surface, renamed);
     return surface;
 }
 

@@ -296,6 +296,18 @@ TEST_F(BenchCommand, RefusesWithOneSentence) {
     EXPECT_EQ(run({"bench", "upload", "--tiny", "--full"}).exit_code, 2);
 }
 
+TEST_F(BenchCommand, RefusesVolumesThatAreNoFiles) {
+    for (const char* option : {"--ct", "--labels"}) {
+        const ProgramRun ran =
+            run({"bench", "surface", "--tiny", "--no-peers", "--only", "window", option,
+                 file("none.nii").string(), "--out", file("out").string()});
+        EXPECT_EQ(ran.exit_code, 1);
+        EXPECT_THAT(ran.messages, HasSubstr(std::string(option) + ": expected a volume, found no"));
+        EXPECT_EQ(ran.output, "");
+        EXPECT_FALSE(std::filesystem::exists(file("out")));
+    }
+}
+
 // A sentence and no traceback, whatever the file lacks.
 TEST_F(BenchCommand, CompareSaysWhatIsNoResult) {
     const char* environment = R"("suite": "touch", "environment": {})";

@@ -178,6 +178,24 @@ TEST_F(RenderCommand, RefusesWithOneSentenceAndWritesNothing) {
     }
 }
 
+TEST_F(RenderCommand, SaysWhatDrawsNothingAndWhatChangesNothing) {
+    const auto said = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", "synthetic:ball?size=16", "--size", "16,16", "-o",
+                                   file("picture.png").string()});
+        const ProgramRun ran = run(more);
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        return ran.messages;
+    };
+    EXPECT_THAT(said({"--iso", "123456"}),
+                HasSubstr("nothing is drawn at the iso-value 123456: expected one within"));
+    EXPECT_THAT(said({"--slab", "3", "--half", "--eye-separation", "60"}),
+                HasSubstr("without effect here: --half (of .exr alone), --slab (without --slice), "
+                          "--eye-separation (without --stereo)\n"));
+    const std::string useful = said({"--iso", "500", "--slice", "axial", "--slab", "3"});
+    EXPECT_THAT(useful, testing::Not(HasSubstr("nothing is drawn")));
+    EXPECT_THAT(useful, testing::Not(HasSubstr("without effect")));
+}
+
 TEST_F(RenderCommand, RefusesVolumesThatAreNone) {
     for (const auto& [volume, words] : std::vector<std::pair<std::string, std::string>>{
              {"no/such/file.nrrd", "no/such/file.nrrd"},

@@ -144,6 +144,33 @@ TEST_F(SurfaceCommand, SmoothsAndDecimates) {
     EXPECT_EQ(compared.exit_code, 0) << compared.messages;
 }
 
+// A report that cannot be written leaves no mesh either.
+TEST_F(SurfaceCommand, MeshAndReportComeTogetherOrNotAtAll) {
+    const std::string command = "'" + std::string(PALPATE_PROGRAM) +
+                                "' surface 'synthetic:ball?size=16' --iso 500 --report - -o '" +
+                                file("a.ply").string() + "' > /dev/full 2> '" +
+                                file("messages").string() + "'";
+    EXPECT_NE(std::system(command.c_str()), 0);
+    EXPECT_THAT(bytes_of("messages"), HasSubstr("standard output cannot be written"));
+    for (const auto& entry : std::filesystem::directory_iterator(file("")))
+        EXPECT_EQ(entry.path().filename(), "messages");
+}
+
+TEST_F(SurfaceCommand, SaysWhichOptionsChangeNothing) {
+    const ProgramRun ran =
+        run({"surface", "synthetic:ball?size=16", "--iso", "500", "-o", file("a.obj").string(),
+             "--passes", "4", "--walls", "separate", "--ascii"});
+    EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_THAT(ran.messages,
+                HasSubstr("without effect here: --walls (with --iso), --passes (without --smooth), "
+                          "--ascii (of .ply and .stl alone)\n"));
+    const ProgramRun useful =
+        run({"surface", "synthetic:ball?size=16", "--iso", "500", "-o", file("a.ply").string(),
+             "--smooth", "mean", "--passes", "4", "--ascii", "--closed", "--normals", "none"});
+    EXPECT_EQ(useful.exit_code, 0);
+    EXPECT_THAT(useful.messages, testing::Not(HasSubstr("without effect")));
+}
+
 TEST_F(SurfaceCommand, ReportsGoToStandardOutputToo) {
     const ProgramRun ran = run({"surface", "synthetic:torus?size=32", "--iso", "500", "-o",
                                 file("torus.obj").string(), "--report", "-"});
@@ -308,6 +335,27 @@ TEST_F(CompareMeshesCommand, GivesMetricsAndPass) {
         EXPECT_TRUE(json.contains(key)) << key;
     EXPECT_EQ(compare("a.ply", "b.stl", {"--hausdorff", "0.6"}).exit_code, 0);
     EXPECT_EQ(compare("a.ply", "b.stl", {"--hausdorff", "0.4"}).exit_code, 1);
+    // What is told lies between two bounds; a limit between them is settled by narrowing them, and
+    // passes by the upper one alone. Limits a part in 1e4 of their distance to each side of it.
+    const double least = json["hausdorff_mm"], most = json["hausdorff_most_mm"];
+    EXPECT_LE(least, most);
+    EXPECT_LE(most - least, json["hausdorff_tolerance_mm"].get<double>() * (1 + 1e-9));
+    const auto by_limit = [&](double limit) {
+        const ProgramRun ran = compare("a.ply", "b.stl", {"--hausdorff", fmt::format("{}", limit)});
+        const Json found = Json::parse(ran.output);
+        EXPECT_EQ(ran.exit_code, found["hausdorff_most_mm"].get<double>() <= limit ? 0 : 1);
+        EXPECT_EQ(ran.exit_code, found["hausdorff_mm"].get<double>() > limit ? 1 : ran.exit_code);
+        return ran.exit_code;
+    };
+    EXPECT_EQ(by_limit(least - 1e-9), 1);
+    EXPECT_EQ(by_limit(most + 1e-9), 0);
+    by_limit(0.5 * (least + most));
+    for (const char* name : {"m.obj", "m.vtp"}) {
+        ASSERT_TRUE(save_mesh(file(name), meshes::ball(10.0, 2)));
+        const ProgramRun ran = compare("a.ply", name);
+        EXPECT_EQ(ran.exit_code, 1);
+        EXPECT_THAT(ran.messages, HasSubstr("expected a mesh of a kind that is read, PLY or STL"));
+    }
     EXPECT_EQ(compare("a.ply", "b.stl", {"--rms-distance", "0.55"}).exit_code, 0);
     // Facets of half the size are tilted against their coarser ones.
     ASSERT_TRUE(save_mesh(file("c.ply"), meshes::ball(10.0, 2)));

@@ -4,6 +4,8 @@
 #include <random>
 #include <set>
 
+#include "apps/palpate/surface_device.h"
+#include "engine/gpu/error.h"
 #include "engine/surface/block_surface.h"
 #include "engine/surface_gpu/gpu_surface.h"
 #include "engine/volume/builder.h"
@@ -112,6 +114,19 @@ TEST_F(GpuExtraction, EqualsTheCpuForEveryTypeAndOption) {
                 expect_twin(pipelines(), volume, 3.0f, options);
                 expect_twin(pipelines(), volume, 3.5f, options);
             }
+}
+
+// 66 x 9 x 10 = 5940 blocks: the prefix sum over groups of 64 takes 64 groups a turn, 4096 blocks,
+// and so a second. Found blocks lie in both, and full and empty ones among them. Values
+// have all their digits: no gradient cancels between two samples, where its sign is rounding alone.
+TEST_F(GpuExtraction, EqualsTheCpuWhereThePrefixSumTakesASecondTurn) {
+    const Volume volume =
+        make_volume(make_grid({521, 65, 73}, glm::dvec3(1)), ScalarType::f32, [](glm::uvec3 i) {
+            const glm::uvec3 cell = i / 24u;
+            const bool noisy = (cell.x + cell.y + cell.z) % 4 == 0;
+            return noisy ? 1e3 * synthetic::noise(i, 11) : 0.0;
+        });
+    expect_twin(pipelines(), volume, 417.3f, {});
 }
 
 TEST_F(GpuExtraction, NormalsOfTrianglesAreThoseOfTheCpu) {
@@ -382,6 +397,37 @@ TEST(RangeAllocator, RangesNeverOverlap) {
             ranges.give(first, length);
         }
     }
+}
+
+// A device that cannot hold the surface: who chose the device decides what follows.
+TEST_F(GpuExtraction, GivesWayToTheCpuWhereMemoryRunsOut) {
+    const Volume volume = noise_volume({20, 19, 18}, ScalarType::u8, 5, 3);
+    const auto out_of_memory = [](Device&, const Volume&, float, const SurfaceOptions&,
+                                  ExtractPasses& passes) -> Mesh {
+        passes.emplace_back("upload and extract", 1.0);
+        throw GpuError("allocating: VK_ERROR_OUT_OF_DEVICE_MEMORY");
+    };
+    const auto chosen = [](bool may_fall_back) {
+        return Extractor{std::make_unique<Device>(DeviceOptions{}), "asked for", may_fall_back};
+    };
+    ExtractPasses passes;
+    Extractor automatic = chosen(true);
+    const Result<Mesh> mesh = extract_on(automatic, volume, 2.0f, {}, passes, out_of_memory);
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    testing::expect_same_bytes(*mesh, marching_cubes(volume, 2.0f, {}));
+    EXPECT_EQ(automatic.device, nullptr);
+    EXPECT_NE(automatic.why.find("VK_ERROR_OUT_OF_DEVICE_MEMORY"), std::string::npos);
+    EXPECT_TRUE(passes.empty());
+
+    Extractor asked = chosen(false);
+    const Result<Mesh> none = extract_on(asked, volume, 2.0f, {}, passes, out_of_memory);
+    ASSERT_FALSE(none);
+    EXPECT_EQ(none.error().message, "--on gpu: allocating: VK_ERROR_OUT_OF_DEVICE_MEMORY");
+
+    Extractor able = chosen(true);
+    testing::expect_same_bytes(*extract_on(able, volume, 2.0f, {}, passes),
+                               marching_cubes(volume, 2.0f, {}));
+    EXPECT_NE(able.device, nullptr);
 }
 
 } // namespace
