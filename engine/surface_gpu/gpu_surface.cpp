@@ -332,7 +332,7 @@ GpuSurface::Update GpuSurface::update(const Volume& after, std::span<const Chang
     numbers.insert(numbers.end(), emptied.begin(), emptied.end());
     counts.resize(numbers.size());
     Commands commands(*device_);
-    samples_.record_changes(commands, after, changed);
+    samples_.bring_changes(commands, after, changed);
     done.triangles = record_blocks(commands, numbers, counts);
     finish(commands);
     return done;

@@ -8,7 +8,7 @@ namespace palpate {
 
 namespace {
 
-constexpr uint64_t kStagingBytes = uint64_t{16} << 20; // of the first upload
+constexpr uint64_t kStagingBytes = uint64_t{16} << 20; // at most, at once
 constexpr uint32_t kBlockSamples = kBlockSide * kBlockSide * kBlockSide;
 
 VkFormat format_of(ScalarType type) {
@@ -109,29 +109,42 @@ void SampleImage::upload_all(const Volume& volume) {
     }
 }
 
-void SampleImage::record_changes(Commands& commands, const Volume& after,
-                                 std::span<const ChangedBrick> changed) {
-    uint64_t blocks = 0;
-    for (const ChangedBrick& brick : changed)
-        blocks += static_cast<uint64_t>(std::popcount(brick.blocks));
-    const uint64_t block_bytes = kBlockSamples * bytes_per_sample(type_);
-    std::byte* const to = staged(blocks * block_bytes);
-    std::vector<Commands::Region> regions;
+void SampleImage::bring_changes(Commands& commands, const Volume& after,
+                                std::span<const ChangedBrick> changed) {
+    std::vector<glm::uvec3> blocks; // their first samples
     for (const ChangedBrick& brick : changed)
         for (uint64_t left = brick.blocks; left != 0; left &= left - 1) {
             const auto n = static_cast<uint32_t>(std::countr_zero(left));
-            const glm::uvec3 low =
+            const glm::uvec3 at =
+                brick.position * kBrickSide +
                 kBlockSide * glm::uvec3(n % kBlocksPerSide, n / kBlocksPerSide % kBlocksPerSide,
                                         n / (kBlocksPerSide * kBlocksPerSide));
-            const glm::uvec3 at = brick.position * kBrickSide + low;
-            if (glm::any(glm::greaterThanEqual(at, after.size())))
-                continue; // padding
-            const uint64_t offset = regions.size() * block_bytes;
-            stage_cube(after.brick(brick.position), low, kBlockSide, to + offset);
-            regions.push_back({offset, at, glm::min(glm::uvec3(kBlockSide), after.size() - at),
-                               kBlockSide, kBlockSide});
+            if (glm::all(glm::lessThan(at, after.size()))) // no padding
+                blocks.push_back(at);
         }
-    commands.copy(*staging_, image_, regions);
+    const uint64_t block_bytes = kBlockSamples * bytes_per_sample(type_);
+    const uint64_t at_once = kStagingBytes / block_bytes;
+    std::byte* const to = staged(std::min<uint64_t>(at_once, blocks.size()) * block_bytes);
+    for (uint64_t first = 0; first < blocks.size(); first += at_once) {
+        const uint64_t count = std::min<uint64_t>(at_once, blocks.size() - first);
+        std::vector<Commands::Region> regions;
+        for (uint64_t i = 0; i < count; ++i) {
+            const glm::uvec3 at = blocks[first + i];
+            stage_cube(after.brick(at / kBrickSide), at % kBrickSide, kBlockSide,
+                       to + i * block_bytes);
+            regions.push_back({i * block_bytes, at,
+                               glm::min(glm::uvec3(kBlockSide), after.size() - at), kBlockSide,
+                               kBlockSide});
+        }
+        if (first + count == blocks.size()) {
+            commands.copy(*staging_, image_, regions);
+            break;
+        }
+        Commands alone(*device_);
+        alone.copy(*staging_, image_, regions);
+        alone.submit();
+        alone.finish();
+    }
 }
 
 } // namespace palpate

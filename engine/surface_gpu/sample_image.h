@@ -19,9 +19,10 @@ class SampleImage {
     // does not suffice, and what reading a brick of a source throws.
     SampleImage(Device& device, const Volume& volume);
 
-    // Brings the changed blocks of `after` up. What is recorded is done before the next call.
-    void record_changes(Commands& commands, const Volume& after,
-                        std::span<const ChangedBrick> changed);
+    // Brings the changed blocks of `after` up: the last of them, mostly all, by a copy recorded
+    // into `commands`, which holds nothing of the image yet and is done before the next call.
+    void bring_changes(Commands& commands, const Volume& after,
+                       std::span<const ChangedBrick> changed);
 
     GpuImage& image() { return image_; }
     bool is_float() const { return type_ == ScalarType::f32; }

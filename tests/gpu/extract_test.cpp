@@ -333,6 +333,19 @@ TEST_F(GpuExtraction, NoChangeMakesNothing) {
     EXPECT_EQ(device().last_submitted(), before);
 }
 
+// 17 MiB of changes go through 16 of staging.
+TEST_F(GpuExtraction, ChangesLargerThanWhatIsStagedAtOnceArrive) {
+    const auto ball = [](double x) {
+        return make_volume(make_grid({176, 168, 152}, glm::dvec3(1.0)), ScalarType::f32,
+                           [x](glm::uvec3 i) {
+                               return 20.0 - glm::distance(glm::dvec3(i), {x, 80.0, 75.0});
+                           });
+    };
+    GpuSurface surface(pipelines(), ball(60.0), 0.0f);
+    surface.update(ball(100.25));
+    expect_same(surface, BlockSurface(ball(100.25), 0.0f), device());
+}
+
 TEST_F(GpuExtraction, ModeCorrectAndVolumesTooLargeAreRefusedInASentence) {
     const Volume volume = noise_volume({20, 20, 20}, ScalarType::u8, 5, 1);
     EXPECT_TRUE(GpuSurface::supports(device(), volume, {}));
