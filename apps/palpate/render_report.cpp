@@ -61,6 +61,8 @@ OrderedJson stats_json(const Device& device, const Renderer& renderer, const Tim
                            0.0, 1.0 - static_cast<double>(timing.samples) /
                                           static_cast<double>(std::max<uint64_t>(1, segments))));
         json["cell_map_ms"] = timing.cell_map_ms;
+        if (timing.first.gradients_ms > 0)
+            json["gradients_ms"] = timing.first.gradients_ms;
     }
     if (!scene.surfaces.empty()) {
         json["surfaces"] = OrderedJson::array();

@@ -85,7 +85,7 @@ Result<Report> run_upload(Bench& bench) {
         if (!first)
             return fail("{}", first.error().message);
         whole_bytes = bench.device().traffic().uploaded_bytes - before;
-        whole.push_back(std::max(1e-3, *first - renderer.pipeline_creation_ms()));
+        whole.push_back(std::max(1e-3, *first - renderer.pipeline_wait_ms()));
     }
     report.json["rows"].push_back(
         row("whole volume and all that is derived from it, first frame of 8 x 8 pixels included",

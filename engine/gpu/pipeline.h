@@ -3,6 +3,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include <cstdint>
+#include <future>
 #include <span>
 #include <string>
 #include <utility>
@@ -17,24 +18,29 @@ struct BindingSlot {
     VkDescriptorType type;
 };
 
-// One compute shader with its constants, ready to dispatch. Creating it takes milliseconds, its
-// first dispatch may take more: drivers compile then. Made once per process and variant.
+// One compute shader with its constants. Creating it takes 1 to 200 ms, on a thread of its own:
+// handle() waits for it, and fails as it did. Its first dispatch may take more: drivers compile
+// then. Made once per process and variant.
 class ComputePipeline {
  public:
     // constants[i] becomes the specialization constant with constant_id i (all 32 bits wide).
+    // `spirv` outlives the pipeline.
     ComputePipeline(Device& device, std::string name, std::span<const uint32_t> spirv,
                     std::span<const BindingSlot> slots, std::span<const uint32_t> constants = {});
     ~ComputePipeline();
     ComputePipeline(const ComputePipeline&) = delete;
     ComputePipeline& operator=(const ComputePipeline&) = delete;
 
-    VkPipeline handle() const { return handle_; }
+    VkPipeline handle() const;
     VkPipelineLayout layout() const { return layout_; }
     VkDescriptorSetLayout set_layout() const { return set_layout_; }
     const std::vector<BindingSlot>& slots() const { return slots_; }
     const std::string& name() const { return name_; }
     // True once: for the dispatch in which the driver may compile.
     bool take_first_use() const { return std::exchange(unused_, false); }
+    // What its creation took, and how much of that handle() waited for; 0 before handle().
+    double creation_ms() const { return creation_ms_; }
+    double wait_ms() const { return wait_ms_; }
 
  private:
     Device* device_;
@@ -43,7 +49,13 @@ class ComputePipeline {
     std::vector<BindingSlot> slots_;
     VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
     VkPipelineLayout layout_ = VK_NULL_HANDLE;
-    VkPipeline handle_ = VK_NULL_HANDLE;
+    struct Created {
+        VkPipeline handle;
+        double ms;
+    };
+    std::shared_future<Created> creation_;
+    mutable VkPipeline handle_ = VK_NULL_HANDLE;
+    mutable double creation_ms_ = 0, wait_ms_ = 0;
     Device::ResourceEntry entry_;
 };
 

@@ -90,6 +90,10 @@ Result<GpuVolume> GpuVolume::make(Device& device, std::string name, const Volume
     Choice choice = choose(device, volume, wish);
     GpuVolume made(device, volume, wish, choice.storage);
     made.reason_ = std::move(choice.reason);
+    const TexelStorage first = texel_storage(device, volume.type(), wish.format);
+    if (choice.storage.format != first.format)
+        made.reason_ += fmt::format(", with texels of {} bytes for want of room for {}",
+                                    texel_bytes(choice.storage.format), texel_bytes(first.format));
     const VkFormat format = choice.storage.format;
     if (wish.format != TexelFormat::label && !device.can_filter_linearly(format))
         return fail("{}: {} cannot interpolate its texels", name, device.info().name);

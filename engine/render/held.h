@@ -90,7 +90,7 @@ struct Renderer::Held {
     std::optional<std::pair<RayCastLayer, double>> gradients_filled_for; // and step factor
     std::optional<CellMap> cells;
     std::optional<Buffer> tile_groups, tiles, slabs;
-    double cell_map_ms = 0;
+    double cell_map_ms = 0, gradients_ms = 0;
     std::optional<TransferImage> transfer, slice_transfer;
     gpu::Frame block; // what `frame` holds
     MirroredBuffer frame, slice_frame, planes, styles;
@@ -105,5 +105,17 @@ struct Renderer::Held {
     std::vector<Part> parts;
     MirroredBuffer atlas_frame;
 };
+
+// What `draw` returns. Where it throws, as for a brick that cannot be read, nothing recorded so far
+// may be relied upon: the next frame begins from nothing.
+template <class Draw>
+auto Renderer::or_from_nothing(const Draw& draw) -> decltype(draw()) {
+    try {
+        return draw();
+    } catch (...) {
+        held_ = std::make_unique<Held>();
+        throw;
+    }
+}
 
 } // namespace palpate

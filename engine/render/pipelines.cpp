@@ -4,7 +4,6 @@
 
 #include <array>
 
-#include "engine/base/timer.h"
 #include "engine/render/shader_code.h"
 #include "shaders/shared/interactive.h"
 #include "shaders/shared/ray_cast.h"
@@ -109,10 +108,31 @@ std::span<const uint32_t> surface_draw_shader() {
     return spirv::surface_draw[0];
 }
 
+template <class... Arguments>
+ComputePipeline& Pipelines::made(std::unique_ptr<ComputePipeline>& pipeline,
+                                 Arguments&&... arguments) {
+    pipeline = std::make_unique<ComputePipeline>(*device_, std::forward<Arguments>(arguments)...);
+    all_.push_back(pipeline.get());
+    return *pipeline;
+}
+
+double Pipelines::creation_ms() const {
+    double sum = 0;
+    for (const ComputePipeline* pipeline : all_)
+        sum += pipeline->creation_ms();
+    return sum;
+}
+
+double Pipelines::wait_ms() const {
+    double sum = 0;
+    for (const ComputePipeline* pipeline : all_)
+        sum += pipeline->wait_ms();
+    return sum;
+}
+
 ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
     std::unique_ptr<ComputePipeline>& pipeline = ray_casts_[variant];
     if (!pipeline) {
-        const Timer timer;
         std::vector<BindingSlot> slots{{gpu::kRayFrame, kUniform}, {gpu::kRayVolume, kSampled}};
         if (variant.mode != gpu::kModeIso)
             slots.insert(slots.end(), {{gpu::kRayTable, kSampled},
@@ -149,9 +169,7 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
                                                  variant.count,     variant.from_list,
                                                  variant.by_hand,   variant.stored_gradients,
                                                  variant.layers};
-        pipeline = std::make_unique<ComputePipeline>(*device_, name_of(variant),
-                                                     ray_cast_code(variant), slots, constants);
-        creation_ms_ += timer.ms();
+        made(pipeline, name_of(variant), ray_cast_code(variant), slots, constants);
     }
     return *pipeline;
 }
@@ -159,57 +177,46 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
 ComputePipeline& Pipelines::tiles(uint32_t which) {
     std::unique_ptr<ComputePipeline>& pipeline = tiles_[which];
     if (!pipeline) {
-        const Timer timer;
         const BindingSlot slots[] = {{gpu::kTileFrame, kUniform},
                                      {gpu::kTileCells, kSampled},
                                      {gpu::kTileGroups, kStorage},
                                      {gpu::kTileEntries, kStorage}};
         const uint32_t constants[] = {which};
-        pipeline = std::make_unique<ComputePipeline>(*device_, fmt::format("tiles {}", which),
-                                                     spirv::tiles[0], slots, constants);
-        creation_ms_ += timer.ms();
+        made(pipeline, fmt::format("tiles {}", which), spirv::tiles[0], slots, constants);
     }
     return *pipeline;
 }
 
 ComputePipeline& Pipelines::mip_slabs() {
     if (!mip_slabs_) {
-        const Timer timer;
         const BindingSlot slots[] = {{gpu::kTileFrame, kUniform},
                                      {gpu::kTileCells, kSampled},
                                      {gpu::kTileEntries, kStorage},
                                      {gpu::kTileSlabs, kStorage}};
-        mip_slabs_ =
-            std::make_unique<ComputePipeline>(*device_, "MIP slabs", spirv::mip_slabs[0], slots);
-        creation_ms_ += timer.ms();
+        made(mip_slabs_, "MIP slabs", spirv::mip_slabs[0], slots);
     }
     return *mip_slabs_;
 }
 
 ComputePipeline& Pipelines::interpolate() {
     if (!interpolate_) {
-        const Timer timer;
         const BindingSlot slots[] = {{gpu::kInterpolateBlock, kUniform},
                                      {gpu::kInterpolateCoarse, kSampled},
                                      {gpu::kInterpolateColor, kStorageImage},
                                      {gpu::kInterpolateGroups, kStorage},
                                      {gpu::kInterpolateRays, kStorage}};
-        interpolate_ = std::make_unique<ComputePipeline>(*device_, "interpolate",
-                                                         spirv::interpolate[0], slots);
-        creation_ms_ += timer.ms();
+        made(interpolate_, "interpolate", spirv::interpolate[0], slots);
     }
     return *interpolate_;
 }
 
 ComputePipeline& Pipelines::judge() {
     if (!judge_) {
-        const Timer timer;
         const BindingSlot slots[] = {{gpu::kJudgeBlock, kUniform},
                                      {gpu::kJudgeColor, kSampled},
                                      {gpu::kJudgeTruth, kSampled},
                                      {gpu::kJudgeSquares, kStorage}};
-        judge_ = std::make_unique<ComputePipeline>(*device_, "judge", spirv::judge[0], slots);
-        creation_ms_ += timer.ms();
+        made(judge_, "judge", spirv::judge[0], slots);
     }
     return *judge_;
 }
@@ -219,16 +226,13 @@ ComputePipeline& Pipelines::surface(SurfaceStage stage, SurfaceVariant v,
     const SurfaceShader shader = surface_shader(stage, v);
     std::unique_ptr<ComputePipeline>& pipeline = surfaces_[shader.code.data()];
     if (!pipeline) {
-        const Timer timer;
         std::vector<BindingSlot> slots;
         for (const Bound& b : bound)
             slots.push_back({b.binding, type_of(b)});
-        pipeline = std::make_unique<ComputePipeline>(
-            *device_,
-            fmt::format("{}{}{}", shader.name, v.through ? " see-through" : "",
-                        v.clips ? " clipped" : ""),
-            shader.code, slots);
-        creation_ms_ += timer.ms();
+        made(pipeline,
+             fmt::format("{}{}{}", shader.name, v.through ? " see-through" : "",
+                         v.clips ? " clipped" : ""),
+             shader.code, slots);
     }
     return *pipeline;
 }
@@ -236,7 +240,6 @@ ComputePipeline& Pipelines::surface(SurfaceStage stage, SurfaceVariant v,
 ComputePipeline& Pipelines::slices(bool labels, bool atlas, bool by_hand) {
     std::unique_ptr<ComputePipeline>& pipeline = slices_[labels + 2u * atlas + 4u * by_hand];
     if (!pipeline) {
-        const Timer timer;
         std::vector<BindingSlot> slots{{gpu::kSliceFrame, kUniform},
                                        {gpu::kSliceVolume, kSampled},
                                        {gpu::kSliceTable, kSampled}};
@@ -252,12 +255,10 @@ ComputePipeline& Pipelines::slices(bool labels, bool atlas, bool by_hand) {
             slots.push_back({gpu::kSliceAtlas, kUniform});
         }
         const uint32_t constants[] = {by_hand};
-        pipeline = std::make_unique<ComputePipeline>(
-            *device_,
-            fmt::format("slices{}{}{}", labels ? " labels" : "", atlas ? " atlas" : "",
-                        by_hand ? " by hand" : ""),
-            spirv::slices[labels + 2 * atlas], slots, constants);
-        creation_ms_ += timer.ms();
+        made(pipeline,
+             fmt::format("slices{}{}{}", labels ? " labels" : "", atlas ? " atlas" : "",
+                         by_hand ? " by hand" : ""),
+             spirv::slices[labels + 2 * atlas], slots, constants);
     }
     return *pipeline;
 }

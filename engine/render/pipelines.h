@@ -32,7 +32,8 @@ struct SurfaceVariant {
     bool through = false, clips = false, layers = false, values = false;
 };
 
-// Makes each pipeline when a scene first needs it, once per process.
+// Makes each pipeline when a scene first needs it, once per process, on a thread of its own: what
+// is asked for before work of other kinds is ready after it.
 class Pipelines {
  public:
     explicit Pipelines(Device& device) : device_(&device) {}
@@ -47,11 +48,15 @@ class Pipelines {
     ComputePipeline& surface(SurfaceStage stage, SurfaceVariant variant,
                              std::span<const Bound> bound);
 
-    double creation_ms() const { return creation_ms_; } // spent so far
+    double creation_ms() const; // spent so far, on threads beside each other
+    double wait_ms() const;     // of that, what was waited for
 
  private:
+    template <class... Arguments>
+    ComputePipeline& made(std::unique_ptr<ComputePipeline>& pipeline, Arguments&&... arguments);
+
     Device* device_;
-    double creation_ms_ = 0;
+    std::vector<const ComputePipeline*> all_;
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
     std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_, tiles_;
     std::map<const uint32_t*, std::unique_ptr<ComputePipeline>> surfaces_; // by their code

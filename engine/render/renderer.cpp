@@ -56,25 +56,6 @@ bool pays_in_slabs(const gpu::Frame& frame) {
     return std::max(widest(frame.eyes[0]), widest(frame.eyes[1])) <= 4.0f * frame.cell_side;
 }
 
-// llvmpipe ends any loop after 65535 turns, and a ray would stop there with what it has.
-constexpr double kMostSteps = 60000.0;
-
-Result<void> steps_fit(const RayCastLayer& layer, const Grid& grid) {
-    if (layer.integrator == Integrator::exact) // goes from cell to cell
-        return {};
-    double longest = 0.0; // diagonal of the volume
-    const glm::dvec3 last = glm::dvec3(grid.size) - 1.0;
-    for (const glm::dvec3 sign : {glm::dvec3(1, 1, 1), {-1, 1, 1}, {1, -1, 1}, {1, 1, -1}})
-        longest = std::max(longest, glm::length(glm::dmat3(grid.world_from_index) * (sign * last)));
-    const double step = step_mm_of(layer, grid);
-    if (longest <= kMostSteps * step)
-        return {};
-    return fail(
-        "a step of {:g} mm: expected at least {:g} mm, {:.0f} steps along the volume's diagonal of "
-        "{:g} mm, or the integrator exact",
-        step, longest / kMostSteps, kMostSteps, longest);
-}
-
 } // namespace
 
 void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times) {
@@ -188,6 +169,21 @@ void Renderer::keep_targets(const Scene& scene) {
                                         .storage = true});
 }
 
+void Renderer::begin_pipelines(const Scene& scene, const SceneData& data) {
+    if (!scene.ray_cast || held_->volume)
+        return;
+    RayCastVariant variant = variant_of(scene, data.volume);
+    variant.skip = options_.skipping;
+    variant.atlas = options_.residency == Residency::atlas;
+    variant.by_hand = options_.sampling == Sampling::by_hand;
+    variant.stored_gradients = options_.stored_gradients && variant.shaded && !variant.by_hand;
+    variant.layers = held_->targets->layers ? scene.surface_depth : 0;
+    pipelines_.ray_cast(variant);
+    pipelines_.tiles(tiles_to_list(scene));
+    if (takes_slabs(variant))
+        pipelines_.mip_slabs();
+}
+
 // All that voxels are drawn with.
 void Renderer::drop_volumes() {
     held_->volume.reset();
@@ -210,11 +206,12 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
     const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
     if (scene.ray_cast)
-        if (Result<void> fits = steps_fit(*scene.ray_cast, data.volume.grid()); !fits)
-            return tl::unexpected(fits.error());
+        if (Result<void> checked = check_steps(*scene.ray_cast, data.volume.grid()); !checked)
+            return tl::unexpected(checked.error());
     if (Result<void> kept = keep_surfaces(scene, data); !kept)
         return tl::unexpected(kept.error());
     keep_targets(scene);
+    begin_pipelines(scene, data);
     if (!scene.ray_cast && scene.slices.empty()) { // nothing asks for voxels
         drop_volumes();
         return size_t{0};
@@ -404,6 +401,10 @@ Result<size_t> Renderer::draw_rays(const Scene& scene, const SceneData& data,
 }
 
 Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
+    return or_from_nothing([&] { return draw_frame(scene, data); });
+}
+
+Result<FrameStats> Renderer::draw_frame(const Scene& scene, const SceneData& data) {
     PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
     FrameStats stats;
     profile::Scope frame("frame");
@@ -415,22 +416,19 @@ Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
         return tl::unexpected(uploaded.error());
     }
     stats.uploaded_bricks = *uploaded;
-    if (scene.ray_cast)
+    if (scene.ray_cast) {
         stats.cell_map_ms = held_->cell_map_ms;
+        stats.gradients_ms = held_->gradients_ms;
+    }
 
     const Timer timer;
-    try {
-        stats.uploaded_bricks += draw_behind(scene, data, submissions.back());
-        Result<size_t> more = scene.ray_cast ? draw_rays(scene, data, submissions) : size_t{0};
-        // Also of a frame that was stopped: images are as tracked.
-        held_->sent(submissions.back().submit());
-        if (!more)
-            return pass_on(more);
-        stats.uploaded_bricks += *more;
-    } catch (...) { // a brick that cannot be read: the next frame begins from nothing
-        held_ = std::make_unique<Held>();
-        throw;
-    }
+    stats.uploaded_bricks += draw_behind(scene, data, submissions.back());
+    Result<size_t> more = scene.ray_cast ? draw_rays(scene, data, submissions) : size_t{0};
+    // Also of a frame that was stopped: images are as tracked.
+    held_->sent(submissions.back().submit());
+    if (!more)
+        return pass_on(more);
+    stats.uploaded_bricks += *more;
     if (scene.ray_cast && counting_)
         samples_ += read_sample_count();
     for (Commands& submission : submissions)

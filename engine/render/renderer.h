@@ -21,7 +21,8 @@ namespace palpate {
 enum class Sampling {
     device,  // its sampler: fast; positions are rounded to a few units in their last place, and on
              // most graphics cards weights to 8 bits
-    by_hand, // the shader, in fp32 and in one order: the same bits however the volume lies
+    by_hand, // the shader, in fp32 and in one order: the same bits as one image and in an atlas
+             // that is marched at once (in parts, rays may end within min_transmittance of there)
 };
 
 struct RendererOptions {
@@ -49,7 +50,8 @@ struct FrameStats {
     std::vector<PassTime> passes; // GPU time of each, in order
     double wall_ms = 0;           // from recording to the GPU's last word, fenced
     size_t uploaded_bricks = 0;
-    double cell_map_ms = 0; // CPU time for what is jumped over, where that had to be made
+    double cell_map_ms = 0;  // CPU time for what is jumped over, where that had to be made
+    double gradients_ms = 0; // wall time for stored gradients, where some had to be filled in
     // How the volume lies on the device, and why; of an atlas, the bricks that can be seen, those
     // it has room for, and in how many parts the volume was marched.
     bool atlas = false;
@@ -115,7 +117,9 @@ class Renderer {
 
     Result<Frame> render(const Scene& scene, const SceneData& data);
 
+    // Spent on pipelines so far, on threads of their own; and what frames waited for.
     double pipeline_creation_ms() const { return pipelines_.creation_ms(); }
+    double pipeline_wait_ms() const { return pipelines_.wait_ms(); }
 
  private:
     struct Targets; // the images a frame is drawn into
@@ -123,6 +127,13 @@ class Renderer {
     struct RayPass;
     struct Coarse;
 
+    template <class Draw>
+    auto or_from_nothing(const Draw& draw) -> decltype(draw());
+    Result<FrameStats> draw_frame(const Scene& scene, const SceneData& data);
+    Result<CoarseStats> draw_coarse_frame(const Scene& asked, const SceneData& data,
+                                          const CoarseSettings& settings);
+    Result<FrameStats> refine_rows(const Scene& asked, const SceneData& data, uint32_t first_row,
+                                   uint32_t rows);
     // Brings what is kept in line with the scene, by copies recorded into `commands`, which are
     // submitted even where this fails; the number of bricks uploaded.
     Result<size_t> prepare(const Scene& scene, const SceneData& data, Commands& commands);
@@ -151,6 +162,9 @@ class Renderer {
     Result<size_t> draw_rays(const Scene& scene, const SceneData& data,
                              std::deque<Commands>& submissions);
     void keep_targets(const Scene& scene);
+    // Asks for the pipelines that a first frame is likely to need, to be made while volumes are
+    // uploaded. One too many costs a thread its time.
+    void begin_pipelines(const Scene& scene, const SceneData& data);
     void keep_coarse_targets(const Scene& scene);
     void keep_coarse(const Scene& scene, const SceneData& data, const CoarseSettings& settings);
     uint32_t tiles_to_list(const Scene& scene) const; // gpu::kList...

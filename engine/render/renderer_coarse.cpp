@@ -140,18 +140,24 @@ Result<size_t> Renderer::prepare_interactive(const Scene& scene, const SceneData
     return uploaded;
 }
 
-Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& data,
+Result<CoarseStats> Renderer::draw_coarse(const Scene& scene, const SceneData& data,
                                           const CoarseSettings& settings) {
+    return or_from_nothing([&] { return draw_coarse_frame(scene, data, settings); });
+}
+
+Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneData& data,
+                                                const CoarseSettings& settings) {
     PALPATE_ASSERT(asked.ray_cast.has_value());
     Scene scene = asked;
     scene.value_and_depth = false;
     CoarseStats stats;
     keep_coarse_targets(scene); // first: the volume takes what is left
-    Commands behind(*device_);
-    const Result<size_t> uploaded =
-        prepare_interactive(scene, data, step_factor_of(*scene.ray_cast, settings), behind);
+    std::deque<Commands> submissions;
+    submissions.emplace_back(*device_);
+    const Result<size_t> uploaded = prepare_interactive(
+        scene, data, step_factor_of(*scene.ray_cast, settings), submissions.back());
     if (!uploaded) {
-        held_->sent(behind.submit()); // what is recorded is taken for done
+        held_->sent(submissions.back().submit()); // what is recorded is taken for done
         return tl::unexpected(uploaded.error());
     }
     stats.frame.uploaded_bricks = *uploaded;
@@ -166,16 +172,17 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     const Timer timer;
     Buffer counts(*device_, "listed ray count read back", coarse.ray_groups.bytes(),
                   Memory::read_back);
-    stats.frame.uploaded_bricks += draw_behind(scene, data, behind);
-    held_->sent(behind.submit());
+    stats.frame.uploaded_bricks += draw_behind(scene, data, submissions.back());
+    held_->sent(submissions.back().submit());
     if (!held_->parts.empty())
         stats.frame.uploaded_bricks += show_part(held_->parts.front(), true);
-    Commands commands(*device_);
-    commands.begin_pass("coarse background");
+    submissions.emplace_back(*device_);
+    Commands* commands = &submissions.back();
     const glm::vec4 background(glm::vec3(scene.background), 0.0f);
-    commands.clear(coarse.color, background);
-    commands.clear(coarse.truth, background);
-    commands.end_pass();
+    commands->begin_pass("coarse background");
+    commands->clear(coarse.color, background);
+    commands->clear(coarse.truth, background);
+    commands->end_pass();
     RayPass second{
         "every second pixel", held_->variant, coarse.rays,        coarse.frame.get(), table,
         coarse.color,         nullptr,        coarse.tile_groups, coarse.tiles,       slabs(scene)};
@@ -184,12 +191,20 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
                            : !scene.slices.empty() ? gpu::kListBox
                                                    : tiles_to_list(scene);
     const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
-    for (uint32_t row = 0; row < tile_count(coarse.rays).y; row += band) {
-        record_tiles(commands, second, eyes, which, row,
-                     std::min(band, tile_count(coarse.rays).y - row));
-        record_ray_cast(commands, second, scene);
+    const uint32_t rows = tile_count(coarse.rays).y;
+    const auto next_submission = [&] {
+        commands->submit();
+        commands = &submissions.emplace_back(*device_);
+    };
+    for (uint32_t row = 0; row < rows; row += band) {
+        if (row > 0)
+            next_submission();
+        record_tiles(*commands, second, eyes, which, row, std::min(band, rows - row));
+        record_ray_cast(*commands, second, scene);
     }
-    record_interpolation(commands, scene);
+    if (band < rows) // the listed pixels are few but where neighbours differ
+        next_submission();
+    record_interpolation(*commands, scene);
     RayPass listed{"listed pixels",
                    held_->variant,
                    scene.size_px,
@@ -201,7 +216,7 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
                    coarse.rays_listed,
                    slabs(scene)};
     listed.variant.from_list = true;
-    record_ray_cast(commands, listed, scene);
+    record_ray_cast(*commands, listed, scene);
     RayPass sparse{"sparse pixels",
                    held_->variant,
                    coarse.probes,
@@ -213,14 +228,14 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
                    coarse.tiles};
     if (takes_slabs(sparse.variant)) // beams between sparse rays are as wide as the volume
         sparse.variant.skip = false;
-    record_tiles(commands, sparse, eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll, 0,
+    record_tiles(*commands, sparse, eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll, 0,
                  tile_count(coarse.probes).y);
-    record_ray_cast(commands, sparse, scene);
-    record_judgement(commands);
-    commands.copy(coarse.ray_groups, counts);
-    commands.submit();
-    stats.frame.passes = behind.finish();
-    add_times(stats.frame.passes, commands.finish());
+    record_ray_cast(*commands, sparse, scene);
+    record_judgement(*commands);
+    commands->copy(coarse.ray_groups, counts);
+    commands->submit();
+    for (Commands& submission : submissions)
+        add_times(stats.frame.passes, submission.finish());
     stats.frame.wall_ms = timer.ms();
     tell_residency(stats.frame);
 
@@ -238,8 +253,13 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& asked, const SceneData& d
     return stats;
 }
 
-Result<FrameStats> Renderer::refine(const Scene& asked, const SceneData& data, uint32_t first_row,
+Result<FrameStats> Renderer::refine(const Scene& scene, const SceneData& data, uint32_t first_row,
                                     uint32_t rows) {
+    return or_from_nothing([&] { return refine_rows(scene, data, first_row, rows); });
+}
+
+Result<FrameStats> Renderer::refine_rows(const Scene& asked, const SceneData& data,
+                                         uint32_t first_row, uint32_t rows) {
     PALPATE_ASSERT(asked.ray_cast.has_value());
     PALPATE_ASSERT_CMP(first_row + rows, <=, tile_rows(asked));
     Scene scene = asked;

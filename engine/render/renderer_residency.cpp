@@ -133,6 +133,7 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data,
 
 // After the volume, for shaded alpha: fills what its rays may read.
 void Renderer::keep_gradients(const Scene& scene, const Volume& volume) {
+    held_->gradients_ms = 0;
     std::optional<GradientImage>& held = held_->gradients;
     const bool wanted = options_.stored_gradients && scene.ray_cast &&
                         scene.ray_cast->mode == RayMode::alpha && scene.ray_cast->shading &&
@@ -152,11 +153,13 @@ void Renderer::keep_gradients(const Scene& scene, const Volume& volume) {
         held->update(volume, changed_bricks(held->snapshot(), volume));
         held_->gradients_filled_for.reset();
     }
+    const Timer timer;
     const std::pair filled_for(*scene.ray_cast, step_factor_);
     if (held_->gradients_filled_for == filled_for)
         return;
     held->fill(bricks_for_rays(*scene.ray_cast, volume, *held_->cells, step_factor_));
     held_->gradients_filled_for = filled_for;
+    held_->gradients_ms = timer.ms();
 }
 
 // What the volume may take: some is kept for what is made after it.

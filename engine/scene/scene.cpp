@@ -1,5 +1,6 @@
 #include "engine/scene/scene.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpate {
@@ -42,6 +43,24 @@ double step_mm_of(const RayCastLayer& layer, const Grid& grid) {
         return layer.step_mm;
     const glm::dvec3 spacing = spacing_mm(grid);
     return std::min({spacing.x, spacing.y, spacing.z});
+}
+
+Result<void> check_steps(const RayCastLayer& layer, const Grid& grid) {
+    constexpr double kMostSteps = 60000.0;
+    if (layer.integrator == Integrator::exact) // goes from cell to cell
+        return {};
+    double longest_mm = 0.0; // diagonal of the volume
+    const glm::dvec3 last = glm::dvec3(grid.size) - 1.0;
+    for (const glm::dvec3 sign : {glm::dvec3(1, 1, 1), {-1, 1, 1}, {1, -1, 1}, {1, 1, -1}})
+        longest_mm =
+            std::max(longest_mm, glm::length(glm::dmat3(grid.world_from_index) * (sign * last)));
+    const double step_mm = step_mm_of(layer, grid);
+    if (longest_mm <= kMostSteps * step_mm)
+        return {};
+    return fail(
+        "a step of {:g} mm: expected at least {:g} mm, {:.0f} steps along the volume's diagonal of "
+        "{:g} mm, or the integrator exact",
+        step_mm, longest_mm / kMostSteps, kMostSteps, longest_mm);
 }
 
 } // namespace palpate

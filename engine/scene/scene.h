@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/mesh/mesh.h"
 #include "engine/scene/camera.h"
 #include "engine/scene/transfer_function.h"
@@ -176,5 +177,9 @@ SurfaceStyle style_of(const SurfaceLayer& layer, uint32_t label);
 
 // The step a layer marches with: its own, or the smallest spacing where it leaves that open.
 double step_mm_of(const RayCastLayer& layer, const Grid& grid);
+
+// Fails where a ray along the diagonal of the volume would take more than 60000 steps: llvmpipe
+// ends any loop after 65535 turns, and the ray would stop there with what it has.
+Result<void> check_steps(const RayCastLayer& layer, const Grid& grid);
 
 } // namespace palpate
