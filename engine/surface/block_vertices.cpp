@@ -23,13 +23,30 @@ glm::vec3 along_axis(int axis, bool falling) {
 }
 
 // Against a gradient of any length; along the edge where there is none.
-[[gnu::noinline]] glm::vec3 careful_normal(glm::dvec3 gradient, int axis, bool falling) {
+glm::vec3 against(glm::dvec3 gradient, int axis, bool falling) {
     const double length =
         std::sqrt(gradient.x * gradient.x + gradient.y * gradient.y + gradient.z * gradient.z);
     if (!(length > 0.0 && length < 1e300))
         return along_axis(axis, falling);
     return {static_cast<float>(-gradient.x / length), static_cast<float>(-gradient.y / length),
             static_cast<float>(-gradient.z / length)};
+}
+
+// From the slopes at an edge's ends, where the square of what lies between is beyond floats. Slopes
+// that cancel do so in floats, as in shaders/lib/extract_vertex.glsl: what they leave decides the
+// direction, or the edge does where that is nothing. Only very small and large ones take doubles.
+[[gnu::noinline]] glm::vec3 careful_normal(glm::vec3 low, glm::vec3 high, float t, glm::vec3 scale,
+                                           int axis, bool falling) {
+    float largest = 0.0f;
+    for (int i = 0; i < 3; ++i)
+        largest = std::max({largest, std::abs(low[i]), std::abs(high[i])});
+    if (largest > 0x1p-100f && largest < 0x1p126f) {
+        const glm::vec3 between(low.x + t * (high.x - low.x), low.y + t * (high.y - low.y),
+                                low.z + t * (high.z - low.z));
+        return against(glm::dvec3(between) * glm::dvec3(scale), axis, falling);
+    }
+    const glm::dvec3 a(low), b(high);
+    return against((a + (b - a) * double{t}) * glm::dvec3(scale), axis, falling);
 }
 
 // Twice the slope across a sample. With gaps, a missing neighbour counts as equal to it.
@@ -71,9 +88,7 @@ template <bool kGaps, bool kNormal>
             const float inverse = -1.0f / std::sqrt(squared);
             c.normal = {gx * inverse, gy * inverse, gz * inverse};
         } else {
-            const glm::dvec3 a(l), b(h);
-            c.normal =
-                careful_normal((a + (b - a) * double{t}) * glm::dvec3(scale), axis, *low > *high);
+            c.normal = careful_normal(l, h, t, scale, axis, *low > *high);
         }
     }
     return c;
@@ -223,7 +238,7 @@ Crossing inner_crossing(const InnerVertex& inner, const Samples& samples, glm::i
     const bool usable =
         std::isfinite(gradient.x + gradient.y + gradient.z) && gradient != glm::dvec3(0.0);
     return {glm::vec3(origin + cell) + within,
-            careful_normal(usable ? gradient : -glm::dvec3(of_edges), 2, true)};
+            against(usable ? gradient : -glm::dvec3(of_edges), 2, true)};
 }
 
 } // namespace palpate::block

@@ -44,15 +44,16 @@ vec3 to_size(vec3 v) {
 }
 
 // A normal from a gradient whose square is beyond floats. The CPU takes doubles; here numbers are
-// brought to the size of 1 first. In floats 2^-24 is rounded off of each of some six terms, so
-// normals lie within 2^-21 of those, but for what cancels where two samples' slopes are opposite;
-// gradients below 2^-126 count as none.
+// brought to the size of 1 first, by a power of two, so that what two slopes leave of each other has
+// the CPU's bits. Then 2^-24 is rounded off of each of some six terms, and normals lie within 2^-21
+// of those; gradients below 2^-126 count as none.
 vec3 careful_normal(vec3 low, vec3 high, float t, uint axis, bool falling) {
     const float size = max(largest(low), largest(high));
     const int exponent = int(floatBitsToUint(size) >> 23);
     const float by = uintBitsToFloat(uint(clamp(254 - exponent, 1, 253)) << 23);
     const vec3 a = low * by, b = high * by;
-    const vec3 gradient = to_size((a + t * (b - a)) * to_size(frame.normal_scale));
+    precise const vec3 between = a + t * (b - a);
+    const vec3 gradient = to_size(to_size(between) * to_size(frame.normal_scale));
     const float squared = dot(gradient, gradient);
     const vec3 normal = -gradient / sqrt(squared);
     return exponent > 0 && exponent < 255 && is_usable(squared) ? normal
