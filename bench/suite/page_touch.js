@@ -107,9 +107,11 @@ function touchSection(t) {
       put(row, "td", { class: "n" }, figure(v));
   }
   part("What the repaired ones are held to", "Beside each figure the cell where it is worst. Directions are the 99th percentile of all ticks together; below it that of the worst cell alone. Red does not hold.");
-  const held = Object.keys(t.bounds[0].figures);
+  put(page, "p", { class: "soft" }, `The ${t.bounds.form} form, trajectories of at most ${t.bounds.most_ticks} ticks; run were ` +
+    `${t.bounds.parts.join(", ")} of ${t.bounds.algorithms.join(", ")}.`);
+  const held = Object.keys(t.bounds.rows[0].figures);
   body = table(page, ["", "gate", ...held], []);
-  for (const b of t.bounds) {
+  for (const b of t.bounds.rows) {
     const row = put(body, "tr");
     put(row, "td", {}, b.asked);
     put(row, "td", {}, figure(b.gate));

@@ -17,18 +17,18 @@ namespace palpate::bench {
 namespace {
 
 // Time of a tick on a ball with noise, of a hand that slides and leaves.
-Value tick_times(const TouchPlan& plan) {
+Value tick_times(const TouchPlan& plan, const TouchParts& parts) {
     constexpr double kDeadline_us = 1000.0;
     const auto us = [](uint64_t ns) { return 1e-3 * static_cast<double>(ns); };
     Value rows = Value::array();
     touch::TouchCase body{.id = "A2", .name = "ball/15mm"};
     body.solid = touch::ball({0, 0, -15.0}, 15.0);
     const touch::Scene scene = touch::make_scene(body, {.noise = 0.02});
-    for (const haptics::AlgorithmEntry& entry : haptics::algorithms())
+    for (const haptics::AlgorithmEntry& entry : parts.algorithms)
         for (const uint32_t samples : {340u, 2000u}) {
             const std::string_view name = entry.name;
             const bool sampled = name == "swept-tool" || name == "vidholm-2004";
-            if (name == "none" || name == "swept-mesh" || (!sampled && samples != 340))
+            if (name == "swept-mesh" || (!sampled && samples != 340))
                 continue; // a mesh costs what it is made of
             haptics::TouchParameters parameters = touch_parameters(scene);
             parameters.tool_samples = samples;
@@ -80,6 +80,7 @@ Value algorithms_json(const AllTotals& totals) {
                         {"ticks", t.ticks},
                         {"outside_bounds", t.broken},
                         {"pop_throughs", t.pop_throughs},
+                        {"pop_throughs_thin_walls", t.thin_pop_throughs},
                         {"not_finite", t.not_finite},
                         {"penetration_voxels", t.penetration},
                         {"direction_p99_deg", t.direction},
@@ -91,11 +92,9 @@ Value algorithms_json(const AllTotals& totals) {
 
 } // namespace
 
-Value touch_laws() {
+Value touch_laws(const TouchParts& parts) {
     Value list = Value::array();
-    for (const haptics::AlgorithmEntry& entry : haptics::algorithms()) {
-        if (entry.name == std::string_view("none"))
-            continue;
+    for (const haptics::AlgorithmEntry& entry : parts.algorithms) {
         const touch::Laws laws = touch::laws_of(entry);
         const auto figure = [](double value) {
             return std::isfinite(value) ? Value(value) : Value();
@@ -115,36 +114,55 @@ Value touch_laws() {
 Result<Report> run_touch(Bench& bench) {
     const Options& options = bench.options();
     const TouchPlan plan = touch_plan(options);
+    const Result<TouchParts> parts = touch_parts(options.only);
+    if (!parts)
+        return fail("{}", parts.error().message);
     Report report;
     report.json["notes"] = Value::array();
     AllTotals totals;
     Value seconds;
     Timer timer;
-    const auto part = [&](const char* name) {
+    const auto done = [&](const char* name) {
         seconds[name] = timer.ms() / 1000.0;
         log::info("touch: {} after {:.0f} s", name, timer.ms() / 1000.0);
         timer = Timer();
     };
-    Value times = tick_times(plan); // first: all alone
-    part("times");
-    Result<TouchGrid> grid = touch_grid(plan, options, report, totals);
+    Value times = Value::array(), laws = Value::array();
+    Result<Value> maps = Value::array();
+    if (parts->times) {
+        times = tick_times(plan, *parts); // first: all alone
+        done("times");
+    }
+    Result<TouchGrid> grid = touch_grid(plan, *parts, options, report, totals);
     if (!grid)
         return pass_on(grid);
-    part("grid");
-    Value laws = touch_laws();
-    part("laws");
-    Result<Value> maps = touch_z_width(plan, options);
-    if (!maps)
-        return pass_on(maps);
-    part("z_width");
+    done("grid");
+    if (parts->laws) {
+        laws = touch_laws(*parts);
+        done("laws");
+    }
+    if (parts->z_width) {
+        maps = touch_z_width(plan, options);
+        if (!maps)
+            return pass_on(maps);
+        done("z_width");
+    }
     Value metrics = touch_metrics(totals, times, laws, *maps);
     Value beside = touch_beside(totals, times, *maps);
+    Value bounds{{"form", options.tiny   ? "tiny"
+                          : options.full ? "full"
+                                         : "short"},
+                 {"parts", parts->names()},
+                 {"most_ticks", plan.ticks},
+                 {"rows", touch_bounds(totals)}};
+    for (const haptics::AlgorithmEntry& entry : parts->algorithms)
+        bounds["algorithms"].push_back(entry.name);
     report.json["touch"] = {
-        {"seconds", std::move(seconds)},  {"algorithms", algorithms_json(totals)},
-        {"bounds", touch_bounds(totals)}, {"metrics", std::move(metrics)},
-        {"beside", std::move(beside)},    {"times", std::move(times)},
-        {"laws", std::move(laws)},        {"z_width", std::move(*maps)},
-        {"grid", std::move(grid->open)},  {"closed_loop", std::move(grid->closed)}};
+        {"seconds", std::move(seconds)}, {"algorithms", algorithms_json(totals)},
+        {"bounds", std::move(bounds)},   {"metrics", std::move(metrics)},
+        {"beside", std::move(beside)},   {"times", std::move(times)},
+        {"laws", std::move(laws)},       {"z_width", std::move(*maps)},
+        {"grid", std::move(grid->open)}, {"closed_loop", std::move(grid->closed)}};
     return report;
 }
 

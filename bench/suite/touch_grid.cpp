@@ -7,6 +7,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "bench/suite/touch.h"
 #include "bench/touch/closed_loop.h"
@@ -49,7 +50,7 @@ Bound bound_of(const touch::Scene& scene) {
     // at most adds 0.004.
     if (id == "A14")
         return {.field_force = scene.storage.form == touch::Form::grey_i16 ? 0.02 : 1e-3};
-    if (labels) // binary samples: no claim on place and direction
+    if (labels || body.is_thin) // binary samples: no claim on place and direction
         return {};
     const bool first = id <= "A6" || id == "A12";
     return {.penetration = first ? 0.05 : NAN,
@@ -76,8 +77,11 @@ Value cell_json(const Figures& f, const touch::Scene& scene) {
                {"beyond_spring_n", rounded(f.beyond_spring_n)},
                {"largest_force_n", rounded(f.largest_force_n)},
                {"energy_mj", rounded(f.energy_mj)}};
-    if (f.direction_deg.count())
+    if (f.direction_deg.count()) {
         cell["direction_p99_deg"] = rounded(f.direction_deg.percentile(0.99));
+        cell["direction_ticks"] = f.direction_deg.count();
+        cell["direction_ticks_above_1.5"] = f.direction_deg.above(1.5);
+    }
     if (f.magnitude_share.count())
         cell["magnitude_p99"] = rounded(f.magnitude_share.percentile(0.99));
     if (!scene.stages.empty())
@@ -101,7 +105,7 @@ void keep(double& largest, double value) {
 
 void add(TouchBounds& b, const Figures& f, const touch::Scene& scene, const std::string& cell) {
     const std::string& id = scene.body.id;
-    if (id == "A11" || id == "A14") // no truth of place
+    if (id == "A11" || id == "A14" || scene.body.is_thin) // no truth of place, or nothing asked
         return;
     if (scene.storage.form == touch::Form::labels) {
         b.passed_labels += f.pop_throughs;
@@ -145,7 +149,9 @@ void add(TouchTotals& t, const Figures& f, const touch::Scene& scene, const Boun
         keep(t.field_force, f.closed_form_n);
         return;
     }
-    if (scene.storage.form == touch::Form::labels)
+    if (scene.body.is_thin)
+        t.thin_pop_throughs += f.pop_throughs;
+    if (scene.body.is_thin || scene.storage.form == touch::Form::labels)
         return;
     t.pop_throughs += f.pop_throughs;
     const double direction = f.direction_deg.percentile(0.99);
@@ -172,8 +178,8 @@ void add(TouchTotals& t, const Figures& f, const touch::Scene& scene, const Boun
 // gives a cell. An empty cell says why.
 template <class Run>
 std::vector<Value> rows_of(const touch::Scene& scene, const std::string& stored,
-                           const std::vector<touch::Trajectory>& paths, const Run& run) {
-    const auto entries = haptics::algorithms().subspan(1); // without "none"
+                           const std::vector<touch::Trajectory>& paths,
+                           const std::vector<AlgorithmEntry>& entries, const Run& run) {
     std::vector<Value> cells(paths.size() * entries.size());
     tbb::parallel_for(size_t{0}, cells.size(), [&](size_t i) {
         const AlgorithmEntry& entry = entries[i % entries.size()];
@@ -197,16 +203,17 @@ std::vector<Value> rows_of(const touch::Scene& scene, const std::string& stored,
 // What a hand feels that goes its way whatever the force says.
 class OpenLoop {
  public:
-    OpenLoop(const TouchPlan& plan, AllTotals& totals) : plan_(plan), totals_(totals) {}
+    OpenLoop(const TouchPlan& plan, const TouchParts& parts, AllTotals& totals)
+        : plan_(plan), parts_(parts), totals_(totals) {}
 
     std::vector<Value> rows(const touch::Scene& scene, const std::string& stored) {
         const haptics::TouchParameters shared = touch_parameters(scene);
         const Bound bound = bound_of(scene);
-        return rows_of(scene, stored, touch::trajectories(scene.body, plan_.ticks, 1, plan_.all),
-                       [&](const touch::Trajectory& path, const AlgorithmEntry& entry) {
-                           return cell(scene, stored, path, entry, bound,
-                                       parameters_of(entry, scene, shared));
-                       });
+        return rows_of(
+            scene, stored, touch::trajectories(scene.body, plan_.ticks, 1, plan_.all),
+            parts_.algorithms, [&](const touch::Trajectory& path, const AlgorithmEntry& entry) {
+                return cell(scene, stored, path, entry, bound, parameters_of(entry, scene, shared));
+            });
     }
     std::vector<std::string> failures() {
         std::sort(failures_.begin(), failures_.end());
@@ -244,12 +251,13 @@ class OpenLoop {
         if (!entry.as_printed && f.not_finite > 0)
             failures_.push_back(fmt::format("{}: {} not numbers", where, f.not_finite));
         if (!entry.as_printed && f.pop_throughs > 0 && scene.storage.form != touch::Form::labels &&
-            scene.body.id != "A11")
+            scene.body.id != "A11" && !scene.body.is_thin)
             failures_.push_back(fmt::format("{}: passed through {} times", where, f.pop_throughs));
         return cell;
     }
 
     const TouchPlan& plan_;
+    const TouchParts& parts_;
     std::mutex mutex_; // of what follows, which does not depend on the order of cells
     AllTotals& totals_;
     std::vector<std::string> failures_;
@@ -283,53 +291,61 @@ std::vector<Intended> intended_paths(const touch::TouchCase& body, const TouchPl
 }
 
 std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& stored,
-                               const TouchPlan& plan) {
+                               const TouchPlan& plan, const TouchParts& parts) {
     const haptics::TouchParameters shared = touch_parameters(scene);
     const std::vector<Intended> intended = intended_paths(scene.body, plan);
     std::vector<touch::Trajectory> paths;
     for (const Intended& one : intended)
         paths.push_back(one.path);
-    return rows_of(
-        scene, stored, paths, [&](const touch::Trajectory& path, const AlgorithmEntry& entry) {
-            haptics::TouchParameters parameters = parameters_of(entry, scene, shared);
-            parameters.stiffness_n_per_m = 500.0; // what every device holds still
-            touch::Path moved = path.path;
-            for (glm::dvec3& x : moved)
-                x += parameters.tool_radius_mm * scene.body.normal;
-            const auto algorithm = entry.make();
-            const auto* device = intended[static_cast<size_t>(&path - paths.data())].device;
-            const touch::LoopResult found = touch::closed_loop(*algorithm, scene, moved, parameters,
-                                                               {.device = device, .hand = {}});
-            Value cell{{"pop_throughs", found.figures.pop_throughs},
-                       {"not_finite", found.figures.not_finite},
-                       {"penetration_voxels", rounded(found.figures.penetration_voxels)},
-                       {"largest_force_n", rounded(found.figures.largest_force_n)},
-                       {"motor_work_mj", rounded(found.work_mj)}};
-            if (path.id == "T1")
-                cell["limit_cycle_um"] = rounded(1e3 * found.limit_cycle_mm);
-            return cell;
-        });
+    return rows_of(scene, stored, paths, parts.algorithms,
+                   [&](const touch::Trajectory& path, const AlgorithmEntry& entry) {
+                       haptics::TouchParameters parameters = parameters_of(entry, scene, shared);
+                       parameters.stiffness_n_per_m = 500.0; // what every device holds still
+                       touch::Path moved = path.path;
+                       for (glm::dvec3& x : moved)
+                           x += parameters.tool_radius_mm * scene.body.normal;
+                       const auto algorithm = entry.make();
+                       const auto* device =
+                           intended[static_cast<size_t>(&path - paths.data())].device;
+                       const touch::LoopResult found = touch::closed_loop(
+                           *algorithm, scene, moved, parameters, {.device = device, .hand = {}});
+                       Value cell{{"pop_throughs", found.figures.pop_throughs},
+                                  {"not_finite", found.figures.not_finite},
+                                  {"penetration_voxels", rounded(found.figures.penetration_voxels)},
+                                  {"largest_force_n", rounded(found.figures.largest_force_n)},
+                                  {"motor_work_mj", rounded(found.work_mj)}};
+                       if (path.id == "T1")
+                           cell["limit_cycle_um"] = rounded(1e3 * found.limit_cycle_mm);
+                       return cell;
+                   });
 }
 
 } // namespace
 
-Result<TouchGrid> touch_grid(const TouchPlan& plan, const Options& options, Report& report,
-                             AllTotals& totals) {
+Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, const Options& options,
+                             Report& report, AllTotals& totals) {
     TouchGrid grid{Value::array(), Value::array()};
-    OpenLoop open(plan, totals);
-    std::string first_stored;
+    OpenLoop open(plan, parts, totals);
+    std::string first_stored, last_stored;
     const auto visit = [&](const touch::Scene& scene, const std::string& stored) -> Result<void> {
-        for (Value& row : open.rows(scene, stored))
-            grid.open.push_back(std::move(row));
-        if (first_stored.empty())
+        const bool is_patient = scene.body.id == "A11";
+        if (is_patient ? parts.patients : parts.open_loop)
+            for (Value& row : open.rows(scene, stored))
+                grid.open.push_back(std::move(row));
+        if (first_stored.empty()) {
             first_stored = stored;
-        const bool is_place = scene.body.id == "A11" && scene.body.name.ends_with("/1");
-        if (plan.all || stored == first_stored || is_place)
-            for (Value& row : closed_rows(scene, stored, plan))
+            last_stored = stored;
+        }
+        if (stored != last_stored)
+            log::info("touch: {} is done", std::exchange(last_stored, stored));
+        const bool is_place = is_patient && scene.body.name.ends_with("/1");
+        if (parts.closed_loop && (plan.all || stored == first_stored || is_place))
+            for (Value& row : closed_rows(scene, stored, plan, parts))
                 grid.closed.push_back(std::move(row));
         return {};
     };
-    if (Result<void> done = for_each_touch_scene(plan, options, report.json["notes"], visit); !done)
+    if (Result<void> done = for_each_touch_scene(plan, parts, options, report.json["notes"], visit);
+        !done)
         return pass_on(done);
     for (std::string& sentence : open.failures())
         report.failures.push_back(std::move(sentence));

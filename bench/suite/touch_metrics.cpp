@@ -42,11 +42,12 @@ Value proved(const char* what, const char* gate, const char* by) {
     return {{"metric", what}, {"gate", gate}, {"proved_by", by}};
 }
 
-double stiffest(const Value& z_width, const char* device) {
+// Null where there is no map.
+Value stiffest(const Value& z_width, const char* device, double unit = 1.0) {
     for (const Value& map : z_width)
         if (map["device"] == device && map["delay_ticks"] == 0)
-            return map["stiffest_stable_n_per_m"];
-    return 0.0;
+            return map["stiffest_stable_n_per_m"].get<double>() / unit;
+    return {};
 }
 
 } // namespace
@@ -174,13 +175,15 @@ Value touch_metrics(const AllTotals& totals, const Value& times, const Value& la
 }
 
 Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_width) {
-    const TouchTotals* found = totals_of(totals, "swept-point");
-    const TouchTotals ours = found ? *found : TouchTotals{};
+    const TouchTotals* ours = totals_of(totals, "swept-point");
     const TouchTotals* eriksson = totals_of(totals, "eriksson-2006");
     const TouchTotals* vidholm = totals_of(totals, "vidholm-2004");
     Value rows = Value::array();
     const auto add = [&](const char* what, Value figure, const std::string& others) {
         rows.push_back({{"what", what}, {"ours", std::move(figure)}, {"others", others}});
+    };
+    const auto our = [&](auto TouchTotals::*member) {
+        return ours ? Value(ours->*member) : Value();
     };
     const auto printed = [](const auto& figure, const TouchTotals* a, const TouchTotals* b) {
         return fmt::format(
@@ -188,20 +191,20 @@ Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_w
             "Vidholm & Agmund {}",
             a ? figure(*a) : "-", b ? figure(*b) : "-");
     };
-    add("passed through, all grey scenes", ours.pop_throughs,
+    add("passed through, all grey scenes", our(&TouchTotals::pop_throughs),
         printed([](const TouchTotals& t) { return fmt::format("{}", t.pop_throughs); }, eriksson,
                 vidholm));
-    add("deepest proxy on A1 - A6, voxels", ours.penetration,
+    add("deepest proxy on A1 - A6, voxels", our(&TouchTotals::penetration),
         printed([](const TouchTotals& t) { return fmt::format("{:.3g}", t.penetration); }, eriksson,
                 vidholm));
-    add("direction error p99, clean, degrees", ours.direction,
+    add("direction error p99, clean, degrees", our(&TouchTotals::direction),
         printed([](const TouchTotals& t) { return fmt::format("{:.3g}", t.direction); }, eriksson,
                 vidholm) +
             "; people tell 18 to 32 degrees apart (Barbagli et al. 2006)");
-    add("largest excess jump, clean, N", ours.jump,
+    add("largest excess jump, clean, N", our(&TouchTotals::jump),
         printed([](const TouchTotals& t) { return fmt::format("{:.3g}", t.jump); }, eriksson,
                 vidholm));
-    add("largest excess jump on an edit, N", ours.edit_jump,
+    add("largest excess jump on an edit, N", our(&TouchTotals::edit_jump),
         "not reported; an intermediate surface that is shifted by up to 10 mm and exchanged jumps "
         "by up to 10 N at 1 N/mm (Koerner et al. 1999, worked out)");
     const auto time = [&](const char* what, const char* name, int samples, const char* others) {
@@ -218,7 +221,7 @@ Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_w
     time("tick of a tool of 2000 samples, p99.9, us", "swept-tool", 2000,
          "voxel maps and point shells at 1 kHz (McNeely et al. 1999; Barbic & James 2007); "
          "constraint forces in a few us (Ortega et al. 2007)");
-    add("stiffest wall that stays still at 1 kHz, falcon, N/mm", 1e-3 * stiffest(z_width, "falcon"),
+    add("stiffest wall that stays still at 1 kHz, falcon, N/mm", stiffest(z_width, "falcon", 1e3),
         "textures feel clean up to 0.33 N/mm at low rates and 0.90 at high ones, of 250 Hz to 40 "
         "kHz (Choi & Tan 2004)");
     return rows;

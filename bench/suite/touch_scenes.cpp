@@ -53,34 +53,37 @@ void add_mesh(haptics::TouchScene& scene, const touch::Scene& of) {
     scene.touch_mesh = haptics::make_touch_mesh(scene.mesh, 2.0 * touch::voxel_mm(of.storage));
 }
 
-Result<void> visit_with_mesh(touch::Scene scene, const std::string& stored, const Visit& visit) {
-    if (scene.stages.empty())
-        add_mesh(scene.touch, scene);
-    for (touch::Scene::Stage& stage : scene.stages)
-        add_mesh(stage.touch, scene);
+Result<void> visit_scene(touch::Scene scene, const TouchParts& parts, const std::string& stored,
+                         const Visit& visit) {
+    if (parts.has("swept-mesh")) {
+        if (scene.stages.empty())
+            add_mesh(scene.touch, scene);
+        for (touch::Scene::Stage& stage : scene.stages)
+            add_mesh(stage.touch, scene);
+    }
     if (!scene.stages.empty())
         scene.touch = scene.stages.front().touch;
     return visit(scene, stored);
 }
 
 // A11: the head CT at bone, an MR at half its range, an atlas with 116 regions.
-Result<void> visit_patients(const TouchPlan& plan, const Options& options, Value& notes,
-                            const Visit& visit) {
+Result<void> visit_patients(const TouchPlan& plan, const TouchParts& parts, const Options& options,
+                            Value& notes, const Visit& visit) {
     const auto visit_places = [&](const std::string& name, const Volume& volume, bool labels,
                                   double iso) -> Result<void> {
         const glm::uvec3 size = volume.size();
         const std::string stored = fmt::format("{} x {} x {}, as scanned", size.x, size.y, size.z);
         int number = 0;
         for (const touch::Place& place : touch::places_on(volume, iso, plan.places))
-            if (Result<void> done = visit_with_mesh(
-                    touch::patient_scene(fmt::format("{}/{}", name, ++number), volume, labels, iso,
-                                         place.mm, place.outside),
-                    stored, visit);
+            if (Result<void> done =
+                    visit_scene(touch::patient_scene(fmt::format("{}/{}", name, ++number), volume,
+                                                     labels, iso, place.mm, place.outside),
+                                parts, stored, visit);
                 !done)
                 return done;
         return {};
     };
-    if (plan.places == 0)
+    if (plan.places == 0 || !(parts.patients || parts.closed_loop))
         return {};
     const auto lacks = [&](const Error& error) {
         notes.push_back(fmt::format("A11 without a volume: {}", error.message));
@@ -120,9 +123,11 @@ TouchPlan touch_plan(const Options& options) {
     return {1000, false, true, 2, 0, 15, 7, 20'000};
 }
 
-Result<void> for_each_touch_scene(const TouchPlan& plan, const Options& options, Value& notes,
-                                  const Visit& visit) {
+Result<void> for_each_touch_scene(const TouchPlan& plan, const TouchParts& parts,
+                                  const Options& options, Value& notes, const Visit& visit) {
     for (const NamedStorage& stored : storages(plan)) {
+        if (!parts.open_loop && !parts.closed_loop)
+            break;
         std::vector<touch::TouchCase> cases = touch::touch_cases(stored.storage, plan.all);
         for (touch::TouchCase& special : touch::special_cases(stored.storage))
             cases.push_back(std::move(special));
@@ -130,12 +135,12 @@ Result<void> for_each_touch_scene(const TouchPlan& plan, const Options& options,
             if (options.stop.stop_requested())
                 return fail("interrupted at {} {}", body.id, body.name);
             if (Result<void> done =
-                    visit_with_mesh(touch::make_scene(body, stored.storage), stored.name, visit);
+                    visit_scene(touch::make_scene(body, stored.storage), parts, stored.name, visit);
                 !done)
                 return done;
         }
     }
-    return visit_patients(plan, options, notes, visit);
+    return visit_patients(plan, parts, options, notes, visit);
 }
 
 haptics::TouchParameters touch_parameters(const touch::Scene& scene) {

@@ -35,6 +35,13 @@ double Histogram::percentile(double share) const {
     return 0.0;
 }
 
+uint64_t Histogram::above(double edge) const {
+    uint64_t found = 0;
+    for (auto i = static_cast<size_t>(std::lround(edge / bin_)); i < bins_.size(); ++i)
+        found += bins_[i];
+    return found;
+}
+
 namespace {
 
 bool is_finite(dvec3 v) {

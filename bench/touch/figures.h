@@ -15,6 +15,7 @@ class Histogram {
     void add(const Histogram& other); // of the same bin
     // The least upper edge of a bin that at least `share` of all lie below; 0 where there are none.
     double percentile(double share) const;
+    uint64_t above(double edge) const; // of a bin
     uint64_t count() const { return count_; }
     double max() const { return max_; }
 

@@ -112,6 +112,7 @@ void add_walls(std::vector<TouchCase>& cases, const Storage& storage, bool all) 
             TouchCase made = case_of("A7", fmt::format("{}/{}voxels", kind, samples),
                                      std::move(solid), {}, kTilted);
             made.judge_jumps = false; // the far side is nearest beyond the middle
+            made.is_thin = samples < 1.5;
             double low = 0.0, high = 2.0 * thickness + 4.0 * edge;
             for (int i = 0; i < 60; ++i) {
                 const double middle = 0.5 * (low + high);

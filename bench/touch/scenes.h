@@ -51,6 +51,7 @@ struct TouchCase {
     bool judge_jumps = true;
     double noise = 0.0;    // share of the contrast that belongs to the case (A10)
     double deepest_mm = 4; // how far a trajectory may press before the truth ends
+    bool is_thin = false;  // a wall below 1.5 voxels, of which nobody is asked to hold a point out
 
     // Of A11 - A14; see special_cases.h.
     std::vector<EditStep> edits; // one after the other, over and over; the first is `solid`

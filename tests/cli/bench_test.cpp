@@ -202,7 +202,7 @@ TEST_F(BenchCommand, SurfaceDoesWhatIsNamed) {
     EXPECT_THAT(ran.messages, HasSubstr("edits or window, found 'sphere'"));
     ran = run({"bench", "upload", "--only", "sphere_16", "--out", file("out").string()});
     EXPECT_EQ(ran.exit_code, 1);
-    EXPECT_THAT(ran.messages, HasSubstr("expected the suite surface"));
+    EXPECT_THAT(ran.messages, HasSubstr("expected the suite surface or touch"));
 }
 
 // Every scene with every trajectory and every algorithm: a cell has its figures or says why not.
@@ -245,8 +245,11 @@ TEST_F(BenchCommand, TouchGivesTheWholeGridAndTheMetricsOfThePlan) {
     }
     EXPECT_GE(with_gate, 15u); // held by the repaired point even on 40 ticks
     EXPECT_GE(touch["beside"].size(), 9u);
-    ASSERT_EQ(touch["bounds"].size(), 8u);
-    for (const json& row : touch["bounds"])
+    EXPECT_EQ(touch["bounds"]["form"], "tiny");
+    EXPECT_EQ(touch["bounds"]["parts"].size(), 6u);
+    EXPECT_EQ(touch["bounds"]["algorithms"].size(), 13u);
+    ASSERT_EQ(touch["bounds"]["rows"].size(), 8u);
+    for (const json& row : touch["bounds"]["rows"])
         for (const char* name : {"swept-point", "swept-tool", "swept-local", "swept-mesh"}) {
             const json& cell = row["figures"][name];
             EXPECT_EQ(cell["within"].get<bool>(), cell["figure"] <= row["gate"]) << row["asked"];
@@ -261,6 +264,44 @@ TEST_F(BenchCommand, TouchGivesTheWholeGridAndTheMetricsOfThePlan) {
     for (const json& map : touch["z_width"])
         EXPECT_TRUE(std::filesystem::exists(file("out") / map["png"].get<std::string>()));
     EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("data:image/png;base64,"));
+}
+
+TEST_F(BenchCommand, TouchDoesWhatIsNamed) {
+    const auto run_only = [&](const std::string& names) {
+        return run({"bench", "touch", "--tiny", "--only", names, "--out", file("out").string()});
+    };
+    ProgramRun ran = run_only("swept-point,eriksson-2006");
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    json touch = result("touch")["touch"];
+    EXPECT_EQ(touch["bounds"]["parts"], json({"open_loop"}));
+    EXPECT_EQ(touch["bounds"]["algorithms"], json({"eriksson-2006", "swept-point"}));
+    expect_whole_grid(touch["grid"], 2, "excess_jump_n");
+    uint64_t judged = 0, above = 0; // of swept-point on the clean scenes with a surface
+    for (const json& row : touch["grid"])
+        if (const json& cell = row["cells"]["swept-point"];
+            row["id"].get<std::string>().size() == 2 && cell.contains("direction_ticks")) {
+            judged += cell["direction_ticks"].get<uint64_t>();
+            above += cell["direction_ticks_above_1.5"].get<uint64_t>();
+        }
+    const json& all = touch["bounds"]["rows"][4]["figures"]["swept-point"];
+    EXPECT_EQ(all["ticks"], judged);
+    EXPECT_EQ(all["figure"].get<double>() <= 1.5, above <= judged / 100);
+    for (const char* part : {"closed_loop", "times", "laws", "z_width"})
+        EXPECT_TRUE(touch[part].empty()) << part;
+
+    ran = run_only("laws,swept-mesh");
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    touch = result("touch")["touch"];
+    EXPECT_EQ(touch["laws"].size(), 1u);
+    EXPECT_EQ(touch["bounds"]["parts"], json({"laws"}));
+    for (const char* part : {"closed_loop", "times", "grid", "z_width"})
+        EXPECT_TRUE(touch[part].empty()) << part;
+
+    ran = run_only("swept");
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("--only: expected parts of touch (open_loop, patients, "
+                                        "closed_loop, times, laws, z_width, vidholm-2004"));
+    EXPECT_THAT(ran.messages, HasSubstr("found 'swept'"));
 }
 
 TEST_F(BenchCommand, EditGivesLatenciesOnAPage) {

@@ -1,0 +1,69 @@
+// What --only names of `palpate bench touch`.
+
+#include <algorithm>
+#include <array>
+
+#include "bench/suite/touch.h"
+
+namespace palpate::bench {
+
+namespace {
+
+struct Part {
+    const char* name;
+    bool TouchParts::*is_asked;
+};
+constexpr std::array kParts{
+    Part{"open_loop", &TouchParts::open_loop},
+    Part{"patients", &TouchParts::patients},
+    Part{"closed_loop", &TouchParts::closed_loop},
+    Part{"times", &TouchParts::times},
+    Part{"laws", &TouchParts::laws},
+    Part{"z_width", &TouchParts::z_width},
+};
+
+} // namespace
+
+bool TouchParts::has(std::string_view algorithm) const {
+    return std::any_of(algorithms.begin(), algorithms.end(),
+                       [&](const haptics::AlgorithmEntry& one) { return one.name == algorithm; });
+}
+
+std::vector<std::string> TouchParts::names() const {
+    std::vector<std::string> names;
+    for (const Part& part : kParts)
+        if (this->*part.is_asked)
+            names.emplace_back(part.name);
+    return names;
+}
+
+Result<TouchParts> touch_parts(const std::vector<std::string>& only) {
+    const auto everybody = haptics::algorithms().subspan(1); // without "none"
+    const auto is_named = [&](const char* name) {
+        return std::find(only.begin(), only.end(), name) != only.end();
+    };
+    TouchParts asked;
+    for (const haptics::AlgorithmEntry& entry : everybody)
+        if (is_named(entry.name))
+            asked.algorithms.push_back(entry);
+    for (const Part& part : kParts)
+        asked.*part.is_asked = only.empty() || is_named(part.name);
+
+    std::string known;
+    for (const Part& part : kParts)
+        known += fmt::format("{}, ", part.name);
+    for (const haptics::AlgorithmEntry& entry : everybody)
+        known += fmt::format("{}{}", entry.name, &entry == &everybody.back() ? "" : ", ");
+    for (const std::string& name : only)
+        if (!asked.has(name) && std::none_of(kParts.begin(), kParts.end(),
+                                             [&](const Part& part) { return part.name == name; }))
+            return fail("--only: expected parts of touch ({}), found '{}'", known, name);
+
+    if (asked.algorithms.empty())
+        asked.algorithms.assign(everybody.begin(), everybody.end());
+    if (asked.names().empty())
+        asked.open_loop = true;
+    return asked;
+}
+
+} // namespace palpate::bench
