@@ -20,10 +20,14 @@ constexpr std::array<float, 5> kSharpenMore{1.0f / 36.0f, -5.0f / 18.0f, 1.5f, -
 // Half way to the sharp view: see the header of Field.
 constexpr std::array<float, 3> kSharpenHalf{-1.0f / 12.0f, 7.0f / 6.0f, -1.0f / 12.0f};
 
-// The sharpened spline stays within its samples' range widened by this share of the range: half of
-// (1.2222^3 - 1), where 1.2222 is the greatest sum of absolute weights on one axis (at the middle).
-constexpr double kSharpOvershoot = 0.413;
-constexpr double kSharpenMoreOvershoot = 0.743; // likewise, from 1.3542
+// kSharpen in five taps.
+constexpr std::array<float, 5> kSharpenFew{0.0f, kSharpen[0], kSharpen[1], kSharpen[2], 0.0f};
+
+// The sharpened spline stays within its samples' range widened by a share of the range: half of
+// what the product over the axes of the greatest sums of absolute weights (at the middle) is above
+// 1. These are the sums of kSharpen and kSharpenMore.
+constexpr double kSharpenSize = 1.2222, kSharpenMoreSize = 1.3542;
+constexpr double kSharpOvershoot = 0.413; // of kSharpen on all axes
 
 Filter everywhere(std::span<const float> taps) {
     Filter filter{.reach = static_cast<int>(taps.size() / 2)};
@@ -79,9 +83,18 @@ FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool strai
     FieldFilters made;
 
     made.overshoot = kSharpOvershoot;
-    if (straightened && is_even) {
+    if (straightened) {
+        // Along finer axes a step is wide: three taps are exact enough, and take less of rounding.
         made.sharp = everywhere(kSharpenMore);
-        made.overshoot = kSharpenMoreOvershoot;
+        double size = 1.0;
+        for (int axis = 0; axis < 3; ++axis) {
+            const bool is_fine = spacing[axis] < 0.95 * coarsest;
+            if (is_fine)
+                std::copy(kSharpenFew.begin(), kSharpenFew.end(),
+                          made.sharp.taps[size_t(axis)].begin());
+            size *= is_fine ? kSharpenSize : kSharpenMoreSize;
+        }
+        made.overshoot = 0.5 * (size - 1.0);
     } else if (labels) {
         made.sharp = everywhere(kLabelTaps);
         made.sharp_reach = 5;

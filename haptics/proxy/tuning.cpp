@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "haptics/proxy/field.h"
@@ -10,32 +11,66 @@ namespace palpate::haptics {
 
 namespace {
 
+using glm::dvec3;
+using glm::ivec3;
+
+// Samples' differences across a sample, in values a mm of the world.
+dvec3 slope_at(const Volume& volume, ivec3 at) {
+    const ivec3 last = ivec3(volume.size()) - 1;
+    dvec3 slope;
+    for (int axis = 0; axis < 3; ++axis) {
+        ivec3 low = at, high = at;
+        low[axis] = std::max(at[axis] - 1, 0);
+        high[axis] = std::min(at[axis] + 1, last[axis]);
+        slope[axis] =
+            (double{volume.value(glm::uvec3(high))} - double{volume.value(glm::uvec3(low))}) /
+            std::max(1, high[axis] - low[axis]);
+    }
+    return world_gradient(volume.grid(), slope);
+}
+
+// The highest sample on a way from one, in steps of the world; `sign` -1: the lowest.
+float most_along(const Volume& volume, dvec3 from, dvec3 step, int steps, float sign) {
+    float most = -INFINITY;
+    for (int i = 0; i <= steps; ++i) {
+        const dvec3 at = glm::round(from + double(i) * step);
+        if (glm::any(glm::lessThan(at, dvec3(0.0))) ||
+            glm::any(glm::greaterThanEqual(at, dvec3(volume.size()))))
+            break;
+        most = std::max(most, sign * volume.value(glm::uvec3(at)));
+    }
+    return sign * most;
+}
+
 // How low and how high samples get within five of the coarsest spacings of the surface: looked for
-// along the axes from where it crosses them. Quarters of all crossings, for some run along it.
+// along its normals, for a body may be smaller than that across other ways, and from where the axes
+// cross it. Quarters of all, for some normals are wrong.
 Plateaus plateaus_about(const Volume& volume, double iso) {
-    const glm::ivec3 size(volume.size());
-    const glm::dvec3 spacing = spacing_mm(volume.grid());
-    const double reach_mm = 5.0 * std::max({spacing.x, spacing.y, spacing.z});
+    const ivec3 size(volume.size());
+    const dvec3 spacing = spacing_mm(volume.grid());
+    const double step_mm = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
+    const int steps =
+        static_cast<int>(std::ceil(5.0 * std::max({spacing.x, spacing.y, spacing.z}) / step_mm));
+    const glm::dmat3 to_index(index_from_world(volume.grid()));
     const int stride = std::max(1, std::max({size.x, size.y, size.z}) / 64);
     std::vector<float> lows, highs;
     for (int axis = 0; axis < 3; ++axis) {
-        const int reach = static_cast<int>(std::ceil(reach_mm / spacing[axis]));
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
-        std::vector<float> line(static_cast<size_t>(size[axis]));
-        glm::ivec3 at{};
+        ivec3 at{};
         for (at[v] = 0; at[v] < size[v]; at[v] += stride)
             for (at[u] = 0; at[u] < size[u]; at[u] += stride) {
-                for (at[axis] = 0; at[axis] < size[axis]; ++at[axis])
-                    line[static_cast<size_t>(at[axis])] = volume.value(glm::uvec3(at));
-                for (int i = 1; i < size[axis]; ++i) {
-                    const float a = line[static_cast<size_t>(i - 1)];
-                    const float b = line[static_cast<size_t>(i)];
-                    if ((double{a} < iso) == (double{b} < iso) || a != a || b != b)
+                float before = NAN;
+                for (at[axis] = 0; at[axis] < size[axis]; ++at[axis]) {
+                    const float a = std::exchange(before, volume.value(glm::uvec3(at)));
+                    if ((double{a} < iso) == (double{before} < iso) || a != a || before != before)
                         continue;
-                    const auto begin = line.begin() + std::max(0, i - reach);
-                    const auto end = line.begin() + std::min(size[axis], i + reach);
-                    lows.push_back(*std::min_element(begin, end));
-                    highs.push_back(*std::max_element(begin, end));
+                    const dvec3 slope = slope_at(volume, at);
+                    const double steepness = glm::length(slope);
+                    if (!(steepness > 0.0))
+                        continue;
+                    const dvec3 step = to_index * (step_mm / steepness * slope);
+                    lows.push_back(most_along(volume, dvec3(at), -step, steps, -1.0f));
+                    highs.push_back(most_along(volume, dvec3(at), step, steps, 1.0f));
                 }
             }
     }

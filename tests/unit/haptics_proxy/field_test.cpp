@@ -276,6 +276,29 @@ TEST(Field, StraightenedStepsAreDistances) {
     }
 }
 
+// Few lines along the axes reach the middle of a small body, but every normal does.
+TEST(Field, PlateausOfSmallBodiesAreFound) {
+    constexpr double kRadius_mm = 3.0;
+    for (const touch::Storage& storage :
+         {touch::Storage{},
+          touch::Storage{.spacing_mm = touch::kUneven_mm, .form = touch::Form::grey_i16}}) {
+        // The sample nearest to the middle lies within half a cell's diagonal of it; there the step
+        // has come as near to its plateau as this.
+        const double deep = kRadius_mm - 0.5 * glm::length(storage.spacing_mm);
+        const double left =
+            500.0 * std::erfc(deep / touch::edge_mm(storage) / std::sqrt(2.0)) + 0.5; // rounded
+        touch::TouchCase body{.solid = touch::ball({1, 2, 3}, kRadius_mm)};
+        TouchParameters parameters{.iso = 500.0};
+        tune(parameters, *touch::make_scene(body, storage).touch.grey);
+        EXPECT_NEAR(parameters.free_value, 0.0, 1e-6); // five samples away: 7 deviations
+        EXPECT_NEAR(parameters.solid_value, 1000.0, left);
+        body.solid = touch::cavity({1, 2, 3}, kRadius_mm);
+        tune(parameters, *touch::make_scene(body, storage).touch.grey);
+        EXPECT_NEAR(parameters.free_value, 0.0, left);
+        EXPECT_NEAR(parameters.solid_value, 1000.0, 1e-6);
+    }
+}
+
 // What is called clear is clear: nothing near the segment is solid.
 TEST(Field, ClearSegmentsMeetNothing) {
     touch::TouchCase body{.solid = touch::ball({1, 2, 3}, 3.0)};

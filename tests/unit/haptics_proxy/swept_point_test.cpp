@@ -55,10 +55,10 @@ TEST_P(SweptPointGates, HoldOverScenesAndTrajectories) {
                 EXPECT_LE(f.penetration_voxels, 0.25) << where;
             }
             EXPECT_LE(f.excess_jump_n, body.noise > 0.05 ? 0.10 : 0.02) << where;
-            // Directions: A1 - A3. A cavity or ball of 3 mm is 2.5 of the coarse samples and its
-            // normals are not in the data.
+            // A cavity or ball of 3 mm is 2.5 of the coarse samples: with noise, its normals are
+            // not in the data.
             const bool coarse = uneven && body.name.find("/3mm") != std::string::npos;
-            if ((body.id == "A1" || body.id == "A2" || body.id == "A3") && !coarse) {
+            if (body.id == "A1" || body.id == "A2" || body.id == "A3") {
                 EXPECT_LE(f.direction_deg.percentile(0.99), 1.5) << where;
             }
             // Corners and grooves are rounded by 1.5 samples: where flat becomes round, curvature
