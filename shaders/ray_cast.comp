@@ -34,7 +34,7 @@ layout(constant_id = 3) const uint kHasNoData = 0u;   // samples may be NaN
 layout(constant_id = 4) const uint kIsoCount = 1u;
 layout(constant_id = 5) const uint kSkip = 1u;        // jump over empty space
 layout(constant_id = 6) const uint kCount = 0u;       // write how many samples a tile took
-layout(constant_id = 7) const uint kFromList = 0u;    // march listed rays, not tiles
+layout(constant_id = 7) const uint kRays = kRaysAll;
 layout(constant_id = 8) const uint kManual = 0u;      // interpolate by hand, in fp32
 layout(constant_id = 9) const uint kStored = 0u;      // gradients are stored
 #if HAS_LAYERS
@@ -72,10 +72,11 @@ layout(binding = kRayCells) uniform sampler3D cells;
 layout(scalar, binding = kRayTiles) buffer Tiles { TileEntry tiles[]; };
 layout(scalar, binding = kRayTiles) readonly buffer Listed { uint listed_rays[]; };
 layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups {
-    uint tile_count; // but of listed rays: how many groups lie side by side
+    uint group_count; // of workgroups: tiles; of listed rays, as many as lie side by side
     uint rows[2];
-    uint ray_count; // of listed rays
+    uint second_count; // of groups of four tiles; of listed rays
 };
+layout(scalar, binding = kRaySpans) readonly buffer Spans { vec2 spans[]; };
 
 #if !IS_ISO
 layout(scalar, binding = kRaySlabs) readonly buffer Slabs { uint slabs[]; };
@@ -111,35 +112,52 @@ uint slab_words = 0u; // MIP: of the ray's tile
 
 // The list's order, taken alternately from its two halves' point of view: devices that give each
 // thread one stretch of workgroups then have equal work for all.
-uint entry_of(uint group) {
-    const uint half_count = (tile_count + 1u) / 2u;
+uint entry_of(uint group, uint count) {
+    const uint half_count = (count + 1u) / 2u;
     return group < half_count ? 2u * group : 2u * (group - half_count) + 1u;
 }
 
 void main() {
-    const uint entry = kFromList != 0u ? gl_WorkGroupID.x + kListedAcross * gl_WorkGroupID.y
-                                       : entry_of(gl_WorkGroupID.x);
+    uint entry;
     uvec2 place; // of the ray in its pass
     uint eye;
-    vec2 span = vec2(0.0, 1e30);
+    vec2 span;
     bool wanted;
-    if (kFromList != 0u) {
-        const uint slot = 64u * entry + gl_LocalInvocationID.x;
-        wanted = slot < ray_count;
-        const uint packed = listed_rays[wanted ? slot : 0u];
+    if (kRays == kRaysListed) {
+        const uint group = gl_WorkGroupID.x + kListedAcross * gl_WorkGroupID.y;
+        entry = 64u * entry_of(group, (second_count + 63u) / 64u) + gl_LocalInvocationID.x;
+        wanted = entry < second_count;
+        const uint packed = listed_rays[wanted ? entry : 0u];
         eye = packed >> kTileEyeShift;
         place = uvec2(packed, packed >> kTileXBits) & ((1u << kTileXBits) - 1u);
-        slab_words = slab_words_about(place, eye);
     } else {
+        uvec2 within;
+        if (kRays == kRaysEverySecond) { // sixteen rays of each of four tiles
+            entry = 4u * entry_of(gl_WorkGroupID.x, second_count) + gl_LocalInvocationID.x / 16u;
+            wanted = entry < group_count;
+            entry = wanted ? entry : 0u;
+            within = second_pixel_in_tile(gl_LocalInvocationID.x);
+        } else {
+            entry = entry_of(gl_WorkGroupID.x, group_count);
+            wanted = true;
+            within = pixel_in_tile(gl_LocalInvocationID.x);
+        }
         const TileEntry listed = tiles[entry];
         eye = listed.tile >> kTileEyeShift;
         const uvec2 tile = uvec2(listed.tile, listed.tile >> kTileXBits) & ((1u << kTileXBits) - 1u);
-        place = tile * kTileSide + pixel_in_tile(gl_LocalInvocationID.x);
+        place = tile * kTileSide + within;
         span = vec2(listed.near, listed.far);
         slab_words = slab_words_of(tile, eye, frame.rays);
-        wanted = all(lessThan(place, frame.rays));
+        wanted = wanted && all(lessThan(place, frame.rays));
     }
     const vec2 pixel = frame.first_px + vec2(place) * frame.px_per_ray;
+    if (kRays == kRaysListed || kRays == kRaysSparse) { // the picture's tiles know where to look
+        const uvec2 tile = uvec2(pixel) / kTileSide;
+        const uvec2 count = (frame.size_px + kTileSide - 1u) / kTileSide;
+        span = spans[(eye * count.y + tile.y) * count.x + tile.x];
+        slab_words = slab_words_of(tile, eye, frame.size_px);
+        wanted = wanted && span.x >= 0.0;
+    }
     const Ray ray = ray_through(frame.eyes[eye], pixel, frame.size_px);
 
     vec2 t = clip_to_box(ray, frame.last);

@@ -10,13 +10,19 @@
 #include "shaders/lib/rays.glsl"
 
 layout(constant_id = 0) const uint kList = kListVisible;
+layout(constant_id = 1) const uint kWriteSpans = 0u;
 
 layout(local_size_x = 64) in;
 
 layout(scalar, binding = kTileFrame) uniform FrameBlock { Frame frame; };
 layout(binding = kTileCells) uniform sampler3D cells;
-layout(scalar, binding = kTileGroups) buffer Groups { uint tile_count; };
+layout(scalar, binding = kTileGroups) buffer Groups {
+    uint tile_count;
+    uint rows[2];
+    uint quarter_count;
+};
 layout(scalar, binding = kTileEntries) writeonly buffer Entries { TileEntry entries[]; };
+layout(scalar, binding = kTileSpans) writeonly buffer Spans { vec2 spans[]; };
 
 #include "shaders/lib/skipping.glsl"
 
@@ -80,7 +86,10 @@ void main() {
     }
     if (hit) {
         const uint slot = atomicAdd(tile_count, 1u);
+        atomicMax(quarter_count, slot / 4u + 1u);
         entries[slot] = TileEntry(tile.x | tile.y << kTileXBits | eye_index << kTileEyeShift, t.x,
                                   t.y, 0u);
     }
+    if (kWriteSpans != 0u && tile.x < count.x && tile.y < count.y)
+        spans[(eye_index * count.y + tile.y) * count.x + tile.x] = hit ? t : vec2(-1.0);
 }

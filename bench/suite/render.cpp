@@ -13,17 +13,18 @@ namespace palpate::bench {
 namespace {
 
 struct Plan {
-    std::vector<uint32_t> sizes_px;
-    uint32_t rays_px; // scored, on each side
+    std::vector<uint32_t> sizes_px, fine_sizes_px; // of the CT, and of the finer one
+    uint32_t rays_px;                              // scored, on each side
     int rounds;
     double peer_budget_s;
 };
 
 Plan plan_of(const Options& options) {
     if (options.tiny)
-        return {{24, 32}, 16, 1, 0.1};
-    return {
-        {512, 1024}, options.full ? 256u : 128u, options.full ? 10 : 3, options.full ? 6.0 : 4.0};
+        return {{24, 32}, {}, 16, 1, 0.1};
+    if (options.full)
+        return {{512, 1024}, {512, 1024}, 256, 10, 6.0};
+    return {{512}, {1024}, 64, 3, 4.0};
 }
 
 std::vector<Setting> settings(RayMode mode) {
@@ -120,7 +121,9 @@ Result<Report> run_render(Bench& bench) {
         std::vector<Subject> subjects = subjects_of(sample);
         for (Subject& subject : subjects)
             subject.judged = subject.judged && !options.tiny; // whose times say nothing
-        for (const uint32_t size_px : plan.sizes_px) {
+        const std::vector<uint32_t>& sizes_px =
+            &sample == &samples.front() ? plan.sizes_px : plan.fine_sizes_px;
+        for (const uint32_t size_px : sizes_px) {
             const Sampling sampling{size_px, std::max(1u, size_px / plan.rays_px)};
             Result<Peers> peers = Peers::start(bench, subjects, {1.0}, sampling);
             if (!peers)
@@ -139,7 +142,7 @@ Result<Report> run_render(Bench& bench) {
                 panel["title"] = fmt::format("{}, {} px", subject.title, size_px);
                 json["panels"].push_back(std::move(panel));
                 add_aims(subject, size_px, drawn->front(), peers->points(), json["aims"]);
-                if (size_px != plan.sizes_px.front())
+                if (size_px != sizes_px.front())
                     continue;
                 const Result<double> first =
                     bench.first_frame_ms(subject, default_setting(), size_px);

@@ -230,10 +230,10 @@ void Commands::dispatch(const ComputePipeline& pipeline, std::span<const Bound> 
 }
 
 void Commands::dispatch_indirect(const ComputePipeline& pipeline, std::span<const Bound> bound,
-                                 Buffer& groups) {
+                                 Buffer& groups, uint32_t first_word) {
     use(groups, Use::indirect);
     bind(pipeline, bound);
-    vkCmdDispatchIndirect(buffer_, groups.handle(), 0);
+    vkCmdDispatchIndirect(buffer_, groups.handle(), first_word * sizeof(uint32_t));
 }
 
 void Commands::clear(GpuImage& image, glm::vec4 value) {

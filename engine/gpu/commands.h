@@ -61,7 +61,7 @@ class Commands {
 
     // The same with the group counts (three uint32) that `groups` holds when the GPU gets there.
     void dispatch_indirect(const ComputePipeline& pipeline, std::span<const Bound> bound,
-                           Buffer& groups);
+                           Buffer& groups, uint32_t first_word = 0);
 
     // Sets every texel of a colour image, or the first bytes of a buffer (at most 64 KiB).
     void clear(GpuImage& image, glm::vec4 value);

@@ -62,17 +62,19 @@ struct Renderer::RayPass {
     GpuImage& color;
     GpuImage* values;        // where the scene asks for value and depth
     Buffer& groups;          // how many workgroups
-    Buffer& list;            // tiles, or rays with variant.from_list
+    Buffer& list;            // tiles, or rays (kRaysListed)
     Buffer* slabs = nullptr; // where takes_slabs(variant)
+    Buffer* spans = nullptr; // of the picture's tiles, where rays lie between them
 };
 
 // A picture from fewer rays: see CoarseSettings.
 struct Renderer::Coarse {
-    glm::uvec2 size_px, rays, probes; // of the picture; every second pixel; sparse ones
+    glm::uvec2 size_px, probes; // of the picture; sparse rays
     uint32_t eyes;
-    GpuImage color, truth;
-    Buffer tile_groups, tiles, ray_groups, rays_listed, squares;
-    MirroredBuffer frame{}, listed_frame{}, probe_frame{}, interpolate{}, judge{};
+    GpuImage truth;
+    Buffer spans, tile_groups, tiles; // the latter of sparse rays
+    Buffer ray_groups, counts, rays_listed, squares;
+    MirroredBuffer frame{}, probe_frame{}, interpolate{}, judge{};
     std::optional<TransferImage> transfer{}; // where the step differs
     uint32_t drawn = 1;                      // frames so far: the sparse rays wander
     glm::uvec2 first_probe{0};

@@ -51,9 +51,11 @@ std::string name_of(const RayCastVariant& v) {
           std::pair(v.shaded, " shaded"), std::pair(v.labels, " labels"),
           std::pair(v.slices, " slices"), std::pair(v.values, " values"),
           std::pair(v.no_data, " no-data"), std::pair(!v.skip, " unskipped"),
-          std::pair(v.count, " counting"), std::pair(v.from_list, " listed"),
-          std::pair(v.atlas, " atlas"), std::pair(v.by_hand, " by hand"),
-          std::pair(v.stored_gradients, " stored gradients")})
+          std::pair(v.count, " counting"),
+          std::pair(v.rays == gpu::kRaysEverySecond, " every second"),
+          std::pair(v.rays == gpu::kRaysListed, " listed"),
+          std::pair(v.rays == gpu::kRaysSparse, " sparse"), std::pair(v.atlas, " atlas"),
+          std::pair(v.by_hand, " by hand"), std::pair(v.stored_gradients, " stored gradients")})
         if (on)
             name += text;
     if (v.layers > 0)
@@ -156,6 +158,7 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         slots.push_back({gpu::kRayCells, kSampled});
         slots.push_back({gpu::kRayTiles, kStorage});
         slots.push_back({gpu::kRayTileGroups, kStorage});
+        slots.push_back({gpu::kRaySpans, kStorage});
         if (variant.atlas) {
             slots.push_back({gpu::kRayPages, kSampled});
             slots.push_back({gpu::kRayAtlas, kUniform});
@@ -166,7 +169,7 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
         const std::array<uint32_t, 11> constants{variant.mode,      variant.preintegrated,
                                                  variant.shaded,    variant.no_data,
                                                  variant.iso_count, variant.skip,
-                                                 variant.count,     variant.from_list,
+                                                 variant.count,     variant.rays,
                                                  variant.by_hand,   variant.stored_gradients,
                                                  variant.layers};
         made(pipeline, name_of(variant), ray_cast_code(variant), slots, constants);
@@ -174,15 +177,17 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
     return *pipeline;
 }
 
-ComputePipeline& Pipelines::tiles(uint32_t which) {
-    std::unique_ptr<ComputePipeline>& pipeline = tiles_[which];
+ComputePipeline& Pipelines::tiles(uint32_t which, bool spans) {
+    std::unique_ptr<ComputePipeline>& pipeline = tiles_[{which, spans}];
     if (!pipeline) {
         const BindingSlot slots[] = {{gpu::kTileFrame, kUniform},
                                      {gpu::kTileCells, kSampled},
                                      {gpu::kTileGroups, kStorage},
-                                     {gpu::kTileEntries, kStorage}};
-        const uint32_t constants[] = {which};
-        made(pipeline, fmt::format("tiles {}", which), spirv::tiles[0], slots, constants);
+                                     {gpu::kTileEntries, kStorage},
+                                     {gpu::kTileSpans, kStorage}};
+        const uint32_t constants[] = {which, spans};
+        made(pipeline, fmt::format("tiles {}{}", which, spans ? " spans" : ""), spirv::tiles[0],
+             slots, constants);
     }
     return *pipeline;
 }
@@ -201,8 +206,8 @@ ComputePipeline& Pipelines::mip_slabs() {
 ComputePipeline& Pipelines::interpolate() {
     if (!interpolate_) {
         const BindingSlot slots[] = {{gpu::kInterpolateBlock, kUniform},
-                                     {gpu::kInterpolateCoarse, kSampled},
                                      {gpu::kInterpolateColor, kStorageImage},
+                                     {gpu::kInterpolateSpans, kStorage},
                                      {gpu::kInterpolateGroups, kStorage},
                                      {gpu::kInterpolateRays, kStorage}};
         made(interpolate_, "interpolate", spirv::interpolate[0], slots);

@@ -15,11 +15,11 @@ struct RayCastVariant {
     bool preintegrated = false, exact = false, shaded = false;
     bool labels = false, slices = false, values = false, no_data = false;
     uint32_t iso_count = 1;
-    bool skip = true;       // jump over empty space
-    bool count = false;     // count samples
-    bool from_list = false; // march listed rays, not tiles
-    bool atlas = false;     // the volume lies in a brick atlas
-    bool by_hand = false;   // interpolate in fp32
+    bool skip = true;     // jump over empty space
+    bool count = false;   // count samples
+    uint32_t rays = 0;    // gpu::kRays...
+    bool atlas = false;   // the volume lies in a brick atlas
+    bool by_hand = false; // interpolate in fp32
     bool stored_gradients = false;
     uint32_t layers = 0; // see-through triangles in a ray's way, at most; slices is true then
 
@@ -40,7 +40,7 @@ class Pipelines {
 
     ComputePipeline& ray_cast(const RayCastVariant& variant);
     ComputePipeline& slices(bool labels, bool atlas, bool by_hand);
-    ComputePipeline& tiles(uint32_t which); // gpu::kList...
+    ComputePipeline& tiles(uint32_t which, bool spans); // gpu::kList...; see kTileSpans
     ComputePipeline& mip_slabs();
     ComputePipeline& interpolate();
     ComputePipeline& judge();
@@ -58,7 +58,8 @@ class Pipelines {
     Device* device_;
     std::vector<const ComputePipeline*> all_;
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
-    std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_, tiles_;
+    std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_;
+    std::map<std::pair<uint32_t, bool>, std::unique_ptr<ComputePipeline>> tiles_;
     std::map<const uint32_t*, std::unique_ptr<ComputePipeline>> surfaces_; // by their code
     std::unique_ptr<ComputePipeline> mip_slabs_, interpolate_, judge_;
 };

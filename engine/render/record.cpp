@@ -111,15 +111,20 @@ void Renderer::record_background(Commands& commands, const Scene& scene) {
 
 void Renderer::record_tiles(Commands& commands, RayPass& pass, uint32_t eyes, uint32_t which,
                             uint32_t first_row, uint32_t rows) {
-    const uint32_t none[] = {0, 1, 1};
+    constexpr uint32_t none[gpu::kTileGroupWords] = {0, 1, 1, 0, 1, 1};
+    const bool spans = pass.spans != nullptr;
     commands.begin_pass("tiles");
     commands.fill(pass.groups, none);
-    const Bound bound[] = {bind_uniform(gpu::kTileFrame, pass.frame),
-                           bind_sampled(gpu::kTileCells, held_->cells->image(), nearest_),
-                           bind_storage(gpu::kTileGroups, pass.groups, Use::storage_write),
-                           bind_storage(gpu::kTileEntries, pass.list, Use::storage_write)};
+    const Bound bound[] = {
+        bind_uniform(gpu::kTileFrame, pass.frame),
+        bind_sampled(gpu::kTileCells, held_->cells->image(), nearest_),
+        bind_storage(gpu::kTileGroups, pass.groups, Use::storage_write),
+        bind_storage(gpu::kTileEntries, pass.list, Use::storage_write),
+        // the pipeline has a place for spans; where there are none it writes none
+        bind_storage(gpu::kTileSpans, spans ? *pass.spans : pass.list, Use::storage_write)};
     const uint32_t across = (tile_count(pass.rays).x + 63) / 64;
-    commands.dispatch(pipelines_.tiles(which), bound, {across, rows, eyes}, {0, first_row, 0});
+    commands.dispatch(pipelines_.tiles(which, spans), bound, {across, rows, eyes},
+                      {0, first_row, 0});
     commands.end_pass();
     if (!pass.slabs)
         return;
@@ -164,13 +169,15 @@ void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Sc
     bound.push_back(bind_storage(gpu::kRayTiles, pass.list,
                                  pass.variant.count ? Use::storage_write : Use::storage_read));
     bound.push_back(bind_storage(gpu::kRayTileGroups, pass.groups));
+    bound.push_back(bind_storage(gpu::kRaySpans, pass.spans ? *pass.spans : pass.groups));
     bind_atlas(bound, gpu::kRayPages, gpu::kRayAtlas);
     if (pass.variant.atlas)
         bound.push_back(bind_storage_image(gpu::kRayCarry, *targets.carry));
     if (pass.variant.layers > 0)
         bound.push_back(bind_sampled(gpu::kRaySurfaces, *targets.layers, nearest_));
     commands.begin_pass(pass.name);
-    commands.dispatch_indirect(pipelines_.ray_cast(pass.variant), bound, pass.groups);
+    commands.dispatch_indirect(pipelines_.ray_cast(pass.variant), bound, pass.groups,
+                               pass.variant.rays == gpu::kRaysEverySecond ? gpu::kTileQuarters : 0);
     commands.end_pass();
 }
 

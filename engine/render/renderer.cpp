@@ -179,7 +179,7 @@ void Renderer::begin_pipelines(const Scene& scene, const SceneData& data) {
     variant.stored_gradients = options_.stored_gradients && variant.shaded && !variant.by_hand;
     variant.layers = held_->targets->layers ? scene.surface_depth : 0;
     pipelines_.ray_cast(variant);
-    pipelines_.tiles(tiles_to_list(scene));
+    pipelines_.tiles(tiles_to_list(scene), false);
     if (takes_slabs(variant))
         pipelines_.mip_slabs();
 }
@@ -332,7 +332,8 @@ Renderer::RayPass Renderer::full_pass(const Scene& scene) {
     const glm::uvec2 count = tile_count(scene.size_px);
     const size_t most = size_t{count.x} * count.y * eye_count(scene);
     if (!held_->tile_groups)
-        held_->tile_groups.emplace(*device_, "tile count", 3 * sizeof(uint32_t), Memory::device);
+        held_->tile_groups.emplace(*device_, "tile count", gpu::kTileGroupWords * sizeof(uint32_t),
+                                   Memory::device);
     if (!held_->tiles)
         held_->tiles.emplace(*device_, "tiles", most * sizeof(gpu::TileEntry), Memory::device);
     Targets& targets = *held_->targets;

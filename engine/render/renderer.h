@@ -69,19 +69,27 @@ struct Frame {
 struct CoarseSettings {
     // Steps this much longer than the scene's; >= 1. The exact integrator has none to lengthen.
     double step_factor = 1.0;
-    // Every second pixel both ways has a ray. Between rays that differ by more than this in some
-    // channel (0 .. 1), the others have rays, too; elsewhere they take the mean of their
-    // neighbours.
-    double contrast = 0.06;
+    // Every second pixel both ways has a ray. Between four rays that differ by more than this, the
+    // other pixels have rays, too; elsewhere they take the mean of their neighbours. What counts is
+    // the root of the mean square between neighbours over the colour's channels (0 .. 1), and half
+    // of what no mean of two rays fits: a - b - c + d of the channel where that is largest. Left
+    // out, it is 0.07, and 0.115 between iso-surfaces, which are smooth from edge to edge, so that
+    // a mean errs less (docs/performance.md).
+    std::optional<double> contrast{};
 };
+
+// The rays that an interactive frame is judged by lie this many pixels apart both ways: odd, for
+// every other one has a ray anyhow.
+inline constexpr uint32_t kJudgedSpacing_px = 19;
 
 struct CoarseStats {
     FrameStats frame;
     // RMSE of the picture's colours (1 is white), from rays of full quality through one pixel in
-    // 225: every fifteenth both ways from `first_judged` on, which wanders from frame to frame.
+    // kJudgedSpacing_px squared: every such one both ways from `first_judged` on, which wanders
+    // from frame to frame.
     double error_estimate = 0;
     glm::uvec2 first_judged{0};
-    double traced_share = 0; // of the pixels: those with rays of their own
+    double traced_share = 0; // of the pixels: those with rays of their own; empty tiles have none
 };
 
 // Draws scenes with at least one of ray casting, slices and surfaces. Keeps on the GPU what the

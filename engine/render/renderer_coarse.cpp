@@ -13,8 +13,7 @@ namespace palpate {
 
 namespace {
 
-constexpr uint32_t kProbeSpacing = 15; // pixels; odd: every other one has a ray anyhow
-constexpr uint32_t kRayGroupWords = 4; // see kRayTileGroups
+constexpr uint32_t kProbeSpacing = kJudgedSpacing_px;
 
 // `block` for rays through other pixels: one in px_per_ray both ways.
 gpu::Frame sparser(gpu::Frame block, glm::uvec2 rays, glm::uvec2 first_px, float px_per_ray) {
@@ -31,15 +30,12 @@ size_t tile_bytes(glm::uvec2 rays, uint32_t eyes) {
     return size_t{count.x} * count.y * eyes * sizeof(gpu::TileEntry);
 }
 
-ImageShape color_shape(glm::uvec2 size, uint32_t eyes) {
-    return {.format = VK_FORMAT_R32G32B32A32_SFLOAT,
-            .size = {size, 1},
-            .layers = eyes,
-            .storage = true};
-}
-
 double step_factor_of(const RayCastLayer& layer, const CoarseSettings& settings) {
     return layer.integrator != Integrator::exact ? std::max(1.0, settings.step_factor) : 1.0;
+}
+
+double contrast_of(RayMode mode, const CoarseSettings& settings) {
+    return settings.contrast.value_or(mode == RayMode::iso ? 0.115 : 0.07);
 }
 
 } // namespace
@@ -51,17 +47,25 @@ void Renderer::keep_coarse_targets(const Scene& scene) {
         held.reset();
     if (!held) {
         const glm::uvec2 size = scene.size_px;
-        const glm::uvec2 rays = (size + 1u) / 2u;
+        const glm::uvec2 tiles = tile_count(size);
         const glm::uvec2 probes = (size + (kProbeSpacing - 1)) / kProbeSpacing;
         const size_t pixels = size_t{size.x} * size.y * eyes;
         const size_t probe_count = size_t{probes.x} * probes.y * eyes;
+        const ImageShape sparse{.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+                                .size = {probes, 1},
+                                .layers = eyes,
+                                .storage = true};
         held.emplace(Coarse{
-            size, rays, probes, eyes,
-            GpuImage(*device_, "every second pixel", color_shape(rays, eyes)),
-            GpuImage(*device_, "sparse pixels", color_shape(probes, eyes)),
-            Buffer(*device_, "coarse tile count", 3 * sizeof(uint32_t), Memory::device),
-            Buffer(*device_, "coarse tiles", tile_bytes(rays, eyes), Memory::device),
-            Buffer(*device_, "listed ray count", kRayGroupWords * sizeof(uint32_t), Memory::device),
+            size, probes, eyes, GpuImage(*device_, "sparse pixels", sparse),
+            Buffer(*device_, "tiles' spans", size_t{tiles.x} * tiles.y * eyes * sizeof(glm::vec2),
+                   Memory::device),
+            Buffer(*device_, "sparse tile count", gpu::kTileGroupWords * sizeof(uint32_t),
+                   Memory::device),
+            Buffer(*device_, "sparse tiles", tile_bytes(probes, eyes), Memory::device),
+            Buffer(*device_, "listed ray count", gpu::kRayGroupWords * sizeof(uint32_t),
+                   Memory::device),
+            Buffer(*device_, "listed ray count read back", gpu::kRayGroupWords * sizeof(uint32_t),
+                   Memory::read_back),
             Buffer(*device_, "listed rays", pixels * sizeof(uint32_t), Memory::device),
             Buffer(*device_, "squared errors", probe_count * sizeof(float), Memory::read_back)});
     }
@@ -80,12 +84,9 @@ void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
              held->transfer->step_mm() != step_mm)
         held->transfer.emplace(*device_, "coarse transfer function", layer.transfer, step_mm);
 
-    gpu::Frame coarse = sparser(held_->block, held->rays, {0, 0}, 2.0f);
+    gpu::Frame coarse = held_->block;
     coarse.step = static_cast<float>(step_mm);
     held->frame.hold(*device_, "coarse rays", bytes_of(coarse));
-    gpu::Frame listed = held_->block;
-    listed.step = coarse.step;
-    held->listed_frame.hold(*device_, "listed rays' block", bytes_of(listed));
     // 4 and 7 have no factor in common with the spacing: other places come by in turn.
     const glm::uvec2 first(4 * held->drawn % kProbeSpacing, 7 * held->drawn % kProbeSpacing);
     ++held->drawn;
@@ -94,7 +95,8 @@ void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
     held->probe_frame.hold(
         *device_, "sparse rays",
         bytes_of(sparser(held_->block, held->probes, held->first_probe, float{kProbeSpacing})));
-    const gpu::InterpolateBlock interpolate{scene.size_px, static_cast<float>(settings.contrast)};
+    const gpu::InterpolateBlock interpolate{scene.size_px,
+                                            static_cast<float>(contrast_of(layer.mode, settings))};
     held->interpolate.hold(*device_, "interpolation", bytes_of(interpolate));
     const gpu::JudgeBlock judge{held->probes, held->first_probe, kProbeSpacing};
     held->judge.hold(*device_, "judgement", bytes_of(judge));
@@ -102,16 +104,17 @@ void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
 
 void Renderer::record_interpolation(Commands& commands, const Scene& scene) {
     Coarse& coarse = *held_->coarse;
-    const uint32_t none[] = {0, 1, 1, 0};
+    constexpr uint32_t none[gpu::kRayGroupWords] = {0, 1, 1, 0, 0};
     commands.begin_pass("interpolate");
     commands.fill(coarse.ray_groups, none);
     const Bound bound[] = {
         bind_uniform(gpu::kInterpolateBlock, coarse.interpolate.get()),
-        bind_sampled(gpu::kInterpolateCoarse, coarse.color, nearest_),
         bind_storage_image(gpu::kInterpolateColor, *held_->targets->color),
+        bind_storage(gpu::kInterpolateSpans, coarse.spans),
         bind_storage(gpu::kInterpolateGroups, coarse.ray_groups, Use::storage_write),
         bind_storage(gpu::kInterpolateRays, coarse.rays_listed, Use::storage_write)};
-    commands.dispatch(pipelines_.interpolate(), bound, {tile_count(scene.size_px), coarse.eyes});
+    const glm::uvec2 tiles = tile_count(scene.size_px);
+    commands.dispatch(pipelines_.interpolate(), bound, {(tiles.x + 3) / 4, tiles.y, coarse.eyes});
     commands.end_pass();
 }
 
@@ -170,28 +173,26 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
                                         : nullptr;
     const uint32_t eyes = coarse.eyes;
     const Timer timer;
-    Buffer counts(*device_, "listed ray count read back", coarse.ray_groups.bytes(),
-                  Memory::read_back);
     stats.frame.uploaded_bricks += draw_behind(scene, data, submissions.back());
-    held_->sent(submissions.back().submit());
-    if (!held_->parts.empty())
+    if (!held_->parts.empty()) { // slices may show other bricks than rays
+        held_->sent(submissions.back().submit());
         stats.frame.uploaded_bricks += show_part(held_->parts.front(), true);
-    submissions.emplace_back(*device_);
+        submissions.emplace_back(*device_);
+    }
     Commands* commands = &submissions.back();
-    const glm::vec4 background(glm::vec3(scene.background), 0.0f);
-    commands->begin_pass("coarse background");
-    commands->clear(coarse.color, background);
-    commands->clear(coarse.truth, background);
-    commands->end_pass();
+    commands->clear(coarse.truth, glm::vec4(glm::vec3(scene.background), 0.0f));
+    const RayPass full = full_pass(scene);
     RayPass second{
-        "every second pixel", held_->variant, coarse.rays,        coarse.frame.get(), table,
-        coarse.color,         nullptr,        coarse.tile_groups, coarse.tiles,       slabs(scene)};
+        "every second pixel", held_->variant, scene.size_px, coarse.frame.get(), table,
+        full.color,           nullptr,        full.groups,   full.list,          full.slabs,
+        &coarse.spans};
+    second.variant.rays = gpu::kRaysEverySecond;
     // Behind the volume there may be slices, and beside it meshes.
     const uint32_t which = !scene.surfaces.empty() ? gpu::kListAll
                            : !scene.slices.empty() ? gpu::kListBox
                                                    : tiles_to_list(scene);
     const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
-    const uint32_t rows = tile_count(coarse.rays).y;
+    const uint32_t rows = tile_rows(scene);
     const auto next_submission = [&] {
         commands->submit();
         commands = &submissions.emplace_back(*device_);
@@ -205,17 +206,11 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
     if (band < rows) // the listed pixels are few but where neighbours differ
         next_submission();
     record_interpolation(*commands, scene);
-    RayPass listed{"listed pixels",
-                   held_->variant,
-                   scene.size_px,
-                   coarse.listed_frame.get(),
-                   table,
-                   *held_->targets->color,
-                   nullptr,
-                   coarse.ray_groups,
-                   coarse.rays_listed,
-                   slabs(scene)};
-    listed.variant.from_list = true;
+    RayPass listed{
+        "listed pixels", held_->variant, scene.size_px,     coarse.frame.get(), table,
+        full.color,      nullptr,        coarse.ray_groups, coarse.rays_listed, full.slabs,
+        &coarse.spans};
+    listed.variant.rays = gpu::kRaysListed;
     record_ray_cast(*commands, listed, scene);
     RayPass sparse{"sparse pixels",
                    held_->variant,
@@ -226,14 +221,17 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
                    nullptr,
                    coarse.tile_groups,
                    coarse.tiles};
-    if (takes_slabs(sparse.variant)) // beams between sparse rays are as wide as the volume
+    sparse.variant.rays = gpu::kRaysSparse;
+    if (takes_slabs(sparse.variant) && coarse.transfer) // slabs count in steps
         sparse.variant.skip = false;
     record_tiles(*commands, sparse, eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll, 0,
                  tile_count(coarse.probes).y);
+    sparse.slabs = full.slabs; // of the picture's tiles
+    sparse.spans = &coarse.spans;
     record_ray_cast(*commands, sparse, scene);
     record_judgement(*commands);
-    commands->copy(coarse.ray_groups, counts);
-    commands->submit();
+    commands->copy(coarse.ray_groups, coarse.counts);
+    held_->sent(commands->submit());
     for (Commands& submission : submissions)
         add_times(stats.frame.passes, submission.finish());
     stats.frame.wall_ms = timer.ms();
@@ -246,9 +244,9 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
         sum += square;
     stats.error_estimate = std::sqrt(sum / static_cast<double>(squares.size()));
     stats.first_judged = coarse.first_probe;
-    uint32_t words[kRayGroupWords];
-    std::memcpy(words, counts.mapped().data(), sizeof words);
-    const double traced = static_cast<double>(coarse.rays.x) * coarse.rays.y * eyes + words[3];
+    uint32_t words[gpu::kRayGroupWords];
+    std::memcpy(words, coarse.counts.mapped().data(), sizeof words);
+    const double traced = uint64_t{words[3]} + words[4]; // listed, and every second
     stats.traced_share = traced / (static_cast<double>(scene.size_px.x) * scene.size_px.y * eyes);
     return stats;
 }

@@ -5,8 +5,3 @@ uint slab_words_of(uvec2 tile, uint eye, uvec2 rays) {
     const uvec2 count = (rays + kTileSide - 1u) / kTileSide;
     return kMipWords * ((eye * count.y + tile.y) * count.x + tile.x);
 }
-
-// Those of the tile of every second pixel that a pixel lies in.
-uint slab_words_about(uvec2 pixel, uint eye) {
-    return slab_words_of(pixel / (2u * kTileSide), eye, (frame.rays + 1u) / 2u);
-}

@@ -7,12 +7,14 @@ GPU_BEGIN
 // which that would show.
 struct InterpolateBlock {
     uvec2 size_px;
-    float contrast; // 0 .. 1: neighbours that differ by more, in any channel, are not interpolated
+    float contrast; // see CoarseSettings
 };
 const uint kInterpolateBlock = 0u;
-const uint kInterpolateCoarse = 1u; // every second pixel
-const uint kInterpolateColor = 2u;
-const uint kInterpolateGroups = 3u; // as kRayTileGroups: (0, 1, 1, 0) before the pass
+const uint kInterpolateColor = 1u;  // every second pixel is there
+const uint kInterpolateSpans = 2u;  // see kTileSpans
+// As kRayTileGroups, and how many of every second pixel were marched: (0, 1, 1, 0, 0) before the pass.
+const uint kInterpolateGroups = 3u;
+const uint kRayGroupWords = 5u;
 const uint kInterpolateRays = 4u;   // the pixels listed: x + 2^15 y + 2^30 eye
 
 // judge.comp: the squared error of some pixels against rays of full quality.

@@ -18,13 +18,20 @@ const uint kRayCorners = 20u;     // the volume, unfiltered
 const uint kRaySmoothTable = 21u; // the table, linear between entries
 const uint kRayCells = 9u;        // distances to occupied macro-cells; MIP: highest texel of each
 const uint kRayTiles = 10u;       // TileEntry[]
-const uint kRayTileGroups = 11u;  // how many of them, as the groups of a dispatch
+const uint kRayTileGroups = 11u;  // how many of them, as the groups of dispatches (kTileGroups)
 const uint kRayPages = 12u;       // atlas: where each brick lies
 const uint kRayAtlas = 13u;       // atlas: AtlasFrame
 const uint kRayGradients = 15u;   // MIP, alpha: of the volume, one texel a sample; only with kStored
 const uint kRayCarry = 14u;       // atlas: what rays carry from part to part; kCarryLayers an eye
 const uint kRaySlabs = 17u;       // MIP: kMipWords words for each tile of the pass
+const uint kRaySpans = 18u;       // of rays between tiles: see kTileSpans
 const uint kRaySurfaces = 16u;    // see-through triangles in a ray's way (lib/surface_layer.glsl)
+
+// Which rays a pass has:
+const uint kRaysAll = 0u;         // of every pixel in the listed tiles
+const uint kRaysEverySecond = 1u; // of every second one both ways
+const uint kRaysListed = 2u;      // of pixels listed one by one
+const uint kRaysSparse = 3u;      // as kRaysAll, of pixels far apart
 
 const uint kModeMip = 0u;
 const uint kModeAlpha = 1u;

@@ -5,8 +5,14 @@
 GPU_BEGIN
 const uint kTileFrame = 0u;
 const uint kTileCells = 1u;   // as kRayCells
-const uint kTileGroups = 2u;  // uvec3, (0, 1, 1) before the pass
+// Tiles listed, and groups of four of them, as the groups of two dispatches: (0, 1, 1, 0, 1, 1)
+// before the pass.
+const uint kTileGroups = 2u;
+const uint kTileGroupWords = 6u;
+const uint kTileQuarters = 3u;  // where the second dispatch begins
 const uint kTileEntries = 3u; // TileEntry[], room for every tile
+const uint kTileSpans = 5u;   // vec2[], row by row and eye by eye: near and far of every tile, listed
+                              // or not; near is negative where it is not
 const uint kTileSlabs = 4u;   // kMipWords words for each tile of the pass
 
 const uint kListBox = 0u;     // every tile that sees the volume's box, whole

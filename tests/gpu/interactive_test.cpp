@@ -51,11 +51,11 @@ TEST_F(InteractiveTest, HoldsFortyDecibelsFromAFractionOfTheRays) {
         EXPECT_LT(error, 0.01); // 40 dB
         EXPECT_GT(error, 0.0);
         EXPECT_LT(coarse->traced_share, 0.8);
-        EXPECT_GE(coarse->traced_share, 0.25);
+        EXPECT_GT(coarse->traced_share, 0.1);
     }
 }
 
-// With no contrast allowed every pixel that differs from its neighbours has a ray of its own.
+// With no contrast allowed every pixel of a tile that shows anything has a ray of its own.
 TEST_F(InteractiveTest, WithoutContrastThePictureIsTheFullOne) {
     const Scene scene = scene_of(RayMode::alpha);
     Renderer renderer(device());
@@ -64,7 +64,8 @@ TEST_F(InteractiveTest, WithoutContrastThePictureIsTheFullOne) {
     const Result<CoarseStats> coarse =
         renderer.draw_coarse(scene, phantom(), {.step_factor = 1.0, .contrast = -1.0});
     ASSERT_TRUE(coarse);
-    EXPECT_EQ(coarse->traced_share, 1.0);
+    EXPECT_GT(coarse->traced_share, 0.3);
+    EXPECT_LT(coarse->traced_share, 1.0) << "empty tiles need no rays";
     EXPECT_EQ(coarse->error_estimate, 0.0);
     EXPECT_EQ(renderer.read_back()[0].samples, full->eyes[0].samples);
 }
@@ -77,7 +78,7 @@ TEST_F(InteractiveTest, EstimatesItsError) {
     ASSERT_TRUE(full);
     const CoarseSettings settings{.step_factor = 3.0, .contrast = 0.1};
     double squares = 0;
-    constexpr int kFrames = 15; // which look at other pixels each
+    constexpr int kFrames = kJudgedSpacing_px; // which look at other pixels each
     for (int i = 0; i < kFrames; ++i) {
         const Result<CoarseStats> coarse = renderer.draw_coarse(scene, phantom(), settings);
         ASSERT_TRUE(coarse);
@@ -86,8 +87,8 @@ TEST_F(InteractiveTest, EstimatesItsError) {
     const Image hurried = renderer.read_back()[0];
     const double error = color_rmse(hurried, full->eyes[0]);
     EXPECT_GT(error, 1e-4);
-    // The frames look at one pixel in 15. How far the mean of so many squared errors may be from
-    // that of all is known from how these spread: four standard errors, as if drawn by chance.
+    // The frames look at one pixel in kFrames. How far the mean of so many squared errors may be
+    // from that of all is known from how these spread: four standard errors, as if drawn by chance.
     const double pixels = double(scene.size_px.x) * scene.size_px.y;
     double fourth_powers = 0;
     for (uint32_t y = 0; y < scene.size_px.y; ++y)
@@ -100,7 +101,7 @@ TEST_F(InteractiveTest, EstimatesItsError) {
             fourth_powers += square * square / pixels;
         }
     const double spread = std::sqrt(fourth_powers - error * error * error * error);
-    EXPECT_NEAR(squares, error * error, 4.0 * spread / std::sqrt(pixels / 15.0));
+    EXPECT_NEAR(squares, error * error, 4.0 * spread / std::sqrt(pixels / kFrames));
 }
 
 TEST_F(InteractiveTest, ComesToRestAtFullQuality) {

@@ -462,15 +462,16 @@ TEST_F(SurfaceTest, InteractiveFramesSettleOnTheFullPicture) {
     Renderer renderer(device());
     const Result<CoarseStats> coarse = renderer.draw_coarse(scene, data, {});
     ASSERT_TRUE(coarse) << coarse.error().message;
-    // The rays it is held against, through every 15th pixel both ways, are those of the full
+    // The rays it is held against, kJudgedSpacing_px apart both ways, are those of the full
     // picture, bit by bit, among meshes too. So the estimate is the error of these pixels but for
     // floats: a difference, three squares, two sums and a division round by 2^-24 each, of the
     // square at most seven of them, of its root half of that.
     const Image hurried = renderer.read_back()[0];
     double squares = 0.0;
     int rays = 0;
-    for (uint32_t y = coarse->first_judged.y; y < scene.size_px.y; y += 15)
-        for (uint32_t x = coarse->first_judged.x; x < scene.size_px.x; x += 15, ++rays)
+    for (uint32_t y = coarse->first_judged.y; y < scene.size_px.y; y += kJudgedSpacing_px)
+        for (uint32_t x = coarse->first_judged.x; x < scene.size_px.x;
+             x += kJudgedSpacing_px, ++rays)
             for (size_t c = 0; c < 3; ++c) {
                 const double off = double{hurried.at(x, y, c)} - double{full.at(x, y, c)};
                 squares += off * off / 3.0;
