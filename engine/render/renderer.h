@@ -73,7 +73,7 @@ struct CoarseSettings {
     // other pixels have rays, too; elsewhere they take the mean of their neighbours. What counts is
     // the root of the mean square between neighbours over the colour's channels (0 .. 1), and half
     // of what no mean of two rays fits: a - b - c + d of the channel where that is largest. Left
-    // out, it is 0.07, and 0.115 between iso-surfaces, which are smooth from edge to edge, so that
+    // out, it is 0.06, and 0.115 between iso-surfaces, which are smooth from edge to edge, so that
     // a mean errs less (docs/performance.md).
     std::optional<double> contrast{};
 };

@@ -35,7 +35,7 @@ double step_factor_of(const RayCastLayer& layer, const CoarseSettings& settings)
 }
 
 double contrast_of(RayMode mode, const CoarseSettings& settings) {
-    return settings.contrast.value_or(mode == RayMode::iso ? 0.115 : 0.07);
+    return settings.contrast.value_or(mode == RayMode::iso ? 0.115 : 0.06);
 }
 
 } // namespace
