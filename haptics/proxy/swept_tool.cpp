@@ -16,14 +16,7 @@ namespace {
 using glm::dvec3;
 
 constexpr uint32_t kMostContacts = 24;
-constexpr double kSameWay = 0.98; // cosine of 11 degrees
-// Of a ball, as angles from the middle: samples so near to a point that is looked at are not; ways
-// further apart are of different faces; ways so near to each other are one. 340 samples lie 0.19
-// apart.
-constexpr double kCovered = 0.9954; // cosine of 0.096
-constexpr double kFacing = 0.28, kFaces = 0.007;
-constexpr double kNarrow = 0.8;          // a ball's radius as a share of a hollow's
-constexpr double kMayHold = 0.1;         // samples: what has more clearance holds no tool
+constexpr double kSameWay = 0.98;        // cosine of 11 degrees
 constexpr uint32_t kMostConsidered = 16; // samples in material, at each look
 constexpr uint32_t kMostIterations = 24;
 constexpr uint32_t kMostLooks = 5; // at every sample, in a tick
@@ -31,7 +24,7 @@ constexpr uint32_t kMostLooks = 5; // at every sample, in a tick
 // the samples that have to be filtered for it. Those that held the tool may take twice as much.
 // What is left undone: of the samples in material the shallower ones are not looked at, and the
 // tick ends with the step that the others allow. The next tick goes on with what was made.
-constexpr uint32_t kMostWork = 170, kContactWork = 4, kFacedWork = 2, kSamplesOfWork = 40;
+constexpr uint32_t kMostWork = 170, kContactWork = 4, kSamplesOfWork = 40;
 constexpr double kConverged_mm = 2e-4;
 // Steps that have got so short by turning back, in samples, are not worth another look: 0.002 N at
 // 500 N/m and 0.4 mm.
@@ -46,7 +39,6 @@ struct Hold {
     dvec3 normal{0.0};
     double clearance_mm = 0.0; // negative: in material
     double confidence = 1.0;
-    dvec3 facing{0.0}; // of a ball: the way to its own point that faces the surface; 0: a sample
 };
 
 struct State : Felt {
@@ -57,7 +49,6 @@ struct State : Felt {
     dvec3 goal{0.0};
     uint32_t held_count = 0; // samples that held the tool in the tick before
     std::array<uint32_t, kMostContacts> held{};
-    std::array<dvec3, kMostContacts> facing{}; // and of a ball the ways to where it touched
 };
 
 class SweptTool final : public Algorithm {
@@ -77,18 +68,18 @@ class SweptTool final : public Algorithm {
     bool is_free(dvec3 at);
     // Of those that held it; `all`: and of every sample that is in material now.
     void find_contacts(dvec3 at, bool all);
-    // False where it has no slope. `facing` is not 0 for a ball's own point.
-    bool consider(dvec3 at, uint32_t sample, dvec3 facing);
+    bool consider(dvec3 at, uint32_t sample); // false where it has no slope
     bool look_deep(dvec3 at);
     bool is_deep() const { return deepest_ > kDeep * field_.contrast(); }
-    uint32_t work() const { return work_ + field_.filtered_samples() / kSamplesOfWork; }
+    uint32_t work() const {
+        return kContactWork * considered_ + field_.filtered_samples() / kSamplesOfWork;
+    }
     void settle(dvec3 goal, Geometry& geometry);
 
     State state_;
     Coupler coupler_;
     uint32_t count_ = 0;
     double reach_mm_ = 0.0; // of the farthest point
-    bool is_ball_ = false;
     SphereSamples sphere_;
     std::array<dvec3, SphereSamples::kMost> points_;      // about the tool's origin, world axes
     std::array<glm::vec3, SphereSamples::kMost> offsets_; // the same in index space
@@ -107,10 +98,9 @@ class SweptTool final : public Algorithm {
     uint32_t contact_count_ = 0;
     std::array<Hold, kMostContacts> contacts_;
     bool any_inside_ = false, is_spent_ = false; // at the last look, and whether work was spent;
-    bool lost_some_ = false;                     // even for those that held it
     bool any_flat_ = false, any_sloped_ = false; // of the samples in material that it considered
-    double deepest_ = 0.0; // value above the iso-value of the deepest sample, at the last look
-    uint32_t work_ = 0;    // on contacts, in this tick
+    double deepest_ = 0.0;    // value above the iso-value of the deepest sample, at the last look
+    uint32_t considered_ = 0; // contacts, in this tick
     std::array<Field::Inside, SphereSamples::kMost> inside_;
     Field field_;
 };
@@ -134,7 +124,6 @@ void SweptTool::place_points(const TickInput& input) {
     made_in_settings_ = field_.settings();
     near_samples_ = 0;
     reach_mm_ = 0.0;
-    is_ball_ = !tool && q.tool_radius_mm > 0.0 && q.source != TouchSource::labels;
     if (tool) {
         const glm::dmat3 turn = glm::mat3_cast(glm::normalize(input.tool.rotation));
         count_ = static_cast<uint32_t>(std::min<size_t>(tool->points_mm.size(), points_.size()));
@@ -190,51 +179,21 @@ bool SweptTool::is_free(dvec3 at) {
     return solid_points(at) == 0;
 }
 
-bool SweptTool::consider(dvec3 at, uint32_t sample, dvec3 facing) {
-    const bool is_new = facing == dvec3(0.0);
-    if (is_ball_ && is_new) {
-        facing = points_[sample] / reach_mm_;
-        for (uint32_t i = 0; i < contact_count_; ++i)
-            if (glm::dot(contacts_[i].facing, facing) > kCovered)
-                return true;
-    }
-    work_ += kContactWork;
-    Field::Both seen = field_.both(at + (is_ball_ ? reach_mm_ * facing : points_[sample]));
+bool SweptTool::consider(dvec3 at, uint32_t sample) {
+    ++considered_;
+    const dvec3 p = at + points_[sample];
+    const auto [sharp, smooth] = field_.both(p);
     const double floor = kFlat * field_.contrast() / field_.voxel_mm();
-    double slope = glm::length(seen.smooth.gradient);
+    Hold found{.sample = sample};
+    const double slope = glm::length(smooth.gradient);
     if (slope < floor)
         return false;
-    // How steep the sharp field falls along the normal; no less than half the smooth one, so that a
-    // flat place of it does not throw the tool out.
-    const auto clearance_mm = [&] {
-        const double fall =
-            std::max(glm::dot(seen.sharp.gradient, seen.smooth.gradient) / slope, 0.5 * slope);
-        return (field_.iso() - seen.sharp.value) / fall;
-    };
-    // A ball touches where it faces the surface, and that is between its samples: instead of one
-    // that lies nearly there the ball's own point is looked at. Where a hollow is nearly as narrow
-    // as the ball, that faces it everywhere: there points stay where they are.
-    const bool may_hold = std::abs(clearance_mm()) < kMayHold * field_.voxel_mm();
-    for (int i = 0; is_ball_ && may_hold && i < (is_new ? 2 : 1); ++i) {
-        const dvec3 faced = seen.smooth.gradient / slope, turn = faced - facing;
-        const double turned = glm::dot(turn, turn);
-        if (turned > kFacing * kFacing || turned < kFaces * kFaces)
-            break;
-        work_ += kFacedWork;
-        const Field::Both there = field_.both(at + reach_mm_ * faced);
-        const double its_slope = glm::length(there.smooth.gradient);
-        if (its_slope < floor ||
-            glm::dot(there.smooth.gradient / its_slope - faced, turn) > kNarrow * turned)
-            break;
-        facing = faced;
-        seen = there;
-        slope = its_slope;
-    }
-    Hold found{.sample = sample, .normal = -seen.smooth.gradient / slope};
-    if (is_ball_)
-        found.facing = facing;
-    found.clearance_mm =
-        std::clamp(clearance_mm(), -2.0 * field_.voxel_mm(), 2.0 * field_.voxel_mm());
+    found.normal = -smooth.gradient / slope;
+    // How steep the sharp field falls along that normal; no less than half the smooth one, so that
+    // a flat place of it does not throw the tool out.
+    const double fall = std::max(-glm::dot(sharp.gradient, found.normal), 0.5 * slope);
+    found.clearance_mm = std::clamp((field_.iso() - sharp.value) / fall, -2.0 * field_.voxel_mm(),
+                                    2.0 * field_.voxel_mm());
     found.confidence = std::min(1.0, slope / (4.0 * floor));
     // Of contacts that face the same way the deepest says it all. When there is room for no other,
     // the shallowest goes.
@@ -255,12 +214,10 @@ bool SweptTool::consider(dvec3 at, uint32_t sample, dvec3 facing) {
 
 void SweptTool::find_contacts(dvec3 at, bool all) {
     contact_count_ = 0;
-    any_inside_ = any_flat_ = any_sloped_ = is_spent_ = lost_some_ = false;
+    any_inside_ = any_flat_ = any_sloped_ = is_spent_ = false;
     for (uint32_t i = 0; i < state_.held_count; ++i)
-        if (work() > 2 * kMostWork)
-            lost_some_ = true;
-        else if (state_.held[i] < count_)
-            consider(at, state_.held[i], state_.facing[i]);
+        if (state_.held[i] < count_ && work() <= 2 * kMostWork)
+            consider(at, state_.held[i]);
     if (!all)
         return;
     const uint32_t inside = solid_points(at);
@@ -277,7 +234,7 @@ void SweptTool::find_contacts(dvec3 at, bool all) {
         is_spent_ = work() > kMostWork;
         if (is_spent_)
             return;
-        (consider(at, at_hand->point, dvec3(0.0)) ? any_sloped_ : any_flat_) = true;
+        (consider(at, at_hand->point) ? any_sloped_ : any_flat_) = true;
     }
 }
 
@@ -314,8 +271,6 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
             touching = i == 0 && s.touching;
             break;
         }
-        if (lost_some_ && i > 0) // a step without what held it may lead into material
-            break;
         if (any_inside_ && contact_count_ == 0 && s.normal == dvec3(0.0)) {
             // So deep that nothing has a slope, and no way out is known.
             geometry.submerged = true;
@@ -361,7 +316,6 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
             // What has held it in this tick may hold it again.
             if (left > 4.0 * most)
                 continue;
-            s.facing[s.held_count] = contacts_[k].facing;
             s.held[s.held_count++] = contacts_[k].sample;
             if (left < 1e-6 && glm::dot(contacts_[k].normal, goal - s.proxy) < 0.0) {
                 touching = true;
@@ -424,10 +378,12 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     const double turn_length = glm::dot(turn, turn);
     if (!is_sane(input) || !volume || !(turn_length > 0.25 && turn_length < 4.0))
         return coupler_.unknown();
-    field_.follow(*volume, q);
+    // Values, not straightened steps: these make the middle of a thin wall shallow, and a tool
+    // steps into a wall before it is pushed out.
+    field_.follow(*volume, q.source, q.iso, q.normal_blur_samples);
     place_points(input);
     const dvec3 x = input.tool.position_mm;
-    work_ = 0;
+    considered_ = 0;
     Geometry geometry;
     geometry.was_replaced = s.exchange(input, *volume);
     settle(x, geometry);

@@ -122,44 +122,6 @@ TEST(SweptTool, HoldsInAGrooveNarrowerThanItself) {
     EXPECT_LE(worst, 0.1);
 }
 
-// A ball of 1.5 samples on the scenes of that name, a slide of a second.
-Figures slide_ball(const std::string& name, const Storage& storage) {
-    for (const TouchCase& body : touch_cases(storage, false))
-        if (body.name == name) {
-            const Scene scene = make_scene(body, storage);
-            haptics::TouchParameters parameters = settings(scene);
-            parameters.tool_radius_mm = 1.5 * voxel_mm(storage);
-            TouchCase centre = body;
-            centre.touch_mm += parameters.tool_radius_mm * body.normal;
-            const auto algorithm = haptics::make_swept_tool();
-            return open_loop(
-                *algorithm, scene,
-                {.id = "", .name = "", .path = slide(centre, 0.5 * body.deepest_mm, 3.0, 1.0)},
-                parameters);
-        }
-    ADD_FAILURE() << name;
-    return {};
-}
-
-// 340 samples lie 11 degrees apart: held by them alone, a ball that rolls over one of R would turn
-// its force by up to 5.5 degrees times its own radius over R, and more in depth.
-TEST(SweptTool, ABallTouchesBetweenItsSamples) {
-    for (const Storage& storage :
-         {Storage{}, Storage{.spacing_mm = kUneven_mm, .form = Form::grey_i16}})
-        for (const char* name : {"plane/tilted", "ball/3mm", "ball/15mm", "cavity/15mm"}) {
-            const Figures f = slide_ball(name, storage);
-            EXPECT_GT(f.direction_deg.count(), 100u) << name;
-            EXPECT_LE(f.direction_deg.percentile(0.99), 1.5) << name;
-        }
-}
-
-// In a groove that fits it a ball has more contacts than a tick has work for: the tool stays where
-// it is rather than go on without some. Faces that are right within 0.025 samples let it sink by
-// 1 / sin(15 degrees) as much; it sank by 0.22 where contacts were lost.
-TEST(SweptTool, LosesNoContactWhereWorkIsSpent) {
-    EXPECT_LE(slide_ball("groove/30", {}).penetration_voxels, 0.1);
-}
-
 TEST(SweptTool, FrictionStaysInItsCone) {
     const Scene scene = make_scene(flat_plane(), {});
     haptics::TouchParameters parameters = sphere(scene);
