@@ -167,9 +167,9 @@ std::vector<Setting> settings_of(RayMode mode, bool full) {
         steps.push_back(0.125);
     }
     // The error of a MIP falls slowly with its step: at 1.25 it takes four fifths of the time of 1
-    // and errs by a quarter more.
+    // and errs by a quarter more. VTK's points lie in between.
     if (mode == RayMode::mip)
-        steps.insert(std::find(steps.begin(), steps.end(), 1.0), 1.25);
+        steps.insert(std::find(steps.begin(), steps.end(), 1.0), {1.25, 1.1});
     std::vector<Setting> settings;
     for (const double step : steps)
         settings.push_back({.integrator = "fast", .step_samples = step});
