@@ -12,7 +12,7 @@
 // background, and stay.
 
 #include "shaders/shared/interactive.h"
-#include "shaders/lib/pixel_in_tile.glsl"
+#include "shaders/lib/tile.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -44,7 +44,7 @@ void main() {
     const uvec2 count = (block.size_px + kTileSide - 1u) / kTileSide;
     const uvec2 tile = uvec2(4u * gl_WorkGroupID.x + gl_LocalInvocationID.x / 16u, gl_WorkGroupID.y);
     const uint eye = gl_WorkGroupID.z;
-    const uint index = (eye * count.y + tile.y) * count.x + min(tile.x, count.x - 1u);
+    const uint index = tile_number(uvec2(min(tile.x, count.x - 1u), tile.y), eye, count);
     const uvec2 low = tile * kTileSide + second_pixel_in_tile(gl_LocalInvocationID.x);
     const bool here = all(lessThan(low, block.size_px)) && spans[index].x >= 0.0;
     if (!subgroupAny(here))

@@ -154,7 +154,7 @@ void main() {
     if (kRays == kRaysListed || kRays == kRaysSparse) { // the picture's tiles know where to look
         const uvec2 tile = uvec2(pixel) / kTileSide;
         const uvec2 count = (frame.size_px + kTileSide - 1u) / kTileSide;
-        span = spans[(eye * count.y + tile.y) * count.x + tile.x];
+        span = spans[tile_number(tile, eye, count)];
         slab_words = slab_words_of(tile, eye, frame.size_px);
         wanted = wanted && span.x >= 0.0;
     }

@@ -14,7 +14,7 @@
 #include "shaders/lib/surface_style.glsl"
 #include "shaders/lib/surface_triangle.glsl"
 #if IS_LARGE
-#include "shaders/lib/pixel_in_tile.glsl"
+#include "shaders/lib/tile.glsl"
 #endif
 
 layout(local_size_x = 64) in;

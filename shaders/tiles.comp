@@ -91,5 +91,5 @@ void main() {
                                   t.y, 0u);
     }
     if (kWriteSpans != 0u && tile.x < count.x && tile.y < count.y)
-        spans[(eye_index * count.y + tile.y) * count.x + tile.x] = hit ? t : vec2(-1.0);
+        spans[tile_number(tile, eye_index, count)] = hit ? t : vec2(-1.0);
 }

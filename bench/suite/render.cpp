@@ -124,7 +124,7 @@ Result<Report> run_render(Bench& bench) {
             subject.judged = subject.judged && !options.tiny; // whose times say nothing
         const std::vector<uint32_t>& sizes_px =
             &sample == &samples.front() ? plan.sizes_px : plan.fine_sizes_px;
-        // A frame of it is seconds on 1024 pixels, and no aim asks for it.
+        // The exact integrator takes seconds a frame at 1024 pixels; no target is set for it there.
         const bool with_exact = options.full || options.tiny || &sample == &samples.front();
         for (const uint32_t size_px : sizes_px) {
             const Sampling sampling{size_px, std::max(1u, size_px / plan.rays_px)};

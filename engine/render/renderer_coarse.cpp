@@ -13,8 +13,6 @@ namespace palpate {
 
 namespace {
 
-constexpr uint32_t kProbeSpacing = kJudgedSpacing_px;
-
 // `block` for rays through other pixels: one in px_per_ray both ways.
 gpu::Frame sparser(gpu::Frame block, glm::uvec2 rays, glm::uvec2 first_px, float px_per_ray) {
     block.rays = rays;
@@ -48,7 +46,7 @@ void Renderer::keep_coarse_targets(const Scene& scene) {
     if (!held) {
         const glm::uvec2 size = scene.size_px;
         const glm::uvec2 tiles = tile_count(size);
-        const glm::uvec2 probes = (size + (kProbeSpacing - 1)) / kProbeSpacing;
+        const glm::uvec2 probes = (size + (kJudgedSpacing_px - 1)) / kJudgedSpacing_px;
         const size_t pixels = size_t{size.x} * size.y * eyes;
         const size_t probe_count = size_t{probes.x} * probes.y * eyes;
         const ImageShape sparse{.format = VK_FORMAT_R32G32B32A32_SFLOAT,
@@ -88,17 +86,19 @@ void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
     coarse.step = static_cast<float>(step_mm);
     held->frame.hold(*device_, "coarse rays", bytes_of(coarse));
     // 4 and 7 have no factor in common with the spacing: other places come by in turn.
-    const glm::uvec2 first(4 * held->drawn % kProbeSpacing, 7 * held->drawn % kProbeSpacing);
+    const glm::uvec2 first(4 * held->drawn % kJudgedSpacing_px,
+                           7 * held->drawn % kJudgedSpacing_px);
     ++held->drawn;
     held->first_probe = glm::min(first, scene.size_px - 1u);
-    held->probes = (scene.size_px - held->first_probe + (kProbeSpacing - 1)) / kProbeSpacing;
+    held->probes =
+        (scene.size_px - held->first_probe + (kJudgedSpacing_px - 1)) / kJudgedSpacing_px;
     held->probe_frame.hold(
         *device_, "sparse rays",
-        bytes_of(sparser(held_->block, held->probes, held->first_probe, float{kProbeSpacing})));
+        bytes_of(sparser(held_->block, held->probes, held->first_probe, float{kJudgedSpacing_px})));
     const gpu::InterpolateBlock interpolate{scene.size_px,
                                             static_cast<float>(contrast_of(layer.mode, settings))};
     held->interpolate.hold(*device_, "interpolation", bytes_of(interpolate));
-    const gpu::JudgeBlock judge{held->probes, held->first_probe, kProbeSpacing};
+    const gpu::JudgeBlock judge{held->probes, held->first_probe, kJudgedSpacing_px};
     held->judge.hold(*device_, "judgement", bytes_of(judge));
 }
 

@@ -62,4 +62,4 @@ float jitter_share(uint seed, uvec2 pixel, uint eye) {
     return float(h >> 8) * (1.0 / 16777216.0);
 }
 
-#include "shaders/lib/pixel_in_tile.glsl"
+#include "shaders/lib/tile.glsl"
