@@ -11,8 +11,6 @@
 #include "engine/base/log.h"
 #include "engine/edit/stroke.h"
 #include "engine/io/mesh_io.h"
-#include "engine/surface/marching_cubes.h"
-#include "engine/volume/builder.h"
 #include "haptics/proxy/field.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "haptics/proxy/tool_points.h"
@@ -124,12 +122,6 @@ Result<Volume> load_component(const std::string& name, std::stop_token stop) {
     return std::move(loaded->data.volume);
 }
 
-// What is not background, as a mesh of values about 0.5.
-Volume mask_of(const Volume& labels) {
-    return make_volume(labels.grid(), ScalarType::u8,
-                       [&](glm::uvec3 at) { return labels.value(at) != 0.0 ? 1.0 : 0.0; });
-}
-
 Result<std::shared_ptr<const Mesh>> felt_mesh(const FeelOptions& o, const Feel& feel) {
     if (!o.mesh.empty()) {
         Result<LoadedMesh> loaded = load_mesh(o.mesh);
@@ -137,10 +129,9 @@ Result<std::shared_ptr<const Mesh>> felt_mesh(const FeelOptions& o, const Feel& 
             return pass_on(loaded);
         return std::make_shared<const Mesh>(std::move(loaded->mesh));
     }
-    if (feel.parameters.source == TouchSource::labels)
-        return std::make_shared<const Mesh>(marching_cubes(mask_of(*feel.scene.labels), 0.5f));
+    const bool labels = feel.parameters.source == TouchSource::labels;
     return std::make_shared<const Mesh>(
-        marching_cubes(*feel.scene.grey, static_cast<float>(feel.parameters.iso)));
+        haptics::touch_surface(labels ? *feel.scene.labels : *feel.scene.grey, feel.parameters));
 }
 
 Result<std::optional<TouchEdit>> read_edit(const FeelOptions& o, const Feel& feel) {
@@ -201,10 +192,10 @@ constexpr TextOption kTextOptions[] = {
      "or VALUE:FORCE,... (default: 0)"},
     {"--transfer-across", &FeelOptions::transfer_across, "TF", "The same across it (default: 0)"},
     {"--opacity", &FeelOptions::opacity, "TF",
-     "Of koerner-1999 and swept-local: VALUE:OPACITY,... applied to samples before --iso (default: "
-     "none)"},
+     "Of koerner-1999, swept-local and swept-mesh: VALUE:OPACITY,... applied to samples before "
+     "--iso (default: none)"},
     {"--mesh", &FeelOptions::mesh, "FILE",
-     "Of swept-mesh: .ply or .stl (default: marching cubes at --iso, or of what is labelled)"},
+     "Of swept-mesh: .ply or .stl (default: the surface at --iso, or of what is labelled)"},
     {"--felt-tool", &FeelOptions::felt_tool, "JSON",
      "Of swept-tool: its shape, JSON or a file of it, as a stroke's \"shape\" (docs/carve.md; "
      "default: a ball of --radius)"},
@@ -317,7 +308,7 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         const glm::dvec3 spacing = spacing_mm(loaded.data.volume.grid());
         feel.scene.mesh = *mesh;
         feel.scene.touch_mesh =
-            haptics::make_touch_mesh(*mesh, 2.0 * std::max({spacing.x, spacing.y, spacing.z}));
+            haptics::make_touch_mesh(*mesh, 0.5 * std::cbrt(spacing.x * spacing.y * spacing.z));
     }
     return feel;
 }

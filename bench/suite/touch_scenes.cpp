@@ -10,8 +10,6 @@
 #include "bench/touch/special_cases.h"
 #include "engine/base/log.h"
 #include "engine/io/volume_io.h"
-#include "engine/surface/marching_cubes.h"
-#include "engine/volume/builder.h"
 #include "haptics/proxy/field.h"
 #include "haptics/proxy/swept_mesh.h"
 
@@ -38,31 +36,31 @@ std::vector<NamedStorage> storages(const TouchPlan& plan) {
     return list;
 }
 
-void add_mesh(haptics::TouchScene& scene, const touch::Scene& of) {
-    const bool labels = of.storage.form == touch::Form::labels;
-    std::optional<Volume> felt = labels ? scene.labels : scene.grey;
+void add_mesh(haptics::TouchScene& scene, const touch::Scene& of,
+              const haptics::TouchParameters& parameters) {
+    const std::optional<Volume>& felt =
+        of.storage.form == touch::Form::labels ? scene.labels : scene.grey;
     if (!felt || glm::any(glm::lessThan(felt->size(), glm::uvec3(2))))
         return;
-    if (labels && felt->range().max > 1.0f)
-        felt = make_volume(felt->grid(), ScalarType::u8, [&, all = *felt](glm::uvec3 at) {
-            return all.value(at) > 0.5f ? 1.0 : 0.0;
-        });
-    if (of.body.id != "A11") // there is no truth to hold a rim against
-        felt = touch::with_free_border(*felt);
-    scene.mesh = std::make_shared<Mesh>(marching_cubes(*felt, static_cast<float>(of.iso)));
-    scene.touch_mesh = haptics::make_touch_mesh(scene.mesh, 2.0 * touch::voxel_mm(of.storage));
+    scene.mesh = std::make_shared<Mesh>(haptics::touch_surface(*felt, parameters));
+    const glm::dvec3 spacing = spacing_mm(felt->grid());
+    scene.touch_mesh =
+        haptics::make_touch_mesh(scene.mesh, 0.5 * std::cbrt(spacing.x * spacing.y * spacing.z));
 }
 
 Result<void> visit_scene(touch::Scene scene, const TouchParts& parts, const std::string& stored,
                          const Visit& visit) {
-    if (parts.has("swept-mesh")) {
-        if (scene.stages.empty())
-            add_mesh(scene.touch, scene);
-        for (touch::Scene::Stage& stage : scene.stages)
-            add_mesh(stage.touch, scene);
-    }
     if (!scene.stages.empty())
         scene.touch = scene.stages.front().touch;
+    if (parts.has("swept-mesh")) {
+        const haptics::TouchParameters parameters = touch_parameters(scene);
+        for (touch::Scene::Stage& stage : scene.stages)
+            add_mesh(stage.touch, scene, parameters);
+        if (scene.stages.empty())
+            add_mesh(scene.touch, scene, parameters);
+        else
+            scene.touch = scene.stages.front().touch;
+    }
     return visit(scene, stored);
 }
 

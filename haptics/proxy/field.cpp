@@ -33,11 +33,7 @@ void Field::follow(const Volume& volume, TouchSource source, double iso, double 
         iso = 0.5;
         blur = 1.0;
     }
-    // A step can be straightened where the surface is well within it and noise is not.
-    const double width = plateaus.solid - plateaus.free;
-    if (labels || blur > 0.0 || !(iso > plateaus.free + 0.1 * width) ||
-        !(iso < plateaus.solid - 0.1 * width))
-        plateaus = {};
+    plateaus = labels ? Plateaus{} : usable_plateaus(plateaus, iso, blur);
     const bool same_settings =
         settings_ != 0 && source == source_ && blur == blur_ && plateaus == plateaus_;
     if (same_settings && iso == iso_ && volume.version() == version_)

@@ -4,6 +4,7 @@
 
 #include "engine/surface/local_surface.h"
 #include "haptics/proxy/algorithm.h"
+#include "haptics/proxy/fine_samples.h"
 #include "haptics/proxy/triangles.h"
 
 namespace palpate::haptics {
@@ -19,11 +20,16 @@ class Patch {
     // The window of side^3 samples whose middle is nearest to a world point.
     void extract(const Volume& volume, glm::dvec3 world_mm, const TouchParameters& parameters);
 
+    // The same with the points of a finer lattice for samples, and as many of these; normals are
+    // those of the smooth view, and triangles bulge. side >= 6.
+    void extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm);
+
     bool is_empty() const { return span_.triangles.empty(); }
     const TriangleSpan& span() const { return span_; }
     glm::dvec3 low_mm() const { return low_; } // of the window, mesh space
     glm::dvec3 high_mm() const { return high_; }
     bool lacked_brick() const { return lacked_brick_; }
+    bool is_solid_amid() const { return is_solid_amid_; } // the middle of the window
 
     // Mesh space and back. Rigid or mirrored: lengths stay.
     static glm::dmat4 mesh_from_world(const Volume& volume);
@@ -37,9 +43,9 @@ class Patch {
     LocalSurface surface_;
     TriangleSpan span_;
     glm::dvec3 low_{0.0}, high_{0.0};
-    bool lacked_brick_ = false;
+    bool lacked_brick_ = false, is_solid_amid_ = false;
     std::array<float, kMostSide * kMostSide * kMostSide> samples_;
-    std::array<glm::vec3, kMostPositions> filtered_;
+    std::array<glm::vec3, kMostPositions> filtered_, normals_;
     std::array<float, kMostPositions> weights_;
 };
 

@@ -42,6 +42,12 @@ const Quantiles& quantiles() {
 
 } // namespace
 
+Plateaus usable_plateaus(Plateaus plateaus, double iso, double blur_samples) {
+    const double width = plateaus.solid - plateaus.free;
+    const bool is_within = iso > plateaus.free + 0.1 * width && iso < plateaus.solid - 0.1 * width;
+    return is_within && !(blur_samples > 0.0) ? plateaus : Plateaus{};
+}
+
 StoredSamples::StoredSamples() {
     quantiles(); // made here, not by the first tick
 }

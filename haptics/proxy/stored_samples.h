@@ -11,6 +11,10 @@ struct Plateaus {
     friend bool operator==(const Plateaus&, const Plateaus&) = default;
 };
 
+// Those that a step can be straightened with: where the surface lies well within it, and normals
+// are not blurred, for noise would be raised. Else none.
+Plateaus usable_plateaus(Plateaus plateaus, double iso, double blur_samples);
+
 // What a sample becomes when a field stores it: a float that rises with the sample and is 0 at
 // `base`, so that rounding is least where the surface lies.
 //

@@ -6,7 +6,7 @@
 
 #include "haptics/proxy/coupler.h"
 #include "haptics/proxy/patch.h"
-#include "haptics/proxy/planes.h"
+#include "haptics/proxy/rest.h"
 
 namespace palpate::haptics {
 
@@ -14,130 +14,12 @@ namespace {
 
 using glm::dvec3;
 
-// Off the faces by more than what floats round: the same vertex comes out of two windows up to 4e-6
-// mm apart, and a point that was in front of a face may be found so far behind it.
-constexpr double kSkin_mm = 1e-4, kBehind_mm = 1e-5, kResting_mm = 1e-7;
-
 dvec3 moved(const glm::dmat4& m, dvec3 p) {
     return dvec3(m * glm::dvec4(p, 1.0));
 }
 dvec3 turned(const glm::dmat4& m, dvec3 v) {
     return dvec3(m * glm::dvec4(v, 0.0));
 }
-
-} // namespace
-
-namespace {
-
-// How much of the way from a point of the box, 0 .. 1, lies within it.
-double share_within(dvec3 from, dvec3 to, dvec3 low, dvec3 high) {
-    double share = 1.0;
-    for (int axis = 0; axis < 3; ++axis) {
-        const double way = to[axis] - from[axis];
-        if (to[axis] > high[axis])
-            share = std::min(share, std::max(0.0, (high[axis] - from[axis]) / way));
-        if (to[axis] < low[axis])
-            share = std::min(share, std::max(0.0, (low[axis] - from[axis]) / way));
-    }
-    return share;
-}
-
-} // namespace
-
-Rest come_to_rest(const TriangleSpan& surface, dvec3 from, dvec3 goal, dvec3 low, dvec3 high) {
-    Rest rest{.point = from};
-    std::array<Plane, 3> planes;
-    uint32_t count = 0, oldest = 0;
-    dvec3 settled = from; // where it was when it last looked straight at the goal
-    for (; rest.iterations < 48; ++rest.iterations) {
-        const Projection way = project_to_planes(goal, {planes.data(), count});
-        dvec3 target = way.is_feasible ? way.point : rest.point;
-        const double share = share_within(rest.point, target, low, high);
-        target = rest.point + share * (target - rest.point);
-        const SurfacePoint hit = first_crossing(surface, rest.point, target, kBehind_mm);
-        if (hit.found) {
-            // Back on its way, which is known to be free, until it is off the face: straight off
-            // the face there may be another one, in a crease. The plane may be further out than
-            // that; then the next step, which is swept, too, goes there.
-            const dvec3 direction = unit_or_zero(target - rest.point);
-            const double descent = -glm::dot(hit.face_normal, direction);
-            rest.point +=
-                std::max(0.0, hit.distance - kSkin_mm / std::max(descent, 1e-9)) * direction;
-            rest.face_normal = hit.face_normal;
-            rest.shaded_normal = hit.shaded_normal;
-            rest.touching = true;
-            const Plane plane{hit.face_normal, glm::dot(hit.face_normal, hit.point) + kSkin_mm};
-            if (count < 3) {
-                planes[count++] = plane;
-            } else { // a fourth one: the one met longest ago lets go
-                planes[oldest] = plane;
-                oldest = (oldest + 1) % 3;
-            }
-            continue;
-        }
-        rest.point = target;
-        if (share < 1.0) {
-            rest.reached_side = true;
-            return rest;
-        }
-        if (count == 0) {
-            rest.touching = false;
-            return rest;
-        }
-        if (glm::distance(rest.point, settled) < kResting_mm)
-            return rest;
-        settled = rest.point;
-        count = oldest = 0;
-    }
-    return rest;
-}
-
-std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mesh, double cell_mm) {
-    auto made = std::make_shared<TouchMesh>();
-    made->mesh = mesh;
-    made->mesh_from_world = glm::inverse(mesh->world_from_mesh);
-    glm::vec3 low(0.0f), high(0.0f);
-    if (!mesh->positions.empty())
-        low = high = mesh->positions[0];
-    for (const glm::vec3 p : mesh->positions) {
-        low = glm::min(low, p);
-        high = glm::max(high, p);
-    }
-    double cell = std::max(cell_mm, 1e-3);
-    const auto cells_of = [&] { return glm::ivec3((high - low) / static_cast<float>(cell)) + 1; };
-    while (double(cells_of().x) * cells_of().y * cells_of().z > 4194304.0)
-        cell *= 1.26;
-    made->low_mm = low;
-    made->cell_mm = static_cast<float>(cell);
-    made->cells = cells_of();
-    const size_t count = size_t(made->cells.x) * size_t(made->cells.y) * size_t(made->cells.z);
-    made->first.assign(count + 1, 0);
-    const auto for_cells = [&](const glm::uvec3 t, const auto& visit) {
-        const glm::vec3 a = mesh->positions[t.x], b = mesh->positions[t.y],
-                        c = mesh->positions[t.z];
-        const glm::ivec3 last = made->cells - 1;
-        const glm::ivec3 from = glm::clamp(
-            glm::ivec3((glm::min(glm::min(a, b), c) - low) / made->cell_mm), glm::ivec3(0), last);
-        const glm::ivec3 to = glm::clamp(
-            glm::ivec3((glm::max(glm::max(a, b), c) - low) / made->cell_mm), glm::ivec3(0), last);
-        for (int z = from.z; z <= to.z; ++z)
-            for (int y = from.y; y <= to.y; ++y)
-                for (int x = from.x; x <= to.x; ++x)
-                    visit(size_t(x) +
-                          size_t(made->cells.x) * (size_t(y) + size_t(made->cells.y) * size_t(z)));
-    };
-    for (const glm::uvec3 t : mesh->triangles)
-        for_cells(t, [&](size_t c) { ++made->first[c + 1]; });
-    for (size_t c = 0; c < count; ++c)
-        made->first[c + 1] += made->first[c];
-    made->which.resize(made->first[count]);
-    std::vector<uint32_t> at(made->first.begin(), made->first.end() - 1);
-    for (uint32_t i = 0; i < mesh->triangles.size(); ++i)
-        for_cells(mesh->triangles[i], [&](size_t c) { made->which[at[c]++] = i; });
-    return made;
-}
-
-namespace {
 
 // What both have in common: a proxy among triangles that `Surface` gives for a place.
 template <class Surface>
@@ -164,27 +46,17 @@ class SweptTriangles final : public Algorithm {
         if (geometry.was_replaced && !is_first)
             put_back();
 
-        // In stretches that the triangles at hand reach.
         const dvec3 start = proxy_;
-        Rest rest{.point = surface_.from_world(proxy_)};
-        for (int stretch = 0; stretch < 12; ++stretch) {
-            const dvec3 here = rest.point;
-            surface_.gather(here);
-            const uint32_t before = geometry.iterations;
-            rest = come_to_rest(surface_.span(), here, surface_.from_world(x), surface_.low_mm(),
-                                surface_.high_mm());
-            geometry.iterations = before + rest.iterations + 1;
-            if (!rest.reached_side || glm::distance(rest.point, here) < 1e-4)
-                break;
-        }
+        const Rest rest = follow(x, geometry);
         proxy_ = surface_.to_world(rest.point);
-        const dvec3 face = surface_.turn_to_world(rest.face_normal);
+        dvec3 felt = rest.curved == surface_.from_world(x) ? x : surface_.to_world(rest.curved);
 
         // Friction: it stays behind by as much as the cone allows, over the face.
         const Feel& feel = coupler_.feel();
         const double friction = slipping_ ? feel.friction_dynamic : feel.friction_static;
         if (rest.touching && touching_ && friction > 0.0) {
-            const double depth = std::max(0.0, glm::dot(proxy_ - x, face) - coupler_.yielded_mm());
+            const dvec3 normal = surface_.turn_to_world(rest.shaded_normal);
+            const double depth = std::max(0.0, glm::dot(felt - x, normal) - coupler_.yielded_mm());
             const dvec3 way = start - proxy_;
             const double across = glm::length(way);
             slipping_ = across > friction * depth + 1e-6;
@@ -194,48 +66,107 @@ class SweptTriangles final : public Algorithm {
                                                surface_.from_world(proxy_ + back * way),
                                                surface_.low_mm(), surface_.high_mm());
                 proxy_ = surface_.to_world(held.point);
+                felt = surface_.to_world(rest_at(surface_.span(), held.point).curved);
             }
         } else {
             slipping_ = glm::distance(proxy_, start) > 1e-5;
         }
         touching_ = rest.touching;
-        geometry.proxy_mm = proxy_;
+        if (touching_)
+            normal_ = rest.shaded_normal;
+        geometry.proxy_mm = felt;
         geometry.touching = touching_;
         geometry.normal = surface_.turn_to_world(rest.shaded_normal);
         geometry.contacts = touching_;
         geometry.lacks_data = surface_.lacks_data();
-        TickOutput output =
+        const dvec3 rendered = geometry.proxy_mm;
+        const TickOutput output =
             coupler_.couple(input, geometry, plain_feel(q), surface_.grain_mm(), [&](dvec3 p) {
                 // Free where the nearest face is seen from outside.
                 const SurfacePoint near = nearest_point(surface_.span(), surface_.from_world(p));
                 return near.found &&
                        glm::dot(surface_.from_world(p) - near.point, near.face_normal) > 0.0;
             });
-        // Force shading: what is frictionless acts along the blended normal.
-        if (touching_ && q.friction_static == 0.0 && output.contact == Contact::touching)
-            output.force_n = glm::length(output.force_n) * output.normal;
-        proxy_ = geometry.proxy_mm;
+        if (geometry.proxy_mm != rendered) // yielded through
+            proxy_ = geometry.proxy_mm;
         touching_ = geometry.touching;
         return output;
     }
 
  private:
-    // The surface moved: from inside of it out to the nearest face, if that is near.
+    // Where the proxy goes when the tool is at x.
+    Rest follow(dvec3 x, Geometry& geometry) {
+        const dvec3 goal = surface_.from_world(x);
+        Rest rest{.point = surface_.from_world(proxy_), .curved = surface_.from_world(proxy_)};
+        const auto settle_there = [&](const Rest& from) {
+            const Rest there = settle(surface_.span(), from, goal, surface_.low_mm(),
+                                      surface_.high_mm(), surface_.grain_mm());
+            geometry.iterations += there.iterations;
+            return there;
+        };
+        // In contact it slides on from where it was.
+        if (touching_ && !geometry.was_replaced) {
+            surface_.gather(rest.point, glm::distance(rest.point, goal));
+            rest.point = off_the_faces(surface_.span(), rest.point);
+            const Rest near = settle_there(rest_at(surface_.span(), rest.point));
+            if (near.settled)
+                return near;
+            rest.point = near.point;
+        }
+        // Else, or where that leads nowhere, over the faces: in stretches that the triangles at
+        // hand reach.
+        for (int stretch = 0; stretch < 24; ++stretch, ++geometry.iterations) {
+            const dvec3 here = rest.point;
+            if (const double share = surface_.clear_share(here, goal); share > 0.0) {
+                rest = {.point = here + share * (goal - here)};
+                rest.curved = rest.point = share < 1.0 ? rest.point : goal;
+                if (share < 1.0)
+                    continue;
+                break;
+            }
+            surface_.gather(here, glm::distance(here, goal));
+            rest = come_to_rest(surface_.span(), off_the_faces(surface_.span(), here), goal,
+                                surface_.low_mm(), surface_.high_mm());
+            geometry.iterations += rest.iterations;
+            if (!rest.touching && !rest.reached_side)
+                rest = rest_under_bulge(surface_.span(), goal);
+            if (rest.touching && !rest.reached_side)
+                rest = settle_there(rest_at(surface_.span(), rest.point));
+            if (!rest.reached_side || glm::distance(rest.point, here) < 1e-4)
+                break;
+        }
+        return rest;
+    }
+
+    // The surface moved: from inside of it out to the nearest face; where none is at hand, to the
+    // nearest place that is free, from where it goes on to the surface.
     void put_back() {
         const dvec3 p = surface_.from_world(proxy_);
-        surface_.gather(p);
-        const SurfacePoint near = nearest_point(surface_.span(), p);
-        if (near.found && glm::dot(p - near.point, near.face_normal) < 0.0)
-            proxy_ = surface_.to_world(near.point + kSkin_mm * near.face_normal);
+        surface_.gather(p, INFINITY);
+        SurfacePoint near = nearest_point(surface_.span(), p);
+        if (!near.found) {
+            dvec3 free = p;
+            if (!surface_.is_solid_amid() || !surface_.find_free(p, normal_, free))
+                return;
+            proxy_ = surface_.to_world(free);
+            surface_.gather(free, INFINITY);
+            near = nearest_point(surface_.span(), free);
+            if (!near.found || glm::dot(free - near.point, near.face_normal) >= 0.0)
+                return;
+        } else if (glm::dot(p - near.point, near.face_normal) >= 0.0) {
+            return;
+        }
+        proxy_ = surface_.to_world(near.point + kSkin_mm * near.face_normal);
     }
 
     Surface surface_;
     Coupler coupler_;
     bool has_proxy_ = false, touching_ = false, slipping_ = false;
     dvec3 proxy_{0.0};
+    dvec3 normal_{0.0}; // where it last touched, from_world()
 };
 
-// The triangles of a mesh within 4 cells of a place.
+// The triangles of a mesh within 2 to 8 cells of a place.
 class MeshSurface {
  public:
     bool follow(const TickInput& input) {
@@ -251,11 +182,17 @@ class MeshSurface {
     dvec3 turn_to_world(dvec3 v) const {
         return unit_or_zero(turned(mesh_->mesh->world_from_mesh, v));
     }
-    void gather(dvec3 at) {
+    double clear_share(dvec3, dvec3) const { return 0.0; }
+    bool is_solid_amid() const { return false; }
+    bool find_free(dvec3, dvec3, dvec3&) const { return false; }
+    // For a way of that length, or the first part of it; for an infinite one, all about the place.
+    void gather(dvec3 at, double way_mm) {
         const double cell = mesh_->cell_mm;
         const dvec3 low(mesh_->low_mm), index = glm::clamp((at - low) / cell, -1e6, 1e6);
+        const int wanted =
+            std::isfinite(way_mm) ? static_cast<int>(std::clamp(way_mm / cell + 1.0, 2.0, 4.0)) : 8;
         // As far as the table holds all triangles; each is taken once, at its first cell.
-        for (int reach = 4;; --reach) {
+        for (int reach = wanted;; --reach) {
             const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(index)) - reach, glm::ivec3(0));
             const glm::ivec3 to = glm::min(glm::ivec3(glm::floor(index)) + reach, mesh_->cells - 1);
             low_ = low + cell * (glm::floor(index) - double(reach));
@@ -271,7 +208,10 @@ class MeshSurface {
         }
     }
     TriangleSpan span() const {
-        return {mesh_->mesh->positions, mesh_->mesh->normals, {triangles_.data(), count_}};
+        return {mesh_->mesh->positions,
+                mesh_->mesh->normals,
+                {triangles_.data(), count_},
+                mesh_->bulge_mm};
     }
     dvec3 low_mm() const { return low_; }
     dvec3 high_mm() const { return high_; }
@@ -304,29 +244,26 @@ class MeshSurface {
     bool is_new_ = false;
     dvec3 low_{0.0}, high_{0.0};
     size_t count_ = 0;
-    std::array<glm::uvec3, 2048> triangles_;
+    std::array<glm::uvec3, 8192> triangles_;
 };
 
 // The marching-cubes surface about a place, made when it is asked for.
 class LocalWindow {
  public:
-    LocalWindow() : patch_(Patch::kMostSide) {}
+    LocalWindow() : patch_(Patch::kMostSide), samples_(kFiner) {}
     bool follow(const TickInput& input) {
-        const TouchParameters& q = *input.parameters;
-        const std::optional<Volume>& volume =
-            q.source == TouchSource::labels ? input.scene->labels : input.scene->grey;
+        const std::optional<Volume>& volume = Felt::volume_of(input);
         if (!volume)
             return false;
-        is_new_ = volume->version() != version_ || q.iso != iso_ || q.source != source_ ||
-                  !(q.opacity == opacity_);
+        samples_.follow(*volume, *input.parameters);
+        is_new_ = volume->version() != version_ || samples_.settings() != settings_;
+        has_window_ &= !is_new_;
         version_ = volume->version();
-        iso_ = q.iso;
-        source_ = q.source;
-        opacity_ = q.opacity;
+        settings_ = samples_.settings();
         volume_ = &*volume;
-        parameters_ = &q;
         to_mesh_ = Patch::mesh_from_world(*volume);
         to_world_ = world_from_mesh(volume->grid());
+        spacing_ = spacing_mm(volume->grid()) / double{kFiner};
         lacks_data_ = false;
         return true;
     }
@@ -334,25 +271,61 @@ class LocalWindow {
     dvec3 from_world(dvec3 p) const { return moved(to_mesh_, p); }
     dvec3 to_world(dvec3 p) const { return moved(to_world_, p); }
     dvec3 turn_to_world(dvec3 v) const { return unit_or_zero(turned(to_world_, v)); }
-    void gather(dvec3 at) {
-        patch_.extract(*volume_, to_world(at), *parameters_);
+    // How much of a way, from its start, may be leapt over: nothing solid lies about it.
+    double clear_share(dvec3 from, dvec3 to) const {
+        const double length = glm::length((to - from) / spacing_);
+        const double share = std::min(1.0, kLeap / std::max(length, 1e-9));
+        const dvec3 a = from / spacing_, b = (from + share * (to - from)) / spacing_;
+        const dvec3 low = glm::min(a, b) - 1.0, high = glm::max(a, b) + 1.0;
+        if (glm::any(glm::greaterThan(glm::max(glm::abs(low), glm::abs(high)), dvec3(4e6))))
+            return 0.0;
+        return samples_.is_clear(glm::ivec3(glm::floor(low)), glm::ivec3(glm::ceil(high))) ? share
+                                                                                           : 0.0;
+    }
+    // A window serves places about its middle, too.
+    void gather(dvec3 at, double) {
+        const dvec3 off = glm::abs(at - middle_) / spacing_;
+        if (!has_window_ || std::max({off.x, off.y, off.z}) > 1.0) {
+            patch_.extract(samples_, *volume_, to_world(at));
+            middle_ = 0.5 * (patch_.low_mm() + patch_.high_mm());
+            has_window_ = true;
+        }
         lacks_data_ |= patch_.lacked_brick();
+    }
+    // Where the window has no triangles: whether it lies in material.
+    bool is_solid_amid() const { return patch_.is_solid_amid(); }
+    // The nearest place with a free sample, within four of the coarsest spacings: along `first`, or
+    // one of 26 ways.
+    bool find_free(dvec3 from, dvec3 first, dvec3& found) const {
+        const dvec3 spacing = double{kFiner} * spacing_;
+        const double step_mm = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
+        for (int i = 1; i <= 8; ++i)
+            for (int way = -1; way < 27; ++way) {
+                const dvec3 towards =
+                    way < 0 ? first : dvec3(way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1);
+                found = from + i * step_mm * unit_or_zero(towards);
+                if (towards != dvec3(0.0) && samples_.is_free(glm::ivec3(glm::round(
+                                                 glm::clamp(found / spacing, -1e6, 1e6)))))
+                    return true;
+            }
+        return false;
     }
     const TriangleSpan& span() const { return patch_.span(); }
     dvec3 low_mm() const { return patch_.low_mm(); }
     dvec3 high_mm() const { return patch_.high_mm(); }
     bool lacks_data() const { return lacks_data_; }
-    double grain_mm() const { return (high_mm().x - low_mm().x) / (Patch::kMostSide - 1.0); }
+    double grain_mm() const { return std::min({spacing_.x, spacing_.y, spacing_.z}); }
 
  private:
+    static constexpr int kFiner = 4;
+    static constexpr double kLeap = 64.0; // points of the lattice
+
     Patch patch_;
+    FineSamples samples_;
     const Volume* volume_ = nullptr;
-    const TouchParameters* parameters_ = nullptr;
-    uint64_t version_ = 0;
-    double iso_ = 0.0;
-    TouchSource source_ = TouchSource::grey;
-    HapticTransfer opacity_;
-    bool is_new_ = false, lacks_data_ = false;
+    uint64_t version_ = 0, settings_ = 0;
+    bool is_new_ = false, lacks_data_ = false, has_window_ = false;
+    dvec3 middle_{0.0}, spacing_{1.0};
     glm::dmat4 to_mesh_{1.0}, to_world_{1.0};
 };
 

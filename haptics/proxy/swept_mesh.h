@@ -1,7 +1,6 @@
 #pragma once
 
 #include "haptics/proxy/algorithm.h"
-#include "haptics/proxy/triangles.h"
 
 namespace palpate::haptics {
 
@@ -15,32 +14,25 @@ struct TouchMesh {
     glm::ivec3 cells{0};
     std::vector<uint32_t> first; // of each cell's triangles in `which`; one more at the end
     std::vector<uint32_t> which;
+    double bulge_mm = 0.0; // TriangleSpan::bulge_mm
 };
 // Cells of about `cell_mm`, larger where there would be more than 2^22. Not for the servo thread.
 std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mesh, double cell_mm);
 
-// Where a point moved towards `goal` comes to rest among triangles: swept from triangle to triangle
-// (front sides alone hold), on each slid along up to three planes at once (planes.h), until it
-// moves by less than 1e-7 mm. It stays up to 1e-4 mm off the faces, and never goes but where the
-// way is free.
-struct Rest {
-    glm::dvec3 point{0.0};
-    glm::dvec3 face_normal{0.0}, shaded_normal{0.0};
-    bool touching = false, reached_side = false;
-    uint32_t iterations = 0;
-};
-// Triangles are known within the box only; at its side the point stops and `reached_side` is set.
-Rest come_to_rest(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 goal, glm::dvec3 low,
-                  glm::dvec3 high);
+// The surface of a volume as it is felt with these parameters: marching cubes of the sharp view of
+// a Field (field.h), on a lattice up to four times as fine as the samples, of 2^26 points at most,
+// with normals of the smooth view; closed, for what lies beyond a volume is free. Not for the servo
+// thread.
+Mesh touch_surface(const Volume& volume, const TouchParameters& parameters);
 
-// A point held out of scene.touch_mesh, whatever its speed, with force shading: the god-object of
-// Zilles & Salisbury with all constraints of a tick solved within it. Friction, yielding and
-// exchange of the mesh as in swept_point.h.
+// A point held out of scene.touch_mesh, whatever its speed: met and slid over as in rest.h, with
+// force shading, felt on triangles that bulge. Friction, yielding and exchange of the mesh as in
+// swept_point.h.
 std::unique_ptr<Algorithm> make_swept_mesh();
 
-// The same on the marching-cubes surface of the 9x9x9 samples about the proxy, made anew in the
-// tick and along the way: the repair of Koerner et al. There is no rim to reach, so nothing is
-// shifted, and edits and transfer functions are felt in the tick that sees them.
+// The same on the marching-cubes surface of 9x9x9 points about the proxy (FineSamples), made anew
+// in the tick and along the way: the repair of Koerner et al. There is no rim to reach, so nothing
+// is shifted, and edits and transfer functions are felt in the tick that sees them.
 std::unique_ptr<Algorithm> make_swept_local();
 
 } // namespace palpate::haptics

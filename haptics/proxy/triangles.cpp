@@ -60,6 +60,7 @@ dvec3 nearest_weights(const Corners& k, dvec3 p) {
 SurfacePoint point_on(const TriangleSpan& s, uint32_t t, const Corners& k, dvec3 w) {
     SurfacePoint found{.point = w.x * k.a + w.y * k.b + w.z * k.c, .triangle = t, .found = true};
     found.face_normal = unit_or_zero(glm::cross(k.b - k.a, k.c - k.a));
+    found.curved = found.point;
     found.shaded_normal = found.face_normal;
     if (!s.normals.empty()) {
         const glm::uvec3 v = s.triangles[t];
@@ -68,6 +69,15 @@ SurfacePoint point_on(const TriangleSpan& s, uint32_t t, const Corners& k, dvec3
                          w.z * dvec3(s.normals[v.z]));
         if (glm::dot(blended, found.face_normal) > 0.0)
             found.shaded_normal = blended;
+        if (s.bulge_mm > 0.0) {
+            const auto above = [&](dvec3 corner, uint32_t vertex) {
+                const dvec3 n(s.normals[vertex]);
+                return glm::dot(corner - found.point, n) * n;
+            };
+            const dvec3 way =
+                0.5 * (w.x * above(k.a, v.x) + w.y * above(k.b, v.y) + w.z * above(k.c, v.z));
+            found.curved += std::min(1.0, s.bulge_mm / std::max(glm::length(way), 1e-12)) * way;
+        }
     }
     return found;
 }

@@ -10,10 +10,18 @@ struct TriangleSpan {
     std::span<const glm::vec3> positions;
     std::span<const glm::vec3> normals; // one a position, unit length; may be empty
     std::span<const glm::uvec3> triangles;
+    // Above 0: triangles bulge between their vertices as these normals say, by at most so much. See
+    // SurfacePoint::curved.
+    double bulge_mm = 0.0;
 };
 
 struct SurfacePoint {
     glm::dvec3 point{0.0};
+    // Half way from there to the mean of its projections on the vertices' tangent planes: Phong
+    // tessellation (Boubekeur & Alexa 2008). On an arc of radius r a chord c lies c^2 / 8r deep,
+    // and half of that mean lies so much above it, but for (c / r)^2 / 8 of it. The same seen from
+    // either triangle of an edge.
+    glm::dvec3 curved{0.0};
     glm::dvec3 face_normal{0.0};   // of the triangle, unit length
     glm::dvec3 shaded_normal{0.0}; // normals of the vertices, blended; unit length: force shading
     uint32_t triangle = 0;

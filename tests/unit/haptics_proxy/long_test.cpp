@@ -2,10 +2,10 @@
 // swept_point_test.cpp. PALPATE_TICKS sets another count of ticks, PALPATE_ALGORITHM which of the
 // repaired algorithms, separated by commas (all four).
 
+#include <cmath>
 #include <cstdlib>
 #include <string>
 
-#include "engine/surface/marching_cubes.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "tests/unit/haptics_proxy/walls.h"
 
@@ -33,10 +33,9 @@ Passes pass_walls(const std::string& name, uint64_t ticks) {
                     if (name == "swept-mesh") {
                         const Volume& felt =
                             form == Form::labels ? *scene.touch.labels : *scene.touch.grey;
-                        scene.touch.mesh = std::make_shared<Mesh>(
-                            marching_cubes(with_free_border(felt), static_cast<float>(scene.iso)));
-                        scene.touch.touch_mesh =
-                            haptics::make_touch_mesh(scene.touch.mesh, 2.0 * voxel_mm(storage));
+                        scene.touch.touch_mesh = haptics::make_touch_mesh(
+                            std::make_shared<Mesh>(haptics::touch_surface(felt, parameters)),
+                            0.5 * std::cbrt(spacing.x * spacing.y * spacing.z));
                     }
                     if (name == "swept-tool")
                         parameters.tool_radius_mm = 1.5 * voxel_mm(storage);

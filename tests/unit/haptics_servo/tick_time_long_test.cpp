@@ -269,12 +269,14 @@ TEST(TickTime, Of2000SamplesStaysWithinAMillisecond) {
             {INFINITY, INFINITY, INFINITY, 1e-3 * kDeadline_ns}, 0.5);
 }
 
-// The local surface of 9x9x9 samples, made anew at places about the surface.
+// The local surface of 9x9x9 points, made anew at places about the surface.
 TEST(TickTime, OfALocalSurfaceMadeAnew) {
     const Place place = phantom();
     TouchParameters parameters;
     parameters.iso = place.iso;
     const auto patch = std::make_unique<Patch>(Patch::kMostSide);
+    FineSamples samples(FineSamples::kMostFiner);
+    samples.follow(place.volume, parameters);
     Histogram cpu;
     uint64_t triangles = 0;
     const uint64_t count = ticks_wanted(10);
@@ -284,7 +286,7 @@ TEST(TickTime, OfALocalSurfaceMadeAnew) {
             place.at_mm +
             glm::dvec3(15.0 * std::sin(angle), std::cos(7.0 * angle), 15.0 * std::cos(1.7 * angle));
         const int64_t before = thread_cpu_ns();
-        patch->extract(place.volume, at, parameters);
+        patch->extract(samples, place.volume, at);
         cpu.add(static_cast<uint64_t>(thread_cpu_ns() - before));
         triangles += patch->span().triangles.size();
     }
