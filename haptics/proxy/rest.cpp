@@ -171,14 +171,16 @@ dvec3 off_the_faces(const TriangleSpan& surface, dvec3 point) {
     return hit.found ? point + 0.5 * hit.distance * near.face_normal : point + way;
 }
 
-Rest rest_at(const TriangleSpan& surface, dvec3 point) {
+Rest rest_at(const TriangleSpan& surface, dvec3 point, double within_mm) {
     // Next to the point, if it is there; else wherever.
     constexpr double kAbout_mm = 100.0 * kSkin_mm;
     Nearby nearby(surface, point - kAbout_mm, point + kAbout_mm);
     nearby.take(point, kAbout_mm);
     SurfacePoint near = nearest_point(nearby.span(), point);
     if (!near.found || near.distance > kAbout_mm)
-        near = nearest_point(surface, point);
+        near = within_mm > kAbout_mm ? nearest_point(surface, point) : SurfacePoint{};
+    if (near.distance > within_mm)
+        near = {};
     return touching_at(point, near);
 }
 

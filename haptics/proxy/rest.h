@@ -33,8 +33,8 @@ Rest come_to_rest(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 goal,
 // and would slip under the next one's edge.
 glm::dvec3 off_the_faces(const TriangleSpan& surface, glm::dvec3 point);
 
-// A point at a place that touches the face nearest to it.
-Rest rest_at(const TriangleSpan& surface, glm::dvec3 point);
+// A point at a place that touches the face nearest to it, or none where none is `within_mm`.
+Rest rest_at(const TriangleSpan& surface, glm::dvec3 point, double within_mm);
 
 // Between a face and what it bulges to, a goal that is free is touched, too: then the point on the
 // face that is nearest to it; else the goal, free.

@@ -14,6 +14,11 @@ namespace {
 
 using glm::dvec3;
 
+// How far from a proxy a face may lie after an edit for it to be the one that was touched.
+constexpr double kSame_mm = 0.01;
+// Of all loops of a tick: each looks at some hundred triangles.
+constexpr uint32_t kMostIterations = 64;
+
 dvec3 moved(const glm::dmat4& m, dvec3 p) {
     return dvec3(m * glm::dvec4(p, 1.0));
 }
@@ -66,7 +71,7 @@ class SweptTriangles final : public Algorithm {
                                                surface_.from_world(proxy_ + back * way),
                                                surface_.low_mm(), surface_.high_mm());
                 proxy_ = surface_.to_world(held.point);
-                felt = surface_.to_world(rest_at(surface_.span(), held.point).curved);
+                felt = surface_.to_world(rest_at(surface_.span(), held.point, INFINITY).curved);
             }
         } else {
             slipping_ = glm::distance(proxy_, start) > 1e-5;
@@ -104,18 +109,20 @@ class SweptTriangles final : public Algorithm {
             geometry.iterations += there.iterations;
             return there;
         };
-        // In contact it slides on from where it was.
-        if (touching_ && !geometry.was_replaced) {
+        // In contact it slides on from where it was, if that is there still.
+        if (touching_) {
             surface_.gather(rest.point, glm::distance(rest.point, goal));
             rest.point = off_the_faces(surface_.span(), rest.point);
-            const Rest near = settle_there(rest_at(surface_.span(), rest.point));
+            const Rest near = settle_there(
+                rest_at(surface_.span(), rest.point, geometry.was_replaced ? kSame_mm : INFINITY));
             if (near.settled)
                 return near;
             rest.point = near.point;
         }
         // Else, or where that leads nowhere, over the faces: in stretches that the triangles at
-        // hand reach.
-        for (int stretch = 0; stretch < 24; ++stretch, ++geometry.iterations) {
+        // hand reach. What is left of a long way the next tick goes on with.
+        for (int stretch = 0; stretch < 16 && geometry.iterations < kMostIterations;
+             ++stretch, ++geometry.iterations) {
             const dvec3 here = rest.point;
             if (const double share = surface_.clear_share(here, goal); share > 0.0) {
                 rest = {.point = here + share * (goal - here)};
@@ -131,7 +138,7 @@ class SweptTriangles final : public Algorithm {
             if (!rest.touching && !rest.reached_side)
                 rest = rest_under_bulge(surface_.span(), goal);
             if (rest.touching && !rest.reached_side)
-                rest = settle_there(rest_at(surface_.span(), rest.point));
+                rest = settle_there(rest_at(surface_.span(), rest.point, INFINITY));
             if (!rest.reached_side || glm::distance(rest.point, here) < 1e-4)
                 break;
         }
