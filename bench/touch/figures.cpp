@@ -48,7 +48,10 @@ bool is_finite(dvec3 v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-constexpr uint64_t kSettled = 100; // ticks after an edit: more than 9 N are bled off
+// Ticks after an edit, and newtons a tick at which what it moved is bled off: 9 N in that time. A
+// hand that an edit finds deeper waits longer.
+constexpr uint64_t kSettled = 100;
+constexpr double kBled_n = 0.09;
 
 uint64_t hashed(uint64_t hash, dvec3 v) { // FNV-1a, a word at a time
     for (int axis = 0; axis < 3; ++axis)
@@ -94,7 +97,7 @@ void Judge::see(dvec3 tool, const haptics::TickOutput& output) {
     last_proxy_ = proxy;
     has_proxy_ = true;
 
-    if (glm::any(glm::greaterThan(glm::abs(proxy), dvec3(kReach_mm - 1.0)))) {
+    if (glm::any(glm::greaterThan(glm::abs(proxy), dvec3(scene_.body.reach_mm - 1.0)))) {
         is_blind_ = true;
     } else if (is_blind_ && sunk < 0.0 && depth < 0.0) {
         is_blind_ = false;
@@ -105,7 +108,11 @@ void Judge::see(dvec3 tool, const haptics::TickOutput& output) {
         has_last_ = false;
         return;
     }
-    if (since_exchange_ >= kSettled) {
+    if (since_exchange_ == 0) {
+        const double moved_n = glm::length(last_force_) + 1e-3 * stiffness_ * std::max(0.0, depth);
+        settled_after_ = std::max(kSettled, static_cast<uint64_t>(moved_n / kBled_n) + 1);
+    }
+    if (since_exchange_ >= settled_after_) {
         see_place(proxy, sunk);
         see_direction(tool, force, depth);
         if (judge_direction_ && solid_.free_is_convex && -depth > voxel_mm(scene_.storage))

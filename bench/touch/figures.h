@@ -48,7 +48,8 @@ struct Figures {
 // Follows one run tick by tick. An excess jump is max(0, |dF| - k |dx| expansion(depth)): what the
 // force changes beyond what a true projection could. Once the proxy has left the scene's volume, by
 // going round the material, nothing of place is judged until tool and proxy are free again. After
-// an edit place and direction are not judged for 0.1 s, in which what it moved is bled off.
+// an edit place and direction are not judged while what it moved is bled off: for 0.1 s, and longer
+// where the hand is deep.
 class Judge {
  public:
     // The tool is a ball of tool_radius_mm, or a point.
@@ -73,6 +74,7 @@ class Judge {
     bool has_last_ = false, has_proxy_ = false;
     glm::dvec3 last_tool_{}, last_force_{}, last_proxy_{};
     uint64_t since_exchange_ = ~uint64_t{0} >> 1; // ticks
+    uint64_t settled_after_ = 0;                  // what an exchange moved is bled off by then
     int part_ = 0;
     bool sunk_ = false;
     bool is_blind_ = false;

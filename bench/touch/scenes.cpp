@@ -122,6 +122,7 @@ void add_walls(std::vector<TouchCase>& cases, const Storage& storage, bool all) 
             cases.push_back(made);
         };
         add("wall", slab({}, kTilted, thickness, edge));
+        cases.back().reach_mm = kWallReach_mm;
         add("shell", shell(-7.0 * kTilted, 7.0, thickness, edge));
     }
 }
@@ -194,10 +195,10 @@ Volume with_free_border(const Volume& volume) {
     });
 }
 
-Grid scene_grid(const Storage& storage) {
-    const glm::uvec3 size(glm::ceil(2.0 * kReach_mm / storage.spacing_mm) + 1.0);
+Grid scene_grid(const Storage& storage, double reach_mm) {
+    const glm::uvec3 size(glm::ceil(2.0 * reach_mm / storage.spacing_mm) + 1.0);
     return make_grid(size, storage.spacing_mm,
-                     dvec3(-kReach_mm) + 0.37 * storage.spacing_mm * dvec3(1, 0.6, 0.8));
+                     dvec3(-reach_mm) + 0.37 * storage.spacing_mm * dvec3(1, 0.6, 0.8));
 }
 
 namespace {
@@ -264,7 +265,7 @@ Scene make_scene(const TouchCase& body, const Storage& storage) {
         body.store(body, storage, scene.touch, scene.iso);
         return scene;
     }
-    const Grid grid = scene_grid(storage);
+    const Grid grid = scene_grid(storage, body.reach_mm);
     const double noise = storage.noise + body.noise;
     const Volume volume = make_volume(grid,
                                       storage.form == Form::labels     ? ScalarType::u8

@@ -11,7 +11,12 @@
 
 namespace palpate::touch {
 
-constexpr double kReach_mm = 16.0; // of a scene's volume, to every side of the origin
+// Of a scene's volume, to every side of the origin.
+constexpr double kReach_mm = 16.0;
+// Of flat walls. Hands stay within 11 mm of the middle on each axis, so within 19.1 mm of it, and
+// so do their projections to a plane through the middle; a proxy on its way there steps 4 of the
+// smallest spacings beyond at most. In a smaller volume such a way leads round the wall's rim.
+constexpr double kWallReach_mm = 26.0;
 
 // How a scene's body is stored.
 enum class Form { grey_f32, grey_i16, labels };
@@ -51,7 +56,8 @@ struct TouchCase {
     bool judge_jumps = true;
     double noise = 0.0;    // share of the contrast that belongs to the case (A10)
     double deepest_mm = 4; // how far a trajectory may press before the truth ends
-    bool is_thin = false;  // a wall below 1.5 voxels, of which nobody is asked to hold a point out
+    double reach_mm = kReach_mm;
+    bool is_thin = false; // a wall below 1.5 voxels, of which nobody is asked to hold a point out
 
     // Of A11 - A14; see special_cases.h.
     std::vector<EditStep> edits; // one after the other, over and over; the first is `solid`
@@ -91,9 +97,8 @@ Scene make_scene(const TouchCase& body, const Storage& storage);
 // as it is to everybody for whom what lies beyond a volume is free.
 Volume with_free_border(const Volume& volume);
 
-// The grid of a scene: 16 mm to every side, off the lattice, so that no surface lies on samples by
-// chance.
-Grid scene_grid(const Storage& storage);
+// The grid of a scene, off the lattice, so that no surface lies on samples by chance.
+Grid scene_grid(const Storage& storage, double reach_mm = kReach_mm);
 
 // The analytic cases of the plan's A1 - A10 for a storage (walls are counted in voxels). `all`:
 // every angle and thickness; else one or two of each kind.

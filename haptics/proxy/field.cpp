@@ -60,6 +60,7 @@ void Field::follow(const Volume& volume, TouchSource source, double iso, double 
     iso_ = iso;
     threshold_ = labels ? 0.0f : stored_.of(static_cast<float>(iso));
     version_ = volume.version();
+    highest_ = stored_.of(range.empty() ? 0.0f : range.max);
     contrast_ = plain ? 1.0 : std::max(1e-9, double{range.max} - double{lowest_});
 }
 

@@ -80,13 +80,15 @@ class Field {
     // About 3 ns a point.
     uint32_t near_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets, double reach_samples,
                          uint16_t* found);
-    // Which of them, of those named, have a trilinear() of at least the iso-value. About 8 ns.
+    // Which of them, of those named, have a trilinear() of at least the iso-value less `below`.
+    // About 8 ns.
     struct Inside {
         float value; // above the iso-value
         uint32_t point;
     };
     uint32_t solid_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets,
-                          double reach_samples, std::span<const uint16_t> named, Inside* found);
+                          double reach_samples, std::span<const uint16_t> named, float below,
+                          Inside* found);
     // Where the answer of near_points() may have become another for a tool at a place, so has this
     // number.
     uint64_t samples_about(glm::dvec3 at_mm, double reach_samples);
@@ -100,7 +102,12 @@ class Field {
 
     // What values are compared with: the iso-value, or what straightening makes of it.
     double iso() const { return base_ + double{threshold_}; }
-    double contrast() const { return contrast_; }    // highest less lowest value
+    double contrast() const { return contrast_; } // highest less lowest value
+    // Of straightened steps: a value so far in material that samples no longer tell how far, nor
+    // where it ends.
+    bool is_buried(double value) const {
+        return stored_.straightened() && value - base_ > 0.9 * double{highest_};
+    }
     double voxel_mm() const { return smallest_mm_; } // smallest spacing
 
     // Whether nothing solid can lie within `margin_samples` of the segment; never true where
@@ -166,6 +173,7 @@ class Field {
     FieldFilters filters_;
     float threshold_ = 0.0f; // the iso-value as samples are stored
     float lowest_ = 0.0f;
+    float highest_ = 0.0f; // as samples are stored
     Grid grid_;
     glm::dmat4 index_from_world_{1.0};
     glm::dmat3 gradient_to_world_{1.0};

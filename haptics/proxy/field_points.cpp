@@ -135,7 +135,8 @@ uint32_t Field::near_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets
 }
 
 uint32_t Field::solid_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets,
-                             double reach_samples, std::span<const uint16_t> named, Inside* found) {
+                             double reach_samples, std::span<const uint16_t> named, float below,
+                             Inside* found) {
     const glm::dvec3 at = index_of(at_mm);
     if (!volume_ || named.empty() || !(glm::length(at) < kFarthest))
         return 0;
@@ -143,7 +144,7 @@ uint32_t Field::solid_points(glm::dvec3 at_mm, std::span<const glm::vec3> offset
     uint32_t count = 0;
     const auto offer = [&](float value, uint16_t point) {
         found[count] = {value - threshold_, point};
-        count += value >= threshold_;
+        count += value >= threshold_ - below;
     };
     if (source_ == TouchSource::labels) {
         static_assert(Around::kSide % kBlock == 0);

@@ -28,6 +28,22 @@ class SphereSamples {
         return {directions_.data(), count_};
     }
 
+    // The number of the direction nearest to one, of unit length. No direction is farther from a
+    // sample than `cover` (a chord), so only those of about its height are looked at.
+    uint32_t nearest(glm::dvec3 way, double cover) const {
+        const double middle = 0.5 * (1.0 - way.z) * count_, half = 0.5 * cover * count_ + 1.0;
+        const auto first = static_cast<uint32_t>(std::clamp(middle - half, 0.0, count_ - 1.0));
+        const auto last = static_cast<uint32_t>(std::clamp(middle + half, 0.0, count_ - 1.0));
+        uint32_t found = first;
+        double most = -2.0;
+        for (uint32_t i = first; i <= last; ++i) {
+            const double along = glm::dot(way, directions_[i]);
+            found = along > most ? i : found;
+            most = std::max(most, along);
+        }
+        return found;
+    }
+
  private:
     uint32_t count_ = 0;
     std::array<glm::dvec3, kMost> directions_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 
 #include "haptics/proxy/coupler.h"
 #include "haptics/proxy/planes.h"
@@ -16,26 +17,49 @@ namespace {
 using glm::dvec3;
 
 constexpr uint32_t kMostContacts = 24;
-constexpr double kSameWay = 0.98;        // cosine of 11 degrees
-constexpr uint32_t kMostConsidered = 16; // samples in material, at each look
+constexpr double kSameWay = 0.995; // cosine of 6 degrees
+// Samples that are looked at each time: the deepest in material. So many of those that are nearly
+// in it, too, by this share of the contrast: a body that bulges is touched before any is inside.
+constexpr uint32_t kMostConsidered = 16, kLeastConsidered = 3;
+constexpr double kNear = 0.06;
 constexpr uint32_t kMostIterations = 24;
 constexpr uint32_t kMostLooks = 5; // at every sample, in a tick
 // What a tick may spend on contacts, in tenths of a microsecond: on each that is looked at, and on
 // the samples that have to be filtered for it. Those that held the tool may take twice as much.
 // What is left undone: of the samples in material the shallower ones are not looked at, and the
-// tick ends with the step that the others allow. The next tick goes on with what was made.
-constexpr uint32_t kMostWork = 170, kContactWork = 4, kSamplesOfWork = 40;
+// tick ends with a step that the others allow, or where all that held the tool were last looked at.
+// The next tick goes on with what was made.
+constexpr uint32_t kMostWork = 120, kContactWork = 4, kSamplesOfWork = 40;
 constexpr double kConverged_mm = 2e-4;
 // Steps that have got so short by turning back, in samples, are not worth another look: 0.002 N at
 // 500 N/m and 0.4 mm.
 constexpr double kShortest = 0.01;
-// A sample is deep in material where its value is so much of the contrast above the iso-value: 0.05
-// samples on an edge blurred by 0.7, which rises by 0.57 a sample.
-constexpr double kDeep = 0.03;
+// All in samples. A place is deep where a contact is so far in material, and farther in noise: for
+// each sample that normals are blurred by. A hand is fast that goes so far in a tick; then the tool
+// goes back to the last place that was not deep from one that was not looked at. Within so much of
+// a look nothing new is expected.
+constexpr double kDeep = 0.025, kDeepInNoise = 0.15, kFast = 0.3, kSeen = 0.1;
+// After each time that it goes back the longest step is half as long, down to this share of it:
+// then it goes on, whatever is there.
+constexpr double kShortestShare = 0.1;
+// In noise: so much of the sharp value, for each sample of blur, is the smooth one instead.
+constexpr double kSmoothShare = 0.5;
 constexpr double kFlat = 0.004; // slope across a sample, as a share of the contrast
+// How far a ball's contact turns towards where it faces the surface, at each look. On a body that
+// bends by 1/r all of it is 1 / (1 + R/r) of what its normal says: 1 on a plane, 0.6 on the edges
+// of a body that R has two thirds of, more in hollows.
+constexpr double kTurn = 0.7;
+constexpr double kCover = 0.65;  // how far from all samples it may lie, in distances between them
+constexpr double kFacing = 0.96; // cosine of 16 degrees, within which its plane is that of a ball
+
+// A place on the tool: one of its samples or, on a ball, the direction of any.
+struct Touch {
+    uint32_t sample = 0;
+    dvec3 way{0.0};
+};
 
 struct Hold {
-    uint32_t sample = 0;
+    Touch touch;
     dvec3 normal{0.0};
     double clearance_mm = 0.0; // negative: in material
     double confidence = 1.0;
@@ -44,12 +68,17 @@ struct Hold {
 struct State : Felt {
     // What was exchanged has moved the tool, and it is not yet where that ends.
     bool is_catching_up = false;
-    // The hand has moved by more than a tenth of a sample in a tick, and the tool is not yet there.
-    bool is_fast = false;
+    bool is_fast = false; // the hand was, and the tool is not yet where it belongs
     dvec3 goal{0.0};
-    uint32_t held_count = 0; // samples that held the tool in the tick before
-    std::array<uint32_t, kMostContacts> held{};
+    double longest_step = 1.0; // as a share of half a sample
+    double trust_mm = 1e3;     // of the last step
+    uint32_t held_count = 0;   // places that held the tool in the tick before
+    std::array<Touch, kMostContacts> held{};
 };
+
+bool is_inside(const Field::Inside& sample) {
+    return sample.value >= 0.0f;
+}
 
 class SweptTool final : public Algorithm {
  public:
@@ -67,10 +96,18 @@ class SweptTool final : public Algorithm {
     uint32_t solid_points(dvec3 at);
     bool is_free(dvec3 at);
     // Of those that held it; `all`: and of every sample that is in material now.
-    void find_contacts(dvec3 at, bool all);
-    bool consider(dvec3 at, uint32_t sample); // false where it has no slope
-    bool look_deep(dvec3 at);
-    bool is_deep() const { return deepest_ > kDeep * field_.contrast(); }
+    // Stops where work is spent before all that held it were looked at, though never at the first
+    // look of a tick.
+    void find_contacts(dvec3 at, bool all, bool is_first);
+    bool consider(dvec3 at, Touch touch); // false where it has no slope
+    void face(Hold& found) const;
+    dvec3 arm_of(const Touch& touch) const {
+        return is_ball_ ? reach_mm_ * touch.way : points_[touch.sample];
+    }
+    Touch touch_of(uint32_t sample) const {
+        return {sample, is_ball_ ? points_[sample] / reach_mm_ : dvec3(0.0)};
+    }
+    bool is_deep() const;
     uint32_t work() const {
         return kContactWork * considered_ + field_.filtered_samples() / kSamplesOfWork;
     }
@@ -80,6 +117,9 @@ class SweptTool final : public Algorithm {
     Coupler coupler_;
     uint32_t count_ = 0;
     double reach_mm_ = 0.0; // of the farthest point
+    bool is_ball_ = false;
+    // Of a ball: how far from its samples places lie, and the cosine of that.
+    double cover_angle_ = 0.0, cover_ = 0.0;
     SphereSamples sphere_;
     std::array<dvec3, SphereSamples::kMost> points_;      // about the tool's origin, world axes
     std::array<glm::vec3, SphereSamples::kMost> offsets_; // the same in index space
@@ -98,8 +138,10 @@ class SweptTool final : public Algorithm {
     uint32_t contact_count_ = 0;
     std::array<Hold, kMostContacts> contacts_;
     bool any_inside_ = false, is_spent_ = false; // at the last look, and whether work was spent;
+    bool has_left_out_ = false;                  // of those that held it, for want of work;
     bool any_flat_ = false, any_sloped_ = false; // of the samples in material that it considered
-    double deepest_ = 0.0;    // value above the iso-value of the deepest sample, at the last look
+    double blur_samples_ = 0.0;                  // of normals, against noise
+    bool is_labels_ = false;
     uint32_t considered_ = 0; // contacts, in this tick
     std::array<Field::Inside, SphereSamples::kMost> inside_;
     Field field_;
@@ -124,6 +166,7 @@ void SweptTool::place_points(const TickInput& input) {
     made_in_settings_ = field_.settings();
     near_samples_ = 0;
     reach_mm_ = 0.0;
+    is_ball_ = !tool && q.tool_radius_mm > 0.0;
     if (tool) {
         const glm::dmat3 turn = glm::mat3_cast(glm::normalize(input.tool.rotation));
         count_ = static_cast<uint32_t>(std::min<size_t>(tool->points_mm.size(), points_.size()));
@@ -138,6 +181,9 @@ void SweptTool::place_points(const TickInput& input) {
         const auto directions = sphere_.directions(q.tool_samples);
         count_ = static_cast<uint32_t>(directions.size());
         reach_mm_ = q.tool_radius_mm;
+        cover_angle_ =
+            std::min(kCover * std::sqrt(4.0 * std::numbers::pi / count_), std::numbers::pi);
+        cover_ = std::cos(cover_angle_);
         for (uint32_t i = 0; i < count_; ++i)
             points_[i] = q.tool_radius_mm * directions[i];
     }
@@ -153,7 +199,7 @@ bool SweptTool::is_clear(dvec3 from, dvec3 to) const {
     return field_.is_clear(glm::min(from, to) - reach_mm_, glm::max(from, to) + reach_mm_, 0.0);
 }
 
-// The samples that are in material, in inside_. Most are not near any for many ticks.
+// The samples that are in material or nearly so, in inside_. Most are not near any for many ticks.
 uint32_t SweptTool::solid_points(dvec3 at) {
     const std::span<const glm::vec3> offsets(offsets_.data(), count_);
     const glm::vec3 moved = glm::abs(field_.offset_of(at - near_at_));
@@ -164,29 +210,56 @@ uint32_t SweptTool::solid_points(dvec3 at) {
         near_samples_ = field_.samples_about(at, reach_samples_);
     }
     return field_.solid_points(at, offsets, reach_samples_, {near_.data(), near_count_},
-                               inside_.data());
+                               static_cast<float>(kNear * field_.contrast()), inside_.data());
 }
 
-bool SweptTool::look_deep(dvec3 at) {
-    const uint32_t inside = solid_points(at);
-    deepest_ = 0.0;
-    for (uint32_t k = 0; k < inside; ++k)
-        deepest_ = std::max(deepest_, double{inside_[k].value});
-    return is_deep();
+bool SweptTool::is_deep() const {
+    double least = 0.0;
+    for (uint32_t k = 0; k < contact_count_; ++k)
+        least = std::min(least, contacts_[k].clearance_mm);
+    return least < -(kDeep + kDeepInNoise * blur_samples_) * field_.voxel_mm();
 }
 
 bool SweptTool::is_free(dvec3 at) {
-    return solid_points(at) == 0;
+    const uint32_t count = solid_points(at);
+    return std::none_of(inside_.begin(), inside_.begin() + count, is_inside);
 }
 
-bool SweptTool::consider(dvec3 at, uint32_t sample) {
+// A ball is nearest to a surface where it faces it, between its samples: part of the way there. The
+// rest follows when it is looked at again. Where that is another sample's place, and nothing holds
+// that, the contact becomes its; else it stays, so that the contacts of a ball that fits a hollow
+// stay spread over it.
+void SweptTool::face(Hold& found) const {
+    const double facing = -glm::dot(found.normal, found.touch.way);
+    const dvec3 way = unit_or_zero(glm::mix(found.touch.way, -found.normal, kTurn));
+    uint32_t sample = found.touch.sample;
+    if (glm::dot(way, points_[sample]) < cover_ * reach_mm_) {
+        sample = sphere_.nearest(way, 2.0 * cover_angle_);
+        for (uint32_t i = 0; i < contact_count_; ++i)
+            if (contacts_[i].touch.sample == sample)
+                return;
+        found.touch.sample = sample;
+    }
+    found.touch.way = way;
+    if (facing > kFacing) {
+        found.normal = -way;
+        found.clearance_mm -= kTurn * reach_mm_ * (1.0 - facing);
+    }
+}
+
+bool SweptTool::consider(dvec3 at, Touch touch) {
     ++considered_;
-    const dvec3 p = at + points_[sample];
-    const auto [sharp, smooth] = field_.both(p);
+    const dvec3 p = at + arm_of(touch);
+    auto [sharp, smooth] = field_.both(p);
+    if (!is_labels_) { // a tool of samples rests on bumps, and noise is half of them in the mean
+        const double share = kSmoothShare * blur_samples_;
+        sharp.value += share * (smooth.value - sharp.value);
+        sharp.gradient += share * (smooth.gradient - sharp.gradient);
+    }
     const double floor = kFlat * field_.contrast() / field_.voxel_mm();
-    Hold found{.sample = sample};
+    Hold found{.touch = touch};
     const double slope = glm::length(smooth.gradient);
-    if (slope < floor)
+    if (slope < floor || field_.is_buried(sharp.value))
         return false;
     found.normal = -smooth.gradient / slope;
     // How steep the sharp field falls along that normal; no less than half the smooth one, so that
@@ -195,6 +268,8 @@ bool SweptTool::consider(dvec3 at, uint32_t sample) {
     found.clearance_mm = std::clamp((field_.iso() - sharp.value) / fall, -2.0 * field_.voxel_mm(),
                                     2.0 * field_.voxel_mm());
     found.confidence = std::min(1.0, slope / (4.0 * floor));
+    if (is_ball_)
+        face(found);
     // Of contacts that face the same way the deepest says it all. When there is room for no other,
     // the shallowest goes.
     Hold* place = nullptr;
@@ -212,42 +287,59 @@ bool SweptTool::consider(dvec3 at, uint32_t sample) {
     return true;
 }
 
-void SweptTool::find_contacts(dvec3 at, bool all) {
+void SweptTool::find_contacts(dvec3 at, bool all, bool is_first) {
     contact_count_ = 0;
-    any_inside_ = any_flat_ = any_sloped_ = is_spent_ = false;
-    for (uint32_t i = 0; i < state_.held_count; ++i)
-        if (state_.held[i] < count_ && work() <= 2 * kMostWork)
+    any_inside_ = any_flat_ = any_sloped_ = is_spent_ = has_left_out_ = false;
+    for (uint32_t i = 0; i < state_.held_count; ++i) {
+        has_left_out_ = !is_first && work() > 2 * kMostWork;
+        if (has_left_out_)
+            return;
+        if (state_.held[i].sample < count_)
             consider(at, state_.held[i]);
+    }
     if (!all)
         return;
-    const uint32_t inside = solid_points(at);
+    const uint32_t count = solid_points(at);
+    const auto inside =
+        static_cast<uint32_t>(std::count_if(inside_.begin(), inside_.begin() + count, is_inside));
     any_inside_ = inside > 0;
-    // The deepest of them say enough: the others follow when these are out.
+    // The deepest of them say enough: the others follow when these are out. And where a body
+    // bulges between its samples, a tool touches before any of its own are in material.
     const auto is_deeper = [](const Field::Inside& a, const Field::Inside& b) {
         return a.value > b.value || (a.value == b.value && a.point < b.point);
     };
-    const auto end = inside_.begin() + inside;
-    const auto last = inside_.begin() + std::min(inside, kMostConsidered);
+    const auto end = inside_.begin() + count;
+    const auto last =
+        inside_.begin() + std::min({count, kMostConsidered, std::max(inside, kLeastConsidered)});
     std::partial_sort(inside_.begin(), last, end, is_deeper);
-    deepest_ = inside > 0 ? double{inside_.front().value} : 0.0;
     for (auto at_hand = inside_.begin(); at_hand != last; ++at_hand) {
         is_spent_ = work() > kMostWork;
         if (is_spent_)
             return;
-        (consider(at, at_hand->point) ? any_sloped_ : any_flat_) = true;
+        const bool has_slope = consider(at, touch_of(at_hand->point));
+        if (is_inside(*at_hand))
+            (has_slope ? any_sloped_ : any_flat_) = true;
     }
 }
 
 void SweptTool::settle(dvec3 goal, Geometry& geometry) {
     State& s = state_;
     const dvec3 start = s.proxy;
-    const double most = 0.5 * field_.voxel_mm();
+    const double moved_mm = glm::distance(goal, s.goal);
+    s.is_fast |= moved_mm > kFast * field_.voxel_mm();
+    s.goal = goal;
+    const double most = 0.5 * field_.voxel_mm(), longest = s.longest_step * most;
     std::array<Plane, kMostContacts> planes;
-    bool touching = false, look = true, has_settled = false;
+    bool touching = false, look = true, has_settled = false, is_unseen = false;
     uint32_t i = 0, looks = 0;
-    double since_look = 0.0, trust = most;
-    dvec3 last_step(0.0), safe = start;
-    bool has_safe = false;
+    double since_look = 0.0;
+    // Where the last tick's steps turned back and got short, this one's begin as short.
+    double trust = longest;
+    if (!geometry.was_replaced)
+        trust = std::min(longest, 4.0 * s.trust_mm + 2.0 * moved_mm);
+    // Where all were looked at and none was deep; from what was not looked at it goes back there.
+    dvec3 good = start, last_step(0.0);
+    bool has_good = false;
     for (; i < kMostIterations && looks < kMostLooks; ++i) {
         if (s.held_count == 0) {
             // Nothing holds it: leaps as far as blocks are clear.
@@ -257,6 +349,8 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
             const dvec3 next = length > 0.0 ? s.proxy + (leap / length) * way : goal;
             if (is_clear(s.proxy, next)) {
                 s.proxy = leap == length ? goal : next;
+                good = s.proxy;
+                has_good = true;
                 has_settled = leap == length;
                 if (has_settled)
                     break;
@@ -266,9 +360,12 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
         // Every sample is looked at before the first step, after each long one, and at the end.
         looks += look;
         const bool looked = look;
-        find_contacts(s.proxy, look);
+        find_contacts(s.proxy, look, i == 0);
+        if (has_left_out_) // it stays where all of them were looked at
+            break;
         if (is_spent_ && contact_count_ == 0 && !any_flat_) { // nothing was looked at yet
             touching = i == 0 && s.touching;
+            is_unseen = has_good;
             break;
         }
         if (any_inside_ && contact_count_ == 0 && s.normal == dvec3(0.0)) {
@@ -281,15 +378,23 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
             any_flat_ && !any_sloped_ && (geometry.was_replaced || s.is_catching_up);
         if ((is_buried || contact_count_ == 0) && any_inside_ && s.normal != dvec3(0.0) &&
             contact_count_ < kMostContacts)
-            contacts_[contact_count_++] = {0, s.normal, -most, 0.5};
-        if (looked && !is_deep()) {
-            safe = s.proxy;
-            has_safe = true;
+            contacts_[contact_count_++] = {{0, -s.normal}, s.normal, -most, 0.5};
+        const bool deep = is_deep();
+        // The deepest come first: where work ended before any of them, nothing is known of it.
+        const bool knows = looked && (!is_spent_ || any_sloped_ || any_flat_);
+        is_unseen = is_unseen && (!knows || deep);
+        if (knows && !deep) {
+            good = s.proxy;
+            has_good = true;
         }
+        if (is_unseen && is_spent_ && s.is_fast && has_good)
+            break;
         for (uint32_t k = 0; k < contact_count_; ++k)
             planes[k] = {contacts_[k].normal,
                          glm::dot(contacts_[k].normal, s.proxy) - contacts_[k].clearance_mm};
-        const Projection target = project_to_planes(goal, {planes.data(), contact_count_});
+        // Where it is deep it goes out, and on from there.
+        const Projection target =
+            project_to_planes(deep ? s.proxy : goal, {planes.data(), contact_count_});
         dvec3 step = target.point - s.proxy;
         if (!target.is_feasible) {
             // Wedged: out of what is deepest, as far as its opponents allow.
@@ -300,7 +405,9 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
         }
         // Between surfaces that bend, planes of one place are wrong at the next: where a step takes
         // back the last, steps get shorter.
-        trust = glm::dot(step, last_step) < 0.0 ? 0.5 * trust : std::min(most, 2.0 * trust);
+        trust = glm::dot(step, last_step) < 0.0 ? 0.5 * trust : std::min(longest, 2.0 * trust);
+        if (is_spent_ && !deep)
+            trust = std::min(trust, kSeen * field_.voxel_mm());
         const double wanted = glm::length(step), length = std::min(wanted, trust);
         if (wanted > trust)
             step *= trust / wanted;
@@ -316,7 +423,7 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
             // What has held it in this tick may hold it again.
             if (left > 4.0 * most)
                 continue;
-            s.held[s.held_count++] = contacts_[k].sample;
+            s.held[s.held_count++] = contacts_[k].touch;
             if (left < 1e-6 && glm::dot(contacts_[k].normal, goal - s.proxy) < 0.0) {
                 touching = true;
                 push += contacts_[k].normal;
@@ -327,22 +434,23 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
             s.normal = unit_or_zero(s.proxy - goal) == dvec3(0.0) ? unit_or_zero(push)
                                                                   : unit_or_zero(s.proxy - goal);
         has_settled = length < kConverged_mm && looked;
+        since_look = looked ? length : since_look + length;
+        is_unseen = since_look > kSeen * field_.voxel_mm();
         if (is_spent_ || has_settled || trust < kShortest * field_.voxel_mm())
             break;
-        since_look = looked ? length : since_look + length;
-        look = length < kConverged_mm || since_look > 0.1 * field_.voxel_mm();
+        look = length < kConverged_mm || is_unseen;
     }
-    s.is_fast |= glm::distance(goal, s.goal) > 0.2 * most;
+    // Rather behind the hand than in material. What led there is tried again in shorter steps.
+    const bool goes_back = is_unseen && has_good && s.is_fast && s.longest_step > kShortestShare;
+    if (goes_back) {
+        s.proxy = good;
+        touching |= contact_count_ > 0;
+        if (touching && s.proxy != goal)
+            s.normal = unit_or_zero(s.proxy - goal);
+    }
     s.is_fast &= !has_settled;
-    s.goal = goal;
-    if (s.is_fast && has_safe) {
-        // The last steps of a fast hand were not looked at: where they lead into material, back to
-        // half of their way, a quarter, an eighth, or none of it. Rather behind the hand than in
-        // material.
-        const dvec3 way = s.proxy - safe;
-        for (int half = 0; half < 4 && look_deep(s.proxy); ++half)
-            s.proxy = half < 3 ? safe + std::exp2(-1.0 - half) * way : safe;
-    }
+    s.trust_mm = trust;
+    s.longest_step = goes_back ? 0.5 * s.longest_step : std::min(1.0, 4.0 * s.longest_step);
     geometry.iterations = i;
     geometry.contacts = s.held_count;
     const bool was_catching_up = s.is_catching_up;
@@ -378,9 +486,9 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     const double turn_length = glm::dot(turn, turn);
     if (!is_sane(input) || !volume || !(turn_length > 0.25 && turn_length < 4.0))
         return coupler_.unknown();
-    // Values, not straightened steps: these make the middle of a thin wall shallow, and a tool
-    // steps into a wall before it is pushed out.
-    field_.follow(*volume, q.source, q.iso, q.normal_blur_samples);
+    field_.follow(*volume, q);
+    blur_samples_ = q.normal_blur_samples;
+    is_labels_ = q.source == TouchSource::labels;
     place_points(input);
     const dvec3 x = input.tool.position_mm;
     considered_ = 0;
@@ -392,7 +500,7 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     geometry.normal = s.normal;
     geometry.lacks_data = field_.lacked_brick();
     const dvec3 felt =
-        s.held_count > 0 && s.held[0] < count_ ? s.proxy + points_[s.held[0]] : s.proxy;
+        s.held_count > 0 && s.held[0].sample < count_ ? s.proxy + arm_of(s.held[0]) : s.proxy;
     TickOutput output = coupler_.couple(input, geometry, feel_at(*volume, field_.index_of(felt), q),
                                         field_.voxel_mm(), [&](dvec3 p) { return is_free(p); });
     // Each contact's share of the force is what its normal carries; it acts at its sample.
@@ -404,7 +512,7 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
             if (contacts_[k].clearance_mm > 0.1 * field_.voxel_mm())
                 continue;
             total += share;
-            arm += share * points_[contacts_[k].sample];
+            arm += share * arm_of(contacts_[k].touch);
         }
         if (total > 0.0)
             output.torque_nm = 1e-3 * glm::cross(arm / total, output.force_n);

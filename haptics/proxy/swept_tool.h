@@ -9,13 +9,19 @@ namespace palpate::haptics {
 //
 // The tool is the points of scene.tool, or parameters.tool_samples points on a sphere of
 // tool_radius_mm. It moves in steps of at most half the smallest spacing, so no sample can jump a
-// wall of 1.5 voxels, and leaps over what block ranges call clear. A sample that is in material, or
-// that held the tool a moment ago, is a contact: its clearance is (iso - value) / slope along the
-// smoothed normal there, at both of which the sharp field is asked. Contacts are reduced to the
-// deepest of each of 24 directions; the tool's next place is the one nearest to the hand that all
-// of them leave free: a quadratic program in three unknowns (planes.h), solved to convergence
-// within the tick. So samples that press against each other in a groove hold instead of cancelling,
-// and whatever sank in is pushed out again.
+// wall of 1.5 voxels, and leaps over what block ranges call clear. A sample that is in material or
+// nearly so, or a place that held the tool a moment ago, is a contact: its clearance is (iso -
+// value) / slope along the smoothed normal there, at both of which the sharp field is asked; on
+// data without noise its straightened steps, in noise half of it the smooth field. On a sphere a
+// contact is no sample but a place: it follows the surface to where it faces it, as long as no
+// other is there. Contacts are reduced to the deepest of each of 24 directions; the tool's next
+// place is the one nearest to the hand that all of them leave free: a quadratic program in three
+// unknowns (planes.h), solved to convergence within the tick. So samples that press against each
+// other in a groove hold instead of cancelling, and whatever sank in is pushed out again, before
+// anything else.
+//
+// A tick's work is bounded. Where it ends early the tool stays where all that held it were looked
+// at; behind a fast hand it goes back to the last place that was seen not to be in material.
 //
 // The tool turns with the hand; the torque is that of the contacts' forces about its origin.
 // Friction, yielding, edits and labels are as in swept_point.h. Where every sample in material is

@@ -222,7 +222,7 @@ TEST(Field, PointsThatAreNotNearStayFree) {
                 for (int moves = 0; moves < 8; ++moves) {
                     const dvec3 to = at + random.in(dvec3(-0.49), dvec3(0.49)); // 0.5 mm samples
                     std::vector<Field::Inside> found(400);
-                    found.resize(field->solid_points(to, offsets, reach, near, found.data()));
+                    found.resize(field->solid_points(to, offsets, reach, near, 0.0f, found.data()));
                     std::vector<uint32_t> expected;
                     for (uint32_t i = 0; i < 400; ++i) {
                         const double value = field->trilinear(to + mm[i]) - field->iso();

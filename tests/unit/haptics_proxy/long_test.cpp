@@ -28,7 +28,7 @@ Passes pass_walls(const std::string& name, uint64_t ticks) {
             for (const Form form : {Form::grey_f32, Form::labels}) {
                 const Storage storage{.spacing_mm = spacing, .form = form};
                 for (const TouchCase& wall : walls_of(storage)) {
-                    Scene scene = make_walled_scene(wall, storage, kNoWayRound_mm);
+                    Scene scene = make_scene(wall, storage);
                     haptics::TouchParameters parameters = wall_settings(scene);
                     if (name == "swept-mesh") {
                         const Volume& felt =

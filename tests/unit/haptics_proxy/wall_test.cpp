@@ -37,14 +37,15 @@ TEST(SweptPoint, PassesThroughNoWallAtAnySpeed) {
 }
 
 // Walls of labels of 1.5 voxels, flat and closed, under a walk with leaps of up to 100 mm. They are
-// one sample thick where they are thinnest. The flat one has no rim within reach: see walls.h.
+// one sample thick where they are thinnest. The flat one has no rim within reach: see
+// kWallReach_mm.
 TEST(SweptPoint, PassesThroughNoWallOfLabelsOnLeaps) {
     for (const dvec3 spacing : {dvec3(0.5), kUneven_mm}) {
         const Storage storage{.spacing_mm = spacing, .form = Form::labels};
         for (const TouchCase& wall : walls_of(storage)) {
             if (!wall.name.ends_with("/1.5voxels"))
                 continue;
-            const Scene scene = make_walled_scene(wall, storage, kNoWayRound_mm);
+            const Scene scene = make_scene(wall, storage);
             const auto algorithm = haptics::make_swept_point();
             Passes found;
             count_passes(*algorithm, scene, walk(wall, 100.0, 8000, 1), wall_settings(scene),

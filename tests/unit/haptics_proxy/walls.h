@@ -3,35 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/volume/builder.h"
 #include "tests/unit/haptics_proxy/run.h"
 
 namespace palpate::touch {
-
-// Hands stay within 11 mm of the middle on each axis (trajectories.cpp), so within 19.1 mm of it,
-// and so do their projections to a plane through the middle; a proxy on its way there steps 4 of
-// the smallest spacings beyond at most. In a volume that reaches 16 mm such a way leads round the
-// rim of a flat wall; in one that reaches so far none does.
-constexpr double kNoWayRound_mm = 26.0;
-
-// A wall as make_scene() stores it, in a volume of another size.
-inline Scene make_walled_scene(const TouchCase& wall, const Storage& storage, double reach_mm) {
-    Scene scene{.body = wall, .storage = storage};
-    const bool labels = storage.form == Form::labels;
-    const Grid grid = make_grid(
-        glm::uvec3(glm::ceil(2.0 * reach_mm / storage.spacing_mm) + 1.0), storage.spacing_mm,
-        glm::dvec3(-reach_mm) + 0.37 * storage.spacing_mm * glm::dvec3(1, 0.6, 0.8));
-    const double edge = edge_mm(storage);
-    const Volume volume =
-        make_volume(grid, labels ? ScalarType::u8 : ScalarType::f32, [&](glm::uvec3 index) {
-            const double share = wall.solid.density(world_point(grid, glm::dvec3(index)), edge);
-            return labels ? std::round(share) : 1000.0 * share;
-        });
-    (labels ? scene.touch.labels : scene.touch.grey) = volume;
-    scene.iso = labels ? 0.5 : 500.0;
-    scene.touch.version = 1;
-    return scene;
-}
 
 inline haptics::TouchParameters wall_settings(const Scene& scene) {
     haptics::TouchParameters parameters = scene_parameters(scene);
