@@ -62,6 +62,7 @@ struct Hold {
     Touch touch;
     dvec3 normal{0.0};
     double clearance_mm = 0.0; // negative: in material
+    double seen_mm = 0.0;      // of the place itself, before a ball turns to face what is there
     double confidence = 1.0;
 };
 
@@ -268,6 +269,7 @@ bool SweptTool::consider(dvec3 at, Touch touch) {
     found.clearance_mm = std::clamp((field_.iso() - sharp.value) / fall, -2.0 * field_.voxel_mm(),
                                     2.0 * field_.voxel_mm());
     found.confidence = std::min(1.0, slope / (4.0 * floor));
+    found.seen_mm = found.clearance_mm;
     if (is_ball_)
         face(found);
     // Of contacts that face the same way the deepest says it all. When there is room for no other,
@@ -282,7 +284,7 @@ bool SweptTool::consider(dvec3 at, Touch touch) {
             [](const Hold& a, const Hold& b) { return a.clearance_mm < b.clearance_mm; });
     if (!place)
         contacts_[contact_count_++] = found;
-    else if (found.clearance_mm < place->clearance_mm)
+    else if (found.seen_mm < place->seen_mm)
         *place = found;
     return true;
 }
@@ -378,7 +380,7 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
             any_flat_ && !any_sloped_ && (geometry.was_replaced || s.is_catching_up);
         if ((is_buried || contact_count_ == 0) && any_inside_ && s.normal != dvec3(0.0) &&
             contact_count_ < kMostContacts)
-            contacts_[contact_count_++] = {{0, -s.normal}, s.normal, -most, 0.5};
+            contacts_[contact_count_++] = {{0, -s.normal}, s.normal, -most, -most, 0.5};
         const bool deep = is_deep();
         // The deepest come first: where work ended before any of them, nothing is known of it.
         const bool knows = looked && (!is_spent_ || any_sloped_ || any_flat_);
