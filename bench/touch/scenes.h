@@ -43,8 +43,7 @@ struct EditStep {
     bool is_undo = false;
 };
 
-// A body to touch, and from where. The touched point is near the origin of the world; volumes reach
-// 16 mm to every side of it.
+// A body to touch, and from where. The touched point is near the origin of the world.
 struct TouchCase {
     std::string id;   // "A1" .. "A14", of the test plan
     std::string name; // "plane/tilted"
@@ -54,9 +53,9 @@ struct TouchCase {
     glm::dvec3 along{1.0, 0.0, 0};  // there, within the surface
     // The force is frictionless and smooth here, so that excess jumps mean something.
     bool judge_jumps = true;
-    double noise = 0.0;    // share of the contrast that belongs to the case (A10)
-    double deepest_mm = 4; // how far a trajectory may press before the truth ends
-    double reach_mm = kReach_mm;
+    double noise = 0.0;          // share of the contrast that belongs to the case (A10)
+    double deepest_mm = 4;       // how far a trajectory may press before the truth ends
+    double reach_mm = kReach_mm; // of its volume, to every side of the origin
     bool is_thin = false; // a wall below 1.5 voxels, of which nobody is asked to hold a point out
 
     // Of A11 - A14; see special_cases.h.

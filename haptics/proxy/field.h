@@ -80,8 +80,8 @@ class Field {
     // About 3 ns a point.
     uint32_t near_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets, double reach_samples,
                          uint16_t* found);
-    // Which of them, of those named, have a trilinear() of at least the iso-value less `below`.
-    // About 8 ns.
+    // Which of them, of those named, have a trilinear() of at least the iso-value less `below`
+    // (value units, 0 or more). About 8 ns.
     struct Inside {
         float value; // above the iso-value
         uint32_t point;

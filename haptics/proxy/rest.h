@@ -13,8 +13,8 @@ constexpr double kSkin_mm = 1e-4;
 // Where a point rests among triangles.
 struct Rest {
     glm::dvec3 point{0.0}; // outside of all of them
-    glm::dvec3 curved{
-        0.0}; // where it is felt: as far out as SurfacePoint::curved of what it touches
+    // Where it is felt: as far out as SurfacePoint::curved of what it touches.
+    glm::dvec3 curved{0.0};
     glm::dvec3 face_normal{0.0}, shaded_normal{0.0};
     bool touching = false, reached_side = false;
     bool settled = false; // settle() found what it looks for
