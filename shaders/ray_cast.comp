@@ -78,6 +78,10 @@ layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups {
 };
 layout(scalar, binding = kRaySpans) readonly buffer Spans { vec2 spans[]; };
 
+#define HAS_FIRST_HITS (IS_ISO && !IS_EXACT && !HAS_LAYERS)
+#if HAS_FIRST_HITS
+layout(scalar, binding = kRayFirstHits) buffer FirstHits { float first_hits[]; };
+#endif
 #if !IS_ISO
 layout(scalar, binding = kRaySlabs) readonly buffer Slabs { uint slabs[]; };
 #endif
@@ -94,6 +98,7 @@ layout(binding = kRayCarry, rgba32f) uniform image2DArray carry_image;
 
 uint samples_taken = 0u;
 uint slab_words = 0u; // MIP: of the ray's tile
+float likely_start = 0.0; // iso: the ray meets nothing before it, it is supposed
 
 #include "shaders/lib/skipping.glsl"
 #include "shaders/lib/mip_slab.glsl"
@@ -102,6 +107,9 @@ uint slab_words = 0u; // MIP: of the ray's tile
 #include "shaders/lib/ray_modes.glsl"
 #if IS_ISO
 #include "shaders/lib/ray_cap.glsl"
+#endif
+#if HAS_FIRST_HITS
+#include "shaders/lib/first_hits.glsl"
 #endif
 #if HAS_ATLAS
 #include "shaders/lib/carry.glsl"
@@ -180,6 +188,11 @@ void main() {
     const float jitter = frame.jitter_mm * jitter_share(frame.jitter_seed, uvec2(pixel), eye);
     const RaySampler s = ray_sampler(Ray(ray.origin - jitter * ray.direction, ray.direction));
     span += jitter;
+#if HAS_FIRST_HITS
+    if (kRays == kRaysListed)
+        likely_start =
+            nearest_hit_about(wanted ? place : uvec2(0u), eye) + jitter - kStepsBeforeHit * frame.step;
+#endif
     t += jitter;
 #if HAS_ATLAS
     const Carried front = carried(place, eye, wanted);
@@ -214,6 +227,10 @@ void main() {
 #endif
 #if HAS_ATLAS && !HAS_LAYERS
     marched = carry_on(front, marched, place, eye, wanted);
+#endif
+#if HAS_FIRST_HITS
+    if (kRays == kRaysEverySecond && wanted)
+        leave_first_hit(place, eye, marched.depth);
 #endif
     if (kCount != 0u && inside)
         atomicAdd(tiles[entry].samples, samples_taken);

@@ -75,7 +75,9 @@ Command add_bench(CLI::App& app) {
     app.add_option("--labels", o->labels, "surface: a label map instead of the AAL atlas")
         ->each([o](const std::string& path) { o->given.emplace_back("--labels", path); });
     app.add_option("--only", o->only,
-                   "Parts of a suite, by name. surface: sphere_SIDE, gyroid_SIDE, head_ct, "
+                   "Parts of a suite, by name. render: frames, relative (both eyes beside one, and "
+                   "interactive beside full quality, from four sides; default: both, from one). "
+                   "surface: sphere_SIDE, gyroid_SIDE, head_ct, "
                    "head_ct_174, gyroid_512, labels, edits, window (default: all but gyroid_512, "
                    "which is in the full form). touch: algorithms (swept-point, ...; none named: "
                    "all) and open_loop, patients (the scenes A11), closed_loop, times, laws, "

@@ -20,7 +20,7 @@ struct Options {
     fs::path head_ct = kHeadCt;    // or another volume in HU
     bool peers = true;             // time VTK where it is installed
     bool tiny = false;             // everything as small as it can be: for tests
-    std::vector<std::string> only; // parts of the suite `surface`; empty: the usual ones
+    std::vector<std::string> only; // parts of a suite; empty: the usual ones
     fs::path labels = "/usr/share/mricron/templates/aal.nii.gz"; // of it; here 116 regions
     std::stop_token stop;
 };

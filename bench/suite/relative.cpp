@@ -13,67 +13,119 @@ double decibels(double rmse) {
     return rmse > 0.0 ? -20.0 * std::log10(rmse) : 200.0;
 }
 
-} // namespace
+Value json_of(const Spread& ratio) {
+    return {{"median", ratio.median}, {"low", ratio.low}, {"high", ratio.high}};
+}
 
-Result<Value> measure_relative(Bench& bench, const Subject& subject, uint32_t size_px, int rounds,
-                               Value& aims) {
-    const SceneData data = subject.data();
-    const bool cpu = bench.device().info().is_cpu();
-    Renderer renderer(bench.device(), {.stored_gradients = cpu});
-    Scene mono = scene_of(subject, size_px);
-    mono.ray_cast = subject.layer;
-    mono.value_and_depth = false;
-    Scene stereo = mono;
+// A frame of `slow` by one of `fast`, drawn in turn; one pair that is not counted comes first, for
+// pipelines and images are made then.
+template <class Slow, class Fast>
+Result<Spread> ratio_of(Bench& bench, const std::string& name, int pairs, const Slow& slow,
+                        const Fast& fast) {
+    std::vector<double> ratios;
+    for (int pair = -1; pair < pairs && !(pair > 0 && bench.late(0.9)); ++pair) {
+        if (bench.options().stop.stop_requested())
+            return fail("interrupted at {}", name);
+        const Result<FrameStats> a = slow();
+        if (!a)
+            return fail("{}: {}", name, a.error().message);
+        const auto b = fast();
+        if (!b)
+            return fail("{}: {}", name, b.error().message);
+        if (pair >= 0)
+            ratios.push_back(a->wall_ms / b->wall_ms);
+    }
+    return spread(ratios);
+}
+
+struct Watched {
+    Renderer& renderer;
+    Scene mono;
+    SceneData data;
+    std::string what; // of the aims: the subject and its size
+};
+
+Result<Spread> stereo_by_mono(Bench& bench, const Watched& m, const Subject& subject, int pairs,
+                              Value& aims) {
+    Scene stereo = m.mono;
     stereo.stereo.emplace();
     stereo.stereo->rig.convergence_mm =
         glm::length(subject.camera.eye_mm - subject.camera.target_mm);
+    Result<Spread> ratio = ratio_of(
+        bench, subject.name, pairs, [&] { return m.renderer.draw(stereo, m.data); },
+        [&] { return m.renderer.draw(m.mono, m.data); });
+    if (ratio) {
+        const double most = bench.device().info().is_cpu() ? 1.95 : 1.9;
+        aims.push_back({{"what", m.what + ": a stereo frame beside one of one eye"},
+                        {"aim", fmt::format("at most {:g}", most)},
+                        {"figure", ratio->median},
+                        {"reached", ratio->median <= most}});
+    }
+    return ratio;
+}
 
-    const Result<Frame> full = renderer.render(mono, data);
+Result<Value> full_by_interactive(Bench& bench, const Watched& m, const Subject& subject, int pairs,
+                                  double turned_degrees, Value& aims) {
+    Scene scene = m.mono;
+    scene.camera = orbit(scene.camera, turned_degrees);
+    const Result<Frame> full = m.renderer.render(scene, m.data);
     if (!full)
         return fail("{}: {}", subject.name, full.error().message);
-    const Result<CoarseStats> coarse = renderer.draw_coarse(mono, data, {});
+    const Result<CoarseStats> coarse = m.renderer.draw_coarse(scene, m.data, {});
     if (!coarse)
         return fail("{}: {}", subject.name, coarse.error().message);
-    const double error = color_rmse(renderer.read_back()[0], full->eyes[0]);
-
-    std::vector<double> of_eyes, of_rays;
-    for (int round = -1; round < 3 * rounds && !(round > 0 && bench.late(0.9)); ++round) {
-        if (bench.options().stop.stop_requested())
-            return fail("interrupted at {}", subject.name);
-        const Result<FrameStats> one = renderer.draw(mono, data);
-        const Result<FrameStats> two = renderer.draw(stereo, data);
-        const Result<CoarseStats> few = renderer.draw_coarse(mono, data, {});
-        if (!one || !two || !few)
-            return fail("{}: a frame cannot be drawn", subject.name);
-        if (round < 0) // pipelines and images are made
-            continue;
-        of_eyes.push_back(two->wall_ms / one->wall_ms);
-        of_rays.push_back(one->wall_ms / few->frame.wall_ms);
-    }
-    const Spread eyes = spread(of_eyes), rays = spread(of_rays);
-    const double most = cpu ? 1.95 : 1.9;
-    aims.push_back({{"what", fmt::format("{}, {} px: a stereo frame beside one of one eye",
-                                         subject.title, size_px)},
-                    {"aim", fmt::format("at most {:g}", most)},
-                    {"figure", eyes.median},
-                    {"reached", eyes.median <= most}});
+    const double error = color_rmse(m.renderer.read_back()[0], full->eyes[0]);
+    Result<Spread> ratio = ratio_of(
+        bench, subject.name, pairs, [&] { return m.renderer.draw(scene, m.data); },
+        [&]() -> Result<FrameStats> {
+            Result<CoarseStats> few = m.renderer.draw_coarse(scene, m.data, {});
+            if (!few)
+                return pass_on(few);
+            return few->frame;
+        });
+    if (!ratio)
+        return pass_on(ratio);
     if (subject.layer.mode != RayMode::alpha)
-        aims.push_back({{"what", fmt::format("{}, {} px: interactive beside full quality, at "
-                                             "{:.1f} dB ({:.0f} % of the pixels have rays)",
-                                             subject.title, size_px, decibels(error),
+        aims.push_back({{"what", fmt::format("{}, turned by {:g} degrees: interactive beside full "
+                                             "quality, at {:.1f} dB ({:.0f} % of the pixels have "
+                                             "rays)",
+                                             m.what, turned_degrees, decibels(error),
                                              100.0 * coarse->traced_share)},
                         {"aim", "at least 1.5 at 40 dB or better"},
-                        {"figure", rays.median},
-                        {"reached", rays.median >= 1.5 && decibels(error) >= 40.0}});
-    return Value{
-        {"subject", subject.name},
-        {"size_px", size_px},
-        {"stereo_by_mono", {{"median", eyes.median}, {"low", eyes.low}, {"high", eyes.high}}},
-        {"full_by_interactive", {{"median", rays.median}, {"low", rays.low}, {"high", rays.high}}},
-        {"interactive_rmse", error},
-        {"interactive_rmse_estimate", coarse->error_estimate},
-        {"interactive_db", decibels(error)},
-        {"traced_share", coarse->traced_share}};
+                        {"figure", ratio->median},
+                        {"reached", ratio->median >= 1.5 && decibels(error) >= 40.0}});
+    return Value{{"turned_degrees", turned_degrees},
+                 {"full_by_interactive", json_of(*ratio)},
+                 {"rmse", error},
+                 {"rmse_estimate", coarse->error_estimate},
+                 {"db", decibels(error)},
+                 {"traced_share", coarse->traced_share}};
+}
+
+} // namespace
+
+Result<Value> measure_relative(Bench& bench, const Subject& subject, uint32_t size_px, int pairs,
+                               std::span<const double> turned_degrees, Value& aims) {
+    Renderer renderer(bench.device(), {.stored_gradients = bench.device().info().is_cpu()});
+    Watched watched{renderer, scene_of(subject, size_px), subject.data(),
+                    fmt::format("{}, {} px", subject.title, size_px)};
+    watched.mono.ray_cast = subject.layer;
+    watched.mono.value_and_depth = false;
+    Result<Spread> eyes = stereo_by_mono(bench, watched, subject, pairs, aims);
+    if (!eyes)
+        return pass_on(eyes);
+    Value views = Value::array();
+    for (const double turned : turned_degrees) {
+        Result<Value> view = full_by_interactive(bench, watched, subject, pairs, turned, aims);
+        if (!view)
+            return pass_on(view);
+        views.push_back(std::move(*view));
+    }
+    return Value{{"subject", subject.name},
+                 {"size_px", size_px},
+                 {"pairs", pairs},
+                 {"stereo_by_mono", json_of(*eyes)},
+                 {"interactive", std::move(views)}};
 }
 
 } // namespace palpate::bench

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "bench/suite/relative.h"
 #include "bench/suite/suites.h"
@@ -91,82 +92,135 @@ void add_first_frame_aims(const Subject& subject, double first_ms,
         }
 }
 
+// What --only names. Asked for by name, the moving hand is looked at from all round, too.
+struct Parts {
+    bool frames = true, relative = true;
+    int pairs = 9;                           // of frames, for `relative`
+    std::vector<double> turned_degrees{0.0}; // of the first sample
+};
+
+Result<Parts> parts_of(const Options& options) {
+    Parts parts;
+    if (options.tiny)
+        parts.pairs = 1;
+    if (options.only.empty())
+        return parts;
+    parts.frames = parts.relative = false;
+    parts.turned_degrees = {0.0, 90.0, 180.0, 270.0};
+    if (!options.tiny)
+        parts.pairs = 21;
+    for (const std::string& name : options.only)
+        if (name == "frames")
+            parts.frames = true;
+        else if (name == "relative")
+            parts.relative = true;
+        else
+            return fail("--only: expected parts of render (frames, relative), found '{}'", name);
+    return parts;
+}
+
+Result<std::vector<Sample>> samples_of(const Options& options, Value& notes) {
+    std::vector<Sample> samples;
+    if (options.tiny) {
+        samples.push_back(ball(32));
+        return samples;
+    }
+    Result<Sample> ct = head_ct(options.head_ct);
+    if (ct) {
+        samples.push_back(std::move(*ct));
+        samples.push_back(resampled(samples[0], {512, 512, 174}, "head_ct_fine"));
+    } else {
+        notes.push_back("The head CT was left out, the phantom stands in: " + ct.error().message);
+        samples.push_back(phantom(256));
+    }
+    return samples;
+}
+
+// Times and errors of every setting, VTK drawing between the rounds.
+Result<void> measure_frames(Bench& bench, Peers& peers, const Subject& subject,
+                            const std::vector<Setting>& settings, Sampling sampling,
+                            bool with_first_frame, Report& report) {
+    const Plan plan = plan_of(bench.options());
+    Value& json = report.json;
+    if (Result<void> opened = peers.open(subject); !opened)
+        return fail("{}", opened.error().message);
+    const auto drawn = bench.draw(subject, settings, sampling, plan.rounds,
+                                  [&] { peers.time_frames(3, plan.peer_budget_s); });
+    if (!drawn)
+        return fail("{}", drawn.error().message);
+    Value panel = panel_json(subject, *drawn, peers.points(), sampling, report.failures);
+    panel["title"] = fmt::format("{}, {} px", subject.title, sampling.size_px);
+    json["panels"].push_back(std::move(panel));
+    add_aims(subject, sampling.size_px, drawn->front(), peers.points(), json["aims"]);
+    if (!with_first_frame)
+        return {};
+    const Result<double> first = bench.first_frame_ms(subject, default_setting(), sampling.size_px);
+    if (!first)
+        return fail("{}", first.error().message);
+    json["first_frames"].push_back(
+        {{"subject", subject.name}, {"renderer", "palpate"}, {"ms", *first}});
+    for (const PeerPoint& peer : peers.points())
+        if (peer.subject == subject.name)
+            json["first_frames"].push_back({{"subject", subject.name},
+                                            {"renderer", peer.name()},
+                                            {"ms", peer.first_frame_ms}});
+    add_first_frame_aims(subject, *first, peers.points(), json["aims"]);
+    return {};
+}
+
 } // namespace
 
 Result<Report> run_render(Bench& bench) {
     const Options& options = bench.options();
     const Plan plan = plan_of(options);
+    const Result<Parts> parts = parts_of(options);
+    if (!parts)
+        return fail("{}", parts.error().message);
     Report report;
     Value& json = report.json;
-    json["notes"] = Value::array();
-    std::vector<Sample> samples;
-    if (options.tiny) {
-        samples.push_back(ball(32));
-    } else {
-        Result<Sample> ct = head_ct(options.head_ct);
-        if (ct) {
-            samples.push_back(std::move(*ct));
-            samples.push_back(resampled(samples[0], {512, 512, 174}, "head_ct_fine"));
-        } else {
-            json["notes"].push_back("The head CT was left out, the phantom stands in: " +
-                                    ct.error().message);
-            samples.push_back(phantom(256));
-        }
-    }
+    for (const char* key : {"notes", "panels", "aims", "first_frames", "relative"})
+        json[key] = Value::array();
     json["peers"] = Value::object();
-    json["panels"] = Value::array();
-    json["aims"] = Value::array();
-    json["first_frames"] = Value::array();
-    json["relative"] = Value::array();
-    for (const Sample& sample : samples) {
+    Result<std::vector<Sample>> samples = samples_of(options, json["notes"]);
+    for (const Sample& sample : *samples) {
         std::vector<Subject> subjects = subjects_of(sample);
         for (Subject& subject : subjects)
             subject.judged = subject.judged && !options.tiny; // whose times say nothing
-        const std::vector<uint32_t>& sizes_px =
-            &sample == &samples.front() ? plan.sizes_px : plan.fine_sizes_px;
+        const bool is_first = &sample == &samples->front();
+        const std::vector<uint32_t>& sizes_px = is_first ? plan.sizes_px : plan.fine_sizes_px;
         // The exact integrator takes seconds a frame at 1024 pixels; no target is set for it there.
-        const bool with_exact = options.full || options.tiny || &sample == &samples.front();
+        const bool with_exact = options.full || options.tiny || is_first;
         for (const uint32_t size_px : sizes_px) {
             const Sampling sampling{size_px, std::max(1u, size_px / plan.rays_px)};
-            Result<Peers> peers = Peers::start(bench, subjects, {1.0}, sampling);
-            if (!peers)
-                return fail("{}", peers.error().message);
+            const bool is_least = size_px == sizes_px.front();
+            std::optional<Peers> peers;
+            if (parts->frames) {
+                Result<Peers> started = Peers::start(bench, subjects, {1.0}, sampling);
+                if (!started)
+                    return fail("{}", started.error().message);
+                peers.emplace(std::move(*started));
+            }
             for (const Subject& subject : subjects) {
                 log::info("{}, {} px", subject.name, size_px);
-                if (Result<void> opened = peers->open(subject); !opened)
-                    return fail("{}", opened.error().message);
-                const auto drawn =
-                    bench.draw(subject, settings(subject.layer.mode, with_exact), sampling,
-                               plan.rounds, [&] { peers->time_frames(3, plan.peer_budget_s); });
-                if (!drawn)
-                    return fail("{}", drawn.error().message);
-                Value panel =
-                    panel_json(subject, *drawn, peers->points(), sampling, report.failures);
-                panel["title"] = fmt::format("{}, {} px", subject.title, size_px);
-                json["panels"].push_back(std::move(panel));
-                add_aims(subject, size_px, drawn->front(), peers->points(), json["aims"]);
-                if (size_px != sizes_px.front())
+                if (parts->frames)
+                    if (Result<void> measured = measure_frames(
+                            bench, *peers, subject, settings(subject.layer.mode, with_exact),
+                            sampling, is_least, report);
+                        !measured)
+                        return pass_on(measured);
+                if (!parts->relative || !is_least)
                     continue;
-                const Result<double> first =
-                    bench.first_frame_ms(subject, default_setting(), size_px);
-                if (!first)
-                    return fail("{}", first.error().message);
-                json["first_frames"].push_back(
-                    {{"subject", subject.name}, {"renderer", "palpate"}, {"ms", *first}});
-                for (const PeerPoint& peer : peers->points())
-                    if (peer.subject == subject.name)
-                        json["first_frames"].push_back({{"subject", subject.name},
-                                                        {"renderer", peer.name()},
-                                                        {"ms", peer.first_frame_ms}});
-                add_first_frame_aims(subject, *first, peers->points(), json["aims"]);
+                const std::span<const double> turns(parts->turned_degrees);
                 Result<Value> relative =
-                    measure_relative(bench, subject, size_px, plan.rounds, json["aims"]);
+                    measure_relative(bench, subject, size_px, parts->pairs,
+                                     is_first ? turns : turns.first(1), json["aims"]);
                 if (!relative)
-                    return fail("{}", relative.error().message);
+                    return pass_on(relative);
                 json["relative"].push_back(std::move(*relative));
             }
-            json["peers"] = {{"vtk", peers->version()},
-                             {"absent_because", peers->absent_because()}};
+            if (peers)
+                json["peers"] = {{"vtk", peers->version()},
+                                 {"absent_because", peers->absent_because()}};
         }
     }
     return report;

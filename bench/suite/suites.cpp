@@ -54,8 +54,8 @@ Result<void> run_suite(const std::string& name, const Options& options) {
             known += fmt::format("{}{}", known.empty() ? "" : ", ", s.name);
         return fail("bench: expected a suite ({}), found '{}'", known, name);
     }
-    if (!options.only.empty() && name != "surface" && name != "touch")
-        return fail("--only: expected the suite surface or touch, found '{}'", name);
+    if (!options.only.empty() && name != "render" && name != "surface" && name != "touch")
+        return fail("--only: expected the suite render, surface or touch, found '{}'", name);
     std::error_code error;
     fs::create_directories(options.out, error);
     if (error)

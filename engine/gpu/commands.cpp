@@ -245,6 +245,11 @@ void Commands::clear(GpuImage& image, glm::vec4 value) {
                          &all);
 }
 
+void Commands::zero(Buffer& buffer) {
+    use(buffer, Use::clear_target);
+    vkCmdFillBuffer(buffer_, buffer.handle(), 0, VK_WHOLE_SIZE, 0);
+}
+
 void Commands::fill(Buffer& buffer, std::span<const uint32_t> words) {
     use(buffer, Use::clear_target);
     vkCmdUpdateBuffer(buffer_, buffer.handle(), 0, words.size_bytes(), words.data());

@@ -60,11 +60,12 @@ struct Renderer::RayPass {
     Buffer& frame;
     GpuImage* table; // none in mode iso
     GpuImage& color;
-    GpuImage* values;        // where the scene asks for value and depth
-    Buffer& groups;          // how many workgroups
-    Buffer& list;            // tiles, or rays (kRaysListed)
-    Buffer* slabs = nullptr; // where takes_slabs(variant)
-    Buffer* spans = nullptr; // of the picture's tiles, where rays lie between them
+    GpuImage* values;             // where the scene asks for value and depth
+    Buffer& groups;               // how many workgroups
+    Buffer& list;                 // tiles, or rays (kRaysListed)
+    Buffer* slabs = nullptr;      // where takes_slabs(variant)
+    Buffer* spans = nullptr;      // of the picture's tiles, where rays lie between them
+    Buffer* first_hits = nullptr; // of every second pixel, where variant.has_first_hits()
 };
 
 // A picture from fewer rays: see CoarseSettings.
@@ -73,7 +74,7 @@ struct Renderer::Coarse {
     uint32_t eyes;
     GpuImage truth;
     Buffer spans, tile_groups, tiles; // the latter of sparse rays
-    Buffer ray_groups, counts, rays_listed, squares;
+    Buffer ray_groups, counts, rays_listed, first_hits, squares;
     MirroredBuffer frame{}, probe_frame{}, interpolate{}, judge{};
     std::optional<TransferImage> transfer{}; // where the step differs
     uint32_t drawn = 1;                      // frames so far: the sparse rays wander

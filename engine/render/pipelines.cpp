@@ -98,6 +98,10 @@ VkDescriptorType type_of(const Bound& bound) {
 
 } // namespace
 
+bool RayCastVariant::has_first_hits() const {
+    return mode == gpu::kModeIso && !exact && layers == 0;
+}
+
 std::span<const uint32_t> ray_cast_shader() {
     return spirv::ray_cast[0];
 }
@@ -152,6 +156,8 @@ ComputePipeline& Pipelines::ray_cast(const RayCastVariant& variant) {
             slots.push_back({gpu::kRayBehind, kSampled});
             slots.push_back({gpu::kRayBehindValues, kSampled});
         }
+        if (variant.has_first_hits())
+            slots.push_back({gpu::kRayFirstHits, kStorage});
         slots.push_back({gpu::kRayColor, kStorageImage});
         if (variant.values)
             slots.push_back({gpu::kRayValues, kStorageImage});

@@ -23,6 +23,7 @@ struct RayCastVariant {
     bool stored_gradients = false;
     uint32_t layers = 0; // see-through triangles in a ray's way, at most; slices is true then
 
+    bool has_first_hits() const; // leaves and reads them: shaders/lib/first_hits.glsl
     friend auto operator<=>(const RayCastVariant&, const RayCastVariant&) = default;
 };
 

@@ -162,6 +162,12 @@ void Renderer::record_ray_cast(Commands& commands, const RayPass& pass, const Sc
         bound.push_back(bind_sampled(gpu::kRayBehind, *targets.behind, nearest_));
         bound.push_back(bind_sampled(gpu::kRayBehindValues, *targets.behind_values, nearest_));
     }
+    if (pass.variant.has_first_hits()) {
+        const bool leaves = pass.variant.rays == gpu::kRaysEverySecond;
+        bound.push_back(bind_storage(gpu::kRayFirstHits,
+                                     pass.first_hits ? *pass.first_hits : pass.groups,
+                                     leaves ? Use::storage_write : Use::storage_read));
+    }
     bound.push_back(bind_storage_image(gpu::kRayColor, pass.color));
     if (pass.variant.values)
         bound.push_back(bind_storage_image(gpu::kRayValues, *pass.values));

@@ -48,6 +48,7 @@ void Renderer::keep_coarse_targets(const Scene& scene) {
         const glm::uvec2 tiles = tile_count(size);
         const glm::uvec2 probes = (size + (kJudgedSpacing_px - 1)) / kJudgedSpacing_px;
         const size_t pixels = size_t{size.x} * size.y * eyes;
+        const size_t second_count = size_t{(size.x + 1) / 2} * ((size.y + 1) / 2) * eyes;
         const size_t probe_count = size_t{probes.x} * probes.y * eyes;
         const ImageShape sparse{.format = VK_FORMAT_R32G32B32A32_SFLOAT,
                                 .size = {probes, 1},
@@ -65,6 +66,7 @@ void Renderer::keep_coarse_targets(const Scene& scene) {
             Buffer(*device_, "listed ray count read back", gpu::kRayGroupWords * sizeof(uint32_t),
                    Memory::read_back),
             Buffer(*device_, "listed rays", pixels * sizeof(uint32_t), Memory::device),
+            Buffer(*device_, "first hits", second_count * sizeof(float), Memory::device),
             Buffer(*device_, "squared errors", probe_count * sizeof(float), Memory::read_back)});
     }
 }
@@ -183,10 +185,12 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
     commands->clear(coarse.truth, glm::vec4(glm::vec3(scene.background), 0.0f));
     const RayPass full = full_pass(scene);
     RayPass second{
-        "every second pixel", held_->variant, scene.size_px, coarse.frame.get(), table,
-        full.color,           nullptr,        full.groups,   full.list,          full.slabs,
-        &coarse.spans};
+        "every second pixel", held_->variant,    scene.size_px, coarse.frame.get(), table,
+        full.color,           nullptr,           full.groups,   full.list,          full.slabs,
+        &coarse.spans,        &coarse.first_hits};
     second.variant.rays = gpu::kRaysEverySecond;
+    if (second.variant.has_first_hits())
+        commands->zero(coarse.first_hits); // empty tiles have no rays, and leave none
     // Behind the volume there may be slices, and beside it meshes.
     const uint32_t which = !scene.surfaces.empty() ? gpu::kListAll
                            : !scene.slices.empty() ? gpu::kListBox
@@ -207,9 +211,9 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
         next_submission();
     record_interpolation(*commands, scene);
     RayPass listed{
-        "listed pixels", held_->variant, scene.size_px,     coarse.frame.get(), table,
-        full.color,      nullptr,        coarse.ray_groups, coarse.rays_listed, full.slabs,
-        &coarse.spans};
+        "listed pixels", held_->variant,    scene.size_px,     coarse.frame.get(), table,
+        full.color,      nullptr,           coarse.ray_groups, coarse.rays_listed, full.slabs,
+        &coarse.spans,   &coarse.first_hits};
     listed.variant.rays = gpu::kRaysListed;
     record_ray_cast(*commands, listed, scene);
     RayPass sparse{"sparse pixels",

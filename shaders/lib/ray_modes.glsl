@@ -303,6 +303,10 @@ Marched march_iso(RaySampler s, vec2 t, vec2 span, bool inside) {
     vec2 was, now = vec2(t.x, texel_at(s, t.x)); // (distance, texel)
     int level = level_of(now.y);
     k = clamp(floor(span.x / h - 0.5), k, last);
+    if (kRays == kRaysListed) { // may begin further on, but not within something
+        const float later = clamp(floor(likely_start / h - 0.5), k, last);
+        k = level_of(texel_at(s, iso_place(later, t))) == level ? later : k;
+    }
     int level_now;
     bool going;
     do {

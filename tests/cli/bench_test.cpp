@@ -99,6 +99,8 @@ TEST_F(BenchCommand, RenderAndUploadShareAPageAndCompareWithThemselves) {
     const json render = result("render");
     expect_verdict(ran, render);
     expect_panels(render);
+    ASSERT_EQ(render["relative"].size(), 4u);
+    EXPECT_EQ(render["relative"][0]["interactive"].size(), 1u);
     ran = bench("upload");
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     const json upload = result("upload");
@@ -187,6 +189,30 @@ TEST_F(BenchCommand, SurfaceGivesTimeBesideErrorAndTheOrder) {
     EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("\"suite\":\"surface\""));
 }
 
+TEST_F(BenchCommand, RenderDoesWhatIsNamed) {
+    ProgramRun ran = run({"bench", "render", "--tiny", "--no-peers", "--only", "relative", "--out",
+                          file("out").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json v = result("render");
+    EXPECT_TRUE(v["panels"].empty());
+    EXPECT_TRUE(v["first_frames"].empty());
+    ASSERT_EQ(v["relative"].size(), 4u); // modes
+    for (const json& row : v["relative"]) {
+        EXPECT_GT(row["stereo_by_mono"]["median"], 0.0) << row;
+        ASSERT_EQ(row["interactive"].size(), 4u) << row; // sides
+        for (size_t side = 0; side < 4; ++side) {
+            const json& view = row["interactive"][side];
+            EXPECT_EQ(view["turned_degrees"], 90.0 * double(side));
+            EXPECT_GT(view["full_by_interactive"]["median"], 0.0) << row;
+            EXPECT_GT(view["db"], 20.0) << row;
+            EXPECT_GT(view["traced_share"], 0.0) << row;
+        }
+    }
+    ran = run({"bench", "render", "--only", "moving", "--out", file("out").string()});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("(frames, relative), found 'moving'"));
+}
+
 TEST_F(BenchCommand, SurfaceDoesWhatIsNamed) {
     ProgramRun ran = run({"bench", "surface", "--tiny", "--no-peers", "--only", "sphere_16,window",
                           "--out", file("out").string()});
@@ -202,7 +228,7 @@ TEST_F(BenchCommand, SurfaceDoesWhatIsNamed) {
     EXPECT_THAT(ran.messages, HasSubstr("edits or window, found 'sphere'"));
     ran = run({"bench", "upload", "--only", "sphere_16", "--out", file("out").string()});
     EXPECT_EQ(ran.exit_code, 1);
-    EXPECT_THAT(ran.messages, HasSubstr("expected the suite surface or touch"));
+    EXPECT_THAT(ran.messages, HasSubstr("expected the suite render, surface or touch"));
 }
 
 // Every scene with every trajectory and every algorithm: a cell has its figures or says why not.

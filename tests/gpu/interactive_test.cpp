@@ -70,6 +70,45 @@ TEST_F(InteractiveTest, WithoutContrastThePictureIsTheFullOne) {
     EXPECT_EQ(renderer.read_back()[0].samples, full->eyes[0].samples);
 }
 
+// Listed rays of surfaces begin before the nearest of the hits about them. They are the full
+// picture's to the bit, unless the full one meets something still nearer.
+TEST_F(InteractiveTest, RaysThatBeginLateMeetWhatLiesThere) {
+    Scene scene = scene_of(RayMode::iso);
+    scene.value_and_depth = true;
+    for (const double turned : {0.0, 120.0}) {
+        scene.camera = orbit(scene.camera, turned);
+        Renderer renderer(device());
+        const Result<Frame> full = renderer.render(scene, phantom());
+        ASSERT_TRUE(full) << full.error().message;
+        ASSERT_TRUE(renderer.draw_coarse(scene, phantom(), {.contrast = -1.0}));
+        const Image coarse = renderer.read_back()[0];
+        const Image& picture = full->eyes[0];
+        const size_t depth = picture.channels.size() - 1;
+        ASSERT_EQ(picture.channels[depth], "depth");
+        size_t hits = 0, missed = 0;
+        for (uint32_t y = 0; y < scene.size_px.y; ++y)
+            for (uint32_t x = 0; x < scene.size_px.x; ++x) {
+                const float z = picture.at(x, y, depth);
+                hits += std::isfinite(z);
+                bool same = true;
+                for (size_t c = 0; c < 4; ++c)
+                    same = same && coarse.at(x, y, c) == picture.at(x, y, c);
+                if (same)
+                    continue;
+                ++missed;
+                EXPECT_FALSE(x % 2 == 0 && y % 2 == 0) << x << ' ' << y;
+                float about = std::numeric_limits<float>::infinity();
+                for (const uint32_t v : {y & ~1u, (y + 1) & ~1u})
+                    for (const uint32_t u : {x & ~1u, (x + 1) & ~1u})
+                        if (u < scene.size_px.x && v < scene.size_px.y)
+                            about = std::fmin(about, picture.at(u, v, depth));
+                EXPECT_LT(z, about) << x << ' ' << y;
+            }
+        EXPECT_GT(hits, 10000u);
+        EXPECT_LT(missed, hits / 200);
+    }
+}
+
 // The estimate is a mean over sparse pixels: taken over many frames it is the error itself.
 TEST_F(InteractiveTest, EstimatesItsError) {
     const Scene scene = scene_of(RayMode::alpha);
