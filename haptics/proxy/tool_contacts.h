@@ -1,0 +1,112 @@
+#pragma once
+
+#include <array>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <span>
+
+#include "haptics/proxy/algorithm.h"
+#include "haptics/proxy/field.h"
+#include "haptics/proxy/sphere_samples.h"
+#include "haptics/proxy/tool_points.h"
+
+namespace palpate::haptics {
+
+// A place on a tool: one of its samples or, on a ball, the direction of any.
+struct Touch {
+    uint32_t sample = 0;
+    glm::dvec3 way{0.0};
+};
+
+// What holds a tool there: a plane.
+struct Hold {
+    Touch touch;
+    glm::dvec3 normal{0.0};
+    double clearance_mm = 0.0; // negative: in material
+    double seen_mm = 0.0;      // of the place itself, before a ball turns to face what is there
+    double confidence = 1.0;
+};
+
+// The samples of a tool, and where they touch the field at a place: the geometry of swept-tool
+// (swept_tool.h). A place in material or nearly so is a contact: its clearance is (iso - value) /
+// slope along the smoothed normal there. Of contacts that face the same way the deepest is kept.
+class ToolContacts {
+ public:
+    static constexpr uint32_t kMost = 24;
+
+    // At the start of a tick. `volume` must live until its end.
+    void follow(const TickInput& input, const Volume& volume);
+
+    // Looks at the tool at a place: at the places in `held` and, with `all`, at the deepest of all
+    // samples. What a tick may spend on that is bounded: it stops where work is spent before all
+    // that are held were looked at, though never at the first look of a tick.
+    void find(glm::dvec3 at, std::span<const Touch> held, bool all, bool is_first);
+
+    // Of the last find():
+    struct Look {
+        bool any_inside = false;                   // samples are in material
+        bool any_flat = false, any_sloped = false; // among those of them that were considered
+        bool is_spent = false;                     // the work of a tick; some were not considered
+        bool has_left_out = false;                 // some of `held`, so that it says nothing
+    };
+    const Look& look() const { return look_; }
+    std::span<const Hold> holds() const { return {holds_.data(), count_}; }
+    void add(const Hold& hold); // where there is room
+    bool is_deep() const;       // one of them, farther in material than noise tells
+
+    // Whether no sample is in material there; whether there is nothing on the way, at a glance.
+    bool is_free(glm::dvec3 at);
+    bool is_clear(glm::dvec3 from, glm::dvec3 to) const;
+
+    bool has(const Touch& touch) const { return touch.sample < point_count_; }
+    glm::dvec3 arm_of(const Touch& touch) const {
+        return is_ball_ ? reach_mm_ * touch.way : points_[touch.sample];
+    }
+    Field& field() { return field_; }
+    const Field& field() const { return field_; }
+
+ private:
+    void place_points(const TickInput& input);
+    uint32_t solid_points(glm::dvec3 at);
+    void consider_deepest(glm::dvec3 at);
+    bool consider(glm::dvec3 at, Touch touch); // false where it has no slope
+    void face(Hold& found) const;
+    void keep(const Hold& found);
+    Touch touch_of(uint32_t sample) const {
+        return {sample, is_ball_ ? points_[sample] / reach_mm_ : glm::dvec3(0.0)};
+    }
+    uint32_t work() const;
+
+    Field field_;
+    double blur_samples_ = 0.0; // of normals, against noise
+    bool is_labels_ = false;
+
+    uint32_t point_count_ = 0;
+    double reach_mm_ = 0.0; // of the farthest point
+    bool is_ball_ = false;
+    // Of a ball: how far from its samples places lie, and the cosine of that.
+    double cover_angle_ = 0.0, cover_ = 0.0;
+    SphereSamples sphere_;
+    std::array<glm::dvec3, SphereSamples::kMost> points_; // about the tool's origin, world axes
+    std::array<glm::vec3, SphereSamples::kMost> offsets_; // the same in index space
+    double reach_samples_ = 0.0;                          // of the farthest offset, on any axis
+    // What points_ were made of.
+    const ToolPoints* made_of_ = nullptr;
+    uint64_t made_in_version_ = 0, made_in_settings_ = 0;
+    glm::dquat made_turn_{0.0, 0.0, 0.0, 0.0};
+    double made_radius_mm_ = -1.0;
+    uint32_t made_samples_ = 0;
+    // The points that may be in material while the tool is within a sample of near_at_.
+    uint32_t near_count_ = 0;
+    uint64_t near_samples_ = 0; // of Field::samples_about
+    glm::dvec3 near_at_{0.0};
+    std::array<uint16_t, SphereSamples::kMost> near_;
+    std::array<Field::Inside, SphereSamples::kMost> inside_;
+
+    uint32_t count_ = 0;
+    std::array<Hold, kMost> holds_;
+    Look look_;
+    uint32_t considered_ = 0; // in this tick
+};
+
+} // namespace palpate::haptics
