@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <optional>
 
+#include "engine/base/log.h"
+
 namespace palpate {
 
 namespace {
@@ -43,6 +45,16 @@ void refuse_not_finite(CLI::App& app) {
             option->check(any);
     for (CLI::App* sub : app.get_subcommands({}))
         refuse_not_finite(*sub);
+}
+
+void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all) {
+    std::string idle;
+    for (const IdleOptions& some : all)
+        for (const char* option : some.options)
+            if (some.are_idle && app.get_option(option)->count() > 0)
+                idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", option, some.why);
+    if (!idle.empty())
+        log::warning("without effect here: {}", idle);
 }
 
 bool is_same_file(const std::string& a, const std::string& b) {

@@ -4,6 +4,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 
@@ -34,6 +35,14 @@ CLI::Validator one_of(const std::map<std::string, Value>& table) {
         },
         "{" + names + "}");
 }
+
+// Options that change nothing together with others. One line says so where they were given.
+struct IdleOptions {
+    bool are_idle;
+    std::vector<const char*> options;
+    const char* why;
+};
+void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all);
 
 enum class FileUse { read, write };
 

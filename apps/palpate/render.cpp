@@ -96,21 +96,15 @@ void warn_of_empty_isos(const SceneFile& file, const Scene& scene, const Volume&
 }
 
 // The same for options that were given and change nothing.
-void warn_of_idle(const RenderOptions& o, const Scene& scene, const CLI::App& app) {
-    std::string idle;
-    const auto look = [&](bool is_idle, std::initializer_list<const char*> options,
-                          const char* why) {
-        for (const char* option : options)
-            if (is_idle && app.get_option(option)->count() > 0)
-                idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", option, why);
-    };
-    look(std::filesystem::path(o.output).extension() != ".exr", {"--half"}, "of .exr alone");
-    look(scene.slices.empty(), {"--slab", "--slab-mode", "--interpolation"}, "without --slice");
-    look(!scene.stereo, {"--eye-separation", "--convergence"}, "without --stereo");
-    look(scene.surfaces.empty(), {"--surface-depth"}, "without surfaces");
-    look(o.frames.frames == 1, {"--orbit-deg"}, "with one frame");
-    if (!idle.empty())
-        log::warning("without effect here: {}", idle);
+void warn_of_idle_options(const RenderOptions& o, const Scene& scene, const CLI::App& app) {
+    const bool is_exr = std::filesystem::path(o.output).extension() == ".exr";
+    const IdleOptions idle[] = {
+        {!is_exr, {"--half"}, "of .exr alone"},
+        {scene.slices.empty(), {"--slab", "--slab-mode", "--interpolation"}, "without --slice"},
+        {!scene.stereo, {"--eye-separation", "--convergence"}, "without --stereo"},
+        {scene.surfaces.empty(), {"--surface-depth"}, "without surfaces"},
+        {o.frames.frames == 1, {"--orbit-deg"}, "with one frame"}};
+    warn_of_idle(app, idle);
 }
 
 Result<TexelFormat> texel_format(const std::string& name) {
@@ -147,7 +141,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     if (!scene)
         return fail("{}", scene.error().message);
     warn_of_empty_isos(*file, *scene, loaded->data.volume);
-    warn_of_idle(options, *scene, app);
+    warn_of_idle_options(options, *scene, app);
     if (options.frames.frame_ms > 0 && !scene->ray_cast)
         return fail("--frame-ms: expected a scene with ray casting, found slices alone");
     if (options.frames.frame_ms > 0 && scene->value_and_depth)

@@ -251,23 +251,15 @@ Result<void> write_report(const std::string& path, const Json& report) {
     return {};
 }
 
-// One line where options that were given change nothing.
-void warn_of_idle(const SurfaceCommand& o, const CLI::App& app) {
+void warn_of_idle_options(const SurfaceCommand& o, const CLI::App& app) {
     const std::string extension = std::filesystem::path(o.out).extension().string();
-    std::string idle;
-    const auto look = [&](bool is_idle, std::initializer_list<const char*> options,
-                          const char* why) {
-        for (const char* option : options)
-            if (is_idle && app.get_option(option)->count() > 0)
-                idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", option, why);
-    };
-    look(o.labels, {"--topology", "--normals", "--closed", "--on", "--device"}, "with --labels");
-    look(!o.labels, {"--walls"}, "with --iso");
-    look(!o.labels && o.on == ExtractOn::cpu, {"--device"}, "with --on cpu");
-    look(o.smoothing == Smoothing::none, {"--passes"}, "without --smooth");
-    look(extension != ".ply" && extension != ".stl", {"--ascii"}, "of .ply and .stl alone");
-    if (!idle.empty())
-        log::warning("without effect here: {}", idle);
+    const IdleOptions idle[] = {
+        {o.labels, {"--topology", "--normals", "--closed", "--on", "--device"}, "with --labels"},
+        {!o.labels, {"--walls"}, "with --iso"},
+        {!o.labels && o.on == ExtractOn::cpu, {"--device"}, "with --on cpu"},
+        {o.smoothing == Smoothing::none, {"--passes"}, "without --smooth"},
+        {extension != ".ply" && extension != ".stl", {"--ascii"}, "of .ply and .stl alone"}};
+    warn_of_idle(app, idle);
 }
 
 // A sentence about a file under the name that a person gave it.
@@ -293,7 +285,7 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         if (!path.empty() && path != "-")
             if (Result<void> can = expect_writable(path); !can)
                 return can;
-    warn_of_idle(options, app);
+    warn_of_idle_options(options, app);
     const Interrupt interrupt;
     Stages stages(interrupt);
     std::optional<LoadedVolume> loaded;

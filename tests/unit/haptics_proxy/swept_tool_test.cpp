@@ -72,7 +72,9 @@ TEST(SweptTool, ABallTouchesBetweenItsSamples) {
 }
 
 // Hollows that the ball fits touch it along an arc, or on a patch: contacts that followed the
-// surface together would leave the rest of it to nobody.
+// surface together would leave the rest of it to nobody. Depth is what is asked on all bodies. A
+// step may end 0.1 samples, 0.05 mm, from where all were looked at: on two flanks 0.05 N at 500
+// N/m.
 TEST(SweptTool, StaysSpreadOverAHollowThatItFits) {
     for (const TouchCase& body : touch_cases({}, false)) {
         if (body.id != "A4" && body.id != "A6")
