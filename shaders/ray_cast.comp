@@ -24,6 +24,8 @@
 #define HAS_SLICES 1
 #endif
 
+#define HAS_FIRST_HITS (IS_ISO && !IS_EXACT && !HAS_LAYERS)
+
 #include "shaders/shared/ray_cast.h"
 #include "shaders/lib/rays.glsl"
 
@@ -78,10 +80,10 @@ layout(scalar, binding = kRayTileGroups) readonly buffer TileGroups {
 };
 layout(scalar, binding = kRaySpans) readonly buffer Spans { vec2 spans[]; };
 
-#define HAS_FIRST_HITS (IS_ISO && !IS_EXACT && !HAS_LAYERS)
 #if HAS_FIRST_HITS
 layout(scalar, binding = kRayFirstHits) buffer FirstHits { float first_hits[]; };
 #endif
+
 #if !IS_ISO
 layout(scalar, binding = kRaySlabs) readonly buffer Slabs { uint slabs[]; };
 #endif
@@ -98,7 +100,9 @@ layout(binding = kRayCarry, rgba32f) uniform image2DArray carry_image;
 
 uint samples_taken = 0u;
 uint slab_words = 0u; // MIP: of the ray's tile
-float likely_start = 0.0; // iso: the ray meets nothing before it, it is supposed
+#if HAS_FIRST_HITS
+float likely_start = 0.0; // mm from where the lattice begins: a listed ray is taken to meet nothing nearer
+#endif
 
 #include "shaders/lib/skipping.glsl"
 #include "shaders/lib/mip_slab.glsl"

@@ -36,11 +36,12 @@ CLI::Validator one_of(const std::map<std::string, Value>& table) {
         "{" + names + "}");
 }
 
-// Options that change nothing together with others. One line says so where they were given.
+// Options of a command that change nothing together with others: one warning names those of them
+// that were given, and why: "--slab (without --slice)".
 struct IdleOptions {
-    bool are_idle;
-    std::vector<const char*> options;
-    const char* why;
+    bool are_idle = false;
+    std::vector<const char*> options{};
+    const char* why = "";
 };
 void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all);
 

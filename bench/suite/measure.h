@@ -21,7 +21,8 @@ struct Options {
     bool peers = true;             // time VTK where it is installed
     bool tiny = false;             // everything as small as it can be: for tests
     std::vector<std::string> only; // parts of a suite; empty: the usual ones
-    fs::path labels = "/usr/share/mricron/templates/aal.nii.gz"; // of it; here 116 regions
+    fs::path labels =
+        "/usr/share/mricron/templates/aal.nii.gz"; // of the suite `surface`; here 116 regions
     std::stop_token stop;
 };
 

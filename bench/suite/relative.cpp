@@ -14,7 +14,8 @@ double decibels(double rmse) {
 }
 
 Value json_of(const Spread& ratio) {
-    return {{"median", ratio.median}, {"low", ratio.low}, {"high", ratio.high}};
+    return {
+        {"median", ratio.median}, {"low", ratio.low}, {"high", ratio.high}, {"pairs", ratio.count}};
 }
 
 // A frame of `slow` by one of `fast`, drawn in turn; one pair that is not counted comes first, for
@@ -123,7 +124,6 @@ Result<Value> measure_relative(Bench& bench, const Subject& subject, uint32_t si
     }
     return Value{{"subject", subject.name},
                  {"size_px", size_px},
-                 {"pairs", pairs},
                  {"stereo_by_mono", json_of(*eyes)},
                  {"interactive", std::move(views)}};
 }

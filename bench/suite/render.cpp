@@ -18,14 +18,15 @@ struct Plan {
     uint32_t rays_px;                              // scored, on each side
     int rounds;
     double peer_budget_s;
+    int pairs, named_pairs; // of frames, for `relative`; where that is asked for by name
 };
 
 Plan plan_of(const Options& options) {
     if (options.tiny)
-        return {{24, 32}, {}, 16, 1, 0.1};
+        return {{24, 32}, {}, 16, 1, 0.1, 1, 1};
     if (options.full)
-        return {{512, 1024}, {512, 1024}, 256, 10, 6.0};
-    return {{512}, {1024}, 64, 3, 4.0};
+        return {{512, 1024}, {512, 1024}, 256, 10, 6.0, 30, 30};
+    return {{512}, {1024}, 64, 3, 4.0, 9, 21};
 }
 
 std::vector<Setting> settings(RayMode mode, bool with_exact) {
@@ -95,20 +96,18 @@ void add_first_frame_aims(const Subject& subject, double first_ms,
 // What --only names. Asked for by name, the moving hand is looked at from all round, too.
 struct Parts {
     bool frames = true, relative = true;
-    int pairs = 9;                           // of frames, for `relative`
+    int pairs = 0;
     std::vector<double> turned_degrees{0.0}; // of the first sample
 };
 
 Result<Parts> parts_of(const Options& options) {
     Parts parts;
-    if (options.tiny)
-        parts.pairs = 1;
+    parts.pairs = plan_of(options).pairs;
     if (options.only.empty())
         return parts;
     parts.frames = parts.relative = false;
     parts.turned_degrees = {0.0, 90.0, 180.0, 270.0};
-    if (!options.tiny)
-        parts.pairs = 21;
+    parts.pairs = plan_of(options).named_pairs;
     for (const std::string& name : options.only)
         if (name == "frames")
             parts.frames = true;
@@ -119,7 +118,7 @@ Result<Parts> parts_of(const Options& options) {
     return parts;
 }
 
-Result<std::vector<Sample>> samples_of(const Options& options, Value& notes) {
+std::vector<Sample> samples_of(const Options& options, Value& notes) {
     std::vector<Sample> samples;
     if (options.tiny) {
         samples.push_back(ball(32));
@@ -181,12 +180,12 @@ Result<Report> run_render(Bench& bench) {
     for (const char* key : {"notes", "panels", "aims", "first_frames", "relative"})
         json[key] = Value::array();
     json["peers"] = Value::object();
-    Result<std::vector<Sample>> samples = samples_of(options, json["notes"]);
-    for (const Sample& sample : *samples) {
+    const std::vector<Sample> samples = samples_of(options, json["notes"]);
+    for (const Sample& sample : samples) {
         std::vector<Subject> subjects = subjects_of(sample);
         for (Subject& subject : subjects)
             subject.judged = subject.judged && !options.tiny; // whose times say nothing
-        const bool is_first = &sample == &samples->front();
+        const bool is_first = &sample == &samples.front();
         const std::vector<uint32_t>& sizes_px = is_first ? plan.sizes_px : plan.fine_sizes_px;
         // The exact integrator takes seconds a frame at 1024 pixels; no target is set for it there.
         const bool with_exact = options.full || options.tiny || is_first;

@@ -63,10 +63,11 @@ class Commands {
     void dispatch_indirect(const ComputePipeline& pipeline, std::span<const Bound> bound,
                            Buffer& groups, uint32_t first_word = 0);
 
-    // Sets every texel of a colour image, every byte of a buffer (whose size is a multiple of four)
-    // to zero, or the first bytes of a buffer (at most 64 KiB).
+    // Sets every texel of a colour image.
     void clear(GpuImage& image, glm::vec4 value);
+    // Sets every byte of a buffer to 0; its size is a multiple of four.
     void zero(Buffer& buffer);
+    // Sets the first bytes of a buffer; at most 64 KiB.
     void fill(Buffer& buffer, std::span<const uint32_t> words);
 
     // Regions of texels from a tightly packed buffer: rows of row_texels, planes of plane_rows

@@ -74,11 +74,11 @@ class SweptTool final : public Algorithm {
 
     void settle(dvec3 goal, Geometry& geometry);
     Course course_to(dvec3 goal, const Geometry& geometry);
-    bool leaps(Course& c);
-    Next steps(Course& c, bool is_first, Geometry& geometry);
+    bool try_leap(Course& c);
+    Next look_and_step(Course& c, bool is_first, Geometry& geometry);
     dvec3 wanted_step(dvec3 goal) const;
-    void hold(Course& c, dvec3 step, Geometry& geometry);
-    bool goes_back(Course& c);
+    void remember_holds(Course& c, dvec3 step, Geometry& geometry);
+    bool go_back_if_unseen(Course& c);
     void rub(dvec3 start, dvec3 goal, bool touching);
     dvec3 torque_of(dvec3 force_n) const;
 
@@ -105,7 +105,7 @@ Course SweptTool::course_to(dvec3 goal, const Geometry& geometry) {
 }
 
 // Where nothing holds it: as far as blocks are clear.
-bool SweptTool::leaps(Course& c) {
+bool SweptTool::try_leap(Course& c) {
     State& s = state_;
     const dvec3 way = c.goal - s.proxy;
     const double length = glm::length(way);
@@ -138,7 +138,7 @@ dvec3 SweptTool::wanted_step(dvec3 goal) const {
 }
 
 // What held it on this step, or nearly did, is looked at again.
-void SweptTool::hold(Course& c, dvec3 step, Geometry& geometry) {
+void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
     State& s = state_;
     s.held_count = 0;
     c.touching = false;
@@ -162,7 +162,7 @@ void SweptTool::hold(Course& c, dvec3 step, Geometry& geometry) {
 }
 
 // One look and one step.
-Next SweptTool::steps(Course& c, bool is_first, Geometry& geometry) {
+Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     State& s = state_;
     // Every sample is looked at before the first step, after each long one, and at the end.
     const bool looked = c.look;
@@ -210,7 +210,7 @@ Next SweptTool::steps(Course& c, bool is_first, Geometry& geometry) {
         step *= c.trust_mm / wanted;
     c.last_step = step;
     s.proxy += step;
-    hold(c, step, geometry);
+    remember_holds(c, step, geometry);
     c.has_settled = length < kConverged_mm && looked;
     c.since_look_mm = looked ? length : c.since_look_mm + length;
     c.is_unseen = c.since_look_mm > kSeen * voxel_mm();
@@ -220,7 +220,7 @@ Next SweptTool::steps(Course& c, bool is_first, Geometry& geometry) {
 }
 
 // Rather behind the hand than in material. What led there is tried again in shorter steps.
-bool SweptTool::goes_back(Course& c) {
+bool SweptTool::go_back_if_unseen(Course& c) {
     State& s = state_;
     if (!(c.is_unseen && c.has_good && s.is_fast && s.longest_step > kShortestShare))
         return false;
@@ -247,9 +247,9 @@ void SweptTool::rub(dvec3 start, dvec3 goal, bool touching) {
     const double back = std::min(across, friction * depth);
     s.slipping = across > friction * depth + 1e-6;
     if (back > 0.0) {
-        const dvec3 held = s.proxy - (back / across) * moved;
-        if (contacts_.is_free(held))
-            s.proxy = held;
+        const dvec3 behind = s.proxy - (back / across) * moved;
+        if (contacts_.is_free(behind))
+            s.proxy = behind;
     }
 }
 
@@ -259,15 +259,15 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
     Course c = course_to(goal, geometry);
     uint32_t i = 0;
     for (; i < kMostIterations && c.looks < kMostLooks; ++i) {
-        if (leaps(c)) {
+        if (try_leap(c)) {
             if (c.has_settled)
                 break;
             continue;
         }
-        if (steps(c, i == 0, geometry) == Next::stop)
+        if (look_and_step(c, i == 0, geometry) == Next::stop)
             break;
     }
-    const bool went_back = goes_back(c);
+    const bool went_back = go_back_if_unseen(c);
     s.is_fast &= !c.has_settled;
     s.trust_mm = c.trust_mm;
     s.longest_step = went_back ? 0.5 * s.longest_step : std::min(1.0, 4.0 * s.longest_step);
@@ -303,7 +303,7 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     if (!is_sane(input) || !volume || !(turn_length > 0.25 && turn_length < 4.0))
         return coupler_.unknown();
     contacts_.follow(input, *volume);
-    Field& field = contacts_.field();
+    const Field& field = contacts_.field();
     Geometry geometry;
     geometry.was_replaced = s.exchange(input, *volume);
     settle(input.tool.position_mm, geometry);

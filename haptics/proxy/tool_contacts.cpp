@@ -1,9 +1,10 @@
 #include "haptics/proxy/tool_contacts.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 
-#include "haptics/proxy/coupler.h"
+#include "haptics/proxy/coupling.h"
 
 namespace palpate::haptics {
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <span>
@@ -14,17 +15,17 @@ namespace palpate::haptics {
 
 // A place on a tool: one of its samples or, on a ball, the direction of any.
 struct Touch {
-    uint32_t sample = 0;
-    glm::dvec3 way{0.0};
+    uint32_t sample = 0; // below the number of the tool's
+    glm::dvec3 way{0.0}; // unit length, world axes; 0 where the tool is no ball
 };
 
 // What holds a tool there: a plane.
 struct Hold {
     Touch touch;
-    glm::dvec3 normal{0.0};
+    glm::dvec3 normal{0.0};    // unit length, out of the material
     double clearance_mm = 0.0; // negative: in material
     double seen_mm = 0.0;      // of the place itself, before a ball turns to face what is there
-    double confidence = 1.0;
+    double confidence = 1.0;   // 0 .. 1
 };
 
 // The samples of a tool, and where they touch the field at a place: the geometry of swept-tool
@@ -32,17 +33,18 @@ struct Hold {
 // slope along the smoothed normal there. Of contacts that face the same way the deepest is kept.
 class ToolContacts {
  public:
-    static constexpr uint32_t kMost = 24;
+    static constexpr uint32_t kMost = 24; // contacts
 
     // At the start of a tick. `volume` must live until its end.
     void follow(const TickInput& input, const Volume& volume);
 
     // Looks at the tool at a place: at the places in `held` and, with `all`, at the deepest of all
     // samples. What a tick may spend on that is bounded: it stops where work is spent before all
-    // that are held were looked at, though never at the first look of a tick.
-    void find(glm::dvec3 at, std::span<const Touch> held, bool all, bool is_first);
+    // that are held were looked at, though never at the first look of a tick (`is_first`).
+    void find(glm::dvec3 at_mm, std::span<const Touch> held, bool all, bool is_first);
 
-    // Of the last find():
+    // Of the last find(); without `all` nothing is known of the samples but the held ones, and the
+    // first four are false. A place is flat that has no slope or is buried.
     struct Look {
         bool any_inside = false;                   // samples are in material
         bool any_flat = false, any_sloped = false; // among those of them that were considered
@@ -55,14 +57,14 @@ class ToolContacts {
     bool is_deep() const;       // one of them, farther in material than noise tells
 
     // Whether no sample is in material there; whether there is nothing on the way, at a glance.
-    bool is_free(glm::dvec3 at);
-    bool is_clear(glm::dvec3 from, glm::dvec3 to) const;
+    bool is_free(glm::dvec3 at_mm);
+    bool is_clear(glm::dvec3 from_mm, glm::dvec3 to_mm) const;
 
     bool has(const Touch& touch) const { return touch.sample < point_count_; }
+    // From the tool's origin, mm, world axes.
     glm::dvec3 arm_of(const Touch& touch) const {
         return is_ball_ ? reach_mm_ * touch.way : points_[touch.sample];
     }
-    Field& field() { return field_; }
     const Field& field() const { return field_; }
 
  private:

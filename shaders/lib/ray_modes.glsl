@@ -303,10 +303,12 @@ Marched march_iso(RaySampler s, vec2 t, vec2 span, bool inside) {
     vec2 was, now = vec2(t.x, texel_at(s, t.x)); // (distance, texel)
     int level = level_of(now.y);
     k = clamp(floor(span.x / h - 0.5), k, last);
-    if (kRays == kRaysListed) { // may begin further on, but not within something
-        const float later = clamp(floor(likely_start / h - 0.5), k, last);
+#if HAS_FIRST_HITS
+    if (kRays == kRaysListed) { // may begin further on, where as many isos are reached as at its start
+        const float later = clamp(floor(likely_start / h - 0.5), k, max(k, last - 1.0));
         k = level_of(texel_at(s, iso_place(later, t))) == level ? later : k;
     }
+#endif
     int level_now;
     bool going;
     do {

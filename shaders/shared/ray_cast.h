@@ -25,8 +25,7 @@ const uint kRayGradients = 15u;   // MIP, alpha: of the volume, one texel a samp
 const uint kRayCarry = 14u;       // atlas: what rays carry from part to part; kCarryLayers an eye
 const uint kRaySlabs = 17u;       // MIP: kMipWords words for each tile of the pass
 const uint kRaySpans = 18u;       // of rays between tiles: see kTileSpans
-// Iso: float[], what every second pixel's ray meets first (lib/first_hits.glsl).
-const uint kRayFirstHits = 19u;
+const uint kRayFirstHits = 19u;   // iso: float[], mm; 0 for nothing (lib/first_hits.glsl)
 const uint kRaySurfaces = 16u;    // see-through triangles in a ray's way (lib/surface_layer.glsl)
 
 // Which rays a pass has:
