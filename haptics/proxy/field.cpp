@@ -50,7 +50,7 @@ void Field::follow(const Volume& volume, TouchSource source, double iso, double 
         lowest_ = plain ? 0.0f : std::min(range.min, static_cast<float>(iso) - 1.0f);
         grid_ = volume.grid();
         stored_.set(labels, base_, plateaus);
-        filters_ = make_filters(grid_, blur, labels, stored_.straightened());
+        filters_ = make_filters(grid_, blur, labels, stored_.straightened(), kinks_);
         index_from_world_ = index_from_world(grid_);
         gradient_to_world_ = glm::transpose(glm::dmat3(index_from_world_));
         const glm::dvec3 spacing = spacing_mm(grid_);
@@ -94,7 +94,7 @@ Field::Both Field::both(glm::dvec3 world_mm, bool sharp, bool smooth) {
                 {base_ + double{stored_.of(lowest_)}, {}}};
     const SplinePlace place(index);
     Both found;
-    if (stored_.straightened()) { // one view is both
+    if (filters_.is_one_view) {
         found.sharp = found.smooth = evaluate(place, kSharpPart);
         return found;
     }

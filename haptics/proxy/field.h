@@ -30,6 +30,9 @@ struct FieldSample {
 // Where spacing is uneven and the blur is not 0, the finer axes take a Gaussian of up to 1.3
 // samples times a parabola instead of that sharpening, which is as exact and has less noise.
 //
+// Steps that are straightened (stored_samples.h) are sharpened by five taps along the coarsest
+// axes, in both views; where spacing is uneven, in the sharp one by seven (Kinks).
+//
 // smooth(): the cubic B-spline on samples blurred by a Gaussian of `blur` (0 .. 1) of the coarsest
 // spacing, though of at most 1.9 samples on any axis. Normals
 // come from here: noise of 10 % of the contrast turns them by 4 degrees (p99), those of the sharp
@@ -51,6 +54,8 @@ struct FieldSample {
 // matters, rounding is 2^-24 of the contrast for each of a few sums, 1e-6 samples in all.
 class Field {
  public:
+    explicit Field(Kinks kinks = Kinks::exact) : kinks_(kinks) {}
+
     // To be called at the start of a tick; `volume` must live until its end. Cheap where nothing
     // changed.
     void follow(const Volume& volume, TouchSource source, double iso, double blur_samples,
@@ -170,6 +175,7 @@ class Field {
     double iso_ = 0.5, base_ = 0.5, contrast_ = 1.0, smallest_mm_ = 1.0, blur_ = -1.0;
     Plateaus plateaus_;
     StoredSamples stored_;
+    Kinks kinks_;
     FieldFilters filters_;
     float threshold_ = 0.0f; // the iso-value as samples are stored
     float lowest_ = 0.0f;

@@ -17,16 +17,18 @@ constexpr std::array<float, 3> kSharpen{-1.0f / 6.0f, 4.0f / 3.0f, -1.0f / 6.0f}
 // steps are smooth enough for.
 constexpr std::array<float, 5> kSharpenMore{1.0f / 36.0f, -5.0f / 18.0f, 1.5f, -5.0f / 18.0f,
                                             1.0f / 36.0f};
+// The seven taps nearest to the spline's inverse, sqrt(3) (sqrt(3) - 2)^|k|, that have its moments
+// up to the fifth. Beside a kink, as in the middle of a ball of one sample, they err least.
+constexpr std::array<float, 7> kSharpenMost{-0.012398601f, 0.102169387f,  -0.463756800f,
+                                            1.747972030f,  -0.463756800f, 0.102169387f,
+                                            -0.012398601f};
 // Half way to the sharp view: see the header of Field.
 constexpr std::array<float, 3> kSharpenHalf{-1.0f / 12.0f, 7.0f / 6.0f, -1.0f / 12.0f};
 
-// kSharpen in five taps.
-constexpr std::array<float, 5> kSharpenFew{0.0f, kSharpen[0], kSharpen[1], kSharpen[2], 0.0f};
-
 // The sharpened spline stays within its samples' range widened by a share of the range: half of
 // what the product over the axes of the greatest sums of absolute weights (at the middle) is above
-// 1. These are the sums of kSharpen and kSharpenMore.
-constexpr double kSharpenSize = 1.2222, kSharpenMoreSize = 1.3542;
+// 1. These are the sums of the three kinds of sharpening.
+constexpr double kSharpenSize = 1.2222, kSharpenMoreSize = 1.3542, kSharpenMostSize = 1.5647;
 constexpr double kSharpOvershoot = 0.413; // of kSharpen on all axes
 
 Filter everywhere(std::span<const float> taps) {
@@ -74,31 +76,50 @@ void make_gaussian(double sigma, int reach, std::span<float> taps) {
         taps[static_cast<size_t>(i)] /= sum;
 }
 
+// `taps` along the coarsest axes. Along finer ones a step is wide: three are exact enough, and take
+// less of rounding.
+Filter along_coarsest(glm::bvec3 is_coarsest, std::span<const float> taps) {
+    Filter filter = everywhere(taps);
+    for (int axis = 0; axis < 3; ++axis)
+        if (!is_coarsest[axis]) {
+            auto& fine = filter.taps[size_t(axis)];
+            fine = {};
+            std::copy(kSharpen.begin(), kSharpen.end(), fine.begin() + filter.reach - 1);
+        }
+    return filter;
+}
+
+FieldFilters make_step_filters(glm::dvec3 spacing, bool is_even, Kinks kinks) {
+    const bool most = !is_even && kinks == Kinks::exact;
+    const double coarsest = std::max({spacing.x, spacing.y, spacing.z});
+    const glm::bvec3 is_coarsest = glm::greaterThanEqual(spacing, glm::dvec3(0.95 * coarsest));
+    FieldFilters made;
+    made.smooth = along_coarsest(is_coarsest, kSharpenMore);
+    made.sharp = most ? along_coarsest(is_coarsest, kSharpenMost) : made.smooth;
+    made.is_one_view = !most;
+    made.sharp_reach = 2 + made.sharp.reach;
+    double size = 1.0;
+    for (int axis = 0; axis < 3; ++axis)
+        size *= !is_coarsest[axis] ? kSharpenSize : most ? kSharpenMostSize : kSharpenMoreSize;
+    made.overshoot = 0.5 * (size - 1.0);
+    return made;
+}
+
 } // namespace
 
-FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened) {
+FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened,
+                          Kinks kinks) {
     const glm::dvec3 spacing = spacing_mm(grid);
     const double coarsest = std::max({spacing.x, spacing.y, spacing.z});
     const bool is_even = coarsest < 1.05 * std::min({spacing.x, spacing.y, spacing.z});
+    if (straightened)
+        return make_step_filters(spacing, is_even, kinks);
     FieldFilters made;
-
     made.overshoot = kSharpOvershoot;
-    if (straightened) {
-        // Along finer axes a step is wide: three taps are exact enough, and take less of rounding.
-        made.sharp = everywhere(kSharpenMore);
-        double size = 1.0;
-        for (int axis = 0; axis < 3; ++axis) {
-            const bool is_fine = spacing[axis] < 0.95 * coarsest;
-            if (is_fine)
-                std::copy(kSharpenFew.begin(), kSharpenFew.end(),
-                          made.sharp.taps[size_t(axis)].begin());
-            size *= is_fine ? kSharpenSize : kSharpenMoreSize;
-        }
-        made.overshoot = 0.5 * (size - 1.0);
-    } else if (labels) {
+    if (labels) {
         made.sharp = everywhere(kLabelTaps);
         made.sharp_reach = 5;
-    } else if (!straightened && !is_even && blur > 0.0) {
+    } else if (!is_even && blur > 0.0) {
         made.sharp.reach = 3;
         made.sharp_reach = 5;
         double size = 1.0;

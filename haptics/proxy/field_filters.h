@@ -15,14 +15,22 @@ struct Filter {
 
 struct FieldFilters {
     Filter sharp, smooth;
+    bool is_one_view = false; // both are the same
     // How far the sharp view may leave its samples' range, as a share of it, and how far from a
     // point the samples lie that it is made of.
     double overshoot = 0.0;
     int sharp_reach = 4;
 };
 
+// What is sharpened more follows kinks more closely, and rings more where a flat flank begins to
+// bend. Straightened steps on uneven spacing have the choice: what holds a point is then decided by
+// the one, its normals by the other; a tool in a groove is nearer to the truth with the latter
+// alone.
+enum class Kinks { exact, calm };
+
 // blur: of the smooth view, in coarsest spacings; 0 for data without noise. Labels are felt with
-// filters of their own, and steps that are straightened with one for both views.
-FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened);
+// filters of their own, and steps that are straightened with nearly one for both views.
+FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened,
+                          Kinks kinks = Kinks::exact);
 
 } // namespace palpate::haptics

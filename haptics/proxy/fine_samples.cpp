@@ -155,8 +155,7 @@ FineSamples::Box FineSamples::sharp(glm::ivec3 first, int side) {
 }
 
 FineSamples::Box FineSamples::smooth(glm::ivec3 first, int side) {
-    const bool lacks =
-        make(stored_.straightened() ? sharp_view_ : smooth_view_, first, side, smooth_);
+    const bool lacks = make(smooth_view_, first, side, smooth_);
     return {smooth_.data(), lacks};
 }
 

@@ -30,7 +30,7 @@ class FineSamples {
 
     // side^3 points from `first` on, x fastest, side 8 .. kMostSide; good until the same is asked
     // for again. What is solid is decided by the sharp view, and normals are the smooth one's;
-    // where steps are straightened, one is both.
+    // where steps are straightened, the two are nearly one.
     struct Box {
         const float* values;
         bool lacks_brick;

@@ -79,7 +79,7 @@ class ToolContacts {
     }
     uint32_t work() const;
 
-    Field field_;
+    Field field_{Kinks::calm};
     double blur_samples_ = 0.0; // of normals, against noise
     bool is_labels_ = false;
 
