@@ -50,17 +50,17 @@ void Field::follow(const Volume& volume, TouchSource source, double iso, double 
         lowest_ = plain ? 0.0f : std::min(range.min, static_cast<float>(iso) - 1.0f);
         grid_ = volume.grid();
         stored_.set(labels, base_, plateaus);
-        filters_ = make_filters(grid_, blur, labels, stored_.straightened(), kinks_);
+        filters_ = make_filters(grid_, blur, labels, stored_.straightened());
         index_from_world_ = index_from_world(grid_);
         gradient_to_world_ = glm::transpose(glm::dmat3(index_from_world_));
         const glm::dvec3 spacing = spacing_mm(grid_);
         smallest_mm_ = std::min({spacing.x, spacing.y, spacing.z});
+        coarsest_mm_ = std::max({spacing.x, spacing.y, spacing.z});
     }
     ++generation_;
     iso_ = iso;
     threshold_ = labels ? 0.0f : stored_.of(static_cast<float>(iso));
     version_ = volume.version();
-    highest_ = stored_.of(range.empty() ? 0.0f : range.max);
     contrast_ = plain ? 1.0 : std::max(1e-9, double{range.max} - double{lowest_});
 }
 

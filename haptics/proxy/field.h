@@ -31,7 +31,7 @@ struct FieldSample {
 // samples times a parabola instead of that sharpening, which is as exact and has less noise.
 //
 // Steps that are straightened (stored_samples.h) are sharpened by five taps along the coarsest
-// axes, in both views; where spacing is uneven, in the sharp one by seven (Kinks).
+// axes, in both views; where spacing is uneven, in the sharp one by seven.
 //
 // smooth(): the cubic B-spline on samples blurred by a Gaussian of `blur` (0 .. 1) of the coarsest
 // spacing, though of at most 1.9 samples on any axis. Normals
@@ -54,8 +54,6 @@ struct FieldSample {
 // matters, rounding is 2^-24 of the contrast for each of a few sums, 1e-6 samples in all.
 class Field {
  public:
-    explicit Field(Kinks kinks = Kinks::exact) : kinks_(kinks) {}
-
     // To be called at the start of a tick; `volume` must live until its end. Cheap where nothing
     // changed.
     void follow(const Volume& volume, TouchSource source, double iso, double blur_samples,
@@ -111,9 +109,10 @@ class Field {
     // Of straightened steps: a value so far in material that samples no longer tell how far, nor
     // where it ends.
     bool is_buried(double value) const {
-        return stored_.straightened() && value - base_ > 0.9 * double{highest_};
+        return stored_.straightened() && value - base_ > double{stored_.buried()};
     }
     double voxel_mm() const { return smallest_mm_; } // smallest spacing
+    double coarsest_mm() const { return coarsest_mm_; }
 
     // Whether nothing solid can lie within `margin_samples` of the segment; never true where
     // something does.
@@ -172,14 +171,13 @@ class Field {
     const Volume* volume_ = nullptr;
     uint64_t version_ = 0;
     TouchSource source_ = TouchSource::grey;
-    double iso_ = 0.5, base_ = 0.5, contrast_ = 1.0, smallest_mm_ = 1.0, blur_ = -1.0;
+    double iso_ = 0.5, base_ = 0.5, contrast_ = 1.0, smallest_mm_ = 1.0, coarsest_mm_ = 1.0,
+           blur_ = -1.0;
     Plateaus plateaus_;
     StoredSamples stored_;
-    Kinks kinks_;
     FieldFilters filters_;
     float threshold_ = 0.0f; // the iso-value as samples are stored
     float lowest_ = 0.0f;
-    float highest_ = 0.0f; // as samples are stored
     Grid grid_;
     glm::dmat4 index_from_world_{1.0};
     glm::dmat3 gradient_to_world_{1.0};

@@ -89,31 +89,29 @@ Filter along_coarsest(glm::bvec3 is_coarsest, std::span<const float> taps) {
     return filter;
 }
 
-FieldFilters make_step_filters(glm::dvec3 spacing, bool is_even, Kinks kinks) {
-    const bool most = !is_even && kinks == Kinks::exact;
+FieldFilters make_step_filters(glm::dvec3 spacing, bool is_even) {
     const double coarsest = std::max({spacing.x, spacing.y, spacing.z});
     const glm::bvec3 is_coarsest = glm::greaterThanEqual(spacing, glm::dvec3(0.95 * coarsest));
     FieldFilters made;
     made.smooth = along_coarsest(is_coarsest, kSharpenMore);
-    made.sharp = most ? along_coarsest(is_coarsest, kSharpenMost) : made.smooth;
-    made.is_one_view = !most;
+    made.sharp = is_even ? made.smooth : along_coarsest(is_coarsest, kSharpenMost);
+    made.is_one_view = is_even;
     made.sharp_reach = 2 + made.sharp.reach;
     double size = 1.0;
     for (int axis = 0; axis < 3; ++axis)
-        size *= !is_coarsest[axis] ? kSharpenSize : most ? kSharpenMostSize : kSharpenMoreSize;
+        size *= !is_coarsest[axis] ? kSharpenSize : is_even ? kSharpenMoreSize : kSharpenMostSize;
     made.overshoot = 0.5 * (size - 1.0);
     return made;
 }
 
 } // namespace
 
-FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened,
-                          Kinks kinks) {
+FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened) {
     const glm::dvec3 spacing = spacing_mm(grid);
     const double coarsest = std::max({spacing.x, spacing.y, spacing.z});
     const bool is_even = coarsest < 1.05 * std::min({spacing.x, spacing.y, spacing.z});
     if (straightened)
-        return make_step_filters(spacing, is_even, kinks);
+        return make_step_filters(spacing, is_even);
     FieldFilters made;
     made.overshoot = kSharpOvershoot;
     if (labels) {

@@ -22,15 +22,10 @@ struct FieldFilters {
     int sharp_reach = 4;
 };
 
-// What is sharpened more follows kinks more closely, and rings more where a flat flank begins to
-// bend. Straightened steps on uneven spacing have the choice: what holds a point is then decided by
-// the one, its normals by the other; a tool in a groove is nearer to the truth with the latter
-// alone.
-enum class Kinks { exact, calm };
-
 // blur: of the smooth view, in coarsest spacings; 0 for data without noise. Labels are felt with
-// filters of their own, and steps that are straightened with nearly one for both views.
-FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened,
-                          Kinks kinks = Kinks::exact);
+// filters of their own, and steps that are straightened nearly with one for both views: what is
+// sharpened more follows kinks more closely, and rings more where a flat flank begins to bend; so
+// where spacing is uneven, matter is decided by seven taps and normals by five.
+FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened);
 
 } // namespace palpate::haptics

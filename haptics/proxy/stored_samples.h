@@ -19,8 +19,9 @@ Plateaus usable_plateaus(Plateaus plateaus, double iso, double blur_samples);
 // `base`, so that rounding is least where the surface lies.
 //
 //   labels        0.5 in a label and -0.5 outside
-//   straightened  the blurred step between the plateaus becomes a ramp: the quantile of the
-//                 sample's share of the step, as steep at the base as the samples are
+//   straightened  the blurred step between the plateaus becomes a wider one, as steep at the base
+//                 as the samples are: the quantile of the sample's share of the step is how far the
+//                 surface is, and a step of 1.6 times the blur is made of that
 //   else          the sample less the base
 class StoredSamples {
  public:
@@ -33,11 +34,14 @@ class StoredSamples {
     bool labels() const { return labels_; }
     bool straightened() const { return straightened_; }
     double base() const { return base_; }
+    // Of straightened steps: from here on a stored sample no longer tells how far the surface is.
+    float buried() const { return buried_; }
 
  private:
     bool labels_ = false, straightened_ = false;
     double base_ = 0.5;
     float free_ = 0.0f, share_scale_ = 0.0f, step_scale_ = 0.0f, step_at_base_ = 0.0f;
+    float buried_ = 0.0f;
 };
 
 } // namespace palpate::haptics

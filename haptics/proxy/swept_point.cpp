@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "haptics/proxy/coupler.h"
 #include "haptics/proxy/sweep.h"
@@ -42,6 +43,7 @@ class SweptPoint final : public Algorithm {
     uint32_t settle(dvec3 goal);
     dvec3 slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface);
     bool push_out(dvec3 goal);
+    bool push_out_along(std::span<const dvec3> ways);
 
     State state_;
     Coupler coupler_;
@@ -62,6 +64,16 @@ SweptPoint::Normal SweptPoint::normal_at(dvec3 p) {
         return {-unit_or_zero(sharp.gradient), 0.5};
     }
     return {-smooth.gradient / glm::length(smooth.gradient), std::min(1.0, slope / floor)};
+}
+
+// To a cube's faces, edges and corners.
+std::array<dvec3, 26> all_around() {
+    std::array<dvec3, 26> ways;
+    size_t count = 0;
+    for (int i = 0; i < 27; ++i)
+        if (i != 13)
+            ways[count++] = glm::normalize(dvec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1));
+    return ways;
 }
 
 // A tangential step with a short lift off the surface and down again. Where the surface falls away
@@ -154,13 +166,20 @@ uint32_t SweptPoint::settle(dvec3 goal) {
 }
 
 // Out of material that came over the proxy: straight along the last normal, the smoothed field's,
-// or away from the tool, whichever is free first. False where none is within 4 samples. Gradients
-// are not followed on the way: inside sharp new material they point anywhere.
+// or away from the tool, whichever is free first; where none is, since so deep in material nothing
+// has a slope that could be trusted, any of 26 directions. False where none is within 4 samples.
+// Gradients are not followed on the way: inside sharp new material they point anywhere.
 bool SweptPoint::push_out(dvec3 goal) {
     State& s = state_;
-    const std::array<dvec3, 3> ways{s.touching ? s.normal : dvec3(0.0),
-                                    -unit_or_zero(field_.smooth(s.proxy).gradient),
-                                    unit_or_zero(s.proxy - goal)};
+    const std::array<dvec3, 3> known{s.touching ? s.normal : dvec3(0.0),
+                                     -unit_or_zero(field_.smooth(s.proxy).gradient),
+                                     unit_or_zero(s.proxy - goal)};
+    return push_out_along(known) || push_out_along(all_around());
+}
+
+// The way that is free first.
+bool SweptPoint::push_out_along(std::span<const dvec3> ways) {
+    State& s = state_;
     for (int i = 1; i <= 16; ++i)
         for (const dvec3& way : ways) {
             const dvec3 next = s.proxy + 0.25 * i * field_.voxel_mm() * way;

@@ -23,6 +23,9 @@ constexpr double kShortest = 0.01;
 // that was not deep from one that was not looked at. Within so much of a look nothing new is
 // expected.
 constexpr double kFast = 0.3, kSeen = 0.1;
+// A ball fits a groove so well (0 .. 1) that it is moved by no more than that: what holds it across
+// the groove is other places at the next look.
+constexpr double kFits = 0.2;
 // After each time that it goes back the longest step is half as long, down to this share of it:
 // then it goes on, whatever is there.
 constexpr double kShortestShare = 0.1;
@@ -123,7 +126,7 @@ bool SweptTool::try_leap(Course& c) {
 // To what of all places that no contact forbids is nearest to the goal.
 dvec3 SweptTool::wanted_step(dvec3 goal) const {
     const std::span<const Hold> holds = contacts_.holds();
-    std::array<Plane, ToolContacts::kMost> planes;
+    std::array<Plane, ToolContacts::kMostHolds> planes;
     for (size_t k = 0; k < holds.size(); ++k)
         planes[k] = {holds[k].normal,
                      glm::dot(holds[k].normal, state_.proxy) - holds[k].clearance_mm};
@@ -132,9 +135,12 @@ dvec3 SweptTool::wanted_step(dvec3 goal) const {
         return target.point - state_.proxy;
     // Wedged: out of what is deepest, as far as its opponents allow.
     dvec3 step(0.0);
-    for (const Hold& hold : holds)
-        step -= std::min(0.0, hold.clearance_mm) * hold.normal / static_cast<double>(holds.size());
-    return step;
+    double in_material = 0.0;
+    for (const Hold& hold : holds) {
+        step -= std::min(0.0, hold.clearance_mm) * hold.normal;
+        in_material += hold.clearance_mm < 0.0;
+    }
+    return step / std::max(1.0, in_material);
 }
 
 // What held it on this step, or nearly did, is looked at again.
@@ -144,12 +150,15 @@ void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
     c.touching = false;
     dvec3 push(0.0);
     geometry.confidence = 1.0;
+    const size_t contacts = contacts_.contacts().size();
+    size_t index = 0;
     for (const Hold& hold : contacts_.holds()) {
+        const bool is_contact = index++ < contacts;
         const double left = hold.clearance_mm + glm::dot(hold.normal, step);
-        // What has held it in this tick may hold it again.
         if (left > 4.0 * c.half_sample_mm)
             continue;
-        s.held[s.held_count++] = hold.touch;
+        if (is_contact) // what has held it in this tick may hold it again
+            s.held[s.held_count++] = hold.touch;
         if (left < 1e-6 && glm::dot(hold.normal, c.goal - s.proxy) < 0.0) {
             c.touching = true;
             push += hold.normal;
@@ -167,7 +176,11 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     // Every sample is looked at before the first step, after each long one, and at the end.
     const bool looked = c.look;
     c.looks += looked;
-    contacts_.find(s.proxy, held(), looked, is_first);
+    contacts_.find(s.proxy, {.held = held(),
+                             .goal_mm = c.goal,
+                             .all = looked,
+                             .is_first = is_first,
+                             .is_fast = s.is_fast});
     const ToolContacts::Look& look = contacts_.look();
     if (look.has_left_out) // it stays where all of them were looked at
         return Next::stop;
@@ -203,7 +216,7 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     // back the last, steps get shorter.
     c.trust_mm = glm::dot(step, c.last_step) < 0.0 ? 0.5 * c.trust_mm
                                                    : std::min(c.longest_mm, 2.0 * c.trust_mm);
-    if (look.is_spent && !deep)
+    if ((look.is_spent || look.fits > kFits) && !deep)
         c.trust_mm = std::min(c.trust_mm, kSeen * voxel_mm());
     const double wanted = glm::length(step), length = std::min(wanted, c.trust_mm);
     if (wanted > c.trust_mm)

@@ -16,13 +16,15 @@ constexpr double kSameWay = 0.995; // cosine of 6 degrees
 // Samples that are looked at each time: the deepest in material. So many of those that are nearly
 // in it, too, by this share of the contrast: a body that bulges is touched before any is inside.
 constexpr uint32_t kMostConsidered = 16, kLeastConsidered = 3;
-constexpr double kNear = 0.06;
-// What a tick may spend on contacts, in tenths of a microsecond: on each that is looked at, and on
-// the samples that have to be filtered for it. Those that held the tool may take twice as much.
-// What is left undone: of the samples in material the shallower ones are not looked at, and the
-// tick ends with a step that the others allow, or where all that held the tool were last looked at.
-// The next tick goes on with what was made.
-constexpr uint32_t kMostWork = 120, kContactWork = 4, kSamplesOfWork = 40;
+constexpr double kNear = 0.09;
+// What a tick may spend on contacts, in tenths of a microsecond: on each that is looked at, on the
+// samples that have to be filtered for it, and on each glance across a groove, which ends what was
+// begun. More behind a fast hand, which comes to what was never filtered; those that held the tool
+// may take twice as much. What is left undone: of the samples in material the shallower ones are
+// not looked at, and the tick ends with a step that the others allow, or where all that held the
+// tool were last looked at. The next tick goes on with what was made.
+constexpr uint32_t kMostWork = 110, kMostFastWork = 140, kContactWork = 4, kGlanceWork = 1,
+                   kSamplesOfWork = 40;
 // In samples: a place is deep where a contact is so far in material, and farther in noise: for each
 // sample that normals are blurred by.
 constexpr double kDeep = 0.025, kDeepInNoise = 0.15;
@@ -35,6 +37,17 @@ constexpr double kFlat = 0.004; // slope across a sample, as a share of the cont
 constexpr double kTurn = 0.7;
 constexpr double kCover = 0.65;  // how far from all samples it may lie, in distances between them
 constexpr double kFacing = 0.96; // cosine of 16 degrees, within which its plane is that of a ball
+// In samples of the coarsest axis: places of a ball that lie within the first of the surface may be
+// across a groove that it fits; by the second their clearances err, for a spline rounds off where a
+// surface begins to bend.
+constexpr double kNearGroove = 0.1, kError = 0.05;
+// In how many directions about a contact others are looked for, how far from it, and how far apart
+// places across a groove are: 15 and 12 degrees.
+constexpr int kRound = 8;
+constexpr double kBeside_rad = 0.2618, kAcross_rad = 0.2094;
+// A groove of parallel walls has normals to 1.57 on either side.
+constexpr double kWidest_rad = 1.7;
+static_assert(kRound <= ToolContacts::kMostAcross);
 
 bool is_inside(const Field::Inside& sample) {
     return sample.value >= 0.0f;
@@ -48,11 +61,12 @@ void ToolContacts::follow(const TickInput& input, const Volume& volume) {
     blur_samples_ = q.normal_blur_samples;
     is_labels_ = q.source == TouchSource::labels;
     place_points(input);
-    considered_ = 0;
+    considered_ = glances_ = 0;
 }
 
 uint32_t ToolContacts::work() const {
-    return kContactWork * considered_ + field_.filtered_samples() / kSamplesOfWork;
+    return kContactWork * considered_ + kGlanceWork * glances_ +
+           field_.filtered_samples() / kSamplesOfWork;
 }
 
 void ToolContacts::place_points(const TickInput& input) {
@@ -156,29 +170,40 @@ void ToolContacts::face(Hold& found) const {
     }
 }
 
-bool ToolContacts::consider(dvec3 at, Touch touch) {
-    ++considered_;
-    const dvec3 p = at + arm_of(touch);
-    auto [sharp, smooth] = field_.both(p);
+double ToolContacts::least_slope() const {
+    return kFlat * field_.contrast() / field_.voxel_mm();
+}
+
+Field::Both ToolContacts::felt_at(dvec3 at) {
+    auto [sharp, smooth] = field_.both(at);
     if (!is_labels_) { // a tool of samples rests on bumps, and noise is half of them in the mean
         const double share = kSmoothShare * blur_samples_;
         sharp.value += share * (smooth.value - sharp.value);
         sharp.gradient += share * (smooth.gradient - sharp.gradient);
     }
-    const double floor = kFlat * field_.contrast() / field_.voxel_mm();
+    return {sharp, smooth};
+}
+
+// By how steep the sharp field falls along a normal; no less than half the smooth one, so that a
+// flat place of it does not throw the tool out.
+double ToolContacts::clearance_of(const FieldSample& sharp, double slope, dvec3 normal) const {
+    const double fall = std::max(-glm::dot(sharp.gradient, normal), 0.5 * slope);
+    return std::clamp((field_.iso() - sharp.value) / fall, -2.0 * field_.voxel_mm(),
+                      2.0 * field_.voxel_mm());
+}
+
+bool ToolContacts::consider(dvec3 at, Touch touch, Turn turn) {
+    ++considered_;
+    const auto [sharp, smooth] = felt_at(at + arm_of(touch));
     Hold found{.touch = touch};
-    const double slope = glm::length(smooth.gradient);
+    const double slope = glm::length(smooth.gradient), floor = least_slope();
     if (slope < floor || field_.is_buried(sharp.value))
         return false;
     found.normal = -smooth.gradient / slope;
-    // How steep the sharp field falls along that normal; no less than half the smooth one, so that
-    // a flat place of it does not throw the tool out.
-    const double fall = std::max(-glm::dot(sharp.gradient, found.normal), 0.5 * slope);
-    found.clearance_mm = std::clamp((field_.iso() - sharp.value) / fall, -2.0 * field_.voxel_mm(),
-                                    2.0 * field_.voxel_mm());
+    found.clearance_mm = clearance_of(sharp, slope, found.normal);
     found.confidence = std::min(1.0, slope / (4.0 * floor));
     found.seen_mm = found.clearance_mm;
-    if (is_ball_)
+    if (is_ball_ && turn == Turn::faces)
         face(found);
     keep(found);
     return true;
@@ -192,9 +217,9 @@ void ToolContacts::keep(const Hold& found) {
         if (glm::dot(holds_[i].normal, found.normal) > kSameWay)
             place = &holds_[i];
     if (!place && count_ == kMost)
-        place = std::max_element(holds_.begin(), holds_.end(), [](const Hold& a, const Hold& b) {
-            return a.clearance_mm < b.clearance_mm;
-        });
+        place = std::max_element(
+            holds_.begin(), holds_.begin() + count_,
+            [](const Hold& a, const Hold& b) { return a.clearance_mm < b.clearance_mm; });
     if (!place)
         holds_[count_++] = found;
     else if (found.seen_mm < place->seen_mm)
@@ -202,22 +227,114 @@ void ToolContacts::keep(const Hold& found) {
 }
 
 void ToolContacts::add(const Hold& hold) {
+    across_ = 0;
     if (count_ < kMost)
         holds_[count_++] = hold;
 }
 
-void ToolContacts::find(dvec3 at, std::span<const Touch> held, bool all, bool is_first) {
-    count_ = 0;
+void ToolContacts::find(dvec3 at, const Asked& asked) {
+    count_ = across_ = 0;
     look_ = {};
-    for (const Touch& touch : held) {
-        look_.has_left_out = !is_first && work() > 2 * kMostWork;
+    most_work_ = asked.is_fast ? kMostFastWork : kMostWork;
+    for (const Touch& touch : asked.held) {
+        look_.has_left_out = !asked.is_first && work() > 2 * most_work_;
         if (look_.has_left_out)
             return;
         if (has(touch))
             consider(at, touch);
     }
-    if (all)
+    // Where it is wedged in, its contacts lie to the sides.
+    const dvec3 pushed = unit_or_zero(asked.goal_mm - at);
+    const bool is_held =
+        is_ball_ && std::any_of(holds_.begin(), holds_.begin() + count_, [&](const Hold& hold) {
+            return glm::dot(hold.normal, pushed) < 0.0;
+        });
+    if (is_held)
+        consider(at, {sphere_.nearest(pushed, 2.0 * cover_angle_), pushed}, Turn::stays);
+    if (asked.all)
         consider_deepest(at);
+    const bool is_clean = !is_labels_ && blur_samples_ == 0.0;
+    if (is_held && is_clean && !asked.is_fast)
+        look_across_groove(at, asked.all);
+}
+
+// What the place of a ball that faces along -normal sees: its clearance along that, and the normal
+// there. None where there is no slope.
+std::optional<Hold> ToolContacts::look_along(dvec3 at, dvec3 normal) {
+    ++glances_;
+    const auto [sharp, smooth] = felt_at(at - reach_mm_ * normal);
+    const double slope = glm::length(smooth.gradient), floor = least_slope();
+    if (slope < floor || field_.is_buried(sharp.value))
+        return {};
+    return Hold{.touch = {0, -normal},
+                .normal = -smooth.gradient / slope,
+                .clearance_mm = clearance_of(sharp, slope, normal),
+                .confidence = std::min(1.0, slope / (4.0 * floor))};
+}
+
+// A ball that fits the rounding of a groove touches it all across: between the contacts that are
+// known, and beside one, where it is pushed to a side. Depth is judged by what that makes of
+// clearances: what one flank errs by is no depth.
+void ToolContacts::look_across_groove(dvec3 at, bool all) {
+    const double near_mm = kNearGroove * field_.coarsest_mm();
+    if (all || bends_with_ball_) // on most bodies it does not, and each look tells
+        look_round_deepest(at, near_mm);
+    bends_with_ball_ = across_ > 0;
+    Groove groove = groove_of(holds(), near_mm);
+    across_ = 0;
+    if (groove.certainty == 0.0)
+        return;
+    widen(groove, at, near_mm);
+    const double span_rad = groove.high_rad - groove.low_rad;
+    const uint32_t steps =
+        std::clamp(static_cast<uint32_t>(std::ceil(span_rad / kAcross_rad)), 1u, kMostAcross - 1);
+    for (uint32_t k = 0; k <= steps; ++k) {
+        const dvec3 normal = groove.normal_at(groove.low_rad + span_rad * k / steps);
+        if (auto hold = look_along(at, normal)) {
+            hold->normal = normal;
+            holds_[count_ + across_++] = *hold;
+        }
+    }
+    look_.fits =
+        agree(groove, {holds_.data(), count_ + across_}, near_mm, kError * field_.coarsest_mm());
+}
+
+// For a while, those are kept as if across a groove which the ball may touch beside its deepest
+// contact.
+void ToolContacts::look_round_deepest(dvec3 at, double near_mm) {
+    const Hold& deepest = *std::min_element(
+        holds_.begin(), holds_.begin() + count_,
+        [](const Hold& a, const Hold& b) { return a.clearance_mm < b.clearance_mm; });
+    if (!(deepest.clearance_mm < near_mm))
+        return;
+    const dvec3 n = deepest.normal;
+    const dvec3 a = unit_or_zero(
+        glm::cross(n, std::abs(n.x) < 0.6 ? dvec3(1.0, 0.0, 0.0) : dvec3(0.0, 1.0, 0.0)));
+    const dvec3 b = glm::cross(n, a);
+    for (int k = 0; k < kRound; ++k) {
+        const double turn_rad = 2.0 * std::numbers::pi * k / kRound;
+        const dvec3 way = std::cos(kBeside_rad) * n +
+                          std::sin(kBeside_rad) * (std::cos(turn_rad) * a + std::sin(turn_rad) * b);
+        const auto hold = look_along(at, way);
+        if (hold && hold->clearance_mm < near_mm && glm::dot(hold->normal, way) > kFacing)
+            holds_[count_ + across_++] = *hold;
+    }
+}
+
+// As far as the surface goes on bending with the ball.
+void ToolContacts::widen(Groove& groove, dvec3 at, double near_mm) {
+    for (const double side : {-1.0, 1.0}) {
+        double& end_rad = side < 0.0 ? groove.low_rad : groove.high_rad;
+        while (std::abs(end_rad) < kWidest_rad) {
+            const auto next = look_along(at, groove.normal_at(end_rad + side * kBeside_rad));
+            if (!next || !(next->clearance_mm < near_mm))
+                break;
+            const double turned_rad = side * (groove.angle_rad_of(next->normal) - end_rad);
+            if (!(turned_rad > 0.5 * kBeside_rad))
+                break;
+            end_rad += side * std::min(turned_rad, kBeside_rad);
+        }
+    }
 }
 
 // The deepest of all samples in material say enough: the others follow when these are out. And
@@ -235,7 +352,7 @@ void ToolContacts::consider_deepest(dvec3 at) {
         inside_.begin() + std::min({count, kMostConsidered, std::max(inside, kLeastConsidered)});
     std::partial_sort(inside_.begin(), last, end, is_deeper);
     for (auto at_hand = inside_.begin(); at_hand != last; ++at_hand) {
-        look_.is_spent = work() > kMostWork;
+        look_.is_spent = work() > most_work_;
         if (look_.is_spent)
             return;
         const bool has_slope = consider(at, touch_of(at_hand->point));

@@ -4,44 +4,42 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <optional>
 #include <span>
 
 #include "haptics/proxy/algorithm.h"
 #include "haptics/proxy/field.h"
+#include "haptics/proxy/groove.h"
 #include "haptics/proxy/sphere_samples.h"
+#include "haptics/proxy/tool_hold.h"
 #include "haptics/proxy/tool_points.h"
 
 namespace palpate::haptics {
 
-// A place on a tool: one of its samples or, on a ball, the direction of any.
-struct Touch {
-    uint32_t sample = 0; // below the number of the tool's
-    glm::dvec3 way{0.0}; // unit length, world axes; 0 where the tool is no ball
-};
-
-// What holds a tool there: a plane.
-struct Hold {
-    Touch touch;
-    glm::dvec3 normal{0.0};    // unit length, out of the material
-    double clearance_mm = 0.0; // negative: in material
-    double seen_mm = 0.0;      // of the place itself, before a ball turns to face what is there
-    double confidence = 1.0;   // 0 .. 1
-};
-
 // The samples of a tool, and where they touch the field at a place: the geometry of swept-tool
 // (swept_tool.h). A place in material or nearly so is a contact: its clearance is (iso - value) /
 // slope along the smoothed normal there. Of contacts that face the same way the deepest is kept.
+// A ball that fits a groove is held by places all across it, which agree (groove.h).
 class ToolContacts {
  public:
-    static constexpr uint32_t kMost = 24; // contacts
+    static constexpr uint32_t kMost = 24;       // contacts
+    static constexpr uint32_t kMostAcross = 17; // places across a groove, besides
+    static constexpr uint32_t kMostHolds = kMost + kMostAcross;
 
     // At the start of a tick. `volume` must live until its end.
     void follow(const TickInput& input, const Volume& volume);
 
-    // Looks at the tool at a place: at the places in `held` and, with `all`, at the deepest of all
-    // samples. What a tick may spend on that is bounded: it stops where work is spent before all
-    // that are held were looked at, though never at the first look of a tick (`is_first`).
-    void find(glm::dvec3 at_mm, std::span<const Touch> held, bool all, bool is_first);
+    // Looks at the tool at a place: at the places in `held`, at that of a ball which is pushed on
+    // to goal_mm, and with `all` at the deepest of all samples; on clean grey values, where the
+    // hand is in no hurry, also across a groove that holds a ball. What a tick may spend on that is
+    // bounded: it stops where work is spent before all that are held were looked at, though never
+    // at the first look of a tick.
+    struct Asked {
+        std::span<const Touch> held;
+        glm::dvec3 goal_mm{0.0};
+        bool all = true, is_first = true, is_fast = false;
+    };
+    void find(glm::dvec3 at_mm, const Asked& asked);
 
     // Of the last find(); without `all` nothing is known of the samples but the held ones, and the
     // first four are false. A place is flat that has no slope or is buried.
@@ -50,10 +48,13 @@ class ToolContacts {
         bool any_flat = false, any_sloped = false; // among those of them that were considered
         bool is_spent = false;                     // the work of a tick; some were not considered
         bool has_left_out = false;                 // some of `held`, so that it says nothing
+        double fits = 0.0; // 0 .. 1: places that hold a ball in a groove were made to agree
     };
     const Look& look() const { return look_; }
-    std::span<const Hold> holds() const { return {holds_.data(), count_}; }
-    void add(const Hold& hold); // where there is room
+    std::span<const Hold> contacts() const { return {holds_.data(), count_}; }
+    // These and, after them, the places across a groove.
+    std::span<const Hold> holds() const { return {holds_.data(), count_ + across_}; }
+    void add(const Hold& hold); // a contact, where there is room; nothing is across a groove then
     bool is_deep() const;       // one of them, farther in material than noise tells
 
     // Whether no sample is in material there; whether there is nothing on the way, at a glance.
@@ -71,7 +72,15 @@ class ToolContacts {
     void place_points(const TickInput& input);
     uint32_t solid_points(glm::dvec3 at);
     void consider_deepest(glm::dvec3 at);
-    bool consider(glm::dvec3 at, Touch touch); // false where it has no slope
+    enum class Turn { stays, faces };
+    bool consider(glm::dvec3 at, Touch touch, Turn turn = Turn::faces); // false: it has no slope
+    std::optional<Hold> look_along(glm::dvec3 at, glm::dvec3 normal);
+    void look_across_groove(glm::dvec3 at, bool all);
+    void look_round_deepest(glm::dvec3 at, double near_mm);
+    void widen(Groove& groove, glm::dvec3 at, double near_mm);
+    Field::Both felt_at(glm::dvec3 at);
+    double least_slope() const; // value units per mm: below it a place is flat
+    double clearance_of(const FieldSample& sharp, double slope, glm::dvec3 normal) const;
     void face(Hold& found) const;
     void keep(const Hold& found);
     Touch touch_of(uint32_t sample) const {
@@ -79,7 +88,7 @@ class ToolContacts {
     }
     uint32_t work() const;
 
-    Field field_{Kinks::calm};
+    Field field_;
     double blur_samples_ = 0.0; // of normals, against noise
     bool is_labels_ = false;
 
@@ -105,10 +114,12 @@ class ToolContacts {
     std::array<uint16_t, SphereSamples::kMost> near_;
     std::array<Field::Inside, SphereSamples::kMost> inside_;
 
-    uint32_t count_ = 0;
-    std::array<Hold, kMost> holds_;
+    uint32_t count_ = 0, across_ = 0;
+    std::array<Hold, kMostHolds> holds_;
+    bool bends_with_ball_ = false; // the surface about the deepest contact, when last looked at
     Look look_;
-    uint32_t considered_ = 0; // in this tick
+    uint32_t considered_ = 0, glances_ = 0; // in this tick
+    uint32_t most_work_ = 0;
 };
 
 } // namespace palpate::haptics

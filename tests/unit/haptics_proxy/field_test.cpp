@@ -249,8 +249,8 @@ TEST(Field, PointsThatAreNotNearStayFree) {
     }
 }
 
-// A blurred step that is straightened is a distance: the surface of a plane and its normal are
-// those of the truth at any angle, and a monotone map moves no surface.
+// A blurred step that is straightened tells of a distance: the surface of a plane and its normal
+// are those of the truth at any angle, and a monotone map moves no surface.
 TEST(Field, StraightenedStepsAreDistances) {
     Random random(9);
     for (int trial = 0; trial < 12; ++trial) {
@@ -269,44 +269,44 @@ TEST(Field, StraightenedStepsAreDistances) {
             dvec3 p = random.in(dvec3(-5), dvec3(5));
             p -= glm::dot(p, n) * n;
             const FieldSample s = field->sharp(p);
-            // The quantile is cut off at 1/2000 and read from a table: a hundredth of a sample and
-            // half a degree are measured to be left.
-            ASSERT_LE(std::abs(s.value - field->iso()) / glm::length(s.gradient), 0.005);
-            ASSERT_GE(glm::dot(-glm::normalize(s.gradient), n), std::cos(glm::radians(0.5)));
+            // The quantile is cut off at 1/2000 and read from a table: 0.002 samples, 0.001 mm, and
+            // a quarter of a degree are measured to be left.
+            ASSERT_LE(std::abs(s.value - field->iso()) / glm::length(s.gradient), 0.0015);
+            ASSERT_GE(glm::dot(-glm::normalize(s.gradient), n), std::cos(glm::radians(0.3)));
         }
     }
 }
 
 // Quadratics come back as they are: the spline adds a third to the second moment, the taps take it.
 TEST(FieldFilters, UndoTheSpline) {
-    for (const dvec3 spacing : {dvec3(0.5), dvec3(0.4, 0.4, 1.2), dvec3(1.0, 0.3, 0.5)})
-        for (const Kinks kinks : {Kinks::exact, Kinks::calm}) {
-            const FieldFilters made =
-                make_filters(make_grid({8, 8, 8}, spacing, {0, 0, 0}), 0.0, false, true, kinks);
-            for (const Filter* filter : {&made.sharp, &made.smooth})
-                for (const auto& axis : filter->taps) {
-                    double sum = 0.0, first = 0.0, second = 0.0;
-                    for (int k = -filter->reach; k <= filter->reach; ++k) {
-                        const double tap = axis[static_cast<size_t>(k + filter->reach)];
-                        sum += tap;
-                        first += tap * k;
-                        second += tap * k * k;
-                    }
-                    EXPECT_NEAR(sum, 1.0, 1e-6); // a few roundings of floats
-                    EXPECT_NEAR(first, 0.0, 1e-6);
-                    EXPECT_NEAR(second, -1.0 / 3.0, 2e-6);
+    for (const dvec3 spacing : {dvec3(0.5), dvec3(0.4, 0.4, 1.2), dvec3(1.0, 0.3, 0.5)}) {
+        const FieldFilters made =
+            make_filters(make_grid({8, 8, 8}, spacing, {0, 0, 0}), 0.0, false, true);
+        for (const Filter* filter : {&made.sharp, &made.smooth})
+            for (const auto& axis : filter->taps) {
+                double sum = 0.0, first = 0.0, second = 0.0;
+                for (int k = -filter->reach; k <= filter->reach; ++k) {
+                    const double tap = axis[static_cast<size_t>(k + filter->reach)];
+                    sum += tap;
+                    first += tap * k;
+                    second += tap * k * k;
                 }
-        }
+                EXPECT_NEAR(sum, 1.0, 1e-6); // a few roundings of floats
+                EXPECT_NEAR(first, 0.0, 1e-6);
+                EXPECT_NEAR(second, -1.0 / 3.0, 2e-6);
+            }
+    }
 }
 
 // How deep, as a share of the coarsest spacing, the surface lies at most below that of a ball whose
-// radius is 0.83 of that spacing, wherever samples lie in it: the kink in its middle is near.
-double deepest_on_small_balls(Kinks kinks) {
+// radius is 0.83 of that spacing, wherever samples lie in it: the kink in its middle is near. Over
+// 100 balls, 0.072 was measured while steps were straightened to ramps, and 0.083 with five taps.
+TEST(Field, SmallBallsKeepTheirSize) {
     const touch::Storage storage{.spacing_mm = touch::kUneven_mm, .form = touch::Form::grey_i16};
     Random random(4);
     double most_mm = 0.0;
-    auto field = std::make_unique<Field>(kinks);
-    for (int trial = 0; trial < 50; ++trial) {
+    auto field = std::make_unique<Field>();
+    for (int trial = 0; trial < 100; ++trial) {
         const dvec3 middle = random.in(dvec3(-0.6), dvec3(0.6));
         touch::TouchCase body{.solid = touch::ball(middle, 1.0)};
         const touch::Scene scene = touch::make_scene(body, storage);
@@ -323,12 +323,8 @@ double deepest_on_small_balls(Kinks kinks) {
             most_mm = std::max(most_mm, 1.0 - in);
         }
     }
-    return most_mm / touch::kUneven_mm.z;
-}
-
-// 0.072 and 0.083 were measured over 100 balls.
-TEST(Field, SmallBallsKeepTheirSizeBetterWithKinksFollowed) {
-    EXPECT_LT(deepest_on_small_balls(Kinks::exact), 0.95 * deepest_on_small_balls(Kinks::calm));
+    EXPECT_LT(most_mm / touch::kUneven_mm.z, 0.06);
+    RecordProperty("deepest", std::to_string(most_mm / touch::kUneven_mm.z));
 }
 
 // Few lines along the axes reach the middle of a small body, but every normal does.

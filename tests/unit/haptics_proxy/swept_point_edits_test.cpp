@@ -154,6 +154,32 @@ TEST(SweptPoint, LabelsDifferAndMeetSmoothly) {
     EXPECT_LE(worst, 0.04);
 }
 
+// An undo over a point that touches nothing: out again from as deep as samples tell of no slope, by
+// the nearest way; the nearer the free side, the better that is.
+TEST(SweptPoint, MatterThatReturnsPushesOutAPointThatTouchedNothing) {
+    const Scene scene = make_scene(flat_plane(), {});
+    const Scene empty = make_scene(TouchCase{.id = "", .name = "", .solid = nothing()}, {});
+    const haptics::TouchParameters parameters = settings(scene);
+    for (int step = 1; step <= 7; ++step) {
+        const double depth_mm = 0.25 * step; // half a sample
+        const auto algorithm = haptics::make_swept_point();
+        haptics::TouchScene touch = empty.touch;
+        haptics::TickInput input{.scene = &touch, .parameters = &parameters};
+        input.tool.position_mm = {0.11, -0.17, 0.13 - depth_mm};
+        algorithm->reset(input);
+        for (int i = 0; i < 5; ++i)
+            EXPECT_EQ(algorithm->tick(input).contact, Contact::free);
+        touch.grey = scene.touch.grey;
+        ++touch.version;
+        haptics::TickOutput out;
+        for (int i = 0; i < 100; ++i)
+            out = algorithm->tick(input);
+        EXPECT_EQ(out.contact, Contact::touching) << depth_mm;
+        EXPECT_NEAR(out.force_n.z, depth_mm, 0.03);
+        EXPECT_NEAR(out.force_n.x, 0.0, 0.03);
+    }
+}
+
 // A start inside material: out where a surface is near, nothing felt where none is.
 TEST(SweptPoint, StartInsideMaterialIsPushedOutOrFeelsNothing) {
     const Scene scene = make_scene(flat_plane(), {});
