@@ -104,9 +104,8 @@ void ToolContacts::place_points(const TickInput& input) {
         const auto directions = sphere_.directions(q.tool_samples);
         point_count_ = static_cast<uint32_t>(directions.size());
         reach_mm_ = q.tool_radius_mm;
-        cover_angle_ =
-            std::min(kCover * std::sqrt(4.0 * std::numbers::pi / point_count_), std::numbers::pi);
-        cover_ = std::cos(cover_angle_);
+        cover_ = std::cos(
+            std::min(kCover * std::sqrt(4.0 * std::numbers::pi / point_count_), std::numbers::pi));
         for (uint32_t i = 0; i < point_count_; ++i)
             points_[i] = q.tool_radius_mm * directions[i];
     }
@@ -157,7 +156,7 @@ void ToolContacts::face(Hold& found) const {
     const dvec3 way = unit_or_zero(glm::mix(found.touch.way, -found.normal, kTurn));
     uint32_t sample = found.touch.sample;
     if (glm::dot(way, points_[sample]) < cover_ * reach_mm_) {
-        sample = sphere_.nearest(way, 2.0 * cover_angle_);
+        sample = sphere_.nearest(way);
         for (uint32_t i = 0; i < count_; ++i)
             if (holds_[i].touch.sample == sample)
                 return;
@@ -250,7 +249,7 @@ void ToolContacts::find(dvec3 at, const Asked& asked) {
             return glm::dot(hold.normal, pushed) < 0.0;
         });
     if (is_held)
-        consider(at, {sphere_.nearest(pushed, 2.0 * cover_angle_), pushed}, Turn::stays);
+        consider(at, {sphere_.nearest(pushed), pushed}, Turn::stays);
     if (asked.all)
         consider_deepest(at);
     const bool is_clean = !is_labels_ && blur_samples_ == 0.0;

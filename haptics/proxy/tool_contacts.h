@@ -95,8 +95,7 @@ class ToolContacts {
     uint32_t point_count_ = 0;
     double reach_mm_ = 0.0; // of the farthest point
     bool is_ball_ = false;
-    // Of a ball: how far from its samples places lie, and the cosine of that.
-    double cover_angle_ = 0.0, cover_ = 0.0;
+    double cover_ = 0.0; // of a ball: the cosine of how far from its samples places lie
     SphereSamples sphere_;
     std::array<glm::dvec3, SphereSamples::kMost> points_; // about the tool's origin, world axes
     std::array<glm::vec3, SphereSamples::kMost> offsets_; // the same in index space
