@@ -77,7 +77,7 @@ Commands::~Commands() {
 }
 
 void Commands::begin_pass(const std::string& name) {
-    if (device_->has_debug_utils()) {
+    if (device_->labels_commands()) {
         const VkDebugUtilsLabelEXT label{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
                                          .pLabelName = name.c_str()};
         vkCmdBeginDebugUtilsLabelEXT(buffer_, &label);
@@ -89,7 +89,7 @@ void Commands::begin_pass(const std::string& name) {
 void Commands::end_pass() {
     end_stamp();
     in_pass_ = false;
-    if (device_->has_debug_utils())
+    if (device_->labels_commands())
         vkCmdEndDebugUtilsLabelEXT(buffer_);
 }
 

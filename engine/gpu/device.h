@@ -47,7 +47,7 @@ class Device {
     bool can_filter_linearly(VkFormat format) const;
     bool has_int64_atomics() const { return int64_atomics_; } // on storage buffers
     std::vector<std::string> validation_messages() const { return instance_.messages(); }
-    bool has_debug_utils() const { return instance_.has_debug_utils(); }
+    bool labels_commands() const { return instance_.labels_commands(); }
 
     // Hands a recorded command buffer to the queue; returns the timeline value it will signal.
     uint64_t submit(VkCommandBuffer commands);

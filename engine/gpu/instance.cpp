@@ -15,15 +15,21 @@ namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 
-bool has_layer(const char* name) {
+// Layers before this one drop the labels of a command buffer on a thread of their own, without a
+// lock, while others are recorded, which now and then ends the process with a broken heap.
+// (Khronos, Vulkan-ValidationLayers, commit 2a430d9d3.)
+constexpr uint32_t kFirstWithSafeLabels = VK_MAKE_API_VERSION(0, 1, 3, 243);
+
+// 0 where it is not installed.
+uint32_t version_of_layer(const char* name) {
     uint32_t count = 0;
     vkEnumerateInstanceLayerProperties(&count, nullptr);
     std::vector<VkLayerProperties> layers(count);
     vkEnumerateInstanceLayerProperties(&count, layers.data());
     for (const auto& layer : layers)
         if (std::strcmp(layer.layerName, name) == 0)
-            return true;
-    return false;
+            return layer.specVersion;
+    return 0;
 }
 
 bool has_instance_extension(const char* name, const char* layer) {
@@ -133,11 +139,13 @@ Instance::Instance(bool validation) {
     if (volkInitialize() != VK_SUCCESS)
         throw GpuError(
             "no Vulkan loader (libvulkan.so.1) was found; install libvulkan1 and a driver");
-    if (validation && !has_layer(kValidationLayer))
+    const uint32_t layer_version = validation ? version_of_layer(kValidationLayer) : 0;
+    if (validation && layer_version == 0)
         throw GpuError("the Vulkan validation layer is not installed (vulkan-validationlayers)");
     has_debug_utils_ =
         has_instance_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME, nullptr) ||
         (validation && has_instance_extension(VK_EXT_DEBUG_UTILS_EXTENSION_NAME, kValidationLayer));
+    labels_commands_ = has_debug_utils_ && (!validation || layer_version >= kFirstWithSafeLabels);
 
     const VkApplicationInfo application{.sType = VK_STRUCTURE_TYPE_APPLICATION_INFO,
                                         .pApplicationName = "palpate",

@@ -32,6 +32,9 @@ class Instance {
 
     VkInstance handle() const { return handle_; }
     bool has_debug_utils() const { return has_debug_utils_; }
+    // Whether passes may be named in command buffers: not beside a validation layer that breaks on
+    // it.
+    bool labels_commands() const { return labels_commands_; }
 
     struct Candidate {
         VkPhysicalDevice handle;
@@ -49,7 +52,7 @@ class Instance {
 
     VkInstance handle_ = VK_NULL_HANDLE;
     VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
-    bool has_debug_utils_ = false;
+    bool has_debug_utils_ = false, labels_commands_ = false;
     mutable std::mutex mutex_;
     std::vector<std::string> messages_;
 };
