@@ -89,7 +89,7 @@ double agree(const Groove& groove, std::span<Hold> holds, double reach_mm, doubl
         const double weight = weight_of(hold, reach_mm);
         if (weight == 0.0)
             continue;
-        const double leans = groove.certainty * glm::dot(hold.normal, groove.along);
+        const double leans = groove.certainty * weight * glm::dot(hold.normal, groove.along);
         hold.normal = glm::normalize(hold.normal - leans * groove.along);
         squares += weight * glm::outerProduct(hold.normal, hold.normal);
         sums += weight * hold.clearance_mm * hold.normal;

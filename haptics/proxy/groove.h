@@ -28,8 +28,8 @@ Groove groove_of(std::span<const Hold> holds, double reach_mm);
 // ball by many times as much: its crease undulates, it slides into the next dip, and the force
 // leans by degrees. So normals are turned into the groove's plane, and clearances are drawn to
 // those of the one place of the tool that fits all of them best (least squares). Both the less, the
-// more they disagree: where they tell of another shape (a corner of three faces, a wider hollow)
-// little is changed.
+// farther a hold is from the surface and the more they disagree: where they tell of another shape
+// (a corner of three faces, a wider hollow) little is changed.
 //
 // Holds within reach_mm of the surface take part; error_mm is what clearances err by. Returns by
 // how much they are drawn: 0 .. 1; nothing is done where there is no groove.

@@ -74,11 +74,12 @@ StoredSamples::StoredSamples() {
 void StoredSamples::set(bool labels, double base, Plateaus plateaus) {
     labels_ = labels;
     base_ = base;
-    straightened_ = !labels && base > plateaus.free && base < plateaus.solid;
+    const double width = plateaus.solid - plateaus.free;
+    straightened_ = !labels && base > plateaus.free && base < plateaus.solid &&
+                    std::isfinite(static_cast<float>(1.0 / width));
     if (!straightened_)
         return;
     // Made as steep at the base as the samples are.
-    const double width = plateaus.solid - plateaus.free;
     free_ = static_cast<float>(plateaus.free);
     share_scale_ = static_cast<float>(1.0 / width);
     const double share = (base - plateaus.free) / width;

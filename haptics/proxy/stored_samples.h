@@ -26,7 +26,7 @@ Plateaus usable_plateaus(Plateaus plateaus, double iso, double blur_samples);
 class StoredSamples {
  public:
     StoredSamples();
-    // Plateaus without a base well between them are not used.
+    // Plateaus without the base between them are not used (usable_plateaus() asks for more).
     void set(bool labels, double base, Plateaus plateaus);
 
     float of(float sample) const;

@@ -43,7 +43,7 @@ class SweptPoint final : public Algorithm {
     uint32_t settle(dvec3 goal);
     dvec3 slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface);
     bool push_out(dvec3 goal);
-    bool push_out_along(std::span<const dvec3> ways);
+    bool push_out_along(std::span<const dvec3> ways, double sample_mm);
 
     State state_;
     Coupler coupler_;
@@ -167,22 +167,23 @@ uint32_t SweptPoint::settle(dvec3 goal) {
 
 // Out of material that came over the proxy: straight along the last normal, the smoothed field's,
 // or away from the tool, whichever is free first; where none is, since so deep in material nothing
-// has a slope that could be trusted, any of 26 directions. False where none is within 4 samples.
+// has a slope that could be trusted, any of 26 directions, within 4 samples of the coarsest axis.
 // Gradients are not followed on the way: inside sharp new material they point anywhere.
 bool SweptPoint::push_out(dvec3 goal) {
     State& s = state_;
     const std::array<dvec3, 3> known{s.touching ? s.normal : dvec3(0.0),
                                      -unit_or_zero(field_.smooth(s.proxy).gradient),
                                      unit_or_zero(s.proxy - goal)};
-    return push_out_along(known) || push_out_along(all_around());
+    return push_out_along(known, field_.voxel_mm()) ||
+           push_out_along(all_around(), field_.coarsest_mm());
 }
 
-// The way that is free first.
-bool SweptPoint::push_out_along(std::span<const dvec3> ways) {
+// The way that is free first, within 4 samples.
+bool SweptPoint::push_out_along(std::span<const dvec3> ways, double sample_mm) {
     State& s = state_;
     for (int i = 1; i <= 16; ++i)
         for (const dvec3& way : ways) {
-            const dvec3 next = s.proxy + 0.25 * i * field_.voxel_mm() * way;
+            const dvec3 next = s.proxy + 0.25 * i * sample_mm * way;
             if (way == dvec3(0.0) || is_solid(next))
                 continue;
             s.proxy = sweep(field_, next, s.proxy, budget_).point_mm;

@@ -23,8 +23,8 @@ constexpr double kShortest = 0.01;
 // that was not deep from one that was not looked at. Within so much of a look nothing new is
 // expected.
 constexpr double kFast = 0.3, kSeen = 0.1;
-// A ball fits a groove so well (0 .. 1) that it is moved by no more than that: what holds it across
-// the groove is other places at the next look.
+// From here on (0 .. 1) a ball fits a groove so well that a step is no longer than kSeen: what
+// holds it across the groove is other places at the next look.
 constexpr double kFits = 0.2;
 // After each time that it goes back the longest step is half as long, down to this share of it:
 // then it goes on, whatever is there.

@@ -18,11 +18,11 @@ constexpr double kSameWay = 0.995; // cosine of 6 degrees
 constexpr uint32_t kMostConsidered = 16, kLeastConsidered = 3;
 constexpr double kNear = 0.09;
 // What a tick may spend on contacts, in tenths of a microsecond: on each that is looked at, on the
-// samples that have to be filtered for it, and on each glance across a groove, which ends what was
-// begun. More behind a fast hand, which comes to what was never filtered; those that held the tool
-// may take twice as much. What is left undone: of the samples in material the shallower ones are
-// not looked at, and the tick ends with a step that the others allow, or where all that held the
-// tool were last looked at. The next tick goes on with what was made.
+// samples that have to be filtered for it, and on each glance across a groove. More behind a fast
+// hand, which comes to what was never filtered; those that held the tool may take twice as much.
+// What is left undone: of the samples in material the shallower ones are not looked at, and the
+// tick ends with a step that the others allow, or where all that held the tool were last looked at.
+// The next tick goes on with what was made.
 constexpr uint32_t kMostWork = 110, kMostFastWork = 140, kContactWork = 4, kGlanceWork = 1,
                    kSamplesOfWork = 40;
 // In samples: a place is deep where a contact is so far in material, and farther in noise: for each
@@ -234,6 +234,8 @@ void ToolContacts::add(const Hold& hold) {
 void ToolContacts::find(dvec3 at, const Asked& asked) {
     count_ = across_ = 0;
     look_ = {};
+    if (asked.all)
+        bends_with_ball_ = false;
     most_work_ = asked.is_fast ? kMostFastWork : kMostWork;
     for (const Touch& touch : asked.held) {
         look_.has_left_out = !asked.is_first && work() > 2 * most_work_;

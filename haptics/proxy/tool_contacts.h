@@ -33,7 +33,8 @@ class ToolContacts {
     // to goal_mm, and with `all` at the deepest of all samples; on clean grey values, where the
     // hand is in no hurry, also across a groove that holds a ball. What a tick may spend on that is
     // bounded: it stops where work is spent before all that are held were looked at, though never
-    // at the first look of a tick.
+    // at the first look of a tick. What is begun across a groove is done to its end: 50 glances at
+    // most.
     struct Asked {
         std::span<const Touch> held;
         glm::dvec3 goal_mm{0.0};

@@ -106,11 +106,33 @@ TEST(Groove, TakesMostOfWhatErrs) {
         EXPECT_LT(std::abs(glm::dot(hold.normal, kAlong)), 0.006) << "of 0.01";
 }
 
+// A face at the groove's end is as far from the surface as holds may be that take part: it says
+// little of the groove, and the groove little of it.
+TEST(Groove, TurnsAFaceThatComesNearByLittle) {
+    for (const double lean_deg : {10.0, 30.0})
+        for (const double share : {0.9, 0.97, 0.999}) {
+            std::vector<Hold> holds = across_groove(75.0, {});
+            const double lean = glm::radians(lean_deg);
+            const dvec3 normal = std::cos(lean) * kOut + std::sin(lean) * kAlong;
+            holds.push_back({.normal = normal, .clearance_mm = share * kReach_mm});
+            agree(groove_of(holds, kReach_mm), holds, kReach_mm, kError_mm);
+            // By no more than its weight, 1 - share^2, of how it leans.
+            const double most_rad = 1.1 * (1.0 - share * share) * lean;
+            EXPECT_GT(glm::dot(holds.back().normal, normal), std::cos(most_rad))
+                << lean_deg << " " << share;
+        }
+}
+
+// Clearances that err by 0.09 in turns: what is left by the best place is 0.073 (two thirds of them
+// err), and 0.03^2 / (0.03^2 + 0.073^2) = 0.14 is believed where all weigh the same. Those far from
+// the surface weigh less, 1 - 0.9^2: a third does not err and weighs 1.
 TEST(Groove, BelievesLittleOfWhatDisagreesMore) {
     std::vector<Hold> holds = across_groove(80.0, {}, 0.09);
     const std::vector<Hold> before = holds;
     const double share = agree(groove_of(holds, kReach_mm), holds, kReach_mm, kError_mm);
     EXPECT_LT(share, 0.35);
+    for (size_t i = 0; i < holds.size(); ++i) // by its weight, too
+        EXPECT_NEAR(holds[i].clearance_mm, before[i].clearance_mm, 0.35 * 0.19 * 0.09 + 0.005);
     // And what is out of reach is not changed at all.
     std::vector<Hold> far = across_groove(80.0, {});
     far[4].clearance_mm = 2.0 * kReach_mm;

@@ -157,27 +157,37 @@ TEST(SweptPoint, LabelsDifferAndMeetSmoothly) {
 // An undo over a point that touches nothing: out again from as deep as samples tell of no slope, by
 // the nearest way; the nearer the free side, the better that is.
 TEST(SweptPoint, MatterThatReturnsPushesOutAPointThatTouchedNothing) {
-    const Scene scene = make_scene(flat_plane(), {});
-    const Scene empty = make_scene(TouchCase{.id = "", .name = "", .solid = nothing()}, {});
-    const haptics::TouchParameters parameters = settings(scene);
-    for (int step = 1; step <= 7; ++step) {
-        const double depth_mm = 0.25 * step; // half a sample
-        const auto algorithm = haptics::make_swept_point();
-        haptics::TouchScene touch = empty.touch;
-        haptics::TickInput input{.scene = &touch, .parameters = &parameters};
-        input.tool.position_mm = {0.11, -0.17, 0.13 - depth_mm};
-        algorithm->reset(input);
-        for (int i = 0; i < 5; ++i)
-            EXPECT_EQ(algorithm->tick(input).contact, Contact::free);
-        touch.grey = scene.touch.grey;
-        ++touch.version;
-        haptics::TickOutput out;
-        for (int i = 0; i < 100; ++i)
-            out = algorithm->tick(input);
-        EXPECT_EQ(out.contact, Contact::touching) << depth_mm;
-        EXPECT_NEAR(out.force_n.z, depth_mm, 0.03);
-        EXPECT_NEAR(out.force_n.x, 0.0, 0.03);
-    }
+    for (const dvec3 spacing : {dvec3(0.5), kUneven_mm})
+        for (const dvec3 normal : {dvec3(0, 0, 1), glm::normalize(dvec3(1, 1, 1))}) {
+            const Storage storage{.spacing_mm = spacing};
+            const dvec3 surface(0.11, -0.17, 0.13);
+            TouchCase body = flat_plane();
+            body.solid = plane(surface, normal);
+            const Scene scene = make_scene(body, storage);
+            const Scene empty =
+                make_scene(TouchCase{.id = "", .name = "", .solid = nothing()}, storage);
+            const haptics::TouchParameters parameters = settings(scene);
+            for (int step = 1; step <= 7; ++step) {
+                const double depth_mm = 0.5 * step * spacing.z;
+                const auto algorithm = haptics::make_swept_point();
+                haptics::TouchScene touch = empty.touch;
+                haptics::TickInput input{.scene = &touch, .parameters = &parameters};
+                input.tool.position_mm = surface - depth_mm * normal;
+                algorithm->reset(input);
+                for (int i = 0; i < 5; ++i)
+                    EXPECT_EQ(algorithm->tick(input).contact, Contact::free);
+                touch.grey = scene.touch.grey;
+                ++touch.version;
+                haptics::TickOutput out;
+                for (int i = 0; i < 200; ++i)
+                    out = algorithm->tick(input);
+                EXPECT_EQ(out.contact, Contact::touching) << depth_mm;
+                // At 1 N/mm: 0.05 voxels deep and 1.5 degrees off, as everywhere.
+                EXPECT_NEAR(glm::dot(out.force_n, normal), depth_mm, 0.05 * voxel_mm(storage));
+                EXPECT_LE(glm::length(glm::cross(out.force_n, normal)),
+                          std::sin(glm::radians(1.5)) * depth_mm);
+            }
+        }
 }
 
 // A start inside material: out where a surface is near, nothing felt where none is.
