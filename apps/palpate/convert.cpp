@@ -69,8 +69,10 @@ Command add_convert(CLI::App& app) {
                  "Read as a label map: whole numbers, 0 is background (default: grey values)");
     return {[options] { return run_convert(*options); },
             [options] {
-                return std::vector<NamedFile>{{"V", options->read.path},
-                                              {"OUT", options->out, FileUse::write}};
+                std::vector<NamedFile> files;
+                append_volume(files, "V", options->read.path);
+                append_volume(files, "OUT", options->out, FileUse::write);
+                return files;
             }};
 }
 

@@ -35,13 +35,14 @@ struct EditOptions {
 
 // A volume may be changed in place; all else is apart.
 std::vector<NamedFile> files_of(const EditOptions& o) {
-    std::vector<NamedFile> files{{"STROKES", o.strokes},
-                                 {"--guide", o.guide},
-                                 {"-o", o.out, FileUse::write},
-                                 {"the journal of -o", o.out + ".journal", FileUse::write},
-                                 {"--report", o.report, FileUse::write}};
+    std::vector<NamedFile> files;
     if (!is_same_file(o.read.path, o.out))
-        files.insert(files.begin(), {"V", o.read.path});
+        append_volume(files, "V", o.read.path);
+    files.push_back({"STROKES", o.strokes});
+    append_volume(files, "--guide", o.guide);
+    append_volume(files, "-o", o.out, FileUse::write);
+    files.push_back({"the journal of -o", o.out + ".journal", FileUse::write});
+    files.push_back({"--report", o.report, FileUse::write});
     return files;
 }
 

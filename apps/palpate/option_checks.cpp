@@ -57,6 +57,18 @@ void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all) {
         log::warning("without effect here: {}", idle);
 }
 
+void append_volume(std::vector<NamedFile>& files, const std::string& option,
+                   const std::string& path, FileUse use) {
+    files.push_back({option, path, use});
+    std::filesystem::path beside = path;
+    const bool has_voxels_beside =
+        beside.extension() == ".mhd" || (use == FileUse::read && beside.extension() == ".nhdr");
+    beside.replace_extension(".raw");
+    std::error_code ignored;
+    if (has_voxels_beside && (use == FileUse::write || std::filesystem::exists(beside, ignored)))
+        files.push_back({"the voxels of " + option, beside.string(), use});
+}
+
 bool is_same_file(const std::string& a, const std::string& b) {
     namespace fs = std::filesystem;
     std::error_code ignored;

@@ -54,6 +54,11 @@ struct NamedFile {
     FileUse use = FileUse::read;
 };
 
+// A volume, and the .raw beside a .mhd that is written, or beside a .mhd or .nhdr that is read,
+// where there is one.
+void append_volume(std::vector<NamedFile>& files, const std::string& option,
+                   const std::string& path, FileUse use = FileUse::read);
+
 // Whether two names lead to one place on disk, be it there or not.
 bool is_same_file(const std::string& a, const std::string& b);
 

@@ -41,14 +41,19 @@ struct RenderOptions {
 
 // Those of the options, and those that the scene names.
 std::vector<NamedFile> files_of(const RenderOptions& options) {
+    const Result<SceneFile> scene = base_scene(options.scene);
+    const std::optional<StereoLayout> layout =
+        stereo_layout(options.scene, scene ? scene->scene : Scene{});
     std::vector<NamedFile> files{{"SCENE", options.scene.input},
                                  {"--labels", options.scene.labels},
-                                 {"--tf", options.scene.transfer},
-                                 {"-o", options.output, FileUse::write},
-                                 {"--preview", options.preview, FileUse::write},
-                                 {"--stats", options.stats, FileUse::write},
-                                 {"--write-scene", options.write_scene, FileUse::write}};
-    if (const Result<SceneFile> scene = base_scene(options.scene)) { // else it is told later
+                                 {"--tf", options.scene.transfer}};
+    for (const std::filesystem::path& path : frame_paths(options.output, layout))
+        files.push_back({"-o", path.string(), FileUse::write});
+    for (const std::filesystem::path& path : frame_paths(options.preview, layout))
+        files.push_back({"--preview", path.string(), FileUse::write});
+    files.insert(files.end(), {{"--stats", options.stats, FileUse::write},
+                               {"--write-scene", options.write_scene, FileUse::write}});
+    if (scene) { // else it is told later
         append_files(*scene, files);
         for (const SurfaceSource& surface : scene->surfaces)
             if (!surface.mesh.empty())

@@ -32,16 +32,23 @@ std::filesystem::path with_suffix(std::filesystem::path path, const char* suffix
 
 } // namespace
 
+std::vector<std::filesystem::path> frame_paths(const std::filesystem::path& path,
+                                               std::optional<StereoLayout> layout) {
+    if (layout == StereoLayout::separate && !path.empty())
+        return {with_suffix(path, "_left"), with_suffix(path, "_right")};
+    return {path};
+}
+
 Result<void> save_frame(const std::filesystem::path& path, ExrPrecision precision,
                         const Scene& scene, const std::vector<Image>& eyes,
                         const ImageMetadata& metadata) {
     const profile::Scope scope("save");
     if (eyes.size() == 1)
         return save_picture(path, eyes[0], precision, metadata);
-    if (scene.stereo->layout == StereoLayout::separate) {
-        auto saved = save_picture(with_suffix(path, "_left"), eyes[0], precision, metadata);
-        return saved ? save_picture(with_suffix(path, "_right"), eyes[1], precision, metadata)
-                     : saved;
+    const auto paths = frame_paths(path, scene.stereo->layout);
+    if (paths.size() == 2) {
+        auto saved = save_picture(paths[0], eyes[0], precision, metadata);
+        return saved ? save_picture(paths[1], eyes[1], precision, metadata) : saved;
     }
     return save_picture(path, join_eyes(eyes[0], eyes[1], scene.stereo->layout), precision,
                         metadata);

@@ -1,12 +1,17 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "engine/image/exr.h"
 #include "engine/scene/scene.h"
 
 namespace palpate {
+
+// What save_frame() writes to: `path`, or one file for each eye.
+std::vector<std::filesystem::path> frame_paths(const std::filesystem::path& path,
+                                               std::optional<StereoLayout> layout);
 
 // Writes the eyes of a frame to a .png or .exr: one picture, both joined as the scene's stereo
 // layout says, or NAME_left and NAME_right.

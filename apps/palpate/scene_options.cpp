@@ -403,6 +403,14 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
     return file;
 }
 
+std::optional<StereoLayout> stereo_layout(const SceneOptions& options, const Scene& scene) {
+    if (!options.stereo.empty()) {
+        const auto asked = enum_of<StereoLayout>("--stereo", options.stereo);
+        return asked ? std::optional(*asked) : std::nullopt;
+    }
+    return scene.stereo ? std::optional(scene.stereo->layout) : std::nullopt;
+}
+
 void append_files(const SceneFile& scene, std::vector<NamedFile>& files) {
     for (const auto& [what, name] :
          {std::pair("the volume of SCENE", &scene.volume), {"the labels of SCENE", &scene.labels}})

@@ -34,6 +34,10 @@ void add_scene_options(CLI::App& app, SceneOptions& options);
 // The scene file the options start from, its volumes and meshes not yet loaded.
 Result<SceneFile> base_scene(const SceneOptions& options);
 
+// How both eyes of a scene will lie in its picture; none where it has one eye, or the option is
+// wrong.
+std::optional<StereoLayout> stereo_layout(const SceneOptions& options, const Scene& scene);
+
 // The volumes that a scene names, for each_its_own().
 void append_files(const SceneFile& scene, std::vector<NamedFile>& files);
 

@@ -111,13 +111,14 @@ TouchParameters parameters_of(const TouchOptions& o, const LoadedScene& scene) {
 }
 
 std::vector<NamedFile> files_of(const TouchOptions& o) {
-    std::vector<NamedFile> files{{"SCENE", o.scene},
-                                 {"--labels", o.labels},
-                                 {"--path", o.path},
-                                 {"--report", o.report, FileUse::write},
-                                 {"--page", o.page, FileUse::write},
-                                 {"--record", o.record, FileUse::write},
-                                 {"-o", o.output, FileUse::write}};
+    std::vector<NamedFile> files;
+    append_volume(files, "SCENE", o.scene);
+    append_volume(files, "--labels", o.labels);
+    files.insert(files.end(), {{"--path", o.path},
+                               {"--report", o.report, FileUse::write},
+                               {"--page", o.page, FileUse::write},
+                               {"--record", o.record, FileUse::write}});
+    append_volume(files, "-o", o.output, FileUse::write);
     append_files(o.feel, files);
     if (is_scene_file(o.scene))
         if (const Result<SceneFile> scene = load_scene(o.scene)) // else it is told later

@@ -58,6 +58,11 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
     const std::string volume = "synthetic:ball?size=8";
     write("scene.json", R"({"volume": "one.json", "surfaces": [{"mesh": "mesh.ply"}]})");
     const std::string scene = file("scene.json").string();
+    write("stereo.json", R"({"volume": "one.json", "stereo": {"layout": "separate"}})");
+    const std::string stereo = file("stereo.json").string();
+    write("one.raw", "");
+    write("one.nhdr", "");
+    const std::string raw = file("one.raw").string(), header = file("one.nhdr").string();
     struct Case {
         std::vector<std::string> arguments;
         const char* options;
@@ -113,6 +118,20 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
         {{"touch", volume, "--path", other, "--page", one, "--profile", one},
          "--page and --profile"},
         {{"touch", scene, "--path", other, "-o", one}, "-o and the volume of SCENE"},
+        // What is written beside what an option names.
+        {{"convert", header, file("one.mhd").string()}, "the voxels of V and the voxels of OUT"},
+        {{"convert", volume, file("one.mhd").string(), "--profile", raw},
+         "the voxels of OUT and --profile"},
+        {{"edit", volume, other, "-o", file("one.mhd").string(), "--report", raw},
+         "the voxels of -o and --report"},
+        {{"render", volume, "--stereo", "separate", "-o", file("p.png").string(), "--preview",
+          file("p.png").string()},
+         "-o and --preview"},
+        {{"render", volume, "--stereo", "separate", "-o", file("p.png").string(), "--stats",
+          file("p_right.png").string()},
+         "-o and --stats"},
+        {{"render", stereo, "-o", file("p.png").string(), "--profile", file("p_left.png").string()},
+         "-o and --profile"},
     };
     for (const Case& c : cases) {
         const ProgramRun ran = run(c.arguments);
