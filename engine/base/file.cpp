@@ -31,6 +31,11 @@ Result<void> sync_to_disk(const fs::path& path) {
 
 Result<void> expect_writable(const fs::path& path) {
     std::error_code ignored;
+    // /dev/stdout leads to /proc/self/fd/1 and on to whatever that is, a file perhaps.
+    if (fs::is_symlink(path, ignored) &&
+        fs::read_symlink(path, ignored).string().starts_with("/proc/"))
+        return fail("{}: cannot be written: expected a file, found a stream of this process",
+                    path.string());
     // What is no file would be replaced by one: /dev/null too, where the user may.
     if (const fs::file_status there = fs::status(path, ignored);
         fs::exists(there) && !fs::is_regular_file(there))
@@ -42,11 +47,17 @@ Result<void> expect_writable(const fs::path& path) {
     return {};
 }
 
-Result<void> write_atomically(const fs::path& path,
+Result<void> write_atomically(const fs::path& asked,
                               const std::function<Result<void>(const fs::path&)>& write) {
-    if (Result<void> can = expect_writable(path); !can)
+    if (Result<void> can = expect_writable(asked); !can)
         return can;
     std::error_code ignored;
+    fs::path path = asked;
+    if (fs::is_symlink(asked, ignored) && fs::exists(asked, ignored)) {
+        path = fs::canonical(asked, ignored);
+        if (Result<void> can = expect_writable(path); !can)
+            return can;
+    }
     fs::path temporary = path;
     temporary.replace_filename(fmt::format(".{}.tmp.{}", ::getpid(), path.filename().string()));
     Result<void> written;

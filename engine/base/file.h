@@ -16,7 +16,8 @@ namespace palpate {
 // `write(temporary)` fills a file of another name in the same folder; when it succeeds the file is
 // synced and renamed to `path`, else (also when it throws) it is removed. A program killed in
 // between leaves at most the temporary file, named ".<process>.tmp.<name>", never a partial `path`.
-// The temporary name ends as `path` does, because some writers choose the format by it.
+// The temporary name ends as `path` does, because some writers choose the format by it. Where
+// `path` is a link to a file, that file is written, and the link stays.
 Result<void> write_atomically(
     const std::filesystem::path& path,
     const std::function<Result<void>(const std::filesystem::path& temporary)>& write);

@@ -83,6 +83,24 @@ TEST_F(File, WhatIsNoFileIsLeftAlone) {
     EXPECT_TRUE(names().empty());
 }
 
+// What a link leads to is written, and the link stays; streams of the process are no files,
+// whatever they lead to.
+TEST_F(File, LinksStay) {
+    write("real", "old");
+    fs::create_symlink("real", file("link"));
+    ASSERT_TRUE(save_bytes(file("link"), as_bytes("new")));
+    EXPECT_TRUE(fs::is_symlink(file("link")));
+    EXPECT_EQ(bytes_of("real"), "new");
+    fs::create_symlink("/dev/null", file("null"));
+    EXPECT_FALSE(save_bytes(file("null"), as_bytes("x")));
+    fs::create_symlink("/proc/self/fd/1", file("stream"));
+    EXPECT_FALSE(save_bytes(file("stream"), as_bytes("x")));
+    EXPECT_TRUE(fs::is_symlink(file("stream")));
+    fs::create_symlink("absent", file("dangling"));
+    EXPECT_TRUE(save_bytes(file("dangling"), as_bytes("x")));
+    EXPECT_EQ(bytes_of("dangling"), "x");
+}
+
 // Neither place can be written by anyone, the superuser included.
 TEST_F(File, FolderThatCannotBeWrittenIsOneSentence) {
     write("plain", "a file");
