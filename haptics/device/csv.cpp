@@ -52,6 +52,9 @@ Result<std::vector<size_t>> read_names(const std::vector<std::string_view>& cell
 Result<void> read_csv(std::string_view text, const std::string& name,
                       std::span<const CsvColumn> columns,
                       const std::function<Result<void>(std::span<const double>, size_t)>& row) {
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF"; // of spreadsheet programs
+    if (text.starts_with(kByteOrderMark))
+        text.remove_prefix(kByteOrderMark.size());
     std::vector<std::string_view> cells;
     std::vector<size_t> at;
     std::vector<double> values(columns.size());

@@ -42,6 +42,13 @@ TEST(HandPath, ReadsColumnsInAnyOrderAndPassesOthersOver) {
     EXPECT_EQ(path->poses()[1].tool.position_mm, glm::dvec3(4, 5, 6));
 }
 
+TEST(HandPath, PassesOverAByteOrderMark) {
+    const Result<HandPath> path =
+        parse_hand_path("\xEF\xBB\xBFtime_s,x_mm,y_mm,z_mm\r\n0,1,2,3\r\n", "p.csv");
+    ASSERT_TRUE(path) << path.error().message;
+    EXPECT_EQ(path->poses().front().tool.position_mm, glm::dvec3(1, 2, 3));
+}
+
 TEST(HandPath, SaysWhereATextIsWrong) {
     const auto why = [](const char* text) {
         const Result<HandPath> path = parse_hand_path(text, "p.csv");
