@@ -27,10 +27,11 @@ std::string suite_list() {
 
 std::vector<NamedFile> files_of(const BenchOptions& options) {
     const std::filesystem::path out = options.out;
-    return {{"--ct", options.head_ct},
-            {"--labels", options.labels},
-            {"the result in --out", (out / (options.suite + ".json")).string(), FileUse::write},
-            {"the page in --out", (out / "index.html").string(), FileUse::write}};
+    return {
+        {"--ct", options.head_ct},
+        {"--labels", options.labels},
+        {"the result in --out", (out / (options.suite + ".json")).string(), FileUse::write, true},
+        {"the page in --out", (out / "index.html").string(), FileUse::write, true}};
 }
 
 Result<void> run_bench(const BenchOptions& options) {

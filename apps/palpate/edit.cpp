@@ -9,7 +9,6 @@
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
-#include "engine/base/writable.h"
 #include "engine/edit/history.h"
 #include "engine/edit/journal.h"
 #include "engine/edit/stroke_run.h"
@@ -250,11 +249,6 @@ Result<Input> load_input(const EditOptions& options, bool labels, const Interrup
 
 Result<void> run_edit(const EditOptions& options) {
     const fs::path journal_path = options.out + ".journal";
-    // Before the work, not after it.
-    for (const std::string& path : {options.out, options.report})
-        if (!path.empty())
-            if (Result<void> can = expect_writable(path); !can)
-                return can;
     const Interrupt interrupt;
     Result<std::vector<JournalEntry>> wanted = strokes_of_file(options);
     if (!wanted)

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -57,11 +58,12 @@ std::string version_text() {
                                : fmt::format("palpate {} ({})", PALPATE_VERSION, commit);
 }
 
-// Before the work: no file that is written is named by two options.
-palpate::Result<void> expect_files_apart(const Command& command, const std::string& trace) {
+// Before the work: no file that is written is named by two options, and each can be.
+palpate::Result<void> expect_files(const Command& command, const std::string& trace) {
     std::vector<palpate::NamedFile> files = command.files();
     files.push_back({"--profile", trace, palpate::FileUse::write});
-    return palpate::each_its_own(files);
+    palpate::Result<void> apart = palpate::each_its_own(files);
+    return apart ? palpate::all_can_be_written(files) : apart;
 }
 
 } // namespace
@@ -100,7 +102,7 @@ int main(int argc, char** argv) {
     try {
         for (auto& [sub, command] : commands)
             if (sub->parsed()) {
-                palpate::Result<void> result = expect_files_apart(command, trace);
+                palpate::Result<void> result = expect_files(command, trace);
                 if (result)
                     result = profiled(command, trace);
                 if (!result)
@@ -111,6 +113,8 @@ int main(int argc, char** argv) {
                     return 0;
                 return 1;
             }
+    } catch (const std::bad_alloc&) {
+        palpate::log::error("expected more memory than there is");
     } catch (const std::exception& error) {
         palpate::log::error("{}", error.what());
     }

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "engine/base/log.h"
+#include "engine/base/writable.h"
 
 namespace palpate {
 
@@ -18,7 +19,7 @@ std::optional<double> finite(const std::string& text) {
 }
 
 template <class Holds>
-CLI::Validator number(const char* words, Holds holds) {
+CLI::Validator number(const std::string& words, Holds holds) {
     return CLI::Validator(
         [words, holds](const std::string& text) {
             const std::optional<double> value = finite(text);
@@ -36,6 +37,11 @@ CLI::Validator positive() {
 
 CLI::Validator non_negative() {
     return number("a number of 0 or above", [](double v) { return v >= 0.0; });
+}
+
+CLI::Validator within(double least, double most) {
+    return number(fmt::format("a number from {:g} to {:g}", least, most),
+                  [least, most](double v) { return v >= least && v <= most; });
 }
 
 void refuse_not_finite(CLI::App& app) {
@@ -74,6 +80,15 @@ bool is_same_file(const std::string& a, const std::string& b) {
     std::error_code ignored;
     return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored) ||
            fs::equivalent(a, b, ignored);
+}
+
+Result<void> all_can_be_written(std::span<const NamedFile> files) {
+    for (const NamedFile& file : files)
+        if (file.use == FileUse::write && !file.makes_folder && !file.path.empty() &&
+            file.path != "-")
+            if (Result<void> can = expect_writable(file.path); !can)
+                return can;
+    return {};
 }
 
 Result<void> each_its_own(std::span<const NamedFile> files) {

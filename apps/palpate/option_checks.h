@@ -14,6 +14,7 @@ namespace palpate {
 // infinity are neither.
 CLI::Validator positive();     // above 0
 CLI::Validator non_negative(); // 0 or above
+CLI::Validator within(double least, double most);
 
 // Lets no option of `app` or its sub-commands that holds a floating-point number take one that is
 // not finite.
@@ -52,6 +53,7 @@ struct NamedFile {
     std::string option;
     std::string path; // "" and "-" name no file
     FileUse use = FileUse::read;
+    bool makes_folder = false; // its folder is made before it is written
 };
 
 // A volume, and the .raw beside a .mhd that is written, or beside a .mhd or .nhdr that is read,
@@ -64,5 +66,8 @@ bool is_same_file(const std::string& a, const std::string& b);
 
 // An error where a file that is written is named twice.
 Result<void> each_its_own(std::span<const NamedFile> files);
+
+// An error where a file cannot be written: before the work, not after an hour of it.
+Result<void> all_can_be_written(std::span<const NamedFile> files);
 
 } // namespace palpate

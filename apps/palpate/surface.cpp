@@ -15,7 +15,6 @@
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
-#include "engine/base/writable.h"
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/decimate.h"
 #include "engine/mesh/label_surfaces.h"
@@ -280,11 +279,6 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
             "stay within");
     if (options.labels && options.on == ExtractOn::gpu)
         return fail("--on gpu: expected --iso, found --labels, which the processor extracts");
-    // Before the work, not after it: no mesh without the report that was asked for.
-    for (const std::string& path : {options.out, options.report})
-        if (!path.empty() && path != "-")
-            if (Result<void> can = expect_writable(path); !can)
-                return can;
     warn_of_idle_options(options, app);
     const Interrupt interrupt;
     Stages stages(interrupt);

@@ -88,8 +88,9 @@ Result<haptics::HandPath> hand_path(const TouchOptions& o, const Grid& grid) {
     shape.at_mm = o.at.empty() ? center_mm(grid) : glm::dvec3(o.at[0], o.at[1], o.at[2]);
     if (!o.direction.empty())
         shape.direction = {o.direction[0], o.direction[1], o.direction[2]};
-    if (!(glm::length(shape.direction) > 0.0))
-        return fail("--direction: expected a direction, found 0,0,0");
+    if (const double length = glm::length(shape.direction);
+        !(length > 0.0 && std::isfinite(length)))
+        return fail("--direction: expected a direction, found a length of {:g}", length);
     return entry->make(shape);
 }
 
@@ -130,9 +131,56 @@ Result<void> write_text(const std::string& path, const std::string& text) {
     return path.empty() ? Result<void>{} : save_bytes(path, std::as_bytes(std::span(text)));
 }
 
+// Standard output has the summary.
+Result<void> expect_files_alone(const TouchOptions& o) {
+    for (const auto& [option, path] : {std::pair("--report", &o.report),
+                                       {"--page", &o.page},
+                                       {"--record", &o.record},
+                                       {"-o", &o.output}})
+        if (*path == "-")
+            return fail("{}: expected a file, found '-': standard output has the summary", option);
+    return {};
+}
+
+void warn_of_idle_options(const CLI::App& app, const TouchOptions& o) {
+    const std::string_view name = o.algorithm;
+    const bool is_tool = name == "swept-tool", is_sphere = is_tool || name == "vidholm-2004",
+               has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
+    const IdleOptions idle[] = {
+        {!is_sphere && name != "eriksson-2006",
+         {"--radius"},
+         "of swept-tool, vidholm-2004 and eriksson-2006"},
+        {!is_sphere, {"--samples"}, "of swept-tool and vidholm-2004"},
+        {!name.starts_with("wish-2008-"), {"--transfer", "--transfer-across"}, "of wish-2008-*"},
+        {name != "wish-2008-vector", {"--field"}, "of wish-2008-vector"},
+        {!has_window, {"--opacity"}, "of koerner-1999, swept-local and swept-mesh"},
+        {name != "swept-mesh", {"--mesh"}, "of swept-mesh"},
+        {!is_tool, {"--felt-tool"}, "of swept-tool"},
+        {o.feel.edit.empty() && o.feel.drill_mm == 0.0, {"--tool"}, "without --edit and --drill"},
+        {o.path.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
+        {!o.path.empty(),
+         {"--at", "--direction", "--depth", "--distance", "--speed", "--frequency", "--duration",
+          "--seed"},
+         "without --trajectory"}};
+    warn_of_idle(app, idle);
+}
+
+void warn_of_nothing_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
+    if (s.contact_ticks > 0 && s.most_force_n > 0.0)
+        return;
+    if (o.algorithm.starts_with("wish-2008-") && o.feel.transfer.empty() &&
+        o.feel.transfer_across.empty())
+        log::warning("nothing was felt: expected --transfer, which is 0");
+    else if (s.contact_ticks == 0)
+        log::warning("nothing was touched: the path leads through nothing that is solid at --iso");
+    else
+        log::warning("nothing was felt: force was 0 all the time");
+}
+
 void say(const haptics::TouchSummary& s, Json json) {
     json.members.insert(json.members.begin(),
-                        {{"contact_ticks", Json::of(static_cast<double>(s.contact_ticks))},
+                        {{"path_ticks", Json::of(static_cast<double>(s.ticks))},
+                         {"contact_ticks", Json::of(static_cast<double>(s.contact_ticks))},
                          {"most_force_n", Json::of(s.most_force_n)},
                          {"largest_step_n", Json::of(s.largest_step_n)},
                          {"most_depth_mm", Json::of(s.most_depth_mm)},
@@ -142,6 +190,8 @@ void say(const haptics::TouchSummary& s, Json json) {
 }
 
 Result<void> run_touch(const TouchOptions& o) {
+    if (Result<void> files = expect_files_alone(o); !files)
+        return files;
     const AlgorithmEntry* algorithm = haptics::find_algorithm(o.algorithm);
     if (!algorithm)
         return fail("--algorithm: expected one of {}, found '{}'", names_of(haptics::algorithms()),
@@ -185,8 +235,11 @@ Result<void> run_touch(const TouchOptions& o) {
     if (done && !o.output.empty())
         done = save_volume(o.output, edits_labels ? *run->scene.labels : *run->scene.grey,
                            interrupt.token());
-    if (done)
-        say(haptics::summarise(run->ticks, run->start_ns), std::move(run->telemetry));
+    if (done) {
+        const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
+        warn_of_nothing_felt(summary, o);
+        say(summary, std::move(run->telemetry));
+    }
     return done;
 }
 
@@ -235,26 +288,34 @@ Command add_touch(CLI::App& app) {
                    "Simulated device: " + names_of(haptics::device_presets()) +
                        "; or exact: the tool follows the path whatever the force")
         ->capture_default_str();
+    using Most = haptics::MostTouch;
     app.add_option(
-        "--iso", o->iso,
-        "Values at or above it are solid (default: 300 HU for CT, else half of the range)");
-    app.add_option("--radius", o->radius_mm, "Of the tool, mm; 0 is a point")
-        ->check(non_negative())
+           "--iso", o->iso,
+           "Values at or above it are solid (default: 300 HU for CT, else half of the range)")
+        ->check(within(-Most::value, Most::value));
+    app.add_option("--radius", o->radius_mm,
+                   "Of the tool of swept-tool, vidholm-2004 and eriksson-2006, mm; 0 is a point")
+        ->check(within(0.0, Most::radius_mm))
         ->capture_default_str();
-    app.add_option("--samples", o->samples, "Of sampled tools")->capture_default_str();
+    app.add_option("--samples", o->samples, "Of the tool of swept-tool and vidholm-2004")
+        ->check(CLI::Range(1u, Most::samples))
+        ->capture_default_str();
     app.add_option("--stiffness", o->stiffness, "N/m")
-        ->check(non_negative())
+        ->check(within(0.0, Most::stiffness_n_per_m))
         ->capture_default_str();
-    app.add_option("--damping", o->damping, "N s/m")->check(non_negative())->capture_default_str();
+    app.add_option("--damping", o->damping, "N s/m")
+        ->check(within(0.0, Most::damping_n_s_per_m))
+        ->capture_default_str();
     app.add_option("--friction", o->friction,
                    "Coulomb coefficients: static, or static,dynamic (default 0)")
         ->delimiter(',')
-        ->expected(1, 2);
+        ->expected(1, 2)
+        ->check(within(0.0, Most::friction));
     app.add_option("--yield", o->yield_n, "T0: force above which material yields, N; 0 is never")
-        ->check(non_negative())
+        ->check(within(0.0, Most::force_n))
         ->capture_default_str();
     app.add_option("--viscosity", o->viscosity, "N s/m")
-        ->check(non_negative())
+        ->check(within(0.0, Most::damping_n_s_per_m))
         ->capture_default_str();
     app.add_option("--rate", o->rate_hz, "Ticks a second, Hz")
         ->check(CLI::Range(100.0, 20000.0))
@@ -283,7 +344,11 @@ Command add_touch(CLI::App& app) {
                    "The volume as it is at the end, or its labels where --edit changes those "
                    "(default: none)")
         ->type_name("FILE");
-    return {[o] { return run_touch(*o); }, [o] { return files_of(*o); }};
+    return {[o, &app] {
+                warn_of_idle_options(app, *o);
+                return run_touch(*o);
+            },
+            [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

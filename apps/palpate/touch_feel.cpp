@@ -11,6 +11,7 @@
 #include "engine/base/log.h"
 #include "engine/edit/stroke.h"
 #include "engine/io/mesh_io.h"
+#include "haptics/proxy/coupling.h"
 #include "haptics/proxy/field.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "haptics/proxy/tool_points.h"
@@ -21,6 +22,7 @@ namespace {
 
 using haptics::HapticTransfer;
 using haptics::LabelTouch;
+using haptics::MostTouch;
 using haptics::TouchSource;
 
 // "1,2.5" with ',' is {1, 2.5}; nothing where a piece is no finite number.
@@ -88,6 +90,11 @@ Result<LabelTouch> read_label(const std::string& text) {
         touch.friction_static = touch.friction_dynamic = (*n)[2];
     if (n->size() > 3)
         touch.yield_n = (*n)[3];
+    if (!haptics::is_sane(touch))
+        return fail(
+            "--label-feel: expected at most {:g} N/m, a friction of {:g} and {:g} N, "
+            "found '{}'",
+            MostTouch::stiffness_n_per_m, MostTouch::friction, MostTouch::force_n, text);
     return touch;
 }
 
@@ -280,9 +287,15 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     Result<HapticTransfer> along = read_transfer("--transfer", o.transfer, true);
     Result<HapticTransfer> across = read_transfer("--transfer-across", o.transfer_across, true);
     Result<HapticTransfer> opacity = read_transfer("--opacity", o.opacity, false);
-    for (Result<HapticTransfer>* transfer : {&along, &across, &opacity})
+    for (const auto& [option, transfer] : {std::pair("--transfer", &along),
+                                           {"--transfer-across", &across},
+                                           {"--opacity", &opacity}}) {
         if (!*transfer)
             return pass_on(*transfer);
+        if (!haptics::is_sane(**transfer))
+            return fail("{}: expected numbers of at most {:g}, at values within {:g}", option,
+                        MostTouch::force_n, MostTouch::value);
+    }
     feel.parameters.transfer = {*along, *across, *across};
     feel.parameters.opacity = *opacity;
 

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "engine/base/log.h"
+#include "engine/base/memory.h"
 #include "engine/edit/stroke_run.h"
 #include "haptics/servo/brick_lock.h"
 #include "haptics/servo/servo_thread.h"
@@ -180,6 +181,13 @@ Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop
         preset.capabilities.workspace_m = glm::dvec3(10.0);
 
     const auto period_ns = std::llround(1e9 / setup.rate_hz);
+    // All ticks are kept, and as text in the end; the device may have the path as well.
+    constexpr double kBytes = sizeof(ServoTick) + 2 * sizeof(DeviceRecord) + 1024;
+    const double needed = path.end_s() * setup.rate_hz * kBytes;
+    if (!(needed < 0.75 * static_cast<double>(physical_memory_bytes())))
+        return fail(
+            "a path of {:g} s at {:g} Hz: expected one that fits into memory, found {:.3g} GiB",
+            path.end_s() - kLead_s, setup.rate_hz, needed * 0x1p-30);
     const auto count = static_cast<size_t>(path.end_s() * setup.rate_hz) + 1;
     TouchRun run;
     const int64_t begin_ns = setup.real_time ? monotonic_ns() + period_ns : 0;

@@ -100,6 +100,15 @@ struct TouchParameters {
     std::array<LabelTouch, kMostLabels> labels{};
 };
 
+// The most that parameters may be, each 0 at least. Beyond that nothing is felt: every tick answers
+// Contact::unknown.
+struct MostTouch {
+    static constexpr double radius_mm = 1e4, stiffness_n_per_m = 1e6, damping_n_s_per_m = 1e5,
+                            friction = 100.0, force_n = 1e4, value = 1e30, drill_mm = 1e4,
+                            delay_s = 10.0;
+    static constexpr uint32_t samples = 4096;
+};
+
 struct TickInput {
     ToolPose tool;                               // where the hand holds the device, in world
     glm::dvec3 velocity_mm_per_s{0.0};           // of the tool

@@ -18,26 +18,39 @@ inline bool is_place(glm::dvec3 mm) {
 }
 
 // What a person sets is a number, and not beyond all bounds.
-inline bool is_sane(const TouchParameters& p) {
+inline bool is_sane(const LabelTouch& l) {
     const auto within = [](double value, double most) { return value >= 0.0 && value <= most; };
-    bool sane = std::abs(p.iso) <= 1e30 && within(p.tool_radius_mm, 1e4) &&
-                within(p.stiffness_n_per_m, 1e6) && within(p.damping_n_s_per_m, 1e5) &&
-                within(p.friction_static, 100.0) && within(p.friction_dynamic, 100.0) &&
-                within(p.yield_n, 1e4) && within(p.viscosity_n_s_per_m, 1e5) &&
-                within(p.vibration_n, 1e4) && within(p.normal_blur_samples, 1.0) &&
-                std::abs(p.free_value) <= 1e30 && std::abs(p.solid_value) <= 1e30 &&
-                within(p.surface_delay_s, 10.0) && within(p.drill_threshold_mm, 1e4);
-    for (const HapticTransfer& t : {p.transfer[0], p.transfer[1], p.transfer[2], p.opacity}) {
-        sane = sane && std::abs(t.strength_n) <= 1e4 && std::abs(t.center) <= 1e30 &&
-               std::abs(t.width) <= 1e30;
-        for (uint32_t i = 0; i < std::min(t.point_count, HapticTransfer::kMostPoints); ++i)
-            sane = sane && std::abs(t.forces_n[i]) <= 1e4 && std::abs(t.values[i]) <= 1e30;
-    }
-    for (uint32_t i = 0; i < std::min(p.label_count, TouchParameters::kMostLabels); ++i) {
-        const LabelTouch& l = p.labels[i];
-        sane = sane && within(l.stiffness_n_per_m, 1e6) && within(l.friction_static, 100.0) &&
-               within(l.friction_dynamic, 100.0) && within(l.yield_n, 1e4);
-    }
+    return within(l.stiffness_n_per_m, MostTouch::stiffness_n_per_m) &&
+           within(l.friction_static, MostTouch::friction) &&
+           within(l.friction_dynamic, MostTouch::friction) && within(l.yield_n, MostTouch::force_n);
+}
+
+inline bool is_sane(const HapticTransfer& t) {
+    bool sane = std::abs(t.strength_n) <= MostTouch::force_n &&
+                std::abs(t.center) <= MostTouch::value && std::abs(t.width) <= MostTouch::value;
+    for (uint32_t i = 0; i < std::min(t.point_count, HapticTransfer::kMostPoints); ++i)
+        sane = sane && std::abs(t.forces_n[i]) <= MostTouch::force_n &&
+               std::abs(t.values[i]) <= MostTouch::value;
+    return sane;
+}
+
+inline bool is_sane(const TouchParameters& p) {
+    using Most = MostTouch;
+    const auto within = [](double value, double most) { return value >= 0.0 && value <= most; };
+    bool sane = std::abs(p.iso) <= Most::value && within(p.tool_radius_mm, Most::radius_mm) &&
+                within(p.stiffness_n_per_m, Most::stiffness_n_per_m) &&
+                within(p.damping_n_s_per_m, Most::damping_n_s_per_m) &&
+                within(p.friction_static, Most::friction) &&
+                within(p.friction_dynamic, Most::friction) && within(p.yield_n, Most::force_n) &&
+                within(p.viscosity_n_s_per_m, Most::damping_n_s_per_m) &&
+                within(p.vibration_n, Most::force_n) && within(p.normal_blur_samples, 1.0) &&
+                std::abs(p.free_value) <= Most::value && std::abs(p.solid_value) <= Most::value &&
+                within(p.surface_delay_s, Most::delay_s) &&
+                within(p.drill_threshold_mm, Most::drill_mm);
+    for (const HapticTransfer& t : {p.transfer[0], p.transfer[1], p.transfer[2], p.opacity})
+        sane = sane && is_sane(t);
+    for (uint32_t i = 0; i < std::min(p.label_count, TouchParameters::kMostLabels); ++i)
+        sane = sane && is_sane(p.labels[i]);
     return sane;
 }
 

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -328,6 +330,71 @@ TEST_F(TouchCommand, SaysWhatIsWrong) {
     bad = run(arguments("none"));
     EXPECT_EQ(bad.exit_code, 1);
     EXPECT_THAT(bad.messages, HasSubstr("path.csv:2: y_mm: expected a number, found 'zero'"));
+}
+
+// Before the run, not after an hour of it.
+TEST_F(TouchCommand, RefusesWhatCannotBeWritten) {
+    write_path();
+    for (const char* option : {"--report", "--page", "--record", "-o"})
+        for (const char* path : {"no/such/folder.csv", "-", "/dev/stdout"}) {
+            const ProgramRun bad =
+                run({"touch", "synthetic:ball?size=8", "--trajectory", "press", option, path});
+            EXPECT_EQ(bad.exit_code, 1) << option << " " << path;
+            EXPECT_EQ(bad.output, "");
+            EXPECT_EQ(std::count(bad.messages.begin(), bad.messages.end(), '\n'), 1)
+                << bad.messages;
+        }
+    EXPECT_FALSE(std::filesystem::exists("-"));
+    EXPECT_TRUE(std::filesystem::is_symlink("/dev/stdout"));
+}
+
+TEST_F(TouchCommand, RefusesWhatIsBeyondAllBounds) {
+    write_path();
+    const std::vector<std::pair<std::vector<std::string>, int>> cases{
+        {{"--friction", "-1"}, 2},
+        {{"--friction", "0.3,101"}, 2},
+        {{"--stiffness", "1.1e6"}, 2},
+        {{"--yield", "1e5"}, 2},
+        {{"--viscosity", "1e30"}, 2},
+        {{"--damping", "1e6"}, 2},
+        {{"--radius", "1e9"}, 2},
+        {{"--samples", "0"}, 2},
+        {{"--iso", "1e31"}, 2},
+        {{"--label-feel", "5,1e30"}, 1},
+        {{"--transfer-across", "1e9"}, 1},
+        {{"--opacity", "0:0,1e31:1"}, 1},
+    };
+    for (const auto& [more, code] : cases) {
+        std::vector<std::string> command = arguments("swept-point");
+        command.insert(command.end(), more.begin(), more.end());
+        const ProgramRun bad = run(command);
+        EXPECT_EQ(bad.exit_code, code) << more[0] << bad.messages;
+        EXPECT_THAT(bad.messages, HasSubstr(more[0] + ": ")) << more[1];
+    }
+    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n1e9,0,0,30\n");
+    const ProgramRun long_one = run(arguments("none"));
+    EXPECT_EQ(long_one.exit_code, 1);
+    EXPECT_THAT(long_one.messages, HasSubstr("expected one that fits into memory"));
+}
+
+TEST_F(TouchCommand, SaysWhatChangesNothingAndThatNothingWasFelt) {
+    write_path();
+    const auto said = [&](const char* algorithm, const std::vector<std::string>& more) {
+        std::vector<std::string> command = arguments(algorithm);
+        command.insert(command.end(), more.begin(), more.end());
+        const ProgramRun ran = run(command);
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        return ran.messages;
+    };
+    EXPECT_THAT(
+        said("swept-point", {"--radius", "5", "--mesh", "no.ply", "--depth", "3"}),
+        HasSubstr("without effect here: --radius (of swept-tool, vidholm-2004 and "
+                  "eriksson-2006), --mesh (of swept-mesh), --depth (without --trajectory)"));
+    EXPECT_THAT(said("swept-tool", {"--radius", "1"}),
+                testing::Not(HasSubstr("without effect here")));
+    EXPECT_THAT(said("wish-2008-surface", {}), HasSubstr("nothing was felt: expected --transfer"));
+    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,0,40\n");
+    EXPECT_THAT(said("swept-point", {}), HasSubstr("nothing was touched"));
 }
 
 } // namespace
