@@ -166,7 +166,7 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o) {
 }
 
 void warn_of_nothing_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
-    if (s.contact_ticks > 0 && s.most_force_n > 0.0)
+    if ((s.contact_ticks > 0 && s.most_force_n > 0.0) || o.algorithm == "none")
         return;
     if (o.algorithm.starts_with("wish-2008-") && o.feel.transfer.empty() &&
         o.feel.transfer_across.empty())
@@ -189,13 +189,14 @@ void say(const haptics::TouchSummary& s, Json json) {
     fmt::print("{}", json_text(json));
 }
 
-Result<void> run_touch(const TouchOptions& o) {
+Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (Result<void> files = expect_files_alone(o); !files)
         return files;
     const AlgorithmEntry* algorithm = haptics::find_algorithm(o.algorithm);
     if (!algorithm)
         return fail("--algorithm: expected one of {}, found '{}'", names_of(haptics::algorithms()),
                     o.algorithm);
+    warn_of_idle_options(app, o);
     const Interrupt interrupt;
     Result<LoadedScene> scene = load_touched(o, interrupt);
     if (!scene)
@@ -344,11 +345,7 @@ Command add_touch(CLI::App& app) {
                    "The volume as it is at the end, or its labels where --edit changes those "
                    "(default: none)")
         ->type_name("FILE");
-    return {[o, &app] {
-                warn_of_idle_options(app, *o);
-                return run_touch(*o);
-            },
-            [o] { return files_of(*o); }};
+    return {[o, &app] { return run_touch(*o, app); }, [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

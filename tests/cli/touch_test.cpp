@@ -395,6 +395,7 @@ TEST_F(TouchCommand, SaysWhatChangesNothingAndThatNothingWasFelt) {
     EXPECT_THAT(said("wish-2008-surface", {}), HasSubstr("nothing was felt: expected --transfer"));
     write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,0,40\n");
     EXPECT_THAT(said("swept-point", {}), HasSubstr("nothing was touched"));
+    EXPECT_EQ(said("none", {}), "");
 }
 
 } // namespace
