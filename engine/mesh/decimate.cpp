@@ -9,6 +9,7 @@
 #include "engine/base/assert.h"
 #include "engine/mesh/distance.h"
 #include "engine/mesh/topology.h"
+#include "engine/mesh/used_positions.h"
 
 namespace palpate {
 
@@ -95,20 +96,8 @@ Mesh collapsed(const Mesh& mesh, const std::vector<Patch>& patches,
         if (!mesh.outer_labels.empty())
             result.outer_labels.resize(result.triangles.size(), patch.outer);
     }
-    std::vector<uint32_t> renamed(mesh.positions.size(), 0);
-    for (const glm::uvec3 t : result.triangles)
-        for (int i = 0; i < 3; ++i)
-            renamed[t[i]] = 1;
-    for (size_t v = 0; v < renamed.size(); ++v) {
-        if (renamed[v] == 0)
-            continue;
-        renamed[v] = static_cast<uint32_t>(result.positions.size());
-        result.positions.push_back(mesh.positions[v]);
-        if (!mesh.normals.empty())
-            result.normals.push_back(mesh.normals[v]);
-    }
-    for (glm::uvec3& t : result.triangles)
-        t = {renamed[t.x], renamed[t.y], renamed[t.z]};
+    std::vector<uint32_t> renamed;
+    take_used_positions(mesh, result, renamed);
     return result;
 }
 
