@@ -60,6 +60,7 @@ struct TouchBounds {
     uint64_t passed_grey = 0, passed_labels = 0;
     WorstCell penetration, penetration_noise5;  // A1 - A6; A10 at 5 %; voxels
     WorstCell jump_edit, jump_hollow;           // A13; A4 and A6; N
+    WorstCell jump_clean, jump_noise;           // A1 - A3; A10; N
     WorstCell direction_clean, direction_noise; // p99 of a cell: A1 - A9; A10 at 10 %; degrees
     // The same of all ticks of all those cells.
     touch::Histogram pooled_clean{0.05}, pooled_noise{0.05};

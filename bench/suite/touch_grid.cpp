@@ -114,6 +114,7 @@ void add(TouchBounds& b, const Figures& f, const touch::Scene& scene, const std:
     b.passed_grey += f.pop_throughs;
     const double direction = f.direction_deg.percentile(0.99);
     if (id == "A10") {
+        b.jump_noise.keep(f.excess_jump_n, cell);
         if (scene.body.noise == 0.05)
             b.penetration_noise5.keep(f.penetration_voxels, cell);
         if (scene.body.noise == 0.1) {
@@ -127,6 +128,8 @@ void add(TouchBounds& b, const Figures& f, const touch::Scene& scene, const std:
         b.pooled_clean.add(f.direction_deg);
         if (id <= "A6")
             b.penetration.keep(f.penetration_voxels, cell);
+        if (id <= "A3")
+            b.jump_clean.keep(f.excess_jump_n, cell);
         if (id == "A4" || id == "A6")
             b.jump_hollow.keep(f.excess_jump_n, cell);
     }

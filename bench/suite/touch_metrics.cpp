@@ -98,6 +98,9 @@ Value touch_bounds(const AllTotals& totals) {
         pooled(&TouchBounds::pooled_noise, &TouchBounds::direction_noise));
     add("excess jump, N, edits (A13)", 0.10, most(&TouchBounds::jump_edit));
     add("excess jump, N, corners and grooves (A4, A6)", 0.02, most(&TouchBounds::jump_hollow));
+    add("excess jump, N, planes, balls and cavities (A1 - A3)", 0.02,
+        most(&TouchBounds::jump_clean));
+    add("excess jump, N, the same at up to 10 % noise (A10)", 0.10, most(&TouchBounds::jump_noise));
     return rows;
 }
 
