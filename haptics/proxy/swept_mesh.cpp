@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 
 #include "haptics/proxy/coupler.h"
 #include "haptics/proxy/patch.h"
@@ -110,6 +111,7 @@ class SweptTriangles final : public Algorithm {
             return there;
         };
         // In contact it slides on from where it was, if that is there still.
+        std::optional<Rest> slid;
         if (touching_) {
             surface_.gather(rest.point, glm::distance(rest.point, goal));
             rest.point = off_the_faces(surface_.span(), rest.point);
@@ -117,6 +119,8 @@ class SweptTriangles final : public Algorithm {
                 rest_at(surface_.span(), rest.point, geometry.was_replaced ? kSame_mm : INFINITY));
             if (near.settled)
                 return near;
+            if (near.touching)
+                slid = near;
             rest.point = near.point;
         }
         // Else, or where that leads nowhere, over the faces: in stretches that the triangles at
@@ -142,6 +146,10 @@ class SweptTriangles final : public Algorithm {
             if (!rest.reached_side || glm::distance(rest.point, here) < 1e-4)
                 break;
         }
+        // Out of looks on its way through bumps, at the side of what is at hand: where the slide
+        // ended says more.
+        if (slid && rest.reached_side && geometry.iterations >= kMostIterations)
+            return *slid;
         return rest;
     }
 

@@ -298,5 +298,22 @@ TEST(SweptLocal, DoesNotKickWhereTheLocalSurfaceOfThePrintDoes) {
     EXPECT_NEAR(run.ticks.back().force.z, 11.0, 0.1);
 }
 
+// On a plane with noise of 10 % the search over facets may run out of looks at the side of a
+// window. A plane gives back what the hand moves, and noise may add 0.10 N.
+TEST(SweptLocal, DoesNotJumpBetweenBumps) {
+    const Storage storage{.spacing_mm = kUneven_mm, .form = Form::grey_i16};
+    for (const TouchCase& body : touch_cases(storage, true)) {
+        if (body.name != "plane/0,0,1/noise10%")
+            continue;
+        const Scene scene = make_scene(body, storage);
+        const Trace run = run_named("swept-local", scene,
+                                    slide(body, 0.5 * body.deepest_mm, 3.0, 4.0), settings(scene));
+        EXPECT_LE(run.figures.excess_jump_n, 0.10);
+        EXPECT_GT(run.figures.contact_ticks, 3000u);
+        return;
+    }
+    FAIL() << "there is no such plane";
+}
+
 } // namespace
 } // namespace palpate::touch
