@@ -16,10 +16,11 @@ constexpr double kTilt = 0.035;
 // from the second on they certainly are. Those across a groove of 150 degrees have 0.023.
 constexpr double kSpread = 0.004, kSpreadSurely = 0.016;
 
-// Near the surface 1, at `reach` and beyond 0.
+// Near the surface 1, at `reach` and beyond 0; and 0 where the ball does not face the surface,
+// which then bends away from it.
 double weight_of(const Hold& hold, double reach_mm) {
     const double share = hold.clearance_mm / reach_mm;
-    return std::max(0.0, 1.0 - share * share);
+    return hold.faces * std::max(0.0, 1.0 - share * share);
 }
 
 // The unit vector that a positive definite matrix makes least of: inverse iteration, from the

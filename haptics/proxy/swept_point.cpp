@@ -42,6 +42,7 @@ class SweptPoint final : public Algorithm {
     bool is_solid(dvec3 p) { return field_.value(p) >= field_.iso() + 1e-6 * field_.contrast(); }
     uint32_t settle(dvec3 goal);
     dvec3 slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface);
+    bool pass_bump(dvec3 goal, dvec3 normal, bool& on_surface);
     bool push_out(dvec3 goal);
     bool push_out_along(std::span<const dvec3> ways, double sample_mm);
 
@@ -95,6 +96,23 @@ dvec3 SweptPoint::slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface) {
     return down.hit ? down.point_mm : over;
 }
 
+// What the way to the goal meets although that lies above the surface, as the smooth normal says,
+// is a bump: over it in a lifted step, if that leads nearer to the goal.
+bool SweptPoint::pass_bump(dvec3 goal, dvec3 normal, bool& on_surface) {
+    const dvec3 d = goal - state_.proxy;
+    dvec3 step = d - glm::dot(d, normal) * normal;
+    const double length = glm::length(step), most = 0.5 * field_.voxel_mm();
+    if (length > most)
+        step *= most / length;
+    bool lands = true;
+    const dvec3 next = slide(state_.proxy, normal, step, lands);
+    if (glm::distance(next, goal) > glm::length(d) - kConverged_mm)
+        return false;
+    state_.proxy = next;
+    on_surface = lands;
+    return true;
+}
+
 // Moves the proxy to where a frictionless (or sticking) point would rest.
 uint32_t SweptPoint::settle(dvec3 goal) {
     State& s = state_;
@@ -118,10 +136,15 @@ uint32_t SweptPoint::settle(dvec3 goal) {
                 break;
             normal = normal_at(s.proxy);
             last_step = dvec3(0.0);
-            if (glm::dot(goal - s.proxy, normal.direction) > 0.0) {
-                // The surface met does not hold against the tool: its normal is in doubt there.
-                normal = {-unit_or_zero(goal - s.proxy), 0.5};
+            if (glm::dot(goal - s.proxy, normal.direction) <= 0.0)
+                continue;
+            if (pass_bump(goal, normal.direction, on_surface)) {
+                if (on_surface)
+                    normal = normal_at(s.proxy);
+                continue;
             }
+            // The surface met does not hold against the tool: its normal is in doubt there.
+            normal = {-unit_or_zero(goal - s.proxy), 0.5};
             continue;
         }
         dvec3 residual = d + depth * normal.direction;

@@ -30,6 +30,26 @@ constexpr double kFits = 0.2;
 // then it goes on, whatever is there.
 constexpr double kShortestShare = 0.1;
 
+// How much of the way along a surface that planes say is worth going: less of it in a hollow, where
+// planes of one place overshoot (by as much again where the hand is as deep as the hollow is wide).
+// The secant step of Barzilai & Borwein (1988), as a regression over the last steps, long ones
+// counting most, and those of ticks before, too: where it slides, a surface bends much alike.
+class SlideGain {
+ public:
+    double value() const { return went_ < changed_ ? std::max(kLeast, went_ / changed_) : 1.0; }
+    // A step along the surface, and what was still to go there before and after it.
+    void learn(dvec3 step, dvec3 before, dvec3 after) {
+        if (glm::length(step) < kConverged_mm) // which tells nothing
+            return;
+        went_ = kKept * went_ + glm::dot(step, step);
+        changed_ = kKept * changed_ + glm::dot(step, before - after);
+    }
+
+ private:
+    static constexpr double kKept = 0.95, kLeast = 0.1;
+    double went_ = 0.0, changed_ = 0.0; // mm^2
+};
+
 struct State : Felt {
     // What was exchanged has moved the tool, and it is not yet where that ends.
     bool is_catching_up = false;
@@ -37,13 +57,15 @@ struct State : Felt {
     dvec3 goal{0.0};
     double longest_step = 1.0; // as a share of half a sample
     double trust_mm = 1e3;     // of the last step
-    uint32_t held_count = 0;   // places that held the tool in the tick before
+    SlideGain gain;
+    uint32_t held_count = 0; // places that held the tool in the tick before
     std::array<Touch, ToolContacts::kMost> held{};
 };
 
 // The steps of one tick.
 struct Course {
     dvec3 goal;
+    double moved_mm; // of the goal, since the tick before
     double half_sample_mm;
     double trust_mm; // how far planes are believed to hold: no step is longer
     double longest_mm;
@@ -56,6 +78,8 @@ struct Course {
     bool is_unseen = false;
     double since_look_mm = 0.0;
     dvec3 last_step{0.0};
+    // What planes said of the way along the surface, before that step.
+    std::optional<dvec3> last_along;
     bool touching = false, has_settled = false;
 };
 
@@ -80,6 +104,8 @@ class SweptTool final : public Algorithm {
     bool try_leap(Course& c);
     Next look_and_step(Course& c, bool is_first, Geometry& geometry);
     dvec3 wanted_step(dvec3 goal) const;
+    dvec3 tempered(dvec3 step, Course& c);
+    double seen_mm(const Course& c) const;
     void remember_holds(Course& c, dvec3 step, Geometry& geometry);
     bool go_back_if_unseen(Course& c);
     void rub(dvec3 start, dvec3 goal, bool touching);
@@ -101,6 +127,7 @@ Course SweptTool::course_to(dvec3 goal, const Geometry& geometry) {
                                 ? longest_mm
                                 : std::min(longest_mm, 4.0 * s.trust_mm + 2.0 * moved_mm);
     return {.goal = goal,
+            .moved_mm = moved_mm,
             .half_sample_mm = half_sample_mm,
             .trust_mm = trust_mm,
             .longest_mm = longest_mm,
@@ -141,6 +168,36 @@ dvec3 SweptTool::wanted_step(dvec3 goal) const {
         in_material += hold.clearance_mm < 0.0;
     }
     return step / std::max(1.0, in_material);
+}
+
+// Of its part across the hand's push, which leads along the surface, as much as is worth going.
+dvec3 SweptTool::tempered(dvec3 step, Course& c) {
+    State& s = state_;
+    const dvec3 push = unit_or_zero(c.goal - s.proxy);
+    const dvec3 along = step - glm::dot(step, push) * push;
+    if (c.last_along) {
+        const dvec3 went = c.last_step - glm::dot(c.last_step, push) * push;
+        s.gain.learn(went, *c.last_along, along);
+    }
+    c.last_along = along;
+    return step - (1.0 - s.gain.value()) * along;
+}
+
+// How far it may go from a look that left samples out: farther where none is in material, for what
+// was left out is shallower than what was not.
+double SweptTool::seen_mm(const Course& c) const {
+    const double least = kSeen * voxel_mm();
+    const ToolContacts::Look& look = contacts_.look();
+    if (!look.is_spent || look.any_inside || look.fits > kFits)
+        return least;
+    bool has_seen = false;
+    double nearest = 1e3;
+    for (const Hold& hold : contacts_.contacts())
+        if (!hold.is_pushed) {
+            has_seen = true;
+            nearest = std::min(nearest, hold.clearance_mm);
+        }
+    return has_seen ? std::max({least, nearest, c.moved_mm}) : least;
 }
 
 // What held it on this step, or nearly did, is looked at again.
@@ -212,12 +269,18 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
         return Next::stop;
     // Where it is deep it goes out, and on from there.
     dvec3 step = wanted_step(deep ? s.proxy : c.goal);
+    if (!deep && !has_none && !s.is_fast && look.fits <= kFits) {
+        step = tempered(step, c);
+    } else {
+        c.last_along.reset();
+        s.gain = {};
+    }
     // Between surfaces that bend, planes of one place are wrong at the next: where a step takes
     // back the last, steps get shorter.
     c.trust_mm = glm::dot(step, c.last_step) < 0.0 ? 0.5 * c.trust_mm
                                                    : std::min(c.longest_mm, 2.0 * c.trust_mm);
     if ((look.is_spent || look.fits > kFits) && !deep)
-        c.trust_mm = std::min(c.trust_mm, kSeen * voxel_mm());
+        c.trust_mm = std::min(c.trust_mm, seen_mm(c));
     const double wanted = glm::length(step), length = std::min(wanted, c.trust_mm);
     if (wanted > c.trust_mm)
         step *= c.trust_mm / wanted;

@@ -15,7 +15,8 @@ using glm::dvec3;
 constexpr double kSameWay = 0.995; // cosine of 6 degrees
 // Samples that are looked at each time: the deepest in material. So many of those that are nearly
 // in it, too, by this share of the contrast: a body that bulges is touched before any is inside.
-constexpr uint32_t kMostConsidered = 16, kLeastConsidered = 3;
+// More of them would take the work that further looks of the tick need.
+constexpr uint32_t kMostConsidered = 7, kLeastConsidered = 3;
 constexpr double kNear = 0.09;
 // What a tick may spend on contacts, in tenths of a microsecond: on each that is looked at, on the
 // samples that have to be filtered for it, and on each glance across a groove. More behind a fast
@@ -31,12 +32,23 @@ constexpr double kDeep = 0.025, kDeepInNoise = 0.15;
 // In noise: so much of the sharp value, for each sample of blur, is the smooth one instead.
 constexpr double kSmoothShare = 0.5;
 constexpr double kFlat = 0.004; // slope across a sample, as a share of the contrast
-// How far a ball's contact turns towards where it faces the surface, at each look. On a body that
-// bends by 1/r all of it is 1 / (1 + R/r) of what its normal says: 1 on a plane, 0.6 on the edges
-// of a body that R has two thirds of, more in hollows.
+// How far a ball's contact turns towards where it faces the surface, at its first look. On a body
+// that bends by 1/r all of it is 1 / (1 + R/r) of what its normal says: 1 on a plane, 0.6 on the
+// edges of a body that R has two thirds of, more in hollows. So a contact that had to turn back
+// turns by half the share at the next look, else by twice as much, up to this.
 constexpr double kTurn = 0.7;
+// In noise every contact of a ball but the one where it is pushed may be in material by so much, in
+// samples for each sample of blur, so that bumps beside that do not hold it; by less where it faces
+// the surface to within the second (1 - cosine: 8 degrees), and none where it faces it.
+constexpr double kSlackInNoise = 0.25, kSlackFacing = 0.01;
+// A place within 16 degrees of where it is pushed has nothing to add to that, in noise.
+constexpr double kBesidePushed = 0.96;
 constexpr double kCover = 0.65;  // how far from all samples it may lie, in distances between them
 constexpr double kFacing = 0.96; // cosine of 16 degrees, within which its plane is that of a ball
+// A surface that a ball fits is faced all over; on a body that bulges, only in one place. Cosines
+// of 11.5 and 8 degrees: from the first on a contact tells of a groove, from the second on for
+// certain.
+constexpr double kGrooveFacing = 0.98, kGrooveFacingSurely = 0.99;
 // In samples of the coarsest axis: places of a ball that lie within the first of the surface may be
 // across a groove that it fits; by the second their clearances err, for a spline rounds off where a
 // surface begins to bend.
@@ -152,20 +164,27 @@ bool ToolContacts::is_deep() const {
 // that, the contact becomes its; else it stays, so that the contacts of a ball that fits a hollow
 // stay spread over it.
 void ToolContacts::face(Hold& found) const {
-    const double facing = -glm::dot(found.normal, found.touch.way);
-    const dvec3 way = unit_or_zero(glm::mix(found.touch.way, -found.normal, kTurn));
-    uint32_t sample = found.touch.sample;
+    Touch& touch = found.touch;
+    const double facing = -glm::dot(found.normal, touch.way);
+    const dvec3 turn = -found.normal - touch.way;
+    const bool is_first = touch.turn_share == 0.0, goes_back = glm::dot(turn, touch.turned) < 0.0;
+    touch.turn_share = is_first    ? kTurn
+                       : goes_back ? 0.5 * touch.turn_share
+                                   : std::min(kTurn, 2.0 * touch.turn_share);
+    touch.turned = turn;
+    const dvec3 way = unit_or_zero(touch.way + touch.turn_share * turn);
+    uint32_t sample = touch.sample;
     if (glm::dot(way, points_[sample]) < cover_ * reach_mm_) {
         sample = sphere_.nearest(way);
         for (uint32_t i = 0; i < count_; ++i)
             if (holds_[i].touch.sample == sample)
                 return;
-        found.touch.sample = sample;
+        touch.sample = sample;
     }
-    found.touch.way = way;
+    touch.way = way;
     if (facing > kFacing) {
         found.normal = -way;
-        found.clearance_mm -= kTurn * reach_mm_ * (1.0 - facing);
+        found.clearance_mm -= touch.turn_share * reach_mm_ * (1.0 - facing);
     }
 }
 
@@ -202,22 +221,33 @@ bool ToolContacts::consider(dvec3 at, Touch touch, Turn turn) {
     found.clearance_mm = clearance_of(sharp, slope, found.normal);
     found.confidence = std::min(1.0, slope / (4.0 * floor));
     found.seen_mm = found.clearance_mm;
+    const double facing = is_ball_ ? -glm::dot(found.normal, touch.way) : 1.0;
+    found.faces =
+        std::clamp((facing - kGrooveFacing) / (kGrooveFacingSurely - kGrooveFacing), 0.0, 1.0);
     if (is_ball_ && turn == Turn::faces)
         face(found);
+    if (is_ball_in_noise()) {
+        found.is_pushed = turn == Turn::stays;
+        const double slack = found.is_pushed ? 0.0 : std::min(1.0, (1.0 - facing) / kSlackFacing);
+        const double slack_mm = slack * kSlackInNoise * blur_samples_ * field_.voxel_mm();
+        found.clearance_mm += slack_mm;
+        found.seen_mm += slack_mm;
+    }
     keep(found);
     return true;
 }
 
 void ToolContacts::keep(const Hold& found) {
-    // Of contacts that face the same way the deepest says it all. When there is room for no other,
-    // the shallowest goes.
+    // Of contacts that face the same way the deepest says it all, but for the one where a ball is
+    // pushed. When there is room for no other, the shallowest goes.
     Hold* place = nullptr;
-    for (uint32_t i = 0; i < count_ && !place; ++i)
+    const uint32_t first = count_ > 0 && holds_[0].is_pushed;
+    for (uint32_t i = first; i < count_ && !place; ++i)
         if (glm::dot(holds_[i].normal, found.normal) > kSameWay)
             place = &holds_[i];
     if (!place && count_ == kMost)
         place = std::max_element(
-            holds_.begin(), holds_.begin() + count_,
+            holds_.begin() + first, holds_.begin() + count_,
             [](const Hold& a, const Hold& b) { return a.clearance_mm < b.clearance_mm; });
     if (!place)
         holds_[count_++] = found;
@@ -237,26 +267,37 @@ void ToolContacts::find(dvec3 at, const Asked& asked) {
     if (asked.all)
         bends_with_ball_ = false;
     most_work_ = asked.is_fast ? kMostFastWork : kMostWork;
+    const dvec3 pushed = unit_or_zero(asked.goal_mm - at);
+    if (is_ball_in_noise())
+        look_where_pushed(at, pushed);
     for (const Touch& touch : asked.held) {
         look_.has_left_out = !asked.is_first && work() > 2 * most_work_;
         if (look_.has_left_out)
             return;
-        if (has(touch))
+        if (has(touch) && !is_beside_pushed(touch.way))
             consider(at, touch);
     }
     // Where it is wedged in, its contacts lie to the sides.
-    const dvec3 pushed = unit_or_zero(asked.goal_mm - at);
     const bool is_held =
         is_ball_ && std::any_of(holds_.begin(), holds_.begin() + count_, [&](const Hold& hold) {
             return glm::dot(hold.normal, pushed) < 0.0;
         });
-    if (is_held)
-        consider(at, {sphere_.nearest(pushed), pushed}, Turn::stays);
+    if (is_held && !is_ball_in_noise())
+        look_where_pushed(at, pushed);
     if (asked.all)
         consider_deepest(at);
-    const bool is_clean = !is_labels_ && blur_samples_ == 0.0;
-    if (is_held && is_clean && !asked.is_fast)
+    if (is_held && is_clean() && !asked.is_fast)
         look_across_groove(at, asked.all);
+}
+
+void ToolContacts::look_where_pushed(dvec3 at, dvec3 pushed) {
+    if (pushed != dvec3(0.0))
+        consider(at, {sphere_.nearest(pushed), pushed}, Turn::stays);
+}
+
+// In noise, of a ball; after that was looked at.
+bool ToolContacts::is_beside_pushed(dvec3 way) const {
+    return count_ > 0 && holds_[0].is_pushed && glm::dot(way, holds_[0].touch.way) > kBesidePushed;
 }
 
 // What the place of a ball that faces along -normal sees: its clearance along that, and the normal
@@ -356,7 +397,8 @@ void ToolContacts::consider_deepest(dvec3 at) {
         look_.is_spent = work() > most_work_;
         if (look_.is_spent)
             return;
-        const bool has_slope = consider(at, touch_of(at_hand->point));
+        const Touch touch = touch_of(at_hand->point);
+        const bool has_slope = is_beside_pushed(touch.way) || consider(at, touch);
         if (is_inside(*at_hand))
             (has_slope ? look_.any_sloped : look_.any_flat) = true;
     }

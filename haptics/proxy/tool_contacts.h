@@ -75,6 +75,8 @@ class ToolContacts {
     void consider_deepest(glm::dvec3 at);
     enum class Turn { stays, faces };
     bool consider(glm::dvec3 at, Touch touch, Turn turn = Turn::faces); // false: it has no slope
+    void look_where_pushed(glm::dvec3 at, glm::dvec3 pushed);
+    bool is_beside_pushed(glm::dvec3 way) const;
     std::optional<Hold> look_along(glm::dvec3 at, glm::dvec3 normal);
     void look_across_groove(glm::dvec3 at, bool all);
     void look_round_deepest(glm::dvec3 at, double near_mm);
@@ -82,6 +84,8 @@ class ToolContacts {
     Field::Both felt_at(glm::dvec3 at);
     double least_slope() const; // value units per mm: below it a place is flat
     double clearance_of(const FieldSample& sharp, double slope, glm::dvec3 normal) const;
+    bool is_clean() const { return !is_labels_ && blur_samples_ == 0.0; }
+    bool is_ball_in_noise() const { return is_ball_ && !is_labels_ && blur_samples_ > 0.0; }
     void face(Hold& found) const;
     void keep(const Hold& found);
     Touch touch_of(uint32_t sample) const {
@@ -115,7 +119,7 @@ class ToolContacts {
     std::array<Field::Inside, SphereSamples::kMost> inside_;
 
     uint32_t count_ = 0, across_ = 0;
-    std::array<Hold, kMostHolds> holds_;
+    std::array<Hold, kMostHolds> holds_; // one that is_pushed comes first
     bool bends_with_ball_ = false; // the surface about the deepest contact, when last looked at
     Look look_;
     uint32_t considered_ = 0, glances_ = 0; // in this tick

@@ -9,6 +9,10 @@ namespace palpate::haptics {
 struct Touch {
     uint32_t sample = 0; // below the number of the tool's
     glm::dvec3 way{0.0}; // unit length, world axes; 0 where the tool is no ball
+    // Of a ball's: what it had to turn by, when last looked at, to face the surface, and the share
+    // of that which it turned by; 0 where it was not looked at.
+    glm::dvec3 turned{0.0};
+    double turn_share = 0.0;
 };
 
 // What holds a tool there: a plane.
@@ -18,6 +22,8 @@ struct Hold {
     double clearance_mm = 0.0; // negative: in material
     double seen_mm = 0.0;    // of a contact's place itself, before a ball turns to face the surface
     double confidence = 1.0; // 0 .. 1
+    double faces = 1.0;      // 0 .. 1: whether a ball's place faced the surface, before it turned
+    bool is_pushed = false;  // in noise: where the hand pushes a ball, for this look alone
 };
 
 } // namespace palpate::haptics

@@ -75,7 +75,7 @@ TEST(SweptTool, ABallTouchesBetweenItsSamples) {
 // surface together would leave the rest of it to nobody. Depth is what is asked on all bodies. A
 // step may end 0.1 samples, 0.05 mm, from where all were looked at: 0.05 N at 1 N/mm. Where the
 // ball comes to be seen as one that fits, the crease lies elsewhere than the field's rounded one
-// did: in corner/2x90 that takes 0.066 N in one tick, more than the step explains
+// did: in corner/2x90 that takes 0.057 N in one tick, more than the step explains
 // (docs/haptics.md).
 TEST(SweptTool, StaysSpreadOverAHollowThatItFits) {
     for (const TouchCase& body : touch_cases({}, false)) {
@@ -89,7 +89,7 @@ TEST(SweptTool, StaysSpreadOverAHollowThatItFits) {
             x += parameters.tool_radius_mm * body.normal;
         const Trace run = run_named("swept-tool", scene, path, parameters);
         EXPECT_LE(run.figures.penetration_voxels, 0.05) << body.name;
-        EXPECT_LE(run.figures.excess_jump_n, body.name == "corner/2x90" ? 0.07 : 0.05) << body.name;
+        EXPECT_LE(run.figures.excess_jump_n, body.name == "corner/2x90" ? 0.06 : 0.05) << body.name;
         EXPECT_GT(run.figures.contact_ticks, 1000u) << body.name;
     }
 }
