@@ -415,7 +415,7 @@ void append_files(const SceneFile& scene, std::vector<NamedFile>& files) {
     for (const auto& [what, name] :
          {std::pair("the volume of SCENE", &scene.volume), {"the labels of SCENE", &scene.labels}})
         if (!name->empty() && !is_synthetic(*name))
-            files.push_back({what, volume_path(scene, *name).string()});
+            append_volume(files, what, volume_path(scene, *name).string());
 }
 
 Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const LoadedScene& loaded) {

@@ -18,7 +18,7 @@ struct Groove {
     double angle_rad_of(glm::dvec3 normal) const;
 };
 
-// Of the holds that are within reach_mm of the surface.
+// Of the holds that are within reach_mm of the surface and face it.
 Groove groove_of(std::span<const Hold> holds, double reach_mm);
 
 // Makes what holds a tool in a groove agree with each other.
@@ -31,8 +31,8 @@ Groove groove_of(std::span<const Hold> holds, double reach_mm);
 // farther a hold is from the surface and the more they disagree: where they tell of another shape
 // (a corner of three faces, a wider hollow) little is changed.
 //
-// Holds within reach_mm of the surface take part; error_mm is what clearances err by. Returns by
-// how much they are drawn: 0 .. 1; nothing is done where there is no groove.
+// Holds within reach_mm of the surface, which face it, take part; error_mm is what clearances err
+// by. Returns by how much they are drawn: 0 .. 1; nothing is done where there is no groove.
 double agree(const Groove& groove, std::span<Hold> holds, double reach_mm, double error_mm);
 
 } // namespace palpate::haptics

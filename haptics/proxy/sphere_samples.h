@@ -7,13 +7,15 @@
 #include <numbers>
 #include <span>
 
+#include "haptics/proxy/algorithm.h"
+
 namespace palpate::haptics {
 
 // Directions spread evenly over the sphere: a Fibonacci spiral. Filled for a number of samples, and
 // again only when that number changes.
 class SphereSamples {
  public:
-    static constexpr uint32_t kMost = 4096;
+    static constexpr uint32_t kMost = MostTouch::samples;
 
     std::span<const glm::dvec3> directions(uint32_t count) {
         count = std::clamp(count, 1u, kMost);

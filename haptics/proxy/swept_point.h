@@ -10,15 +10,16 @@ namespace palpate::haptics {
 // The proxy moves along paths that are swept (sweep.h), so contact depends on the proxy's way and
 // never on where the tool is: nothing that the grid resolves is passed through. On the surface it
 // rests where the tool's displacement is along the smoothed field's normal and the sharp field is
-// at its iso-value, found by lifted tangential steps with a secant step length. Then, in mm:
+// at its iso-value, found by lifted tangential steps with a secant step length; a bump that the way
+// to the tool meets although that lies above the surface is stepped over. Then, in mm:
 //
 //   friction   Coulomb, static until the proxy moves and dynamic while it does, on the normal force
 //              that is rendered
 //   yielding   above yield_n the proxy enters along the normal that it touched at, with a time
 //              constant of 10 ms; a tool that retreats is not pulled back
 //   edits      a snapshot, an iso-value or a source that moves the surface moves what is rendered
-//   by
-//              at most 90 N/s worth of spring beyond the tool's own motion; then by as much a tick
+//              by at most 90 N/s worth of spring beyond the tool's own motion; then by as much a
+//              tick
 //   labels     the blurred border of all labels; stiffness, friction and yield_n are means of the
 //              labels about the proxy, weighted by a cubic B-spline, so they change smoothly where
 //              labels meet

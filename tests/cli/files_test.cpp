@@ -60,6 +60,8 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
     const std::string scene = file("scene.json").string();
     write("stereo.json", R"({"volume": "one.json", "stereo": {"layout": "separate"}})");
     const std::string stereo = file("stereo.json").string();
+    write("detached.json", R"({"volume": "one.nhdr"})");
+    const std::string detached = file("detached.json").string();
     write("one.raw", "");
     write("one.nhdr", "");
     const std::string raw = file("one.raw").string(), header = file("one.nhdr").string();
@@ -124,6 +126,8 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
          "the voxels of OUT and --profile"},
         {{"edit", volume, other, "-o", file("one.mhd").string(), "--report", raw},
          "the voxels of -o and --report"},
+        {{"render", detached, "-o", other + ".png", "--stats", raw},
+         "--stats and the voxels of the volume of SCENE"},
         {{"render", volume, "--stereo", "separate", "-o", file("p.png").string(), "--preview",
           file("p.png").string()},
          "-o and --preview"},
