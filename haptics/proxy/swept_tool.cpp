@@ -5,6 +5,7 @@
 
 #include "haptics/proxy/coupler.h"
 #include "haptics/proxy/planes.h"
+#include "haptics/proxy/slide_gain.h"
 #include "haptics/proxy/tool_contacts.h"
 
 namespace palpate::haptics {
@@ -29,26 +30,6 @@ constexpr double kFits = 0.2;
 // After each time that it goes back the longest step is half as long, down to this share of it:
 // then it goes on, whatever is there.
 constexpr double kShortestShare = 0.1;
-
-// How much of the way along a surface that planes say is worth going: less of it in a hollow, where
-// planes of one place overshoot (by as much again where the hand is as deep as the hollow is wide).
-// The secant step of Barzilai & Borwein (1988), as a regression over the last steps, long ones
-// counting most, and those of ticks before, too: where it slides, a surface bends much alike.
-class SlideGain {
- public:
-    double value() const { return went_ < changed_ ? std::max(kLeast, went_ / changed_) : 1.0; }
-    // A step along the surface, and what was still to go there before and after it.
-    void learn(dvec3 step, dvec3 before, dvec3 after) {
-        if (glm::length(step) < kConverged_mm) // which tells nothing
-            return;
-        went_ = kKept * went_ + glm::dot(step, step);
-        changed_ = kKept * changed_ + glm::dot(step, before - after);
-    }
-
- private:
-    static constexpr double kKept = 0.95, kLeast = 0.1;
-    double went_ = 0.0, changed_ = 0.0; // mm^2
-};
 
 struct State : Felt {
     // What was exchanged has moved the tool, and it is not yet where that ends.
