@@ -22,6 +22,11 @@ class SlideGain {
         went_ = kKept * went_ + glm::dot(step_mm, step_mm);
         changed_ = kKept * changed_ + glm::dot(step_mm, before_mm - after_mm);
     }
+    // After a step that nothing can be learnt from: some of the way back to 1.
+    void doubt() {
+        if (went_ < changed_)
+            changed_ += 0.1 * (went_ - changed_);
+    }
 
  private:
     static constexpr double kKept = 0.95, kLeast = 0.1, kTelling_mm = 2e-4;

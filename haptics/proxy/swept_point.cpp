@@ -97,9 +97,13 @@ dvec3 SweptPoint::slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface) {
 }
 
 // What the way to the goal meets although that lies above the surface, as the smooth normal says,
-// is a bump: over it in a lifted step, if that leads nearer to the goal.
+// is a bump: over it in a lifted step, if that leads nearer to the goal. Not where the two views do
+// not agree on which side is free: between thin walls the smooth one may see the other wall more.
 bool SweptPoint::pass_bump(dvec3 goal, dvec3 normal, bool& on_surface) {
-    const dvec3 d = goal - state_.proxy;
+    const dvec3 d = goal - state_.proxy, lifted = state_.proxy + 0.3 * field_.voxel_mm() * normal;
+    if (glm::dot(field_.sharp(state_.proxy).gradient, normal) >= 0.0 ||
+        sweep(field_, state_.proxy, lifted, budget_).hit)
+        return false;
     dvec3 step = d - glm::dot(d, normal) * normal;
     const double length = glm::length(step), most = 0.5 * field_.voxel_mm();
     if (length > most)

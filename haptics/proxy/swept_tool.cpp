@@ -61,6 +61,7 @@ struct Course {
     dvec3 last_step{0.0};
     // What planes said of the way along the surface, before that step.
     std::optional<dvec3> last_along;
+    bool has_learnt = false; // from a step of this tick how far to go
     bool touching = false, has_settled = false;
 };
 
@@ -86,7 +87,7 @@ class SweptTool final : public Algorithm {
     Next look_and_step(Course& c, bool is_first, Geometry& geometry);
     dvec3 wanted_step(dvec3 goal) const;
     dvec3 tempered(dvec3 step, Course& c);
-    double seen_mm(const Course& c) const;
+    double unseen_mm(const Course& c) const;
     void remember_holds(Course& c, dvec3 step, Geometry& geometry);
     bool go_back_if_unseen(Course& c);
     void rub(dvec3 start, dvec3 goal, bool touching);
@@ -151,7 +152,8 @@ dvec3 SweptTool::wanted_step(dvec3 goal) const {
     return step / std::max(1.0, in_material);
 }
 
-// Of its part across the hand's push, which leads along the surface, as much as is worth going.
+// Of the part across the hand's push, which leads along the surface, as much as is worth going; out
+// of what is in material all the same.
 dvec3 SweptTool::tempered(dvec3 step, Course& c) {
     State& s = state_;
     const dvec3 push = unit_or_zero(c.goal - s.proxy);
@@ -159,26 +161,22 @@ dvec3 SweptTool::tempered(dvec3 step, Course& c) {
     if (c.last_along) {
         const dvec3 went = c.last_step - glm::dot(c.last_step, push) * push;
         s.gain.learn(went, *c.last_along, along);
+        c.has_learnt = true;
     }
     c.last_along = along;
-    return step - (1.0 - s.gain.value()) * along;
+    return wanted_step(s.proxy + step - (1.0 - s.gain.value()) * along);
 }
 
-// How far it may go from a look that left samples out: farther where none is in material, for what
-// was left out is shallower than what was not.
-double SweptTool::seen_mm(const Course& c) const {
-    const double least = kSeen * voxel_mm();
+// How far it may go from a look that left samples out, or where a ball fits a groove. Where none is
+// in material, and what held it was looked at, as far as the hand did: what was left out lies
+// farther out than what was not.
+double SweptTool::unseen_mm(const Course& c) const {
     const ToolContacts::Look& look = contacts_.look();
-    if (!look.is_spent || look.any_inside || look.fits > kFits)
-        return least;
-    bool has_seen = false;
-    double nearest = 1e3;
-    for (const Hold& hold : contacts_.contacts())
-        if (!hold.is_pushed) {
-            has_seen = true;
-            nearest = std::min(nearest, hold.clearance_mm);
-        }
-    return has_seen ? std::max({least, nearest, c.moved_mm}) : least;
+    const auto contacts = contacts_.contacts();
+    const bool has_seen = std::any_of(contacts.begin(), contacts.end(),
+                                      [](const Hold& hold) { return !hold.is_pushed; });
+    const bool may_follow = has_seen && !look.any_inside && look.fits <= kFits && !state_.is_fast;
+    return std::max(kSeen * voxel_mm(), may_follow ? c.moved_mm : 0.0);
 }
 
 // What held it on this step, or nearly did, is looked at again.
@@ -261,7 +259,7 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     c.trust_mm = glm::dot(step, c.last_step) < 0.0 ? 0.5 * c.trust_mm
                                                    : std::min(c.longest_mm, 2.0 * c.trust_mm);
     if ((look.is_spent || look.fits > kFits) && !deep)
-        c.trust_mm = std::min(c.trust_mm, seen_mm(c));
+        c.trust_mm = std::min(c.trust_mm, unseen_mm(c));
     const double wanted = glm::length(step), length = std::min(wanted, c.trust_mm);
     if (wanted > c.trust_mm)
         step *= c.trust_mm / wanted;
@@ -305,7 +303,7 @@ void SweptTool::rub(dvec3 start, dvec3 goal, bool touching) {
     s.slipping = across > friction * depth + 1e-6;
     if (back > 0.0) {
         const dvec3 behind = s.proxy - (back / across) * moved;
-        if (contacts_.is_free(behind))
+        if (contacts_.is_as_free(behind, s.proxy))
             s.proxy = behind;
     }
 }
@@ -314,6 +312,8 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
     State& s = state_;
     const dvec3 start = s.proxy;
     Course c = course_to(goal, geometry);
+    if (geometry.was_replaced)
+        s.gain = {};
     uint32_t i = 0;
     for (; i < kMostIterations && c.looks < kMostLooks; ++i) {
         if (try_leap(c)) {
@@ -326,6 +326,8 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
     }
     const bool went_back = go_back_if_unseen(c);
     s.is_fast &= !c.has_settled;
+    if (!c.has_learnt && !c.has_settled)
+        s.gain.doubt();
     s.trust_mm = c.trust_mm;
     s.longest_step = went_back ? 0.5 * s.longest_step : std::min(1.0, 4.0 * s.longest_step);
     geometry.iterations = i;

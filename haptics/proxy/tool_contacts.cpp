@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "haptics/proxy/coupling.h"
@@ -15,8 +16,9 @@ using glm::dvec3;
 constexpr double kSameWay = 0.995; // cosine of 6 degrees
 // Samples that are looked at each time: the deepest in material. So many of those that are nearly
 // in it, too, by this share of the contrast: a body that bulges is touched before any is inside.
-// More of them would take the work that further looks of the tick need.
-constexpr uint32_t kMostConsidered = 7, kLeastConsidered = 3;
+// More would take the work that further looks of the tick need; but those without a slope do not
+// count, of so many in all.
+constexpr uint32_t kMostConsidered = 6, kLeastConsidered = 3, kMostTried = 16;
 constexpr double kNear = 0.09;
 // What a tick may spend on contacts, in tenths of a microsecond: on each that is looked at, on the
 // samples that have to be filtered for it, and on each glance across a groove. More behind a fast
@@ -37,12 +39,14 @@ constexpr double kFlat = 0.004; // slope across a sample, as a share of the cont
 // edges of a body that R has two thirds of, more in hollows. So a contact that had to turn back
 // turns by half the share at the next look, else by twice as much, up to this.
 constexpr double kTurn = 0.7;
-// In noise every contact of a ball but the one where it is pushed may be in material by so much, in
-// samples for each sample of blur, so that bumps beside that do not hold it; by less where it faces
-// the surface to within the second (1 - cosine: 8 degrees), and none where it faces it.
+// In noise a ball is held where it is pushed. Its other contacts may be in material by so much, in
+// samples for each sample of blur, so that bumps do not hold it; by less where they face the
+// surface to within 8 degrees (of which the second is 1 - cosine), and not at all where they face
+// it.
 constexpr double kSlackInNoise = 0.25, kSlackFacing = 0.01;
-// A place within 16 degrees of where it is pushed has nothing to add to that, in noise.
-constexpr double kBesidePushed = 0.96;
+// Places within 0.3 of the coarsest sample of where it is pushed, and within 16 degrees, have
+// nothing to add.
+constexpr double kBesidePushed_samples = 0.3, kBesidePushed = 0.96;
 constexpr double kCover = 0.65;  // how far from all samples it may lie, in distances between them
 constexpr double kFacing = 0.96; // cosine of 16 degrees, within which its plane is that of a ball
 // A surface that a ball fits is faced all over; on a body that bulges, only in one place. Cosines
@@ -116,6 +120,10 @@ void ToolContacts::place_points(const TickInput& input) {
         const auto directions = sphere_.directions(q.tool_samples);
         point_count_ = static_cast<uint32_t>(directions.size());
         reach_mm_ = q.tool_radius_mm;
+        beside_pushed_ =
+            std::max(kBesidePushed,
+                     std::cos(std::min(kBesidePushed_samples * field_.coarsest_mm() / reach_mm_,
+                                       std::numbers::pi)));
         cover_ = std::cos(
             std::min(kCover * std::sqrt(4.0 * std::numbers::pi / point_count_), std::numbers::pi));
         for (uint32_t i = 0; i < point_count_; ++i)
@@ -147,9 +155,25 @@ uint32_t ToolContacts::solid_points(dvec3 at) {
                                static_cast<float>(kNear * field_.contrast()), inside_.data());
 }
 
-bool ToolContacts::is_free(dvec3 at) {
+// Of the samples there, in value units above the iso-value.
+float ToolContacts::deepest_value(dvec3 at) {
     const uint32_t count = solid_points(at);
-    return std::none_of(inside_.begin(), inside_.begin() + count, is_inside);
+    float deepest = -std::numeric_limits<float>::infinity();
+    for (uint32_t i = 0; i < count; ++i)
+        deepest = std::max(deepest, inside_[i].value);
+    return deepest;
+}
+
+bool ToolContacts::is_free(dvec3 at) {
+    return deepest_value(at) < 0.0f;
+}
+
+bool ToolContacts::is_as_free(dvec3 at, dvec3 other) {
+    const float deepest = deepest_value(at);
+    // An edge rises by about half of the contrast in a sample.
+    const double bump =
+        is_ball_in_noise() ? 0.5 * kSlackInNoise * blur_samples_ * field_.contrast() : 0.0;
+    return deepest < bump || deepest <= deepest_value(other) + bump;
 }
 
 bool ToolContacts::is_deep() const {
@@ -228,6 +252,8 @@ bool ToolContacts::consider(dvec3 at, Touch touch, Turn turn) {
         face(found);
     if (is_ball_in_noise()) {
         found.is_pushed = turn == Turn::stays;
+        if (found.is_pushed && found.clearance_mm > field_.voxel_mm())
+            return true; // in the air, noise has slopes, too
         const double slack = found.is_pushed ? 0.0 : std::min(1.0, (1.0 - facing) / kSlackFacing);
         const double slack_mm = slack * kSlackInNoise * blur_samples_ * field_.voxel_mm();
         found.clearance_mm += slack_mm;
@@ -295,9 +321,8 @@ void ToolContacts::look_where_pushed(dvec3 at, dvec3 pushed) {
         consider(at, {sphere_.nearest(pushed), pushed}, Turn::stays);
 }
 
-// In noise, of a ball; after that was looked at.
 bool ToolContacts::is_beside_pushed(dvec3 way) const {
-    return count_ > 0 && holds_[0].is_pushed && glm::dot(way, holds_[0].touch.way) > kBesidePushed;
+    return count_ > 0 && holds_[0].is_pushed && glm::dot(way, holds_[0].touch.way) > beside_pushed_;
 }
 
 // What the place of a ball that faces along -normal sees: its clearance along that, and the normal
@@ -389,16 +414,20 @@ void ToolContacts::consider_deepest(dvec3 at) {
     const auto is_deeper = [](const Field::Inside& a, const Field::Inside& b) {
         return a.value > b.value || (a.value == b.value && a.point < b.point);
     };
-    const auto end = inside_.begin() + count;
+    const auto end = std::remove_if(
+        inside_.begin(), inside_.begin() + count,
+        [&](const Field::Inside& sample) { return is_beside_pushed(touch_of(sample.point).way); });
+    const auto left = static_cast<uint32_t>(end - inside_.begin());
     const auto last =
-        inside_.begin() + std::min({count, kMostConsidered, std::max(inside, kLeastConsidered)});
+        inside_.begin() + std::min({left, kMostTried, std::max(inside, kLeastConsidered)});
     std::partial_sort(inside_.begin(), last, end, is_deeper);
-    for (auto at_hand = inside_.begin(); at_hand != last; ++at_hand) {
+    uint32_t sloped = 0;
+    for (auto at_hand = inside_.begin(); at_hand != last && sloped < kMostConsidered; ++at_hand) {
         look_.is_spent = work() > most_work_;
         if (look_.is_spent)
             return;
-        const Touch touch = touch_of(at_hand->point);
-        const bool has_slope = is_beside_pushed(touch.way) || consider(at, touch);
+        const bool has_slope = consider(at, touch_of(at_hand->point));
+        sloped += has_slope;
         if (is_inside(*at_hand))
             (has_slope ? look_.any_sloped : look_.any_flat) = true;
     }

@@ -58,6 +58,9 @@ class ToolContacts {
     void add(const Hold& hold); // a contact, where there is room; nothing is across a groove then
     bool is_deep() const;       // one of them, farther in material than noise tells
 
+    // Whether no sample is in material there, or none deeper than at `other_mm`; in noise, not by
+    // more than bumps are.
+    bool is_as_free(glm::dvec3 at_mm, glm::dvec3 other_mm);
     // Whether no sample is in material there; whether there is nothing on the way, at a glance.
     bool is_free(glm::dvec3 at_mm);
     bool is_clear(glm::dvec3 from_mm, glm::dvec3 to_mm) const;
@@ -72,11 +75,12 @@ class ToolContacts {
  private:
     void place_points(const TickInput& input);
     uint32_t solid_points(glm::dvec3 at);
+    float deepest_value(glm::dvec3 at);
     void consider_deepest(glm::dvec3 at);
     enum class Turn { stays, faces };
     bool consider(glm::dvec3 at, Touch touch, Turn turn = Turn::faces); // false: it has no slope
     void look_where_pushed(glm::dvec3 at, glm::dvec3 pushed);
-    bool is_beside_pushed(glm::dvec3 way) const;
+    bool is_beside_pushed(glm::dvec3 way) const; // in noise
     std::optional<Hold> look_along(glm::dvec3 at, glm::dvec3 normal);
     void look_across_groove(glm::dvec3 at, bool all);
     void look_round_deepest(glm::dvec3 at, double near_mm);
@@ -100,7 +104,8 @@ class ToolContacts {
     uint32_t point_count_ = 0;
     double reach_mm_ = 0.0; // of the farthest point
     bool is_ball_ = false;
-    double cover_ = 0.0; // of a ball: the cosine of how far from its samples places lie
+    double beside_pushed_ = 1.0; // of a ball: the cosine of kBesidePushed_samples
+    double cover_ = 0.0;         // of a ball: the cosine of how far from its samples places lie
     SphereSamples sphere_;
     std::array<glm::dvec3, SphereSamples::kMost> points_; // about the tool's origin, world axes
     std::array<glm::vec3, SphereSamples::kMost> offsets_; // the same in index space

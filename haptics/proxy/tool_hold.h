@@ -20,10 +20,10 @@ struct Hold {
     Touch touch;
     glm::dvec3 normal{0.0};    // unit length, out of the material
     double clearance_mm = 0.0; // negative: in material
-    double seen_mm = 0.0;    // of a contact's place itself, before a ball turns to face the surface
-    double confidence = 1.0; // 0 .. 1
-    double faces = 1.0;      // 0 .. 1: whether a ball's place faced the surface, before it turned
-    bool is_pushed = false;  // in noise: where the hand pushes a ball, for this look alone
+    double seen_mm = 0.0;      // the same before a ball turned its place to face the surface
+    double confidence = 1.0;   // 0 .. 1
+    double faces = 1.0;        // 0 .. 1: whether a ball's place faced the surface, before it turned
+    bool is_pushed = false;    // in noise: where the hand pushes a ball, for this look alone
 };
 
 } // namespace palpate::haptics

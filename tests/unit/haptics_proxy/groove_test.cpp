@@ -166,7 +166,6 @@ TEST(Groove, BelievesLittleOfWhatDisagreesMore) {
     // The grid's place is within 0.0005 of the best in each direction, which changes `left` by less
     // than its square and what is left of each by as much itself.
     EXPECT_NEAR(share, expected, 1e-3);
-    EXPECT_LT(share, 0.5);
     for (size_t i = 0; i < holds.size(); ++i)
         EXPECT_NEAR(holds[i].clearance_mm,
                     before[i].clearance_mm - expected * weight(before[i]) * apart(before[i], best),

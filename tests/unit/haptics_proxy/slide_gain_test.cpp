@@ -56,5 +56,16 @@ TEST(SlideGain, IsBetweenATenthAndAll) {
     EXPECT_EQ(learnt(-1e6), 0.1);
 }
 
+TEST(SlideGain, FindsItsWayBackInDoubt) {
+    SlideGain gain;
+    gain.learn({1, 0, 0}, {1, 0, 0}, {-8, 0, 0}); // 1 / 9
+    for (int i = 0; i < 50; ++i) {
+        const double before = gain.value();
+        gain.doubt();
+        EXPECT_GT(gain.value(), before);
+    }
+    EXPECT_GT(gain.value(), 0.9); // 1 / (1 + 8 * 0.9^50) = 0.96
+}
+
 } // namespace
 } // namespace palpate

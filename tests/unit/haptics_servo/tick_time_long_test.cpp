@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <thread>
 
 #include "engine/edit/stroke_run.h"
@@ -30,10 +31,11 @@ namespace {
 class Drawing {
  public:
     Drawing() {
+        const std::string never_written = testing::TempDir() + "none.png";
         const char* arguments[] = {
             PALPATE_PROGRAM, "--quiet", "render",   "synthetic:phantom?size=128",
             "--mode",        "alpha",   "--frames", "100000",
-            "--orbit-deg",   "1",       "-o",       "/dev/null/none.png",
+            "--orbit-deg",   "1",       "-o",       never_written.c_str(),
             nullptr};
         if (posix_spawn(&child_, PALPATE_PROGRAM, nullptr, nullptr, const_cast<char**>(arguments),
                         environ) != 0)
