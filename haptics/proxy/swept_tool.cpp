@@ -63,6 +63,7 @@ struct Course {
     std::optional<dvec3> last_along;
     bool has_learnt = false; // from a step of this tick how far to go
     bool touching = false, has_settled = false;
+    dvec3 push{0.0}; // the sum of the normals of what holds it
 };
 
 enum class Next { go_on, stop };
@@ -90,7 +91,7 @@ class SweptTool final : public Algorithm {
     double unseen_mm(const Course& c) const;
     void remember_holds(Course& c, dvec3 step, Geometry& geometry);
     bool go_back_if_unseen(Course& c);
-    void rub(dvec3 start, dvec3 goal, bool touching);
+    void rub(dvec3 start, dvec3 goal, const Course& c);
     dvec3 torque_of(dvec3 force_n) const;
 
     State state_;
@@ -184,7 +185,7 @@ void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
     State& s = state_;
     s.held_count = 0;
     c.touching = false;
-    dvec3 push(0.0);
+    c.push = dvec3(0.0);
     geometry.confidence = 1.0;
     const size_t contacts = contacts_.contacts().size();
     size_t index = 0;
@@ -197,13 +198,13 @@ void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
             s.held[s.held_count++] = hold.touch;
         if (left < 1e-6 && glm::dot(hold.normal, c.goal - s.proxy) < 0.0) {
             c.touching = true;
-            push += hold.normal;
+            c.push += hold.normal;
             geometry.confidence = std::min(geometry.confidence, hold.confidence);
         }
     }
     const dvec3 away = unit_or_zero(s.proxy - c.goal);
     if (c.touching)
-        s.normal = away == dvec3(0.0) ? unit_or_zero(push) : away;
+        s.normal = away == dvec3(0.0) ? unit_or_zero(c.push) : away;
 }
 
 // One look and one step.
@@ -286,26 +287,30 @@ bool SweptTool::go_back_if_unseen(Course& c) {
     return true;
 }
 
-// Friction: the proxy stays behind by as much as the cone allows.
-void SweptTool::rub(dvec3 start, dvec3 goal, bool touching) {
+// Friction: the proxy stays behind by as much as the cone allows, on the way that it has gone. What
+// is left of that way, where a tick ended before it, counts too.
+void SweptTool::rub(dvec3 start, dvec3 goal, const Course& c) {
     State& s = state_;
     const Feel& feel = coupler_.feel();
     const double friction = s.slipping ? feel.friction_dynamic : feel.friction_static;
-    if (!(touching && s.touching && friction > 0.0)) {
-        s.slipping = glm::distance(s.proxy, start) > 1e-5;
+    const dvec3 way = s.proxy - start;
+    if (!(c.touching && s.touching && friction > 0.0)) {
+        s.slipping = glm::length(way) > 1e-5;
         return;
     }
-    const double depth = std::max(0.0, glm::distance(s.proxy, goal) - coupler_.yielded_mm());
-    dvec3 moved = s.proxy - start;
-    moved -= glm::dot(moved, s.normal) * s.normal;
-    const double across = glm::length(moved);
-    const double back = std::min(across, friction * depth);
-    s.slipping = across > friction * depth + 1e-6;
-    if (back > 0.0) {
-        const dvec3 behind = s.proxy - (back / across) * moved;
-        if (contacts_.is_as_free(behind, s.proxy))
-            s.proxy = behind;
-    }
+    // Settled, it lies straight out from the hand; else what holds it says where out is.
+    const dvec3 out = c.has_settled || c.push == dvec3(0.0) ? s.normal : unit_or_zero(c.push);
+    const auto along = [&](dvec3 v) { return v - glm::dot(v, out) * out; };
+    const double depth = std::max(0.0, glm::dot(s.proxy - goal, out) - coupler_.yielded_mm());
+    const double gone = glm::length(along(way)), whole = glm::length(along(goal - start));
+    const double stays = std::min(gone, std::max(0.0, friction * depth - (whole - gone)));
+    s.slipping = whole > friction * depth + 1e-6;
+    // Between two places of a surface that bulges the way may lie a little below it.
+    for (double share = gone > 0.0 ? stays / gone : 0.0; share > 0.01; share *= 0.5)
+        if (contacts_.is_as_free(s.proxy - share * way, s.proxy)) {
+            s.proxy -= share * way;
+            return;
+        }
 }
 
 void SweptTool::settle(dvec3 goal, Geometry& geometry) {
@@ -335,7 +340,7 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
     const bool was_catching_up = s.is_catching_up;
     s.is_catching_up = (geometry.was_replaced || was_catching_up) && !c.has_settled;
     geometry.was_replaced |= was_catching_up;
-    rub(start, goal, c.touching);
+    rub(start, goal, c);
     s.touching = c.touching;
 }
 

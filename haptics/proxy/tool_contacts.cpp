@@ -172,7 +172,7 @@ bool ToolContacts::is_as_free(dvec3 at, dvec3 other) {
     const float deepest = deepest_value(at);
     // An edge rises by about half of the contrast in a sample.
     const double bump =
-        is_ball_in_noise() ? 0.5 * kSlackInNoise * blur_samples_ * field_.contrast() : 0.0;
+        0.5 * (is_ball_in_noise() ? kSlackInNoise * blur_samples_ : kDeep) * field_.contrast();
     return deepest < bump || deepest <= deepest_value(other) + bump;
 }
 

@@ -112,12 +112,12 @@ glm::dvec3 ImpulseLimit::limit(glm::dvec3 force_n, double most_n, double window_
     in_bin_s_ += dt_s;
     while (in_bin_s_ >= bin_s_) {
         in_bin_s_ -= bin_s_;
-        bin_ = (bin_ + 1) % kBins;
+        bin_ = (bin_ + 1) % bins_.size();
         bins_[bin_] = 0.0;
         if (in_bin_s_ > window_s) // nothing of the window is left
             in_bin_s_ = window_s;
     }
-    double sum = 0.0;
+    double sum = -bins_[(bin_ + 1) % bins_.size()] * in_bin_s_ / bin_s_;
     for (const double bin : bins_)
         sum += bin;
     constexpr double kKnee = 0.2;

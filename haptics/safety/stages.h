@@ -63,7 +63,9 @@ class ImpulseLimit {
 
  private:
     static constexpr uint32_t kBins = 50;
-    std::array<double, kBins> bins_{}; // N s, each of a fiftieth of the window
+    // N s, each of a fiftieth of the window; of the oldest one the part counts that is still in it,
+    // so that what is sent at a steady force does not waver as bins end.
+    std::array<double, kBins + 1> bins_{};
     uint32_t bin_ = 0;
     double in_bin_s_ = 0.0, bin_s_ = 0.0;
 };

@@ -183,9 +183,12 @@ TEST(Slew, ATurnIsNoFasterThanAGrowthOfItsSize) {
 
 TEST(Impulse, AFullForceIsScaledDownSoThatItsIntegralStaysBelowTheLimit) {
     ImpulseLimit limit;
-    double window[100] = {}, most = 0.0, sum = 0.0;
+    double window[100] = {}, most = 0.0, sum = 0.0, last = 6.0, wavers = 0.0;
     for (int tick = 0; tick < 2000; ++tick) {
         const glm::dvec3 force = limit.limit({6, 0, 0}, 6.0, 0.1, 1e-3);
+        if (tick >= 1500)
+            wavers = std::max(wavers, std::abs(force.x - last));
+        last = force.x;
         limit.sent(force, 1e-3);
         window[tick % 100] = force.x * 1e-3;
         sum = 0.0;
@@ -198,7 +201,8 @@ TEST(Impulse, AFullForceIsScaledDownSoThatItsIntegralStaysBelowTheLimit) {
     }
     EXPECT_LE(most, 6.0 * 0.1);
     // Even force f with the knee at 80 %: f = F (1 - f / F) / 0.2, so f = F / 1.2.
-    EXPECT_NEAR(sum / 0.1, 6.0 / 1.2, 0.02 * 6.0); // the window steps in fiftieths
+    EXPECT_NEAR(sum / 0.1, 6.0 / 1.2, 0.02 * 6.0); // within a fiftieth of the window
+    EXPECT_LE(wavers, 1e-3); // as bins end; 0.25 N where the oldest one leaves at once
 }
 
 TEST(Impulse, ShortPushesPassUnchanged) {
