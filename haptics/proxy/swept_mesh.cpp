@@ -38,6 +38,20 @@ class SweptTriangles final : public Algorithm {
         coupler_.reset(proxy_);
     }
 
+    // Friction: the proxy follows the hand but for what the cone lets it stay behind.
+    dvec3 rubbed(dvec3 x) {
+        const Feel& feel = coupler_.feel();
+        const double friction = slipping_ ? feel.friction_dynamic : feel.friction_static;
+        if (!(touching_ && friction > 0.0))
+            return x;
+        const dvec3 normal = surface_.turn_to_world(normal_), way = x - proxy_;
+        const double depth = std::max(0.0, -glm::dot(way, normal) - coupler_.yielded_mm());
+        const dvec3 along = way - glm::dot(way, normal) * normal;
+        const double whole = glm::length(along), held = friction * depth;
+        slipping_ = whole > held + 1e-6;
+        return x - (whole > held ? held / whole : 1.0) * along;
+    }
+
     TickOutput tick(const TickInput& input) noexcept override {
         const TouchParameters& q = *input.parameters;
         if (!is_sane(input) || !surface_.follow(input))
@@ -52,31 +66,16 @@ class SweptTriangles final : public Algorithm {
         if (geometry.was_replaced && !is_first)
             put_back();
 
-        const dvec3 start = proxy_;
-        const Rest rest = follow(x, geometry);
+        const dvec3 start = proxy_, goal = geometry.was_replaced ? x : rubbed(x);
+        Rest rest = follow(goal, geometry);
+        if (!rest.touching && goal != x)
+            rest = follow(x, geometry);
         proxy_ = surface_.to_world(rest.point);
-        dvec3 felt = rest.curved == surface_.from_world(x) ? x : surface_.to_world(rest.curved);
-
-        // Friction: it stays behind by as much as the cone allows, over the face.
-        const Feel& feel = coupler_.feel();
-        const double friction = slipping_ ? feel.friction_dynamic : feel.friction_static;
-        if (rest.touching && touching_ && friction > 0.0) {
-            const dvec3 normal = surface_.turn_to_world(rest.shaded_normal);
-            const double depth = std::max(0.0, glm::dot(felt - x, normal) - coupler_.yielded_mm());
-            const dvec3 way = start - proxy_;
-            const double across = glm::length(way);
-            slipping_ = across > friction * depth + 1e-6;
-            if (across > 0.0) {
-                const double back = std::min(across, friction * depth) / across;
-                const Rest held = come_to_rest(surface_.span(), rest.point,
-                                               surface_.from_world(proxy_ + back * way),
-                                               surface_.low_mm(), surface_.high_mm());
-                proxy_ = surface_.to_world(held.point);
-                felt = surface_.to_world(rest_at(surface_.span(), held.point, INFINITY).curved);
-            }
-        } else {
+        const dvec3 end = rest.touching ? goal : x;
+        const dvec3 felt =
+            rest.curved == surface_.from_world(end) ? end : surface_.to_world(rest.curved);
+        if (!(rest.touching && touching_))
             slipping_ = glm::distance(proxy_, start) > 1e-5;
-        }
         touching_ = rest.touching;
         if (touching_)
             normal_ = rest.shaded_normal;

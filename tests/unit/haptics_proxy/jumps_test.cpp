@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/surface/marching_cubes.h"
+#include "haptics/proxy/swept_mesh.h"
 #include "tests/unit/haptics_proxy/run.h"
 
 namespace palpate::touch {
@@ -83,6 +85,37 @@ TEST(Jumps, AToolIsAsSteadyAsTheHand) {
                     {"ball/1mm", "ball/3mm", "cavity/3mm", "plane/0,0,1/noise10%",
                      "ball/3mm/noise10%", "cavity/3mm/noise2%", "cavity/3mm/noise10%"},
                     kUneven);
+}
+
+// Friction holds the proxy back by its share of the depth, also where that is farther than a tick's
+// steps, or the triangles at hand, reach: here 3.2 mm, 6.4 samples. Each let go by up to 1 N
+// before.
+TEST(Jumps, FrictionLagsFartherThanATickReaches) {
+    Scene scene = make_scene(flat_plane(), {});
+    scene.touch.mesh = std::make_shared<Mesh>(marching_cubes(*scene.touch.grey, 500.0f));
+    scene.touch.touch_mesh = haptics::make_touch_mesh(scene.touch.mesh, 1.0);
+    for (const char* name : {"swept-point", "swept-tool", "swept-local", "swept-mesh"}) {
+        haptics::TouchParameters parameters = settings(scene);
+        parameters.friction_static = parameters.friction_dynamic = 0.8;
+        if (name == std::string_view("swept-tool"))
+            parameters.tool_radius_mm = 2.5;
+        Path path;
+        for (int i = 0; i < 1500; ++i)
+            path.push_back(
+                {-5.0 + 0.008 * std::max(0, i - 300), 0.2,
+                 0.13 + parameters.tool_radius_mm + 0.5 - 4.5 * std::min(1.0, i / 250.0)});
+        const Trace run = run_named(name, scene, path, parameters);
+        for (size_t i = 1; i < run.ticks.size(); ++i) {
+            const Seen &now = run.ticks[i], &before = run.ticks[i - 1];
+            // Sticking it follows the spring, slipping its normal force times (1, friction).
+            ASSERT_LE(glm::distance(now.force, before.force),
+                      glm::distance(now.tool, before.tool) * std::hypot(1.0, 0.8) + 0.02)
+                << name << ", tick " << i;
+            if (i > 1000) {
+                ASSERT_NEAR(-now.force.x / now.force.z, 0.8, 0.01) << name << ", tick " << i;
+            }
+        }
+    }
 }
 
 // A ball of ten samples across, and friction, in noise. Friction lags by its share of the depth

@@ -94,29 +94,6 @@ TEST(SweptTool, StaysSpreadOverAHollowThatItFits) {
     }
 }
 
-// Friction holds the proxy back by its share of the depth, also where that is farther than a tick's
-// steps reach: here 3.2 mm, 6.4 samples.
-TEST(SweptTool, FrictionLagsFartherThanATickReaches) {
-    const Scene scene = make_scene(flat_plane(), {});
-    haptics::TouchParameters parameters = sphere(scene);
-    parameters.friction_static = parameters.friction_dynamic = 0.8;
-    Path path;
-    for (int i = 0; i < 1500; ++i)
-        path.push_back({-5.0 + 0.008 * std::max(0, i - 300), 0.2,
-                        0.13 + kRadius_mm + 0.5 - 4.5 * std::min(1.0, i / 250.0)});
-    const Trace run = run_named("swept-tool", scene, path, parameters);
-    for (size_t i = 1; i < run.ticks.size(); ++i) {
-        const Seen &now = run.ticks[i], &before = run.ticks[i - 1];
-        // Sticking it follows the spring, slipping its normal force times (1, friction).
-        EXPECT_LE(glm::distance(now.force, before.force),
-                  glm::distance(now.tool, before.tool) * std::hypot(1.0, 0.8) + 0.02)
-            << i;
-        if (i > 1000) {
-            EXPECT_NEAR(-now.force.x / now.force.z, 0.8, 0.01) << i;
-        }
-    }
-}
-
 // A ball of a groove's own rounding: what the flanks err by does not turn the force. As good as a
 // point's (1.5 degrees); without what groove.h does it errs by up to 3.1.
 TEST(SweptTool, FitsAGroove) {
