@@ -11,7 +11,7 @@ namespace palpate::haptics {
 //
 // The secant step of Barzilai & Borwein (1988), as a regression over the last steps in which long
 // ones count most; what was learnt in ticks before counts, too, for a surface bends much alike
-// where a tool slides. Never more than 1: on what bulges, steps are as long as planes say.
+// where a tool slides. 0.1 to 1: on what bulges, steps are as long as planes say.
 class SlideGain {
  public:
     double value() const { return went_ < changed_ ? std::max(kLeast, went_ / changed_) : 1.0; }

@@ -54,7 +54,8 @@ class SoftStart {
 glm::dvec3 limit_magnitude(glm::dvec3 vector, double most) noexcept;
 
 // 6 The integral of |F| over the last impulse_s, kept below most_n * impulse_s: from 80 % of that
-// on, force is scaled down evenly.
+// on, force is scaled down evenly. What is about to leave that time is known to half a bin, a
+// hundredth of it.
 class ImpulseLimit {
  public:
     glm::dvec3 limit(glm::dvec3 force_n, double most_n, double window_s, double dt_s) noexcept;

@@ -31,7 +31,7 @@ std::vector<Trajectory> slides(const TouchCase& body) {
 }
 
 // Slides are what jumps: over bumps of noise, round a ball that is hardly there, and in a cavity
-// that a tool nearly fits, where the hand is deeper than the cavity is wide. Without the secant
+// that a tool nearly fits, where the hand is deeper than the cavity's radius. Without the secant
 // step along the surface, the place where a ball is pushed and the step over a bump that the way
 // meets, these cells jump by up to 0.28 N (a tool, noise), 0.08 (a tool, clean) and 1.08 (a point,
 // noise).
@@ -88,8 +88,7 @@ TEST(Jumps, AToolIsAsSteadyAsTheHand) {
 }
 
 // Friction holds the proxy back by its share of the depth, also where that is farther than a tick's
-// steps, or the triangles at hand, reach: here 3.2 mm, 6.4 samples. Each let go by up to 1 N
-// before.
+// steps, or the triangles at hand, reach: here 3.2 mm, 6.4 samples.
 TEST(Jumps, FrictionLagsFartherThanATickReaches) {
     Scene scene = make_scene(flat_plane(), {});
     scene.touch.mesh = std::make_shared<Mesh>(marching_cubes(*scene.touch.grey, 500.0f));
