@@ -165,14 +165,22 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o) {
     warn_of_idle(app, idle);
 }
 
-void warn_of_nothing_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
+void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
+    if (s.began_s > 0.0 && std::isfinite(s.began_s))
+        log::warning(
+            "force began {:.3f} s into the path: until then the soft start waited for the hand to "
+            "be "
+            "free",
+            s.began_s);
     if ((s.contact_ticks > 0 && s.most_force_n > 0.0) || o.algorithm == "none")
         return;
     if (o.algorithm.starts_with("wish-2008-") && o.feel.transfer.empty() &&
         o.feel.transfer_across.empty())
         log::warning("nothing was felt: expected --transfer, which is 0");
     else if (s.contact_ticks == 0)
-        log::warning("nothing was touched: the path leads through nothing that is solid at --iso");
+        log::warning(
+            "nothing was touched: on the path is nothing that is solid at --iso, or nothing but "
+            "that");
     else
         log::warning("nothing was felt: force was 0 all the time");
 }
@@ -196,6 +204,10 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (!algorithm)
         return fail("--algorithm: expected one of {}, found '{}'", names_of(haptics::algorithms()),
                     o.algorithm);
+    if (o.friction.size() > 1 && o.friction[1] > o.friction[0])
+        return fail(
+            "--friction: expected a dynamic coefficient of at most the static {:g}, found {:g}",
+            o.friction[0], o.friction[1]);
     warn_of_idle_options(app, o);
     const Interrupt interrupt;
     Result<LoadedScene> scene = load_touched(o, interrupt);
@@ -238,7 +250,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
                            interrupt.token());
     if (done) {
         const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
-        warn_of_nothing_felt(summary, o);
+        warn_of_what_was_felt(summary, o);
         say(summary, std::move(run->telemetry));
     }
     return done;

@@ -25,6 +25,8 @@ using haptics::LabelTouch;
 using haptics::MostTouch;
 using haptics::TouchSource;
 
+constexpr double kManyGrains = 0.5; // a share of the surface
+
 // "1,2.5" with ',' is {1, 2.5}; nothing where a piece is no finite number.
 std::optional<std::vector<double>> numbers_of(std::string_view text, char separator) {
     std::vector<double> numbers;
@@ -276,7 +278,13 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
         return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
     if (feel.parameters.source == TouchSource::grey) {
-        haptics::tune(feel.parameters, *feel.scene.grey);
+        const haptics::Tuning tuning = haptics::tune(feel.parameters, *feel.scene.grey);
+        if (tuning.grains > kManyGrains)
+            log::warning(
+                "--iso {:g}: {:.0f} % of its surface is of grains of up to three samples, as where "
+                "it "
+                "lies amid noise; what is felt there is them",
+                feel.parameters.iso, 100.0 * tuning.grains);
         log::debug("normals blurred by {} samples{}", feel.parameters.normal_blur_samples,
                    feel.parameters.free_value == feel.parameters.solid_value
                        ? ""

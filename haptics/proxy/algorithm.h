@@ -120,10 +120,10 @@ struct TickInput {
 };
 
 enum class Contact : uint8_t {
-    free,      // nothing is touched
+    free,      // nothing is touched; force may be left where the proxy is behind the hand
     touching,  // held out by a surface
     yielding,  // pushed into material beyond T0
-    submerged, // inside material, and no surface is known
+    submerged, // inside material, and no way out is known
     unknown,   // samples are missing or without data: force fades
 };
 

@@ -194,11 +194,14 @@ struct Tuning {
     // From its noise, estimated as the median absolute difference of neighbouring samples, as a
     // share of the contrast about the iso-value.
     double normal_blur_samples = 1.0;
+    // Of the places where lines along the axes cross the surface, the share that cross back within
+    // three samples: 0 on bodies, 0.9 where the iso-value lies amid noise, which is no surface.
+    double grains = 0.0;
     Plateaus plateaus;
 };
 Tuning tuning_for(const Volume& volume, double iso);
 double normal_blur_for(const Volume& volume, double iso);
-// Sets in `parameters` what a volume that is felt at parameters.iso tells.
-void tune(TouchParameters& parameters, const Volume& volume);
+// Sets in `parameters` what a volume that is felt at parameters.iso tells, and returns it.
+Tuning tune(TouchParameters& parameters, const Volume& volume);
 
 } // namespace palpate::haptics

@@ -66,7 +66,7 @@ class SweptTriangles final : public Algorithm {
         if (geometry.was_replaced && !is_first)
             put_back();
 
-        const dvec3 start = proxy_, goal = geometry.was_replaced ? x : rubbed(x);
+        const dvec3 start = proxy_, goal = is_first ? x : rubbed(x);
         Rest rest = follow(goal, geometry);
         if (!rest.touching && goal != x)
             rest = follow(x, geometry);

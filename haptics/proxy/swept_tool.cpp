@@ -5,6 +5,7 @@
 
 #include "haptics/proxy/coupler.h"
 #include "haptics/proxy/planes.h"
+#include "haptics/proxy/proxy_account.h"
 #include "haptics/proxy/slide_gain.h"
 #include "haptics/proxy/tool_contacts.h"
 
@@ -30,15 +31,22 @@ constexpr double kFits = 0.2;
 // After each time that it goes back the longest step is half as long, down to this share of it:
 // then it goes on, whatever is there.
 constexpr double kShortestShare = 0.1;
+// For so long after what is touched was exchanged, the tool may be drawn along; then it is the hand
+// alone that moves it.
+constexpr double kCatchingUp_s = 0.1;
 
 struct State : Felt {
-    // What was exchanged has moved the tool, and it is not yet where that ends.
-    bool is_catching_up = false;
-    bool is_fast = false; // the hand was, and the tool is not yet where it belongs
+    // What was exchanged has moved the tool, and it may not yet be where that ends.
+    double catching_up_s = 0.0;
+    bool is_stuck = false; // since then, in matter wherever it was looked at
+    bool is_fast = false;  // the hand was, and the tool is not yet where it belongs
+    // In matter without a way out: nothing holds it until none of it is in any.
+    bool is_submerged = false;
     dvec3 goal{0.0};
     double longest_step = 1.0; // as a share of half a sample
     double trust_mm = 1e3;     // of the last step
     SlideGain gain;
+    ProxyAccount account;
     uint32_t held_count = 0; // places that held the tool in the tick before
     std::array<Touch, ToolContacts::kMost> held{};
 };
@@ -63,7 +71,6 @@ struct Course {
     std::optional<dvec3> last_along;
     bool has_learnt = false; // from a step of this tick how far to go
     bool touching = false, has_settled = false;
-    dvec3 push{0.0}; // the sum of the normals of what holds it
 };
 
 enum class Next { go_on, stop };
@@ -82,7 +89,9 @@ class SweptTool final : public Algorithm {
     std::span<const Touch> held() const { return {state_.held.data(), state_.held_count}; }
     double voxel_mm() const { return contacts_.field().voxel_mm(); }
 
-    void settle(dvec3 goal, Geometry& geometry);
+    dvec3 rubbed(dvec3 hand);
+    void follow(const TickInput& input, Geometry& geometry);
+    Course settle(dvec3 goal, Geometry& geometry);
     Course course_to(dvec3 goal, const Geometry& geometry);
     bool try_leap(Course& c);
     Next look_and_step(Course& c, bool is_first, Geometry& geometry);
@@ -91,7 +100,6 @@ class SweptTool final : public Algorithm {
     double unseen_mm(const Course& c) const;
     void remember_holds(Course& c, dvec3 step, Geometry& geometry);
     bool go_back_if_unseen(Course& c);
-    void rub(dvec3 start, dvec3 goal, const Course& c);
     dvec3 torque_of(dvec3 force_n) const;
 
     State state_;
@@ -127,6 +135,7 @@ bool SweptTool::try_leap(Course& c) {
     if (s.held_count > 0 || !contacts_.is_clear(s.proxy, next))
         return false;
     s.proxy = leap == length ? c.goal : next;
+    s.is_submerged = false;
     c.good = s.proxy;
     c.has_good = true;
     c.has_settled = leap == length;
@@ -185,7 +194,7 @@ void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
     State& s = state_;
     s.held_count = 0;
     c.touching = false;
-    c.push = dvec3(0.0);
+    dvec3 push(0.0);
     geometry.confidence = 1.0;
     const size_t contacts = contacts_.contacts().size();
     size_t index = 0;
@@ -198,13 +207,13 @@ void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
             s.held[s.held_count++] = hold.touch;
         if (left < 1e-6 && glm::dot(hold.normal, c.goal - s.proxy) < 0.0) {
             c.touching = true;
-            c.push += hold.normal;
+            push += hold.normal;
             geometry.confidence = std::min(geometry.confidence, hold.confidence);
         }
     }
     const dvec3 away = unit_or_zero(s.proxy - c.goal);
     if (c.touching)
-        s.normal = away == dvec3(0.0) ? unit_or_zero(c.push) : away;
+        s.normal = away == dvec3(0.0) ? unit_or_zero(push) : away;
 }
 
 // One look and one step.
@@ -227,14 +236,15 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
         c.is_unseen = c.has_good;
         return Next::stop;
     }
-    if (look.any_inside && has_none && s.normal == dvec3(0.0)) {
-        // So deep that nothing has a slope, and no way out is known.
+    // So deep that nothing has a slope, and no way out is known.
+    s.is_submerged = look.any_inside && (s.is_submerged || (has_none && s.normal == dvec3(0.0)));
+    if (s.is_submerged) {
         geometry.submerged = true;
         s.proxy = c.goal;
         return Next::stop;
     }
     const bool is_buried =
-        look.any_flat && !look.any_sloped && (geometry.was_replaced || s.is_catching_up);
+        look.any_flat && !look.any_sloped && (geometry.was_replaced || s.catching_up_s > 0.0);
     if ((is_buried || has_none) && look.any_inside && s.normal != dvec3(0.0))
         contacts_.add({{0, -s.normal}, s.normal, -c.half_sample_mm, -c.half_sample_mm, 0.5});
     const bool deep = contacts_.is_deep();
@@ -287,38 +297,25 @@ bool SweptTool::go_back_if_unseen(Course& c) {
     return true;
 }
 
-// Friction: the proxy stays behind by as much as the cone allows, on the way that it has gone. What
-// is left of that way, where a tick ended before it, counts too.
-void SweptTool::rub(dvec3 start, dvec3 goal, const Course& c) {
+// Friction: the proxy follows the hand but for what the cone lets it stay behind.
+dvec3 SweptTool::rubbed(dvec3 hand) {
     State& s = state_;
     const Feel& feel = coupler_.feel();
     const double friction = s.slipping ? feel.friction_dynamic : feel.friction_static;
-    const dvec3 way = s.proxy - start;
-    if (!(c.touching && s.touching && friction > 0.0)) {
-        s.slipping = glm::length(way) > 1e-5;
-        return;
-    }
-    // Settled, it lies straight out from the hand; else what holds it says where out is.
-    const dvec3 out = c.has_settled || c.push == dvec3(0.0) ? s.normal : unit_or_zero(c.push);
-    const auto along = [&](dvec3 v) { return v - glm::dot(v, out) * out; };
-    const double depth = std::max(0.0, glm::dot(s.proxy - goal, out) - coupler_.yielded_mm());
-    const double gone = glm::length(along(way)), whole = glm::length(along(goal - start));
-    const double stays = std::min(gone, std::max(0.0, friction * depth - (whole - gone)));
-    s.slipping = whole > friction * depth + 1e-6;
-    // Between two places of a surface that bulges the way may lie a little below it.
-    for (double share = gone > 0.0 ? stays / gone : 0.0; share > 0.01; share *= 0.5)
-        if (contacts_.is_as_free(s.proxy - share * way, s.proxy)) {
-            s.proxy -= share * way;
-            return;
-        }
+    if (!(s.touching && friction > 0.0))
+        return hand;
+    const dvec3 way = hand - s.proxy;
+    const double depth = std::max(0.0, -glm::dot(way, s.normal) - coupler_.yielded_mm());
+    const dvec3 along = way - glm::dot(way, s.normal) * s.normal;
+    const double whole = glm::length(along), held = friction * depth;
+    s.slipping = whole > held + 1e-6;
+    return hand - (whole > held ? held / whole : 1.0) * along;
 }
 
-void SweptTool::settle(dvec3 goal, Geometry& geometry) {
+// To where a tool rests that is drawn to the goal.
+Course SweptTool::settle(dvec3 goal, Geometry& geometry) {
     State& s = state_;
-    const dvec3 start = s.proxy;
     Course c = course_to(goal, geometry);
-    if (geometry.was_replaced)
-        s.gain = {};
     uint32_t i = 0;
     for (; i < kMostIterations && c.looks < kMostLooks; ++i) {
         if (try_leap(c)) {
@@ -335,13 +332,43 @@ void SweptTool::settle(dvec3 goal, Geometry& geometry) {
         s.gain.doubt();
     s.trust_mm = c.trust_mm;
     s.longest_step = went_back ? 0.5 * s.longest_step : std::min(1.0, 4.0 * s.longest_step);
-    geometry.iterations = i;
-    geometry.contacts = s.held_count;
-    const bool was_catching_up = s.is_catching_up;
-    s.is_catching_up = (geometry.was_replaced || was_catching_up) && !c.has_settled;
-    geometry.was_replaced |= was_catching_up;
-    rub(start, goal, c);
+    geometry.iterations += i;
+    return c;
+}
+
+void SweptTool::follow(const TickInput& input, Geometry& geometry) {
+    State& s = state_;
+    if (geometry.was_replaced) {
+        s.gain = {};
+        s.is_submerged = false;
+    }
+    const bool is_catching_up = geometry.was_replaced || s.catching_up_s > 0.0;
+    const dvec3 start = s.proxy, hand = input.tool.position_mm, goal = rubbed(hand);
+    Course c = settle(goal, geometry);
+    if (!c.touching && goal != hand)
+        c = settle(hand, geometry);
+    s.is_stuck = is_catching_up && !c.has_good && (geometry.was_replaced || s.is_stuck);
+    s.catching_up_s = c.has_settled           ? 0.0
+                      : geometry.was_replaced ? kCatchingUp_s
+                                              : std::max(0.0, s.catching_up_s - input.dt_s);
+    if (s.is_stuck && s.catching_up_s == 0.0 && !c.has_settled) {
+        s.is_submerged = geometry.submerged = true;
+        s.proxy = hand;
+        c.touching = false;
+    }
+    geometry.was_replaced = is_catching_up;
+    if (geometry.was_replaced) {
+        s.account.reset();
+    } else if (const double share =
+                   s.account.share_of(start, s.proxy, hand, contacts_.doubt_mm(), input.dt_s);
+               share < 1.0) {
+        s.proxy = start + share * (s.proxy - start);
+        c.touching = true;
+    }
+    if (!(c.touching && s.touching))
+        s.slipping = glm::distance(s.proxy, start) > 1e-5;
     s.touching = c.touching;
+    geometry.contacts = s.held_count;
 }
 
 // Each contact's share of the force is what its normal carries; it acts at its sample.
@@ -370,7 +397,7 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     const Field& field = contacts_.field();
     Geometry geometry;
     geometry.was_replaced = s.exchange(input, *volume);
-    settle(input.tool.position_mm, geometry);
+    follow(input, geometry);
     geometry.proxy_mm = s.proxy;
     geometry.touching = s.touching;
     geometry.normal = s.normal;

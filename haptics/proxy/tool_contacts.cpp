@@ -155,25 +155,13 @@ uint32_t ToolContacts::solid_points(dvec3 at) {
                                static_cast<float>(kNear * field_.contrast()), inside_.data());
 }
 
-// Of the samples there, in value units above the iso-value.
-float ToolContacts::deepest_value(dvec3 at) {
-    const uint32_t count = solid_points(at);
-    float deepest = -std::numeric_limits<float>::infinity();
-    for (uint32_t i = 0; i < count; ++i)
-        deepest = std::max(deepest, inside_[i].value);
-    return deepest;
-}
-
 bool ToolContacts::is_free(dvec3 at) {
-    return deepest_value(at) < 0.0f;
+    const uint32_t count = solid_points(at);
+    return std::none_of(inside_.begin(), inside_.begin() + count, is_inside);
 }
 
-bool ToolContacts::is_as_free(dvec3 at, dvec3 other) {
-    const float deepest = deepest_value(at);
-    // An edge rises by about half of the contrast in a sample.
-    const double bump =
-        0.5 * (is_ball_in_noise() ? kSlackInNoise * blur_samples_ : kDeep) * field_.contrast();
-    return deepest < bump || deepest <= deepest_value(other) + bump;
+double ToolContacts::doubt_mm() const {
+    return 2.0 * (kDeep + kSlackInNoise * blur_samples_) * field_.voxel_mm();
 }
 
 bool ToolContacts::is_deep() const {

@@ -57,10 +57,9 @@ class ToolContacts {
     std::span<const Hold> holds() const { return {holds_.data(), count_ + across_}; }
     void add(const Hold& hold); // a contact, where there is room; nothing is across a groove then
     bool is_deep() const;       // one of them, farther in material than noise tells
+    // How far off a place that holds the tool may be taken to be.
+    double doubt_mm() const;
 
-    // Whether no sample is in material there, or none deeper than at `other_mm`; in noise, not by
-    // more than bumps are.
-    bool is_as_free(glm::dvec3 at_mm, glm::dvec3 other_mm);
     // Whether no sample is in material there; whether there is nothing on the way, at a glance.
     bool is_free(glm::dvec3 at_mm);
     bool is_clear(glm::dvec3 from_mm, glm::dvec3 to_mm) const;
@@ -75,7 +74,6 @@ class ToolContacts {
  private:
     void place_points(const TickInput& input);
     uint32_t solid_points(glm::dvec3 at);
-    float deepest_value(glm::dvec3 at);
     void consider_deepest(glm::dvec3 at);
     enum class Turn { stays, faces };
     bool consider(glm::dvec3 at, Touch touch, Turn turn = Turn::faces); // false: it has no slope

@@ -42,18 +42,12 @@ float most_along(const Volume& volume, dvec3 from, dvec3 step, int steps, float 
     return sign * most;
 }
 
-// How low and how high samples get within five of the coarsest spacings of the surface: looked for
-// along its normals, for a body may be smaller than that across other ways, and from where the axes
-// cross it. Quarters of all, for some normals are wrong.
-Plateaus plateaus_about(const Volume& volume, double iso) {
+// Calls crossing(axis, at) for each sample of lines along the axes, 64 by 64 of them or fewer, that
+// lies on another side of the iso-value than the one before it; in order along each line.
+template <class Crossing>
+void for_crossings(const Volume& volume, double iso, const Crossing& crossing) {
     const ivec3 size(volume.size());
-    const dvec3 spacing = spacing_mm(volume.grid());
-    const double step_mm = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
-    const int steps =
-        static_cast<int>(std::ceil(5.0 * std::max({spacing.x, spacing.y, spacing.z}) / step_mm));
-    const glm::dmat3 to_index(index_from_world(volume.grid()));
     const int stride = std::max(1, std::max({size.x, size.y, size.z}) / 64);
-    std::vector<float> lows, highs;
     for (int axis = 0; axis < 3; ++axis) {
         const int u = (axis + 1) % 3, v = (axis + 2) % 3;
         ivec3 at{};
@@ -62,18 +56,45 @@ Plateaus plateaus_about(const Volume& volume, double iso) {
                 float before = NAN;
                 for (at[axis] = 0; at[axis] < size[axis]; ++at[axis]) {
                     const float a = std::exchange(before, volume.value(glm::uvec3(at)));
-                    if ((double{a} < iso) == (double{before} < iso) || a != a || before != before)
-                        continue;
-                    const dvec3 slope = slope_at(volume, at);
-                    const double steepness = glm::length(slope);
-                    if (!(steepness > 0.0))
-                        continue;
-                    const dvec3 step = to_index * (step_mm / steepness * slope);
-                    lows.push_back(most_along(volume, dvec3(at), -step, steps, -1.0f));
-                    highs.push_back(most_along(volume, dvec3(at), step, steps, 1.0f));
+                    if ((double{a} < iso) != (double{before} < iso) && a == a && before == before)
+                        crossing(axis, at);
                 }
             }
     }
+}
+
+double grains_about(const Volume& volume, double iso) {
+    constexpr int kGrain = 3;
+    uint64_t crossings = 0, grains = 0;
+    ivec3 last(-1);
+    for_crossings(volume, iso, [&](int axis, ivec3 at) {
+        ivec3 off = at - std::exchange(last, at);
+        const int way = std::exchange(off[axis], 0);
+        ++crossings;
+        grains += off == ivec3(0) && way > 0 && way <= kGrain;
+    });
+    return crossings > 0 ? static_cast<double>(grains) / static_cast<double>(crossings) : 0.0;
+}
+
+// How low and how high samples get within five of the coarsest spacings of the surface: looked for
+// along its normals, for a body may be smaller than that across other ways, and from where the axes
+// cross it. Quarters of all, for some normals are wrong.
+Plateaus plateaus_about(const Volume& volume, double iso) {
+    const dvec3 spacing = spacing_mm(volume.grid());
+    const double step_mm = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
+    const int steps =
+        static_cast<int>(std::ceil(5.0 * std::max({spacing.x, spacing.y, spacing.z}) / step_mm));
+    const glm::dmat3 to_index(index_from_world(volume.grid()));
+    std::vector<float> lows, highs;
+    for_crossings(volume, iso, [&](int, ivec3 at) {
+        const dvec3 slope = slope_at(volume, at);
+        const double steepness = glm::length(slope);
+        if (!(steepness > 0.0))
+            return;
+        const dvec3 step = to_index * (step_mm / steepness * slope);
+        lows.push_back(most_along(volume, dvec3(at), -step, steps, -1.0f));
+        highs.push_back(most_along(volume, dvec3(at), step, steps, 1.0f));
+    });
     if (lows.empty())
         return {};
     const auto quarter = [](std::vector<float>& values, size_t of_four) {
@@ -116,7 +137,10 @@ Tuning tuning_for(const Volume& volume, double iso) {
     };
     const double sigma = median(differences) / (0.6745 * std::sqrt(2.0));
     const double share = sigma / (mean(solid) - mean(free));
-    Tuning tuning{.normal_blur_samples = share < 0.01 ? 0.0 : share < 0.04 ? 0.6 : 1.0};
+    Tuning tuning{.normal_blur_samples = share < 0.01   ? 0.0
+                                         : share < 0.04 ? 0.6
+                                                        : 1.0,
+                  .grains = grains_about(volume, iso)};
     // Straightening raises noise by seven where a step has risen by 2 %, and more beyond.
     if (share < 0.002)
         tuning.plateaus = plateaus_about(volume, iso);
@@ -127,11 +151,12 @@ double normal_blur_for(const Volume& volume, double iso) {
     return tuning_for(volume, iso).normal_blur_samples;
 }
 
-void tune(TouchParameters& parameters, const Volume& volume) {
+Tuning tune(TouchParameters& parameters, const Volume& volume) {
     const Tuning tuning = tuning_for(volume, parameters.iso);
     parameters.normal_blur_samples = tuning.normal_blur_samples;
     parameters.free_value = tuning.plateaus.free;
     parameters.solid_value = tuning.plateaus.solid;
+    return tuning;
 }
 
 } // namespace palpate::haptics

@@ -13,6 +13,7 @@ namespace {
 constexpr double kNsPerS = 1e9;
 constexpr double kShortest_s = 1e-5, kLongest_s = 0.1; // of a tick, for whoever divides by it
 constexpr double kFadeIn_s = 0.1;                      // after a late tick
+constexpr double kDampingShare = 0.1; // of soft start, from which on all of its damping acts
 
 bool finite(glm::dvec3 v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
@@ -48,7 +49,9 @@ SafetyChain::SafetyChain(const SafetyLimits& limits, const DeviceCapabilities& d
       device_(device),
       most_n_(smaller_limit(limits.most_force_n, device.max_force_n, limits.device_share)),
       most_nm_(smaller_limit(limits.most_torque_nm, device.max_torque_nm, limits.device_share)),
-      passivity_(damping_limit(limits, device), limits.passivity_leak_s),
+      passivity_({.most_damping_n_s_per_m = damping_limit(limits, device),
+                  .leak_s = limits.passivity_leak_s,
+                  .slew_n_per_s = limits.passivity_slew_n_per_s}),
       dt_s_(1.0 / rate_hz),
       period_ns_(static_cast<int64_t>(kNsPerS / rate_hz)),
       history_(static_cast<size_t>(std::ceil(limits.history_s * rate_hz))) {
@@ -127,18 +130,23 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
     now_.share = start_.share(limits_, ready_, rendered_n, dt_s_); // 2
     if (latched() && !(faults_ & kFaultVelocity))
         now_.share = 0.0;
-    const double damping = limits_.ramp_damping_n_s_per_m * (1.0 - now_.share);
+    // The ramp's damping comes with the first of the force: a hand may be on its way already.
+    const double damping = limits_.ramp_damping_n_s_per_m * (1.0 - now_.share) *
+                           std::min(1.0, now_.share / kDampingShare);
+    damping_n_ = 0.0;
     sent.torque_nm = limit_magnitude(now_.share * sent.torque_nm, most_nm_);
 
     const bool open = usable_ && !latched() && now_.share > 0.0;
     if (open) {
-        sent.force_n = now_.share * sent.force_n - damping * used_.velocity_m_per_s;
+        const glm::dvec3 proxy_n = now_.share * sent.force_n;
+        sent.force_n = proxy_n - damping * used_.velocity_m_per_s;
         const double stored_j =
             stiffness_n_per_m > 0.0
                 ? stored_energy_j(now_.share * rendered_n, now_.share * stiffness_n_per_m, most_n_)
                 : 0.0;
         sent.force_n = passivity_.limit(used_.position_m, used_.velocity_m_per_s, sent.force_n,
                                         stored_j, dt_s_); // 4
+        damping_n_ = glm::length(sent.force_n - proxy_n);
         sent.force_n =
             limit_magnitude(sent.force_n, std::min(most_n_, heat_.most(limits_, most_n_)));
         sent.force_n = impulse_.limit(sent.force_n, most_n_, limits_.impulse_s, dt_s_); // 6

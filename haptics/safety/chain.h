@@ -75,6 +75,8 @@ class SafetyChain {
     double heat() const noexcept { return heat_.level(); }
     const Passivity& passivity() const noexcept { return passivity_; }
     double most_force_n() const noexcept { return most_n_; }
+    // The size of what soft start and passivity added in the last tick, before the limits of force.
+    double damping_n() const noexcept { return damping_n_; }
 
     // The last second, oldest first; the last entry is the tick of the fault where one is latched,
     // because from then on nothing is written. Not from the servo thread: it allocates.
@@ -94,6 +96,7 @@ class SafetyChain {
     Heat heat_;
     uint32_t faults_ = 0;
     double fade_ = 1.0; // of a velocity trip or a late tick
+    double damping_n_ = 0.0;
     bool ready_ = false, usable_ = false;
     double dt_s_;
     int64_t period_ns_;

@@ -15,13 +15,14 @@ struct SafetyLimits {
     double start_force_n = 0.2;          // what is rendered must be below it ...
     uint32_t start_ticks = 4;            // ... for so many ticks before any force goes out
     double ramp_s = 2.0;                 // from none to all of it
-    double ramp_damping_n_s_per_m = 3.0; // at the ramp's start; fades with it
+    double ramp_damping_n_s_per_m = 3.0; // comes within the ramp's first tenth; fades with it
     bool needs_dead_man = false;         // a button that must stay pressed
     uint32_t dead_man_button = 0;
 
     // 4 Passivity.
     double passivity_damping_n_s_per_m = 20.0; // at most; the device's own limit counts too
     double passivity_leak_s = 0.5;             // time constant in which banked energy is lost
+    double passivity_slew_n_per_s = 20.0;      // how fast the damping's force may come and go
 
     // 5 Magnitude.
     double most_force_n = 6.0;

@@ -11,17 +11,23 @@ glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, 
     work_j_ += work_j;
     made_j_ += work_j + (has_last_ ? stored_j - last_stored_j_ : 0.0);
     if (made_j_ < 0.0)
-        made_j_ *= std::max(0.0, 1.0 - dt_s / leak_s_);
-    made_j_ = std::min(made_j_, most_j_);
+        made_j_ *= std::max(0.0, 1.0 - dt_s / settings_.leak_s);
+    made_j_ = std::min(made_j_, settings_.most_j);
     has_last_ = true;
     last_m_ = position_m;
     last_stored_j_ = stored_j;
 
-    damping_ = 0.0;
     const double speed2 = glm::dot(velocity_m_per_s, velocity_m_per_s);
+    damping_ = 0.0;
     if (made_j_ > 0.0 && speed2 > 0.0)
-        damping_ = std::min(most_damping_, made_j_ / (dt_s * speed2));
-    return force_n - damping_ * velocity_m_per_s;
+        damping_ = std::min(settings_.most_damping_n_s_per_m, made_j_ / (dt_s * speed2));
+    const glm::dvec3 change_n = -damping_ * velocity_m_per_s - damping_n_;
+    const double most_n = settings_.slew_n_per_s * dt_s, change = glm::length(change_n);
+    damping_n_ += change > most_n ? most_n / change * change_n : change_n;
+    // It never pushes on.
+    if (const double along = glm::dot(damping_n_, velocity_m_per_s); along > 0.0)
+        damping_n_ -= along / speed2 * velocity_m_per_s;
+    return force_n + damping_n_;
 }
 
 double stored_energy_j(double force_n, double stiffness_n_per_m, double most_n) noexcept {

@@ -11,7 +11,9 @@ namespace palpate::haptics {
 // forces is exactly f . dx a tick, and what the virtual spring holds, V. W + V above 0 was made
 // from nothing. The controller takes it away with the damping that would eat it within a tick,
 // alpha = E / (T v^2), at most what the device renders well. A sampled spring makes k v^2 T^2 / 2 a
-// tick, so that alpha comes out as k T / 2: the bound of Colgate & Schenkel (1997).
+// tick, so that alpha comes out as k T / 2: the bound of Colgate & Schenkel (1997). What comes at
+// once, as where a tool goes from one hollow to the next, is taken away over some ticks: the size
+// of the damping's force changes by slew_n_per_s at most, so that it is no blow of its own.
 //
 // Energy that was dissipated (below 0) is lost with the time constant leak_s, so that long motion
 // in something thick does not pay for later mischief. Sources: B. Hannaford, J.-H. Ryu, Time-domain
@@ -19,11 +21,16 @@ namespace palpate::haptics {
 // stored energy as in J.-H. Ryu et al., 2004.
 class Passivity {
  public:
-    // Lost is what the controller cannot get back soon: E is kept at or below most_j.
-    Passivity(double most_damping_n_s_per_m, double leak_s, double most_j = 0.05)
-        : most_damping_(most_damping_n_s_per_m), leak_s_(leak_s), most_j_(most_j) {}
+    struct Settings {
+        double most_damping_n_s_per_m = 20.0;
+        double leak_s = 0.5;
+        double slew_n_per_s = 20.0;
+        // Lost is what the controller cannot get back soon: E is kept at or below it.
+        double most_j = 0.05;
+    };
+    explicit Passivity(const Settings& settings) : settings_(settings) {}
 
-    void reset() noexcept { *this = Passivity(most_damping_, leak_s_, most_j_); }
+    void reset() noexcept { *this = Passivity(settings_); }
 
     // The force to send in place of `force_n`. `position_m` is where the device is now, `stored_j`
     // what the virtual spring holds now. dt_s > 0, all finite.
@@ -40,11 +47,12 @@ class Passivity {
     double damping() const noexcept { return damping_; } // alpha of the last tick
 
  private:
-    double most_damping_, leak_s_, most_j_;
+    Settings settings_;
     bool has_last_ = false;
     glm::dvec3 last_m_{0.0}, sent_n_{0.0};
     double last_stored_j_ = 0.0;
     double made_j_ = 0.0, work_j_ = 0.0, damping_ = 0.0;
+    glm::dvec3 damping_n_{0.0};
 };
 
 // The energy of a spring of stiffness k whose force is cut off at most_n, where it would be

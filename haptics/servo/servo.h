@@ -35,6 +35,7 @@ struct ServoTick {
     uint64_t scene_version = 0;
     uint32_t faults = 0;    // Fault bits
     double share = 0.0;     // of soft start
+    double damping_n = 0.0; // of what the safety chain added
     double energy_mj = 0.0; // work done on the hand since the start, of sent force and its way
     int64_t cpu_ns = 0;     // thread clock, the device's own time apart
 };

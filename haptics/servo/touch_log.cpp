@@ -33,7 +33,8 @@ std::string touch_csv(std::span<const ServoTick> ticks, int64_t start_ns) {
     std::string text =
         "time_s,probe_x_mm,probe_y_mm,probe_z_mm,proxy_x_mm,proxy_y_mm,proxy_z_mm,"
         "force_x_n,force_y_n,force_z_n,energy_mj,cpu_us,volume_version,depth_mm,"
-        "normal_x,normal_y,normal_z,contact,share,faults,buttons\n";
+        "normal_x,normal_y,normal_z,contact,share,faults,buttons,"
+        "rendered_x_n,rendered_y_n,rendered_z_n,damping_n\n";
     const auto out = std::back_inserter(text);
     const auto put = [&](glm::dvec3 v) { fmt::format_to(out, "{},{},{},", v.x, v.y, v.z); };
     for (const ServoTick& t : from(ticks, start_ns)) {
@@ -44,14 +45,21 @@ std::string touch_csv(std::span<const ServoTick> ticks, int64_t start_ns) {
         fmt::format_to(out, "{},{},{},{},", t.energy_mj, static_cast<double>(t.cpu_ns) * 1e-3,
                        t.scene_version, t.touched.depth_mm);
         put(t.touched.normal);
-        fmt::format_to(out, "{},{},{},{}\n", contact_name(t.touched.contact), t.share,
+        fmt::format_to(out, "{},{},{},{},", contact_name(t.touched.contact), t.share,
                        cell_of(t.faults), t.buttons);
+        put(t.touched.force_n);
+        fmt::format_to(out, "{}\n", t.damping_n);
     }
     return text;
 }
 
 TouchSummary summarise(std::span<const ServoTick> ticks, int64_t start_ns) {
     TouchSummary s;
+    const auto began =
+        std::find_if(ticks.begin(), ticks.end(), [](const ServoTick& t) { return t.share > 0.0; });
+    s.began_s = began == ticks.end()
+                    ? INFINITY
+                    : std::max(0.0, static_cast<double>(began->now_ns - start_ns) * 1e-9);
     glm::dvec3 before(0.0);
     for (const ServoTick& t : from(ticks, start_ns)) {
         if (s.ticks++ > 0)

@@ -14,7 +14,9 @@ namespace palpate::haptics {
 
 // Columns: time_s, probe_x_mm .. z, proxy_x_mm .. z, force_x_n .. z (as sent, in the world's axes),
 // energy_mj, cpu_us, volume_version, depth_mm, normal_x .. z, contact (free, touching, yielding,
-// submerged, unknown), share (of soft start), faults (names joined by '+'), buttons.
+// submerged, unknown), share (of soft start), faults (names joined by '+'), buttons, rendered_x_n
+// .. z (what the algorithm wanted, in the world's axes), damping_n (the size of what the safety
+// chain added to it).
 std::string touch_csv(std::span<const ServoTick> ticks, int64_t start_ns);
 
 struct TouchSummary {
@@ -23,6 +25,8 @@ struct TouchSummary {
     double energy_mj = 0.0;      // at the end; > 0: the loop has made energy
     double largest_step_n = 0.0; // of force from one tick to the next
     uint32_t faults = 0;         // all that were seen
+    // When force was let out first, after start_ns; none before that, infinite: never.
+    double began_s = 0.0;
 };
 TouchSummary summarise(std::span<const ServoTick> ticks, int64_t start_ns);
 

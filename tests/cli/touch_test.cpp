@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <glm/glm.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -88,6 +89,34 @@ TEST_F(TouchCommand, WritesTheColumnsThatProgramsRelyOn) {
     EXPECT_EQ(summary["energy_mj"], 0.0);
     EXPECT_EQ(summary["all_faults"], "none");
     EXPECT_EQ(summary["ticks"], 1001 + 2100);
+}
+
+// What was sent is what was rendered, and what soft start and passivity added to it.
+TEST_F(TouchCommand, TellsWhatTheSafetyChainAdds) {
+    const ProgramRun done =
+        run({"touch", "synthetic:ball", "--trajectory", "slide", "--at", "0,0,34", "--depth", "2",
+             "--distance", "10", "--algorithm", "swept-tool", "--radius", "3", "--report",
+             file("r.csv").string()});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    // The path's first pose is in contact: force begins where the hand comes out.
+    EXPECT_THAT(done.messages, HasSubstr("force began 0.1"));
+    const auto t = table("r.csv");
+    double most_added = 0.0, most_step = 0.0;
+    glm::dvec3 before(0.0);
+    for (size_t i = 0; i < t.at("time_s").size(); ++i) {
+        const auto of = [&](const std::string& name) {
+            return glm::dvec3(t.at(name + "_x_n")[i], t.at(name + "_y_n")[i],
+                              t.at(name + "_z_n")[i]);
+        };
+        const glm::dvec3 added = of("force") - t.at("share")[i] * of("rendered");
+        EXPECT_NEAR(glm::length(added), t.at("damping_n")[i], 1e-9) << i;
+        most_added = std::max(most_added, glm::length(added));
+        most_step = std::max(most_step, glm::distance(added, before));
+        before = added;
+    }
+    // 3 N s/m at hand's speed, and coming within 0.2 s of it: not as a blow.
+    EXPECT_GT(most_added, 0.05);
+    EXPECT_LT(most_step, 0.03);
 }
 
 // Noise and plateaus are measured from the grey values that are felt, and from nothing else.
@@ -326,6 +355,13 @@ TEST_F(TouchCommand, SaysWhatIsWrong) {
     bad = run(command);
     EXPECT_EQ(bad.exit_code, 1);
     EXPECT_THAT(bad.messages, HasSubstr("--device: expected one of falcon, touch, omega"));
+    command = arguments("none");
+    command.insert(command.end(), {"--friction", "0.1,0.3"});
+    bad = run(command);
+    EXPECT_EQ(bad.exit_code, 1);
+    EXPECT_THAT(bad.messages,
+                HasSubstr("--friction: expected a dynamic coefficient of at most the static 0.1, "
+                          "found 0.3"));
     write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,zero,0\n");
     bad = run(arguments("none"));
     EXPECT_EQ(bad.exit_code, 1);
@@ -396,6 +432,13 @@ TEST_F(TouchCommand, SaysWhatChangesNothingAndThatNothingWasFelt) {
     write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,0,40\n");
     EXPECT_THAT(said("swept-point", {}), HasSubstr("nothing was touched"));
     EXPECT_EQ(said("none", {}), "");
+    const auto phantom = [&](const char* iso) {
+        return run({"touch", "synthetic:phantom?size=64", "--trajectory", "touch", "--duration",
+                    "0.1", "--iso", iso})
+            .messages;
+    };
+    EXPECT_THAT(phantom("45"), HasSubstr("its surface is of grains")); // amid the tissue's noise
+    EXPECT_THAT(phantom("300"), testing::Not(HasSubstr("grains")));
 }
 
 } // namespace

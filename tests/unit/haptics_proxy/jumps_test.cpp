@@ -117,6 +117,35 @@ TEST(Jumps, FrictionLagsFartherThanATickReaches) {
     }
 }
 
+// Where faces meet friction follows the sum of what they press, and lets go of nothing at once: by
+// up to 0.36 N while the tool was taken back on its way instead.
+TEST(Jumps, FrictionInACornerOfThreeFacesIsSteady) {
+    for (const TouchCase& body : touch_cases({}, true)) {
+        if (body.name != "corner/3")
+            continue;
+        const Scene scene = make_scene(body, {});
+        for (const char* name : {"swept-point", "swept-tool", "swept-local"}) {
+            haptics::TouchParameters parameters = settings(scene);
+            parameters.friction_static = parameters.friction_dynamic = 0.3;
+            if (name == std::string_view("swept-tool"))
+                parameters.tool_radius_mm = 1.5;
+            Path path = slide(body, 0.5 * body.deepest_mm, 4.0, 1.5);
+            for (dvec3& x : path)
+                x += parameters.tool_radius_mm * body.normal;
+            const Trace run = run_named(name, scene, path, parameters);
+            double worst_n = 0.0;
+            for (size_t i = 1; i < run.ticks.size(); ++i) {
+                const Seen &now = run.ticks[i], &before = run.ticks[i - 1];
+                worst_n = std::max(worst_n,
+                                   glm::distance(now.force, before.force) -
+                                       glm::distance(now.tool, before.tool) * std::hypot(1.0, 0.3));
+            }
+            EXPECT_LE(worst_n, 0.05) << name;
+            EXPECT_GT(run.figures.contact_ticks, 1000u);
+        }
+    }
+}
+
 // A ball of ten samples across, and friction, in noise. Friction lags by its share of the depth
 // along the surface; noise of 5 % turns normals by 2 degrees (p99), which the mean of a slide evens
 // out.

@@ -1,5 +1,8 @@
 // The repaired point proxy where what it touches changes, or differs from place to place.
 
+#include <string_view>
+#include <vector>
+
 #include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
 #include "haptics/proxy/swept_point.h"
@@ -95,6 +98,37 @@ TEST(SweptPoint, ForceEndsWithWhatIsTouchedUnderAHandAtRest) {
         out = algorithm->tick(input);
     EXPECT_EQ(out.force_n, dvec3(0.0));
     EXPECT_EQ(out.contact, haptics::Contact::free);
+}
+
+// Somebody else edits far away, in every tick: what is felt here, friction too, is as without.
+TEST(Edits, ElsewhereLeaveWhatIsFelt) {
+    const Scene scene = make_scene(flat_plane(), {});
+    for (const char* name : {"swept-point", "swept-tool", "swept-local"}) {
+        haptics::TouchParameters parameters = settings(scene);
+        parameters.friction_static = parameters.friction_dynamic = 0.3;
+        const double radius_mm = name == std::string_view("swept-tool") ? 1.5 : 0.0;
+        parameters.tool_radius_mm = radius_mm;
+        std::vector<dvec3> forces[2];
+        for (const bool edited : {false, true}) {
+            haptics::TouchScene touch = scene.touch;
+            const auto algorithm = haptics::find_algorithm(name)->make();
+            haptics::TickInput input{.scene = &touch, .parameters = &parameters};
+            for (int i = 0; i < 600; ++i) {
+                if (edited && i > 0) {
+                    VolumeEdit edit(*touch.grey);
+                    edit.set({2, 2, 2}, i % 2 ? 0.0 : 1000.0);
+                    touch.grey = edit.commit();
+                    touch.version = touch.grey->version();
+                }
+                input.tool.position_mm = {0.01 * std::max(0, i - 200), 0.1,
+                                          radius_mm + std::max(-1.0, 2.0 - 0.02 * i)};
+                forces[edited].push_back(algorithm->tick(input).force_n);
+            }
+        }
+        for (size_t i = 0; i < forces[0].size(); ++i)
+            ASSERT_LE(glm::distance(forces[0][i], forces[1][i]), 0.005) << name << ", tick " << i;
+        EXPECT_NEAR(-forces[0].back().x / forces[0].back().z, 0.3, 0.005) << name;
+    }
 }
 
 // An iso-value moved while touching slides the surface, too.

@@ -4,8 +4,11 @@
 #include "haptics/proxy/swept_tool.h"
 
 #include <cmath>
+#include <random>
+#include <vector>
 
 #include "engine/edit/shape.h"
+#include "engine/volume/builder.h"
 #include "haptics/proxy/field.h"
 #include "haptics/proxy/sphere_samples.h"
 #include "haptics/proxy/tool_points.h"
@@ -123,6 +126,83 @@ TEST(SweptTool, IsPushedOutOfWhateverSpeedPutItIn) {
         for (const Seen& tick : run.ticks)
             EXPECT_NE(tick.contact, Contact::submerged);
     }
+}
+
+// Samples of nothing but noise below z = 0, air above it: no surface, but matter everywhere.
+Scene speckle() {
+    Scene scene = make_scene(flat_plane(), {});
+    std::mt19937 random(1);
+    std::vector<float> samples(sample_count(scene.touch.grey->grid()));
+    const Grid& grid = scene.touch.grey->grid();
+    size_t at = 0;
+    for (uint32_t z = 0; z < grid.size.z; ++z)
+        for (uint32_t i = 0; i < grid.size.x * grid.size.y; ++i) {
+            const float noise = float(random() % 1001);
+            samples[at++] =
+                (grid.world_from_index * glm::dvec4(0.0, 0.0, z, 1.0)).z < 0.0 ? noise : 0.0f;
+        }
+    scene.touch.grey = make_volume<float>(grid, samples);
+    scene.touch.version = scene.touch.grey->version();
+    return scene;
+}
+
+// What the motion of the proxy itself gives to the spring, whose work the hand never did.
+TEST(SweptTool, MakesNoEnergyAmidNoise) {
+    const Scene scene = speckle();
+    for (const double friction : {0.0, 0.3}) {
+        haptics::TouchParameters parameters = sphere(scene);
+        parameters.friction_static = parameters.friction_dynamic = friction;
+        const Trace run =
+            run_named("swept-tool", scene, slide(grown(scene.body), 5.0, 8.0, 1.0), parameters);
+        double given_mj = 0.0, most_mj = 0.0, deepest_mm = 0.0;
+        for (size_t i = 1; i < run.ticks.size(); ++i) {
+            const Seen &now = run.ticks[i], &before = run.ticks[i - 1];
+            const double to = glm::distance(now.proxy, now.tool),
+                         from = glm::distance(before.proxy, now.tool);
+            deepest_mm = std::max({deepest_mm, to, from});
+            given_mj = std::max(0.0, given_mj + 0.5 * 1e-3 * parameters.stiffness_n_per_m *
+                                                    (to * to - from * from));
+            most_mj = std::max(most_mj, given_mj);
+        }
+        // Half a sample and a tenth of one, at the largest force; 33 times that before.
+        const double doubt_mm = 2.0 * (0.025 + 0.25) * 0.5;
+        EXPECT_LE(most_mj, 1e-3 * parameters.stiffness_n_per_m * deepest_mm * doubt_mm * 1.001)
+            << friction;
+        EXPECT_GT(deepest_mm, 4.0);
+    }
+}
+
+TEST(SweptTool, BegunAmidNoiseNothingIsFeltUntilItIsFree) {
+    const Scene scene = speckle();
+    haptics::TouchParameters parameters = sphere(scene);
+    // From within, about there, out, and back on it.
+    Path path;
+    for (int i = 0; i < 1000; ++i)
+        path.push_back({0.004 * i, std::sin(0.01 * i), -4.0});
+    for (int i = 0; i < 1000; ++i)
+        path.push_back({4.0, 0.0, -4.0 + 0.012 * i});
+    for (int i = 0; i < 500; ++i)
+        path.push_back({4.0, 0.0, 8.0 - 0.014 * i});
+    const Trace run = run_named("swept-tool", scene, path, parameters);
+    bool was_free = false;
+    for (size_t i = 1; i < run.ticks.size(); ++i) {
+        const Seen& tick = run.ticks[i];
+        was_free |= tick.contact == Contact::free;
+        if (was_free)
+            continue;
+        // For 0.1 s it looks for a way out; its force is let go of as after an edit.
+        ASSERT_EQ(tick.contact, i < 100 ? Contact::touching : Contact::submerged) << i;
+        if (i >= 100) {
+            ASSERT_LE(glm::length(tick.force),
+                      std::max(0.0, glm::length(run.ticks[i - 1].force) - 0.09 + 0.005))
+                << i;
+        }
+        // No sample of the ball is above the noise's uppermost spacing.
+        ASSERT_LT(tick.tool.z, kRadius_mm + 0.5);
+    }
+    EXPECT_TRUE(was_free);
+    EXPECT_EQ(run.ticks.back().contact, Contact::touching);
+    EXPECT_GT(run.ticks.back().force.z, 0.3);
 }
 
 // A tick's work is bounded: what one cannot do, thrown into rough material it has never seen, the

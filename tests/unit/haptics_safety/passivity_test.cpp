@@ -39,7 +39,7 @@ Press press(double k, double v, double depth, bool controlled) {
                   {.time_s = 2 * way_s},
                   {.time_s = 2.5 * way_s, .tool = {.position_mm = {-5, 0, 0}}}}),
         Workspace({0, 0, 0}, 1.0));
-    Passivity passivity(1000.0, 1e9);
+    Passivity passivity({.most_damping_n_s_per_m = 1000.0, .leak_s = 1e9});
     Press result;
     DeviceSample sample;
     for (int64_t now = 0; now <= std::llround(2.4 * way_s * 1e9); now += 1'000'000) {
@@ -75,7 +75,7 @@ TEST(Passivity, ObservesAndTakesAwayWhatASampledSpringMakes) {
 TEST(Passivity, PaysNothingForASpringThatWasPressedLongAgo) {
     // Stored energy is no dissipated energy: it does not leak. Pressed, held for 10 s, released
     // with leak_s of 0.5: the observer must not take the release for made energy beyond k v T d.
-    Passivity passivity(1000.0, 0.5);
+    Passivity passivity({.most_damping_n_s_per_m = 1000.0, .leak_s = 0.5});
     const double k = 1000.0;
     double most_made = 0.0, before = 0.0;
     for (int tick = 0; tick < 10'200; ++tick) {
@@ -92,7 +92,7 @@ TEST(Passivity, PaysNothingForASpringThatWasPressedLongAgo) {
 }
 
 TEST(Passivity, WhatWasDissipatedIsForgotten) {
-    Passivity passivity(1000.0, 0.5);
+    Passivity passivity({.most_damping_n_s_per_m = 1000.0, .leak_s = 0.5});
     double x = 0.0;
     for (int tick = 0; tick < 1000; ++tick) { // through something thick
         x += 1e-4;
@@ -109,12 +109,37 @@ TEST(Passivity, WhatWasDissipatedIsForgotten) {
     EXPECT_NEAR(passivity.work_j(), -0.1, 1e-3); // the account without leak keeps it
 }
 
+TEST(Passivity, WhatIsMadeAtOnceIsTakenAwayWithoutABlow) {
+    // 0.025 mJ in one tick at 40 mm/s: a tool of 3 mm that goes to another groove. Taken away
+    // within that tick it would be a blow of 0.625 N.
+    constexpr double kSpeed = 0.04, kMade_j = 0.025e-3;
+    const Passivity::Settings settings{.leak_s = 1e9};
+    Passivity passivity(settings);
+    double before = 0.0, taken_j = 0.0;
+    int ticks = 0;
+    for (int tick = 0; tick < 200; ++tick) {
+        const double stored_j = tick < 10 ? 0.0 : kMade_j;
+        const glm::dvec3 force =
+            passivity.limit({kSpeed * kT * tick, 0, 0}, {kSpeed, 0, 0}, {}, stored_j, kT);
+        passivity.sent(force);
+        ASSERT_LE(std::abs(force.x - before), settings.slew_n_per_s * kT * (1 + 1e-9)) << tick;
+        before = force.x;
+        taken_j -= force.x * kSpeed * kT;
+        ticks += force.x != 0.0;
+    }
+    // All of it, and on the way down from the peak once more as much at most.
+    EXPECT_GE(taken_j, kMade_j);
+    EXPECT_LE(taken_j, 2.5 * kMade_j);
+    EXPECT_LE(ticks, 30);
+    EXPECT_EQ(before, 0.0);
+}
+
 TEST(Passivity, OneEncoderStepIsNotAnsweredWithABlow) {
     // A hand that trembles over the edge of one step of 50 um while the account is overdrawn: the
     // way of a tick says 50 mm/s, 1 N at 20 N s/m. The estimator's window of 15 ticks says a
     // fifteenth at most.
     constexpr double kStep = 50e-6;
-    Passivity passivity(20.0, 1e9);
+    Passivity passivity({.most_damping_n_s_per_m = 20.0, .leak_s = 1e9});
     VelocityEstimator estimator(kStep);
     double most_n = 0.0;
     for (int tick = 0; tick < 500; ++tick) {
@@ -140,7 +165,7 @@ double shake_m(double k, bool controlled) {
                            HandPath({{.time_s = 0, .tool = {.position_mm = {-5, 0, 0}}},
                                      {.time_s = 0.3, .tool = {.position_mm = {10, 0, 0}}}}),
                            Workspace({0, 0, 0}, 1.0));
-    Passivity passivity(200.0, 0.5);
+    Passivity passivity({.most_damping_n_s_per_m = 200.0, .leak_s = 0.5});
     DeviceSample sample;
     double low = 1.0, high = -1.0;
     for (int64_t now = 0; now < 3'000'000'000; now += 1'000'000) {
