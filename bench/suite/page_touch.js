@@ -109,7 +109,7 @@ function touchSection(t) {
   part("What the repaired ones are held to", "Beside each figure the cell where it is worst. Directions are the 99th percentile of all ticks together; below it that of the worst cell alone. Red does not hold.");
   put(page, "p", { class: "soft" }, `The ${t.bounds.form} form, trajectories of at most ${t.bounds.most_ticks} ticks; run were ` +
     `${t.bounds.parts.join(", ")} of ${t.bounds.algorithms.join(", ")}.`);
-  const held = Object.keys(t.bounds.rows[0].figures);
+  const held = [...new Set(t.bounds.rows.flatMap(b => Object.keys(b.figures)))];
   body = table(page, ["", "gate", ...held], []);
   for (const b of t.bounds.rows) {
     const row = put(body, "tr");
@@ -117,7 +117,8 @@ function touchSection(t) {
     put(row, "td", {}, figure(b.gate));
     for (const name of held) {
       const c = b.figures[name];
-      const cell = put(row, "td", {});
+      const cell = put(row, "td", {}, c ? undefined : "–");
+      if (!c) continue; // its part was not run
       put(cell, "div", { class: c.within ? "good" : "bad" }, figure(c.figure));
       if (c.worst_figure !== undefined) put(cell, "div", { class: "soft" }, "worst cell " + figure(c.worst_figure));
       if (c.worst_cell) put(cell, "div", { class: "soft" }, c.worst_cell);

@@ -64,6 +64,10 @@ struct TouchBounds {
     WorstCell direction_clean, direction_noise; // p99 of a cell: A1 - A9; A10 at 10 %; degrees
     // The same of all ticks of all those cells.
     touch::Histogram pooled_clean{0.05}, pooled_noise{0.05};
+    // Of the closed loop, but for edits: what the motors did with the controller on, in largest
+    // forces times steps of the encoder, below which no observer sees.
+    uint64_t closed_cells = 0;
+    WorstCell made_energy;
 };
 
 // Of one algorithm over the whole grid; the largest of each.

@@ -293,13 +293,22 @@ std::vector<Intended> intended_paths(const touch::TouchCase& body, const TouchPl
     return intended;
 }
 
+void keep_energy(TouchBounds& b, const touch::LoopResult& found,
+                 const haptics::DevicePreset& device, const std::string& cell) {
+    ++b.closed_cells;
+    const double step_mj = 1e3 * found.figures.largest_force_n * device.capabilities.resolution_m;
+    if (step_mj > 0.0)
+        b.made_energy.keep(found.work_mj / step_mj, cell);
+}
+
 std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& stored,
-                               const TouchPlan& plan, const TouchParts& parts) {
+                               const TouchPlan& plan, const TouchParts& parts, AllTotals& totals) {
     const haptics::TouchParameters shared = touch_parameters(scene);
     const std::vector<Intended> intended = intended_paths(scene.body, plan);
     std::vector<touch::Trajectory> paths;
     for (const Intended& one : intended)
         paths.push_back(one.path);
+    std::mutex mutex; // of the totals, which do not depend on the order of cells
     return rows_of(scene, stored, paths, parts.algorithms,
                    [&](const touch::Trajectory& path, const AlgorithmEntry& entry) {
                        haptics::TouchParameters parameters = parameters_of(entry, scene, shared);
@@ -311,7 +320,8 @@ std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& sto
                        const auto* device =
                            intended[static_cast<size_t>(&path - paths.data())].device;
                        const touch::LoopResult found = touch::closed_loop(
-                           *algorithm, scene, moved, parameters, {.device = device, .hand = {}});
+                           *algorithm, scene, moved, parameters,
+                           {.device = device, .hand = {}, .is_controlled = true});
                        Value cell{{"pop_throughs", found.figures.pop_throughs},
                                   {"not_finite", found.figures.not_finite},
                                   {"penetration_voxels", rounded(found.figures.penetration_voxels)},
@@ -319,6 +329,12 @@ std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& sto
                                   {"motor_work_mj", rounded(found.work_mj)}};
                        if (path.id == "T1")
                            cell["limit_cycle_um"] = rounded(1e3 * found.limit_cycle_mm);
+                       if (scene.body.edits.empty()) {
+                           const std::lock_guard lock(mutex);
+                           keep_energy(totals[entry.name].bounds, found, *device,
+                                       fmt::format("{} {} ({}), {} {}", scene.body.id,
+                                                   scene.body.name, stored, path.id, path.name));
+                       }
                        return cell;
                    });
 }
@@ -343,7 +359,7 @@ Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, con
             log::info("touch: {} is done", std::exchange(last_stored, stored));
         const bool is_place = is_patient && scene.body.name.ends_with("/1");
         if (parts.closed_loop && (plan.all || stored == first_stored || is_place))
-            for (Value& row : closed_rows(scene, stored, plan, parts))
+            for (Value& row : closed_rows(scene, stored, plan, parts, totals))
                 grid.closed.push_back(std::move(row));
         return {};
     };

@@ -61,10 +61,12 @@ void WorstCell::keep(double value, const std::string& cell) {
 
 Value touch_bounds(const AllTotals& totals) {
     Value rows = Value::array();
-    const auto add = [&](const char* asked, double gate, const auto& cell_of) {
+    const auto add = [&](const char* asked, double gate, const auto& cell_of,
+                         bool of_closed_loop = false) {
         Value row{{"asked", asked}, {"gate", gate}, {"figures", Value::object()}};
         for (const char* name : kRepaired)
-            if (const TouchTotals* t = totals_of(totals, name)) {
+            if (const TouchTotals* t = totals_of(totals, name);
+                t && (of_closed_loop ? t->bounds.closed_cells : t->cells) > 0) {
                 Value cell = cell_of(t->bounds);
                 cell["within"] = cell["figure"].template get<double>() <= gate;
                 row["figures"][name] = std::move(cell);
@@ -101,6 +103,10 @@ Value touch_bounds(const AllTotals& totals) {
     add("excess jump, N, planes, balls and cavities (A1 - A3)", 0.02,
         most(&TouchBounds::jump_clean));
     add("excess jump, N, the same at up to 10 % noise (A10)", 0.10, most(&TouchBounds::jump_noise));
+    add("energy made in the closed loop with the controller, encoder steps under the largest "
+        "force, "
+        "all but edits",
+        1.0, most(&TouchBounds::made_energy), true);
     return rows;
 }
 

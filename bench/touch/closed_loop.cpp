@@ -5,6 +5,7 @@
 
 #include "bench/touch/open_loop.h"
 #include "engine/base/assert.h"
+#include "haptics/safety/chain.h"
 
 namespace palpate::touch {
 
@@ -18,6 +19,19 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
     const haptics::HandPath intended(std::move(poses));
     haptics::Workspace workspace(dvec3(0.0), 1.0);
     haptics::SimulatedDevice device(*loop.device, loop.hand, intended, workspace);
+
+    const haptics::SafetyLimits limits;
+    const double most_n = most_force_n(limits, loop.device->capabilities);
+    haptics::Passivity passivity(passivity_settings(limits, loop.device->capabilities));
+    const auto controlled = [&](const haptics::DeviceSample& sample, dvec3 force_n) {
+        const double stored_j =
+            haptics::stored_energy_j(glm::length(force_n), parameters.stiffness_n_per_m, most_n);
+        const dvec3 damped_n = passivity.limit(sample.position_m, sample.velocity_m_per_s, force_n,
+                                               stored_j, loop.tick_s);
+        const dvec3 sent_n = haptics::limit_magnitude(damped_n, most_n);
+        passivity.sent(sent_n);
+        return sent_n;
+    };
 
     LoopResult result;
     Judge judge(scene, parameters.stiffness_n_per_m, false, false, parameters.tool_radius_mm);
@@ -36,7 +50,10 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
         input.tool = workspace.tool(sample);
         input.velocity_mm_per_s = workspace.velocity_mm_per_s(sample);
         const haptics::TickOutput output = algorithm.tick(input);
-        device.write(now, workspace.to_device({output.force_n, output.torque_nm}));
+        haptics::Wrench wrench = workspace.to_device({output.force_n, output.torque_nm});
+        if (loop.is_controlled)
+            wrench.force_n = controlled(sample, wrench.force_n);
+        device.write(now, wrench);
         judge.see(input.tool.position_mm, output);
         if (i + tail >= ticks) {
             low = glm::min(low, 1e3 * device.true_position_m());

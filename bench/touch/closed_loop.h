@@ -18,6 +18,8 @@ struct Loop {
     const haptics::DevicePreset* device = nullptr; // of device_presets()
     haptics::HandModel hand;
     double tick_s = kTick_s;
+    // Whether the magnitude of force is limited and energy watched as by the safety chain.
+    bool is_controlled = false;
 };
 
 // The hand means to follow the path (one point a millisecond); the device's plant, steps and delay

@@ -23,13 +23,21 @@ double smaller_limit(double own, double device, double share) {
     return device > 0.0 ? std::min(own, share * device) : 0.0;
 }
 
-double damping_limit(const SafetyLimits& limits, const DeviceCapabilities& device) {
-    return device.max_damping_n_s_per_m > 0.0
-               ? std::min(limits.passivity_damping_n_s_per_m, device.max_damping_n_s_per_m)
-               : limits.passivity_damping_n_s_per_m;
+} // namespace
+
+double most_force_n(const SafetyLimits& limits, const DeviceCapabilities& device) noexcept {
+    return smaller_limit(limits.most_force_n, device.max_force_n, limits.device_share);
 }
 
-} // namespace
+Passivity::Settings passivity_settings(const SafetyLimits& limits,
+                                       const DeviceCapabilities& device) noexcept {
+    const double most = device.max_damping_n_s_per_m;
+    return {.most_damping_n_s_per_m = most > 0.0
+                                          ? std::min(limits.passivity_damping_n_s_per_m, most)
+                                          : limits.passivity_damping_n_s_per_m,
+            .leak_s = limits.passivity_leak_s,
+            .slew_n_per_s = limits.passivity_slew_n_per_s};
+}
 
 std::string fault_text(uint32_t faults) {
     constexpr std::pair<uint32_t, const char*> kNames[] = {
@@ -47,11 +55,9 @@ SafetyChain::SafetyChain(const SafetyLimits& limits, const DeviceCapabilities& d
                          double rate_hz)
     : limits_(limits),
       device_(device),
-      most_n_(smaller_limit(limits.most_force_n, device.max_force_n, limits.device_share)),
+      most_n_(haptics::most_force_n(limits, device)),
       most_nm_(smaller_limit(limits.most_torque_nm, device.max_torque_nm, limits.device_share)),
-      passivity_({.most_damping_n_s_per_m = damping_limit(limits, device),
-                  .leak_s = limits.passivity_leak_s,
-                  .slew_n_per_s = limits.passivity_slew_n_per_s}),
+      passivity_(passivity_settings(limits, device)),
       dt_s_(1.0 / rate_hz),
       period_ns_(static_cast<int64_t>(kNsPerS / rate_hz)),
       history_(static_cast<size_t>(std::ceil(limits.history_s * rate_hz))) {

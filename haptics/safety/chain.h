@@ -22,6 +22,11 @@ enum Fault : uint32_t {
 };
 std::string fault_text(uint32_t faults); // "input, velocity"; "none"
 
+// What the limits come to on a device.
+double most_force_n(const SafetyLimits& limits, const DeviceCapabilities& device) noexcept;
+Passivity::Settings passivity_settings(const SafetyLimits& limits,
+                                       const DeviceCapabilities& device) noexcept;
+
 // One tick of the last second, for whoever asks why.
 struct SafetyRecord {
     int64_t now_ns = 0;

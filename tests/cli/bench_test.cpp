@@ -275,7 +275,7 @@ TEST_F(BenchCommand, TouchGivesTheWholeGridAndTheMetricsOfThePlan) {
     EXPECT_EQ(touch["bounds"]["form"], "tiny");
     EXPECT_EQ(touch["bounds"]["parts"].size(), 6u);
     EXPECT_EQ(touch["bounds"]["algorithms"].size(), 13u);
-    ASSERT_EQ(touch["bounds"]["rows"].size(), 10u);
+    ASSERT_EQ(touch["bounds"]["rows"].size(), 11u);
     for (const json& row : touch["bounds"]["rows"])
         for (const char* name : {"swept-point", "swept-tool", "swept-local", "swept-mesh"}) {
             const json& cell = row["figures"][name];
