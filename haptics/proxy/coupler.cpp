@@ -71,6 +71,18 @@ TickOutput Coupler::unknown() {
     return unknown_output(rendered_);
 }
 
+dvec3 Coupler::rubbed(dvec3 hand, dvec3 proxy, dvec3 normal, bool& slipping) const {
+    const double friction = slipping ? feel_.friction_dynamic : feel_.friction_static;
+    if (!(friction > 0.0))
+        return hand;
+    const dvec3 way = hand - proxy;
+    const double depth = std::max(0.0, -glm::dot(way, normal) - yielded_mm_);
+    const dvec3 along = way - glm::dot(way, normal) * normal;
+    const double whole = glm::length(along), held = friction * depth;
+    slipping = whole > held + 1e-6;
+    return hand - (whole > held ? held / whole : 1.0) * along;
+}
+
 void Coupler::yield(const TickInput& input, const Geometry& geometry, const Feel& may_be) {
     const double dt = input.dt_s;
     if (geometry.touching && !is_first_) {

@@ -73,6 +73,11 @@ class Coupler {
     const Feel& feel() const { return feel_; }
     double yielded_mm() const { return yielded_mm_; }
     glm::dvec3 rendered_mm() const { return rendered_; }
+    // Friction, for a proxy that was in contact: where it is drawn to in place of the hand, which
+    // it follows but for what the cone lets it stay behind. `slipping` is of the tick before, and
+    // then of this one.
+    glm::dvec3 rubbed(glm::dvec3 hand_mm, glm::dvec3 proxy_mm, glm::dvec3 normal,
+                      bool& slipping) const;
     // Fades out; for inputs that cannot be used.
     TickOutput unknown();
 

@@ -38,20 +38,6 @@ class SweptTriangles final : public Algorithm {
         coupler_.reset(proxy_);
     }
 
-    // Friction: the proxy follows the hand but for what the cone lets it stay behind.
-    dvec3 rubbed(dvec3 x) {
-        const Feel& feel = coupler_.feel();
-        const double friction = slipping_ ? feel.friction_dynamic : feel.friction_static;
-        if (!(touching_ && friction > 0.0))
-            return x;
-        const dvec3 normal = surface_.turn_to_world(normal_), way = x - proxy_;
-        const double depth = std::max(0.0, -glm::dot(way, normal) - coupler_.yielded_mm());
-        const dvec3 along = way - glm::dot(way, normal) * normal;
-        const double whole = glm::length(along), held = friction * depth;
-        slipping_ = whole > held + 1e-6;
-        return x - (whole > held ? held / whole : 1.0) * along;
-    }
-
     TickOutput tick(const TickInput& input) noexcept override {
         const TouchParameters& q = *input.parameters;
         if (!is_sane(input) || !surface_.follow(input))
@@ -66,7 +52,9 @@ class SweptTriangles final : public Algorithm {
         if (geometry.was_replaced && !is_first)
             put_back();
 
-        const dvec3 start = proxy_, goal = is_first ? x : rubbed(x);
+        const dvec3 start = proxy_;
+        const dvec3 goal =
+            touching_ ? coupler_.rubbed(x, proxy_, surface_.turn_to_world(normal_), slipping_) : x;
         Rest rest = follow(goal, geometry);
         if (!rest.touching && goal != x)
             rest = follow(x, geometry);

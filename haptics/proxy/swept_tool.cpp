@@ -89,7 +89,6 @@ class SweptTool final : public Algorithm {
     std::span<const Touch> held() const { return {state_.held.data(), state_.held_count}; }
     double voxel_mm() const { return contacts_.field().voxel_mm(); }
 
-    dvec3 rubbed(dvec3 hand);
     void follow(const TickInput& input, Geometry& geometry);
     Course settle(dvec3 goal, Geometry& geometry);
     Course course_to(dvec3 goal, const Geometry& geometry);
@@ -297,21 +296,6 @@ bool SweptTool::go_back_if_unseen(Course& c) {
     return true;
 }
 
-// Friction: the proxy follows the hand but for what the cone lets it stay behind.
-dvec3 SweptTool::rubbed(dvec3 hand) {
-    State& s = state_;
-    const Feel& feel = coupler_.feel();
-    const double friction = s.slipping ? feel.friction_dynamic : feel.friction_static;
-    if (!(s.touching && friction > 0.0))
-        return hand;
-    const dvec3 way = hand - s.proxy;
-    const double depth = std::max(0.0, -glm::dot(way, s.normal) - coupler_.yielded_mm());
-    const dvec3 along = way - glm::dot(way, s.normal) * s.normal;
-    const double whole = glm::length(along), held = friction * depth;
-    s.slipping = whole > held + 1e-6;
-    return hand - (whole > held ? held / whole : 1.0) * along;
-}
-
 // To where a tool rests that is drawn to the goal.
 Course SweptTool::settle(dvec3 goal, Geometry& geometry) {
     State& s = state_;
@@ -343,7 +327,8 @@ void SweptTool::follow(const TickInput& input, Geometry& geometry) {
         s.is_submerged = false;
     }
     const bool is_catching_up = geometry.was_replaced || s.catching_up_s > 0.0;
-    const dvec3 start = s.proxy, hand = input.tool.position_mm, goal = rubbed(hand);
+    const dvec3 start = s.proxy, hand = input.tool.position_mm;
+    const dvec3 goal = s.touching ? coupler_.rubbed(hand, s.proxy, s.normal, s.slipping) : hand;
     Course c = settle(goal, geometry);
     if (!c.touching && goal != hand)
         c = settle(hand, geometry);

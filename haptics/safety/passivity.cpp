@@ -1,8 +1,17 @@
 #include "haptics/safety/passivity.h"
 
 #include <algorithm>
+#include <cmath>
+
+#include "haptics/safety/stages.h"
 
 namespace palpate::haptics {
+
+namespace {
+
+constexpr double kForget_s = 0.01; // how long motion is remembered, where a device sees it in steps
+
+} // namespace
 
 glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, glm::dvec3 force_n,
                             double stored_j, double dt_s) noexcept {
@@ -24,7 +33,9 @@ glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, 
     const glm::dvec3 change_n = -damping_ * velocity_m_per_s - damping_n_;
     const double most_n = settings_.slew_n_per_s * dt_s, change = glm::length(change_n);
     damping_n_ += change > most_n ? most_n / change * change_n : change_n;
-    // It never pushes on.
+    // It never pushes on, and ends with the motion that it damps.
+    speed_ = std::max(std::sqrt(speed2), speed_ * std::max(0.0, 1.0 - dt_s / kForget_s));
+    damping_n_ = limit_magnitude(damping_n_, settings_.most_damping_n_s_per_m * speed_);
     if (const double along = glm::dot(damping_n_, velocity_m_per_s); along > 0.0)
         damping_n_ -= along / speed2 * velocity_m_per_s;
     return force_n + damping_n_;

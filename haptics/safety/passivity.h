@@ -12,8 +12,10 @@ namespace palpate::haptics {
 // from nothing. The controller takes it away with the damping that would eat it within a tick,
 // alpha = E / (T v^2), at most what the device renders well. A sampled spring makes k v^2 T^2 / 2 a
 // tick, so that alpha comes out as k T / 2: the bound of Colgate & Schenkel (1997). What comes at
-// once, as where a tool goes from one hollow to the next, is taken away over some ticks: the size
-// of the damping's force changes by slew_n_per_s at most, so that it is no blow of its own.
+// once, as where a tool goes from one hollow to the next, is taken away over some ticks: the
+// damping's force changes by slew_n_per_s at most, so that it is no blow of its own. It never
+// pushes the way the device moves, and is at most most_damping times the fastest of the last ticks
+// (10 ms).
 //
 // Energy that was dissipated (below 0) is lost with the time constant leak_s, so that long motion
 // in something thick does not pay for later mischief. Sources: B. Hannaford, J.-H. Ryu, Time-domain
@@ -51,7 +53,7 @@ class Passivity {
     bool has_last_ = false;
     glm::dvec3 last_m_{0.0}, sent_n_{0.0};
     double last_stored_j_ = 0.0;
-    double made_j_ = 0.0, work_j_ = 0.0, damping_ = 0.0;
+    double made_j_ = 0.0, work_j_ = 0.0, damping_ = 0.0, speed_ = 0.0;
     glm::dvec3 damping_n_{0.0};
 };
 

@@ -134,6 +134,32 @@ TEST(Passivity, WhatIsMadeAtOnceIsTakenAwayWithoutABlow) {
     EXPECT_EQ(before, 0.0);
 }
 
+TEST(Passivity, DampingEndsWithTheMotion) {
+    // Half a second at 0.2 m/s with the account overdrawn: all that the device may be damped by.
+    // Then the hand stands still, or turns round.
+    for (const double after : {0.0, -0.2}) {
+        const Passivity::Settings settings{.leak_s = 1e9};
+        Passivity passivity(settings);
+        double x = 0.0, last_n = 0.0;
+        for (int tick = 0; tick < 600; ++tick) {
+            const double v = tick < 500 ? 0.2 : after;
+            const double stored_j = 0.04 * tick; // made from nothing
+            last_n = passivity.limit({x, 0, 0}, {v, 0, 0}, {}, stored_j, kT).x;
+            passivity.sent({last_n, 0, 0});
+            x += v * kT;
+            ASSERT_LE(last_n * v, 0.0) << tick;
+            if (tick == 499) {
+                EXPECT_NEAR(last_n, -settings.most_damping_n_s_per_m * 0.2, 1e-9);
+            }
+            if (after == 0.0 && tick >= 500) {
+                ASSERT_LE(std::abs(last_n), 4.0 * std::pow(0.9, tick - 499) + 1e-9) << tick;
+            }
+        }
+        // From the turn on it grows anew.
+        EXPECT_NEAR(last_n, after == 0.0 ? 0.0 : 100 * settings.slew_n_per_s * kT, 0.03);
+    }
+}
+
 TEST(Passivity, OneEncoderStepIsNotAnsweredWithABlow) {
     // A hand that trembles over the edge of one step of 50 um while the account is overdrawn: the
     // way of a tick says 50 mm/s, 1 N at 20 N s/m. The estimator's window of 15 ticks says a
