@@ -154,7 +154,7 @@ Result<Report> run_touch(Bench& bench) {
                                          : "short"},
                  {"parts", parts->names()},
                  {"most_ticks", plan.ticks},
-                 {"rows", touch_bounds(totals)}};
+                 {"rows", touch_bounds(totals, grid->closed_totals)}};
     for (const haptics::AlgorithmEntry& entry : parts->algorithms)
         bounds["algorithms"].push_back(entry.name);
     report.json["touch"] = {

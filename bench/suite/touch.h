@@ -64,10 +64,6 @@ struct TouchBounds {
     WorstCell direction_clean, direction_noise; // p99 of a cell: A1 - A9; A10 at 10 %; degrees
     // The same of all ticks of all those cells.
     touch::Histogram pooled_clean{0.05}, pooled_noise{0.05};
-    // Of the closed loop, but for edits: what the motors did with the controller on, in largest
-    // forces times steps of the encoder, below which no observer sees.
-    uint64_t closed_cells = 0;
-    WorstCell made_energy;
 };
 
 // Of one algorithm over the whole grid; the largest of each.
@@ -82,11 +78,19 @@ struct TouchTotals {
     TouchBounds bounds;
 };
 using AllTotals = std::map<std::string, TouchTotals>;
+// Of the closed loop, but for edits: what it made, of work done and held by the spring, in steps of
+// the encoder under the largest force sent, below which no observer sees.
+struct ClosedTotals {
+    uint64_t cells = 0;
+    WorstCell made_energy;
+};
+using AllClosedTotals = std::map<std::string, ClosedTotals>;
 
 // Open loop: every scene in every storage. Closed loop: on the first storage, and on all of them in
 // the long form; of A11 at one place.
 struct TouchGrid {
     Value open, closed;
+    AllClosedTotals closed_totals;
 };
 Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, const Options& options,
                              Report& report, AllTotals& totals);
@@ -96,7 +100,7 @@ Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, con
 Value touch_metrics(const AllTotals& totals, const Value& times, const Value& laws,
                     const Value& z_width);
 // TouchBounds of the repaired algorithms, a row for each thing asked, with the worst cells' names.
-Value touch_bounds(const AllTotals& totals);
+Value touch_bounds(const AllTotals& totals, const AllClosedTotals& closed);
 Value touch_laws(const TouchParts& parts);
 Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_width);
 

@@ -293,16 +293,17 @@ std::vector<Intended> intended_paths(const touch::TouchCase& body, const TouchPl
     return intended;
 }
 
-void keep_energy(TouchBounds& b, const touch::LoopResult& found,
+void keep_energy(ClosedTotals& totals, const touch::LoopResult& found,
                  const haptics::DevicePreset& device, const std::string& cell) {
-    ++b.closed_cells;
-    const double step_mj = 1e3 * found.figures.largest_force_n * device.capabilities.resolution_m;
+    ++totals.cells;
+    const double step_mj = 1e3 * found.largest_sent_n * device.capabilities.resolution_m;
     if (step_mj > 0.0)
-        b.made_energy.keep(found.work_mj / step_mj, cell);
+        totals.made_energy.keep((found.work_mj + found.held_mj) / step_mj, cell);
 }
 
 std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& stored,
-                               const TouchPlan& plan, const TouchParts& parts, AllTotals& totals) {
+                               const TouchPlan& plan, const TouchParts& parts,
+                               AllClosedTotals& totals) {
     const haptics::TouchParameters shared = touch_parameters(scene);
     const std::vector<Intended> intended = intended_paths(scene.body, plan);
     std::vector<touch::Trajectory> paths;
@@ -331,7 +332,7 @@ std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& sto
                            cell["limit_cycle_um"] = rounded(1e3 * found.limit_cycle_mm);
                        if (scene.body.edits.empty()) {
                            const std::lock_guard lock(mutex);
-                           keep_energy(totals[entry.name].bounds, found, *device,
+                           keep_energy(totals[entry.name], found, *device,
                                        fmt::format("{} {} ({}), {} {}", scene.body.id,
                                                    scene.body.name, stored, path.id, path.name));
                        }
@@ -343,7 +344,7 @@ std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& sto
 
 Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, const Options& options,
                              Report& report, AllTotals& totals) {
-    TouchGrid grid{Value::array(), Value::array()};
+    TouchGrid grid{Value::array(), Value::array(), {}};
     OpenLoop open(plan, parts, totals);
     std::string first_stored, last_stored;
     const auto visit = [&](const touch::Scene& scene, const std::string& stored) -> Result<void> {
@@ -359,7 +360,7 @@ Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, con
             log::info("touch: {} is done", std::exchange(last_stored, stored));
         const bool is_place = is_patient && scene.body.name.ends_with("/1");
         if (parts.closed_loop && (plan.all || stored == first_stored || is_place))
-            for (Value& row : closed_rows(scene, stored, plan, parts, totals))
+            for (Value& row : closed_rows(scene, stored, plan, parts, grid.closed_totals))
                 grid.closed.push_back(std::move(row));
         return {};
     };

@@ -59,14 +59,12 @@ void WorstCell::keep(double value, const std::string& cell) {
     }
 }
 
-Value touch_bounds(const AllTotals& totals) {
+Value touch_bounds(const AllTotals& totals, const AllClosedTotals& closed) {
     Value rows = Value::array();
-    const auto add = [&](const char* asked, double gate, const auto& cell_of,
-                         bool of_closed_loop = false) {
+    const auto add = [&](const char* asked, double gate, const auto& cell_of) {
         Value row{{"asked", asked}, {"gate", gate}, {"figures", Value::object()}};
         for (const char* name : kRepaired)
-            if (const TouchTotals* t = totals_of(totals, name);
-                t && (of_closed_loop ? t->bounds.closed_cells : t->cells) > 0) {
+            if (const TouchTotals* t = totals_of(totals, name)) {
                 Value cell = cell_of(t->bounds);
                 cell["within"] = cell["figure"].template get<double>() <= gate;
                 row["figures"][name] = std::move(cell);
@@ -103,10 +101,19 @@ Value touch_bounds(const AllTotals& totals) {
     add("excess jump, N, planes, balls and cavities (A1 - A3)", 0.02,
         most(&TouchBounds::jump_clean));
     add("excess jump, N, the same at up to 10 % noise (A10)", 0.10, most(&TouchBounds::jump_noise));
-    add("energy made in the closed loop with the controller, encoder steps under the largest "
-        "force, "
-        "all but edits",
-        1.0, most(&TouchBounds::made_energy), true);
+    Value energy{{"asked",
+                  "energy made in the closed loop with the controller, in encoder steps under the "
+                  "largest force (no edits)"},
+                 {"gate", 1.0},
+                 {"figures", Value::object()}};
+    for (const char* name : kRepaired)
+        if (const auto found = closed.find(name); found != closed.end()) {
+            const WorstCell& made = found->second.made_energy;
+            energy["figures"][name] = {{"figure", made.figure},
+                                       {"worst_cell", made.where},
+                                       {"within", made.figure <= 1.0}};
+        }
+    rows.push_back(std::move(energy));
     return rows;
 }
 

@@ -23,11 +23,15 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
     const haptics::SafetyLimits limits;
     const double most_n = most_force_n(limits, loop.device->capabilities);
     haptics::Passivity passivity(passivity_settings(limits, loop.device->capabilities));
-    const auto controlled = [&](const haptics::DeviceSample& sample, dvec3 force_n) {
-        const double stored_j =
+    double stored_j = 0.0;
+    const auto controlled = [&](const haptics::DeviceSample& sample, dvec3 rendered_n) {
+        // What is no number is nothing, as in the chain.
+        const dvec3 force_n = haptics::limit_magnitude(rendered_n, 1e6);
+        stored_j =
             haptics::stored_energy_j(glm::length(force_n), parameters.stiffness_n_per_m, most_n);
-        const dvec3 damped_n = passivity.limit(sample.position_m, sample.velocity_m_per_s, force_n,
-                                               stored_j, loop.tick_s);
+        const dvec3 damped_n =
+            passivity.limit(sample.position_m, sample.velocity_m_per_s, force_n,
+                            {stored_j, parameters.stiffness_n_per_m}, loop.tick_s);
         const dvec3 sent_n = haptics::limit_magnitude(damped_n, most_n);
         passivity.sent(sent_n);
         return sent_n;
@@ -53,6 +57,7 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
         haptics::Wrench wrench = workspace.to_device({output.force_n, output.torque_nm});
         if (loop.is_controlled)
             wrench.force_n = controlled(sample, wrench.force_n);
+        result.largest_sent_n = std::max(result.largest_sent_n, glm::length(wrench.force_n));
         device.write(now, wrench);
         judge.see(input.tool.position_mm, output);
         if (i + tail >= ticks) {
@@ -63,6 +68,7 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
     }
     result.figures = judge.figures();
     result.work_mj = 1e3 * device.motor_work_j();
+    result.held_mj = 1e3 * stored_j;
     const dvec3 swing = high - low;
     result.limit_cycle_mm = std::max({swing.x, swing.y, swing.z});
     return result;

@@ -8,8 +8,10 @@ namespace palpate::touch {
 
 // A loop closed through a simulated device with a hand on it.
 struct LoopResult {
-    Figures figures;              // judged at what the device reported
-    double work_mj = 0.0;         // of the motors on handle and hand; > 0: the loop made energy
+    Figures figures;      // judged at what the device reported
+    double work_mj = 0.0; // of the motors on handle and hand; > 0: the loop made energy
+    double held_mj = 0.0; // by the spring at the end
+    double largest_sent_n = 0.0;
     double limit_cycle_mm = 0.0;  // peak to peak of the true position in the last 0.5 s, any axis
     double settled_force_n = 0.0; // mean size in that time
 };

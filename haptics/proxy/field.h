@@ -95,6 +95,9 @@ class Field {
     // Where the answer of near_points() may have become another for a tool at a place, so has this
     // number.
     uint64_t samples_about(glm::dvec3 at_mm, double reach_samples);
+    // Has changed where anything within reach_samples of a place may feel different; so it may have
+    // without that, where reach_samples is large. Never 0.
+    uint64_t stamps_about(glm::dvec3 at_mm, double reach_samples) const;
     // Changes where the answer of offset_of() may.
     uint64_t settings() const { return settings_; }
     // Samples that parts of blocks were made of since follow(): about 25 ns for ten of them.
@@ -195,7 +198,8 @@ struct Tuning {
     // share of the contrast about the iso-value.
     double normal_blur_samples = 1.0;
     // Of the places where lines along the axes cross the surface, the share that cross back within
-    // three samples: 0 on bodies, 0.9 where the iso-value lies amid noise, which is no surface.
+    // three samples: 0 on bodies that are thicker, a half on a plate that is not, 0.9 where the
+    // iso-value lies amid noise, which is no surface.
     double grains = 0.0;
     Plateaus plateaus;
 };

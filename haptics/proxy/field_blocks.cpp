@@ -103,6 +103,17 @@ uint64_t Field::stamps_of(Box box) const {
     return hash ? hash : 1;
 }
 
+uint64_t Field::stamps_about(glm::dvec3 at_mm, double reach_samples) const {
+    constexpr double kMostReach = 24.0;
+    const glm::dvec3 at = index_of(at_mm);
+    if (!volume_ || !(glm::length(at) < kFarthest) || !(reach_samples < kMostReach))
+        return generation_ | uint64_t{1} << 63;
+    // A cell's corners, the spline's and the filters' samples.
+    const int reach = static_cast<int>(reach_samples) + 3 + Filter::kMostReach;
+    const uint64_t stamps = stamps_of({glm::ivec3(glm::floor(at)) - reach, 2 * reach + 1});
+    return (stamps ^ settings_ * 0x9e3779b97f4a7c15u) | 1;
+}
+
 void Field::renew(Block& block, glm::ivec3 position, Part part) {
     if (block.position != position || block.settings != settings_) {
         block.position = position;

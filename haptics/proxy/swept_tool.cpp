@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "haptics/proxy/coupler.h"
 #include "haptics/proxy/planes.h"
@@ -34,18 +35,26 @@ constexpr double kShortestShare = 0.1;
 // For so long after what is touched was exchanged, the tool may be drawn along; then it is the hand
 // alone that moves it.
 constexpr double kCatchingUp_s = 0.1;
+// From one tick to the next, of the way where it turned back: no less than this; all of it again
+// where the hand has moved by so much, in samples.
+constexpr double kLeastEase = 1.0 / 64.0, kEased = 0.2, kTremor = 0.03;
+constexpr double kLeastShare = 0.05; // of a way, that is worth going
 
 struct State : Felt {
     // What was exchanged has moved the tool, and it may not yet be where that ends.
     double catching_up_s = 0.0;
-    bool is_stuck = false; // since then, in matter wherever it was looked at
-    bool is_fast = false;  // the hand was, and the tool is not yet where it belongs
+    bool is_sunk = false; // since then, wherever it was looked at
+    uint64_t stamps = 0;  // of what it felt
+    bool is_fast = false; // the hand was, and the tool is not yet where it belongs
     // In matter without a way out: nothing holds it until none of it is in any.
     bool is_submerged = false;
-    dvec3 goal{0.0};
+    dvec3 hand{0.0};
     double longest_step = 1.0; // as a share of half a sample
     double trust_mm = 1e3;     // of the last step
+    dvec3 last_step{0.0};
     SlideGain gain;
+    dvec3 last_way{0.0}; // that a tick led it
+    double ease = 1.0;   // as a share of such a way
     ProxyAccount account;
     uint32_t held_count = 0; // places that held the tool in the tick before
     std::array<Touch, ToolContacts::kMost> held{};
@@ -54,21 +63,24 @@ struct State : Felt {
 // The steps of one tick.
 struct Course {
     dvec3 goal;
-    double moved_mm; // of the goal, since the tick before
+    double moved_mm; // of the hand, since the tick before
     double half_sample_mm;
     double trust_mm; // how far planes are believed to hold: no step is longer
     double longest_mm;
     bool look = true; // at every sample, next
-    uint32_t looks = 0;
+    uint32_t looks = 0, steps = 0;
     // Where all were looked at and none was deep.
     dvec3 good;
     bool has_good = false;
+    bool is_out = false; // somewhere where all were looked at, none was sunk
     // It is farther from the last such look than what that says.
     bool is_unseen = false;
     double since_look_mm = 0.0;
     dvec3 last_step{0.0};
     // What planes said of the way along the surface, before that step.
     std::optional<dvec3> last_along;
+    // Where all of the last step led, before it was tempered and cut; none where it led out.
+    std::optional<dvec3> rest;
     bool has_learnt = false; // from a step of this tick how far to go
     bool touching = false, has_settled = false;
 };
@@ -89,9 +101,13 @@ class SweptTool final : public Algorithm {
     std::span<const Touch> held() const { return {state_.held.data(), state_.held_count}; }
     double voxel_mm() const { return contacts_.field().voxel_mm(); }
 
+    bool is_exchanged(const TickInput& input, const Volume& volume);
     void follow(const TickInput& input, Geometry& geometry);
-    Course settle(dvec3 goal, Geometry& geometry);
-    Course course_to(dvec3 goal, const Geometry& geometry);
+    void settle(Course& c, Geometry& geometry);
+    void submerge(dvec3 hand, Geometry& geometry);
+    void ease(dvec3 start, double moved_mm);
+    void hold_back(dvec3 start, dvec3 hand, double dt_s, Course& c);
+    Course course_to(dvec3 goal, double moved_mm, const Geometry& geometry) const;
     bool try_leap(Course& c);
     Next look_and_step(Course& c, bool is_first, Geometry& geometry);
     dvec3 wanted_step(dvec3 goal) const;
@@ -106,11 +122,8 @@ class SweptTool final : public Algorithm {
     ToolContacts contacts_;
 };
 
-Course SweptTool::course_to(dvec3 goal, const Geometry& geometry) {
-    State& s = state_;
-    const double moved_mm = glm::distance(goal, s.goal);
-    s.is_fast |= moved_mm > kFast * voxel_mm();
-    s.goal = goal;
+Course SweptTool::course_to(dvec3 goal, double moved_mm, const Geometry& geometry) const {
+    const State& s = state_;
     const double half_sample_mm = 0.5 * voxel_mm(), longest_mm = s.longest_step * half_sample_mm;
     // Where the last tick's steps turned back and got short, this one's begin as short.
     const double trust_mm = geometry.was_replaced
@@ -121,7 +134,8 @@ Course SweptTool::course_to(dvec3 goal, const Geometry& geometry) {
             .half_sample_mm = half_sample_mm,
             .trust_mm = trust_mm,
             .longest_mm = longest_mm,
-            .good = s.proxy};
+            .good = s.proxy,
+            .last_step = dvec3(0.0)};
 }
 
 // Where nothing holds it: as far as blocks are clear.
@@ -136,7 +150,7 @@ bool SweptTool::try_leap(Course& c) {
     s.proxy = leap == length ? c.goal : next;
     s.is_submerged = false;
     c.good = s.proxy;
-    c.has_good = true;
+    c.has_good = c.is_out = true;
     c.has_settled = leap == length;
     return true;
 }
@@ -210,9 +224,14 @@ void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
             geometry.confidence = std::min(geometry.confidence, hold.confidence);
         }
     }
-    const dvec3 away = unit_or_zero(s.proxy - c.goal);
-    if (c.touching)
-        s.normal = away == dvec3(0.0) ? unit_or_zero(push) : away;
+    // Planes hold it against the goal where they end its way; on the way there it is held already.
+    const bool is_held = c.rest && glm::distance(*c.rest, c.goal) > 1e-6 &&
+                         glm::distance(*c.rest, s.proxy) < c.half_sample_mm;
+    c.touching |= is_held;
+    if (is_held)
+        s.normal = unit_or_zero(*c.rest - c.goal);
+    else if (c.touching)
+        s.normal = unit_or_zero(push);
 }
 
 // One look and one step.
@@ -230,16 +249,18 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     if (look.has_left_out) // it stays where all of them were looked at
         return Next::stop;
     const bool has_none = contacts_.holds().empty();
-    if (look.is_spent && has_none && !look.any_flat) { // nothing was looked at yet
-        c.touching = is_first && s.touching;
-        c.is_unseen = c.has_good;
+    const bool is_unknown = look.is_spent && has_none && !look.any_flat; // none was looked at
+    // So deep that nothing has a slope, and no way out is known.
+    if (looked)
+        s.is_submerged = look.any_inside &&
+                         (s.is_submerged || (has_none && !is_unknown && s.normal == dvec3(0.0)));
+    if (s.is_submerged) {
+        submerge(c.goal, geometry);
         return Next::stop;
     }
-    // So deep that nothing has a slope, and no way out is known.
-    s.is_submerged = look.any_inside && (s.is_submerged || (has_none && s.normal == dvec3(0.0)));
-    if (s.is_submerged) {
-        geometry.submerged = true;
-        s.proxy = c.goal;
+    if (is_unknown) {
+        c.touching |= is_first && s.touching;
+        c.is_unseen = c.has_good;
         return Next::stop;
     }
     const bool is_buried =
@@ -250,6 +271,7 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     // The deepest come first: where work ended before any of them, nothing is known of it.
     const bool knows = looked && (!look.is_spent || look.any_sloped || look.any_flat);
     c.is_unseen = c.is_unseen && (!knows || deep);
+    c.is_out |= knows && !contacts_.is_sunk();
     if (knows && !deep) {
         c.good = s.proxy;
         c.has_good = true;
@@ -258,6 +280,7 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
         return Next::stop;
     // Where it is deep it goes out, and on from there.
     dvec3 step = wanted_step(deep ? s.proxy : c.goal);
+    c.rest = deep ? std::nullopt : std::optional(s.proxy + step);
     if (!deep && !has_none && !s.is_fast && look.fits <= kFits) {
         step = tempered(step, c);
     } else {
@@ -297,17 +320,15 @@ bool SweptTool::go_back_if_unseen(Course& c) {
 }
 
 // To where a tool rests that is drawn to the goal.
-Course SweptTool::settle(dvec3 goal, Geometry& geometry) {
+void SweptTool::settle(Course& c, Geometry& geometry) {
     State& s = state_;
-    Course c = course_to(goal, geometry);
-    uint32_t i = 0;
-    for (; i < kMostIterations && c.looks < kMostLooks; ++i) {
+    for (; c.steps < kMostIterations && c.looks < kMostLooks; ++c.steps) {
         if (try_leap(c)) {
             if (c.has_settled)
                 break;
             continue;
         }
-        if (look_and_step(c, i == 0, geometry) == Next::stop)
+        if (look_and_step(c, c.steps == 0, geometry) == Next::stop)
             break;
     }
     const bool went_back = go_back_if_unseen(c);
@@ -315,45 +336,103 @@ Course SweptTool::settle(dvec3 goal, Geometry& geometry) {
     if (!c.has_learnt && !c.has_settled)
         s.gain.doubt();
     s.trust_mm = c.trust_mm;
+    s.last_step = c.last_step;
     s.longest_step = went_back ? 0.5 * s.longest_step : std::min(1.0, 4.0 * s.longest_step);
-    geometry.iterations += i;
-    return c;
+    geometry.iterations = c.steps;
+}
+
+void SweptTool::submerge(dvec3 hand, Geometry& geometry) {
+    State& s = state_;
+    s.is_submerged = geometry.submerged = true;
+    s.proxy = hand;
+    s.held_count = 0;
+}
+
+// Where ticks lead it to and fro, as among bumps that hold it in turn, it goes less far each time,
+// until the hand moves on.
+void SweptTool::ease(dvec3 start, double moved_mm) {
+    State& s = state_;
+    const dvec3 way = s.proxy - start;
+    s.ease = std::min(1.0, 1.25 * s.ease + moved_mm / (kEased * voxel_mm()));
+    if (glm::dot(way, s.last_way) < 0.0 && glm::length(way) > 2.0 * moved_mm + kTremor * voxel_mm())
+        s.ease = std::max(kLeastEase, 0.4 * s.ease);
+    s.last_way = way;
+    if (s.ease < 1.0 && contacts_.is_as_free(start + s.ease * way, start))
+        s.proxy = start + s.ease * way;
+}
+
+// What the hand did not do, the tool does only as far as its account allows: part of the way, where
+// that is free, or none of it.
+void SweptTool::hold_back(dvec3 start, dvec3 hand, double dt_s, Course& c) {
+    State& s = state_;
+    s.account.forget(dt_s);
+    s.account.allow(contacts_.reshaped_mm(), glm::distance(start, hand));
+    const dvec3 step = s.proxy - start;
+    double share = s.account.share_of(start, s.proxy, hand, contacts_.doubt_mm());
+    if (share < 1.0) {
+        while (share > kLeastShare && !contacts_.is_as_free(start + share * step, start))
+            share *= 0.5;
+        s.proxy = share > kLeastShare ? start + share * step : start;
+        if (s.proxy != hand) {
+            c.touching = true;
+            s.normal = unit_or_zero(s.proxy - hand);
+        }
+    }
+    s.account.note(start, s.proxy, hand);
 }
 
 void SweptTool::follow(const TickInput& input, Geometry& geometry) {
     State& s = state_;
-    if (geometry.was_replaced) {
-        s.gain = {};
-        s.is_submerged = false;
-    }
-    const bool is_catching_up = geometry.was_replaced || s.catching_up_s > 0.0;
     const dvec3 start = s.proxy, hand = input.tool.position_mm;
+    const double moved_mm = glm::distance(hand, s.hand);
+    s.hand = hand;
+    s.is_fast |= moved_mm > kFast * voxel_mm();
+    const bool is_catching_up = geometry.was_replaced || s.catching_up_s > 0.0;
+    if (geometry.was_replaced)
+        s.gain = {};
+
     const dvec3 goal = s.touching ? coupler_.rubbed(hand, s.proxy, s.normal, s.slipping) : hand;
-    Course c = settle(goal, geometry);
-    if (!c.touching && goal != hand)
-        c = settle(hand, geometry);
-    s.is_stuck = is_catching_up && !c.has_good && (geometry.was_replaced || s.is_stuck);
+    Course c = course_to(goal, moved_mm, geometry);
+    settle(c, geometry);
+    if (!c.touching && goal != hand && c.looks < kMostLooks) { // it lost what it rubbed on
+        const uint32_t looks = c.looks, steps = c.steps + 1;
+        c = course_to(hand, moved_mm, geometry);
+        c.looks = looks;
+        c.steps = steps;
+        settle(c, geometry);
+    }
+
+    s.is_sunk = is_catching_up && !c.is_out && (geometry.was_replaced || s.is_sunk);
     s.catching_up_s = c.has_settled           ? 0.0
                       : geometry.was_replaced ? kCatchingUp_s
                                               : std::max(0.0, s.catching_up_s - input.dt_s);
-    if (s.is_stuck && s.catching_up_s == 0.0 && !c.has_settled) {
-        s.is_submerged = geometry.submerged = true;
-        s.proxy = hand;
+    if (s.is_sunk && s.catching_up_s == 0.0 && !c.has_settled) {
+        submerge(hand, geometry);
         c.touching = false;
     }
     geometry.was_replaced = is_catching_up;
-    if (geometry.was_replaced) {
+    if (is_catching_up || s.is_submerged) {
         s.account.reset();
-    } else if (const double share =
-                   s.account.share_of(start, s.proxy, hand, contacts_.doubt_mm(), input.dt_s);
-               share < 1.0) {
-        s.proxy = start + share * (s.proxy - start);
-        c.touching = true;
+        s.ease = 1.0;
+    } else {
+        if (c.touching)
+            ease(start, moved_mm);
+        hold_back(start, hand, input.dt_s, c);
     }
     if (!(c.touching && s.touching))
         s.slipping = glm::distance(s.proxy, start) > 1e-5;
     s.touching = c.touching;
     geometry.contacts = s.held_count;
+}
+
+// Whether what the tool feels is another than in the tick before. Edits elsewhere are not.
+bool SweptTool::is_exchanged(const TickInput& input, const Volume& volume) {
+    State& s = state_;
+    const TouchParameters& p = *input.parameters;
+    const bool may_be_same = s.has_proxy && p.iso == s.iso && p.source == s.source &&
+                             std::isfinite(contacts_.reshaped_mm());
+    const bool has_new_samples = s.exchange(input, volume);
+    return !may_be_same || (has_new_samples && contacts_.stamps_about(s.proxy) != s.stamps);
 }
 
 // Each contact's share of the force is what its normal carries; it acts at its sample.
@@ -381,7 +460,7 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     contacts_.follow(input, *volume);
     const Field& field = contacts_.field();
     Geometry geometry;
-    geometry.was_replaced = s.exchange(input, *volume);
+    geometry.was_replaced = is_exchanged(input, *volume);
     follow(input, geometry);
     geometry.proxy_mm = s.proxy;
     geometry.touching = s.touching;
@@ -396,6 +475,7 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
         output.torque_nm = torque_of(output.force_n);
     s.proxy = geometry.proxy_mm;
     s.touching = geometry.touching;
+    s.stamps = contacts_.stamps_about(s.proxy);
     return output;
 }
 

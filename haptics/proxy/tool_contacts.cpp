@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "haptics/proxy/coupling.h"
 
@@ -30,7 +31,7 @@ constexpr uint32_t kMostWork = 110, kMostFastWork = 140, kContactWork = 4, kGlan
                    kSamplesOfWork = 40;
 // In samples: a place is deep where a contact is so far in material, and farther in noise: for each
 // sample that normals are blurred by.
-constexpr double kDeep = 0.025, kDeepInNoise = 0.15;
+constexpr double kDeep = 0.025, kDeepInNoise = 0.15, kSunk = 0.5;
 // In noise: so much of the sharp value, for each sample of blur, is the smooth one instead.
 constexpr double kSmoothShare = 0.5;
 constexpr double kFlat = 0.004; // slope across a sample, as a share of the contrast
@@ -94,8 +95,10 @@ void ToolContacts::place_points(const TickInput& input) {
         (!tool ||
          (input.scene->version == made_in_version_ && input.tool.rotation == made_turn_)) &&
         q.tool_radius_mm == made_radius_mm_ && q.tool_samples == made_samples_ &&
-        field_.settings() == made_in_settings_)
+        field_.settings() == made_in_settings_) {
+        reshaped_mm_ = 0.0;
         return;
+    }
     made_of_ = tool;
     made_in_version_ = input.scene->version;
     made_turn_ = input.tool.rotation;
@@ -105,20 +108,23 @@ void ToolContacts::place_points(const TickInput& input) {
     near_samples_ = 0;
     reach_mm_ = 0.0;
     is_ball_ = !tool && q.tool_radius_mm > 0.0;
+    const uint32_t count_before = std::exchange(point_count_, 0);
+    reshaped_mm_ = 0.0;
+    const auto place = [&](dvec3 point) {
+        dvec3& placed = points_[point_count_++];
+        reshaped_mm_ = std::max(reshaped_mm_, glm::distance(placed, point));
+        placed = point;
+        reach_mm_ = std::max(reach_mm_, glm::length(point));
+    };
     if (tool) {
         const glm::dmat3 turn = glm::mat3_cast(glm::normalize(input.tool.rotation));
-        point_count_ =
-            static_cast<uint32_t>(std::min<size_t>(tool->points_mm.size(), points_.size()));
-        for (uint32_t i = 0; i < point_count_; ++i) {
-            points_[i] = turn * tool->points_mm[i];
-            reach_mm_ = std::max(reach_mm_, glm::length(points_[i]));
-        }
+        for (size_t i = 0; i < std::min(tool->points_mm.size(), points_.size()); ++i)
+            place(turn * tool->points_mm[i]);
     } else if (q.tool_radius_mm == 0.0) {
-        point_count_ = 1;
-        points_[0] = dvec3(0.0);
+        place(dvec3(0.0));
     } else {
-        const auto directions = sphere_.directions(q.tool_samples);
-        point_count_ = static_cast<uint32_t>(directions.size());
+        for (const dvec3& direction : sphere_.directions(q.tool_samples))
+            place(q.tool_radius_mm * direction);
         reach_mm_ = q.tool_radius_mm;
         beside_pushed_ =
             std::max(kBesidePushed,
@@ -126,9 +132,9 @@ void ToolContacts::place_points(const TickInput& input) {
                                        std::numbers::pi)));
         cover_ = std::cos(
             std::min(kCover * std::sqrt(4.0 * std::numbers::pi / point_count_), std::numbers::pi));
-        for (uint32_t i = 0; i < point_count_; ++i)
-            points_[i] = q.tool_radius_mm * directions[i];
     }
+    if (point_count_ != count_before)
+        reshaped_mm_ = std::numeric_limits<double>::infinity();
     glm::vec3 most(0.0f);
     for (uint32_t i = 0; i < point_count_; ++i) {
         offsets_[i] = field_.offset_of(points_[i]);
@@ -155,20 +161,45 @@ uint32_t ToolContacts::solid_points(dvec3 at) {
                                static_cast<float>(kNear * field_.contrast()), inside_.data());
 }
 
-bool ToolContacts::is_free(dvec3 at) {
+// Of the samples there, in value units above the iso-value.
+float ToolContacts::deepest_value(dvec3 at) {
     const uint32_t count = solid_points(at);
-    return std::none_of(inside_.begin(), inside_.begin() + count, is_inside);
+    float deepest = -std::numeric_limits<float>::infinity();
+    for (uint32_t i = 0; i < count; ++i)
+        deepest = std::max(deepest, inside_[i].value);
+    return deepest;
+}
+
+bool ToolContacts::is_free(dvec3 at) {
+    return deepest_value(at) < 0.0f;
+}
+
+bool ToolContacts::is_as_free(dvec3 at, dvec3 other) {
+    const float deepest = deepest_value(at);
+    // An edge rises by about half of the contrast in a sample.
+    const double bump =
+        0.5 * (is_ball_in_noise() ? kSlackInNoise * blur_samples_ : kDeep) * field_.contrast();
+    return deepest < bump || deepest <= deepest_value(other) + bump;
 }
 
 double ToolContacts::doubt_mm() const {
-    return 2.0 * (kDeep + kSlackInNoise * blur_samples_) * field_.voxel_mm();
+    const double noise = is_labels_ ? 0.0 : kSlackInNoise * blur_samples_;
+    return 2.0 * (kDeep + noise) * field_.voxel_mm();
 }
 
-bool ToolContacts::is_deep() const {
+double ToolContacts::deepest_mm() const {
     double least = 0.0;
     for (uint32_t k = 0; k < count_; ++k)
         least = std::min(least, holds_[k].clearance_mm);
-    return least < -(kDeep + kDeepInNoise * blur_samples_) * field_.voxel_mm();
+    return -least;
+}
+
+bool ToolContacts::is_deep() const {
+    return deepest_mm() > (kDeep + kDeepInNoise * blur_samples_) * field_.voxel_mm();
+}
+
+bool ToolContacts::is_sunk() const {
+    return deepest_mm() > kSunk * field_.voxel_mm();
 }
 
 // A ball is nearest to a surface where it faces it, between its samples: part of the way there. The

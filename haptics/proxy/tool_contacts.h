@@ -57,9 +57,20 @@ class ToolContacts {
     std::span<const Hold> holds() const { return {holds_.data(), count_ + across_}; }
     void add(const Hold& hold); // a contact, where there is room; nothing is across a groove then
     bool is_deep() const;       // one of them, farther in material than noise tells
+    bool is_sunk() const;       // one of them, by half a sample or more
     // How far off a place that holds the tool may be taken to be.
     double doubt_mm() const;
+    // How far points of the tool have moved about its origin since the tick before: it turned or
+    // grew. Infinite where it is another.
+    double reshaped_mm() const { return reshaped_mm_; }
+    // Another number where what a tool at that place feels may have changed.
+    uint64_t stamps_about(glm::dvec3 at_mm) const {
+        return field_.stamps_about(at_mm, reach_samples_);
+    }
 
+    // Whether no sample is in material there, or none deeper than at `other_mm`; in noise, not by
+    // more than bumps are.
+    bool is_as_free(glm::dvec3 at_mm, glm::dvec3 other_mm);
     // Whether no sample is in material there; whether there is nothing on the way, at a glance.
     bool is_free(glm::dvec3 at_mm);
     bool is_clear(glm::dvec3 from_mm, glm::dvec3 to_mm) const;
@@ -73,7 +84,9 @@ class ToolContacts {
 
  private:
     void place_points(const TickInput& input);
+    double deepest_mm() const;
     uint32_t solid_points(glm::dvec3 at);
+    float deepest_value(glm::dvec3 at);
     void consider_deepest(glm::dvec3 at);
     enum class Turn { stays, faces };
     bool consider(glm::dvec3 at, Touch touch, Turn turn = Turn::faces); // false: it has no slope
@@ -101,6 +114,7 @@ class ToolContacts {
 
     uint32_t point_count_ = 0;
     double reach_mm_ = 0.0; // of the farthest point
+    double reshaped_mm_ = 0.0;
     bool is_ball_ = false;
     double beside_pushed_ = 1.0; // of a ball: the cosine of kBesidePushed_samples
     double cover_ = 0.0;         // of a ball: the cosine of how far from its samples places lie

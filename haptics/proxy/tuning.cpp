@@ -42,7 +42,7 @@ float most_along(const Volume& volume, dvec3 from, dvec3 step, int steps, float 
     return sign * most;
 }
 
-// Calls crossing(axis, at) for each sample of lines along the axes, 64 by 64 of them or fewer, that
+// Calls crossing(axis, at) for each sample of lines along the axes, some 64 by 64 of them, that
 // lies on another side of the iso-value than the one before it; in order along each line.
 template <class Crossing>
 void for_crossings(const Volume& volume, double iso, const Crossing& crossing) {

@@ -151,7 +151,7 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
                 ? stored_energy_j(now_.share * rendered_n, now_.share * stiffness_n_per_m, most_n_)
                 : 0.0;
         sent.force_n = passivity_.limit(used_.position_m, used_.velocity_m_per_s, sent.force_n,
-                                        stored_j, dt_s_); // 4
+                                        {stored_j, now_.share * stiffness_n_per_m}, dt_s_); // 4
         damping_n_ = glm::length(sent.force_n - proxy_n);
         sent.force_n =
             limit_magnitude(sent.force_n, std::min(most_n_, heat_.most(limits_, most_n_)));

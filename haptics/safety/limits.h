@@ -22,7 +22,7 @@ struct SafetyLimits {
     // 4 Passivity.
     double passivity_damping_n_s_per_m = 20.0; // at most; the device's own limit counts too
     double passivity_leak_s = 0.5;             // time constant in which banked energy is lost
-    double passivity_slew_n_per_s = 20.0;      // how fast the damping's force may come and go
+    double passivity_slew_n_per_s = 20.0;      // of what a spring's damping does not cover
 
     // 5 Magnitude.
     double most_force_n = 6.0;

@@ -3,42 +3,58 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/safety/stages.h"
-
 namespace palpate::haptics {
 
 namespace {
 
-constexpr double kForget_s = 0.01; // how long motion is remembered, where a device sees it in steps
+// Damping that a stiff spring needs for as long as it is pressed, in k T: a half for the hold and
+// one for a tick of delay; and how much of k T it comes and goes by in a tick.
+constexpr double kMostSteady = 1.5, kSteadySlew = 0.2;
+// Damping that does not oppose the motion of now fades with this time constant: a device sees its
+// motion in steps.
+constexpr double kFade_s = 0.01;
+
+// What of a force opposes the motion, up to most_n; what pushes on is left out, and of the rest a
+// share stays.
+glm::dvec3 opposing(glm::dvec3 force_n, glm::dvec3 direction, double most_n, double rest) {
+    const double along_n = -glm::dot(force_n, direction);
+    const glm::dvec3 opposes = -std::clamp(along_n, 0.0, most_n) * direction;
+    const glm::dvec3 beside = force_n - opposes + std::min(along_n, 0.0) * direction;
+    return opposes + rest * beside;
+}
 
 } // namespace
 
 glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, glm::dvec3 force_n,
-                            double stored_j, double dt_s) noexcept {
+                            Spring spring, double dt_s) noexcept {
     const glm::dvec3 way_m = has_last_ ? position_m - last_m_ : glm::dvec3(0.0);
     const double work_j = glm::dot(sent_n_, way_m);
     work_j_ += work_j;
-    made_j_ += work_j + (has_last_ ? stored_j - last_stored_j_ : 0.0);
+    made_j_ += work_j + (has_last_ ? spring.stored_j - last_stored_j_ : 0.0);
     if (made_j_ < 0.0)
         made_j_ *= std::max(0.0, 1.0 - dt_s / settings_.leak_s);
     made_j_ = std::min(made_j_, settings_.most_j);
     has_last_ = true;
     last_m_ = position_m;
-    last_stored_j_ = stored_j;
+    last_stored_j_ = spring.stored_j;
 
-    const double speed2 = glm::dot(velocity_m_per_s, velocity_m_per_s);
-    damping_ = 0.0;
-    if (made_j_ > 0.0 && speed2 > 0.0)
-        damping_ = std::min(settings_.most_damping_n_s_per_m, made_j_ / (dt_s * speed2));
-    const glm::dvec3 change_n = -damping_ * velocity_m_per_s - damping_n_;
-    const double most_n = settings_.slew_n_per_s * dt_s, change = glm::length(change_n);
-    damping_n_ += change > most_n ? most_n / change * change_n : change_n;
-    // It never pushes on, and ends with the motion that it damps.
-    speed_ = std::max(std::sqrt(speed2), speed_ * std::max(0.0, 1.0 - dt_s / kForget_s));
-    damping_n_ = limit_magnitude(damping_n_, settings_.most_damping_n_s_per_m * speed_);
-    if (const double along = glm::dot(damping_n_, velocity_m_per_s); along > 0.0)
-        damping_n_ -= along / speed2 * velocity_m_per_s;
-    return force_n + damping_n_;
+    const double speed = glm::length(velocity_m_per_s), most = settings_.most_damping_n_s_per_m;
+    const glm::dvec3 direction = speed > 0.0 ? velocity_m_per_s / speed : glm::dvec3(0.0);
+    double wanted = 0.0; // N s/m
+    if (made_j_ > 0.0 && speed > 1e-9)
+        wanted = std::min(most, made_j_ / (dt_s * speed * speed));
+    const double spring_damping = spring.stiffness_n_per_m * dt_s;
+    const double most_change = kSteadySlew * spring_damping;
+    steady_ += std::clamp(std::min(wanted, kMostSteady * spring_damping) - steady_, -most_change,
+                          most_change);
+    // The rest of what is wanted.
+    const glm::dvec3 change_n = -std::max(0.0, wanted - steady_) * velocity_m_per_s - slow_n_;
+    const double step_n = settings_.slew_n_per_s * dt_s, change = glm::length(change_n);
+    slow_n_ += change > step_n ? step_n / change * change_n : change_n;
+    slow_n_ = opposing(slow_n_, direction, most * speed, std::max(0.0, 1.0 - dt_s / kFade_s));
+    const glm::dvec3 damping_n = slow_n_ - steady_ * velocity_m_per_s;
+    damping_ = speed > 0.0 ? glm::length(damping_n) / speed : 0.0;
+    return force_n + damping_n;
 }
 
 double stored_energy_j(double force_n, double stiffness_n_per_m, double most_n) noexcept {

@@ -11,11 +11,11 @@ namespace palpate::haptics {
 // forces is exactly f . dx a tick, and what the virtual spring holds, V. W + V above 0 was made
 // from nothing. The controller takes it away with the damping that would eat it within a tick,
 // alpha = E / (T v^2), at most what the device renders well. A sampled spring makes k v^2 T^2 / 2 a
-// tick, so that alpha comes out as k T / 2: the bound of Colgate & Schenkel (1997). What comes at
-// once, as where a tool goes from one hollow to the next, is taken away over some ticks: the
-// damping's force changes by slew_n_per_s at most, so that it is no blow of its own. It never
-// pushes the way the device moves, and is at most most_damping times the fastest of the last ticks
-// (10 ms).
+// tick, so that alpha comes out as k T / 2: the bound of Colgate & Schenkel (1997). Up to three
+// times that, which a spring needs behind a tick of delay, comes and goes within 8 ticks. What is
+// more, as where a tool goes from one hollow to the next, comes and goes with slew_n_per_s, so that
+// it is no blow of its own; where it would push on, at a turn, it is gone at once, and what does
+// not oppose the motion of now, as at rest, fades within some 10 ms.
 //
 // Energy that was dissipated (below 0) is lost with the time constant leak_s, so that long motion
 // in something thick does not pay for later mischief. Sources: B. Hannaford, J.-H. Ryu, Time-domain
@@ -34,27 +34,32 @@ class Passivity {
 
     void reset() noexcept { *this = Passivity(settings_); }
 
-    // The force to send in place of `force_n`. `position_m` is where the device is now, `stored_j`
-    // what the virtual spring holds now. dt_s > 0, all finite.
+    // The virtual spring: what it holds now, and how stiff it is to the hand.
+    struct Spring {
+        double stored_j = 0.0, stiffness_n_per_m = 0.0;
+    };
+    // The force to send in place of `force_n`. `position_m` is where the device is now. dt_s > 0,
+    // all finite.
     //
     // Damping acts on the velocity that the device's driver estimates, not on the way of one tick:
     // one encoder step of 50 um in a tick would read as 50 mm/s, and be answered with a blow.
     glm::dvec3 limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, glm::dvec3 force_n,
-                     double stored_j, double dt_s) noexcept;
+                     Spring spring, double dt_s) noexcept;
     // What went out in the end, after the later stages; work is counted with it.
     void sent(glm::dvec3 force_n) noexcept { sent_n_ = force_n; }
 
     double made_j() const noexcept { return made_j_; }   // E, see above
     double work_j() const noexcept { return work_j_; }   // W since the reset, without leak
-    double damping() const noexcept { return damping_; } // alpha of the last tick
+    double damping() const noexcept { return damping_; } // of the last tick, N s/m
 
  private:
     Settings settings_;
     bool has_last_ = false;
     glm::dvec3 last_m_{0.0}, sent_n_{0.0};
     double last_stored_j_ = 0.0;
-    double made_j_ = 0.0, work_j_ = 0.0, damping_ = 0.0, speed_ = 0.0;
-    glm::dvec3 damping_n_{0.0};
+    double made_j_ = 0.0, work_j_ = 0.0, damping_ = 0.0;
+    double steady_ = 0.0; // N s/m
+    glm::dvec3 slow_n_{0.0};
 };
 
 // The energy of a spring of stiffness k whose force is cut off at most_n, where it would be

@@ -111,6 +111,7 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
     t.faults = safety_.faults();
     t.share = safety_.share();
     t.damping_n = safety_.damping_n();
+    t.rendered_world_n = workspace_.rotation() * wanted.force_n;
     t.energy_mj = energy_mj_;
     t.cpu_ns = thread_cpu_ns() - cpu_began_ns;
 

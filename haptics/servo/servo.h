@@ -33,9 +33,10 @@ struct ServoTick {
     Wrench sent;                  // what went to the device, in its axes
     glm::dvec3 sent_world_n{0.0}; // the same force in the world's
     uint64_t scene_version = 0;
-    uint32_t faults = 0;    // Fault bits
-    double share = 0.0;     // of soft start
-    double damping_n = 0.0; // of what the safety chain added
+    uint32_t faults = 0;              // Fault bits
+    double share = 0.0;               // of soft start
+    double damping_n = 0.0;           // of what the safety chain added
+    glm::dvec3 rendered_world_n{0.0}; // what it was given: nothing while the clutch is pressed
     double energy_mj = 0.0; // work done on the hand since the start, of sent force and its way
     int64_t cpu_ns = 0;     // thread clock, the device's own time apart
 };

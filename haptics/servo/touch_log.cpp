@@ -47,7 +47,7 @@ std::string touch_csv(std::span<const ServoTick> ticks, int64_t start_ns) {
         put(t.touched.normal);
         fmt::format_to(out, "{},{},{},{},", contact_name(t.touched.contact), t.share,
                        cell_of(t.faults), t.buttons);
-        put(t.touched.force_n);
+        put(t.rendered_world_n);
         fmt::format_to(out, "{}\n", t.damping_n);
     }
     return text;

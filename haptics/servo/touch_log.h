@@ -15,8 +15,8 @@ namespace palpate::haptics {
 // Columns: time_s, probe_x_mm .. z, proxy_x_mm .. z, force_x_n .. z (as sent, in the world's axes),
 // energy_mj, cpu_us, volume_version, depth_mm, normal_x .. z, contact (free, touching, yielding,
 // submerged, unknown), share (of soft start), faults (names joined by '+'), buttons, rendered_x_n
-// .. z (what the algorithm wanted, in the world's axes), damping_n (the size of what the safety
-// chain added to it).
+// .. z (what the safety chain was given, in the world's axes), damping_n (the size of what the
+// safety chain added to it).
 std::string touch_csv(std::span<const ServoTick> ticks, int64_t start_ns);
 
 struct TouchSummary {

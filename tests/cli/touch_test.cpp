@@ -114,9 +114,10 @@ TEST_F(TouchCommand, TellsWhatTheSafetyChainAdds) {
         most_step = std::max(most_step, glm::distance(added, before));
         before = added;
     }
-    // 3 N s/m at hand's speed, and coming within 0.2 s of it: not as a blow.
+    // 3 N s/m at up to 0.2 m/s come within 0.2 s, 0.003 N a tick, and change with the speed of a
+    // hand by 0.002 m/s a tick, 0.006 N; beside it passivity's by 0.02 N.
     EXPECT_GT(most_added, 0.05);
-    EXPECT_LT(most_step, 0.03);
+    EXPECT_LT(most_step, 0.029);
 }
 
 // Noise and plateaus are measured from the grey values that are felt, and from nothing else.

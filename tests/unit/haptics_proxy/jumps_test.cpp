@@ -117,16 +117,20 @@ TEST(Jumps, FrictionLagsFartherThanATickReaches) {
     }
 }
 
-// Where faces meet friction follows the sum of what they press, and lets go of nothing at once: by
-// up to 0.36 N while the tool was taken back on its way instead.
-TEST(Jumps, FrictionInACornerOfThreeFacesIsSteady) {
+// Where faces meet and where they bend, friction turns with what holds the tool, and lets go of
+// nothing at once: by up to 0.36 N while the tool was taken back on its way, and by 0.23 N while
+// its normal was that of the force. What is asked is that of hollows, 0.02 N, with the cone's
+// share.
+TEST(Jumps, FrictionIsSteadyInCornersAndCavities) {
+    size_t found = 0;
     for (const TouchCase& body : touch_cases({}, true)) {
-        if (body.name != "corner/3")
+        if (body.name != "corner/3" && body.name != "cavity/3mm" && body.name != "cavity/15mm")
             continue;
+        ++found;
         const Scene scene = make_scene(body, {});
         for (const char* name : {"swept-point", "swept-tool", "swept-local"}) {
             haptics::TouchParameters parameters = settings(scene);
-            parameters.friction_static = parameters.friction_dynamic = 0.3;
+            parameters.friction_static = parameters.friction_dynamic = 0.5;
             if (name == std::string_view("swept-tool"))
                 parameters.tool_radius_mm = 1.5;
             Path path = slide(body, 0.5 * body.deepest_mm, 4.0, 1.5);
@@ -138,12 +142,43 @@ TEST(Jumps, FrictionInACornerOfThreeFacesIsSteady) {
                 const Seen &now = run.ticks[i], &before = run.ticks[i - 1];
                 worst_n = std::max(worst_n,
                                    glm::distance(now.force, before.force) -
-                                       glm::distance(now.tool, before.tool) * std::hypot(1.0, 0.3));
+                                       glm::distance(now.tool, before.tool) * std::hypot(1.0, 0.5));
             }
-            EXPECT_LE(worst_n, 0.05) << name;
+            EXPECT_LE(worst_n, 0.02 * std::hypot(1.0, 0.5)) << name << " on " << body.name;
             EXPECT_GT(run.figures.contact_ticks, 1000u);
         }
     }
+    EXPECT_EQ(found, 3u);
+}
+
+// Pressed into a cavity that a ball nearly fits, under a hand at rest: bumps of noise that hold it
+// in turn would shake it for ever, by up to 0.11 N in half of all ticks.
+TEST(Jumps, AToolComesToRestAmongBumps) {
+    size_t found = 0;
+    for (const Storage& storage : {kEven, kUneven})
+        for (const TouchCase& body : touch_cases(storage, true)) {
+            if (body.name != "cavity/3mm/noise5%" && body.name != "cavity/3mm/noise10%")
+                continue;
+            ++found;
+            const Scene scene = make_scene(body, storage);
+            for (const double radius_mm : {1.5, 2.0, 2.5, 2.8}) {
+                haptics::TouchParameters parameters = settings(scene);
+                parameters.tool_radius_mm = radius_mm;
+                const dvec3 across(body.normal.y, -body.normal.x, 0.0);
+                Path path;
+                for (int i = 0; i < 1200; ++i)
+                    path.push_back(body.touch_mm +
+                                   (radius_mm + 0.5 - 1.7 * std::min(1.0, i / 200.0)) *
+                                       body.normal +
+                                   0.2 * std::min(1.0, i / 300.0) * across);
+                const Trace run = run_named("swept-tool", scene, path, parameters);
+                for (size_t i = 450; i < run.ticks.size(); ++i)
+                    ASSERT_LE(glm::distance(run.ticks[i].force, run.ticks[i - 1].force), 0.02)
+                        << body.name << ", " << radius_mm << " mm, tick " << i;
+                EXPECT_GT(glm::length(run.ticks.back().force), 1.0);
+            }
+        }
+    EXPECT_EQ(found, 4u);
 }
 
 // A ball of ten samples across, and friction, in noise. Friction lags by its share of the depth

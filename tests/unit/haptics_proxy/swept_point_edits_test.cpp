@@ -126,7 +126,8 @@ TEST(Edits, ElsewhereLeaveWhatIsFelt) {
             }
         }
         for (size_t i = 0; i < forces[0].size(); ++i)
-            ASSERT_LE(glm::distance(forces[0][i], forces[1][i]), 0.005) << name << ", tick " << i;
+            // A proxy that sets out anew converges to 1e-4 mm, at 1 N/mm, in a few steps.
+            ASSERT_LE(glm::distance(forces[0][i], forces[1][i]), 1e-3) << name << ", tick " << i;
         EXPECT_NEAR(-forces[0].back().x / forces[0].back().z, 0.3, 0.005) << name;
     }
 }
