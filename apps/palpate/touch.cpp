@@ -13,6 +13,7 @@
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/io/scene_data.h"
+#include "engine/io/volume_io.h"
 #include "haptics/servo/touch_log.h"
 
 namespace palpate {
@@ -139,7 +140,7 @@ Result<void> expect_files_alone(const TouchOptions& o) {
                                        {"-o", &o.output}})
         if (*path == "-")
             return fail("{}: expected a file, found '-': standard output has the summary", option);
-    return {};
+    return o.output.empty() ? Result<void>{} : expect_volume_name(o.output);
 }
 
 void warn_of_idle_options(const CLI::App& app, const TouchOptions& o) {

@@ -72,5 +72,7 @@ Result<LoadedVolume> load_labels(const std::filesystem::path& path,
 // The file appears whole or not at all, also when `stop` asks to end early.
 Result<void> save_volume(const std::filesystem::path& path, const Volume& volume,
                          const std::stop_token& stop = {});
+// Whether it has a format of that name: for who asks before long work.
+Result<void> expect_volume_name(const std::filesystem::path& path);
 
 } // namespace palpate

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cctype>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/file.h"
@@ -114,12 +115,30 @@ Result<void> save_pair(const fs::path& path, const Volume& volume, const std::st
     });
 }
 
-} // namespace
-
-Result<void> save_volume(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
+std::string lower_name(const fs::path& path) {
     std::string name = path.filename().string();
     std::transform(name.begin(), name.end(), name.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    return name;
+}
+
+} // namespace
+
+Result<void> expect_volume_name(const fs::path& path) {
+    const std::string name = lower_name(path);
+    for (const std::string_view ending :
+         {".nii", ".nii.gz", ".nrrd", ".mha", ".mhd", ".vtk", ".pbv"})
+        if (name.ends_with(ending))
+            return {};
+    return fail(
+        "{}: expected an extension .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv, found \"{}\"",
+        path.string(), path.extension().string());
+}
+
+Result<void> save_volume(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
+    if (Result<void> known = expect_volume_name(path); !known)
+        return known;
+    const std::string name = lower_name(path);
     const Grid& grid = volume.grid();
     if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
         VolumeHeader header = io::nifti_volume_header(grid, volume.type());
@@ -133,13 +152,10 @@ Result<void> save_volume(const fs::path& path, const Volume& volume, const std::
         return save_pair(path, volume, stop);
     if (name.ends_with(".pbv"))
         return save_brick_file(path, stream_of(volume), {stop, {}});
-    Result<VolumeHeader> header = fail(
-        "{}: expected an extension .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv, found \"{}\"",
-        path.string(), path.extension().string());
-    if (name.ends_with(".mha"))
-        header = io::meta_image_volume_header(path.string(), grid, volume.type(), "LOCAL");
-    if (name.ends_with(".vtk"))
-        header = io::vtk_volume_header(path.string(), grid, volume.type());
+    Result<VolumeHeader> header =
+        name.ends_with(".mha")
+            ? io::meta_image_volume_header(path.string(), grid, volume.type(), "LOCAL")
+            : io::vtk_volume_header(path.string(), grid, volume.type());
     if (!header)
         return pass_on(header);
     return save_single(path, volume, *header, stop);

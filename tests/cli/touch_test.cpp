@@ -372,6 +372,13 @@ TEST_F(TouchCommand, SaysWhatIsWrong) {
 // Before the run, not after an hour of it.
 TEST_F(TouchCommand, RefusesWhatCannotBeWritten) {
     write_path();
+    std::vector<std::string> named = arguments("none");
+    named.insert(named.end(), {"-o", file("drilled.foo").string()});
+    const ProgramRun unknown = run(named);
+    EXPECT_EQ(unknown.exit_code, 1);
+    EXPECT_THAT(unknown.messages, HasSubstr("drilled.foo: expected an extension .nii"));
+    EXPECT_FALSE(std::filesystem::exists(file("r.csv")));
+    write_path();
     for (const char* option : {"--report", "--page", "--record", "-o"})
         for (const char* path : {"no/such/folder.csv", "-", "/dev/stdout"}) {
             const ProgramRun bad =
