@@ -101,17 +101,19 @@ Value touch_bounds(const AllTotals& totals, const AllClosedTotals& closed) {
     add("excess jump, N, planes, balls and cavities (A1 - A3)", 0.02,
         most(&TouchBounds::jump_clean));
     add("excess jump, N, the same at up to 10 % noise (A10)", 0.10, most(&TouchBounds::jump_noise));
+    // Work and what the spring holds are each known to a step of the encoder.
+    constexpr double kMostSteps = 2.0;
     Value energy{{"asked",
                   "energy made in the closed loop with the controller, in encoder steps under the "
                   "largest force (no edits)"},
-                 {"gate", 1.0},
+                 {"gate", kMostSteps},
                  {"figures", Value::object()}};
     for (const char* name : kRepaired)
         if (const auto found = closed.find(name); found != closed.end()) {
             const WorstCell& made = found->second.made_energy;
             energy["figures"][name] = {{"figure", made.figure},
                                        {"worst_cell", made.where},
-                                       {"within", made.figure <= 1.0}};
+                                       {"within", made.figure <= kMostSteps}};
         }
     rows.push_back(std::move(energy));
     return rows;
