@@ -36,7 +36,8 @@ constexpr double kShortestShare = 0.1;
 // alone that moves it.
 constexpr double kCatchingUp_s = 0.1;
 // From one tick to the next, of the way where it turned back: no less than this; all of it again
-// where the hand has moved by so much, in samples.
+// where the hand has moved by so much, in samples. Ways beyond the hand's that are no longer than
+// the last one do not count.
 constexpr double kLeastEase = 1.0 / 64.0, kEased = 0.2, kTremor = 0.03;
 constexpr double kLeastShare = 0.05; // of a way, that is worth going
 
@@ -51,7 +52,6 @@ struct State : Felt {
     dvec3 hand{0.0};
     double longest_step = 1.0; // as a share of half a sample
     double trust_mm = 1e3;     // of the last step
-    dvec3 last_step{0.0};
     SlideGain gain;
     dvec3 last_way{0.0}; // that a tick led it
     double ease = 1.0;   // as a share of such a way
@@ -134,8 +134,7 @@ Course SweptTool::course_to(dvec3 goal, double moved_mm, const Geometry& geometr
             .half_sample_mm = half_sample_mm,
             .trust_mm = trust_mm,
             .longest_mm = longest_mm,
-            .good = s.proxy,
-            .last_step = dvec3(0.0)};
+            .good = s.proxy};
 }
 
 // Where nothing holds it: as far as blocks are clear.
@@ -336,7 +335,6 @@ void SweptTool::settle(Course& c, Geometry& geometry) {
     if (!c.has_learnt && !c.has_settled)
         s.gain.doubt();
     s.trust_mm = c.trust_mm;
-    s.last_step = c.last_step;
     s.longest_step = went_back ? 0.5 * s.longest_step : std::min(1.0, 4.0 * s.longest_step);
     geometry.iterations = c.steps;
 }
