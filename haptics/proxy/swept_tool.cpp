@@ -346,13 +346,17 @@ void SweptTool::submerge(dvec3 hand, Geometry& geometry) {
     s.held_count = 0;
 }
 
-// Where ticks lead it to and fro, as among bumps that hold it in turn, it goes less far each time,
-// until the hand moves on.
+// Where ticks lead it to and fro, or away from a hand that hardly moves, as among bumps that hold
+// it in turn, it goes less far each time, until the hand moves on.
 void SweptTool::ease(dvec3 start, double moved_mm) {
     State& s = state_;
     const dvec3 way = s.proxy - start;
+    const double slack_mm = kTremor * voxel_mm();
     s.ease = std::min(1.0, 1.25 * s.ease + moved_mm / (kEased * voxel_mm()));
-    if (glm::dot(way, s.last_way) < 0.0 && glm::length(way) > 2.0 * moved_mm + kTremor * voxel_mm())
+    const bool turns = glm::dot(way, s.last_way) < 0.0;
+    const bool leaves =
+        glm::distance(s.proxy, s.hand) > glm::distance(start, s.hand) + slack_mm + moved_mm;
+    if ((turns || leaves) && glm::length(way) > 2.0 * moved_mm + slack_mm)
         s.ease = std::max(kLeastEase, 0.4 * s.ease);
     s.last_way = way;
     if (s.ease < 1.0 && contacts_.is_as_free(start + s.ease * way, start))
@@ -413,7 +417,7 @@ void SweptTool::follow(const TickInput& input, Geometry& geometry) {
         s.account.reset();
         s.ease = 1.0;
     } else {
-        if (c.touching)
+        if (c.touching || s.held_count > 0)
             ease(start, moved_mm);
         hold_back(start, hand, input.dt_s, c);
     }
