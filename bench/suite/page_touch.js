@@ -117,7 +117,7 @@ function touchSection(t) {
     put(row, "td", {}, figure(b.gate));
     for (const name of held) {
       const c = b.figures[name];
-      const cell = put(row, "td", {}, c ? undefined : "–");
+      const cell = put(row, "td", {}, c ? undefined : figure(undefined));
       if (!c) continue; // its part was not run
       put(cell, "div", { class: c.within ? "good" : "bad" }, figure(c.figure));
       if (c.worst_figure !== undefined) put(cell, "div", { class: "soft" }, "worst cell " + figure(c.worst_figure));
