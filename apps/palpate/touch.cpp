@@ -169,8 +169,8 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o) {
 void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
     if (s.began_s > 0.0 && std::isfinite(s.began_s))
         log::warning(
-            "force began {:.3f} s into the path: until then the soft start waited for the hand to "
-            "be "
+            "force began {:.3f} s into the path: until then the soft start waited for a hand that "
+            "is "
             "free",
             s.began_s);
     if ((s.contact_ticks > 0 && s.most_force_n > 0.0) || o.algorithm == "none")

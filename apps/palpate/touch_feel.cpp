@@ -281,9 +281,8 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         const haptics::Tuning tuning = haptics::tune(feel.parameters, *feel.scene.grey);
         if (tuning.grains > kManyGrains)
             log::warning(
-                "--iso {:g}: {:.0f} % of its surface is of grains of up to three samples, as where "
-                "it "
-                "lies amid noise; what is felt there is them",
+                "--iso {:g}: {:.0f} % of its surface is of grains of up to three samples, as amid "
+                "noise; what is felt there is them",
                 feel.parameters.iso, 100.0 * tuning.grains);
         log::debug("normals blurred by {} samples{}", feel.parameters.normal_blur_samples,
                    feel.parameters.free_value == feel.parameters.solid_value

@@ -81,7 +81,6 @@ using AllTotals = std::map<std::string, TouchTotals>;
 // Of the closed loop, but for edits: what it made, of work done and held by the spring, in steps of
 // the encoder under the largest force sent, below which no observer sees.
 struct ClosedTotals {
-    uint64_t cells = 0;
     WorstCell made_energy;
 };
 using AllClosedTotals = std::map<std::string, ClosedTotals>;

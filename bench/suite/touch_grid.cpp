@@ -295,7 +295,6 @@ std::vector<Intended> intended_paths(const touch::TouchCase& body, const TouchPl
 
 void keep_energy(ClosedTotals& totals, const touch::LoopResult& found,
                  const haptics::DevicePreset& device, const std::string& cell) {
-    ++totals.cells;
     const double step_mj = 1e3 * found.largest_sent_n * device.capabilities.resolution_m;
     if (step_mj > 0.0)
         totals.made_energy.keep((found.work_mj + found.held_mj) / step_mj, cell);

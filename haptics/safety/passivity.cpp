@@ -44,9 +44,11 @@ glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, 
     if (made_j_ > 0.0 && speed > 1e-9)
         wanted = std::min(most, made_j_ / (dt_s * speed * speed));
     const double spring_damping = spring.stiffness_n_per_m * dt_s;
-    const double most_change = kSteadySlew * spring_damping;
-    steady_ += std::clamp(std::min(wanted, kMostSteady * spring_damping) - steady_, -most_change,
-                          most_change);
+    const double most_steady = kMostSteady * spring_damping,
+                 most_change = kSteadySlew * spring_damping;
+    // It ends with the spring: where there is none, so is none of it.
+    steady_ = std::min(most_steady, steady_ + std::clamp(std::min(wanted, most_steady) - steady_,
+                                                         -most_change, most_change));
     // The rest of what is wanted.
     const glm::dvec3 change_n = -std::max(0.0, wanted - steady_) * velocity_m_per_s - slow_n_;
     const double step_n = settings_.slew_n_per_s * dt_s, change = glm::length(change_n);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bench/touch/open_loop.h"
+#include "engine/volume/edit.h"
 #include "haptics/proxy/field.h"
 
 namespace palpate::touch {
@@ -42,6 +43,14 @@ inline Trace run_named(const char* name, const Scene& scene, const Path& path,
                                            out.force_n, out.contact});
                   });
     return run;
+}
+
+// What somebody else does far away: one sample in a corner, another value each tick.
+inline void edit_elsewhere(haptics::TouchScene& touch, int tick) {
+    VolumeEdit edit(*touch.grey);
+    edit.set({1, 1, 1}, tick % 2 ? 0.0 : 1000.0);
+    touch.grey = edit.commit();
+    touch.version = touch.grey->version();
 }
 
 inline TouchCase flat_plane() {

@@ -114,12 +114,8 @@ TEST(Edits, ElsewhereLeaveWhatIsFelt) {
             const auto algorithm = haptics::find_algorithm(name)->make();
             haptics::TickInput input{.scene = &touch, .parameters = &parameters};
             for (int i = 0; i < 600; ++i) {
-                if (edited && i > 0) {
-                    VolumeEdit edit(*touch.grey);
-                    edit.set({2, 2, 2}, i % 2 ? 0.0 : 1000.0);
-                    touch.grey = edit.commit();
-                    touch.version = touch.grey->version();
-                }
+                if (edited && i > 0)
+                    edit_elsewhere(touch, i);
                 input.tool.position_mm = {0.01 * std::max(0, i - 200), 0.1,
                                           radius_mm + std::max(-1.0, 2.0 - 0.02 * i)};
                 forces[edited].push_back(algorithm->tick(input).force_n);

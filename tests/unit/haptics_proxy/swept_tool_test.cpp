@@ -10,7 +10,6 @@
 
 #include "engine/edit/shape.h"
 #include "engine/volume/builder.h"
-#include "engine/volume/edit.h"
 #include "haptics/proxy/field.h"
 #include "haptics/proxy/sphere_samples.h"
 #include "haptics/proxy/tool_points.h"
@@ -227,12 +226,8 @@ TEST(SweptTool, EditsElsewhereExchangeNothing) {
             const auto algorithm = haptics::make_swept_tool();
             haptics::TickInput input{.scene = &touch, .parameters = &parameters};
             for (int i = 0; i < 1000; ++i) {
-                if (edited && i > 0) {
-                    VolumeEdit edit(*touch.grey);
-                    edit.set({1, 1, 1}, i % 2 ? 0.0 : 1000.0);
-                    touch.grey = edit.commit();
-                    touch.version = touch.grey->version();
-                }
+                if (edited && i > 0)
+                    edit_elsewhere(touch, i);
                 input.tool.position_mm = {0.004 * i, 0.1,
                                           begins_within ? -4.0 : std::max(-1.0, 5.0 - 0.02 * i)};
                 proxies[edited].push_back(algorithm->tick(input).proxy.position_mm);

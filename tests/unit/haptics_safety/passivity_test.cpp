@@ -161,6 +161,25 @@ TEST(Passivity, DampingEndsWithTheMotion) {
     }
 }
 
+TEST(Passivity, SteadyDampingEndsWithTheSpring) {
+    Passivity passivity({.leak_s = 1e9, .slew_n_per_s = 0.0}); // the spring's part alone
+    constexpr double kSpeed = 0.1, kStiffness = 2000.0;
+    double x = 0.0, stored_j = 0.0, force_n = 0.0;
+    for (int tick = 0; tick < 400; ++tick, x += kSpeed * kT) {
+        const bool has_spring = tick < 100;
+        stored_j += has_spring ? 1e-3 : 0.0; // made from nothing
+        force_n =
+            passivity
+                .limit({x, 0, 0}, {kSpeed, 0, 0}, {}, {stored_j, has_spring ? kStiffness : 0.0}, kT)
+                .x;
+        passivity.sent({force_n, 0, 0});
+        if (tick == 99) {
+            EXPECT_NEAR(force_n, -1.5 * kStiffness * kT * kSpeed, 1e-9);
+        }
+    }
+    EXPECT_EQ(force_n, 0.0);
+}
+
 TEST(Passivity, OneEncoderStepIsNotAnsweredWithABlow) {
     // A hand that trembles over the edge of one step of 50 um while the account is overdrawn: the
     // way of a tick says 50 mm/s, 1 N at 20 N s/m. The estimator's window of 15 ticks says a
