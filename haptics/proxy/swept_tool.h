@@ -29,8 +29,9 @@ namespace palpate::haptics {
 //
 // The tool turns with the hand; the torque is that of the contacts' forces about its origin.
 // Friction, yielding, edits and labels are as in swept_point.h. Where every sample in material is
-// so deep that the field has no slope, the last normal holds; where there is none, or where 0.1 s
-// after a start or an edit it is in material still, the tool is `submerged` until none of it is.
+// so deep that the field has no slope, the last normal holds; where there is none, or where it
+// was half a sample or more in material for 0.1 s after a start or an edit, the tool is `submerged`
+// until none of it is.
 // While nothing changes but the hand, it lengthens the spring by no more than contacts may err
 // (proxy_account.h).
 std::unique_ptr<Algorithm> make_swept_tool();
