@@ -1,10 +1,8 @@
 #include <gmock/gmock.h>
-#include <signal.h>
-
-#include <thread>
 
 #include "engine/io/volume_io.h"
 #include "engine/volume/builder.h"
+#include "tests/support/kill.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -68,27 +66,22 @@ TEST_F(ConvertCommand, InterruptedLeavesAWholeFileOrNone) {
         });
     ASSERT_TRUE(save_volume(file("noise.nrrd"), noise));
     const std::string in = file("noise.nrrd").string(), out = file("out.nii.gz").string();
-    for (const int delay_ms : {30, 100, 200, 400, 800}) {
-        std::filesystem::remove(out);
-        const pid_t child = ::fork();
-        ASSERT_GE(child, 0);
-        if (child == 0) {
-            ::close(2);
-            ::execl(PALPATE_PROGRAM, "palpate", "convert", in.c_str(), out.c_str(), nullptr);
-            ::_exit(127);
-        }
-        std::this_thread::sleep_for(std::chrono::milliseconds(delay_ms));
-        ::kill(child, SIGINT);
-        int status = 0;
-        ::waitpid(child, &status, 0);
-        if (std::filesystem::exists(out)) {
-            const Result<LoadedVolume> whole = load_volume(out);
-            EXPECT_TRUE(whole) << whole.error().message;
-        }
-        for (const auto& entry : std::filesystem::directory_iterator(file("").parent_path()))
-            EXPECT_EQ(entry.path().filename().string().find(".tmp"), std::string::npos)
-                << entry.path() << " after " << delay_ms << " ms";
-    }
+    interrupt_at_many_moments(
+        3,
+        [&] {
+            return become_program({"convert", in, out});
+        },
+        [&](bool is_done) {
+            EXPECT_TRUE(!is_done || std::filesystem::exists(out));
+            if (std::filesystem::exists(out)) { // ended between the file and its last word, too
+                const Result<LoadedVolume> whole = load_volume(out);
+                EXPECT_TRUE(whole) << whole.error().message;
+            }
+            for (const auto& entry : std::filesystem::directory_iterator(file("").parent_path()))
+                EXPECT_EQ(entry.path().filename().string().find(".tmp"), std::string::npos)
+                    << entry.path();
+            std::filesystem::remove(out);
+        });
 }
 
 } // namespace

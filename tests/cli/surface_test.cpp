@@ -1,5 +1,6 @@
 // palpate surface, and palpate compare of meshes, as a person runs them.
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +13,7 @@
 
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/topology.h"
+#include "tests/support/kill.h"
 #include "tests/support/meshes.h"
 #include "tests/support/program.h"
 
@@ -276,27 +278,26 @@ TEST_F(SurfaceCommand, RefusesInOneSentence) {
 
 // Whenever it is: either all of it was done, or there is no file and a sentence says so.
 TEST_F(SurfaceCommand, InterruptedItLeavesAllOrNothing) {
-    int stopped = 0;
-    for (const char* after_s : {"0.02", "0.05", "0.1", "0.2", "0.4"}) {
-        std::filesystem::remove(file("g.ply"));
-        const std::string command =
-            std::string("timeout --preserve-status -s INT ") + after_s + " '" + PALPATE_PROGRAM +
-            "' surface 'synthetic:gyroid?size=160' --iso 500 --closed --smooth sinc -o '" +
-            file("g.ply").string() + "' 2>'" + file("stderr").string() + "'";
-        const int status = std::system(command.c_str());
-        const bool is_done = WIFEXITED(status) && WEXITSTATUS(status) == 0;
-        EXPECT_EQ(std::filesystem::exists(file("g.ply")), is_done) << after_s;
-        if (is_done) {
-            EXPECT_TRUE(load_mesh(file("g.ply")));
-        } else if (WIFEXITED(status) && WEXITSTATUS(status) == 1) {
-            EXPECT_THAT(bytes_of("stderr"),
-                        testing::AnyOf(HasSubstr("interrupted"), HasSubstr("stopped")));
-            ++stopped;
-        }
-        for (const auto& entry : std::filesystem::directory_iterator(file("")))
-            EXPECT_EQ(entry.path().string().find(".tmp."), std::string::npos) << entry.path();
-    }
-    EXPECT_GE(stopped, 1);
+    const int messages = ::open(file("messages").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+    interrupt_at_many_moments(
+        3,
+        [&] {
+            return become_program({"surface", "synthetic:gyroid?size=160", "--iso", "500",
+                                   "--closed", "--smooth", "sinc", "-o", file("g.ply").string()},
+                                  messages);
+        },
+        [&](bool is_done) {
+            EXPECT_TRUE(!is_done || std::filesystem::exists(file("g.ply")));
+            if (std::filesystem::exists(file("g.ply"))) {
+                EXPECT_TRUE(load_mesh(file("g.ply")));
+            }
+            for (const auto& entry : std::filesystem::directory_iterator(file("")))
+                EXPECT_EQ(entry.path().string().find(".tmp."), std::string::npos) << entry.path();
+            std::filesystem::remove(file("g.ply"));
+        });
+    ::close(messages);
+    EXPECT_THAT(bytes_of("messages"),
+                testing::AnyOf(HasSubstr("interrupted"), HasSubstr("stopped")));
 }
 
 class CompareMeshesCommand : public ProgramTest {

@@ -1,6 +1,7 @@
 // Everything that lives while a volume is carved, at once: the servo's thread feels the newest
 // snapshot and pushes poses, the editor cuts, one thread meshes what changed and one draws it.
-// PALPATE_SECONDS is how long the random work lasts. Meant for the thread sanitizer.
+// PALPATE_SECONDS is how long the random work lasts at least; it also lasts until every thread has
+// met edits, however slow the machine. Meant for the thread sanitizer.
 
 #include <atomic>
 #include <chrono>
@@ -24,6 +25,9 @@ namespace {
 using Reader = EditLag::Reader;
 
 constexpr float kIso = 250.0f;
+constexpr size_t kFewestFrames = 12;   // of each kind of drawing some, by random
+constexpr size_t kFewestSnapshots = 3; // seen by the picture and by the mesh
+constexpr double kLongest_s = 240.0;   // of the hand's path; the test is ended soon after
 
 class EditThreads : public GpuTest {
  protected:
@@ -107,8 +111,8 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
                        std::make_unique<haptics::WallAlgorithm>(),
                        std::make_unique<haptics::RecordedDevice>(
                            haptics::DeviceCapabilities{.workspace_m = glm::dvec3(0.05)},
-                           records_of_path(wandering(seconds + 5), haptics::Workspace({0, 0, 0}, 1),
-                                           haptics::kTick_ns),
+                           records_of_path(wandering(seconds + kLongest_s),
+                                           haptics::Workspace({0, 0, 0}, 1), haptics::kTick_ns),
                            profile::now_ns())};
     Editor editor(first, {}, {.slice_ms = 1.0});
     auto mesh_reader = editor.add_reader(), frame_reader = editor.add_reader();
@@ -147,8 +151,13 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
     const Scene scene = iso_scene();
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     size_t frames = 0;
-    ASSERT_TRUE(renderer.draw(scene, {first, std::nullopt}));
-    while (std::chrono::steady_clock::now() < end && !HasFailure()) {
+    bool edited = false; // a picture has shown another volume than the first
+    const auto has_met = [&](Reader reader) {
+        return lag.latency_ms(reader).count >= kFewestSnapshots;
+    };
+    while ((std::chrono::steady_clock::now() < end || frames < kFewestFrames || !edited ||
+            !has_met(Reader::picture) || !has_met(Reader::mesh)) &&
+           !HasFailure()) {
         const auto pin = frame_reader.pin();
         const SceneData data{pin->volume, std::nullopt};
         switch (random() % 4) {
@@ -166,6 +175,7 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
         }
         lag.reached(Reader::picture, *pin, profile::now_ns());
         ++frames;
+        edited = edited || content_hash(pin->volume) != content_hash(first);
         if (random() % 3 == 0)
             use_some_tool(editor, random);
         if (random() % 8 == 0)
@@ -182,7 +192,6 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
 
     // What each of them holds at the end is what one who begins now would hold.
     const Volume last = frame_reader.pin()->volume;
-    EXPECT_NE(content_hash(last), content_hash(first));
     surface.update(last);
     const Mesh mesh = surface.mesh(), fresh_mesh = marching_cubes(last, kIso);
     EXPECT_EQ(mesh.positions, fresh_mesh.positions);
@@ -192,8 +201,6 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
     const Result<Frame> expected = fresh.render(scene, {last, std::nullopt});
     ASSERT_TRUE(picture && expected);
     EXPECT_EQ(picture->eyes[0].samples, expected->eyes[0].samples);
-    EXPECT_GT(lag.latency_ms(Reader::picture).count, 0u);
-    EXPECT_GT(lag.latency_ms(Reader::mesh).count, 0u);
     std::printf("    %zu ticks, %zu inputs, %zu frames, %zu strokes standing; %s\n",
                 size_t(loop.servo.telemetry().ticks.load()), size_t(pusher.pushed()), frames,
                 frame_reader.pin()->strokes_done, json_line(lag.json()).c_str());

@@ -20,10 +20,12 @@ namespace palpate {
 // How a child process that ran `work` ended.
 enum class End { finished, failed, killed };
 
-// Runs `work` in a child, which exits with what it returns (or becomes another program), and kills
-// it after `delay` unless it has ended. Returns when the child and all its descendants are gone, so
-// one that outlives its parent is a test that hangs. The child has one thread, whatever this has.
-inline End run_and_kill(std::chrono::microseconds delay, const std::function<int()>& work) {
+// Runs `work` in a child, which exits with what it returns (or becomes another program), and sends
+// it `signal` after `delay` unless it has ended. Returns how it ended, as waitpid() says it, when
+// the child and all its descendants are gone, so one that outlives its parent is a test that hangs.
+// The child has one thread, whatever this has.
+inline int run_and_signal(std::chrono::microseconds delay, int signal,
+                          const std::function<int()>& work) {
     ::prctl(PR_SET_CHILD_SUBREAPER, 1); // orphaned descendants become ours to wait for
     const pid_t child = ::fork();
     if (child == 0)
@@ -33,11 +35,16 @@ inline End run_and_kill(std::chrono::microseconds delay, const std::function<int
     pollfd ended{static_cast<int>(::syscall(SYS_pidfd_open, child, 0)), POLLIN, 0};
     ::ppoll(&ended, 1, &limit, nullptr);
     ::close(ended.fd);
-    ::kill(child, SIGKILL); // no harm to one that has ended
+    ::kill(child, signal); // no harm to one that has ended
     int status = 0;
     ::waitpid(child, &status, 0);
     while (::waitpid(-1, nullptr, 0) > 0) {
     }
+    return status;
+}
+
+inline End run_and_kill(std::chrono::microseconds delay, const std::function<int()>& work) {
+    const int status = run_and_signal(delay, SIGKILL, work);
     if (WIFSIGNALED(status))
         return WTERMSIG(status) == SIGKILL ? End::killed : End::failed;
     return WEXITSTATUS(status) == 0 ? End::finished : End::failed;
@@ -83,6 +90,32 @@ inline void kill_at_many_moments(int count, const std::function<int()>& work,
         }
         killed += end == End::killed;
         check();
+        if (testing::Test::HasFatalFailure())
+            return;
+    }
+}
+
+// Interrupts `work`, which becomes the program, at moments spread over the time of a whole run
+// until `count` runs have noticed, ended with exit status 1 and so said it. Calls `check` after
+// each run, with whether it was done. The moments follow the speed of the machine.
+inline void interrupt_at_many_moments(int count, const std::function<int()>& work,
+                                      const std::function<void(bool is_done)>& check) {
+    using Clock = std::chrono::steady_clock;
+    Clock::time_point start = Clock::now();
+    ASSERT_EQ(run_and_kill(std::chrono::hours(1), work), End::finished);
+    const std::chrono::duration<double> whole = Clock::now() - start;
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> share(0.0, 1.0);
+    for (int stopped = 0, runs = 0; stopped < count; ++runs) {
+        ASSERT_LT(runs, 40 * count) << "it ends before it can be interrupted";
+        const int status = run_and_signal(
+            std::chrono::duration_cast<std::chrono::microseconds>(share(random) * whole), SIGINT,
+            work);
+        const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 0;
+        // Before the program listens, the signal itself ends it.
+        ASSERT_TRUE(code <= 1 && (WIFEXITED(status) || WTERMSIG(status) == SIGINT)) << status;
+        stopped += code == 1;
+        check(WIFEXITED(status) && code == 0);
         if (testing::Test::HasFatalFailure())
             return;
     }

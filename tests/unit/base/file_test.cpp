@@ -119,7 +119,7 @@ TEST_F(File, FolderThatCannotBeWrittenIsOneSentence) {
 // A limit on the size of files stands in for a full disk.
 TEST_F(File, FullDiskIsAnErrorAndLeavesNothing) {
     const std::string large(1 << 20, 'x');
-    const End end = run_and_kill(std::chrono::seconds(10), [&] {
+    const End end = run_and_kill(std::chrono::hours(1), [&] {
         std::signal(SIGXFSZ, SIG_IGN);
         const rlimit limit{1 << 16, 1 << 16};
         ::setrlimit(RLIMIT_FSIZE, &limit);

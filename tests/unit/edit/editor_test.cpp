@@ -1,11 +1,12 @@
 // The editor's thread beside a servo that pushes poses and readers that take snapshots.
-// PALPATE_SECONDS is how long the random work lasts.
+// PALPATE_SECONDS is how long the random work lasts at least.
 
 #include "engine/edit/editor.h"
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 
@@ -108,7 +109,8 @@ class Hand {
 };
 
 // Takes the newest snapshot again and again; what it sees never goes back and is never torn.
-void read_until(const std::stop_token& stop, Mailbox<EditState>::Reader reader, uint64_t& seen) {
+void read_until(const std::stop_token& stop, Mailbox<EditState>::Reader reader,
+                std::atomic<uint64_t>& seen) {
     uint64_t version = 0, inputs = 0;
     while (!stop.stop_requested()) {
         const auto pin = reader.pin();
@@ -133,7 +135,7 @@ TEST(Editor, GivesWhatStrokesGiveWhileOthersRead) {
     const Volume first =
         random_labels(random, make_grid({64, 60, 50}, {0.7, 0.7, 1.4}), ScalarType::u8);
     Editor editor(first, {}, {.ring_inputs = 8, .slice_ms = 0.05});
-    uint64_t seen_by_servo = 0, seen_by_frame = 0;
+    std::atomic<uint64_t> seen_by_servo = 0, seen_by_frame = 0;
     auto servo_reader = editor.add_reader(), frame_reader = editor.add_reader();
     std::jthread servo(
         [&](const std::stop_token& stop) { read_until(stop, servo_reader, seen_by_servo); });
@@ -142,7 +144,8 @@ TEST(Editor, GivesWhatStrokesGiveWhileOthersRead) {
     Hand hand(editor, first, 2);
     const auto end = Clock::now() + std::chrono::duration<double>(PALPATE_SECONDS);
     int strokes = 0;
-    while (Clock::now() < end && !testing::Test::HasFailure()) {
+    while ((Clock::now() < end || strokes < 4 || seen_by_servo == 0 || seen_by_frame == 0) &&
+           !testing::Test::HasFailure()) {
         hand.act();
         ++strokes;
     }
@@ -150,9 +153,6 @@ TEST(Editor, GivesWhatStrokesGiveWhileOthersRead) {
     frame.request_stop();
     servo.join();
     frame.join();
-    EXPECT_GT(strokes, 3);
-    EXPECT_GT(seen_by_servo, 0u);
-    EXPECT_GT(seen_by_frame, 0u);
     std::printf("    %d strokes; the readers met %zu and %zu snapshots\n", strokes,
                 size_t(seen_by_servo), size_t(seen_by_frame));
 }

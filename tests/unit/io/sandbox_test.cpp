@@ -10,7 +10,6 @@
 #include <fstream>
 #include <thread>
 
-#include "engine/base/timer.h"
 #include "engine/io/volume_io.h"
 
 namespace palpate {
@@ -117,10 +116,8 @@ TEST_F(Sandbox, TheChildDiesWithItsParent) {
     const std::string list =
         "/proc/" + std::to_string(parent) + "/task/" + std::to_string(parent) + "/children";
     pid_t child = 0;
-    const Timer timer;
-    while (child == 0 && timer.ms() < 10000)
+    while (child == 0)
         std::ifstream(list) >> child;
-    ASSERT_NE(child, 0);
     ::kill(parent, SIGKILL);
     ::waitpid(parent, nullptr, 0);
     const auto runs = [&] {
@@ -129,10 +126,8 @@ TEST_F(Sandbox, TheChildDiesWithItsParent) {
         stat >> id >> name >> state;
         return stat && state != "Z" && state != "X"; // a zombie is its new parent's to reap
     };
-    const Timer dying;
-    while (runs() && dying.ms() < 10000) {
-    }
-    EXPECT_FALSE(runs());
+    while (runs()) // without end where it outlives its parent: ctest then ends both
+        std::this_thread::yield();
 }
 
 TEST_F(Sandbox, AMissingDecoderIsSaid) {
