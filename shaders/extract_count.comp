@@ -26,35 +26,29 @@ void main() {
         vertices = 0u;
         triangles = 0u;
     }
-    uint row = lane;
-    do {
+    for (uint row = lane; row < 81u; row += kExtractGroup) {
         const uint z = ninth(row);
         const ivec3 start = 8 * block + ivec3(0, row - 9u * z, z);
         uint bits = 0u;
         for (int x = 0; x < 9; ++x)
             bits |= is_inside(sample_at(start + ivec3(x, 0, 0))) ? 1u << x : 0u;
         inside_of_row[row] = bits;
-        row += kExtractGroup;
-    } while (row < 81u);
+    }
     barrier();
-    row = lane;
-    do {
+    for (uint row = lane; row < 81u; row += kExtractGroup) {
         const int z = int(ninth(row)), y = int(row) - 9 * z;
         const uint edges = crossed_edges(y, z, last), own = own_bits(y, z);
         if (edges != 0u)
             atomicAdd(vertices,
                       uint(bitCount(edges & own)) | uint(bitCount(edges & ~own)) << 16);
-        row += kExtractGroup;
-    } while (row < 81u);
+    }
 
     uvec4 corners;
     uint left = crossed_cells(int(lane & 7u), int(lane >> 3), last, corners);
     uint in_row = 0u;
-    if (left != 0u) {
-        do {
-            in_row += cases[case_of(corners, uint(findLSB(left)))].high >> 28;
-            left &= left - 1u;
-        } while (left != 0u);
+    while (left != 0u) {
+        in_row += cases[case_of(corners, uint(findLSB(left)))].high >> 28;
+        left &= left - 1u;
     }
     if (in_row != 0u)
         atomicAdd(triangles, in_row);

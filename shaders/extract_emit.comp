@@ -33,8 +33,7 @@ shared uint entries[3 * 9 * 9 * 9];
 #include "shaders/lib/extract_vertex.glsl"
 
 void read_samples(uint lane, ivec3 block) {
-    uint row = lane;
-    do {
+    for (uint row = lane; row < 121u; row += kExtractGroup) {
         const int z = int(row * 373u >> 12), y = int(row) - 11 * z; // row / 11 below 121
         const ivec3 start = 8 * block + ivec3(-1, y - 1, z - 1);
         uint bits = 0u;
@@ -45,49 +44,42 @@ void read_samples(uint lane, ivec3 block) {
         }
         if (y >= 1 && y <= 9 && z >= 1 && z <= 9)
             inside_of_row[(y - 1) + 9 * (z - 1)] = bits >> 1 & 0x1ffu;
-        row += kExtractGroup;
-    } while (row < 121u);
+    }
 }
 
 void list_vertices(uint lane, uint own) {
-    uint row = lane;
-    do {
+    for (uint row = lane; row < 81u; row += kExtractGroup) {
         const int z = int(ninth(row)), y = int(row) - 9 * z;
+        // As vertex_on() numbers them, counted on.
+        const uint mask = own_bits(y, z), start = before_row[row];
+        uint next_own = start & 0xffffu, next_borrowed = own + (start >> 16);
         uint left = edges_of_row[row];
-        if (left != 0u) {
-            // As vertex_on() numbers them, counted on.
-            const uint mask = own_bits(y, z), start = before_row[row];
-            uint next_own = start & 0xffffu, next_borrowed = own + (start >> 16);
-            do {
-                const uint bit = uint(findLSB(left));
-                const uint is_own = mask >> bit & 1u;
-                entries[is_own != 0u ? next_own : next_borrowed] = row << 5 | bit;
-                next_own += is_own;
-                next_borrowed += 1u - is_own;
-                left &= left - 1u;
-            } while (left != 0u);
+        while (left != 0u) {
+            const uint bit = uint(findLSB(left));
+            const uint is_own = mask >> bit & 1u;
+            entries[is_own != 0u ? next_own : next_borrowed] = row << 5 | bit;
+            next_own += is_own;
+            next_borrowed += 1u - is_own;
+            left &= left - 1u;
         }
-        row += kExtractGroup;
-    } while (row < 81u);
+    }
 }
 
 void make_vertices(uint lane, ivec3 block, uint count, uint first, bool wanted) {
-    uint i = lane;
-    do {
-        const uint entry = entries[min(i, count - 1u)];
+    for (uint i = lane; i < count; i += kExtractGroup) {
+        const uint entry = entries[i];
         const uint row = entry >> 5, bit = entry & 31u;
         const uint x = bit * 11u >> 5, axis = bit - 3u * x; // bit / 3 below 32
         const uint z = ninth(row), y = row - 9u * z;
         const uint at = (x + 1u) + 11u * (y + 1u) + 121u * (z + 1u);
         const Vertex vertex = vertex_at(8 * block + ivec3(x, y, z), at, axis);
-        if (wanted && i < count) {
+        if (wanted) {
             positions[first + i] = vertex.position;
             if (kNormals != 0u)
                 normals[first + i] = vertex.normal;
             edges[first + i] = 4u * ((x + 1u) + 12u * (y + 1u) + 132u * (z + 1u)) + axis;
         }
-        i += kExtractGroup;
-    } while (i < count);
+    }
 }
 
 // Returns how many cells the surface crosses.
@@ -96,25 +88,21 @@ uint list_cells(uint lane, ivec3 last) {
     uvec4 corners;
     const uint cells = crossed_cells(y, z, last, corners);
     uint triangles_here = 0u, left = cells;
-    if (left != 0u) {
-        do {
-            triangles_here += cases[case_of(corners, uint(findLSB(left)))].high >> 28;
-            left &= left - 1u;
-        } while (left != 0u);
+    while (left != 0u) {
+        triangles_here += cases[case_of(corners, uint(findLSB(left)))].high >> 28;
+        left &= left - 1u;
     }
     uint total;
     const uint before = sum_before(lane, uint(bitCount(cells)) | triangles_here << 16, total);
     uint cell = before & 0xffffu, triangle = before >> 16;
     left = cells;
-    if (left != 0u) {
-        do {
-            const uint x = uint(findLSB(left));
-            const uint which = case_of(corners, x);
-            entries[cell] = x | lane << 3 | which << 9 | triangle << 17;
-            cell += 1u;
-            triangle += cases[which].high >> 28;
-            left &= left - 1u;
-        } while (left != 0u);
+    while (left != 0u) {
+        const uint x = uint(findLSB(left));
+        const uint which = case_of(corners, x);
+        entries[cell] = x | lane << 3 | which << 9 | triangle << 17;
+        cell += 1u;
+        triangle += cases[which].high >> 28;
+        left &= left - 1u;
     }
     return total & 0xffffu;
 }
@@ -130,25 +118,22 @@ uint vertex_of_cell(uvec3 cell, uint e, uint own) {
 }
 
 void make_triangles(uint lane, uint count, uint own, uint first, bool wanted) {
-    uint i = lane;
-    do {
-        const uint entry = entries[min(i, count - 1u)];
+    for (uint i = lane; i < count; i += kExtractGroup) {
+        const uint entry = entries[i];
         const uvec3 cell = uvec3(entry & 7u, entry >> 3 & 7u, entry >> 6 & 7u);
         const ExtractCase of = cases[entry >> 9 & 0xffu];
         const uint end = of.high >> 28;
-        uint k = 0u, low = of.low, high = of.high; // the next corner's edge in the lowest bits
-        do {
+        uint low = of.low, high = of.high; // the next corner's edge in the lowest bits
+        for (uint k = 0u; k < end; ++k) {
             const uvec3 triangle = uvec3(vertex_of_cell(cell, low & 15u, own),
                                          vertex_of_cell(cell, low >> 4 & 15u, own),
                                          vertex_of_cell(cell, low >> 8 & 15u, own));
-            if (wanted && i < count)
+            if (wanted)
                 triangles[first + (entry >> 17) + k] = triangle;
             low = low >> 12 | high << 20;
             high >>= 12;
-            k += 1u;
-        } while (k < end);
-        i += kExtractGroup;
-    } while (i < count);
+        }
+    }
 }
 
 void main() {
@@ -169,5 +154,5 @@ void main() {
     barrier();
     const uint cells = list_cells(lane, last);
     barrier();
-    make_triangles(lane, cells, own, job.first_triangle, wanted && cells > 0u);
+    make_triangles(lane, cells, own, job.first_triangle, wanted);
 }

@@ -17,8 +17,8 @@ shared uint partial[2u * kExtractGroup];
 void main() {
     const uint lane = gl_LocalInvocationID.x;
     const uint count = uint(sums.length());
-    uint first = 0u, total = 0u;
-    do {
+    uint total = 0u;
+    for (uint first = 0u; first < count; first += kExtractGroup) { // the same for all lanes
         const uint at = min(first + lane, count - 1u);
         const uint value = first + lane < count ? sums[at] : 0u;
         uint sum = value;
@@ -34,9 +34,8 @@ void main() {
         if (first + lane < count)
             sums[at] = total + sum - value;
         total += partial[from + kExtractGroup - 1u];
-        first += kExtractGroup;
         barrier();
-    } while (first < count); // the same for all lanes
+    }
     if (lane == 0u)
         work = ExtractWork(min(total, kExtractMostGroups),
                            (total + kExtractMostGroups - 1u) / kExtractMostGroups, 1u, total);

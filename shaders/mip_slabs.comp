@@ -39,18 +39,16 @@ float bound_of(Ray ray, FrameEye eye, float first, float count) {
     const vec3 end = clamp(high, vec3(0.0), frame.cell_last);
     float bound = uintBitsToFloat(0xff800000u); // -infinity
     vec3 cell = begin;
-    if (going) {
-        do {
-            bound = max(bound, cell_entry(cell));
-            cell.x += 1.0;
-            const bool row = cell.x > end.x;
-            cell.x = row ? begin.x : cell.x;
-            cell.y += row ? 1.0 : 0.0;
-            const bool layer = cell.y > end.y;
-            cell.y = layer ? begin.y : cell.y;
-            cell.z += layer ? 1.0 : 0.0;
-            going = cell.z <= end.z;
-        } while (going);
+    while (going) {
+        bound = max(bound, cell_entry(cell));
+        cell.x += 1.0;
+        const bool row = cell.x > end.x;
+        cell.x = row ? begin.x : cell.x;
+        cell.y += row ? 1.0 : 0.0;
+        const bool layer = cell.y > end.y;
+        cell.y = layer ? begin.y : cell.y;
+        cell.z += layer ? 1.0 : 0.0;
+        going = cell.z <= end.z;
     }
     return bound + frame.cell_margin;
 }

@@ -62,25 +62,21 @@ void main() {
         const float speed = max(size.x, max(size.y, size.z)); // samples per mm
         const float least = 0.25 * frame.cell_side / speed;   // mm
         bool going = hit;
-        if (going) {
-            do {
-                const float room = free_about(ray, c, t.x) - eye.spread.x - eye.spread.y * t.x;
-                const float step = room / (speed + eye.spread.y);
-                going = step > least;
-                t.x += going ? step : 0.0;
-                going = going && t.x < t.y;
-            } while (going);
+        while (going) {
+            const float room = free_about(ray, c, t.x) - eye.spread.x - eye.spread.y * t.x;
+            const float step = room / (speed + eye.spread.y);
+            going = step > least;
+            t.x += going ? step : 0.0;
+            going = going && t.x < t.y;
         }
         hit = hit && t.x < t.y;
         going = hit;
-        if (going) {
-            do {
-                const float room = free_about(ray, c, t.y) - eye.spread.x - eye.spread.y * t.y;
-                const float step = room / speed;
-                going = step > least;
-                t.y -= going ? step : 0.0;
-                going = going && t.x < t.y;
-            } while (going);
+        while (going) {
+            const float room = free_about(ray, c, t.y) - eye.spread.x - eye.spread.y * t.y;
+            const float step = room / speed;
+            going = step > least;
+            t.y -= going ? step : 0.0;
+            going = going && t.x < t.y;
         }
         hit = hit && t.x < t.y;
     }
