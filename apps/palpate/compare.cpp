@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/log.h"
 #include "engine/image/compare.h"
@@ -362,9 +362,8 @@ Result<void> run_compare(const CompareOptions& options) {
         return fail("{} does not apply to what {} holds", verdict.unused()[0].flag, options.first);
     (*json)["failed"] = verdict.failed();
     (*json)["pass"] = verdict.failed().empty();
-    std::cout << json->dump(2) << '\n';
-    if (!std::cout.flush())
-        return fail("standard output cannot be written");
+    if (Result<void> printed = print_report(report_text(*json)); !printed)
+        return printed;
     if (!verdict.failed().empty())
         return fail("{} and {} differ: {}", options.first, options.second,
                     fmt::join(verdict.failed(), "; "));

@@ -1,11 +1,12 @@
 #include <cmath>
-#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/output.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/log.h"
+#include "engine/base/printable.h"
 #include "engine/io/volume_io.h"
 
 namespace palpate {
@@ -73,7 +74,7 @@ std::string text_of(const LoadedVolume& loaded) {
     text +=
         fmt::format("no data    {} of {} samples\n", volume.no_data_count(), sample_count(grid));
     if (!loaded.modality.empty())
-        text += fmt::format("modality   {}\n", loaded.modality);
+        text += fmt::format("modality   {}\n", printable(loaded.modality));
     return text;
 }
 
@@ -88,13 +89,8 @@ Result<void> run_info(const InfoOptions& options) {
     const Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
     if (!loaded)
         return fail("{}", loaded.error().message);
-    if (options.json)
-        std::cout << json_of(*loaded).dump(2) << '\n';
-    else
-        std::cout << text_of(*loaded);
-    if (!std::cout.flush())
-        return fail("standard output cannot be written");
-    return {};
+    return options.json ? print_report(report_text(json_of(*loaded)))
+                        : print_text(text_of(*loaded));
 }
 
 } // namespace

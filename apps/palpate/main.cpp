@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <iostream>
 #include <new>
+#include <sstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -9,8 +11,10 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
 #include "bench/suite/environment.h"
 #include "engine/base/log.h"
+#include "engine/base/printable.h"
 #include "engine/base/profile.h"
 #include "engine/io/serve.h"
 
@@ -93,7 +97,11 @@ int main(int argc, char** argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
-        return app.exit(error) == 0 ? 0 : 2;
+        std::ostringstream out, messages; // they quote the words of the command line
+        const int code = app.exit(error, out, messages);
+        std::cerr << palpate::printable_lines(messages.str());
+        const palpate::Result<void> printed = palpate::print_text(out.str());
+        return code != 0 ? 2 : printed ? 0 : 1;
     }
     if (verbose)
         palpate::log::set_level(palpate::log::Level::debug);

@@ -4,11 +4,12 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <utility>
+
+#include "engine/base/printable.h"
 
 namespace palpate {
 
-Progress::Progress(std::string what) : what_(std::move(what)), terminal_(::isatty(2) == 1) {}
+Progress::Progress(std::string what) : what_(printable(what)), terminal_(::isatty(2) == 1) {}
 
 Progress::~Progress() {
     if (shown_percent_ >= 0)

@@ -7,6 +7,7 @@
 #include "apps/palpate/device_options.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
 #include "apps/palpate/preview.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
@@ -214,10 +215,11 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
         say_clocks(*timing);
     if (!options.stats.empty()) {
         const std::string text =
-            stats_json(device, renderer, *timing, *scene, loaded->data).dump(2) + "\n";
-        if (options.stats == "-")
-            fmt::print("{}", text);
-        else if (auto saved = save_bytes(options.stats, std::as_bytes(std::span(text))); !saved)
+            report_text(stats_json(device, renderer, *timing, *scene, loaded->data));
+        if (auto saved = options.stats == "-"
+                             ? print_report(text)
+                             : save_bytes(options.stats, std::as_bytes(std::span(text)));
+            !saved)
             return saved;
     }
     if (!device.validation_messages().empty())

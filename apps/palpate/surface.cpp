@@ -1,6 +1,5 @@
 #include <algorithm>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -8,6 +7,7 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/surface_device.h"
@@ -241,13 +241,8 @@ void count_faults_by_label(Json& report, const Json& labels) {
 }
 
 Result<void> write_report(const std::string& path, const Json& report) {
-    const std::string text = report.dump(2) + "\n";
-    if (path != "-")
-        return save_bytes(path, std::as_bytes(std::span(text)));
-    std::cout << text;
-    if (!std::cout.flush())
-        return fail("standard output cannot be written");
-    return {};
+    const std::string text = report_text(report);
+    return path == "-" ? print_report(text) : save_bytes(path, std::as_bytes(std::span(text)));
 }
 
 void warn_of_idle_options(const SurfaceCommand& o, const CLI::App& app) {

@@ -6,6 +6,7 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/scene_options.h"
 #include "apps/palpate/touch_feel.h"
@@ -186,7 +187,7 @@ void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o
         log::warning("nothing was felt: force was 0 all the time");
 }
 
-void say(const haptics::TouchSummary& s, Json json) {
+Result<void> say(const haptics::TouchSummary& s, Json json) {
     json.members.insert(json.members.begin(),
                         {{"path_ticks", Json::of(static_cast<double>(s.ticks))},
                          {"contact_ticks", Json::of(static_cast<double>(s.contact_ticks))},
@@ -195,7 +196,7 @@ void say(const haptics::TouchSummary& s, Json json) {
                          {"most_depth_mm", Json::of(s.most_depth_mm)},
                          {"energy_mj", Json::of(s.energy_mj)},
                          {"all_faults", Json::of(haptics::fault_text(s.faults))}});
-    fmt::print("{}", json_text(json));
+    return print_report(json_text(json));
 }
 
 Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
@@ -252,7 +253,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (done) {
         const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
         warn_of_what_was_felt(summary, o);
-        say(summary, std::move(run->telemetry));
+        done = say(summary, std::move(run->telemetry));
     }
     return done;
 }

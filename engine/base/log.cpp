@@ -3,6 +3,8 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "engine/base/printable.h"
+
 namespace palpate::log {
 
 namespace {
@@ -37,7 +39,7 @@ void set_level(Level level) {
 }
 
 void write(Level level, const std::string& message) {
-    logger().log(spdlog_level(level), "{}", message);
+    logger().log(spdlog_level(level), "{}", printable(message));
 }
 
 } // namespace palpate::log

@@ -5,7 +5,8 @@
 #include <string>
 #include <utility>
 
-// Messages for people, on standard error. Data goes to standard output and never through here.
+// Messages for people, on standard error, one line each, with control characters escaped
+// (engine/base/printable.h). Data goes to standard output and never through here.
 namespace palpate::log {
 
 enum class Level { debug, info, warning, error };
