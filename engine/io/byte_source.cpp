@@ -21,6 +21,18 @@ constexpr auto kGzipMagic = static_cast<std::byte>(0x1f);
 
 } // namespace
 
+Result<Packing> packing_of(const std::filesystem::path& path) {
+    Result<ByteSource> source = ByteSource::open(path, Packing::none);
+    if (!source)
+        return pass_on(source);
+    std::array<std::byte, 2> start{};
+    Result<size_t> got = source->read(start);
+    if (!got)
+        return pass_on(got);
+    const bool is_gzip = *got == 2 && start[0] == kGzipMagic && start[1] == std::byte{0x8b};
+    return is_gzip ? Packing::deflate : Packing::none;
+}
+
 void ByteSource::End::operator()(z_stream_s* stream) const {
     inflateEnd(stream);
     delete stream;

@@ -16,6 +16,9 @@ namespace palpate::io {
 // How bytes are packed in a file. `deflate` is gzip (several members too) or a zlib stream.
 enum class Packing : uint8_t { none, deflate };
 
+// How a file is packed: gzip, by its first two bytes, or not. An error names the file.
+Result<Packing> packing_of(const std::filesystem::path& path);
+
 // Reads a file forward from an offset on, unpacking on the way.
 class ByteSource {
  public:

@@ -141,7 +141,7 @@ Result<uint64_t> regular_file_bytes(const std::filesystem::path& path);
 // The beginning of what is to be decoded, by which formats are told apart.
 struct FileHead {
     std::filesystem::path path;
-    std::string extension; // last one, lower case, with the dot; ".nii.gz" counts as one
+    std::string extension; // last one, lower case, with the dot; ".nii.gz" and the like are one
     std::string bytes;     // the first 1024, or fewer; empty for folders and patterns
 };
 

@@ -3,6 +3,7 @@
 
 #include "engine/io/decoder.h"
 #include "engine/io/formats.h"
+#include "engine/io/not_read.h"
 #include "engine/io/picture.h"
 #include "engine/io/slice_list.h"
 #include "engine/io/text_header.h"
@@ -50,9 +51,12 @@ bool is_vtk(const FileHead& head) {
 bool is_vti(const FileHead& head) {
     return head.extension == ".vti" || head.bytes.find("<VTKFile") != std::string::npos;
 }
-bool is_refused(const FileHead& head) {
-    return head.extension == ".mgz" || head.extension == ".mgh" || head.extension == ".mnc" ||
-           head.extension == ".bz2";
+bool is_mgh(const FileHead& head) {
+    return head.extension == ".mgz" || head.extension == ".mgh" || head.extension == ".mgh.gz";
+}
+
+bool is_not_read(const FileHead& head) {
+    return why_not_read(head).has_value();
 }
 
 FileHead head_of(const fs::path& path);
@@ -79,8 +83,7 @@ Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
 }
 
 Result<Decoded> refuse_by_name(const DecodeRequest& request, VoxelSink&) {
-    return fail("{}: files of the kind {} are not read", request.path.string(),
-                request.path.extension().string());
+    return fail("{}: {}", request.path.string(), *why_not_read(head_of(request.path)));
 }
 
 // The first that recognises a file decodes it. What is told by content comes before what is told
@@ -92,15 +95,17 @@ constexpr Format kFormats[] = {
     {"NIfTI", is_nifti, decode_nifti},
     {"NRRD", is_nrrd, decode_nrrd},
     {"MetaImage", is_meta_image, decode_meta_image},
+    {"MGH", is_mgh, decode_mgh},
     {"InVesalius", is_invesalius, decode_invesalius},
     {"VTK", is_vtk, decode_vtk},
     {"VTI", is_vti, decode_vti},
-    {"a known kind", is_refused, refuse_by_name},
+    {"a kind that is not read", is_not_read, refuse_by_name},
 };
 
 std::string lower_extension(const fs::path& path) {
-    const std::string name = lower_case(path.filename().string());
-    return name.ends_with(".nii.gz") ? ".nii.gz" : fs::path(name).extension().string();
+    const fs::path name = lower_case(path.filename().string());
+    const std::string last = name.extension().string();
+    return last == ".gz" ? name.stem().extension().string() + last : last;
 }
 
 FileHead head_of(const fs::path& path) {

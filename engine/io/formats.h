@@ -7,6 +7,7 @@ namespace palpate::io {
 
 Result<Decoded> decode_nifti(const DecodeRequest& request, VoxelSink& sink);      // 1 and 2
 Result<Decoded> decode_invesalius(const DecodeRequest& request, VoxelSink& sink); // .inv3
+Result<Decoded> decode_mgh(const DecodeRequest& request, VoxelSink& sink);        // FreeSurfer
 Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink);
 Result<Decoded> decode_meta_image(const DecodeRequest& request, VoxelSink& sink);
 Result<Decoded> decode_vtk(const DecodeRequest& request, VoxelSink& sink); // structured points

@@ -205,7 +205,10 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
                                decoded.rescale};
         const Survey survey = survey_of(source);
         if (!survey.grey)
-            return fail("{}: has {} components a voxel, expected one", name, claim.components);
+            return fail(
+                "{}: has {} components a voxel, which differ (colours, RGB, or vectors); expected "
+                "one grey value; convert it to grey first",
+                name, claim.components);
         ScalarType type = smallest_type(survey);
         if (kind == VolumeKind::labels) {
             const Result<ScalarType> chosen = label_type(name, survey);

@@ -1,59 +1,16 @@
 #include "engine/io/nifti_header.h"
 
-#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <string_view>
 
 #include "engine/io/affine.h"
+#include "engine/io/header_fields.h"
 
 namespace palpate::io {
 
 namespace {
 
-// Numbers at byte offsets of a header of either byte order.
-class Fields {
- public:
-    Fields(std::span<const std::byte> bytes, bool big_endian)
-        : bytes_(bytes), big_endian_(big_endian) {}
-
-    template <class T>
-    T at(size_t offset) const {
-        std::array<std::byte, sizeof(T)> raw;
-        std::memcpy(raw.data(), bytes_.data() + offset, sizeof(T));
-        if (big_endian_)
-            std::reverse(raw.begin(), raw.end());
-        T value;
-        std::memcpy(&value, raw.data(), sizeof(T));
-        return value;
-    }
-    template <class T, class To, size_t N>
-    void copy(size_t offset, std::array<To, N>& out) const {
-        for (size_t i = 0; i < N; ++i)
-            out[i] = at<T>(offset + i * sizeof(T));
-    }
-    template <class T>
-    glm::dvec3 vector(size_t offset) const {
-        return {at<T>(offset), at<T>(offset + sizeof(T)), at<T>(offset + 2 * sizeof(T))};
-    }
-    template <class T>
-    glm::dmat4 rows(size_t offset) const { // three rows of four
-        glm::dmat4 matrix(1);
-        for (int row = 0; row < 3; ++row)
-            for (int column = 0; column < 4; ++column)
-                matrix[column][row] = at<T>(offset + sizeof(T) * (4 * row + column));
-        return matrix;
-    }
-    std::string_view text(size_t offset, size_t count) const {
-        return {reinterpret_cast<const char*>(bytes_.data()) + offset, count};
-    }
-
- private:
-    std::span<const std::byte> bytes_;
-    bool big_endian_;
-};
-
-NiftiHeader read_version_1(const Fields& fields) {
+NiftiHeader read_version_1(const HeaderFields& fields) {
     NiftiHeader header;
     const std::string_view magic = fields.text(344, 4);
     const bool single = magic == std::string_view("n+1\0", 4);
@@ -77,7 +34,7 @@ NiftiHeader read_version_1(const Fields& fields) {
     return header;
 }
 
-NiftiHeader read_version_2(const Fields& fields) {
+NiftiHeader read_version_2(const HeaderFields& fields) {
     NiftiHeader header;
     header.kind = NiftiHeader::Kind::nifti2;
     header.pair = fields.text(4, 4) != std::string_view("n+2\0", 4);
@@ -133,7 +90,7 @@ Result<NiftiHeader> parse_nifti_header(const std::string& name, std::span<const 
         return fail("{}: expected a NIfTI header of {} bytes, found {}", name, kNifti1Bytes,
                     bytes.size());
     for (const bool big_endian : {false, true}) {
-        const Fields fields(bytes, big_endian);
+        const HeaderFields fields(bytes, big_endian);
         const auto header_bytes = static_cast<size_t>(fields.at<uint32_t>(0));
         if (header_bytes != kNifti1Bytes && header_bytes != kNifti2Bytes)
             continue;
@@ -150,7 +107,7 @@ Result<NiftiHeader> parse_nifti_header(const std::string& name, std::span<const 
         return header;
     }
     return fail("{}: expected a header that begins with its size {} or {}, found {}", name,
-                kNifti1Bytes, kNifti2Bytes, Fields(bytes, false).at<uint32_t>(0));
+                kNifti1Bytes, kNifti2Bytes, HeaderFields(bytes, false).at<uint32_t>(0));
 }
 
 Result<Grid> nifti_grid(const std::string& name, const NiftiHeader& header, glm::uvec3 size,

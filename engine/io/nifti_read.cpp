@@ -47,21 +47,6 @@ Result<ComponentType> component_type(const std::string& name, int datatype) {
     return fail("{}: expected a NIfTI data type, found number {}", name, datatype);
 }
 
-bool is_gzip(std::span<const std::byte> bytes) {
-    return bytes.size() >= 2 && bytes[0] == std::byte{0x1f} && bytes[1] == std::byte{0x8b};
-}
-
-Result<Packing> packing_of(const fs::path& path) {
-    Result<ByteSource> source = ByteSource::open(path, Packing::none);
-    if (!source)
-        return pass_on(source);
-    std::array<std::byte, 2> start{};
-    Result<size_t> got = source->read(start);
-    if (!got)
-        return pass_on(got);
-    return is_gzip({start.data(), *got}) ? Packing::deflate : Packing::none;
-}
-
 Result<NiftiHeader> load_header(const fs::path& path, Packing packing) {
     Result<ByteSource> source = ByteSource::open(path, packing);
     if (!source)

@@ -64,7 +64,7 @@ Result<std::span<std::byte>> read_raw(const Payload& payload, uint64_t file_byte
     if (skip > held || total > held - skip)
         return fail("{}: the header claims {}, but the file holds {} bytes of voxels", name,
                     describe(payload), held - std::min(skip, held));
-    if (total < held - skip)
+    if (total < held - skip && !payload.has_footer)
         warnings.push_back(surplus_sentence(payload, held - skip, total, false));
 
     VoxelClaim claim = claim_of(payload);
@@ -133,7 +133,7 @@ Result<std::span<std::byte>> read_deflate(const Payload& payload, uint64_t file_
     if (found_voxels < total)
         return fail("{}: the header claims {}, but the file holds {} bytes of voxels", name,
                     describe(payload), found_voxels);
-    if (found_voxels > total)
+    if (found_voxels > total && !payload.has_footer)
         warnings.push_back(
             surplus_sentence(payload, found_voxels, total, *passed == after + kMostSurplus));
     return voxels;

@@ -21,6 +21,7 @@ struct Payload {
     uint32_t components = 1; // interleaved
     uint64_t frames = 1;     // volumes that follow one another
     uint64_t frame = 0;      // the one to read; < frames
+    bool has_footer = false; // what follows the last frame belongs to the format: no surplus
 };
 
 // Reads one frame into the sink, in native byte order.

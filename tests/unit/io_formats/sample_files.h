@@ -165,6 +165,45 @@ inline std::string meta_image_header(const std::string& more,
            more + "ElementDataFile = " + data_file + "\n";
 }
 
+// The fields of an MGH file: 3 x 2 x 2 voxels at 2, 3 and 4 mm, oblique on request.
+struct MghFields {
+    int32_t type = 4, version = 1, frames = 1;
+    bool has_geometry = true;
+    std::vector<int32_t> size{3, 2, 2};
+    std::vector<float> spacing{2, 3, 4};
+    std::vector<float> directions{-1, 0, 0, 0, 0, -1, 0, 1, 0}; // RAS of x, then y, then z
+    std::vector<float> center{10, 20, 30};                      // RAS
+};
+
+// Voxels count from 1 on, in the type; a footer of scan parameters follows.
+inline std::string mgh(const MghFields& fields = {}) {
+    std::string bytes = bytes_of(fields.version, true) + bytes_of(fields.size, true) +
+                        bytes_of(fields.frames, true) + bytes_of(fields.type, true) +
+                        bytes_of(int32_t{0}, true) + // degrees of freedom
+                        bytes_of(static_cast<int16_t>(fields.has_geometry ? 1 : 0), true) +
+                        bytes_of(fields.spacing, true) + bytes_of(fields.directions, true) +
+                        bytes_of(fields.center, true);
+    bytes.resize(284, '\0');
+    int64_t count = fields.frames;
+    for (const int32_t n : fields.size)
+        count *= n;
+    for (int64_t i = 1; i <= count; ++i)
+        switch (fields.type) {
+            case 0:
+                bytes += bytes_of(static_cast<uint8_t>(i));
+                break;
+            case 1:
+                bytes += bytes_of(static_cast<int32_t>(-100000 * i), true);
+                break;
+            case 3:
+                bytes += bytes_of(0.5f * static_cast<float>(i), true);
+                break;
+            default:
+                bytes += bytes_of(static_cast<int16_t>(i), true);
+        }
+    return bytes + bytes_of(std::vector<float>{2300, 0.1f, 2.9f, 900, 256}, true) + "tags";
+}
+
 // The members of a tar archive (POSIX ustar), with the two empty blocks at its end.
 inline std::string tar(const std::vector<std::pair<std::string, std::string>>& members) {
     std::string archive;

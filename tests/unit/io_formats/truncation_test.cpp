@@ -48,6 +48,12 @@ TEST(Truncation, MetaImage) {
                     meta_image_header("CompressedData = True\n") + deflated(twelve_shorts(), 15));
 }
 
+TEST(Truncation, Mgh) {
+    const std::string footed = mgh(), bytes = footed.substr(0, 284 + 24);
+    expect_refusals("v.mgh", footed, bytes.size()); // what may follow the voxels may be missing
+    expect_refusals("v.mgz", deflated(bytes));
+}
+
 TEST(Truncation, DetachedData) {
     for (const bool nrrd : {false, true}) {
         const TemporaryFolder folder;
@@ -81,6 +87,7 @@ TEST(Damage, EveryByteOfEveryHeader) {
         {"v.nii", NiftiBytes(2).with(twelve_shorts())},
         {"v.nrrd", nrrd_header() + "\n" + twelve_shorts()},
         {"v.mha", meta_image_header("") + twelve_shorts()},
+        {"v.mgh", mgh()},
         {"p.inv3", project().substr(0, 2560)},
     };
     for (const auto& [name, bytes] : files)
