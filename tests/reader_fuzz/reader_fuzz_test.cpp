@@ -1,0 +1,69 @@
+// PALPATE_FUZZ_COUNT damaged files of every reader: a result, or a sentence with a cause.
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "engine/base/printable.h"
+#include "tests/reader_fuzz/harness.h"
+#include "tests/support/temporary_folder.h"
+
+namespace palpate::fuzz {
+
+// For gtest, which else prints the bytes.
+void PrintTo(const Reader& reader, std::ostream* out);
+void PrintTo(const Reader& reader, std::ostream* out) {
+    *out << reader.name;
+}
+
+namespace {
+
+std::vector<Reader> all_readers() {
+    std::vector<Reader> all;
+    for (auto* const table : {volume_readers, sandboxed_readers, mesh_readers, text_readers})
+        for (Reader& reader : table())
+            all.push_back(std::move(reader));
+    return all;
+}
+
+class DamagedFiles : public TemporaryFolder, public testing::WithParamInterface<Reader> {};
+
+TEST_P(DamagedFiles, EndInAResultOrACause) {
+    const Outcomes outcomes = meet_damaged_files(GetParam(), PALPATE_FUZZ_COUNT, file(""));
+    // A reader that takes everything, or that refuses everything, was not tried.
+    EXPECT_GT(outcomes.refused, PALPATE_FUZZ_COUNT / 10);
+    EXPECT_GT(outcomes.read, 0u);
+    RecordProperty("read", static_cast<int>(outcomes.read));
+    RecordProperty("refused", static_cast<int>(outcomes.refused));
+    RecordProperty("died", static_cast<int>(outcomes.died));
+    if (!std::getenv("PALPATE_FUZZ_SAY")) // for those who look into the messages
+        return;
+    std::printf("%s: %zu read, %zu refused, %zu died\n", GetParam().name.c_str(),
+                size_t{outcomes.read}, size_t{outcomes.refused}, size_t{outcomes.died});
+    for (const auto& [kind, times] : outcomes.why)
+        std::printf("%8zu %s\n", size_t{times},
+                    printable(outcomes.examples.at(kind)).substr(0, 200).c_str());
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, DamagedFiles, testing::ValuesIn(all_readers()),
+                         [](const auto& reader) { return reader.param.name; });
+
+TEST(Damage, IsTheSameForTheSameSeed) {
+    const std::string whole(1000, 'x');
+    EXPECT_EQ(damaged(whole, 7), damaged(whole, 7));
+    int changed = 0;
+    for (uint64_t seed = 0; seed < 100; ++seed)
+        changed += damaged(whole, seed) != whole;
+    EXPECT_GT(changed, 95);
+}
+
+TEST(Damage, FaultsOfMessagesAreSeen) {
+    EXPECT_EQ(fault_of("/tmp/a.nii: expected 3 bytes, found 2", "/tmp/a.nii"), "");
+    EXPECT_NE(fault_of("expected 3 bytes, found 2", "/tmp/a.nii"), "");
+    EXPECT_NE(fault_of("/tmp/a.nii: expected 3 bytes,\nfound 2", "/tmp/a.nii"), "");
+    EXPECT_NE(fault_of("/tmp/a.nii: failed", "/tmp/a.nii"), "");
+    EXPECT_NE(fault_of("/tmp/a.nii: cannot be read: std::exception", "/tmp/a.nii"), "");
+}
+
+} // namespace
+} // namespace palpate::fuzz

@@ -1,0 +1,171 @@
+// The readers, and small valid files of each.
+
+#include <gtest/gtest.h>
+
+#include "engine/base/file.h"
+#include "engine/edit/stroke.h"
+#include "engine/io/brick_file.h"
+#include "engine/io/mesh_io.h"
+#include "engine/io/volume_io.h"
+#include "engine/mesh/topology.h"
+#include "engine/scene/scene_file.h"
+#include "engine/volume/builder.h"
+#include "tests/reader_fuzz/harness.h"
+#include "tests/support/meshes.h"
+#include "tests/unit/io/sample_files.h"
+#include "tests/unit/io_formats/decode_here.h"
+#include "tests/unit/io_formats/sample_files.h"
+
+namespace palpate::fuzz {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+template <class T>
+std::optional<Error> error_of(const Result<T>& result) {
+    return result ? std::optional<Error>() : result.error();
+}
+
+// Nothing that these files can hold needs more.
+constexpr uint64_t kMostBytes = 64 << 20;
+
+// Decodes in this process, so that a crash is the test's; every 16th through the child, too.
+std::optional<Error> read_volume(const fs::path& path) {
+    static uint64_t calls = 0;
+    const auto here = io::decode_here(path, {}, kMostBytes);
+    if (++calls % 16 == 0) {
+        const Result<LoadedVolume> loaded = load_volume(path, {.max_memory_bytes = kMostBytes});
+        // The parent refuses more than the decoder: other checks of geometry, colours.
+        EXPECT_TRUE(here || !loaded) << path << " is read by the child alone";
+        const std::string message = loaded ? "" : loaded.error().message;
+        EXPECT_EQ(loaded ? "" : fault_of(message, path), "") << message;
+    }
+    return error_of(here);
+}
+
+std::optional<Error> read_sandboxed(const fs::path& path) {
+    return error_of(load_volume(path, {.max_memory_bytes = kMostBytes}));
+}
+
+std::optional<Error> read_bricks(const fs::path& path) {
+    const Result<BrickFile> file = open_brick_file(path, kMostBytes);
+    if (!file)
+        return file.error();
+    try {
+        std::vector<float> row(file->volume.size().x);
+        for (uint32_t z = 0; z < file->volume.size().z; ++z)
+            for (uint32_t y = 0; y < file->volume.size().y; ++y)
+                read_row(file->volume, {0, y, z}, file->volume.size().x, row.data());
+    } catch (const SourceError& error) {
+        return Error{error.what()};
+    }
+    return {};
+}
+
+std::optional<Error> read_mesh(const fs::path& path) {
+    const Result<LoadedMesh> loaded = load_mesh(path, {.max_memory_bytes = kMostBytes});
+    if (!loaded)
+        return loaded.error();
+    const Mesh& mesh = loaded->mesh;
+    for (const glm::uvec3 t : mesh.triangles)
+        for (int i = 0; i < 3; ++i)
+            EXPECT_LT(t[i], mesh.positions.size());
+    EXPECT_TRUE(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
+    EXPECT_TRUE(mesh.labels.empty() || mesh.labels.size() == mesh.triangles.size());
+    EXPECT_TRUE(mesh.outer_labels.empty() || mesh.outer_labels.size() == mesh.triangles.size());
+    return {};
+}
+
+std::optional<Error> read_strokes(const fs::path& path) {
+    const Result<std::string> text = load_text(path);
+    return text ? error_of(parse_strokes(*text, path.string())) : text.error();
+}
+
+// The bytes that save(path) writes.
+template <class Save>
+std::string saved(const std::string& name, const Save& save) {
+    const io::TemporaryFolder folder;
+    const Result<void> done = save(folder.path() / name);
+    EXPECT_TRUE(done) << done.error().message;
+    return io::read_bytes(folder.path() / name);
+}
+
+std::string mesh_bytes(const std::string& name, bool ascii) {
+    Mesh mesh = meshes::ball(10.0, 1);
+    mesh.normals = vertex_normals(mesh);
+    for (size_t n = 0; n < mesh.triangles.size(); ++n)
+        mesh.labels.push_back(static_cast<uint16_t>(n % 3));
+    return saved(name,
+                 [&](const fs::path& path) { return save_mesh(path, mesh, {.ascii = ascii}); });
+}
+
+} // namespace
+
+std::vector<Reader> volume_readers() {
+    using namespace io;
+    const std::string shorts = twelve_shorts();
+    const std::string gzip = "encoding: gzip\nendian: little\n", text = "encoding: ascii\n";
+    return {
+        {"Nifti", "v.nii", {NiftiBytes(1).with(shorts), NiftiBytes(2).with(shorts)}, read_volume},
+        {"PackedNifti", "v.nii.gz", {deflated(NiftiBytes(1).with(shorts))}, read_volume},
+        {"Mgh", "v.mgh", {mgh(), mgh({.type = 3, .has_geometry = false})}, read_volume},
+        {"Mgz", "v.mgz", {deflated(mgh())}, read_volume},
+        {"Nrrd",
+         "v.nrrd",
+         {nrrd_header() + "\n" + shorts, nrrd_header(gzip) + "\n" + deflated(shorts),
+          nrrd_header(text) + "\n1 2 3 4 5 6 7 8 9 10 11 12"},
+         read_volume},
+        {"MetaImage",
+         "v.mha",
+         {meta_image_header("") + shorts,
+          meta_image_header("CompressedData = True\n") + deflated(shorts, 15)},
+         read_volume},
+        {"Vtk", "v.vtk", {test::legacy_vtk(false), test::legacy_vtk(true)}, read_volume},
+        {"Vti", "v.vti", {test::vti()}, read_volume},
+        {"Invesalius", "p.inv3", {project(), deflated(project())}, read_volume},
+        {"BrickFile",
+         "v.pbv",
+         {saved("v.pbv",
+                [](const fs::path& path) {
+                    return save_volume(path,
+                                       make_volume(make_grid({9, 8, 7}, {1, 1, 2}), ScalarType::i16,
+                                                   [](glm::uvec3 i) { return i.x * i.y + i.z; }));
+                })},
+         read_bricks},
+    };
+}
+
+std::vector<Reader> sandboxed_readers() {
+    return {
+        {"Png", "slice.png", {test::png({{1, 2, 3}, {400, 500, 600}})}, read_sandboxed, true},
+    };
+}
+
+std::vector<Reader> mesh_readers() {
+    return {
+        {"Ply", "m.ply", {mesh_bytes("m.ply", false), mesh_bytes("m.ply", true)}, read_mesh},
+        {"Stl", "m.stl", {mesh_bytes("m.stl", false), mesh_bytes("m.stl", true)}, read_mesh},
+    };
+}
+
+std::vector<Reader> text_readers() {
+    const std::string scene =
+        "{\n\"volume\": \"synthetic:ball\",\n\"size_px\": [64, 48],\n\"ray_cast\": "
+        "{\"mode\": \"iso\", \"isos\": [{\"value\": 300}]},\n"
+        "\"slices\": [{\"normal\": [1, 0, 0]}],\n\"slice_transfer\": \"ct-bone\",\n\"surfaces\": "
+        "[{\"iso\": 300}]\n}\n";
+    const std::string strokes =
+        "{\"stroke\": 1, \"units\": \"mm\", \"shape\": {\"kind\": \"ball\", \"radius_mm\": 3}, "
+        "\"operation\": {\"kind\": \"erode\", \"label\": 2}}\n"
+        "{\"t_s\": 0.5, \"p_mm\": [1, 2.5, -3]}\n{\"t_s\": 0.75, \"p_mm\": [1, 2, -3]}\n";
+    return {
+        {"Scene",
+         "s.json",
+         {scene},
+         [](const fs::path& path) { return error_of(load_scene(path)); }},
+        {"Strokes", "s.jsonl", {strokes}, read_strokes},
+    };
+}
+
+} // namespace palpate::fuzz
