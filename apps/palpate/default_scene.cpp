@@ -4,10 +4,17 @@
 #include <cmath>
 
 #include "engine/scene/presets.h"
+#include "engine/scene/value_survey.h"
 
 namespace palpate {
 
 namespace {
+
+constexpr double kUnsignedCtOffset = 1024.0;
+
+// Steps of alpha in voxels. At 1, shells of the step are seen in thin and steep matter; 0.5 costs
+// twice the time for a third of the error (engine/scene/accuracy_table.inc, shaded alpha).
+constexpr double kAlphaStep_voxels = 0.5;
 
 struct NamedView {
     const char* name;
@@ -24,63 +31,97 @@ constexpr NamedView kViews[] = {
     {"bottom", {{0, 0, -1}, {0, -1, 0}}},
 };
 
-bool is_ct(const LoadedScene& loaded) {
-    return loaded.modality == "CT" ||
-           (loaded.modality.empty() && loaded.data.volume.range().min < -200.0f);
+// Of a brick file larger than this a coarser level is looked at.
+constexpr uint64_t kMostSamples = 256ull * 256 * 256;
+
+ValueSurvey survey_of(const LoadedScene& loaded) {
+    if (sample_count(loaded.data.volume.grid()) > kMostSamples)
+        for (const Volume& level : loaded.coarser)
+            if (sample_count(level.grid()) <= kMostSamples)
+                return survey_values(level);
+    return survey_values(loaded.data.volume);
 }
 
-// The values that 1 % and 99.5 % of a sample of the voxels lie below; low < high.
-std::pair<double, double> usual_range(const Volume& volume) {
-    const glm::uvec3 size = volume.size();
-    const uint32_t stride = std::max(
-        1u,
-        static_cast<uint32_t>(std::cbrt(static_cast<double>(sample_count(volume.grid())) / 1e5)));
-    std::vector<float> values;
-    for (uint32_t z = stride / 2; z < size.z; z += stride)
-        for (uint32_t y = stride / 2; y < size.y; y += stride)
-            for (uint32_t x = stride / 2; x < size.x; x += stride)
-                if (const float v = volume.value({x, y, z}); v == v)
-                    values.push_back(v);
-    if (values.empty())
-        return {0.0, 1.0};
-    std::sort(values.begin(), values.end());
-    const auto at = [&](double share) {
-        return double{values[static_cast<size_t>(share * static_cast<double>(values.size() - 1))]};
-    };
-    const double low = at(0.01), high = at(0.995);
-    return {low, high > low ? high : low + 1.0};
+// What has to be taken from values to get Hounsfield units; nothing where they are not a CT's.
+std::optional<double> hounsfield_offset(const LoadedScene& loaded, const ValueSurvey& values) {
+    constexpr double kAirEnds = -200.0; // HU; air, lung and the bed lie below
+    if (loaded.modality == "CT") {
+        // Scanners count from -1024; without that offset a body is at 1024 and above.
+        const bool shifted =
+            loaded.data.volume.range().min >= kAirEnds && values.upper_quarter > 800.0;
+        return shifted ? kUnsignedCtOffset : 0.0;
+    }
+    const bool likely = loaded.modality.empty() && values.lower_percent < kAirEnds &&
+                        values.high < 4000.0; // metal ends at 3071 where 12 bits do
+    return likely ? std::optional(0.0) : std::nullopt;
+}
+
+// A function of HU, or of 0 .. 1000 for data without a unit, as it suits the volume.
+TransferFunction moved(const TransferFunction& function, bool in_hu, const ValueSurvey& values,
+                       std::optional<double> offset) {
+    if (!in_hu)
+        return stretched(function, values.low, values.high);
+    return stretched(function, offset.value_or(0.0), offset.value_or(0.0) + 1000.0);
 }
 
 } // namespace
 
-TransferFunction fitted(const TransferFunction& function, const std::string& preset_name,
+bool is_ct_without_offset(const LoadedScene& loaded) {
+    return hounsfield_offset(loaded, survey_of(loaded)) == kUnsignedCtOffset;
+}
+
+bool is_label_map(const LoadedScene& loaded) {
+    return loaded.modality.empty() && looks_like_labels(loaded.data.volume, survey_of(loaded));
+}
+
+std::optional<SliceLayer> only_slice(const Grid& grid) {
+    const glm::dmat3 axes(grid.world_from_index);
+    for (int axis = 0; axis < 3; ++axis)
+        if (grid.size[axis] == 1)
+            // Across the other two: a sheared axis does not stand on them.
+            return SliceLayer{
+                .point_mm = center_mm(grid),
+                .normal = glm::normalize(glm::cross(axes[(axis + 1) % 3], axes[(axis + 2) % 3]))};
+    return std::nullopt;
+}
+
+TransferFunction fitted(TransferFunction function, const std::string& preset_name,
                         const LoadedScene& loaded) {
-    if (preset_name != "mr")
-        return function;
-    const auto [low, high] = usual_range(loaded.data.volume);
-    return stretched(function, low, high);
+    const ValueSurvey values = survey_of(loaded);
+    function = moved(function, preset_name != "mr", values, hounsfield_offset(loaded, values));
+    function.opacity_unit_mm = preset_unit_mm(loaded.data.volume.grid());
+    return function;
 }
 
 RayCastLayer default_ray_cast(RayMode mode, const LoadedScene& loaded) {
+    const ValueSurvey values = survey_of(loaded);
+    const std::optional<double> hu = hounsfield_offset(loaded, values);
+    const Grid& grid = loaded.data.volume.grid();
     RayCastLayer layer;
     layer.mode = mode;
-    const bool ct = is_ct(loaded);
-    const auto [low, high] = usual_range(loaded.data.volume);
-    if (mode == RayMode::mip)
-        layer.transfer =
-            ct ? window_function(-200.0, 2000.0, 1.0) : window_function(low, high, 1.0);
-    else
-        layer.transfer = fitted(*preset(ct ? "ct-bone" : "mr"), ct ? "ct-bone" : "mr", loaded);
+    if (mode == RayMode::mip) {
+        const double low = hu ? *hu - 200.0 : values.low;
+        const double high =
+            hu ? std::max(values.projected_high, *hu + 300.0) : values.projected_high;
+        layer.transfer = window_function(low, high, 1.0);
+        return layer;
+    }
+    layer.transfer = moved(*preset(hu ? "ct-bone" : "mr"), hu.has_value(), values, hu);
+    layer.transfer.opacity_unit_mm = preset_unit_mm(grid);
+    layer.shading = Shading{};
     if (mode == RayMode::iso)
-        layer.isos = iso_surfaces({ct ? 300.0 : low + 0.35 * (high - low)});
-    if (mode != RayMode::mip)
-        layer.shading = Shading{};
+        layer.isos =
+            iso_surfaces({hu ? *hu + 300.0 : values.low + 0.35 * (values.high - values.low)});
+    else
+        layer.step_mm = kAlphaStep_voxels * step_mm_of(layer, grid);
     return layer;
 }
 
 TransferFunction default_slice_transfer(const LoadedScene& loaded) {
-    const auto [low, high] = usual_range(loaded.data.volume);
-    return is_ct(loaded) ? window_function(-160.0, 240.0, 1.0) : window_function(low, high, 1.0);
+    const ValueSurvey values = survey_of(loaded);
+    if (const std::optional<double> hu = hounsfield_offset(loaded, values))
+        return window_function(*hu - 160.0, *hu + 240.0, 1.0);
+    return window_function(values.low, values.high, 1.0);
 }
 
 glm::dvec3 surface_color(size_t number) {

@@ -11,15 +11,26 @@
 // What a volume is shown as when nobody says how.
 namespace palpate {
 
+// Whether a CT's values lack their offset: they are HU + 1024, and are shown so.
+bool is_ct_without_offset(const LoadedScene& loaded);
+
+// Whether the values are numbers of labels, by what they look like.
+bool is_label_map(const LoadedScene& loaded);
+
+// The plane of a volume that is one sample thick; nothing for others.
+std::optional<SliceLayer> only_slice(const Grid& grid);
+
 // A ray-cast layer that suits the volume: presets in HU for CT, stretched over the values' range
-// else.
+// else; a MIP's white is the value that 95 % of the maxima over the body lie below. The opacity of
+// presets is by the volume's size.
 RayCastLayer default_ray_cast(RayMode mode, const LoadedScene& loaded);
 
 // Grey for slices: the soft-tissue window for CT, the values' range else.
 TransferFunction default_slice_transfer(const LoadedScene& loaded);
 
-// A preset as it suits the volume: `mr` is stretched over the values' range.
-TransferFunction fitted(const TransferFunction& function, const std::string& preset_name,
+// A preset as it suits the volume: `mr` is stretched over the values' range, others are moved to
+// where a CT has its 0 HU; opacity is by the volume's size.
+TransferFunction fitted(TransferFunction function, const std::string& preset_name,
                         const LoadedScene& loaded);
 
 // Colours that differ from those before: of bone, of skin, ..

@@ -137,6 +137,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     Result<LoadedScene> loaded = load_scene_data(*file, read_options(options.read, interrupt));
     if (!loaded)
         return fail("{}", loaded.error().message);
+    show_labels_by_default(options.scene, *file, *loaded);
     if (auto made = make_scene_meshes(*file, *loaded); !made)
         return fail("{}", made.error().message);
     for (const std::string& note : loaded->notes)

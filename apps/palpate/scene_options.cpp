@@ -6,6 +6,7 @@
 
 #include "apps/palpate/default_scene.h"
 #include "apps/palpate/option_checks.h"
+#include "engine/base/log.h"
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
 
@@ -181,16 +182,18 @@ Result<void> apply_surfaces(const SceneOptions& options, SceneFile& file) {
 
 Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedScene& loaded,
                                      RayMode mode) {
+    const Grid& grid = loaded.data.volume.grid();
     if (!options.window.empty()) {
         if (!(options.window[0] < options.window[1]))
             return fail("--window: expected LOW below HIGH, found {},{}", options.window[0],
                         options.window[1]);
         return window_function(options.window[0], options.window[1],
-                               mode == RayMode::mip ? 1.0 : 0.1);
+                               mode == RayMode::mip ? 1.0 : 0.1, preset_unit_mm(grid));
     }
     if (const auto found = preset(options.transfer))
         return fitted(*found, options.transfer, loaded);
-    return load_transfer_function(options.transfer);
+    Result<TransferFunction> read = load_transfer_function(options.transfer);
+    return read ? sized(*read, grid) : read;
 }
 
 Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& loaded, Scene& scene) {
@@ -380,6 +383,33 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                  "EXR: also write value and depth in mm (default: colours only)");
 }
 
+namespace {
+
+bool asks_for_nothing(const SceneOptions& o) {
+    return o.slices.empty() && o.mode.empty() && o.isos.empty() && o.surfaces.empty();
+}
+
+} // namespace
+
+void show_labels_by_default(const SceneOptions& options, SceneFile& file, LoadedScene& loaded) {
+    const Scene& scene = file.scene;
+    if (scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty() ||
+        !file.labels.empty() || !asks_for_nothing(options) || !options.transfer.empty() ||
+        !options.window.empty() || !is_label_map(loaded))
+        return;
+    log::info(
+        "{}: a label map, by its values, so the surfaces of its labels are drawn (--mode "
+        "alpha draws its numbers)",
+        file.volume);
+    file.labels = file.volume;
+    file.surfaces = {SurfaceSource{.mesh = {}, .iso = {}, .labels = true}};
+    file.scene.surfaces = {SurfaceLayer{}};
+    file.scene.labels = LabelLayer{};
+    const ViewDirection view = *view_direction("oblique");
+    file.framing = Framing{.direction = view.towards, .up = view.up};
+    loaded.data.labels = loaded.data.volume;
+}
+
 Result<SceneFile> base_scene(const SceneOptions& options) {
     SceneFile file;
     if (options.input.ends_with(".json") && !is_synthetic(options.input)) {
@@ -428,16 +458,25 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
     if (options.background.size() == 3)
         scene.background = {options.background[0], options.background[1], options.background[2]};
     scene.value_and_depth = scene.value_and_depth || options.values;
-    if (from_volume && options.slices.empty() && options.mode.empty() && options.isos.empty() &&
-        options.surfaces.empty())
+    const bool nothing_asked = from_volume && asks_for_nothing(options);
+    const std::optional<SliceLayer> plane = nothing_asked ? only_slice(grid) : std::nullopt;
+    if (plane) {
+        log::info("{}: one sample thick, so it is drawn as a slice (--mode alpha draws a volume)",
+                  file.volume);
+        scene.slices = {*plane};
+    } else if (nothing_asked) {
         scene.ray_cast = default_ray_cast(RayMode::alpha, loaded);
+    }
+    if (from_volume && is_ct_without_offset(loaded))
+        log::info("{}: a CT without values below -200, taken as HU + 1024", file.volume);
     if (auto done = apply_ray_cast(options, loaded, scene); !done)
         return pass_on(done);
     if (auto done = apply_slices(options, grid, scene); !done)
         return pass_on(done);
     if (!scene.slices.empty() && scene.slice_transfer.colors.empty())
         scene.slice_transfer = default_slice_transfer(loaded);
-    if (!options.slices.empty() && (!options.window.empty() || !options.transfer.empty())) {
+    if ((plane || !options.slices.empty()) &&
+        (!options.window.empty() || !options.transfer.empty())) {
         const auto found = transfer_of(options, loaded, RayMode::mip);
         if (!found)
             return fail("{}", found.error().message);

@@ -41,6 +41,10 @@ std::optional<StereoLayout> stereo_layout(const SceneOptions& options, const Sce
 // The volumes that a scene names, for each_its_own().
 void append_files(const SceneFile& scene, std::vector<NamedFile>& files);
 
+// Where nothing says what to draw and the volume is a label map by its values: its surfaces, with a
+// note. For between loading the volumes and making meshes.
+void show_labels_by_default(const SceneOptions& options, SceneFile& file, LoadedScene& loaded);
+
 // Applies the options to a scene whose volumes are loaded, and settles what depends on them:
 // camera, slice positions, default transfer functions.
 Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const LoadedScene& loaded);

@@ -22,8 +22,11 @@ struct Preset {
 const std::vector<Preset>& presets() {
     static const std::vector<Preset> all{
         {"ct-bone",
-         {{{150, {0.72, 0.50, 0.36}}, {400, {0.93, 0.85, 0.70}}, {1200, {1.0, 0.98, 0.93}}},
-          {{150, 0.0}, {300, 0.12}, {700, 0.6}, {2000, 0.9}},
+         {{{110, {0.80, 0.60, 0.44}},
+           {200, {0.93, 0.82, 0.66}},
+           {450, {0.99, 0.95, 0.86}},
+           {1200, {1.0, 0.99, 0.96}}},
+          {{110, 0.0}, {190, 0.3}, {300, 0.7}, {1000, 0.92}},
           1.0}},
         {"ct-soft-tissue",
          {{{-300, {0.80, 0.58, 0.40}},
@@ -62,7 +65,10 @@ const std::vector<Preset>& presets() {
            {3071, 0.85}},
           1.0}},
         {"mr",
-         {{{100, {0.20, 0.12, 0.12}}, {400, {0.70, 0.52, 0.45}}, {1000, {1.0, 0.96, 0.90}}},
+         {{{100, {0.50, 0.30, 0.24}},
+           {350, {0.86, 0.66, 0.54}},
+           {650, {0.97, 0.88, 0.78}},
+           {1000, {1.0, 0.99, 0.95}}},
           {{100, 0.0}, {250, 0.02}, {600, 0.15}, {1000, 0.4}},
           1.0}},
     };
@@ -125,8 +131,10 @@ glm::dvec2 read_range(const JsonValue& value) {
 }
 
 TransferFunction read_preset(const JsonValue& name) {
-    if (const auto found = preset(name.text()))
+    if (auto found = preset(name.text())) {
+        found->opacity_unit_mm = 0.0;
         return *found;
+    }
     std::string known;
     for (const std::string_view preset_name : preset_names())
         known += fmt::format("{}{}", known.empty() ? "" : ", ", preset_name);
@@ -168,6 +176,21 @@ std::optional<TransferFunction> preset(std::string_view name) {
         if (entry.name == name)
             return entry.function;
     return std::nullopt;
+}
+
+double preset_unit_mm(const Grid& grid) {
+    constexpr double kSmallBody_mm = 200.0, kLargeBody_mm = 2000.0;
+    const glm::dmat3 axes(grid.world_from_index);
+    double diagonal_mm = 0.0;
+    for (const glm::dvec3 sign : {glm::dvec3(1, 1, 1), {-1, 1, 1}, {1, -1, 1}, {1, 1, -1}})
+        diagonal_mm = std::max(diagonal_mm, glm::length(axes * (sign * glm::dvec3(grid.size))));
+    return diagonal_mm / std::clamp(diagonal_mm, kSmallBody_mm, kLargeBody_mm);
+}
+
+TransferFunction sized(TransferFunction function, const Grid& grid) {
+    if (function.opacity_unit_mm == 0.0)
+        function.opacity_unit_mm = preset_unit_mm(grid);
+    return function;
 }
 
 TransferFunction stretched(const TransferFunction& function, double low, double high) {
@@ -213,7 +236,7 @@ TransferFunction read_transfer_function(const JsonValue& value,
         function = read_points(value);
     }
     if (const auto unit = value.find("opacity_unit_mm"))
-        function.opacity_unit_mm = unit->number_above(0.0, 1e6);
+        function.opacity_unit_mm = unit->number(0.0, 1e6);
     return function.colors.empty() || function.opacities.empty() ? fallback : function;
 }
 
@@ -231,8 +254,10 @@ Json transfer_function_json(const TransferFunction& function) {
 }
 
 Result<TransferFunction> load_transfer_function(const std::filesystem::path& path) {
-    if (const auto found = preset(path.string()))
+    if (auto found = preset(path.string())) {
+        found->opacity_unit_mm = 0.0;
         return *found;
+    }
     return load_file(path);
 }
 

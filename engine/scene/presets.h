@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/base/json_value.h"
 #include "engine/scene/transfer_function.h"
+#include "engine/volume/grid.h"
 
 namespace palpate {
 
@@ -21,17 +22,28 @@ namespace palpate {
 //   mr              MR has no unit: values are stretched over `range`, here 0 .. 1000 at first
 const std::vector<std::string_view>& preset_names();
 
-// Empty where there is no preset of that name.
+// Empty where there is no preset of that name. Opacities are per millimetre, as suits a body of
+// common size.
 std::optional<TransferFunction> preset(std::string_view name);
+
+// What presets use as opacity_unit_mm on a volume: 1 where the diagonal of its box of voxels is 200
+// to 2000 mm long, from a cropped head to a whole body; 1/200 of a shorter diagonal, 1/2000 of a
+// longer one. So a tooth, a mouse or a model in metres is as opaque as the same body at that size.
+double preset_unit_mm(const Grid& grid);
+
+// The function with the unit of presets where it leaves its own open (opacity_unit_mm is 0).
+TransferFunction sized(TransferFunction function, const Grid& grid);
 
 // All values moved so that 0 .. 1000 becomes low .. high: fits `mr` to a volume. low < high.
 TransferFunction stretched(const TransferFunction& function, double low, double high);
 
-// A JSON file (docs/scene.md, "Transfer functions"), or the name of a preset.
+// A JSON file (docs/scene.md, "Transfer functions"), or the name of a preset. As
+// read_transfer_function().
 Result<TransferFunction> load_transfer_function(const std::filesystem::path& path);
 
 // Reads a transfer function where a scene has one: a preset's name, a file's name relative to
-// `folder`, a window, or the points themselves.
+// `folder`, a window, or the points themselves. A preset without a unit of its own has
+// opacity_unit_mm 0: the volume decides, see sized().
 TransferFunction read_transfer_function(const JsonValue& value,
                                         const std::filesystem::path& folder);
 Json transfer_function_json(const TransferFunction& function);

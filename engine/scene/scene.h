@@ -28,9 +28,10 @@ struct IsoSurface {
     friend bool operator==(const IsoSurface&, const IsoSurface&) = default;
 };
 
-// Blinn-Phong with a light at the eye; the weights of ambient, diffuse and specular light.
+// Blinn-Phong with a light at the eye; the weights of ambient, diffuse and specular light. Their
+// sum is 1 by default, so that white that faces the eye is white, and nothing is clipped.
 struct Shading {
-    double ambient = 0.2, diffuse = 0.8, specular = 0.2;
+    double ambient = 0.2, diffuse = 0.65, specular = 0.15;
     double shininess = 10.0;
 
     friend bool operator==(const Shading&, const Shading&) = default;

@@ -329,6 +329,9 @@ Scene resolved_scene(const SceneFile& file, const Grid& grid) {
                                     file.framing->fill, file.framing->view_angle_deg);
         scene.camera.projection = file.framing->projection;
     }
+    if (scene.ray_cast)
+        scene.ray_cast->transfer = sized(scene.ray_cast->transfer, grid);
+    scene.slice_transfer = sized(scene.slice_transfer, grid);
     for (const size_t i : file.centered_slices)
         scene.slices[i].point_mm = center_mm(grid);
     for (const size_t i : file.centered_clips)

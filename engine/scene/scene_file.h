@@ -49,7 +49,8 @@ struct SceneFile {
     std::filesystem::path folder; // of the file; no part of what is written or hashed
 };
 
-// The scene with camera, slices and clip planes set as the volume's grid decides.
+// The scene with camera, slices, clip planes and the opacity of presets set as the volume's grid
+// decides.
 Scene resolved_scene(const SceneFile& file, const Grid& grid);
 
 // True for "synthetic:...".

@@ -24,7 +24,7 @@ struct TransferFunction {
     };
     std::vector<ColorPoint> colors;      // at least one
     std::vector<OpacityPoint> opacities; // at least one
-    double opacity_unit_mm = 1.0;        // > 0
+    double opacity_unit_mm = 1.0;        // > 0; in scene files also 0: the volume's size decides
 
     friend bool operator==(const TransferFunction&, const TransferFunction&) = default;
 };

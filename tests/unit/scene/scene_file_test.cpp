@@ -42,6 +42,13 @@ Result<SceneFile> parse(const std::string& text) {
     return parse_scene(text, "case.json");
 }
 
+// As a scene names it: the volume decides the unit of its opacity.
+TransferFunction open_preset(std::string_view name) {
+    TransferFunction function = *preset(name);
+    function.opacity_unit_mm = 0.0;
+    return function;
+}
+
 std::string message(const std::string& text) {
     const Result<SceneFile> result = parse(text);
     return result ? "accepted" : result.error().message;
@@ -71,7 +78,7 @@ TEST(SceneFile, ReadsEveryKey) {
     EXPECT_EQ(scene.slices[0].slab_mode, SlabMode::maximum);
     EXPECT_EQ(file->centered_slices, std::vector<size_t>{1});
     EXPECT_EQ(file->centered_clips, std::vector<size_t>{1});
-    EXPECT_EQ(scene.slice_transfer, *preset("ct-bone"));
+    EXPECT_EQ(scene.slice_transfer, open_preset("ct-bone"));
     EXPECT_FALSE(scene.labels->styles[3].visible);
     EXPECT_TRUE(scene.labels->styles[2].visible);
     EXPECT_TRUE(scene.value_and_depth);
@@ -208,8 +215,9 @@ TEST(SceneFile, FindsFilesBesideTheScene) {
     ASSERT_TRUE(file) << file.error().message;
     EXPECT_EQ(volume_path(*file, file->volume), folder / "v.nii");
     EXPECT_EQ(volume_path(*file, "/data/v.nii"), "/data/v.nii");
-    EXPECT_EQ(file->scene.ray_cast->transfer, stretched(*preset("mr"), 0.0, 500.0));
-    EXPECT_EQ(*load_transfer_function(folder / "tf.json"), stretched(*preset("mr"), 0.0, 500.0));
+    const TransferFunction expected = stretched(open_preset("mr"), 0.0, 500.0);
+    EXPECT_EQ(file->scene.ray_cast->transfer, expected);
+    EXPECT_EQ(*load_transfer_function(folder / "tf.json"), expected);
     std::filesystem::remove_all(folder);
 }
 
@@ -224,6 +232,38 @@ TEST(SceneFile, VolumeDecidesWhatTheFileLeavesOpen) {
     EXPECT_EQ(scene.slices[1].point_mm, glm::dvec3(1, 1, 1));
     EXPECT_EQ(scene.clip_planes[0].point_mm, glm::dvec3(105, 210, 315));
     EXPECT_EQ(scene.camera, frame_volume(grid, {1, 0, 0}, {0, 0, 1}, 1.0));
+}
+
+TEST(SceneFile, ThePresetsOpacityIsByTheSizeOfTheVolumeAndTheGivenOneIsNot) {
+    const auto unit = [](const char* transfer, double spacing_mm) {
+        const Result<SceneFile> file =
+            parse(fmt::format(R"({{"ray_cast": {{"transfer": {}}}}})", transfer));
+        EXPECT_TRUE(file) << file.error().message;
+        // What was written says the same.
+        const Result<SceneFile> again = parse(write_scene(*file));
+        EXPECT_TRUE(again) << again.error().message;
+        const Grid grid = make_grid({30, 40, 120}, glm::dvec3(spacing_mm));
+        const Scene scene = resolved_scene(*again, grid);
+        EXPECT_EQ(scene, resolved_scene(*file, grid));
+        return scene.ray_cast->transfer.opacity_unit_mm;
+    };
+    // The diagonal is 130 samples long.
+    for (const char* named : {R"("ct-bone")", R"({"preset": "mr", "range": [0, 5]})",
+                              R"({"preset": "mr", "opacity_unit_mm": 0})"}) {
+        EXPECT_DOUBLE_EQ(unit(named, 0.01), 1.3 / 200.0) << named;
+        EXPECT_EQ(unit(named, 2.0), 1.0) << named;
+        EXPECT_EQ(unit(named, 15.0), 1.0) << named;
+        EXPECT_DOUBLE_EQ(unit(named, 1000.0), 130000.0 / 2000.0) << named;
+    }
+    for (const char* given : {R"({"preset": "mr", "opacity_unit_mm": 1})", R"({"window": [0, 5]})",
+                              R"({"colors": [[0, 1, 1, 1]], "opacities": [[0, 0.5]]})"})
+        EXPECT_EQ(unit(given, 0.01), 1.0) << given;
+}
+
+TEST(Shading, OfDefaultsClipsNothing) {
+    // Light is ambient + diffuse cos + specular cos^n; white is 1.
+    const Shading light;
+    EXPECT_LE(light.ambient + light.diffuse + light.specular, 1.0);
 }
 
 TEST(Presets, AreUsableTransferFunctions) {

@@ -1,0 +1,220 @@
+// What palpate render draws when nobody says how.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <functional>
+#include <glm/glm.hpp>
+#include <nlohmann/json.hpp>
+
+#include "engine/image/exr.h"
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+class DefaultPicture : public ProgramTest {
+ protected:
+    // Writes an NRRD file of 16-bit samples; directions are the world's steps from sample to
+    // sample.
+    std::string write_volume(const std::string& name, glm::uvec3 size,
+                             const std::string& directions,
+                             const std::function<double(glm::dvec3)>& value,
+                             const char* type = "int16") const {
+        std::ofstream out(file(name), std::ios::binary);
+        out << "NRRD0004\ntype: " << type << "\ndimension: 3\n"
+            << "space: left-posterior-superior\nsizes: " << size.x << ' ' << size.y << ' ' << size.z
+            << "\nspace directions: " << directions
+            << "\nspace origin: (0,0,0)\nencoding: raw\nendian: little\n\n";
+        for (uint32_t z = 0; z < size.z; ++z)
+            for (uint32_t y = 0; y < size.y; ++y)
+                for (uint32_t x = 0; x < size.x; ++x) {
+                    const auto v = static_cast<int16_t>(std::lround(value({x, y, z})));
+                    out.write(reinterpret_cast<const char*>(&v), sizeof v);
+                }
+        return file(name).string();
+    }
+    static std::string cubic(double spacing_mm) {
+        return fmt::format("({0},0,0) (0,{0},0) (0,0,{0})", spacing_mm);
+    }
+
+    struct Picture {
+        Image image;
+        std::string messages;
+        double at(uint32_t x, uint32_t y, const char* channel) const {
+            return image.at(x, y, *channel_index(image, channel));
+        }
+        // The share of pixels that `is` holds for; is(r, g, b).
+        double share(const std::function<bool(glm::dvec3)>& is) const {
+            double count = 0;
+            for (uint32_t y = 0; y < image.size_px.y; ++y)
+                for (uint32_t x = 0; x < image.size_px.x; ++x)
+                    count += is({at(x, y, "R"), at(x, y, "G"), at(x, y, "B")}) ? 1 : 0;
+            return count / (image.size_px.x * image.size_px.y);
+        }
+    };
+    Picture draw(std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), "render");
+        arguments.insert(arguments.end(), {"--size", "64,64", "-o", file("p.exr").string()});
+        const ProgramRun ran = run(arguments);
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        Result<ExrFile> read = load_exr(file("p.exr"));
+        EXPECT_TRUE(read);
+        return {read ? std::move(read->image) : Image{}, ran.messages};
+    }
+    static double rmse(const Picture& a, const Picture& b) {
+        double sum = 0;
+        for (uint32_t y = 0; y < 64; ++y)
+            for (uint32_t x = 0; x < 64; ++x)
+                for (const char* c : {"R", "G", "B"})
+                    sum += std::pow(a.at(x, y, c) - b.at(x, y, c), 2);
+        return std::sqrt(sum / (3 * 64 * 64));
+    }
+};
+
+bool seen(glm::dvec3 color) {
+    return glm::length(color) > 0.05;
+}
+
+// A ball in HU: `inside` within `radius` samples of the middle of 40^3 samples, else air; its edge
+// takes two samples.
+std::function<double(glm::dvec3)> ball(double inside, double radius) {
+    return [=](glm::dvec3 at) {
+        const double depth = radius - glm::length(at - 19.5);
+        return -1000.0 + (inside + 1000.0) * std::clamp(0.5 + 0.5 * depth, 0.0, 1.0);
+    };
+}
+
+TEST_F(DefaultPicture, AVolumeOneSampleThickIsDrawnAsItsSliceStraightOrTilted) {
+    const auto stripes = [](glm::dvec3 at) { return 200.0 * (std::sin(at.x + at.y) + 1.0); };
+    for (const char* directions :
+         {"(1,0,0) (0,1,0) (0,0,5)", "(0.8,0,0.6) (0,1,0) (-3,0,4)",
+          "(0.36,0.48,-0.8) (-0.8,0.6,0) (2.4,3.2,3)", "(0.1,0,0.02) (0,0.1,0.03) (0,0,2)"}) {
+        const std::string volume = write_volume("slice.nrrd", {90, 80, 1}, directions, stripes);
+        const Picture picture = draw({volume});
+        EXPECT_THAT(picture.messages, HasSubstr("one sample thick, so it is drawn as a slice"));
+        // The stripes are dark for less than half of their length; 80 / 90 of the square is slice.
+        EXPECT_GT(picture.share(seen), 0.4) << directions;
+        EXPECT_EQ(picture.share([](glm::dvec3 c) { return std::isnan(c.x); }), 0.0);
+    }
+    const std::string turned =
+        write_volume("x.nrrd", {1, 80, 90}, "(3,0,0) (0,1,0) (0,0,1)", [&](glm::dvec3 at) {
+            return stripes({at.y, at.z, 0});
+        });
+    EXPECT_GT(draw({turned}).share(seen), 0.4) << "thin along x";
+    EXPECT_THAT(draw({turned, "--mode", "alpha"}).messages, Not(HasSubstr("as a slice")));
+}
+
+TEST_F(DefaultPicture, PresetsAreAsOpaqueForASmallBodyAsForALargeOne) {
+    std::vector<Picture> pictures;
+    for (const double spacing_mm : {2.0, 0.05, 0.01})
+        pictures.push_back(
+            draw({write_volume("ball.nrrd", glm::uvec3(40), cubic(spacing_mm), ball(600, 14))}));
+    // The diagonals are 139, 3.5 and 0.7 mm: less than 200, so that opacity is by size alone and
+    // only rounding differs.
+    EXPECT_LT(rmse(pictures[0], pictures[1]), 1e-3);
+    EXPECT_LT(rmse(pictures[0], pictures[2]), 1e-3);
+    EXPECT_GT(pictures[2].share(seen), 0.1);
+
+    // A function that is given keeps its opacity per millimetre.
+    std::ofstream(file("tf.json")) << R"({"colors": [[0, 1, 1, 1]],
+                                          "opacities": [[0, 0], [500, 0.01]]})";
+    const std::string small = write_volume("ball.nrrd", glm::uvec3(40), cubic(0.01), ball(600, 14));
+    const std::string scene = file("scene.json").string();
+    EXPECT_EQ(
+        draw({small, "--mode", "alpha", "--tf", file("tf.json").string(), "--write-scene", scene})
+            .share(seen),
+        0.0);
+    const auto unit = [&] {
+        return nlohmann::json::parse(
+                   bytes_of("scene.json"))["ray_cast"]["transfer"]["opacity_unit_mm"]
+            .get<double>();
+    };
+    EXPECT_EQ(unit(), 1.0);
+    draw({small, "--write-scene", scene});
+    EXPECT_NEAR(unit(), 0.4 * std::sqrt(3.0) / 200.0, 1e-12);
+    std::ofstream(file("named.json"))
+        << R"({"volume": "ball.nrrd", "ray_cast": {"transfer": "ct-bone"}})";
+    EXPECT_GT(draw({file("named.json").string()}).share(seen), 0.1) << "named by a scene";
+}
+
+TEST_F(DefaultPicture, AMipOfACtIsNeitherNearlyBlackNorBurntOut) {
+    // A trunk: bone of 250 .. 600 HU in soft tissue, and one speck of metal.
+    const auto trunk = [](glm::dvec3 at) {
+        if (at == glm::dvec3(20, 20, 20))
+            return 3071.0;
+        const double bone = ball(600, 6)(at);
+        return std::max(ball(40, 18)(at), bone);
+    };
+    const Picture dim =
+        draw({write_volume("trunk.nrrd", glm::uvec3(40), cubic(8), trunk), "--mode", "mip"});
+    // 600 HU is what 5 % of the rays that meet the body reach, and more do: it is white.
+    EXPECT_GT(dim.share([](glm::dvec3 c) { return c.x > 0.9; }), 0.02);
+
+    // A head: a shell of 1200 .. 2900 HU.
+    const auto head = [](glm::dvec3 at) {
+        const double r = glm::length(at - 19.5);
+        return r > 18 ? -1000.0 : r > 14 ? 1200.0 + 43.6 * at.z : 40.0;
+    };
+    const Picture bright =
+        draw({write_volume("head.nrrd", glm::uvec3(40), cubic(5), head), "--mode", "mip"});
+    const double body = bright.share(seen);
+    EXPECT_GT(body, 0.2);
+    // 5 % of the rays along the axes are clipped; from another side, some more or less.
+    EXPECT_LT(bright.share([](glm::dvec3 c) { return c.x > 0.999; }), 0.1 * body);
+}
+
+TEST_F(DefaultPicture, NothingIsClippedByTheLight) {
+    const std::string volume = write_volume("ball.nrrd", glm::uvec3(40), cubic(5), ball(1000, 15));
+    const Picture picture = draw({volume, "--iso", "0", "--view", "front"});
+    // The red of an iso-surface is 1: lit by 0.2 + 0.65 cos + 0.15 cos^10 it reaches 1 only where
+    // the surface faces the eye. 0.99 is reached up to an angle a with 0.65 (1 - cos a) + 0.15 (1 -
+    // cos^10 a) = 0.01, that is 5.5 degrees: 0.9 % of the ball's disc.
+    const double disc = picture.share(seen);
+    EXPECT_GT(disc, 0.2);
+    EXPECT_GT(picture.share([](glm::dvec3 c) { return c.x > 0.9; }), 0.0);
+    EXPECT_LT(picture.share([](glm::dvec3 c) { return c.x > 0.99; }), 0.03 * disc);
+}
+
+TEST_F(DefaultPicture, AlphaErrsLessThanAtOneSampleAVoxel) {
+    const std::string volume = write_volume("ball.nrrd", glm::uvec3(40), cubic(5), ball(1000, 15));
+    const Picture exact = draw({volume, "--integrator", "exact", "--sub-steps", "64"});
+    // At an edge a midpoint rule errs in proportion to its step: by half of it at half a voxel. A
+    // quarter more is left for what does not depend on the step, the normals that `exact` takes.
+    EXPECT_LT(rmse(draw({volume}), exact), 0.75 * rmse(draw({volume, "--step", "5"}), exact));
+}
+
+TEST_F(DefaultPicture, ALabelMapIsDrawnAsTheSurfacesOfItsLabels) {
+    const auto labels = [](glm::dvec3 at) {
+        return glm::length(at - 19.5) > 15 ? 0.0 : at.x < 20 ? 3.0 : 7.0;
+    };
+    const std::string volume =
+        write_volume("labels.nrrd", glm::uvec3(40), cubic(2), labels, "uint16");
+    const std::string scene = file("scene.json").string();
+    const Picture picture = draw({volume, "--write-scene", scene});
+    EXPECT_THAT(picture.messages, HasSubstr("a label map, by its values"));
+    const auto hue = [](glm::dvec3 c) {
+        return std::max({c.x, c.y, c.z}) - std::min({c.x, c.y, c.z});
+    };
+    EXPECT_GT(picture.share([&](glm::dvec3 c) { return hue(c) > 0.2; }), 0.1);
+    EXPECT_EQ(rmse(draw({scene}), picture), 0.0) << "the scene that was written draws the same";
+    EXPECT_THAT(draw({volume, "--mode", "mip"}).messages, Not(HasSubstr("label map")));
+}
+
+TEST_F(DefaultPicture, GreyValuesAreNoLabels) {
+    const auto grey = [](glm::dvec3 at) {
+        return std::max(0.0, 200.0 - 10.0 * glm::length(at - 19.5));
+    };
+    const Picture picture =
+        draw({write_volume("grey.nrrd", glm::uvec3(40), cubic(2), grey, "uint16")});
+    EXPECT_THAT(picture.messages, Not(HasSubstr("label map")));
+    EXPECT_GT(picture.share(seen), 0.05);
+}
+
+} // namespace
+} // namespace palpate
