@@ -3,13 +3,14 @@
 #include "engine/io/itk_compiler.h"
 
 #include <itkBMPImageIO.h>
-#include <itkJPEGImageIO.h>
 #include <itkPNGImageIO.h>
 #include <itkTIFFImageIO.h>
 
 #include <algorithm>
 #include <array>
 
+#include "engine/io/jpeg_read.h"
+#include "engine/io/picture_check.h"
 #include "engine/io/text_header.h"
 
 namespace palpate::io {
@@ -22,7 +23,8 @@ using Io = itk::ImageIOBase;
 
 struct Kind {
     std::string_view extension;
-    Io::Pointer (*make)();
+    Result<void> (*check)(const fs::path& path); // whether it is whole; may be null
+    Io::Pointer (*make)();                       // null for JPEG, which is read without ITK
 };
 
 template <class T>
@@ -31,9 +33,12 @@ Io::Pointer make_io() {
 }
 
 constexpr Kind kKinds[] = {
-    {".png", make_io<itk::PNGImageIO>},   {".tif", make_io<itk::TIFFImageIO>},
-    {".tiff", make_io<itk::TIFFImageIO>}, {".jpg", make_io<itk::JPEGImageIO>},
-    {".jpeg", make_io<itk::JPEGImageIO>}, {".bmp", make_io<itk::BMPImageIO>},
+    {".png", check_png, make_io<itk::PNGImageIO>},
+    {".tif", nullptr, make_io<itk::TIFFImageIO>},
+    {".tiff", nullptr, make_io<itk::TIFFImageIO>},
+    {".jpg", check_jpeg, nullptr},
+    {".jpeg", check_jpeg, nullptr},
+    {".bmp", nullptr, make_io<itk::BMPImageIO>},
 };
 
 std::optional<ComponentType> component_type(Io::IOComponentType type) {
@@ -59,19 +64,19 @@ std::optional<ComponentType> component_type(Io::IOComponentType type) {
     }
 }
 
-// An opened picture, its header read.
-Result<Io::Pointer> open(const fs::path& path) {
+const Kind* kind_of(const fs::path& path) {
     const std::string extension = lower_case(path.extension().string());
     const auto* kind = std::find_if(std::begin(kKinds), std::end(kKinds),
                                     [&](const Kind& k) { return k.extension == extension; });
-    if (kind == std::end(kKinds))
-        return fail("{}: is no PNG, TIFF, JPEG or BMP file by its name", path.string());
-    if (Result<uint64_t> bytes = regular_file_bytes(path); !bytes)
-        return fail("{}", bytes.error().message);
-    Io::Pointer io = kind->make();
+    return kind == std::end(kKinds) ? nullptr : kind;
+}
+
+// An opened picture, its header read.
+Result<Io::Pointer> open(const fs::path& path, const Kind& kind) {
+    Io::Pointer io = kind.make();
     if (!io->CanReadFile(path.c_str()))
         return fail("{}: is no {} file, though its name says so", path.string(),
-                    extension.substr(1));
+                    kind.extension.substr(1));
     io->SetFileName(path.string());
     io->ReadImageInformation();
     return io;
@@ -91,7 +96,16 @@ bool is_picture(std::string_view extension) {
 }
 
 Result<PictureHeader> read_picture_header(const fs::path& path) try {
-    Result<Io::Pointer> io = open(path);
+    const Kind* kind = kind_of(path);
+    if (!kind)
+        return fail("{}: is no PNG, TIFF, JPEG or BMP file by its name", path.string());
+    if (Result<uint64_t> bytes = regular_file_bytes(path); !bytes)
+        return fail("{}", bytes.error().message);
+    if (Result<void> checked = kind->check ? kind->check(path) : Result<void>(); !checked)
+        return pass_on(checked);
+    if (!kind->make)
+        return read_jpeg_header(path);
+    Result<Io::Pointer> io = open(path, *kind);
     if (!io)
         return pass_on(io);
     const std::optional<ComponentType> type = component_type((*io)->GetComponentType());
@@ -110,7 +124,10 @@ Result<PictureHeader> read_picture_header(const fs::path& path) try {
 }
 
 Result<void> read_picture(const fs::path& path, std::span<std::byte> voxels) try {
-    Result<Io::Pointer> io = open(path);
+    const Kind* kind = kind_of(path);
+    if (!kind->make)
+        return read_jpeg(path, voxels);
+    Result<Io::Pointer> io = open(path, *kind);
     if (!io)
         return pass_on(io);
     if (static_cast<uint64_t>((*io)->GetImageSizeInBytes()) != voxels.size())

@@ -30,6 +30,8 @@ namespace {
 
 constexpr int kPollMs = 20;
 constexpr size_t kMostReportBytes = 64 << 20;
+constexpr size_t kMostWordsBytes = 1 << 16; // of a pipe
+constexpr size_t kMostQuoted = 200;
 constexpr double kWallPerCpu = 10.0;
 constexpr double kSlowestBytesPerSecond = 4e6;      // decoded
 constexpr double kSlowestFileBytesPerSecond = 20e6; // read, and unpacked to be counted
@@ -58,7 +60,8 @@ class Fd {
 // A running child; killed and waited for when it goes out of scope, so that none is left over.
 class Child {
  public:
-    Child(pid_t pid, Fd reports) : pid_(pid), reports_(std::move(reports)) {}
+    Child(pid_t pid, Fd reports, Fd messages)
+        : pid_(pid), reports_(std::move(reports)), messages_(std::move(messages)) {}
     ~Child() {
         if (pid_ > 0) {
             ::kill(pid_, SIGKILL);
@@ -66,7 +69,9 @@ class Child {
         }
     }
     Child(Child&& other) noexcept
-        : pid_(std::exchange(other.pid_, 0)), reports_(std::move(other.reports_)) {}
+        : pid_(std::exchange(other.pid_, 0)),
+          reports_(std::move(other.reports_)),
+          messages_(std::move(other.messages_)) {}
 
     int reports() const { return reports_.get(); }
 
@@ -77,6 +82,21 @@ class Child {
         if (::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &time) != 0)
             return 0;
         return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+    }
+
+    // The last line that it wrote to standard error; empty where there is none.
+    std::string last_words() const {
+        std::string text(kMostWordsBytes, '\0');
+        const ssize_t got = ::read(messages_.get(), text.data(), text.size());
+        text.resize(got > 0 ? static_cast<size_t>(got) : 0);
+        constexpr const char* white = " \t\r\n";
+        text.resize(text.find_last_not_of(white) + 1);
+        const size_t start = text.find_last_of('\n') + 1;
+        text.erase(0, std::min(text.size(), text.find_first_not_of(white, start)));
+        constexpr std::string_view what = "what():"; // of an exception that nobody caught
+        if (text.starts_with(what))
+            text.erase(0, std::min(text.size(), text.find_first_not_of(white, what.size())));
+        return text.substr(0, kMostQuoted);
     }
 
     // The exit status, as of waitpid.
@@ -90,7 +110,7 @@ class Child {
 
  private:
     pid_t pid_;
-    Fd reports_;
+    Fd reports_, messages_;
 };
 
 Result<Child> start_child(const DecodeRequest& request, const ReadOptions& options,
@@ -107,13 +127,19 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
     Fd from_child(ends[0]);
     const Fd low_end(ends[1]);
     const Fd to_parent = low_end.moved_up();
+    // What does not fit into this pipe is lost rather than waited for.
+    if (::pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0)
+        return fail("{}: no pipe to a decoder: {}", request.path.string(), std::strerror(errno));
+    Fd messages(ends[0]);
+    const Fd low_messages_end(ends[1]);
+    const Fd messages_end = low_messages_end.moved_up();
 
     posix_spawn_file_actions_t actions;
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
     ::posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
     if (!std::getenv("PALPATE_DECODER_NOISE")) // for those who look into a reader's messages
-        ::posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
+        ::posix_spawn_file_actions_adddup2(&actions, messages_end.get(), 2);
     ::posix_spawn_file_actions_adddup2(&actions, memory.get(), kMemoryFd);
     ::posix_spawn_file_actions_adddup2(&actions, to_parent.get(), kReportFd);
     ::posix_spawn_file_actions_addclosefrom_np(&actions, kReportFd + 1);
@@ -148,17 +174,20 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
     if (failed)
         return fail("{}: cannot be decoded, because {} does not start: {}", request.path.string(),
                     program.string(), std::strerror(failed));
-    return Child(pid, std::move(from_child));
+    return Child(pid, std::move(from_child), std::move(messages));
 }
 
-// Why a child ended without a last word.
-std::string cause_of(int status) {
-    if (WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT)
-        return "its reader gave up (signal 6), as readers do on damaged files";
-    if (WIFSIGNALED(status))
-        return fmt::format("the reader crashed (signal {}, {})", WTERMSIG(status),
-                           ::strsignal(WTERMSIG(status)));
-    return fmt::format("the reader ended without a result (exit status {})", WEXITSTATUS(status));
+// Why a child ended without a result: how far it had come, how it ended, and what it said.
+std::string cause_of(int status, const Reported& reported, const std::string& last_words) {
+    const std::string how =
+        WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT ? "its reader gave up"
+        : WIFSIGNALED(status) ? fmt::format("the reader crashed (signal {}, {})", WTERMSIG(status),
+                                            ::strsignal(WTERMSIG(status)))
+                              : fmt::format("the reader ended without a result (exit status {})",
+                                            WEXITSTATUS(status));
+    return fmt::format("the {} damaged or not as its format demands: {}{}",
+                       reported.claim ? "voxels are" : "header is", how,
+                       last_words.empty() ? "" : fmt::format(", saying \"{}\"", last_words));
 }
 
 Result<void> check_decoded(const Decoded& decoded, const VoxelClaim& claim) {
@@ -211,8 +240,10 @@ Result<void> listen(Child& child, const ReadOptions& options, double file_s, Rep
         const ssize_t got = ::read(child.reports(), buffer, sizeof buffer);
         if (got < 0 && errno == EINTR)
             continue;
-        if (got <= 0)
-            return fail("{}", cause_of(child.wait()));
+        if (got <= 0) {
+            const int status = child.wait();
+            return fail("{}", cause_of(status, reported, child.last_words()));
+        }
         total += static_cast<size_t>(got);
         if (total > kMostReportBytes)
             return fail("the reader was stopped, because it said too much");

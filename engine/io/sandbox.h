@@ -12,8 +12,9 @@
 //
 // The child is the program `palpate`, run with the sub-command in serve.h. It inherits two file
 // descriptors: shared memory for the voxels, and a pipe for its reports; nothing else of the
-// parent's is open in it, and its own output is thrown away. It is killed when it overruns its
-// limits, when it has said its last word, and when the parent dies.
+// parent's is open in it. What it prints is thrown away; when it dies, the error quotes the last
+// line on its standard error. It is killed when it overruns its limits, when it has said its last
+// word, and when the parent dies.
 namespace palpate::io {
 
 constexpr int kMemoryFd = 3;

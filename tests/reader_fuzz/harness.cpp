@@ -162,7 +162,8 @@ Outcomes meet_damaged_files(const Reader& reader, uint64_t count,
     for (uint64_t i = 0; i < count && !testing::Test::HasFailure(); ++i) {
         SCOPED_TRACE(reader.name + ", damage " + std::to_string(i));
         const std::string& whole = reader.seeds[i % reader.seeds.size()];
-        write(damaged(whole, i * 1000003 + reader.name.size()));
+        std::string bytes = damaged(whole, i * 1000003 + reader.name.size());
+        write(reader.sign ? reader.sign(std::move(bytes)) : bytes);
         const std::optional<Error> error = reader.read(path);
         ++(error ? outcomes.refused : outcomes.read);
         if (!error)

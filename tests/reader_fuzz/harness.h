@@ -20,8 +20,11 @@ struct Reader {
     std::vector<std::string> seeds; // bytes of valid files, which must be read
     // Reads one file; absent: it was read. Checks what it read with gtest's expectations.
     std::function<std::optional<Error>(const std::filesystem::path&)> read;
-    // Whether a foreign library reads, in a child process, which may die of a damaged file.
+    // Makes checksums right again, so that damage gets past them; may be empty.
+    std::function<std::string(std::string)> sign = {};
+    // Whether the child process that reads may die of a damaged file, with a cause.
     bool may_die = false;
+    bool in_child = false; // every file starts a child: a third as many
 };
 
 struct Outcomes {

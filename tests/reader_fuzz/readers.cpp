@@ -82,6 +82,22 @@ std::optional<Error> read_strokes(const fs::path& path) {
     return text ? error_of(parse_strokes(*text, path.string())) : text.error();
 }
 
+// A PNG whose chunks have right checksums, as far as their lengths lead.
+std::string sign_png(std::string bytes) {
+    for (size_t at = 8; at + 12 <= bytes.size();) {
+        uint32_t length = 0;
+        for (size_t i = 0; i < 4; ++i)
+            length = length << 8 | static_cast<unsigned char>(bytes[at + i]);
+        if (length > bytes.size() - at - 12)
+            break;
+        const std::string chunk =
+            test::png_chunk(bytes.substr(at + 4, 4), bytes.substr(at + 8, length));
+        bytes.replace(at, chunk.size(), chunk);
+        at += chunk.size();
+    }
+    return bytes;
+}
+
 // The bytes that save(path) writes.
 template <class Save>
 std::string saved(const std::string& name, const Save& save) {
@@ -137,9 +153,18 @@ std::vector<Reader> volume_readers() {
 }
 
 std::vector<Reader> sandboxed_readers() {
-    return {
-        {"Png", "slice.png", {test::png({{1, 2, 3}, {400, 500, 600}})}, read_sandboxed, true},
+    const std::string png = test::png({{1, 2, 3}, {400, 500, 600}});
+    std::vector<Reader> readers{
+        {"Png", "slice.png", {png}, read_sandboxed},
+        {"SignedPng", "slice.png", {png}, read_sandboxed, sign_png},
+        {"Jpeg",
+         "slice.jpg",
+         {test::jpeg({{10, 250}, {129, 1}}), test::jpeg({{10, 250}, {129, 1}}, 1)},
+         read_sandboxed},
     };
+    for (Reader& reader : readers)
+        reader.in_child = true;
+    return readers;
 }
 
 std::vector<Reader> mesh_readers() {

@@ -44,6 +44,16 @@ Result<Decoded> misbehave(const DecodeRequest& request, VoxelSink& sink) {
         ::raise(SIGSEGV);
     if (what == "abort")
         std::abort();
+    if (what == "complain") { // as libraries do
+        for (int line = 0; line < 10; ++line)
+            std::fprintf(stderr, "warning %d\n", line);
+        std::fprintf(stderr, "row 7 is cut off\n\n");
+        std::abort();
+    }
+    if (what == "terminate") {
+        void (*const thrower)() = [] { throw std::runtime_error("thrown where none may be"); };
+        [&]() noexcept { thrower(); }();
+    }
     if (what == "exit")
         ::_exit(3);
     if (what == "spin")

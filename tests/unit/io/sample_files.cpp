@@ -2,6 +2,8 @@
 
 #include <zlib.h>
 
+#include <cstdlib>
+
 namespace palpate::test {
 
 namespace {
@@ -11,14 +13,14 @@ std::string big(uint32_t value) {
             static_cast<char>(value >> 8), static_cast<char>(value)};
 }
 
-std::string chunk(const std::string& kind, const std::string& data) {
+} // namespace
+
+std::string png_chunk(const std::string& kind, const std::string& data) {
     const std::string body = kind + data;
     const auto sum =
         ::crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()));
     return big(static_cast<uint32_t>(data.size())) + body + big(static_cast<uint32_t>(sum));
 }
-
-} // namespace
 
 std::string png(const std::vector<std::vector<uint16_t>>& rows) {
     std::string raw;
@@ -37,7 +39,68 @@ std::string png(const std::vector<std::vector<uint16_t>>& rows) {
     const std::string header = big(static_cast<uint32_t>(rows[0].size())) +
                                big(static_cast<uint32_t>(rows.size())) +
                                std::string("\x10\0\0\0\0", 5); // 16 bits, grey
-    return "\x89PNG\r\n\x1a\n" + chunk("IHDR", header) + chunk("IDAT", packed) + chunk("IEND", "");
+    return "\x89PNG\r\n\x1a\n" + png_chunk("IHDR", header) + png_chunk("IDAT", packed) +
+           png_chunk("IEND", "");
+}
+
+// ITU-T T.81 with tables of our own: a step of 8 for all coefficients, so that the first one is the
+// block's value less 128; codes of four bits for its nine categories; one bit for "no others".
+std::string jpeg(const std::vector<std::vector<int>>& blocks, int restart) {
+    const auto segment = [](char marker, const std::string& data) {
+        return std::string{'\xff', marker} + big(static_cast<uint32_t>(data.size() + 2)).substr(2) +
+               data;
+    };
+    std::string categories;
+    for (char c = 0; c < 9; ++c)
+        categories.push_back(c);
+    const size_t rows = 8 * blocks.size(), columns = 8 * blocks[0].size();
+    std::string bytes =
+        "\xff\xd8" + segment('\xdb', std::string(1, '\0') + std::string(64, 8)) +
+        segment('\xc0', "\x08" + big(static_cast<uint32_t>(rows)).substr(2) +
+                            big(static_cast<uint32_t>(columns)).substr(2) +
+                            std::string("\x01\x01\x11\0", 4)) +
+        segment('\xc4', std::string("\0\0\0\0\x09", 5) + std::string(12, '\0') + categories) +
+        segment('\xc4', std::string("\x10\x01", 2) + std::string(16, '\0'));
+    if (restart > 0)
+        bytes += segment('\xdd', big(static_cast<uint32_t>(restart)).substr(2));
+    bytes += segment('\xda', std::string("\x01\x01\0\0\x3f\0", 6));
+    uint32_t word = 0;
+    int bits = 0;
+    const auto put = [&](uint32_t value, int count) {
+        for (int i = count - 1; i >= 0; --i) {
+            word = word << 1 | (value >> i & 1);
+            if (++bits < 8)
+                continue;
+            bytes.push_back(static_cast<char>(word));
+            if ((word & 0xff) == 0xff)
+                bytes.push_back('\0');
+            bits = 0;
+        }
+    };
+    const auto pad = [&] {
+        while (bits > 0)
+            put(1, 1);
+    };
+    int before = 0, done = 0;
+    for (const std::vector<int>& row : blocks)
+        for (const int value : row) {
+            if (restart > 0 && done > 0 && done % restart == 0) {
+                pad();
+                bytes += {'\xff', static_cast<char>(0xd0 + (done / restart - 1) % 8)};
+                before = 0;
+            }
+            const int step = value - 128 - before;
+            before = value - 128;
+            int category = 0;
+            while (std::abs(step) >> category)
+                ++category;
+            put(static_cast<uint32_t>(category), 4);
+            put(static_cast<uint32_t>(step > 0 ? step : step + (1 << category) - 1), category);
+            put(0, 1);
+            ++done;
+        }
+    pad();
+    return bytes + "\xff\xd9";
 }
 
 } // namespace palpate::test

@@ -100,4 +100,11 @@ inline std::string vti() {
 // A grey PNG of 16 bits; rows of values.
 std::string png(const std::vector<std::vector<uint16_t>>& rows);
 
+// A chunk of PNG with its length and checksum.
+std::string png_chunk(const std::string& kind, const std::string& data);
+
+// A grey baseline JPEG of 8 x 8 blocks, each of one value; rows of values 1 .. 254. A restart
+// marker follows each `restart` blocks where that is above 0.
+std::string jpeg(const std::vector<std::vector<int>>& blocks, int restart = 0);
+
 } // namespace palpate::test

@@ -16,6 +16,7 @@ namespace palpate {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using ::testing::StartsWith;
@@ -47,12 +48,16 @@ TEST_F(Sandbox, AWellBehavedChildGivesItsVoxels) {
 }
 
 TEST_F(Sandbox, ACrashIsOneSentenceNamingTheFile) {
-    EXPECT_THAT(error_of("segfault"),
-                AllOf(StartsWith("segfault: the reader "), Not(HasSubstr("\n"))));
-    EXPECT_THAT(error_of("abort"), StartsWith("abort: its reader gave up"));
+    EXPECT_THAT(error_of("segfault"), AllOf(StartsWith("segfault: the header is damaged"),
+                                            HasSubstr("crashed (signal 11"), Not(HasSubstr("\n"))));
+    EXPECT_THAT(error_of("abort"), AllOf(StartsWith("abort: the header is damaged"),
+                                         EndsWith("gave up, saying \"noise of a reader\"")));
+    EXPECT_THAT(error_of("complain"), EndsWith("gave up, saying \"row 7 is cut off\""));
+    EXPECT_THAT(error_of("terminate"), EndsWith("gave up, saying \"thrown where none may be\""));
     EXPECT_THAT(error_of("exit"), HasSubstr("exit status 3"));
     EXPECT_THAT(error_of("throw"), AllOf(StartsWith("throw: "), HasSubstr("thrown by a reader")));
-    EXPECT_THAT(error_of("crash_after_claim"), HasSubstr("while it read slice_17.dcm"));
+    EXPECT_THAT(error_of("crash_after_claim"), AllOf(HasSubstr("the voxels are damaged"),
+                                                     HasSubstr("while it read slice_17.dcm")));
     EXPECT_TRUE(has_no_children());
 }
 
