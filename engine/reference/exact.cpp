@@ -127,31 +127,41 @@ double ExactMarcher::pieces_of(const Cubic& cubic) const {
 
 Marched ExactMarcher::march_alpha(const LocalRay& ray, Stretch t) {
     Marched result;
+    const double tolerance = span_tolerance(layer_.sub_steps);
+    const double least = std::max(layer_.min_transmittance, kLeastTransmittance);
     for_each_piece(ray, t, [&](const Piece* piece) {
         if (!piece || !piece->tint.visible)
             return true;
         const Cubic& value = piece->value;
         const double n = pieces_of(value);
-        const double length = (piece->to - piece->from) / n;
-        glm::dvec3 color(0.0);
-        double hidden = 0.0;
+        const double length_mm = piece->to - piece->from;
+        // Sub-step [i, i + width] of n, halved where its error is too large.
+        double i = 0.0, width = 1.0;
         TablePoint before = table_point(table_, value(0.0));
-        for (double i = 0.0; i < n; i += 1.0) {
-            const TablePoint now = table_point(table_, value((i + 1.0) / n));
-            const double u = (i + 0.5) / n;
-            const double bend = -(2.0 * value.c[2] + 6.0 * value.c[3] * u) / (8.0 * n * n);
+        while (i < n && result.transmittance > least) {
+            const double next = std::min(i + width, n);
+            const TablePoint now = table_point(table_, value(next / n));
+            const double share = (next - i) / n;
+            const double middle = i / n + 0.5 * share;
+            const double bend =
+                (2.0 * value.c[2] + 6.0 * value.c[3] * middle) * -0.125 * share * share;
             const TableSpan span =
-                table_span(before, now, bend * entries_per_value(table_), length);
-            const double seen = (1.0 - hidden) * span.opacity;
-            glm::dvec3 tinted = glm::mix(span.color, piece->tint.color, piece->tint.weight);
-            if (layer_.shading && seen > 0.0)
-                tinted = Sampler::lit(*layer_.shading, tinted, sampler_.facing(ray, piece->t(u)));
-            color += seen * tinted;
-            hidden += seen;
+                table_span(before, now, bend * entries_per_value(table_), length_mm * share);
+            const double error = result.transmittance * span.error;
+            if (error > tolerance && width > kLeastSpan) {
+                width *= error > 8.0 * tolerance ? 0.25 : 0.5;
+                continue;
+            }
+            glm::dvec3 color = glm::mix(span.color, piece->tint.color, piece->tint.weight);
+            if (layer_.shading && span.opacity > 0.0)
+                color = Sampler::lit(*layer_.shading, color,
+                                     sampler_.facing(ray, piece->t(i / n + share * span.seen_at)));
+            result.add(color, span.opacity);
+            if (error < tolerance / 16.0)
+                width = std::min(2.0 * width, 1.0);
+            i = next;
             before = now;
         }
-        result.color += result.transmittance * color;
-        result.transmittance *= 1.0 - hidden;
         return result.transmittance >= layer_.min_transmittance;
     });
     return result;

@@ -92,6 +92,7 @@ void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& gri
     frame.sub_steps = static_cast<float>(layer.sub_steps);
     frame.sub_steps_per_bend =
         static_cast<float>(layer.sub_steps * layer.sub_steps / (8.0 * detail_entries));
+    frame.span_tolerance = static_cast<float>(span_tolerance(layer.sub_steps));
     frame.min_transmittance = static_cast<float>(layer.min_transmittance);
     frame.opacity_unit_mm = static_cast<float>(layer.transfer.opacity_unit_mm);
     const Shading shading = layer.shading.value_or(Shading{});

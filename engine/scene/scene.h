@@ -80,6 +80,11 @@ struct ClipPlane {
     friend bool operator==(const ClipPlane&, const ClipPlane&) = default;
 };
 constexpr uint32_t kMaxSubSteps = 64;
+// `exact`, alpha: what the colour of a pixel may be off by for one sub-step. One that would be off
+// by more, as in dense matter that changes its colour, is cut further.
+constexpr double span_tolerance(uint32_t sub_steps) {
+    return 0.01 / (static_cast<double>(sub_steps) * sub_steps);
+}
 constexpr size_t kMaxClipPlanes = 8;
 constexpr size_t kMaxIsos = 8;
 constexpr size_t kMaxSlices = 8;

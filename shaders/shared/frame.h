@@ -53,6 +53,7 @@ struct Frame {
     float step;             // mm
     float sub_steps;        // exact: pieces of a cell at most
     float sub_steps_per_bend; // exact: pieces^2 by the table entries a second derivative amounts to
+    float span_tolerance;   // exact: what a pixel may be off by for one sub-step
     float min_transmittance;
     float opacity_unit_mm;
     float label_weight;     // how far labels tint the ray-cast colour

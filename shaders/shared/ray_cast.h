@@ -46,6 +46,8 @@ const uint kTableRowVisible = 3u;   // r: how many entries up to this one have o
 const uint kTableRows = 4u;
 // Between places of the table nearer than this, the table counts as linear.
 const float kNarrowEntries = 2.0f;
+const float kLeastSpan = 1.0f / 4096.0f;           // sub-steps are not cut below this share
+const float kLeastTransmittance = 1.0f / 1048576.0f; // a piece ends where less comes through
 
 const uint kTileSide = 8u;          // pixels; one workgroup of 64 marches one tile
 

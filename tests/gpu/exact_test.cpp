@@ -164,6 +164,36 @@ TEST_F(ExactTest, ShadedAlphaIsItsTwin) {
               0.0);
 }
 
+// Neighbours of 0 and 1000 in samples of 1 to 10 mm, as opaque as can be, red to green: what lies
+// in front of a cell hides what lies behind in it.
+TEST_F(ExactTest, DenseMatterMixesItsColours) {
+    for (const double spacing_mm : {1.0, 3.0, 10.0}) {
+        const Grid grid = make_grid({9, 10, 11}, glm::dvec3(spacing_mm), glm::dvec3(0.0));
+        const SceneData data{
+            make_volume(grid, ScalarType::i16,
+                        [](glm::uvec3 i) { return (i.x + i.y + i.z) % 2 ? 1000.0 : 0.0; }),
+            std::nullopt};
+        Scene scene = scene_of(data, RayMode::alpha);
+        scene.size_px = {32, 28};
+        scene.value_and_depth = false;
+        for (const double low : {0.0, 0.99}) {
+            scene.ray_cast->transfer = {
+                {{0, {1, 0, 0}}, {1000, {0, 1, 0}}}, {{0, low}, {1000, 0.99}}, 1.0};
+            const Image truth = render_truth(scene, data);
+            for (const uint32_t sub_steps : {8u, 64u}) {
+                scene.ray_cast->sub_steps = sub_steps;
+                // Colour changes by all of itself over `detail`, of which the curve of a sub-step
+                // may leave its chord by 1 / sub_steps^2; all of the error in each of 20 sub-steps;
+                // an entry of the table.
+                const double curve = 1.0 / (1.0 * sub_steps * sub_steps);
+                const double bound = curve + 20.0 * span_tolerance(sub_steps) + 1.0 / 4095.0;
+                EXPECT_EQ(share_beyond(picture(scene, data), truth, bound), 0.0);
+                EXPECT_EQ(share_beyond(picture(scene, data), render_twin(scene, data), bound), 0.0);
+            }
+        }
+    }
+}
+
 TEST_F(ExactTest, MaximumIsThatOfTheField) {
     // Peaks between samples, at all places within a cell.
     const Grid grid = make_grid({40, 40, 40}, {1.0, 1.0, 1.0}, glm::dvec3(-19.5));

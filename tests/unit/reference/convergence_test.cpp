@@ -95,6 +95,79 @@ TEST(Convergence, ExactResolvesANarrowPeak) {
     EXPECT_GE(midpoint / errors.back(), 100.0);
 }
 
+// A single cell across which the value rises from 0 to 1000, seen along that axis.
+std::pair<Scene, SceneData> one_cell(const TransferFunction& transfer, double spacing_mm) {
+    const Grid grid = make_grid({2, 2, 2}, glm::dvec3(spacing_mm), glm::dvec3(0.0));
+    Scene scene = alpha_scene(transfer, spacing_mm);
+    scene.ray_cast->integrator = Integrator::exact;
+    scene.camera = frame_volume(grid, {1, 0, 0}, {0, 0, 1}, 0.3);
+    scene.camera.projection = Projection::orthographic;
+    return {scene,
+            SceneData{sampled(grid, [&](glm::dvec3 p) { return 1000.0 * p.x / spacing_mm; }), {}}};
+}
+
+// Colour changes while matter hides it: the front of a piece hides its back. The constant opacity
+// has a closed form: with tau per mm and colour linear along L mm from c_a to c_b, the light is
+// c_a (1 - e^-d) + (c_b - c_a) (1 - e^-d (1 + d)) / d with d = tau L.
+TEST(Convergence, ExactMixesTheColoursOfDenseMatter) {
+    for (const double spacing_mm : {0.1, 1.0, 3.0, 10.0})
+        for (const double opacity : {0.05, 0.5, 0.9, 0.99, 0.9999}) {
+            auto [scene, data] = one_cell(
+                {{{0, {1, 0, 0.5}}, {1000, {0, 1, 0.5}}}, {{0, opacity}, {1000, opacity}}, 1.0},
+                spacing_mm);
+            const double depth = -std::log1p(-opacity) * spacing_mm;
+            const bool rising = scene.camera.eye_mm.x < spacing_mm;
+            const double hidden = -std::expm1(-depth);
+            const double behind =
+                (1.0 - std::exp(-depth) * (1.0 + depth)) / depth; // of the far end
+            for (const uint32_t sub_steps : {1u, 8u, 64u}) {
+                scene.ray_cast->sub_steps = sub_steps;
+                const glm::dvec4 seen = twin_pixel(scene, data, {0, 0}).rgba;
+                const double green = rising ? behind : hidden - behind;
+                // One step of the table, a sub-step's error times their number, what is left out
+                // behind, and what the table's entries in fp32 are off by.
+                const double steps = 4.0 + std::min(depth, 14.0);
+                const double bound = 1.0 / 4095.0 + steps * span_tolerance(sub_steps) + 0x1p-20;
+                EXPECT_NEAR(seen.y, green, bound)
+                    << spacing_mm << " " << opacity << " " << sub_steps;
+                EXPECT_NEAR(seen.x, hidden - green, bound);
+                EXPECT_NEAR(seen.z, 0.5 * hidden, bound);
+                EXPECT_NEAR(seen.w, hidden, 2e-6);
+            }
+        }
+}
+
+// Opacities that change, with kinks and steps, in cells of 3 and 10 mm.
+TEST(Convergence, ExactResolvesDenseMatterOfAnyTransferFunction) {
+    const std::vector<TransferFunction::ColorPoint> colors{{0, {1, 0, 0}}, {1000, {0, 1, 0}}};
+    const std::vector<TransferFunction> functions{
+        {colors, {{0, 0.0}, {1000, 0.99}}, 1.0},
+        {colors, {{0, 0.99}, {1000, 0.0}}, 1.0},
+        {colors, {{0, 0.0}, {300, 0.0}, {310, 0.99}, {320, 0.0}, {1000, 0.9}}, 1.0},
+        {{{0, {1, 1, 0}}, {500, {1, 0, 0}}, {500, {0, 0, 1}}, {1000, {0, 1, 1}}},
+         {{0, 0.3}, {600, 0.3}, {600, 0.999}, {1000, 0.999}},
+         1.0}};
+    for (const TransferFunction& function : functions)
+        for (const double spacing_mm : {3.0, 10.0}) {
+            auto [scene, data] = one_cell(function, spacing_mm);
+            for (const bool back : {false, true}) {
+                if (back)
+                    scene.camera = orbit(scene.camera, 180.0);
+                const glm::dvec4 truth = truth_pixel(scene, data, {0, 0}).rgba;
+                for (const uint32_t sub_steps : {2u, 8u, 32u}) {
+                    scene.ray_cast->sub_steps = sub_steps;
+                    const glm::dvec4 seen = twin_pixel(scene, data, {0, 0}).rgba;
+                    // All of the error in each of 20 sub-steps, and what the table's steps, which
+                    // are an entry wide, are off by.
+                    const double bound = 20.0 * span_tolerance(sub_steps) + 1.0 / 4095.0;
+                    for (int c = 0; c < 4; ++c)
+                        EXPECT_NEAR(seen[c], truth[c], bound)
+                            << spacing_mm << " mm, " << sub_steps << " sub-steps, channel " << c;
+                }
+            }
+        }
+}
+
 TEST(Convergence, ExactMaximaAndSurfacesAreThoseOfTheGrid) {
     auto [scene, data] = marschner_lobb();
     scene.value_and_depth = true;
