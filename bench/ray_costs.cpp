@@ -1,18 +1,18 @@
-// palpate_accuracy_table: measures what engine/scene/accuracy_table.inc holds.
+// palpate_ray_costs: measures what engine/accuracy/ray_costs.inc holds.
 //
-// Each training scene is drawn by the renderer with each setting, at 40 x 40 pixels, and compared
-// with grid truth; a setting's time is taken beside `fast` at one sample a voxel, drawn in turn.
+// Each scene is drawn with each setting, at 40 x 40 pixels; a setting's time is taken beside `fast`
+// at one sample a voxel, drawn in turn. Its error beside grid truth is printed.
 
 #include <CLI/CLI.hpp>
 #include <cmath>
 
+#include "engine/accuracy/accuracy.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/gpu/device.h"
 #include "engine/image/compare.h"
 #include "engine/reference/truth.h"
 #include "engine/render/renderer.h"
-#include "engine/scene/accuracy.h"
 #include "engine/volume/synthetic.h"
 
 namespace palpate {
@@ -48,7 +48,7 @@ std::vector<Training> training() {
 }
 
 // A window, triangular peaks of several widths at two places, and a step. Opacities are per
-// fiftieth of the volume's side: neither veil nor wall.
+// fiftieth of the volume's side: neither veil nor wall. And a wall: nearly opaque within a voxel.
 std::vector<TransferFunction> functions(double low, double high, double unit_mm) {
     const double width = high - low;
     std::vector<TransferFunction> list;
@@ -69,6 +69,7 @@ std::vector<TransferFunction> functions(double low, double high, double unit_mm)
     list.push_back({colors,
                     {{low, 0.0}, {low + 0.55 * width, 0.0}, {low + 0.55 * width, 0.5}, {high, 0.5}},
                     unit_mm});
+    list.push_back({colors, {{low, 0.0}, {high, 0.99}}, 0.3 * unit_mm});
     return list;
 }
 
@@ -78,10 +79,12 @@ std::vector<RaySetting> settings() {
         list.push_back({Integrator::fast, step, 0});
     for (const double step : {1.0, 0.5, 0.25})
         list.push_back({Integrator::preintegrated, step, 0});
-    for (const uint32_t sub_steps : {1u, 2u, 4u, 8u, 16u, 32u})
+    for (const uint32_t sub_steps : {1u, 2u, 4u, 8u, 16u, 32u, 64u})
         list.push_back({Integrator::exact, 0.0, sub_steps});
     return list;
 }
+
+constexpr RaySetting kUnit{Integrator::fast, 1.0, 0};
 
 double gpu_ms(const FrameStats& stats) {
     double sum = 0.0;
@@ -91,21 +94,18 @@ double gpu_ms(const FrameStats& stats) {
 }
 
 struct Measured {
-    std::vector<MeasuredSetting> rows;
-    std::vector<std::array<double, 4>> time_sums;
-    std::array<std::array<int, kSharpnessClasses>, 4> scenes{};
+    std::vector<RayCost> rows;
 
-    // Time and error of all settings in one scene.
-    Result<void> add(Renderer& renderer, Scene scene, const SceneData& data, size_t c,
+    // Adds the times of all settings in one scene.
+    Result<void> add(Renderer& renderer, Scene scene, const SceneData& data,
                      const std::string& name) {
         scene.ray_cast->min_transmittance = 0.0;
         const size_t kind = static_cast<size_t>(kind_of(*scene.ray_cast));
-        ++scenes[kind][c];
         const Image truth = render_truth(scene, data);
         std::string text;
         double unit_ms = 0.0;
-        for (size_t i = 0; i < rows.size(); ++i) {
-            apply(rows[i].setting, data.volume.grid(), *scene.ray_cast);
+        for (RayCost& row : rows) {
+            apply(row.setting, data.volume.grid(), *scene.ray_cast);
             double ms = 1e30, error = 0.0;
             for (int turn = 0; turn < 3; ++turn) {
                 const Result<Frame> frame = renderer.render(scene, data);
@@ -114,13 +114,12 @@ struct Measured {
                 ms = std::min(ms, gpu_ms(frame->stats));
                 error = color_rmse(frame->eyes[0], truth);
             }
-            if (rows[i].setting == RaySetting{Integrator::fast, 1.0, 0})
+            if (row.setting == kUnit)
                 unit_ms = ms;
-            rows[i].rmse[kind][c] = std::max(rows[i].rmse[kind][c], error);
-            time_sums[i][kind] += ms;
+            row.cost[kind] += ms;
             text += fmt::format(" {:.1e}", error);
         }
-        log::info("{} class {}: {:.1f} ms,{}", name, c, unit_ms, text);
+        log::info("{}: {:.1f} ms,{}", name, unit_ms, text);
         return {};
     }
 };
@@ -130,8 +129,7 @@ Result<void> measure(Measured& out) {
     log::info("on {}, {}", device.info().name, device.info().driver);
     Renderer renderer(device);
     for (const RaySetting& setting : settings())
-        out.rows.push_back({setting, {}, {}});
-    out.time_sums.resize(out.rows.size(), {});
+        out.rows.push_back({setting, {}});
     for (const Training& volume : training()) {
         const Grid& grid = volume.data.volume.grid();
         Scene scene;
@@ -148,60 +146,37 @@ Result<void> measure(Measured& out) {
                         scene.ray_cast->shading = Shading{};
                     if (kind == SceneKind::mip)
                         scene.ray_cast->mode = RayMode::mip;
-                    const size_t c = sharpness_class(sharpness_of(function, volume.data.volume));
-                    if (auto done = out.add(renderer, scene, volume.data, c, volume.name); !done)
+                    if (auto done = out.add(renderer, scene, volume.data, volume.name); !done)
                         return done;
                 }
             for (const double at : {0.3, 0.5, 0.7}) {
                 scene.ray_cast = RayCastLayer{};
                 scene.ray_cast->mode = RayMode::iso;
                 scene.ray_cast->isos = {{low + at * (high - low)}};
-                if (auto done = out.add(renderer, scene, volume.data, 0, volume.name); !done)
+                if (auto done = out.add(renderer, scene, volume.data, volume.name); !done)
                     return done;
             }
         }
     }
-    const auto unit = std::find_if(out.rows.begin(), out.rows.end(), [](const auto& row) {
-        return row.setting == RaySetting{Integrator::fast, 1.0, 0};
-    });
-    const auto unit_times = out.time_sums[static_cast<size_t>(unit - out.rows.begin())];
-    for (size_t i = 0; i < out.rows.size(); ++i)
-        for (size_t kind = 0; kind < 4; ++kind) {
-            MeasuredSetting& row = out.rows[i];
-            row.cost[kind] = out.time_sums[i][kind] / unit_times[kind];
-            // Classes that no scene fell into take the error of the next sharper one that has any;
-            // and no class errs less than a less sharp one.
-            for (size_t c = kSharpnessClasses - 1; c-- > 0;)
-                if (out.scenes[kind][c] == 0)
-                    row.rmse[kind][c] = row.rmse[kind][c + 1];
-            for (size_t c = 1; c < kSharpnessClasses; ++c)
-                row.rmse[kind][c] = std::max(row.rmse[kind][c], row.rmse[kind][c - 1]);
-        }
+    const auto unit = std::find_if(out.rows.begin(), out.rows.end(),
+                                   [](const RayCost& row) { return row.setting == kUnit; });
+    const std::array<double, 4> unit_ms = unit->cost;
+    for (RayCost& row : out.rows)
+        for (size_t kind = 0; kind < 4; ++kind)
+            row.cost[kind] /= unit_ms[kind];
     return {};
 }
 
 std::string written(const Measured& measured, const std::string& device) {
     std::string text =
-        "// Written by palpate_accuracy_table; not to be edited. RMSE of colour against grid "
-        "truth,\n"
-        "// the largest over training scenes of a kind up to a class of sharpness, and time "
-        "beside\n"
-        "// `fast` at one sample a voxel. Kinds: alpha, shaded alpha, MIP, iso.\n// Measured on " +
+        "// Written by palpate_ray_costs; not to be edited. GPU time beside `fast` at one sample a "
+        "voxel.\n// Kinds: alpha, shaded alpha, MIP, iso.\n// Measured on " +
         device + ".\n// clang-format off\n";
     constexpr const char* names[] = {"fast", "preintegrated", "exact"};
-    for (const MeasuredSetting& row : measured.rows) {
-        text +=
-            fmt::format("{{{{Integrator::{}, {}, {}}}, {{{:.3g}, {:.3g}, {:.3g}, {:.3g}}}, {{\n",
-                        names[static_cast<int>(row.setting.integrator)], row.setting.step_voxels,
-                        row.setting.sub_steps, row.cost[0], row.cost[1], row.cost[2], row.cost[3]);
-        for (const auto& kind : row.rmse) {
-            text += "    {";
-            for (size_t c = 0; c < kSharpnessClasses; ++c)
-                text += fmt::format("{}{:.2e}", c ? ", " : "", kind[c]);
-            text += "},\n";
-        }
-        text += "}},\n";
-    }
+    for (const auto& [setting, cost] : measured.rows)
+        text += fmt::format("{{{{Integrator::{}, {}, {}}}, {{{:.3g}, {:.3g}, {:.3g}, {:.3g}}}}},\n",
+                            names[static_cast<int>(setting.integrator)], setting.step_voxels,
+                            setting.sub_steps, cost[0], cost[1], cost[2], cost[3]);
     return text + "// clang-format on\n";
 }
 
@@ -209,9 +184,9 @@ std::string written(const Measured& measured, const std::string& device) {
 } // namespace palpate
 
 int main(int argc, char** argv) {
-    CLI::App app("Measures error and time of all ways to integrate a ray on training scenes.");
+    CLI::App app("Measures the time of all ways to integrate a ray.");
     std::string output;
-    app.add_option("-o,--output", output, "engine/scene/accuracy_table.inc")->required();
+    app.add_option("-o,--output", output, "engine/accuracy/ray_costs.inc")->required();
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {

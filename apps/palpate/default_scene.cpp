@@ -13,7 +13,7 @@ namespace {
 constexpr double kUnsignedCtOffset = 1024.0;
 
 // Steps of alpha in voxels. At 1, shells of the step are seen in thin and steep matter; 0.5 costs
-// twice the time for a third of the error (engine/scene/accuracy_table.inc, shaded alpha).
+// twice the time for a third of the error (palpate_ray_costs, shaded alpha).
 constexpr double kAlphaStep_voxels = 0.5;
 
 struct NamedView {

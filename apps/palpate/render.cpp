@@ -15,11 +15,11 @@
 #include "apps/palpate/render_report.h"
 #include "apps/palpate/render_timing.h"
 #include "apps/palpate/scene_options.h"
+#include "engine/accuracy/accuracy.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/loading/scene_meshes.h"
-#include "engine/scene/accuracy.h"
 
 namespace palpate {
 
@@ -65,15 +65,16 @@ std::vector<NamedFile> files_of(const RenderOptions& options) {
     return files;
 }
 
-// --error: the fastest setting for which pictures of this kind err less.
-Result<void> meet_error(const RenderOptions& options, const Device& device, const SceneData& data,
+// --error: the fastest setting with which the scene's picture errs less.
+Result<void> meet_error(const RenderOptions& options, Device& device,
+                        const RendererOptions& renderer_options, const SceneData& data,
                         Scene& scene) {
     if (options.error <= 0.0)
         return {};
     if (!scene.ray_cast)
         return fail("--error: expected a scene with ray casting, found slices alone");
-    const Result<AccuracyChoice> choice =
-        choose_setting(scene, data, options.error, weight_error(device));
+    Renderer renderer(device, renderer_options);
+    const Result<AccuracyChoice> choice = choose_setting(renderer, scene, data, options.error);
     if (!choice)
         return fail("{}", choice.error().message);
     apply(choice->setting, data.volume.grid(), *scene.ray_cast);
@@ -154,7 +155,11 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     if (options.frames.frame_ms > 0 && scene->value_and_depth)
         return fail("--frame-ms: values and depths come from a ray a pixel; leave out --values");
     Device device({.select = options.device, .validation = options.validate});
-    if (auto met = meet_error(options, device, loaded->data, *scene); !met)
+    RendererOptions renderer_options{.volume_format = *format, .skipping = !options.no_skipping};
+    if (auto applied = apply(options.memory, device, options.frames.frames > 1, renderer_options);
+        !applied)
+        return applied;
+    if (auto met = meet_error(options, device, renderer_options, loaded->data, *scene); !met)
         return met;
 
     SceneFile drawn = *file;
@@ -169,10 +174,6 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     }
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
-    RendererOptions renderer_options{.volume_format = *format, .skipping = !options.no_skipping};
-    if (auto applied = apply(options.memory, device, options.frames.frames > 1, renderer_options);
-        !applied)
-        return applied;
     std::optional<Preview> preview;
     if (!options.preview.empty()) {
         Result<Preview> drawn_first = draw_preview(device, renderer_options, *scene, *loaded);
@@ -258,7 +259,7 @@ Command add_render(CLI::App& app) {
         app.add_option(
                "--error", o->error,
                "Largest RMSE of colour, 0 .. 1, beside an exact picture of the field; picks "
-               "integrator and step from what was measured (default: as given)")
+               "integrator and step by trying them on fewer pixels (default: as given)")
             ->check(positive());
     for (const char* given : {"--integrator", "--step", "--sub-steps", "--frame-ms"})
         error->excludes(app.get_option(given));

@@ -4,20 +4,32 @@
 #include <cmath>
 
 #include "apps/palpate/preview.h"
-#include "engine/scene/accuracy.h"
+#include "engine/accuracy/accuracy.h"
 
 namespace palpate {
 
 using OrderedJson = nlohmann::ordered_json;
 
-// CPU devices interpolate in fp32, others with weights of a few bits.
-double weight_error(const Device& device) {
-    return device.info().is_cpu()
-               ? 0.0
-               : std::ldexp(1.0, -static_cast<int>(device.limits().subTexelPrecisionBits) - 1);
+namespace {
+
+// RMSE of colour beside an exact picture of the field, measured; slices have none. Fewer rays add
+// their own. Null where it cannot be measured. The renderer's last picture is another one then.
+OrderedJson error_estimate(Renderer& renderer, const Timing& timing, const Scene& scene,
+                           const SceneData& data) {
+    if (!scene.ray_cast)
+        return 0.0;
+    Result<AccuracyJudge> judge = AccuracyJudge::make(renderer, scene, data);
+    if (!judge)
+        return nullptr;
+    const Result<double> estimate = judge->estimate(*scene.ray_cast);
+    if (!estimate)
+        return nullptr;
+    return *estimate + (timing.interactive ? timing.interactive->error_estimate : 0.0);
 }
 
-OrderedJson stats_json(const Device& device, const Renderer& renderer, const Timing& timing,
+} // namespace
+
+OrderedJson stats_json(const Device& device, Renderer& renderer, const Timing& timing,
                        const Scene& scene, const SceneData& data) {
     OrderedJson json;
     json["device"] = device.info().name;
@@ -73,14 +85,7 @@ OrderedJson stats_json(const Device& device, const Renderer& renderer, const Tim
     }
     json["residency"] = residency_json(timing.first);
     json["peak_rss_bytes"] = peak_rss_bytes();
-    // RMSE of colour beside an exact picture of the field: slices have none; null where pictures of
-    // this kind were not measured. Fewer rays add their own.
-    std::optional<double> error = 0.0;
-    if (scene.ray_cast)
-        error = estimated_error(scene, data, weight_error(device));
-    if (error && timing.interactive)
-        *error += timing.interactive->error_estimate;
-    json["error_estimate"] = error ? OrderedJson(*error) : OrderedJson();
+    json["error_estimate"] = error_estimate(renderer, timing, scene, data);
     json["volume_version"] = data.volume.version();
     return json;
 }

@@ -1,43 +1,42 @@
-#include "engine/scene/accuracy.h"
+#include "engine/accuracy/accuracy.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "engine/base/assert.h"
+#include "engine/reference/truth.h"
 #include "engine/scene/scene_names.h"
 
 namespace palpate {
 
 namespace {
 
-constexpr MeasuredSetting kMeasured[] = {
-#include "engine/scene/accuracy_table.inc"
+constexpr RayCost kCosts[] = {
+#include "engine/accuracy/ray_costs.inc"
 };
 
-// The table's entry beside a value.
-size_t entry_of(const TransferTable& table, double value) {
-    const double last = static_cast<double>(table.entries.size() - 1);
-    const double x = (value - table.low) / (table.high - table.low);
-    return static_cast<size_t>(std::clamp(x, 0.0, 1.0) * last + 0.5);
+// Of every pixel of `few`, which lie `pixels` apart in `picture`.
+std::vector<double> squared_errors(const Image& picture, const Image& few, PixelStride pixels) {
+    std::vector<double> squares;
+    for (uint32_t y = 0; y < few.size_px.y; ++y)
+        for (uint32_t x = 0; x < few.size_px.x; ++x) {
+            const glm::uvec2 at = pixels.offset + pixels.step * glm::uvec2(x, y);
+            double sum = 0.0;
+            for (size_t c = 0; c < 3; ++c) {
+                const double off = double{picture.at(at.x, at.y, c)} - double{few.at(x, y, c)};
+                sum += off * off / 3.0;
+            }
+            squares.push_back(sum);
+        }
+    return squares;
 }
 
-// In values: what colour or extinction needs to change by all of itself at its steepest; not less
-// than an entry of the table.
-double detail_of(const TransferTable& table) {
-    double largest = 0.0, steepest = 0.0, color_steepest = 0.0;
-    for (size_t i = 0; i < table.entries.size(); ++i) {
-        largest = std::max<double>(largest, table.entries[i].w);
-        if (i == 0)
-            continue;
-        const glm::vec4 d = glm::abs(table.entries[i] - table.entries[i - 1]);
-        steepest = std::max<double>(steepest, d.w);
-        if (table.entries[i].w > 0.0f || table.entries[i - 1].w > 0.0f)
-            color_steepest = std::max<double>(color_steepest, std::max({d.x, d.y, d.z}));
-    }
-    const double change = std::max(largest > 0.0 ? steepest / largest : 0.0, color_steepest);
-    const double entry = (table.high - table.low) / static_cast<double>(table.entries.size() - 1);
-    return change > 0.0 ? std::max(entry / change, entry) : std::numeric_limits<double>::infinity();
+// The picture's size with at most `side` pixels on its longer side.
+glm::uvec2 smaller(glm::uvec2 size_px, uint32_t side) {
+    const double scale = std::min(1.0, double{1} * side / std::max(size_px.x, size_px.y));
+    return glm::max(glm::uvec2(glm::round(glm::dvec2(size_px) * scale)), glm::uvec2(1));
 }
 
 } // namespace
@@ -61,42 +60,6 @@ void apply(const RaySetting& setting, const Grid& grid, RayCastLayer& layer) {
     }
 }
 
-double sharpness_of(const TransferFunction& function, const Volume& volume) {
-    const TransferTable table = make_table(function);
-    std::vector<uint32_t> visible{0}; // entries with opacity before this one
-    for (const glm::vec4& entry : table.entries)
-        visible.push_back(visible.back() + (entry.w > 0.0f ? 1 : 0));
-    const glm::uvec3 size = volume.size();
-    const glm::dvec3 spacing = spacing_mm(volume.grid());
-    const double finest = std::min({spacing.x, spacing.y, spacing.z});
-    // At most about a million places, the same ones every time; strides that share no factor with
-    // the sides of bricks.
-    const double places = static_cast<double>(size.x) * size.y * size.z;
-    const uint32_t stride = 1 + 2 * static_cast<uint32_t>(std::cbrt(places / 1e6) / 2.0);
-    double sum = 0.0, count = 0.0;
-    for (uint32_t z = 0; z < size.z; z += stride)
-        for (uint32_t y = 0; y < size.y; y += stride)
-            for (uint32_t x = 0; x < size.x; x += stride) {
-                const glm::uvec3 here(x, y, z);
-                const double value = volume.value(here);
-                for (int axis = 0; axis < 3; ++axis) {
-                    glm::uvec3 there = here;
-                    if (++there[axis] >= size[axis])
-                        continue;
-                    const double beside = volume.value(there);
-                    if (std::isnan(value) || std::isnan(beside))
-                        continue;
-                    if (visible[entry_of(table, std::max(value, beside)) + 1] ==
-                        visible[entry_of(table, std::min(value, beside))])
-                        continue;
-                    const double change = (beside - value) * finest / spacing[axis];
-                    sum += change * change;
-                    count += 1.0;
-                }
-            }
-    return count > 0.0 ? std::sqrt(sum / count) / detail_of(table) : 0.0;
-}
-
 SceneKind kind_of(const RayCastLayer& layer) {
     switch (layer.mode) {
         case RayMode::mip:
@@ -109,99 +72,117 @@ SceneKind kind_of(const RayCastLayer& layer) {
     return layer.shading ? SceneKind::shaded_alpha : SceneKind::alpha;
 }
 
-size_t sharpness_class(double sharpness) {
-    size_t c = 0;
-    while (c + 1 < kSharpnessClasses && sharpness > std::ldexp(1.0, static_cast<int>(c) - 4))
-        ++c;
-    return c;
+std::span<const RayCost> ray_costs() {
+    return kCosts;
 }
 
-std::span<const MeasuredSetting> measured_settings() {
-    return kMeasured;
-}
-
-namespace {
-
-// What decides which of the table's numbers holds for a scene.
-struct Key {
-    SceneKind of;
-    size_t kind, sharpness_class;
-    double filter_error;
-    bool labels;
-
-    // Empty where it was not measured: where a label ends, only `exact` cuts. Maxima and surfaces
-    // have no sub-steps.
-    std::optional<double> estimate(const MeasuredSetting& measured) const {
-        const bool exact = measured.setting.integrator == Integrator::exact;
-        const bool pieces = of == SceneKind::alpha || of == SceneKind::shaded_alpha;
-        if ((labels && !exact) || (exact && !pieces && measured.setting.sub_steps > 1))
-            return std::nullopt;
-        return kAccuracyMargin * measured.rmse[kind][sharpness_class] +
-               (exact ? 0.0 : filter_error);
+double upper_mean(std::span<const double> values, double population) {
+    const double n = static_cast<double>(values.size());
+    double sum = 0.0, largest = 0.0;
+    for (const double value : values) {
+        sum += value;
+        largest = std::max(largest, value);
     }
-};
-
-Key key_of(const Scene& scene, const SceneData& data, double weight_error) {
-    PALPATE_ASSERT(scene.ray_cast.has_value());
-    const RayCastLayer& layer = *scene.ray_cast;
-    const double sharpness =
-        layer.mode == RayMode::iso ? 0.0 : sharpness_of(layer.transfer, data.volume);
-    const SceneKind kind = kind_of(layer);
-    return {kind, static_cast<size_t>(kind),
-            std::min(sharpness_class(sharpness) + kClassesAbove, kSharpnessClasses - 1),
-            weight_error * sharpness, scene.labels.has_value()};
+    const double mean = sum / n;
+    if (n >= population)
+        return mean;
+    if (n < 2.0)
+        return std::numeric_limits<double>::infinity();
+    double variance = 0.0;
+    for (const double value : values)
+        variance += (value - mean) * (value - mean) / (n - 1.0);
+    const double t = std::log(2.0 / 0.001);
+    return mean + std::sqrt(2.0 * variance * t / n) + 7.0 * t * largest / (3.0 * (n - 1.0));
 }
 
-} // namespace
+AccuracyJudge::AccuracyJudge(Renderer& renderer, const Scene& scene, const SceneData& data,
+                             AccuracySampling sampling)
+    : renderer_(&renderer),
+      data_(&data),
+      scene_(scene),
+      pixels_(static_cast<double>(scene.size_px.x) * scene.size_px.y) {
+    PALPATE_ASSERT(scene.ray_cast.has_value());
+    scene_.stereo.reset();
+    scene_.value_and_depth = false;
+    scene_.size_px = smaller(scene.size_px, sampling.side_px);
+}
 
-Result<AccuracyChoice> choose_setting(const Scene& scene, const SceneData& data, double error,
-                                      double weight_error) {
-    const Key key = key_of(scene, data, weight_error);
-    const double min_transmittance = std::min(scene.ray_cast->min_transmittance, 0.25 * error);
-    const MeasuredSetting *fastest = nullptr, *finest = nullptr;
+Result<Image> AccuracyJudge::draw(const RayCastLayer& layer) {
+    scene_.ray_cast = layer;
+    Result<Frame> frame = renderer_->render(scene_, *data_);
+    if (!frame)
+        return tl::unexpected(frame.error());
+    return std::move(frame->eyes.front());
+}
+
+Result<AccuracyJudge> AccuracyJudge::make(Renderer& renderer, const Scene& scene,
+                                          const SceneData& data, AccuracySampling sampling) {
+    AccuracyJudge judge(renderer, scene, data, sampling);
+    RayCastLayer layer = *scene.ray_cast;
+    layer.integrator = Integrator::exact;
+    layer.min_transmittance = 0.0;
+    layer.sub_steps = kMaxSubSteps;
+    Result<Image> finest = judge.draw(layer);
+    if (!finest)
+        return tl::unexpected(finest.error());
+    judge.finest_ = std::move(*finest);
+    const glm::uvec2 size = judge.scene_.size_px;
+    PixelStride some;
+    some.step = std::max(1u, std::max(size.x, size.y) / sampling.truth_side);
+    some.offset = glm::min(glm::uvec2(some.step / 2), size - 1u);
+    const std::vector<double> squares =
+        squared_errors(judge.finest_, render_truth(judge.scene_, data, 0, some), some);
+    judge.finest_error_ = std::sqrt(upper_mean(squares, judge.pixels_));
+    layer.sub_steps = kMaxSubSteps / 2;
+    const Result<double> halved = judge.estimate(layer);
+    if (!halved)
+        return tl::unexpected(halved.error());
+    judge.finest_error_ = std::max(judge.finest_error_, *halved - judge.finest_error_);
+    return judge;
+}
+
+Result<double> AccuracyJudge::estimate(const RayCastLayer& layer) {
+    const Result<Image> picture = draw(layer);
+    if (!picture)
+        return tl::unexpected(picture.error());
+    return std::sqrt(upper_mean(squared_errors(*picture, finest_, {}), pixels_)) + finest_error_;
+}
+
+Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, const SceneData& data,
+                                      double error, AccuracySampling sampling) {
+    Result<AccuracyJudge> judge = AccuracyJudge::make(renderer, scene, data, sampling);
+    if (!judge)
+        return tl::unexpected(judge.error());
+    const size_t kind = static_cast<size_t>(kind_of(*scene.ray_cast));
+    std::vector<RayCost> settings(std::begin(kCosts), std::end(kCosts));
+    std::stable_sort(settings.begin(), settings.end(), [&](const RayCost& a, const RayCost& b) {
+        return a.cost[kind] < b.cost[kind];
+    });
+    RayCastLayer layer = *scene.ray_cast;
+    layer.min_transmittance = std::min(layer.min_transmittance, 0.25 * error);
     double least = std::numeric_limits<double>::infinity();
-    for (const MeasuredSetting& measured : measured_settings()) {
-        const std::optional<double> estimate = key.estimate(measured);
-        if (!estimate)
+    RaySetting finest;
+    for (const auto& [setting, cost] : settings) {
+        // Maxima and surfaces have no sub-steps.
+        if (layer.mode != RayMode::alpha && setting.sub_steps > 1)
             continue;
+        apply(setting, data.volume.grid(), layer);
+        const Result<double> estimate = judge->estimate(layer);
+        if (!estimate)
+            return tl::unexpected(estimate.error());
+        if (*estimate <= error)
+            return AccuracyChoice{setting, layer.min_transmittance, *estimate};
         if (*estimate < least) {
             least = *estimate;
-            finest = &measured;
+            finest = setting;
         }
-        if (*estimate + min_transmittance <= error &&
-            (!fastest || measured.cost[key.kind] < fastest->cost[key.kind]))
-            fastest = &measured;
     }
-    if (!fastest) { // a quarter of what is asked for goes to early termination
-        const double unit = std::pow(10.0, std::floor(std::log10(least / 0.75)) - 1.0);
-        return fail(
-            "--error: expected at least {:.1e}, the best that can be had for this scene "
-            "(by {}), found {:g}",
-            std::ceil(least / 0.75 / unit) * unit, text_of(finest->setting), error);
-    }
-    return AccuracyChoice{fastest->setting, min_transmittance,
-                          *key.estimate(*fastest) + min_transmittance};
-}
-
-std::optional<double> estimated_error(const Scene& scene, const SceneData& data,
-                                      double weight_error) {
-    const RayCastLayer& layer = *scene.ray_cast;
-    const Key key = key_of(scene, data, weight_error);
-    RayCastLayer open = layer;
-    open.step_mm = 0.0;
-    const double voxels =
-        step_mm_of(layer, data.volume.grid()) / step_mm_of(open, data.volume.grid());
-    std::optional<double> best; // of the settings that are no finer
-    for (const MeasuredSetting& measured : measured_settings()) {
-        const RaySetting& setting = measured.setting;
-        const bool coarser = setting.integrator == Integrator::exact
-                                 ? setting.sub_steps <= layer.sub_steps
-                                 : setting.step_voxels >= voxels * (1.0 - 1e-9);
-        const std::optional<double> estimate = key.estimate(measured);
-        if (setting.integrator == layer.integrator && coarser && estimate)
-            best = std::min(best.value_or(*estimate), *estimate);
-    }
-    return best ? std::optional(*best + layer.min_transmittance) : best;
+    // A quarter of what is asked for may go to early termination.
+    const double unit = std::pow(10.0, std::floor(std::log10(least / 0.75)) - 1.0);
+    return fail(
+        "--error: expected at least {:.1e}, the best that can be had for this scene (by {}), "
+        "found {:g}",
+        std::ceil(least / 0.75 / unit) * unit, text_of(finest), error);
 }
 
 } // namespace palpate

@@ -1,14 +1,13 @@
 #pragma once
 
-#include <optional>
+#include <array>
 #include <span>
 #include <string>
 
-#include "engine/base/error.h"
-#include "engine/scene/scene.h"
+#include "engine/render/renderer.h"
 
-// How far a ray-cast picture is from the exact picture of its trilinear field, by what has been
-// measured on scenes of its kind: accuracy_table.inc, which palpate_accuracy_table writes.
+// How far a ray-cast picture is from the exact picture of its trilinear field, measured on the
+// scene itself.
 namespace palpate {
 
 // One way to integrate a ray. Steps are in voxels of the volume's smallest spacing; `exact` has
@@ -23,53 +22,67 @@ struct RaySetting {
 std::string text_of(const RaySetting& setting); // "fast, steps of 0.5 voxels"
 void apply(const RaySetting& setting, const Grid& grid, RayCastLayer& layer);
 
-// How much the field changes from sample to sample beside what the transfer function tells apart:
-// the root mean square of differences of neighbouring samples per smallest spacing, where anything
-// is to be seen between them, over the value in which colour or extinction changes by all of itself
-// where it changes fastest. 0 where nothing is seen. Large volumes are sampled.
-double sharpness_of(const TransferFunction& function, const Volume& volume);
-
-// Scenes of one kind err alike.
+// Scenes of one kind have the same costs.
 enum class SceneKind { alpha, shaded_alpha, mip, iso };
 SceneKind kind_of(const RayCastLayer& layer);
 
-// Scenes of a kind fall into classes by sharpness: class c holds those up to 2^(c - 4), the last
-// one all others.
-constexpr size_t kSharpnessClasses = 9;
-size_t sharpness_class(double sharpness);
-
-// What has been measured: RMSE of colour against grid truth, the largest over the scenes of a kind
-// up to a class, and time beside `fast` at one sample a voxel.
-struct MeasuredSetting {
+// The settings to choose from. Costs are GPU times beside `fast` at one sample a voxel, by kind:
+// ray_costs.inc, which palpate_ray_costs writes.
+struct RayCost {
     RaySetting setting;
-    double cost[4];                    // by kind
-    double rmse[4][kSharpnessClasses]; // by kind and class
+    std::array<double, 4> cost;
 };
-std::span<const MeasuredSetting> measured_settings();
+std::span<const RayCost> ray_costs();
 
-// Few scenes were measured in each class: a scene counts as one class sharper than it is, and as
-// erring by this factor more. tests/gpu/accuracy_test.cpp holds that against other scenes.
-constexpr size_t kClassesAbove = 1;
-constexpr double kAccuracyMargin = 2.0;
+// How much of a picture is looked at.
+struct AccuracySampling {
+    uint32_t side_px = 96;    // of the longer side of the pictures that settings are compared in
+    uint32_t truth_side = 16; // about so many pixels each way are compared with grid truth
+};
+
+// An upper bound, with a confidence of 0.999, on the mean of `population` values of at least 0 of
+// which `values` are a sample: the empirical Bernstein bound (Maurer and Pontil, COLT 2009,
+// theorem 4), with the largest value seen for their range. The mean itself where all were seen.
+double upper_mean(std::span<const double> values, double population);
+
+// Estimates the RMSE of colour of a scene's pictures, without stereo.
+//
+// A picture of fewer rays through the same view is drawn by `exact` at its finest. Some of its
+// pixels are compared with grid truth (engine/reference/truth.h), all of them with half the
+// sub-steps; the larger of the two errors is its own. What another setting differs by from it over
+// all pixels is added to that. Both are bounds, for what was not looked at (upper_mean()).
+class AccuracyJudge {
+ public:
+    // scene.ray_cast is there. All must outlive it.
+    static Result<AccuracyJudge> make(Renderer& renderer, const Scene& scene, const SceneData& data,
+                                      AccuracySampling sampling = {});
+
+    // Of the scene with another ray-cast layer, which differs in integrator, steps and
+    // min_transmittance only.
+    Result<double> estimate(const RayCastLayer& layer);
+
+ private:
+    AccuracyJudge(Renderer& renderer, const Scene& scene, const SceneData& data,
+                  AccuracySampling sampling);
+    Result<Image> draw(const RayCastLayer& layer);
+
+    Renderer* renderer_;
+    const SceneData* data_;
+    Scene scene_;   // of fewer rays
+    double pixels_; // of the whole picture
+    Image finest_;
+    double finest_error_ = 0.0;
+};
 
 struct AccuracyChoice {
     RaySetting setting;
     double min_transmittance = 0.0;
-    double error_estimate = 0.0; // RMSE of colour: measured, with its margin, and early termination
+    double error_estimate = 0.0; // RMSE of colour
 };
 
 // The fastest setting whose estimate is at most `error`. Fails with a sentence that says the best
 // that can be had. scene.ray_cast is there.
-//
-// weight_error: how far the device's filter weights are off, 0 where it interpolates in fp32 and
-// 2^-9 for 8 fractional bits. Values then err by so much of neighbours' differences, which is
-// `sharpness` times that much of what the transfer function tells apart. `exact` does not filter.
-Result<AccuracyChoice> choose_setting(const Scene& scene, const SceneData& data, double error,
-                                      double weight_error = 0.0);
-
-// What is to be expected of a scene as it stands; nothing where its setting is coarser than all
-// that were measured, or was not measured with what the scene holds.
-std::optional<double> estimated_error(const Scene& scene, const SceneData& data,
-                                      double weight_error = 0.0);
+Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, const SceneData& data,
+                                      double error, AccuracySampling sampling = {});
 
 } // namespace palpate

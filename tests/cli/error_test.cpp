@@ -65,10 +65,16 @@ TEST_F(ErrorOption, IsNotToldTheSettingToo) {
     EXPECT_EQ(render({"--error", "0.01", "--frame-ms", "20"}).exit_code, 2);
 }
 
-TEST_F(ErrorOption, IsNotClaimedWhereNothingWasMeasured) {
-    const ProgramRun coarse = render({"--mode", "alpha", "--step", "50"});
-    ASSERT_EQ(coarse.exit_code, 0) << coarse.messages;
-    EXPECT_TRUE(nlohmann::json::parse(coarse.output)["error_estimate"].is_null());
+TEST_F(ErrorOption, IsMeasuredForAnySetting) {
+    double before = 1.0;
+    for (const char* step : {"50", "10", "2"}) {
+        const ProgramRun ran = render({"--mode", "alpha", "--step", step});
+        ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+        const double error = nlohmann::json::parse(ran.output)["error_estimate"];
+        EXPECT_GT(error, 0.0);
+        EXPECT_LT(error, before);
+        before = error;
+    }
 }
 
 TEST_F(ErrorOption, IsThatOfThePictureAlsoOfAMovingOne) {
