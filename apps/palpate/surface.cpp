@@ -1,5 +1,8 @@
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -44,6 +47,8 @@ struct SurfaceCommand {
     Smoothing smoothing = Smoothing::none;
     uint32_t passes = 10;
     double decimate_mm = 0.0;
+    std::string decimate_to;
+    bool is_decimated() const { return decimate_mm > 0.0 || !decimate_to.empty(); }
     ExtractOn on = ExtractOn::automatic;
     std::string device;
 };
@@ -82,6 +87,7 @@ class Stages {
             return fail("interrupted during {}", name);
         return done;
     }
+    void show(double share) { progress_.show(share); }
     Json ms() const {
         Json json = ms_;
         json["total"] = total_.ms();
@@ -174,6 +180,61 @@ Json smoothed(const SurfaceCommand& options, Mesh& mesh) {
             {"largest_shift_mm", report.largest_shift_mm}};
 }
 
+// "50%" of some triangles, or a number of them; absent where it is neither.
+std::optional<uint64_t> triangle_count(const std::string& text, uint64_t of) {
+    double number = 0.0;
+    const bool is_share = text.ends_with('%');
+    const char* end = text.data() + text.size() - (is_share ? 1 : 0);
+    const auto [stop, error] = std::from_chars(text.data(), end, number);
+    if (error != std::errc() || stop != end || !(number > 0.0) || (is_share && number > 100.0) ||
+        (!is_share && (number != std::floor(number) || number > 1e15)))
+        return {};
+    return static_cast<uint64_t>(is_share ? std::ceil(number / 100.0 * double(of)) : number);
+}
+
+// Where the triangles asked for, or a tenth, did not go, a sentence says what held them.
+void warn_of_little_gain(const SurfaceCommand& options, uint64_t wanted, size_t before,
+                         const Decimated& decimated) {
+    const size_t after = decimated.mesh.triangles.size();
+    if (wanted > 0 ? after <= wanted : double(after) <= 0.9 * double(before))
+        return;
+    std::string asked;
+    if (options.decimate_mm > 0.0)
+        asked = fmt::format("--decimate {:g}", options.decimate_mm);
+    if (wanted > 0)
+        asked += fmt::format("{}--decimate-to {}", asked.empty() ? "" : " ", options.decimate_to);
+    const KeptEdges& kept = decimated.kept;
+    const uint64_t edges = kept.by_distance + kept.by_topology + kept.by_shape;
+    const auto percent = [&](uint64_t count) {
+        return edges == 0 ? 0.0 : 100.0 * double(count) / double(edges);
+    };
+    log::warning(
+        "{}: {} of {} triangles are left; of the edges that stay, {:.0f} % would move the "
+        "surface too far, {:.0f} % would change its topology, and {:.0f} % would turn "
+        "triangles over or make slivers",
+        asked, after, before, percent(kept.by_distance), percent(kept.by_topology),
+        percent(kept.by_shape));
+}
+
+Result<Json> decimated(const SurfaceCommand& options, Mesh& mesh, const std::stop_token& stop,
+                       const std::function<void(double)>& progress) {
+    const size_t before = mesh.triangles.size();
+    DecimateOptions wanted{.stop = stop, .progress = progress};
+    if (options.decimate_mm > 0.0)
+        wanted.error_mm = options.decimate_mm;
+    if (!options.decimate_to.empty())
+        wanted.least_triangles = triangle_count(options.decimate_to, before).value();
+    Result<Decimated> found = decimate(mesh, wanted);
+    if (!found)
+        return pass_on(found);
+    warn_of_little_gain(options, wanted.least_triangles, before, *found);
+    mesh = std::move(found->mesh);
+    Json json{{"hausdorff_mm", found->hausdorff_mm}, {"triangles_before", before}};
+    if (options.decimate_mm > 0.0)
+        json["error_mm"] = options.decimate_mm;
+    return json;
+}
+
 Json json_of(const MeshTopology& found) {
     return {{"triangles", found.triangles},
             {"vertices", found.vertices},
@@ -201,7 +262,7 @@ Json label_entries(const SurfaceCommand& options, const Mesh& mesh, const Volume
                 ++voxels[static_cast<uint16_t>(value)];
         }
     std::map<uint16_t, double> twin;
-    if (options.walls == Walls::shared && options.decimate_mm == 0.0 &&
+    if (options.walls == Walls::shared && !options.is_decimated() &&
         (options.smoothing == Smoothing::none || options.smoothing == Smoothing::bounded))
         for (const LabelVolume& label : surface_nets_volumes_fp64(
                  volume, {.passes = options.smoothing == Smoothing::bounded ? options.passes : 0}))
@@ -305,17 +366,13 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
             extra["smoothing"] = smoothed(options, mesh);
             return {};
         });
-    if (done && options.decimate_mm > 0.0)
+    if (done && options.is_decimated())
         done = stages.run("decimate", 0.5, [&]() -> Result<void> {
-            const size_t before = mesh.triangles.size();
-            Result<Decimated> decimated =
-                decimate(mesh, {.error_mm = options.decimate_mm, .stop = interrupt.token()});
-            if (!decimated)
-                return pass_on(decimated);
-            mesh = std::move(decimated->mesh);
-            extra["decimation"] = {{"error_mm", options.decimate_mm},
-                                   {"hausdorff_mm", decimated->hausdorff_mm},
-                                   {"triangles_before", before}};
+            Result<Json> json = decimated(options, mesh, interrupt.token(),
+                                          [&](double share) { stages.show(0.5 + 0.2 * share); });
+            if (!json)
+                return pass_on(json);
+            extra["decimation"] = std::move(*json);
             return {};
         });
     if (done && !options.report.empty())
@@ -382,9 +439,21 @@ Command add_surface(CLI::App& app) {
         ->check(CLI::Range(1u, 10000u))
         ->capture_default_str();
     app.add_option("--decimate", o->decimate_mm,
-                   "Fewer triangles, nowhere farther from the surface than this many mm "
-                   "(default: all)")
+                   "Fewer triangles: no point of either surface farther from the other than this "
+                   "many mm (default: all)")
         ->check(positive());
+    app.add_option("--decimate-to", o->decimate_to,
+                   "Fewer triangles: this share of them, such as 50%, or this many, at the least "
+                   "distance; with --decimate no fewer than these (default: all)")
+        ->type_name("SHARE%|COUNT")
+        ->check([](const std::string& text) {
+            return triangle_count(text, 100)
+                       ? std::string()
+                       : fmt::format(
+                             "expected a share such as 50% or a whole number of triangles, "
+                             "above 0, found '{}'",
+                             text);
+        });
     app.add_option(
            "--on", o->on,
            "With --iso: who extracts: cpu, gpu, or auto, the graphics device unless it runs "

@@ -1,35 +1,43 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <limits>
 #include <stop_token>
 
 #include "engine/base/error.h"
+#include "engine/mesh/edge_collapse.h"
 #include "engine/mesh/mesh.h"
 
 namespace palpate {
 
 struct DecimateOptions {
-    double error_mm = 0.0;    // > 0: the Hausdorff distance to the original is at most this
-    double least_share = 0.0; // stop at this share of the triangles, 0 .. 1
-    std::stop_token stop;     // asked to stop, decimation ends with an error
+    // > 0: the Hausdorff distance to the original is at most this. Infinite: the count decides.
+    double error_mm = std::numeric_limits<double>::infinity();
+    uint64_t least_triangles = 0;               // ends when no more than these are left
+    std::stop_token stop;                       // asked to stop, decimation ends with an error
+    std::function<void(double share)> progress; // 0 .. 1, now and then; may be empty
 };
 
 struct Decimated {
     Mesh mesh;
-    double hausdorff_mm = 0.0; // measured both ways between all points; <= error_mm
-    uint32_t attempts = 0;
+    double hausdorff_mm = 0.0; // an upper bound, measured both ways for all points; <= error_mm
+    KeptEdges kept;            // why edges are left, where least_triangles was not reached
 };
 
 // A mesh of fewer triangles no farther from the original than error_mm.
 //
-// meshoptimizer collapses edges by the quadric error of Garland & Heckbert (1997), which bounds the
-// distance to planes and not to the surface; so the result is measured, and where it is too far,
-// the collapse starts again with less. Vertices are some of the original's, with their normals, in
-// its order. Neither open edges nor non-manifold ones nor a change of the Euler number are added: a
-// result with more of them is refused like one too far.
+// Edges collapse one after another, those first that move the surface least, and only where no
+// point of either surface comes to lie farther from the other (edge_collapse.h). New vertices lie
+// where the planes of the original's triangles are nearest, and take the original's normal there.
+// Distances hold for each patch of one label and one outer label against the same patch. They are
+// measured once more on the result.
 //
-// Labels are kept: patches of one pair of labels are decimated on their own, the triangles along
-// their rims fixed, so that walls still meet.
+// Every component keeps its Euler number, so none appears or goes, and no open edge or non-manifold
+// edge is added. Lines where walls between labels meet stay lines, and no wall comes apart. The
+// triangles keep their order and labels. Those that name a vertex twice are dropped.
+//
+// An error where a position is not finite.
 Result<Decimated> decimate(const Mesh& mesh, const DecimateOptions& options);
 
 } // namespace palpate

@@ -149,10 +149,12 @@ void TriangleTree::search(size_t node, uint32_t begin, uint32_t end, uint32_t le
     enter(!(second < first), std::max(first, second));
 }
 
-TriangleTree::Nearest TriangleTree::nearest(glm::dvec3 point_mm) const {
-    Nearest best;
+TriangleTree::Nearest TriangleTree::nearest(glm::dvec3 point_mm, double within_mm) const {
+    Nearest best{.distance_mm = within_mm};
     if (!triangles_.empty())
         search(0, 0, triangle_count(), 0, point_mm, best);
+    if (best.triangle == ~0u)
+        best.distance_mm = std::numeric_limits<double>::infinity();
     return best;
 }
 

@@ -23,9 +23,10 @@ class TriangleTree {
         glm::dvec3 point_mm{};
         uint32_t triangle = ~0u; // of the mesh; ~0u where there is none
     };
-    // The nearest point of all triangles; of several equally near, any one. Without triangles,
-    // infinitely far.
-    Nearest nearest(glm::dvec3 point_mm) const;
+    // The nearest point of all triangles; of several equally near, any one. Infinitely far, and no
+    // triangle, where none is nearer than within_mm.
+    Nearest nearest(glm::dvec3 point_mm,
+                    double within_mm = std::numeric_limits<double>::infinity()) const;
 
     // Corners of triangle `n` of the mesh, world millimetres.
     std::array<glm::dvec3, 3> corners(uint32_t n) const {

@@ -140,10 +140,39 @@ TEST_F(SurfaceCommand, SmoothsAndDecimates) {
     EXPECT_LE(few["decimation"]["hausdorff_mm"], 0.5);
     EXPECT_EQ(few["decimation"]["triangles_before"], full["triangles"]);
     EXPECT_EQ(few["euler_number"], 2);
+    EXPECT_EQ(few["decimation"]["error_mm"], 0.5);
     // Another measurement, by another command, of the two files.
     const ProgramRun compared =
         run({"compare", file("full.ply").string(), file("few.ply").string(), "--hausdorff", "0.5"});
     EXPECT_EQ(compared.exit_code, 0) << compared.messages;
+}
+
+// Hundreds of components of noise about a ball: each keeps what it is, and nothing holds up the
+// rest.
+TEST_F(SurfaceCommand, DecimatesNoisyVolumes) {
+    const std::vector<std::string> iso{"--iso", "300"};
+    ASSERT_EQ(surface("synthetic:phantom?size=48", "full.ply", iso).exit_code, 0);
+    const Json full = report();
+    ProgramRun ran =
+        surface("synthetic:phantom?size=48", "half.ply", {"--iso", "300", "--decimate-to", "50%"});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_EQ(ran.messages, "");
+    const Json half = report();
+    EXPECT_EQ(half["triangles"], (full["triangles"].get<uint64_t>() / 2 + 1) / 2 * 2);
+    for (const char* same : {"components", "euler_number", "open_edges", "non_manifold_edges"})
+        EXPECT_EQ(half[same], full[same]) << same;
+    EXPECT_FALSE(half["decimation"].contains("error_mm"));
+    ran = surface("synthetic:phantom?size=48", "same.ply",
+                  {"--iso", "300", "--decimate", "0.0001", "--decimate-to", "500"});
+    ASSERT_EQ(ran.exit_code, 0);
+    EXPECT_THAT(ran.messages, HasSubstr("warning: --decimate 0.0001 --decimate-to 500: "));
+    EXPECT_THAT(ran.messages, HasSubstr("would move the surface too far"));
+    for (const char* wrong : {"0", "101%", "half", "-5", "50.5", "%"})
+        EXPECT_EQ(
+            surface("synthetic:ball?size=16", "a.ply", {"--iso", "500", "--decimate-to", wrong})
+                .exit_code,
+            2)
+            << wrong;
 }
 
 // A report that cannot be written leaves no mesh either.

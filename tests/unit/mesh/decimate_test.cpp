@@ -1,8 +1,12 @@
 #include "engine/mesh/decimate.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 
 #include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <random>
 
 #include "engine/mesh/distance.h"
 #include "engine/mesh/topology.h"
@@ -11,16 +15,38 @@
 namespace palpate {
 namespace {
 
-void expect_sound(const Mesh& before, const Decimated& decimated, double error_mm) {
-    const MeshTopology found = topology(decimated.mesh);
-    EXPECT_TRUE(found.closed && found.manifold && found.consistently_oriented);
-    EXPECT_EQ(found.euler_number, topology(before).euler_number);
+std::vector<int64_t> euler_numbers(const MeshTopology& found) {
+    std::vector<int64_t> numbers;
+    for (const MeshComponent& component : found.components)
+        numbers.push_back(component.euler_number);
+    std::sort(numbers.begin(), numbers.end());
+    return numbers;
+}
+
+// No fault that was not there, the same components, and the distance that is told, which bounds the
+// true one from above and is measured to a hundredth of the error; here to half of that.
+void expect_sound(const Mesh& mesh, const Decimated& decimated, double error_mm) {
+    const MeshTopology before = topology(mesh), after = topology(decimated.mesh);
+    EXPECT_LE(after.open_edges, before.open_edges);
+    EXPECT_EQ(after.closed, before.closed);
+    EXPECT_LE(after.non_manifold_edges, before.non_manifold_edges);
+    EXPECT_LE(after.non_manifold_vertices, before.non_manifold_vertices);
+    EXPECT_LE(after.misoriented_edges, before.misoriented_edges);
+    EXPECT_LE(after.duplicate_triangles, before.duplicate_triangles);
+    EXPECT_LE(after.zero_area_triangles, before.zero_area_triangles);
+    EXPECT_EQ(after.degenerate_triangles, 0u);
+    EXPECT_EQ(euler_numbers(after), euler_numbers(before));
     EXPECT_LE(decimated.hausdorff_mm, error_mm);
-    // Measured again: what is told holds 0.05 for what measuring may have missed, and this 0.02.
-    const MeshDistance distance = compare_meshes(
-        before, decimated.mesh, {.tolerance_mm = 0.02 * error_mm, .samples = 20'000});
+    const MeshDistance distance =
+        compare_meshes(mesh, decimated.mesh, {.tolerance_mm = 5e-3 * error_mm, .samples = 1000});
     EXPECT_LE(distance.hausdorff_mm(), decimated.hausdorff_mm);
-    EXPECT_GE(distance.hausdorff_mm(), decimated.hausdorff_mm - 0.071 * error_mm);
+    EXPECT_GE(distance.hausdorff_mm(), decimated.hausdorff_mm - 0.02 * error_mm);
+}
+
+Decimated decimate_or_fail(const Mesh& mesh, const DecimateOptions& options) {
+    Result<Decimated> result = decimate(mesh, options);
+    EXPECT_TRUE(result) << (result ? "" : result.error().message);
+    return result ? std::move(*result) : Decimated{};
 }
 
 TEST(Decimate, KeepsToTheErrorAskedFor) {
@@ -49,19 +75,119 @@ TEST(Decimate, MeasuresInTheWorld) {
     // Distances are rounded a thousand kilometres away, and the next attempt with them.
     EXPECT_NEAR(double(near->mesh.triangles.size()), double(far->mesh.triangles.size()), 10.0);
     EXPECT_NEAR(far->hausdorff_mm, 4.0 * near->hausdorff_mm, 0.02);
-    // Vertices are some of the original's, normals with them.
-    for (size_t v = 0; v < near->mesh.positions.size(); ++v)
-        ASSERT_GT(glm::dot(near->mesh.normals[v], near->mesh.positions[v]), 9.9f);
+    // Vertices move, and take the original's normal there; facets of a ball sag by 0.1 at most.
+    for (size_t v = 0; v < near->mesh.positions.size(); ++v) {
+        ASSERT_NEAR(glm::length(near->mesh.normals[v]), 1.0f, 1e-5f);
+        ASSERT_GT(glm::dot(near->mesh.normals[v], near->mesh.positions[v]), 9.8f);
+    }
 }
 
-TEST(Decimate, StopsAtTheLeastShare) {
-    const Mesh mesh = meshes::ball(10.0, 5);
-    const Result<Decimated> decimated = decimate(mesh, {.error_mm = 5.0, .least_share = 0.25});
-    ASSERT_TRUE(decimated);
-    const double share = double(decimated->mesh.triangles.size()) / double(mesh.triangles.size());
-    EXPECT_GE(share, 0.25);
-    EXPECT_LT(share, 0.26);
-    expect_sound(mesh, *decimated, 5.0);
+TEST(Decimate, EndsAtTheCountAskedFor) {
+    const Mesh mesh = meshes::ball(10.0, 4);
+    const size_t quarter = mesh.triangles.size() / 4;
+    const Decimated alone = decimate_or_fail(mesh, {.least_triangles = quarter});
+    EXPECT_EQ(alone.mesh.triangles.size(), quarter); // each collapse takes two
+    expect_sound(mesh, alone, alone.hausdorff_mm);
+    // n equal facets of edge e in a ball sag by e^2 / 6r = 4 pi r / (1.5 sqrt(3) n); not all of
+    // these are equal.
+    EXPECT_LT(alone.hausdorff_mm, 2.0 * 4.0 * std::numbers::pi * 10.0 / (2.6 * double(quarter)));
+    const Decimated both = decimate_or_fail(mesh, {.error_mm = 5.0, .least_triangles = quarter});
+    EXPECT_EQ(both.mesh.triangles.size(), quarter);
+    const Decimated held = decimate_or_fail(mesh, {.error_mm = 1e-3, .least_triangles = quarter});
+    EXPECT_GT(held.mesh.triangles.size(), quarter);
+    EXPECT_GT(held.kept.by_distance, 0u);
+}
+
+// A speck smaller than the error can neither go nor hold up the rest.
+TEST(Decimate, SpecksOfNoiseStayAndTheRestIsDecimated) {
+    const Mesh ball = meshes::ball(10.0, 4);
+    Mesh mesh = meshes::beside(ball, meshes::ball(0.01, 1, {20, 0, 0}));
+    const Decimated one = decimate_or_fail(mesh, {.error_mm = 0.5});
+    expect_sound(mesh, one, 0.5);
+    EXPECT_LT(one.mesh.triangles.size(), ball.triangles.size() / 8);
+    EXPECT_EQ(topology(one.mesh).components[1].triangles, 4u); // the fewest that are closed
+    std::mt19937 random(20);
+    std::uniform_real_distribution<double> at(15.0, 60.0), radius(0.01, 0.6);
+    for (int i = 0; i < 200; ++i)
+        mesh = meshes::beside(
+            mesh, meshes::ball(radius(random), i % 3, {at(random), at(random), at(random)}));
+    mesh = meshes::beside(mesh, meshes::torus(64, 32, 10.0, 4.0));
+    const Decimated many = decimate_or_fail(mesh, {.error_mm = 0.5});
+    expect_sound(mesh, many, 0.5);
+    EXPECT_LT(many.mesh.triangles.size(), mesh.triangles.size() / 5);
+}
+
+// A surface that ends in a plane, as at a volume's border, ends in that plane after it.
+TEST(Decimate, OpenSurfacesKeepTheirBorders) {
+    Mesh mesh = meshes::ball(10.0, 5);
+    std::erase_if(mesh.triangles, [&](glm::uvec3 t) {
+        return mesh.positions[t.x].z + mesh.positions[t.y].z + mesh.positions[t.z].z < 0.0f;
+    });
+    for (const double error_mm : {0.05, 0.5}) {
+        const Decimated half = decimate_or_fail(mesh, {.error_mm = error_mm});
+        expect_sound(mesh, half, error_mm);
+        EXPECT_LT(half.mesh.triangles.size(), mesh.triangles.size() / 4);
+        EXPECT_LT(topology(half.mesh).open_edges, topology(mesh).open_edges);
+        std::map<std::pair<uint32_t, uint32_t>, int> uses;
+        for (const glm::uvec3 t : half.mesh.triangles)
+            for (int i = 0; i < 3; ++i)
+                ++uses[std::minmax(t[i], t[(i + 1) % 3])];
+        for (const auto& [edge, count] : uses)
+            if (count == 1) {
+                ASSERT_EQ(half.mesh.positions[edge.first].z, 0.0f);
+            }
+    }
+}
+
+TEST(Decimate, MoreErrorLeavesFewerTriangles) {
+    const Mesh mesh = meshes::torus(64, 32, 10.0, 4.0);
+    size_t before = mesh.triangles.size() + 1;
+    for (const double error_mm : {0.01, 0.05, 0.2, 1.0}) {
+        const Decimated found = decimate_or_fail(mesh, {.error_mm = error_mm});
+        expect_sound(mesh, found, error_mm);
+        EXPECT_LT(found.mesh.triangles.size(), before) << error_mm;
+        before = found.mesh.triangles.size();
+    }
+}
+
+TEST(Decimate, GivesTheSameOnAnyNumberOfThreads) {
+    const Mesh mesh = meshes::beside(meshes::ball(10.0, 4), meshes::torus(48, 24, 10.0, 4.0));
+    const Decimated many = decimate_or_fail(mesh, {.error_mm = 0.2});
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    const Decimated alone = decimate_or_fail(mesh, {.error_mm = 0.2});
+    EXPECT_EQ(alone.mesh.positions, many.mesh.positions);
+    EXPECT_EQ(alone.mesh.triangles, many.mesh.triangles);
+    EXPECT_EQ(alone.hausdorff_mm, many.hausdorff_mm);
+}
+
+// Triangles without area, drawn twice, or that name a vertex twice; fans that share one vertex or
+// one edge; one wound the wrong way.
+TEST(Decimate, TakesAnyTriangles) {
+    Mesh mesh = meshes::beside(meshes::ball(5.0, 3), meshes::ball(5.0, 3, {20, 0, 0}));
+    mesh.triangles.push_back(mesh.triangles[0]);
+    mesh.triangles.emplace_back(0, 100, 400);
+    std::swap(mesh.triangles[60].x, mesh.triangles[60].y);
+    const auto next = static_cast<uint32_t>(mesh.positions.size());
+    for (int i = 0; i < 5; ++i)
+        mesh.positions.emplace_back(40.0f + float(i), 0.0f, 0.0f);
+    mesh.triangles.emplace_back(next, next + 1, next + 2);
+    mesh.triangles.emplace_back(next + 1, next + 3, next + 2);
+    mesh.triangles.emplace_back(next + 4, next, 0);
+    Mesh with_a_line = mesh; // which is dropped
+    with_a_line.triangles.emplace_back(1, 1, 2);
+    const Decimated found = decimate_or_fail(with_a_line, {.error_mm = 0.5});
+    expect_sound(mesh, found, 0.5);
+    EXPECT_LT(found.mesh.triangles.size(), mesh.triangles.size() / 2);
+}
+
+TEST(Decimate, RefusesPositionsThatAreNotFinite) {
+    for (const float bad : {std::numeric_limits<float>::quiet_NaN(), HUGE_VALF}) {
+        Mesh mesh = meshes::ball(1.0, 1);
+        mesh.positions[3].y = bad;
+        const Result<Decimated> refused = decimate(mesh, {.error_mm = 0.1});
+        ASSERT_FALSE(refused);
+        EXPECT_THAT(refused.error().message, testing::HasSubstr("at vertex 3"));
+    }
 }
 
 TEST(Decimate, KeepsLabelsAndTheWallsBetweenThem) {
