@@ -16,21 +16,6 @@ constexpr double kUnsignedCtOffset = 1024.0;
 // twice the time for a third of the error (palpate_ray_costs, shaded alpha).
 constexpr double kAlphaStep_voxels = 0.5;
 
-struct NamedView {
-    const char* name;
-    ViewDirection view;
-};
-// World axes point to the patient's left, posterior and superior.
-constexpr NamedView kViews[] = {
-    {"oblique", {{-0.45, -1.0, 0.4}, {0, 0, 1}}},
-    {"front", {{0, -1, 0}, {0, 0, 1}}},
-    {"back", {{0, 1, 0}, {0, 0, 1}}},
-    {"left", {{1, 0, 0}, {0, 0, 1}}},
-    {"right", {{-1, 0, 0}, {0, 0, 1}}},
-    {"top", {{0, 0, 1}, {0, -1, 0}}},
-    {"bottom", {{0, 0, -1}, {0, -1, 0}}},
-};
-
 // Of a brick file larger than this a coarser level is looked at.
 constexpr uint64_t kMostSamples = 256ull * 256 * 256;
 
@@ -140,54 +125,6 @@ std::vector<IsoSurface> iso_surfaces(std::vector<double> values) {
         isos.push_back({values[i], surface_color(from_inside), from_inside == 0 ? 1.0 : 0.35});
     }
     return isos;
-}
-
-Camera default_camera(const Scene& scene, const Grid& grid) {
-    if (scene.ray_cast || scene.slices.size() != 1)
-        return frame_volume(grid, kViews[0].view.towards, kViews[0].view.up);
-    const glm::dvec3 normal = glm::normalize(scene.slices[0].normal);
-    const glm::dvec3 size = glm::abs(normal);
-    // Axial planes are seen from the feet, coronal ones from the front, sagittal ones from the
-    // left.
-    glm::dvec3 towards = normal, up(0, 0, 1);
-    if (size.z >= size.x && size.z >= size.y) {
-        towards = normal.z > 0 ? -normal : normal;
-        up = {0, -1, 0};
-    } else if (size.y >= size.x) {
-        towards = normal.y > 0 ? -normal : normal;
-    } else {
-        towards = normal.x < 0 ? -normal : normal;
-    }
-    Camera camera = frame_volume(grid, towards, up);
-    camera.projection = Projection::orthographic;
-    // Fits the volume's extent along the picture's axes.
-    const View view = make_view(camera, scene.size_px);
-    double half_width = 0, half_height = 0;
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 index =
-            (glm::dvec3(grid.size) - 1.0) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
-        const glm::dvec3 arm = world_point(grid, index) - camera.target_mm;
-        half_width = std::max(half_width, std::abs(glm::dot(arm, view.right)));
-        half_height = std::max(half_height, std::abs(glm::dot(arm, view.up)));
-    }
-    const double aspect =
-        static_cast<double>(scene.size_px.x) / static_cast<double>(scene.size_px.y);
-    camera.view_height_mm = std::max(1e-6, 2.04 * std::max(half_height, half_width / aspect));
-    return camera;
-}
-
-std::optional<ViewDirection> view_direction(const std::string& name) {
-    for (const NamedView& view : kViews)
-        if (name == view.name)
-            return view.view;
-    return std::nullopt;
-}
-
-std::string view_names() {
-    std::string names;
-    for (const NamedView& view : kViews)
-        names += names.empty() ? view.name : fmt::format(", {}", view.name);
-    return names;
 }
 
 } // namespace palpate

@@ -40,8 +40,8 @@ glm::dvec3 surface_color(size_t number);
 std::vector<IsoSurface> iso_surfaces(std::vector<double> values);
 
 // A lone slice is looked at straight, as radiologists do (the patient's right on the left, the nose
-// up or to the left); else an oblique view of the whole volume.
-Camera default_camera(const Scene& scene, const Grid& grid);
+// up or to the left); else an oblique view, which what can be seen of the volume fills.
+Camera default_camera(const Scene& scene, const SceneData& data);
 
 struct ViewDirection {
     glm::dvec3 towards; // from the volume to the eye, LPS

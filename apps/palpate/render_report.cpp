@@ -72,6 +72,7 @@ OrderedJson stats_json(const Device& device, Renderer& renderer, const Timing& t
                      : OrderedJson(std::max(
                            0.0, 1.0 - static_cast<double>(timing.samples) /
                                           static_cast<double>(std::max<uint64_t>(1, segments))));
+        json["opacity_unit_mm"] = scene.ray_cast->transfer.opacity_unit_mm;
         json["cell_map_ms"] = timing.cell_map_ms;
         if (timing.first.gradients_ms > 0)
             json["gradients_ms"] = timing.first.gradients_ms;

@@ -302,11 +302,17 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         ->required();
     app.add_option("--labels", o.labels, "Label map shown with the volume (default: none)")
         ->type_name("FILE");
-    app.add_option("--mode", o.mode, "mip, alpha or iso (default: alpha; none with --slice alone)");
-    app.add_option("--iso", o.isos, "Iso-values, in the volume's units (default: 300 HU for CT)")
+    app.add_option(
+        "--mode", o.mode,
+        "mip, alpha or iso (default: alpha; none with --slice alone; a label map's surfaces; a "
+        "volume one sample thick as its slice)");
+    app.add_option("--iso", o.isos,
+                   "Iso-values, in the volume's units (default: 300 HU for CT, else by the values)")
         ->delimiter(',');
-    app.add_option("--tf", o.transfer,
-                   "Transfer function: a preset or a JSON file (default: by modality)");
+    app.add_option(
+        "--tf", o.transfer,
+        "Transfer function: a preset or a JSON file (default: by modality and values; see "
+        "docs/scene.md)");
     app.add_option("--window", o.window,
                    "Grey from LOW to HIGH, in the volume's units, instead of --tf")
         ->delimiter(',')
@@ -318,8 +324,10 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--jitter", o.jitter_seed,
                    "Fast, preintegrated: move each ray's samples by a share of a step that a hash "
                    "of its pixel and this seed gives (default: none)");
-    app.add_option("--step", o.step_mm,
-                   "Distance between samples in mm; 0 is the smallest spacing (default: 0)")
+    app.add_option(
+           "--step", o.step_mm,
+           "Distance between samples in mm; 0 is the smallest spacing (default: half of that for "
+           "alpha, else 0)")
         ->check(non_negative());
     app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");
     app.add_flag("--no-shade", o.no_shade, "No gradient shading");
@@ -405,8 +413,6 @@ void show_labels_by_default(const SceneOptions& options, SceneFile& file, Loaded
     file.surfaces = {SurfaceSource{.mesh = {}, .iso = {}, .labels = true}};
     file.scene.surfaces = {SurfaceLayer{}};
     file.scene.labels = LabelLayer{};
-    const ViewDirection view = *view_direction("oblique");
-    file.framing = Framing{.direction = view.towards, .up = view.up};
     loaded.data.labels = loaded.data.volume;
 }
 
@@ -467,6 +473,11 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
     } else if (nothing_asked) {
         scene.ray_cast = default_ray_cast(RayMode::alpha, loaded);
     }
+    const ValueRange range = loaded.data.volume.range();
+    if (nothing_asked && !(range.min < range.max))
+        log::warning(
+            "{}: {}, so there is nothing to see", file.volume,
+            range.empty() ? "no sample has data" : fmt::format("all samples are {:g}", range.min));
     if (from_volume && is_ct_without_offset(loaded))
         log::info("{}: a CT without values below -200, taken as HU + 1024", file.volume);
     if (auto done = apply_ray_cast(options, loaded, scene); !done)
@@ -482,8 +493,10 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
             return fail("{}", found.error().message);
         scene.slice_transfer = *found;
     }
-    if (from_volume)
-        scene.camera = default_camera(scene, grid);
+    const bool shows_labels =
+        loaded.data.labels && loaded.data.labels->is_same_as(loaded.data.volume);
+    if (from_volume || shows_labels)
+        scene.camera = default_camera(scene, loaded.data);
     if (auto done = apply_clips(options, scene); !done)
         return pass_on(done);
     if (auto done = apply_camera(options, grid, scene); !done)
