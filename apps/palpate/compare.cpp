@@ -375,7 +375,7 @@ Result<void> run_compare(const CompareOptions& options) {
 Command add_compare(CLI::App& app) {
     auto options = std::make_shared<CompareOptions>();
     app.add_option("A", options->first,
-                   "A picture (.exr or .png), a mesh (.ply or .stl) or a volume")
+                   "A picture (.exr or .png), a mesh (.ply, .stl, .obj or .vtp) or a volume")
         ->required();
     app.add_option("B", options->second, "Another of the same kind")->required();
     app.add_flag("--labels", options->labels,

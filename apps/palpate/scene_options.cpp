@@ -341,10 +341,10 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--slab", o.slab_mm, "Slices: thickness in mm (default: 0)")
         ->check(non_negative());
     app.add_option("--slab-mode", o.slab_mode, "Slabs: mean or maximum (default: mean)");
-    app.add_option(
-           "--surface", o.surfaces,
-           "A mesh in the picture: a PLY or STL file, iso=VALUE for the volume's surface at "
-           "that value, or labels for those of the label map; repeatable (default: none)")
+    app.add_option("--surface", o.surfaces,
+                   "A mesh in the picture: a PLY, STL, OBJ or VTP file, iso=VALUE for the volume's "
+                   "surface at "
+                   "that value, or labels for those of the label map; repeatable (default: none)")
         ->type_name("SOURCE");
     app.add_option("--surface-color", o.surface_colors,
                    "Surfaces, in their order: r,g,b, 0 .. 1; repeatable (default: bone, skin, ..)");

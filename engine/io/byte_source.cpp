@@ -19,7 +19,22 @@ constexpr size_t kPackedBytes = 1 << 16;
 constexpr int kGzipOrZlib = 15 + 32; // zlib.h: window of 2^15, header recognised by itself
 constexpr auto kGzipMagic = static_cast<std::byte>(0x1f);
 
+template <class Word, class Swap>
+void swap_words(std::span<std::byte> bytes, const Swap& swap) {
+    auto* const words = reinterpret_cast<Word*>(bytes.data());
+    std::transform(words, words + bytes.size() / sizeof(Word), words, swap);
+}
+
 } // namespace
+
+void swap_bytes(std::span<std::byte> bytes, size_t word_bytes) {
+    if (word_bytes == 2)
+        swap_words<uint16_t>(bytes, [](uint16_t word) { return __builtin_bswap16(word); });
+    if (word_bytes == 4)
+        swap_words<uint32_t>(bytes, [](uint32_t word) { return __builtin_bswap32(word); });
+    if (word_bytes == 8)
+        swap_words<uint64_t>(bytes, [](uint64_t word) { return __builtin_bswap64(word); });
+}
 
 Result<Packing> packing_of(const std::filesystem::path& path) {
     Result<ByteSource> source = ByteSource::open(path, Packing::none);

@@ -19,6 +19,9 @@ enum class Packing : uint8_t { none, deflate };
 // How a file is packed: gzip, by its first two bytes, or not. An error names the file.
 Result<Packing> packing_of(const std::filesystem::path& path);
 
+// Turns each word of 1, 2, 4 or 8 bytes to the other byte order.
+void swap_bytes(std::span<std::byte> bytes, size_t word_bytes);
+
 // Reads a file forward from an offset on, unpacking on the way.
 class ByteSource {
  public:

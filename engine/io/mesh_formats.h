@@ -1,6 +1,7 @@
 #pragma once
 
 #include <charconv>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -13,6 +14,18 @@ namespace palpate::io {
 // limit_bytes: the most memory to take beside the text.
 Result<LoadedMesh> parse_ply(std::string_view text, const std::string& name, uint64_t limit_bytes);
 Result<LoadedMesh> parse_stl(std::string_view text, const std::string& name, uint64_t limit_bytes);
+Result<LoadedMesh> parse_obj(std::string_view text, const std::string& name, uint64_t limit_bytes);
+Result<LoadedMesh> parse_vtp(std::string_view text, const std::string& name, uint64_t limit_bytes);
+
+// A normal of unit length, and to the bit where it has that but for the rounding of its three
+// floats (2^-25 each), so that normals that are written and read stay the same. 0 for 0 and for no
+// number.
+inline glm::vec3 unit_normal(glm::dvec3 normal) {
+    const double length = glm::length(normal);
+    if (!std::isfinite(length) || length == 0.0)
+        return glm::vec3(0.0f);
+    return glm::vec3(std::abs(length - 1.0) <= 0x1p-23 ? normal : normal / length);
+}
 
 // Positions as floats about an origin that lies near them.
 void set_world_positions(Mesh& mesh, const std::vector<glm::dvec3>& world);

@@ -46,9 +46,18 @@ struct LoadedMesh {
     std::vector<std::string> warnings;
 };
 
-// Reads PLY (ascii, and binary of either byte order, any types; polygons are cut into fans) or STL
-// (binary or ascii; corners of equal position become one vertex). What the file is, is told from
-// its beginning.
+// Reads a mesh. What the file is, is told from its beginning, and from its extension where that may
+// be anything. Polygons are cut into fans.
+//
+//   PLY  ascii, and binary of either byte order; any types
+//   STL  binary or ascii; corners of equal position become one vertex
+//   OBJ  polygons with positive or negative indices; normals where all corners of a vertex name the
+//        same one; texture coordinates and materials are passed over; free-form surfaces are
+//        refused
+//   VTP  polygons and triangle strips of all pieces, as text, base64 or appended, packed by zlib or
+//        not
+//
+// Points and lines are left out with a warning.
 //
 // Positions are taken as world millimetres; where they lie too far off for floats, world_from_mesh
 // holds the offset, a whole number of millimetres. Normals are kept where every vertex has one, and

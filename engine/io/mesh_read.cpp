@@ -63,23 +63,31 @@ void io::set_world_positions(Mesh& mesh, const std::vector<glm::dvec3>& world) {
     mesh.world_from_mesh[3] = glm::dvec4(offset, 1.0);
 }
 
-// The name of a format that is written and not read: told by the extension, and by the text of what
-// is not called .stl, as the first 80 bytes of a binary one may hold anything.
-const char* written_only(const fs::path& path, std::string_view text) {
-    const auto holds = [&](std::string_view words) {
-        return text.substr(0, 4096).find(words) != std::string_view::npos;
-    };
+namespace {
+
+using Parse = Result<LoadedMesh> (*)(std::string_view text, const std::string& name,
+                                     uint64_t limit_bytes);
+
+// What a text is, told by its beginning, and by the extension of what may begin with anything: the
+// first 80 bytes of a binary STL, and comments of OBJ.
+Parse parser_of(const fs::path& path, std::string_view text) {
+    if (text.starts_with("ply\n") || text.starts_with("ply\r"))
+        return io::parse_ply;
     std::string extension = path.extension().string();
     std::transform(extension.begin(), extension.end(), extension.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const bool is_stl = extension == ".stl";
-    if (extension == ".vtp" || (!is_stl && (text.starts_with("<?xml") || holds("<VTKFile"))))
-        return "VTK XML (.vtp)";
-    const bool has_vertex = text.starts_with("v ") || holds("\nv ");
-    if (extension == ".obj" || (!is_stl && has_vertex && text.find('\0') == text.npos))
-        return "Wavefront OBJ (.obj)";
-    return nullptr;
+    if (extension == ".stl")
+        return io::parse_stl;
+    const std::string_view head = text.substr(0, 4096);
+    if (extension == ".vtp" || text.starts_with("<?xml") || head.find("<VTKFile") != head.npos)
+        return io::parse_vtp;
+    const bool has_vertex = text.starts_with("v ") || text.find("\nv ") != text.npos;
+    if (extension == ".obj" || (has_vertex && text.find('\0') == text.npos))
+        return io::parse_obj;
+    return io::parse_stl;
 }
+
+} // namespace
 
 Result<LoadedMesh> load_mesh(const fs::path& path, const MeshReadOptions& options) {
     const std::string name = path.string();
@@ -87,12 +95,7 @@ Result<LoadedMesh> load_mesh(const fs::path& path, const MeshReadOptions& option
     if (!text)
         return pass_on(text);
     const uint64_t limit_bytes = options.max_memory_bytes - text->size();
-    const bool is_ply =
-        text->starts_with("ply\n") || text->starts_with("ply\r\n") || text->starts_with("ply\r");
-    if (const char* kind = is_ply ? nullptr : written_only(path, *text))
-        return fail("{}: expected a mesh of a kind that is read, PLY or STL, found {}", name, kind);
-    Result<LoadedMesh> loaded =
-        is_ply ? io::parse_ply(*text, name, limit_bytes) : io::parse_stl(*text, name, limit_bytes);
+    Result<LoadedMesh> loaded = parser_of(path, *text)(*text, name, limit_bytes);
     if (!loaded)
         return loaded;
     const Mesh& mesh = loaded->mesh;

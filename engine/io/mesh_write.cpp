@@ -9,6 +9,7 @@
 
 #include "engine/base/assert.h"
 #include "engine/base/file.h"
+#include "engine/io/mesh_formats.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/output_file.h"
 
@@ -42,11 +43,8 @@ struct WorldMesh {
             positions.push_back(world);
         }
         const glm::dmat3 covariant = glm::transpose(glm::inverse(glm::dmat3(m.world_from_mesh)));
-        for (const glm::vec3 n : m.normals) {
-            const glm::dvec3 world = covariant * glm::dvec3(n);
-            const double length = glm::length(world);
-            normals.push_back(length > 0.0 ? world / length : glm::dvec3(0.0));
-        }
+        for (const glm::vec3 n : m.normals)
+            normals.emplace_back(io::unit_normal(covariant * glm::dvec3(n)));
     }
     glm::uvec3 triangle(size_t n) const {
         const glm::uvec3 t = mesh.triangles[n];

@@ -42,12 +42,6 @@ std::optional<uint64_t> total_bytes(const Payload& payload) {
     return *one * payload.frames;
 }
 
-template <class Word, class Swap>
-void swap_words(std::span<std::byte> bytes, const Swap& swap) {
-    auto* const words = reinterpret_cast<Word*>(bytes.data());
-    std::transform(words, words + bytes.size() / sizeof(Word), words, swap);
-}
-
 std::string surplus_sentence(const Payload& payload, uint64_t found, uint64_t claimed,
                              bool at_least) {
     return fmt::format(
@@ -225,15 +219,6 @@ Result<std::span<std::byte>> read_ascii(const Payload& payload, uint64_t file_by
 }
 
 } // namespace
-
-void swap_bytes(std::span<std::byte> bytes, size_t word_bytes) {
-    if (word_bytes == 2)
-        swap_words<uint16_t>(bytes, [](uint16_t word) { return __builtin_bswap16(word); });
-    if (word_bytes == 4)
-        swap_words<uint32_t>(bytes, [](uint32_t word) { return __builtin_bswap32(word); });
-    if (word_bytes == 8)
-        swap_words<uint64_t>(bytes, [](uint64_t word) { return __builtin_bswap64(word); });
-}
 
 std::string describe(const Payload& payload) {
     const std::optional<uint64_t> bytes = total_bytes(payload);

@@ -31,9 +31,6 @@ struct Payload {
 Result<void> read_payload(const Payload& payload, VoxelSink& sink,
                           std::vector<std::string>& warnings);
 
-// Turns each word of 1, 2, 4 or 8 bytes to the other byte order.
-void swap_bytes(std::span<std::byte> bytes, size_t word_bytes);
-
 // "12 x 10 x 5 x 20 voxels of i16 (24000 bytes)"
 std::string describe(const Payload& payload);
 

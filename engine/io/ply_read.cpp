@@ -347,11 +347,8 @@ class Body {
         }
         if (is_vertex) {
             points_.push_back(point);
-            const double length = glm::length(normal);
             if (has_normals_)
-                loaded_.mesh.normals.push_back(std::isfinite(length) && length > 0.0
-                                                   ? glm::vec3(normal / length)
-                                                   : glm::vec3(0.0f));
+                loaded_.mesh.normals.push_back(unit_normal(normal));
         }
         if (is_face)
             for (; first_triangle < loaded_.mesh.triangles.size(); ++first_triangle) {

@@ -147,8 +147,8 @@ Result<LoadedMesh> parse_stl(std::string_view text, const std::string& name, uin
     if (Words(text).next() == "solid")
         return parse_ascii(text, name, limit_bytes);
     if (text.size() < kHeader)
-        return fail("{}: expected a mesh (PLY or STL), found {} bytes that are neither", name,
-                    text.size());
+        return fail("{}: expected a mesh (PLY, STL, OBJ or VTP), found {} bytes that are none",
+                    name, text.size());
     return parse_binary(text, name, limit_bytes);
 }
 

@@ -381,10 +381,9 @@ TEST_F(CompareMeshesCommand, GivesMetricsAndPass) {
     EXPECT_EQ(by_limit(most + 1e-9), 0);
     by_limit(0.5 * (least + most));
     for (const char* name : {"m.obj", "m.vtp"}) {
-        ASSERT_TRUE(save_mesh(file(name), meshes::ball(10.0, 2)));
-        const ProgramRun ran = compare("a.ply", name);
-        EXPECT_EQ(ran.exit_code, 1);
-        EXPECT_THAT(ran.messages, HasSubstr("expected a mesh of a kind that is read, PLY or STL"));
+        const Result<LoadedMesh> mesh = load_mesh(file("a.ply"));
+        ASSERT_TRUE(mesh && save_mesh(file(name), mesh->mesh));
+        EXPECT_EQ(compare("a.ply", name).exit_code, 0) << name;
     }
     EXPECT_EQ(compare("a.ply", "b.stl", {"--rms-distance", "0.55"}).exit_code, 0);
     // Facets of half the size are tilted against their coarser ones.

@@ -12,6 +12,7 @@
 #include "engine/volume/builder.h"
 #include "tests/reader_fuzz/harness.h"
 #include "tests/support/meshes.h"
+#include "tests/support/vtp_files.h"
 #include "tests/unit/io/sample_files.h"
 #include "tests/unit/io_formats/decode_here.h"
 #include "tests/unit/io_formats/sample_files.h"
@@ -170,6 +171,12 @@ std::vector<Reader> sandboxed_readers() {
 std::vector<Reader> mesh_readers() {
     return {
         {"Ply", "m.ply", {mesh_bytes("m.ply", false), mesh_bytes("m.ply", true)}, read_mesh},
+        {"Obj", "m.obj", {mesh_bytes("m.obj", false)}, read_mesh},
+        {"Vtp",
+         "m.vtp",
+         {mesh_bytes("m.vtp", false), vtp::square({}), vtp::square({vtp::Form::base64, true}),
+          vtp::square({vtp::Form::appended_base64}), vtp::square({vtp::Form::appended_raw, true})},
+         read_mesh},
         {"Stl", "m.stl", {mesh_bytes("m.stl", false), mesh_bytes("m.stl", true)}, read_mesh},
     };
 }

@@ -121,8 +121,8 @@ TEST_F(MeshReading, HostileFilesAreRefusedInOneSentence) {
     const std::string face = "element face 1\nproperty list uchar int vertex_indices\n";
     const std::string points = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n";
     const std::string good = ascii + kVertices + face + "end_header\n" + points;
-    EXPECT_TRUE(has(refusal(""), "neither"));
-    EXPECT_TRUE(has(refusal("what is this?"), "neither"));
+    EXPECT_TRUE(has(refusal(""), "are none"));
+    EXPECT_TRUE(has(refusal("what is this?"), "are none"));
     EXPECT_TRUE(has(refusal("ply\n"), "end_header"));
     EXPECT_TRUE(has(refusal("ply\nformat dancing 1.0\nend_header\n"), "\"dancing\""));
     EXPECT_TRUE(has(refusal("ply\nformat ascii 2.0\nend_header\n"), "\"2.0\""));
