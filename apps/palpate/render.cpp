@@ -114,6 +114,19 @@ void warn_of_idle_options(const RenderOptions& o, const Scene& scene, const CLI:
     warn_of_idle(app, idle);
 }
 
+// One line where frames took longer than --frame-ms, and why no fewer rays were cast.
+void warn_of_missed_budget(const Timing& timing, const FrameOptions& frames) {
+    const double median_ms = percentile(timing.wall_ms, 0.5);
+    if (!timing.interactive || median_ms <= frames.frame_ms)
+        return;
+    log::warning("--frame-ms {:g}: {} took {:.0f} ms, {}", frames.frame_ms,
+                 frames.frames > 1 ? "half of the frames" : "the frame", median_ms,
+                 timing.coarsest      ? "with the fewest rays there are, one in 16 x 16 pixels"
+                 : frames.frames == 1 ? "the first has none before it to go by: ask for --frames"
+                 : timing.moving      ? "before rays were few enough: ask for more --frames"
+                                      : "for a row of tiles, the least that is drawn at rest");
+}
+
 Result<TexelFormat> texel_format(const std::string& name) {
     if (name == "auto")
         return TexelFormat::automatic;
@@ -200,10 +213,11 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
         return fail("{}", timing.error().message);
     if (timing->interactive && !timing->interactive->complete)
         log::info(
-            "an interactive frame: {:.0f} % of the pixels have rays, steps are {} times as "
+            "an interactive frame: {:.2g} % of the pixels have rays, steps are {} times as "
             "long, error about {:.2g} RMSE",
             100.0 * timing->interactive->traced_share, timing->interactive->step_factor,
             timing->interactive->error_estimate);
+    warn_of_missed_budget(*timing, options.frames);
     say_residency(timing->first);
     const ImageMetadata metadata{{"palpate:version", PALPATE_VERSION},
                                  {"palpate:device", device.info().name},

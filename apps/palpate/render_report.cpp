@@ -57,8 +57,11 @@ OrderedJson stats_json(const Device& device, Renderer& renderer, const Timing& t
         json["resources"].push_back(
             {{"name", resource.name}, {"kind", resource.kind}, {"bytes", resource.bytes}});
     if (scene.ray_cast && timing.interactive) {
-        json["interactive"] = {{"step_factor", timing.interactive->step_factor},
+        json["interactive"] = {{"budget_ms", timing.budget_ms},
+                               {"budget_met", percentile(timing.wall_ms, 0.5) <= timing.budget_ms},
+                               {"step_factor", timing.interactive->step_factor},
                                {"traced_share", timing.interactive->traced_share},
+                               {"px_per_ray", timing.interactive->px_per_ray},
                                {"error_estimate", timing.interactive->error_estimate},
                                {"complete", timing.interactive->complete}};
     } else if (scene.ray_cast) {

@@ -50,6 +50,7 @@ double Timing::disagreement() const {
 Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& data,
                            const FrameOptions& options, bool count_samples, std::stop_token stop) {
     Timing timing;
+    timing.budget_ms = options.frame_ms;
     std::map<std::string, std::vector<double>> passes;
     std::optional<Interactive> interactive;
     if (options.frame_ms > 0)
@@ -63,6 +64,10 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
         const Result<FrameStats> stats = draw_once(renderer, interactive, scene, data, timing);
         if (!stats)
             return tl::unexpected(stats.error());
+        if (interactive) {
+            timing.moving = timing.interactive->px_per_ray > 1;
+            timing.coarsest = timing.interactive->coarsest;
+        }
         if (i == 0) {
             timing.first_frame_ms = timer.ms();
             timing.cell_map_ms = stats->cell_map_ms;

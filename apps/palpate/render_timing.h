@@ -28,6 +28,8 @@ struct Timing {
     uint64_t samples = 0;                // of the last frame; none with --frame-ms
     FrameStats first;                    // of the first frame: uploads, residency
     std::optional<InteractiveFrame> interactive; // the last frame with --frame-ms
+    bool moving = false, coarsest = false;       // the last frame before it settled
+    double budget_ms = 0;                        // --frame-ms; 0 without
 
     // Median over the frames of how far the GPU's timestamps and the fenced wall clock are apart,
     // as a share of the latter. Clocks that lie, passes that nobody timed and waits between

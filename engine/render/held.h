@@ -72,13 +72,14 @@ struct Renderer::RayPass {
 struct Renderer::Coarse {
     glm::uvec2 size_px, probes; // of the picture; sparse rays
     uint32_t eyes;
-    GpuImage truth;
+    GpuImage truth, few;              // of sparse rays; of rays more than two pixels apart
     Buffer spans, tile_groups, tiles; // the latter of sparse rays
     Buffer ray_groups, counts, rays_listed, first_hits, squares;
-    MirroredBuffer frame{}, probe_frame{}, interpolate{}, judge{};
+    MirroredBuffer frame{}, probe_frame{}, few_frame{}, interpolate{}, enlarge{}, judge{};
     std::optional<TransferImage> transfer{}; // where the step differs
     uint32_t drawn = 1;                      // frames so far: the sparse rays wander
     glm::uvec2 first_probe{0};
+    glm::uvec2 few_rays{0}; // how many of them
 };
 
 struct Renderer::Held {

@@ -9,12 +9,26 @@ namespace palpate {
 
 namespace {
 
-// The steps to choose from, in steps of the scene. Each is at most 1.5 times the one before it.
-constexpr std::array kStepFactors{1.0, 1.5, 2.0, 3.0, 4.0};
-// A level is left for a better one when a frame takes less than this share of the budget. Samples
-// grow as steps shrink, by 1.5 at most, so that the better one takes 0.9 of the budget at most and
-// the two do not take turns.
-constexpr double kComfortable = 0.6;
+// From the best to the coarsest.
+struct Level {
+    double step_factor; // each at most 1.5 times the one before
+    uint32_t px_per_ray;
+};
+constexpr std::array<Level, 8> kLevels{
+    {{1.0, 2}, {1.5, 2}, {2.0, 2}, {3.0, 2}, {4.0, 2}, {4.0, 4}, {4.0, 8}, {4.0, 16}}};
+
+// How many samples a level takes, beside one step and one ray a pixel, where one in two pixels both
+// ways and those listed are `listed_share` of all.
+double samples_of(const Level& level, bool has_steps, double listed_share) {
+    const double rays =
+        level.px_per_ray == 2 ? listed_share : 1.0 / (1.0 * level.px_per_ray * level.px_per_ray);
+    return rays / (has_steps ? level.step_factor : 1.0);
+}
+
+// A level is left for a better one when that is expected to take less than this share of the
+// budget, by samples: frames have fixed costs besides, so that it takes less and the two do not
+// take turns.
+constexpr double kComfortable = 0.9;
 
 uint64_t version_of(const std::optional<Volume>& volume) {
     return volume ? volume->version() : 0;
@@ -40,17 +54,33 @@ Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& 
 }
 
 Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const SceneData& data) {
-    const double factor = kStepFactors[level_];
-    Result<CoarseStats> drawn = renderer_->draw_coarse(scene, data, {.step_factor = factor});
+    const Level level = kLevels[level_];
+    Result<CoarseStats> drawn = renderer_->draw_coarse(
+        scene, data, {.step_factor = level.step_factor, .px_per_ray = level.px_per_ray});
     if (!drawn)
         return tl::unexpected(drawn.error());
-    InteractiveFrame frame{std::move(drawn->frame), drawn->error_estimate, factor,
-                           drawn->traced_share, false};
+    if (level.px_per_ray == 2)
+        listed_share_ = std::max(drawn->traced_share, 0.01);
+    InteractiveFrame frame{std::move(drawn->frame),
+                           drawn->error_estimate,
+                           level.step_factor,
+                           drawn->traced_share,
+                           level.px_per_ray,
+                           false,
+                           false};
+    frame.coarsest = level_ + 1 == kLevels.size();
     last_error_ = frame.error_estimate;
-    if (frame.frame.wall_ms > budget_ms_)
-        level_ = std::min(level_ + 1, kStepFactors.size() - 1);
-    else if (frame.frame.wall_ms < kComfortable * budget_ms_ && level_ > 0)
+    const bool has_steps = scene.ray_cast->integrator != Integrator::exact;
+    const auto expected_ms = [&](size_t other) {
+        return frame.frame.wall_ms * samples_of(kLevels[other], has_steps, listed_share_) /
+               samples_of(level, has_steps, listed_share_);
+    };
+    if (frame.frame.wall_ms > budget_ms_) {
+        while (level_ + 1 < kLevels.size() && expected_ms(level_) > budget_ms_)
+            ++level_;
+    } else if (level_ > 0 && expected_ms(level_ - 1) < kComfortable * budget_ms_) {
         --level_;
+    }
     return frame;
 }
 

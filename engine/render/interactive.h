@@ -14,11 +14,14 @@ struct InteractiveFrame {
     double error_estimate = 0;
     double step_factor = 1;  // how much longer than the scene's steps; 1 at rest
     double traced_share = 1; // of the pixels that have rays of their own
+    uint32_t px_per_ray = 1; // CoarseSettings; 1 at rest
+    bool coarsest = false;   // there are no fewer rays to be had
     bool complete = false;   // full quality everywhere
 };
 
-// Draws for a moving hand: holds a budget of milliseconds a frame by drawing fewer rays and longer
-// steps while anything changes, and refines row by row to full quality as soon as nothing does.
+// Draws for a moving hand: holds a budget of milliseconds a frame by drawing fewer rays, down to
+// one in 16 x 16 pixels, and longer steps while anything changes, and refines row by row to full
+// quality as soon as nothing does.
 class Interactive {
  public:
     // budget_ms > 0.
@@ -34,7 +37,8 @@ class Interactive {
 
     Renderer* renderer_;
     double budget_ms_;
-    size_t level_ = 0;          // of quality: the next frame's steps
+    size_t level_ = 0;          // of quality: the next frame's steps and rays
+    double listed_share_ = 1;   // traced_share of the last frame with px_per_ray of 2
     double last_error_ = 0;     // of the last moving frame
     std::optional<Scene> last_; // what was drawn last
     uint64_t last_version_ = 0; // of its volume

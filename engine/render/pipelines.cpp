@@ -9,6 +9,7 @@
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/slices.h"
 #include "shaders/shared/tiles.h"
+#include "spirv/enlarge.h"
 #include "spirv/interpolate.h"
 #include "spirv/judge.h"
 #include "spirv/mip_slabs.h"
@@ -219,6 +220,17 @@ ComputePipeline& Pipelines::interpolate() {
         made(interpolate_, "interpolate", spirv::interpolate[0], slots);
     }
     return *interpolate_;
+}
+
+ComputePipeline& Pipelines::enlarge() {
+    if (!enlarge_) {
+        const BindingSlot slots[] = {{gpu::kEnlargeBlock, kUniform},
+                                     {gpu::kEnlargeFew, kSampled},
+                                     {gpu::kEnlargeColor, kStorageImage},
+                                     {gpu::kEnlargeSpans, kStorage}};
+        made(enlarge_, "enlarge", spirv::enlarge[0], slots);
+    }
+    return *enlarge_;
 }
 
 ComputePipeline& Pipelines::judge() {

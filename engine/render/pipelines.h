@@ -44,6 +44,7 @@ class Pipelines {
     ComputePipeline& tiles(uint32_t which, bool spans); // gpu::kList...; see kTileSpans
     ComputePipeline& mip_slabs();
     ComputePipeline& interpolate();
+    ComputePipeline& enlarge();
     ComputePipeline& judge();
     // With bindings as `bound` has them; what a stage does not distinguish is not looked at.
     ComputePipeline& surface(SurfaceStage stage, SurfaceVariant variant,
@@ -62,7 +63,7 @@ class Pipelines {
     std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_;
     std::map<std::pair<uint32_t, bool>, std::unique_ptr<ComputePipeline>> tiles_;
     std::map<const uint32_t*, std::unique_ptr<ComputePipeline>> surfaces_; // by their code
-    std::unique_ptr<ComputePipeline> mip_slabs_, interpolate_, judge_;
+    std::unique_ptr<ComputePipeline> mip_slabs_, interpolate_, enlarge_, judge_;
 };
 
 } // namespace palpate

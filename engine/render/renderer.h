@@ -80,6 +80,8 @@ struct CoarseSettings {
     // pixels and lies in front of all that may be missed. refine() shows it; error_estimate counts
     // it.
     std::optional<double> contrast{};
+    // 2: as above. 4, 8 or 16: rays lie so many pixels apart both ways, and there are no others.
+    uint32_t px_per_ray = 2;
 };
 
 // The rays that an interactive frame is judged by lie this many pixels apart both ways: odd, for
@@ -94,6 +96,7 @@ struct CoarseStats {
     double error_estimate = 0;
     glm::uvec2 first_judged{0};
     double traced_share = 0; // of the pixels: those with rays of their own; empty tiles have none
+                             // (but are counted where px_per_ray is above 2)
 };
 
 // Draws scenes with at least one of ray casting, slices and surfaces. Keeps on the GPU what the
@@ -189,6 +192,8 @@ class Renderer {
                       uint32_t first_row, uint32_t rows);
     void record_ray_cast(Commands& commands, const RayPass& pass, const Scene& scene);
     void record_interpolation(Commands& commands, const Scene& scene);
+    void record_few_rays(Commands& commands, const Scene& scene, RayPass every_second,
+                         uint32_t which);
     void record_judgement(Commands& commands);
     uint64_t read_sample_count();
 

@@ -54,8 +54,13 @@ void Renderer::keep_coarse_targets(const Scene& scene) {
                                 .size = {probes, 1},
                                 .layers = eyes,
                                 .storage = true};
+        const ImageShape few{.format = VK_FORMAT_R32G32B32A32_SFLOAT,
+                             .size = {(size + 3u) / 4u, 1},
+                             .layers = eyes,
+                             .storage = true};
         held.emplace(Coarse{
             size, probes, eyes, GpuImage(*device_, "sparse pixels", sparse),
+            GpuImage(*device_, "few pixels", few),
             Buffer(*device_, "tiles' spans", size_t{tiles.x} * tiles.y * eyes * sizeof(glm::vec2),
                    Memory::device),
             Buffer(*device_, "sparse tile count", gpu::kTileGroupWords * sizeof(uint32_t),
@@ -87,6 +92,16 @@ void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
     gpu::Frame coarse = held_->block;
     coarse.step = static_cast<float>(step_mm);
     held->frame.hold(*device_, "coarse rays", bytes_of(coarse));
+    if (settings.px_per_ray > 2) {
+        const uint32_t apart = settings.px_per_ray;
+        held->few_rays = (scene.size_px + (apart - 1)) / apart;
+        const glm::uvec2 first_px = (scene.size_px - 1u - apart * (held->few_rays - 1u)) / 2u;
+        held->few_frame.hold(
+            *device_, "few rays",
+            bytes_of(sparser(coarse, held->few_rays, first_px, static_cast<float>(apart))));
+        const gpu::EnlargeBlock enlarge{scene.size_px, held->few_rays, first_px, apart};
+        held->enlarge.hold(*device_, "enlargement", bytes_of(enlarge));
+    }
     // 4 and 7 have no factor in common with the spacing: other places come by in turn.
     const glm::uvec2 first(4 * held->drawn % kJudgedSpacing_px,
                            7 * held->drawn % kJudgedSpacing_px);
@@ -117,6 +132,30 @@ void Renderer::record_interpolation(Commands& commands, const Scene& scene) {
         bind_storage(gpu::kInterpolateRays, coarse.rays_listed, Use::storage_write)};
     const glm::uvec2 tiles = tile_count(scene.size_px);
     commands.dispatch(pipelines_.interpolate(), bound, {(tiles.x + 3) / 4, tiles.y, coarse.eyes});
+    commands.end_pass();
+}
+
+// In place of `every_second`, whose tiles tell where to look, and of the listed pixels.
+void Renderer::record_few_rays(Commands& commands, const Scene& scene, RayPass every_second,
+                               uint32_t which) {
+    Coarse& coarse = *held_->coarse;
+    record_tiles(commands, every_second, coarse.eyes, which, 0, tile_rows(scene));
+    commands.clear(coarse.few, glm::vec4(glm::vec3(scene.background), 0.0f));
+    RayPass few{"few pixels",       held_->variant, coarse.few_rays, coarse.few_frame.get(),
+                every_second.table, coarse.few,     nullptr,         every_second.groups,
+                every_second.list};
+    few.variant.rays = gpu::kRaysSparse;
+    record_tiles(commands, few, coarse.eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll,
+                 0, tile_count(coarse.few_rays).y);
+    few.slabs = every_second.slabs; // of the picture's tiles
+    few.spans = &coarse.spans;
+    record_ray_cast(commands, few, scene);
+    const Bound bound[] = {bind_uniform(gpu::kEnlargeBlock, coarse.enlarge.get()),
+                           bind_sampled(gpu::kEnlargeFew, coarse.few, nearest_),
+                           bind_storage_image(gpu::kEnlargeColor, *held_->targets->color),
+                           bind_storage(gpu::kEnlargeSpans, coarse.spans)};
+    commands.begin_pass("enlarge");
+    commands.dispatch(pipelines_.enlarge(), bound, {tile_count(scene.size_px), coarse.eyes});
     commands.end_pass();
 }
 
@@ -153,6 +192,8 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& scene, const SceneData& d
 Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneData& data,
                                                 const CoarseSettings& settings) {
     PALPATE_ASSERT(asked.ray_cast.has_value());
+    PALPATE_ASSERT(settings.px_per_ray == 2 || settings.px_per_ray == 4 ||
+                   settings.px_per_ray == 8 || settings.px_per_ray == 16);
     Scene scene = asked;
     scene.value_and_depth = false;
     CoarseStats stats;
@@ -201,21 +242,25 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
         commands->submit();
         commands = &submissions.emplace_back(*device_);
     };
-    for (uint32_t row = 0; row < rows; row += band) {
-        if (row > 0)
+    if (settings.px_per_ray > 2) {
+        record_few_rays(*commands, scene, second, which);
+    } else {
+        for (uint32_t row = 0; row < rows; row += band) {
+            if (row > 0)
+                next_submission();
+            record_tiles(*commands, second, eyes, which, row, std::min(band, rows - row));
+            record_ray_cast(*commands, second, scene);
+        }
+        if (band < rows) // the listed pixels are few but where neighbours differ
             next_submission();
-        record_tiles(*commands, second, eyes, which, row, std::min(band, rows - row));
-        record_ray_cast(*commands, second, scene);
+        record_interpolation(*commands, scene);
+        RayPass listed{
+            "listed pixels", held_->variant,    scene.size_px,     coarse.frame.get(), table,
+            full.color,      nullptr,           coarse.ray_groups, coarse.rays_listed, full.slabs,
+            &coarse.spans,   &coarse.first_hits};
+        listed.variant.rays = gpu::kRaysListed;
+        record_ray_cast(*commands, listed, scene);
     }
-    if (band < rows) // the listed pixels are few but where neighbours differ
-        next_submission();
-    record_interpolation(*commands, scene);
-    RayPass listed{
-        "listed pixels", held_->variant,    scene.size_px,     coarse.frame.get(), table,
-        full.color,      nullptr,           coarse.ray_groups, coarse.rays_listed, full.slabs,
-        &coarse.spans,   &coarse.first_hits};
-    listed.variant.rays = gpu::kRaysListed;
-    record_ray_cast(*commands, listed, scene);
     RayPass sparse{"sparse pixels",
                    held_->variant,
                    coarse.probes,
@@ -250,7 +295,9 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
     stats.first_judged = coarse.first_probe;
     uint32_t words[gpu::kRayGroupWords];
     std::memcpy(words, coarse.counts.mapped().data(), sizeof words);
-    const double traced = uint64_t{words[3]} + words[4]; // listed, and every second
+    const double traced = settings.px_per_ray > 2
+                              ? double{1} * coarse.few_rays.x * coarse.few_rays.y * eyes
+                              : uint64_t{words[3]} + words[4]; // listed, and every second
     stats.traced_share = traced / (static_cast<double>(scene.size_px.x) * scene.size_px.y * eyes);
     return stats;
 }

@@ -17,6 +17,18 @@ const uint kInterpolateGroups = 3u;
 const uint kRayGroupWords = 5u;
 const uint kInterpolateRays = 4u;   // the pixels listed: x + 2^15 y + 2^30 eye
 
+// enlarge.comp: fills a picture from rays farther apart.
+struct EnlargeBlock {
+    uvec2 size_px;
+    uvec2 rays;      // texels of kEnlargeFew that are there
+    uvec2 first_px;  // the pixel of the first
+    uint px_per_ray;
+};
+const uint kEnlargeBlock = 0u;
+const uint kEnlargeFew = 1u;   // one texel a ray
+const uint kEnlargeColor = 2u;
+const uint kEnlargeSpans = 3u; // see kTileSpans
+
 // judge.comp: the squared error of some pixels against rays of full quality.
 struct JudgeBlock {
     uvec2 rays;     // of the sparse pass

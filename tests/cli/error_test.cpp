@@ -91,6 +91,30 @@ TEST_F(ErrorOption, IsThatOfThePictureAlsoOfAMovingOne) {
     EXPECT_EQ(error(settled), error(still));
 }
 
+// One sentence where no fewer rays are to be had, another where no frame came before.
+TEST_F(ErrorOption, ABudgetThatIsNotMetIsSaid) {
+    const ProgramRun missed =
+        render({"--mode", "alpha", "--frame-ms", "0.0001", "--frames", "12", "--orbit-deg", "3"});
+    ASSERT_EQ(missed.exit_code, 0) << missed.messages;
+    EXPECT_THAT(missed.messages, HasSubstr("warning: --frame-ms 0.0001: half of the frames took"));
+    EXPECT_THAT(missed.messages,
+                HasSubstr("with the fewest rays there are, one in 16 x 16 pixels"));
+    const auto interactive = nlohmann::json::parse(missed.output)["interactive"];
+    EXPECT_EQ(interactive["px_per_ray"], 16);
+    EXPECT_EQ(interactive["budget_met"], false);
+    EXPECT_LT(interactive["traced_share"].get<double>(), 0.01);
+
+    const ProgramRun once = render({"--mode", "alpha", "--frame-ms", "0.0001"});
+    ASSERT_EQ(once.exit_code, 0) << once.messages;
+    EXPECT_THAT(once.messages, HasSubstr("the frame took"));
+    EXPECT_THAT(once.messages, HasSubstr("ask for --frames"));
+
+    const ProgramRun met = render({"--mode", "alpha", "--frame-ms", "1e6"});
+    ASSERT_EQ(met.exit_code, 0) << met.messages;
+    EXPECT_THAT(met.messages, testing::Not(HasSubstr("--frame-ms")));
+    EXPECT_EQ(nlohmann::json::parse(met.output)["interactive"]["budget_met"], true);
+}
+
 TEST_F(ErrorOption, FrameBudgetsRefuseWhatTheyWouldIgnore) {
     const ProgramRun slices = render({"--slice", "axial", "--frame-ms", "20"});
     EXPECT_EQ(slices.exit_code, 1);

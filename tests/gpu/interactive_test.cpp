@@ -151,13 +151,52 @@ TEST_F(InteractiveTest, RaysThatBeginLateMayPassOverWhatIsThinnerThanTwoPixels) 
                 ASSERT_EQ(rested.at(x, y, c), full->eyes[0].at(x, y, c)) << x << ' ' << y;
 }
 
+// Between rays 4, 8 and 16 pixels apart the picture is linear, and background where nothing is.
+TEST_F(InteractiveTest, FewerRaysAreThoseOfThePictureAndLinearBetween) {
+    for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso})
+        for (const uint32_t apart : {4u, 8u, 16u}) {
+            SCOPED_TRACE(testing::Message() << static_cast<int>(mode) << ", " << apart);
+            const Scene scene = scene_of(mode);
+            Renderer renderer(device());
+            const Result<Frame> full = renderer.render(scene, phantom());
+            ASSERT_TRUE(full);
+            const Result<CoarseStats> coarse =
+                renderer.draw_coarse(scene, phantom(), {.px_per_ray = apart});
+            ASSERT_TRUE(coarse);
+            EXPECT_LT(coarse->traced_share, 1.1 / (apart * apart));
+            const Image picture = renderer.read_back()[0];
+            const glm::uvec2 size = scene.size_px;
+            const glm::uvec2 rays = (size + (apart - 1)) / apart;
+            const glm::uvec2 first = (size - 1u - apart * (rays - 1u)) / 2u;
+            size_t off = 0, seen = 0;
+            for (uint32_t y = first.y; y < size.y; y += apart)
+                for (uint32_t x = first.x; x < size.x; x += apart)
+                    for (size_t c = 0; c < 4; ++c) {
+                        off += picture.at(x, y, c) != full->eyes[0].at(x, y, c);
+                        seen += picture.at(x, y, 3) > 0.0f;
+                        // Half-way to the next ray right: the mean, where both tiles are marched.
+                        if (x + apart >= size.x || picture.at(x, y, 3) == 0.0f ||
+                            picture.at(x + apart, y, 3) == 0.0f)
+                            continue;
+                        const float mean =
+                            0.5f * (picture.at(x, y, c) + picture.at(x + apart, y, c));
+                        EXPECT_NEAR(picture.at(x + apart / 2, y, c), mean, 0x1p-22f);
+                    }
+            EXPECT_EQ(off, 0u);
+            EXPECT_GT(seen, 100u / apart);
+        }
+}
+
+class InteractiveEstimate : public InteractiveTest, public testing::WithParamInterface<uint32_t> {};
+INSTANTIATE_TEST_SUITE_P(PixelsARay, InteractiveEstimate, testing::Values(2u, 4u, 8u, 16u));
+
 // The estimate is a mean over sparse pixels: taken over many frames it is the error itself.
-TEST_F(InteractiveTest, EstimatesItsError) {
+TEST_P(InteractiveEstimate, IsTheError) {
     const Scene scene = scene_of(RayMode::alpha);
     Renderer renderer(device());
     const Result<Frame> full = renderer.render(scene, phantom());
     ASSERT_TRUE(full);
-    const CoarseSettings settings{.step_factor = 3.0, .contrast = 0.1};
+    const CoarseSettings settings{.step_factor = 3.0, .contrast = 0.1, .px_per_ray = GetParam()};
     double squares = 0;
     constexpr int kFrames = kJudgedSpacing_px; // which look at other pixels each
     for (int i = 0; i < kFrames; ++i) {
@@ -216,23 +255,33 @@ TEST_F(InteractiveTest, LengthensStepsUnderPressureAndShortensThemAgain) {
     Renderer renderer(device());
     Interactive interactive(renderer, 1e-3);
     double factor = 0;
-    for (int i = 0; i < 6; ++i) {
+    uint32_t px_per_ray = 0;
+    bool coarsest = false;
+    for (int i = 0; i < 9; ++i) {
         scene.camera = orbit(scene.camera, 5.0);
         const Result<InteractiveFrame> frame = interactive.draw(scene, phantom());
         ASSERT_TRUE(frame);
         EXPECT_GE(frame->step_factor, factor);
+        EXPECT_GE(frame->px_per_ray, px_per_ray);
         factor = frame->step_factor;
+        px_per_ray = frame->px_per_ray;
+        coarsest = frame->coarsest;
     }
     EXPECT_EQ(factor, 4.0);
+    EXPECT_EQ(px_per_ray, 16u);
+    EXPECT_TRUE(coarsest) << "and says so";
     interactive.set_budget_ms(1e9);
-    for (int i = 0; i < 6; ++i) {
+    for (int i = 0; i < 9; ++i) {
         scene.camera = orbit(scene.camera, 5.0);
         const Result<InteractiveFrame> frame = interactive.draw(scene, phantom());
         ASSERT_TRUE(frame);
         EXPECT_LE(frame->step_factor, factor);
+        EXPECT_LE(frame->px_per_ray, px_per_ray);
         factor = frame->step_factor;
+        px_per_ray = frame->px_per_ray;
     }
     EXPECT_EQ(factor, 1.0);
+    EXPECT_EQ(px_per_ray, 2u);
 }
 
 // Every second pixel, the listed ones, the sparse ones and those of the picture at rest.
