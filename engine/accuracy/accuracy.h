@@ -42,7 +42,8 @@ struct AccuracySampling {
 
 // An upper bound, with a confidence of 0.999, on the mean of `population` values of at least 0 of
 // which `values` are a sample: the empirical Bernstein bound (Maurer and Pontil, COLT 2009,
-// theorem 4), with the largest value seen for their range. The mean itself where all were seen.
+// theorem 4), with the largest value seen for their range: larger ones that are too rare to be in
+// the sample are not covered. The mean itself where all were seen.
 double upper_mean(std::span<const double> values, double population);
 
 // Estimates the RMSE of colour of a scene's pictures, without stereo.

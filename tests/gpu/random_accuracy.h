@@ -156,11 +156,12 @@ inline Result<Promise> ask(Renderer& renderer, const RandomScene& random) {
     return promise;
 }
 
-// Seeds [first, first + count): no picture errs by more than was granted, and what is refused
-// could not be had with room to spare.
+// Seeds [first, first + count): no picture errs by more than was granted, few by more than was
+// expected (rare pixels that the sample misses), and what is refused could not be had with room to
+// spare.
 inline void expect_promises_kept(Device& device, uint32_t first, uint32_t count) {
     Renderer renderer(device);
-    uint32_t granted = 0, refused = 0, wrongly = 0;
+    uint32_t granted = 0, refused = 0, wrongly = 0, above = 0;
     for (uint32_t seed = first; seed < first + count; ++seed) {
         const RandomScene random(seed);
         const Result<Promise> promise = ask(renderer, random);
@@ -168,15 +169,19 @@ inline void expect_promises_kept(Device& device, uint32_t first, uint32_t count)
         if (promise->granted) {
             ++granted;
             EXPECT_LE(promise->estimate, random.error) << "seed " << seed;
-            EXPECT_LE(promise->found, promise->estimate) << "seed " << seed;
+            EXPECT_LE(promise->found, random.error) << "seed " << seed;
+            above += promise->found > promise->estimate;
         } else {
             ++refused;
             // The bound from a sample is a few times the mean.
             wrongly += promise->found < 0.1 * random.error;
         }
     }
-    std::printf("    %u granted, %u refused, %u of these with ten times less at hand\n", granted,
-                refused, wrongly);
+    std::printf(
+        "    %u granted, %u above their estimate, %u refused, %u with ten times less at "
+        "hand\n",
+        granted, above, refused, wrongly);
+    EXPECT_LE(above, count / 25);
     EXPECT_GE(granted, count / 2);
     EXPECT_LE(wrongly, count / 25);
 }
