@@ -3,8 +3,8 @@
 // Where GPU and twin may differ. Position: a corner moves by a few units in the last place of its
 // camera coordinates, 2^-22 of 500 mm, a thousandth of a pixel of these pictures; so each pixel is
 // that of the twin or that of the twin's rays within 1/256 pixel. Colour: the cosine keeps 16 bits,
-// 2^-17, which light multiplies by diffuse + specular * shininess = 2.8; colours of see-through
-// triangles keep 16 bits as well, each layer adding 2^-17.
+// 2^-17, which light multiplies by diffuse + specular * shininess, below 2.8; colours of
+// see-through triangles keep 16 bits as well, each layer adding 2^-17.
 
 #include <algorithm>
 #include <random>
