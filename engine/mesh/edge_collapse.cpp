@@ -13,7 +13,7 @@ namespace palpate {
 
 namespace {
 
-constexpr double kFirstLevel = 1.0 / 16.0; // of the limit, and of an edge's length
+constexpr double kFirstLevel = 1.0 / 64.0; // of the limit, and of an edge's length
 constexpr double kLevelStep = 1.1;         // levels rise by at least this
 constexpr double kPull = 1e-3;             // to the middle of the edge, beside the planes' pull
 constexpr double kFold = 0.1;              // cosine between a triangle's normals before and after
@@ -383,6 +383,25 @@ bool EdgeCollapse::keeps_shape() {
     return true;
 }
 
+// Where the best point would make a sliver or turn a triangle over, an end of the edge may do.
+bool EdgeCollapse::keeps_shape_at_an_end() {
+    if (kind_[keep_] != Kind::inside)
+        return false;
+    const Quadric sum = quadrics_[keep_] + quadrics_[gone_];
+    std::array<uint32_t, 2> ends{keep_, gone_};
+    if (sum.mean_square(points_[gone_]) < sum.mean_square(points_[keep_]))
+        std::swap(ends[0], ends[1]);
+    for (const uint32_t v : ends) {
+        point_ = points_[v];
+        position_ = positions_[v];
+        for (Changed& changed : changed_)
+            changed.points[changed.moved_corner] = point_;
+        if (keeps_shape())
+            return true;
+    }
+    return false;
+}
+
 double EdgeCollapse::error_of_attached() {
     double largest = 0.0;
     const auto attach = [&](uint32_t n) {
@@ -667,7 +686,7 @@ EdgeCollapse::Verdict EdgeCollapse::judge(uint32_t a, uint32_t b) {
     changed_.clear();
     if (!place(a, b) || !keeps_topology())
         return {Refusal::topology};
-    if (!keeps_shape())
+    if (!keeps_shape() && !keeps_shape_at_an_end())
         return {Refusal::shape};
     for (uint32_t i = 0; i < changed_.size(); ++i)
         slot_[changed_[i].triangle] = i;

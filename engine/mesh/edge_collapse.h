@@ -71,8 +71,8 @@ class EdgeCollapse {
     void run(); // to its end, or until asked to stop
 
     uint64_t triangle_count() const { return alive_; }
-    // Points of either surface are at most kProof of these from the other. Starts at a sixteenth
-    // of the limit, or of the mesh's edges.
+    // Points of either surface are at most kProof of these from the other. Starts at 1/64 of
+    // the limit, or of the mesh's edges.
     double level_mm() const { return level_; }
     const KeptEdges& kept() const { return kept_; }
 
@@ -136,6 +136,7 @@ class EdgeCollapse {
     bool place(uint32_t a, uint32_t b); // sets keep_, gone_, point_, position_
     bool keeps_topology();
     bool keeps_shape();
+    bool keeps_shape_at_an_end();
     double error_of_attached();
     double error_of_new();
     double error_of_original();
