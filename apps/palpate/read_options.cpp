@@ -21,8 +21,12 @@ void add_read_limits(CLI::App& app, ReadFlags& flags) {
         ->check(CLI::Range(int64_t{0}, int64_t{0xffffffff}))
         ->type_name("N");
     app.add_option("--series", flags.series,
-                   "DICOM series: its UID or a part of its description (default: the largest)")
+                   "DICOM series: its number in the list, its UID or a part of its description "
+                   "(default: the largest)")
         ->type_name("NAME");
+    app.add_flag("--resample-slices", flags.resample_slices,
+                 "DICOM: interpolate unevenly spaced or tilted slices linearly to even spacing "
+                 "along their normal (default: uneven ones are refused, tilt is kept)");
     app.add_option("--max-memory", flags.max_memory_mib,
                    "Most memory for reading, in MiB (default: 75 % of this machine's)")
         ->check(positive())
@@ -35,6 +39,7 @@ ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt) {
         options.frame = static_cast<uint32_t>(flags.frame);
     if (!flags.series.empty())
         options.series = flags.series;
+    options.resample_slices = flags.resample_slices;
     if (flags.max_memory_mib > 0)
         options.max_memory_bytes =
             static_cast<uint64_t>(std::min(flags.max_memory_mib, 1e12) * 1024 * 1024);
@@ -50,7 +55,9 @@ Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& 
             return pass_on(made);
         if (labels && made->type() != ScalarType::u8)
             return fail("{}: expected labels (checkerboard), found grey values", flags.path);
-        return LoadedVolume{std::move(*made), {}, {}, {}, {}};
+        if (flags.resample_slices)
+            log::warning("{}: --resample-slices has no effect on a synthetic volume", flags.path);
+        return LoadedVolume{std::move(*made), {}, {}, {}, {}, {}};
     }
     Result<LoadedVolume> loaded =
         labels ? load_labels(flags.path, options) : load_volume(flags.path, options);

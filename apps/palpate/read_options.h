@@ -13,10 +13,11 @@ struct ReadFlags {
     std::string path;
     int64_t frame = -1;
     std::string series;
+    bool resample_slices = false;
     double max_memory_mib = 0; // 0: the default of ReadOptions
 };
 
-// Adds --frame, --series and --max-memory.
+// Adds --frame, --series, --resample-slices and --max-memory.
 void add_read_limits(CLI::App& app, ReadFlags& flags);
 
 // The same, and the positional argument V.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/io/label_names.h"
 #include "engine/volume/grid.h"
 
 // What a decoder of a file format is given and must give back. Decoders run in the child process
@@ -59,6 +60,7 @@ struct DecodeRequest {
     std::filesystem::path path; // file, folder or pattern
     std::optional<uint32_t> frame;
     std::optional<std::string> series;
+    bool resample_slices = false; // DICOM: to even spacing, without shear
 };
 
 // physical value = slope * stored value + intercept, computed in double by the parent.
@@ -76,6 +78,8 @@ struct Decoded {
     std::string modality;
     std::vector<std::string> warnings; // sentences, which name the file where there are several
     std::vector<std::string> notes;
+    std::vector<LabelName> labels;       // what the file says about its labels
+    bool heeded_resample_slices = false; // in the child: the request was acted upon or answered
 };
 
 // What a header claims, before any memory is taken for it.

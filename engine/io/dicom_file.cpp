@@ -1,14 +1,16 @@
 #include "engine/io/dicom_file.h"
 
-#include <gdcmAttribute.h>
 #include <gdcmImageReader.h>
 #include <gdcmReader.h>
-#include <gdcmSequenceOfItems.h>
-#include <gdcmUIDs.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstdlib>
+#include <cstring>
 #include <fstream>
+
+#include "engine/io/dicom_codestream.h"
+#include "engine/io/dicom_elements.h"
+#include "engine/io/dicom_mosaic.h"
 
 namespace palpate::io {
 
@@ -22,77 +24,13 @@ const Tag kPixels(0x7fe0, 0x0010);
 // Encodings store a black image in next to nothing; this bounds what the header may claim.
 constexpr double kCodecExpansion = 20000.0;
 
-const gdcm::DataElement* element(const DataSet& set, Tag tag) {
-    if (!set.FindDataElement(tag))
-        return nullptr;
-    const gdcm::DataElement& found = set.GetDataElement(tag);
-    return found.IsEmpty() ? nullptr : &found;
-}
-
-// The text of an element without the padding DICOM gives it; empty where there is none.
-std::string text(const DataSet& set, Tag tag) {
-    const gdcm::DataElement* found = element(set, tag);
-    const gdcm::ByteValue* bytes = found ? found->GetByteValue() : nullptr;
-    if (!bytes)
-        return {};
-    std::string value(bytes->GetPointer(), bytes->GetLength());
-    while (!value.empty() && (value.back() == ' ' || value.back() == '\0'))
-        value.pop_back();
-    while (!value.empty() && value.front() == ' ')
-        value.erase(0, 1);
-    return value;
-}
-
-// Numbers in a decimal string ("1\0\0"); empty where the element is absent or any is malformed.
-std::vector<double> decimals(const DataSet& set, Tag tag) {
-    std::vector<double> numbers;
-    const std::string all = text(set, tag);
-    for (size_t start = 0; start < all.size();) {
-        const size_t end = std::min(all.find('\\', start), all.size());
-        const std::string one = all.substr(start, end - start);
-        char* stop = nullptr;
-        numbers.push_back(std::strtod(one.c_str(), &stop));
-        if (stop == one.c_str() || !std::isfinite(numbers.back()))
-            return {};
-        start = end + 1;
-    }
-    return numbers;
-}
-
-std::optional<double> decimal(const DataSet& set, Tag tag) {
-    const std::vector<double> numbers = decimals(set, tag);
-    return numbers.empty() ? std::nullopt : std::optional(numbers.front());
-}
-
-template <uint16_t group, uint16_t number>
-std::optional<uint16_t> word(const DataSet& set) {
-    const gdcm::DataElement* found = element(set, Tag(group, number));
-    if (!found || !found->GetByteValue() || found->GetByteValue()->GetLength() < 2)
-        return {};
-    gdcm::Attribute<group, number> attribute;
-    attribute.SetFromDataElement(*found);
-    return attribute.GetValue();
-}
-
-// Item `index` (from 1) of a sequence; null where there is none.
-gdcm::SmartPointer<gdcm::SequenceOfItems> sequence(const DataSet& set, Tag tag) {
-    const gdcm::DataElement* found = element(set, tag);
-    return found ? found->GetValueAsSQ() : nullptr;
-}
-
-const DataSet* item(const gdcm::SmartPointer<gdcm::SequenceOfItems>& items, size_t index) {
-    return items && index >= 1 && index <= items->GetNumberOfItems()
-               ? &items->GetItem(index).GetNestedDataSet()
-               : nullptr;
-}
-
 struct Kind {
     const char* uid;
     const char* name;
 };
 // Objects that hold no image of samples, or one that is not read.
 constexpr Kind kOtherKinds[] = {
-    {"1.2.840.10008.5.1.4.1.1.66.4", "DICOM segmentation (SEG)"},
+    {"1.2.840.10008.5.1.4.1.1.66.8", "DICOM height map segmentation"},
     {"1.2.840.10008.5.1.4.1.1.66.5", "DICOM surface segmentation"},
     {"1.2.840.10008.5.1.4.1.1.66", "DICOM raw data object"},
     {"1.2.840.10008.5.1.4.1.1.66.1", "DICOM spatial registration"},
@@ -101,6 +39,8 @@ constexpr Kind kOtherKinds[] = {
     {"1.2.840.10008.5.1.4.1.1.481.5", "DICOM radiotherapy plan (RTPLAN)"},
     {"1.2.840.10008.1.3.10", "DICOM directory (DICOMDIR)"},
 };
+constexpr const char* kSegmentationKinds[] = {"1.2.840.10008.5.1.4.1.1.66.4",
+                                              "1.2.840.10008.5.1.4.1.1.66.7"};
 
 // Places and spacings from an image's own elements, or from a functional group's.
 void take_geometry(const DataSet& set, DicomFrame& frame) {
@@ -118,7 +58,7 @@ void take_geometry(const DataSet& set, DicomFrame& frame) {
     frame.rescale.intercept = decimal(set, Tag(0x0028, 0x1052)).value_or(frame.rescale.intercept);
 }
 
-// The functional groups of an enhanced multi-frame image that place a frame.
+// The functional groups of an enhanced multi-frame image that place a frame and name its segment.
 void take_groups(const DataSet* groups, DicomFrame& frame) {
     if (!groups)
         return;
@@ -126,6 +66,8 @@ void take_groups(const DataSet* groups, DicomFrame& frame) {
          {Tag(0x0020, 0x9113), Tag(0x0020, 0x9116), Tag(0x0028, 0x9110), Tag(0x0028, 0x9145)})
         if (const DataSet* group = item(sequence(*groups, tag), 1))
             take_geometry(*group, frame);
+    if (const DataSet* group = item(sequence(*groups, Tag(0x0062, 0x000a)), 1))
+        frame.segment = word<0x0062, 0x000b>(*group).value_or(frame.segment);
 }
 
 std::optional<ComponentType> component_type(uint16_t allocated, bool is_signed) {
@@ -141,60 +83,136 @@ std::optional<ComponentType> component_type(uint16_t allocated, bool is_signed) 
     }
 }
 
+constexpr const char* kBigEndian = "1.2.840.10008.1.2.2";
+constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
+
 double most_expansion(const gdcm::TransferSyntax& syntax) {
     if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian)
         return kDeflateExpansion;
     return syntax.IsEncapsulated() ? kCodecExpansion : kRawExpansion;
 }
 
-// Refuses what is not an image of one grey value a sample.
-Result<void> check_kind(const std::string& name, const DataSet& set, const std::string& kind) {
+// Why an object is not read; empty where it is an image of one grey value a sample.
+std::string refusal_of(const DataSet& set, const std::string& kind, bool segmentation) {
     for (const Kind& other : kOtherKinds)
         if (kind == other.uid)
-            return fail("{}: is a {}, expected a DICOM image", name, other.name);
+            return fmt::format("is a {}, expected a DICOM image", other.name);
     if (!word<0x0028, 0x0010>(set) || !word<0x0028, 0x0011>(set))
-        return fail("{}: is a DICOM file without an image (class {})", name,
-                    kind.empty() ? "unknown" : kind);
+        return fmt::format("is a DICOM file without an image (class {})",
+                           kind.empty() ? "unknown" : kind);
     const std::string colours = text(set, Tag(0x0028, 0x0004));
-    if (word<0x0028, 0x0002>(set).value_or(1) != 1 || colours == "PALETTE COLOR")
-        return fail("{}: holds colours ({}), expected one grey value a sample", name, colours);
+    if (word<0x0028, 0x0002>(set).value_or(1) != 1 || (colours == "PALETTE COLOR" && !segmentation))
+        return fmt::format("holds colours ({}), expected one grey value a sample", colours);
+    const uint16_t allocated = word<0x0028, 0x0100>(set).value_or(0);
+    if (!(segmentation && allocated == 1) && !component_type(allocated, false))
+        return fmt::format("holds samples of {} bits, expected 8, 16 or 32", allocated);
     return {};
+}
+
+Result<Segmentation> segmentation_of(const std::string& name, const DataSet& set) {
+    constexpr const char* kKinds[] = {"BINARY", "FRACTIONAL", "LABELMAP"};
+    const std::string kind = text(set, Tag(0x0062, 0x0001));
+    const auto* found = std::find(std::begin(kKinds), std::end(kKinds), kind);
+    if (found == std::end(kKinds))
+        return fail("{}: is a segmentation of type '{}', expected BINARY, FRACTIONAL or LABELMAP",
+                    name, kind);
+    Segmentation segmentation;
+    segmentation.kind = static_cast<SegmentationKind>(found - std::begin(kKinds));
+    segmentation.largest_fraction = word<0x0062, 0x000e>(set).value_or(1);
+    if (segmentation.kind == SegmentationKind::fractional &&
+        (segmentation.largest_fraction == 0 || !word<0x0062, 0x000e>(set)))
+        return fail("{}: is a fractional segmentation without its largest value", name);
+    const auto segments = sequence(set, Tag(0x0062, 0x0002));
+    for (size_t i = 1; const DataSet* segment = item(segments, i); ++i) {
+        LabelName& label = segmentation.segments.emplace_back();
+        label.label = word<0x0062, 0x0004>(*segment).value_or(0);
+        label.name = text(*segment, Tag(0x0062, 0x0005));
+        if (const auto lab = words(*segment, Tag(0x0062, 0x000d)); lab.size() == 3)
+            label.color =
+                color_of_cielab({lab[0] / 65535.0 * 100.0, lab[1] / 65535.0 * 255.0 - 128.0,
+                                 lab[2] / 65535.0 * 255.0 - 128.0});
+    }
+    return segmentation;
 }
 
 // GDCM fills what is cut off with something: finds it out beforehand. The pixels start at byte
 // `start`. Deflated files are checked by their own sum.
-Result<void> check_pixels(const DicomFile& file, const gdcm::TransferSyntax& syntax, uint64_t start,
-                          double claimed_bytes) {
+Result<void> check_pixels(const DicomFile& file, double claimed_bytes) {
     const std::string name = file.path.string();
-    if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian)
+    if (file.syntax == kDeflated)
         return {};
-    if (start > file.bytes)
+    if (file.pixels_at > file.bytes)
         return fail("{}: ends before its pixels", name);
-    const uint64_t held = file.bytes - start;
-    if (!syntax.IsEncapsulated()) {
+    const uint64_t held = file.bytes - file.pixels_at;
+    if (!file.encapsulated) {
         if (claimed_bytes > static_cast<double>(held))
             return fail("{}: is cut off: expected {:.0f} bytes of pixels, found {}", name,
                         claimed_bytes, held);
         return {};
     }
-    // Items follow one another, each with its length (PS3.5 A.4), up to a delimiter.
-    std::ifstream in(file.path, std::ios::binary);
-    uint64_t at = start;
-    for (;;) {
-        uint8_t head[8];
-        in.seekg(static_cast<std::streamoff>(at));
-        if (!in.read(reinterpret_cast<char*>(head), sizeof head))
-            return fail("{}: is cut off: its encoded pixels have no end within its {} bytes", name,
-                        file.bytes);
-        if (head[0] != 0xfe || head[1] != 0xff || head[3] != 0xe0)
-            return fail("{}: its encoded pixels are damaged at byte {}", name, at);
-        if (head[2] == 0xdd)
-            return {};
-        at += sizeof head + (head[4] | head[5] << 8 | head[6] << 16 | uint64_t{head[7]} << 24);
+    if (Result<std::vector<EncodedItem>> items = encoded_items(file); !items)
+        return pass_on(items);
+    return {};
+}
+
+// Makes values of type T of the `stored` bits that end at `high_bit`, whatever the other bits hold.
+template <class T>
+void take_bits(std::vector<char>& pixels, uint32_t stored, uint32_t high_bit) {
+    using Unsigned = std::make_unsigned_t<T>;
+    const uint32_t up = 8 * sizeof(T) - 1 - high_bit, down = 8 * sizeof(T) - stored;
+    for (size_t at = 0; at + sizeof(T) <= pixels.size(); at += sizeof(T)) {
+        Unsigned value;
+        std::memcpy(&value, &pixels[at], sizeof value);
+        value = static_cast<Unsigned>(value << up);
+        const T extended = static_cast<T>(static_cast<T>(value) >> down);
+        std::memcpy(&pixels[at], &extended, sizeof extended);
     }
 }
 
+void take_bits(const DicomFile& file, uint32_t high_bit, std::vector<char>& pixels) {
+    const auto all = static_cast<uint32_t>(8 * bytes_per_component(file.type));
+    if (file.bits_stored == 0 || file.bits_stored >= all || high_bit >= all ||
+        high_bit + 1 < file.bits_stored)
+        return;
+    visit_component(file.type, [&](auto t) {
+        if constexpr (std::is_integral_v<decltype(t)>)
+            take_bits<decltype(t)>(pixels, file.bits_stored, high_bit);
+    });
+}
+
+Result<std::vector<char>> decode_pixels(const DicomFile& file) {
+    const std::string name = file.path.string();
+    gdcm::ImageReader reader;
+    reader.SetFileName(file.path.c_str());
+    if (!reader.Read())
+        return fail("{}: its pixels cannot be read (transfer syntax {})", name, file.syntax);
+    const gdcm::Image& image = reader.GetImage();
+    std::vector<char> pixels(image.GetBufferLength());
+    if (!image.GetBuffer(pixels.data()))
+        return fail("{}: its pixels cannot be decoded (transfer syntax {})", name, file.syntax);
+    return pixels;
+}
+
+bool is_signed(ComponentType type) {
+    return type == ComponentType::i8 || type == ComponentType::i16 || type == ComponentType::i32;
+}
+
+// GDCM's own decoding of plain samples holds only where they lie at the low end of their words.
+bool lies_high(const DicomFile& file) {
+    return !file.encapsulated && file.syntax != kBigEndian && file.bits_stored > 0 &&
+           file.high_bit + 1 > file.bits_stored;
+}
+
 } // namespace
+
+bool looks_like_dicom(std::string_view bytes, const std::string& extension) {
+    if (bytes.size() >= 132 && bytes.substr(128, 4) == "DICM")
+        return true;
+    if (extension == ".dcm" || extension == ".ima" || extension == ".dicom")
+        return true;
+    // Without the preamble a data set begins with a small element of group 0008, little-endian.
+    return bytes.size() >= 8 && bytes.starts_with(std::string_view("\x08\0", 2)) && bytes[3] == 0;
+}
 
 Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     const std::string name = path.string();
@@ -212,21 +230,16 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     std::string kind = text(set, Tag(0x0008, 0x0016));
     if (kind.empty())
         kind = text(reader.GetFile().GetHeader(), Tag(0x0002, 0x0002));
-    if (Result<void> checked = check_kind(name, set, kind); !checked)
-        return pass_on(checked);
-
+    const bool segmentation =
+        std::find(std::begin(kSegmentationKinds), std::end(kSegmentationKinds), kind) !=
+        std::end(kSegmentationKinds);
     DicomFile file;
     file.path = path;
     file.bytes = *bytes;
+    file.pixels_at = reader.GetStreamCurrentPosition();
+    file.syntax = syntax.GetString();
+    file.encapsulated = syntax.IsEncapsulated();
     file.most_expansion = most_expansion(syntax);
-    const uint16_t allocated = word<0x0028, 0x0100>(set).value_or(0);
-    const std::optional<ComponentType> type =
-        component_type(allocated, word<0x0028, 0x0103>(set).value_or(0) == 1);
-    if (!type)
-        return fail("{}: holds samples of {} bits, expected 8, 16 or 32", name, allocated);
-    file.type = *type;
-    if (element(set, Tag(0x0028, 0x3000)))
-        file.warnings.push_back(name + ": its modality look-up table is not applied");
 
     DicomFrame frame;
     frame.file = path;
@@ -235,18 +248,45 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     frame.modality = text(set, Tag(0x0008, 0x0060));
     frame.instance_uid = text(set, Tag(0x0008, 0x0018));
     frame.instance_number = static_cast<int64_t>(decimal(set, Tag(0x0020, 0x0013)).value_or(0.0));
+    file.refusal = refusal_of(set, kind, segmentation);
+    if (!file.refusal.empty()) {
+        frame.object = DicomObject::other;
+        frame.object_words = file.refusal;
+        file.frames = {frame};
+        return file;
+    }
+    const uint16_t allocated = word<0x0028, 0x0100>(set).value_or(0);
+    file.type =
+        *component_type(allocated == 1 ? 8 : allocated, word<0x0028, 0x0103>(set).value_or(0) == 1);
+    file.bits_allocated = allocated;
+    file.bits_stored = word<0x0028, 0x0101>(set).value_or(allocated);
+    file.high_bit = word<0x0028, 0x0102>(set).value_or(file.bits_stored - 1);
+    if (element(set, Tag(0x0028, 0x3000)))
+        file.warnings.push_back(name + ": its modality look-up table is not applied");
+
     frame.size = {*word<0x0028, 0x0011>(set), *word<0x0028, 0x0010>(set)};
     take_geometry(set, frame);
-
     const double count = decimal(set, Tag(0x0028, 0x0008)).value_or(1.0);
-    const double claimed =
-        count * frame.size.x * frame.size.y * static_cast<double>(bytes_per_component(*type));
-    if (!(claimed > 0) || claimed > most_expansion(syntax) * static_cast<double>(*bytes))
-        return fail("{}: claims {} frames of {} x {} samples of {}, but holds only {} bytes", name,
-                    count, frame.size.x, frame.size.y, name_of(*type), *bytes);
-    if (Result<void> whole = check_pixels(file, syntax, reader.GetStreamCurrentPosition(), claimed);
-        !whole)
+    const double claimed = std::ceil(count * frame.size.x * frame.size.y * allocated / 8.0);
+    if (!(claimed > 0) || claimed > file.most_expansion * static_cast<double>(*bytes))
+        return fail("{}: claims {} frames of {} x {} samples of {} bits, but holds only {} bytes",
+                    name, count, frame.size.x, frame.size.y, allocated, *bytes);
+    if (Result<void> whole = check_pixels(file, claimed); !whole)
         return pass_on(whole);
+    if (segmentation) {
+        Result<Segmentation> found = segmentation_of(name, set);
+        if (!found)
+            return pass_on(found);
+        file.segmentation = std::move(*found);
+        frame.object = DicomObject::segmentation;
+    } else if (is_mosaic(set) && count == 1) {
+        Result<std::vector<DicomFrame>> tiles = mosaic_frames(name, set, frame);
+        if (!tiles)
+            return pass_on(tiles);
+        file.mosaic = frame.size;
+        file.frames = std::move(*tiles);
+        return file;
+    }
     const auto shared = sequence(set, Tag(0x5200, 0x9229));
     const auto per_frame = sequence(set, Tag(0x5200, 0x9230));
     take_groups(item(shared, 1), frame);
@@ -264,24 +304,44 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
 
 Result<std::vector<char>> read_dicom_pixels(const DicomFile& file) {
     const std::string name = file.path.string();
-    gdcm::ImageReader reader;
-    reader.SetFileName(file.path.c_str());
-    if (!reader.Read())
-        return fail("{}: its pixels cannot be read (transfer syntax {})", name,
-                    reader.GetFile().GetHeader().GetDataSetTransferSyntax().GetString());
-    const gdcm::Image& image = reader.GetImage();
+    const Result<uint32_t> stream_bits = check_codestreams(file);
+    if (!stream_bits)
+        return fail("{}", stream_bits.error().message);
+    Result<std::vector<char>> decoded =
+        lies_high(file) ? read_dicom_bytes(file) : decode_pixels(file);
+    if (!decoded)
+        return decoded;
+    std::vector<char>& pixels = *decoded;
     const glm::uvec2 size = file.frames.front().size;
-    const uint64_t expected =
-        uint64_t{size.x} * size.y * file.frames.size() * bytes_per_component(file.type);
-    if (image.GetBufferLength() != expected)
+    const uint64_t images = file.mosaic ? 1 : file.frames.size();
+    const glm::uvec2 plane = file.mosaic.value_or(size);
+    const uint64_t expected = uint64_t{plane.x} * plane.y * images * bytes_per_component(file.type);
+    if (pixels.size() > expected && !file.encapsulated)
+        pixels.resize(expected); // padded to an even length
+    if (pixels.size() != expected)
         return fail("{}: its pixels have {} bytes, expected {} ({} frames of {} x {} of {})", name,
-                    image.GetBufferLength(), expected, file.frames.size(), size.x, size.y,
-                    name_of(file.type));
-    std::vector<char> pixels(expected);
-    if (!image.GetBuffer(pixels.data()))
-        return fail("{}: its pixels cannot be decoded (transfer syntax {})", name,
-                    image.GetTransferSyntax().GetString());
+                    pixels.size(), expected, images, plane.x, plane.y, name_of(file.type));
+    // Decoders put samples at the low end of their words. A codestream that is signed itself, and
+    // has more bits than the header says, knows better.
+    if (lies_high(file))
+        take_bits(file, file.high_bit, pixels);
+    else if (is_signed(file.type) && *stream_bits <= file.bits_stored)
+        take_bits(file, file.bits_stored - 1, pixels);
+    if (file.mosaic)
+        return untile(pixels, plane, size, file.frames.size(), bytes_per_component(file.type));
     return pixels;
+}
+
+Result<std::vector<char>> read_dicom_bytes(const DicomFile& file) {
+    const std::string name = file.path.string();
+    gdcm::Reader reader;
+    reader.SetFileName(file.path.c_str());
+    const gdcm::DataElement* found =
+        reader.Read() ? element(reader.GetFile().GetDataSet(), kPixels) : nullptr;
+    const gdcm::ByteValue* bytes = found ? found->GetByteValue() : nullptr;
+    if (!bytes)
+        return fail("{}: its pixels cannot be read (transfer syntax {})", name, file.syntax);
+    return std::vector<char>(bytes->GetPointer(), bytes->GetPointer() + bytes->GetLength());
 }
 
 } // namespace palpate::io

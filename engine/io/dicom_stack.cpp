@@ -3,85 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
+#include <numeric>
 
-#include "engine/base/assert.h"
-#include "engine/io/text_header.h"
+#include "engine/io/slice_gaps.h"
 
 namespace palpate::io {
 
 namespace {
 
-// Positions and spacings are decimal strings, often of few digits: this much is rounding.
-constexpr double kPositionRoundingMm = 0.01;
-// Direction cosines of one series are written alike; 1e-4 is 0.006 degrees.
-constexpr double kSameDirection = 1e-4;
 // Beyond this share of the step, a slice put on the regular lattice would be in a wrong place.
 constexpr double kMostUneven = 0.1;
-
-std::string leaf(const DicomFrame& frame) {
-    const std::string name = frame.file.filename().string();
-    return frame.frame == 0 ? name : fmt::format("{} frame {}", name, frame.frame);
-}
-
-std::string listed(const std::vector<DicomSeries>& all) {
-    std::string text;
-    for (const DicomSeries& series : all)
-        text +=
-            fmt::format("{}'{}' ({})", text.empty() ? "" : ", ", series.description, series.uid);
-    return text;
-}
-
-bool same_plane(const DicomFrame& a, const DicomFrame& b) {
-    if (a.size != b.size || a.axes.has_value() != b.axes.has_value() ||
-        a.position.has_value() != b.position.has_value())
-        return false;
-    if (a.axes && (glm::distance((*a.axes)[0], (*b.axes)[0]) > kSameDirection ||
-                   glm::distance((*a.axes)[1], (*b.axes)[1]) > kSameDirection))
-        return false;
-    if (a.spacing_mm.has_value() != b.spacing_mm.has_value())
-        return false;
-    return !a.spacing_mm || glm::distance(*a.spacing_mm, *b.spacing_mm) <=
-                                kSameDirection * glm::length(*a.spacing_mm);
-}
-
-std::string plane_words(const DicomFrame& frame) {
-    std::string text = fmt::format("{} x {}", frame.size.x, frame.size.y);
-    if (frame.spacing_mm)
-        text += fmt::format(" at {:g} x {:g} mm", frame.spacing_mm->x, frame.spacing_mm->y);
-    if (frame.axes) {
-        const glm::dvec3 n = glm::cross((*frame.axes)[0], (*frame.axes)[1]);
-        text += fmt::format(", normal ({:.3f}, {:.3f}, {:.3f})", n.x, n.y, n.z);
-    }
-    return text;
-}
-
-// Keeps the images of the most frequent size and orientation.
-Result<void> keep_majority(const std::string& name, std::vector<DicomFrame>& frames,
-                           std::vector<std::string>& warnings) {
-    std::vector<std::vector<DicomFrame>> kinds;
-    for (DicomFrame& frame : frames) {
-        auto kind = std::find_if(kinds.begin(), kinds.end(),
-                                 [&](const auto& k) { return same_plane(k.front(), frame); });
-        if (kind == kinds.end())
-            kind = kinds.emplace(kinds.end());
-        kind->push_back(std::move(frame));
-    }
-    std::stable_sort(kinds.begin(), kinds.end(),
-                     [](const auto& a, const auto& b) { return a.size() > b.size(); });
-    if (kinds.size() > 1) {
-        const DicomFrame &first = kinds[0].front(), &other = kinds[1].front();
-        const std::string what = fmt::format(
-            "mixed sizes or orientations: {} images like {} ({}), {} like {} ({})", kinds[0].size(),
-            leaf(first), plane_words(first), kinds[1].size(), leaf(other), plane_words(other));
-        if (2 * kinds[0].size() <= frames.size())
-            return fail("{}: {}", name, what);
-        warnings.push_back(fmt::format("{}: {}; {} of {} images are left out", name, what,
-                                       frames.size() - kinds[0].size(), frames.size()));
-    }
-    frames = std::move(kinds[0]);
-    return {};
-}
 
 void drop_copies(const std::string& name, std::vector<DicomFrame>& frames,
                  std::vector<std::string>& warnings) {
@@ -142,53 +73,148 @@ Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal,
     return {};
 }
 
-// The step from slice to slice of sorted images, in world mm.
-Result<glm::dvec3> slice_step(const std::string& name, const std::vector<DicomFrame>& frames,
-                              glm::dvec3 normal, std::vector<std::string>& warnings) {
-    const size_t last = frames.size() - 1;
-    const glm::dvec3 first = *frames[0].position;
-    const glm::dvec3 step = (*frames[last].position - first) / static_cast<double>(last);
-    const double usual = glm::length(step);
-
-    double largest_gap = 0, smallest_gap = usual * static_cast<double>(last), farthest = 0;
-    size_t at = 0;
-    for (size_t k = 0; k < last; ++k) {
-        const double gap = glm::distance(*frames[k].position, *frames[k + 1].position);
-        smallest_gap = std::min(smallest_gap, gap);
-        if (gap > largest_gap) {
-            largest_gap = gap;
-            at = k;
-        }
-        farthest = std::max(
-            farthest, glm::distance(*frames[k].position, first + static_cast<double>(k) * step));
-    }
-    if (farthest > std::max(kPositionRoundingMm, 0.01 * usual)) {
-        const std::string what = fmt::format(
-            "the gaps between slices vary from {:.4g} to {:.4g} mm (largest between {} and {})",
-            smallest_gap, largest_gap, leaf(frames[at]), leaf(frames[at + 1]));
-        if (farthest > kMostUneven * usual) {
-            const double missing = std::round(largest_gap / smallest_gap) - 1;
-            return fail(
-                "{}: {}; {} and a regular stack would be wrong by up to {:.4g} mm", name, what,
-                missing >= 1 ? fmt::format("{:.0f} slices seem to be missing there", missing)
-                             : "they are uneven",
-                farthest);
-        }
-        warnings.push_back(
-            fmt::format("{}: {}; slices are placed evenly, {:.4g} mm from their "
-                        "place at most",
-                        name, what, farthest));
-    }
-    const double tilt = std::acos(std::min(1.0, glm::dot(step, normal) / usual));
-    if (usual * std::sin(tilt) * static_cast<double>(last) > 10 * kPositionRoundingMm)
-        warnings.push_back(
-            fmt::format("{}: gantry tilt: slices are stacked {:.2f} degrees off "
-                        "their normal; the shear is kept in the geometry",
-                        name, tilt * 180 / std::acos(-1.0)));
-    return step;
+double tilt_degrees(glm::dvec3 step, glm::dvec3 normal) {
+    return std::acos(std::min(1.0, glm::dot(step, normal) / glm::length(step))) * 180 /
+           std::acos(-1.0);
 }
 
-void assume_what_is_absent(const std::string& name, DicomFrame& first, size_t count,
+// The sorted images of a stack, and where they lie.
+struct Places {
+    glm::dvec3 normal;
+    std::vector<double> along_mm; // on the normal, rising
+    glm::dvec3 step;              // from the first to the last, shared out evenly
+    double farthest_mm = 0;       // of an image from its place in the even stack
+    double sideways_mm = 0;       // by which the last lies off the first's normal
+};
+
+Places places_of(const std::vector<DicomFrame>& frames, glm::dvec3 normal) {
+    Places places;
+    places.normal = normal;
+    const glm::dvec3 first = *frames.front().position;
+    const auto last = static_cast<double>(frames.size() - 1);
+    places.step = (*frames.back().position - first) / last;
+    for (size_t k = 0; k < frames.size(); ++k) {
+        places.along_mm.push_back(along_normal(frames[k], normal));
+        places.farthest_mm = std::max(
+            places.farthest_mm,
+            glm::distance(*frames[k].position, first + static_cast<double>(k) * places.step));
+    }
+    places.sideways_mm = last * glm::length(places.step - glm::dot(places.step, normal) * normal);
+    return places;
+}
+
+// Puts frames without a file where slices are missing; false where the rest is not regular.
+bool fill_holes(std::vector<DicomFrame>& frames, const std::vector<size_t>& missing,
+                glm::dvec3 normal) {
+    std::vector<DicomFrame> filled;
+    for (size_t k = 0; k < frames.size(); ++k) {
+        for (size_t i = 1; i <= missing[k]; ++i) {
+            DicomFrame hole = frames[k - 1];
+            const double share = static_cast<double>(i) / static_cast<double>(missing[k] + 1);
+            hole.position = glm::mix(*frames[k - 1].position, *frames[k].position, share);
+            hole.file.clear();
+            hole.rescale = {};
+            filled.push_back(std::move(hole));
+        }
+        filled.push_back(frames[k]);
+    }
+    const Places places = places_of(filled, normal);
+    if (places.farthest_mm > kMostUneven * glm::length(places.step))
+        return false;
+    frames = std::move(filled);
+    return true;
+}
+
+// The step from slice to slice of sorted images, in world mm.
+Result<glm::dvec3> slice_step(const std::string& name, std::vector<DicomFrame>& frames,
+                              glm::dvec3 normal, size_t damaged,
+                              std::vector<std::string>& warnings) {
+    Places places = places_of(frames, normal);
+    if (places.farthest_mm > kMostUneven * glm::length(places.step)) {
+        const std::vector<size_t> missing = missing_before(places.along_mm);
+        const size_t holes = std::accumulate(missing.begin(), missing.end(), size_t{0});
+        if (holes == 0 || holes > damaged || !fill_holes(frames, missing, normal)) {
+            size_t at = 0;
+            for (size_t k = 0; k + 1 < frames.size(); ++k)
+                if (places.along_mm[k + 1] - places.along_mm[k] >
+                    places.along_mm[at + 1] - places.along_mm[at])
+                    at = k;
+            std::string what = holes > 0 ? fmt::format("{} slice{} to be missing", holes,
+                                                       holes == 1 ? " seems" : "s seem")
+                                         : "the slices are not evenly spaced";
+            if (damaged > 0)
+                what += fmt::format(" ({} damaged file{} passed over)", damaged,
+                                    damaged == 1 ? " was" : "s were");
+            return fail(
+                "{}: {}: {} (largest gap between {} and {}); a regular stack would be wrong by up "
+                "to {:.4g} mm, --resample-slices interpolates to an even spacing",
+                name, what, gap_words(places.along_mm), leaf(frames[at]), leaf(frames[at + 1]),
+                places.farthest_mm);
+        }
+        warnings.push_back(fmt::format(
+            "{}: {} of {} slices {} missing, as {} damaged file{} passed over; {} no data", name,
+            holes, frames.size(), holes == 1 ? "is" : "are", damaged,
+            damaged == 1 ? " was" : "s were", holes == 1 ? "it holds" : "they hold"));
+        places = places_of(frames, normal);
+    }
+    const double usual = glm::length(places.step);
+    if (places.farthest_mm > std::max(kPositionRoundingMm, 0.01 * usual))
+        warnings.push_back(
+            fmt::format("{}: {}; slices are placed evenly, {:.4g} mm from their "
+                        "place at most (--resample-slices interpolates)",
+                        name, gap_words(places.along_mm), places.farthest_mm));
+    if (places.sideways_mm > 10 * kPositionRoundingMm)
+        warnings.push_back(
+            fmt::format("{}: gantry tilt: slices are stacked {:.2f} degrees off their normal; the "
+                        "shear is kept in the geometry (--resample-slices removes it)",
+                        name, tilt_degrees(places.step, normal)));
+    return places.step;
+}
+
+// An upright grid of even spacing that holds all images, for resampling.
+Result<Grid> upright_grid(const std::string& name, const std::vector<DicomFrame>& frames,
+                          const Places& places, glm::dmat2x3 axes, glm::dvec2 spacing,
+                          std::vector<std::string>& warnings) {
+    // No more slices or samples than these multiples, however odd the positions are.
+    constexpr double kMostSlices = 8, kMostSideways = 4, kAlwaysSideways = 256;
+    const double range = places.along_mm.back() - places.along_mm.front();
+    const double wish = std::max(finest_spacing_mm(places.along_mm),
+                                 range / (kMostSlices * static_cast<double>(frames.size())));
+    const double steps = std::max(1.0, std::ceil(range / wish - 0.01));
+    // Where images begin, in samples from where the first one does.
+    glm::dvec2 low(0), high(0);
+    for (const DicomFrame& frame : frames) {
+        const glm::dvec2 at = (*frame.position - *frames.front().position) * axes / spacing;
+        low = glm::min(low, at);
+        high = glm::max(high, at);
+    }
+    const glm::dvec2 first = glm::floor(low + 1e-3), last = glm::ceil(high - 1e-3);
+    const glm::dvec2 more = last - first, size(frames.front().size);
+    const glm::dvec2 most = glm::max(kMostSideways * size, glm::dvec2(kAlwaysSideways));
+    if (more.x > most.x || more.y > most.y)
+        return fail("{}: cannot be resampled: its slices lie up to {:.4g} mm apart sideways", name,
+                    glm::length((high - low) * spacing));
+    Grid grid;
+    grid.size = {glm::uvec2(size + more), static_cast<uint32_t>(steps) + 1};
+    const double step_mm = range / steps;
+    grid.world_from_index = {glm::dvec4(axes[0] * spacing.x, 0.0),
+                             glm::dvec4(axes[1] * spacing.y, 0.0),
+                             glm::dvec4(places.normal * step_mm, 0.0),
+                             glm::dvec4(*frames.front().position + axes * (first * spacing), 1.0)};
+    std::string what = fmt::format(
+        "{}: resampled (--resample-slices): {}; interpolated linearly to {} slices {:.4g} mm apart",
+        name, gap_words(places.along_mm), grid.size.z, step_mm);
+    if (places.sideways_mm > 10 * kPositionRoundingMm)
+        what += fmt::format(
+            "; gantry tilt of {:.2f} degrees removed, {} x {} samples a slice "
+            "became {} x {} (no data where no image lies)",
+            tilt_degrees(places.step, places.normal), frames.front().size.x, frames.front().size.y,
+            grid.size.x, grid.size.y);
+    warnings.push_back(what);
+    return grid;
+}
+
+void assume_what_is_absent(const std::string& name, const DicomFrame& first, size_t count,
                            std::vector<std::string>& warnings) {
     std::string absent;
     const auto add = [&](bool has, const char* what) {
@@ -208,49 +234,11 @@ void assume_what_is_absent(const std::string& name, DicomFrame& first, size_t co
 
 } // namespace
 
-std::vector<DicomSeries> group_series(std::vector<DicomFrame> frames) {
-    std::map<std::string, DicomSeries> by_uid;
-    for (DicomFrame& frame : frames) {
-        DicomSeries& series = by_uid[frame.series_uid];
-        series.uid = frame.series_uid;
-        series.description = frame.series_description;
-        series.modality = frame.modality;
-        series.frames.push_back(std::move(frame));
-    }
-    std::vector<DicomSeries> all;
-    for (auto& [uid, series] : by_uid)
-        all.push_back(std::move(series));
-    std::stable_sort(all.begin(), all.end(), [](const DicomSeries& a, const DicomSeries& b) {
-        return a.frames.size() > b.frames.size();
-    });
-    return all;
-}
-
-Result<size_t> choose_series(const DecodeRequest& request, const std::vector<DicomSeries>& all) {
-    PALPATE_ASSERT(!all.empty());
-    if (!request.series)
-        return 0;
-    std::vector<size_t> found;
-    for (size_t i = 0; i < all.size(); ++i) {
-        if (all[i].uid == *request.series)
-            return i;
-        if (lower_case(all[i].description).find(lower_case(*request.series)) != std::string::npos)
-            found.push_back(i);
-    }
-    if (found.size() != 1)
-        return fail("{}: {} series match '{}', expected one of: {}", request.path.string(),
-                    found.empty() ? "no" : std::to_string(found.size()), *request.series,
-                    listed(all));
-    return found.front();
-}
-
-Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series) {
+Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, size_t damaged) {
     const std::string name = request.path.string();
     DicomStack stack;
     std::vector<DicomFrame>& frames = stack.frames = std::move(series.frames);
     drop_copies(name, frames, stack.warnings);
-    if (Result<void> kept = keep_majority(name, frames, stack.warnings); !kept)
-        return pass_on(kept);
 
     const glm::dmat2x3 axes = axes_of(frames.front());
     const glm::dvec3 normal = glm::cross(axes[0], axes[1]);
@@ -273,18 +261,35 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series) 
             return fail("{}", chosen.error().message);
         frames = {frames[*chosen]};
     }
-    DicomFrame& first = frames.front();
+    const DicomFrame first = frames.front();
     assume_what_is_absent(name, first, frames.size(), stack.warnings);
     const glm::dvec2 spacing = first.spacing_mm.value_or(glm::dvec2(1.0));
     glm::dvec3 step = normal * first.slice_step_mm.value_or(1.0);
     if (placed && frames.size() > 1) {
-        const Result<glm::dvec3> found = slice_step(name, frames, normal, stack.warnings);
+        const Places places = places_of(frames, normal);
+        const double usual = glm::length(places.step);
+        if (request.resample_slices &&
+            (places.farthest_mm > std::max(kPositionRoundingMm, 0.01 * usual) ||
+             places.sideways_mm > 10 * kPositionRoundingMm)) {
+            Result<Grid> grid = upright_grid(name, frames, places, axes, spacing, stack.warnings);
+            if (!grid)
+                return pass_on(grid);
+            stack.grid = *grid;
+            stack.resampled = true;
+            return stack;
+        }
+        const Result<glm::dvec3> found = slice_step(name, frames, normal, damaged, stack.warnings);
         if (!found)
             return fail("{}", found.error().message);
         step = *found;
     }
-    const glm::dvec3 origin = first.position.value_or(glm::dvec3(0.0));
-    stack.grid.size = {first.size, frames.size()};
+    if (request.resample_slices)
+        stack.warnings.push_back(
+            fmt::format("{}: --resample-slices has no effect: the slices are evenly spaced and "
+                        "stacked along their normal",
+                        name));
+    const glm::dvec3 origin = frames.front().position.value_or(glm::dvec3(0.0));
+    stack.grid.size = {frames.front().size, frames.size()};
     stack.grid.world_from_index = {glm::dvec4(axes[0] * spacing.x, 0.0),
                                    glm::dvec4(axes[1] * spacing.y, 0.0), glm::dvec4(step, 0.0),
                                    glm::dvec4(origin, 1.0)};

@@ -2,6 +2,7 @@
 #include <fstream>
 
 #include "engine/io/decoder.h"
+#include "engine/io/dicom_walk.h"
 #include "engine/io/formats.h"
 #include "engine/io/not_read.h"
 #include "engine/io/picture.h"
@@ -23,13 +24,10 @@ bool is_slices(const FileHead& head) {
     return is_picture(head.extension) || is_pattern(head.path.filename().string());
 }
 bool is_dicom(const FileHead& head) {
-    if (head.bytes.size() >= 132 && head.bytes.compare(128, 4, "DICM") == 0)
-        return true;
-    if (head.extension == ".dcm" || head.extension == ".ima" || head.extension == ".dicom")
-        return true;
-    // Without the preamble a data set begins with a small element of group 0008, little-endian.
-    return head.bytes.size() >= 8 && head.bytes.starts_with(std::string_view("\x08\0", 2)) &&
-           head.bytes[3] == 0;
+    return looks_like_dicom(head.bytes, head.extension);
+}
+bool is_packed_dicom(const FileHead& head) {
+    return lower_case(head.path.filename().string()).ends_with(".dcm.gz");
 }
 bool is_nifti(const FileHead& head) {
     return head.extension == ".nii" || head.extension == ".nii.gz" || head.extension == ".hdr" ||
@@ -76,6 +74,8 @@ Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
     }
     if (has_pictures)
         return decode_slices(request, sink);
+    if (holds_dicom(request.path))
+        return decode_dicom(request, sink);
     return fail(
         "{}: expected a folder of DICOM files, of pictures (PNG, TIFF, JPEG, BMP) or of "
         "slices described by {}",
@@ -86,11 +86,17 @@ Result<Decoded> refuse_by_name(const DecodeRequest& request, VoxelSink&) {
     return fail("{}: {}", request.path.string(), *why_not_read(head_of(request.path)));
 }
 
+Result<Decoded> refuse_packed_dicom(const DecodeRequest& request, VoxelSink&) {
+    return fail("{}: is a DICOM file packed with gzip, which is not read; gunzip unpacks it",
+                request.path.string());
+}
+
 // The first that recognises a file decodes it. What is told by content comes before what is told
 // by name alone.
 constexpr Format kFormats[] = {
     {"a folder", is_folder, decode_folder},
     {"slices", is_slices, decode_slices},
+    {"packed DICOM", is_packed_dicom, refuse_packed_dicom},
     {"DICOM", is_dicom, decode_dicom},
     {"NIfTI", is_nifti, decode_nifti},
     {"NRRD", is_nrrd, decode_nrrd},
@@ -133,7 +139,12 @@ Result<Decoded> decode_any(const DecodeRequest& request, VoxelSink& sink) {
         if (!format.recognises(head))
             continue;
         try {
-            return format.decode(request, sink);
+            Result<Decoded> decoded = format.decode(request, sink);
+            if (decoded && request.resample_slices && !decoded->heeded_resample_slices)
+                decoded->warnings.push_back(request.path.string() +
+                                            ": --resample-slices has no effect: it is no series "
+                                            "of DICOM images");
+            return decoded;
         } catch (const std::exception& error) {
             return fail("{}: cannot be read as {}: {}", request.path.string(), format.name,
                         error.what());

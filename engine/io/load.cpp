@@ -19,8 +19,11 @@ Result<LoadedVolume> open_bricks(const std::filesystem::path& path, const ReadOp
     if (kind == io::VolumeKind::labels && type != ScalarType::u8 && type != ScalarType::u16)
         return fail("{}: expected labels of type u8 or u16, found {}", path.string(),
                     name_of(type));
-    LoadedVolume loaded{
-        std::move(file->volume), {}, {}, std::move(file->modality), std::move(file->coarser)};
+    LoadedVolume loaded{std::move(file->volume),  {}, {}, std::move(file->modality),
+                        std::move(file->coarser), {}};
+    if (options.resample_slices)
+        loaded.warnings.push_back(path.string() +
+                                  ": --resample-slices has no effect on a brick file");
     if (const uint64_t missing = loaded.volume.no_data_count(); missing > 0)
         loaded.warnings.push_back(
             fmt::format("{}: {} samples hold no data", path.string(), missing));
@@ -31,8 +34,8 @@ Result<LoadedVolume> load(const std::filesystem::path& path, const ReadOptions& 
                           io::VolumeKind kind) {
     if (is_brick_file(path))
         return open_bricks(path, options, kind);
-    const Result<io::DecodedVoxels> voxels =
-        io::decode_in_child({path, options.frame, options.series}, options);
+    const Result<io::DecodedVoxels> voxels = io::decode_in_child(
+        {path, options.frame, options.series, options.resample_slices}, options);
     if (!voxels)
         return fail("{}", voxels.error().message);
     return io::narrow(path.string(), voxels->decoded, voxels->claim, voxels->bytes(), kind,

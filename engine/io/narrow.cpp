@@ -225,7 +225,9 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
                 name, needed, max_memory_bytes);
         Volume volume =
             visit_scalar(type, [&](auto to) { return build<decltype(to)>(decoded.grid, source); });
-        LoadedVolume loaded{std::move(volume), decoded.warnings, decoded.notes, decoded.modality};
+        LoadedVolume loaded{
+            std::move(volume), decoded.warnings, decoded.notes, decoded.modality, {},
+            decoded.labels};
         add_warnings(name, survey, type, claim.components, samples, loaded.warnings);
         return loaded;
     });

@@ -50,6 +50,14 @@ Decoded decoded_from(const Json& json) {
     decoded.modality = json.at("modality").get<std::string>();
     decoded.warnings = json.at("warnings").get<std::vector<std::string>>();
     decoded.notes = json.at("notes").get<std::vector<std::string>>();
+    for (const Json& entry : json.at("labels")) {
+        LabelName& label = decoded.labels.emplace_back();
+        label.label = entry.at("label").get<uint32_t>();
+        label.name = entry.at("name").get<std::string>();
+        if (const Json& color = entry.at("color"); !color.is_null())
+            label.color =
+                glm::dvec3(from_bits(color.at(0)), from_bits(color.at(1)), from_bits(color.at(2)));
+    }
     return decoded;
 }
 
@@ -78,13 +86,21 @@ std::string decoded_report(const Decoded& decoded) {
     Json rescale = Json::array();
     for (const Rescale& entry : decoded.rescale)
         rescale.push_back({bits(entry.slope), bits(entry.intercept)});
+    Json labels = Json::array();
+    for (const LabelName& label : decoded.labels) {
+        Json color;
+        if (label.color)
+            color = {bits(label.color->x), bits(label.color->y), bits(label.color->z)};
+        labels.push_back({{"label", label.label}, {"name", label.name}, {"color", color}});
+    }
     return dumped({{"decoded",
                     {{"size", size_json(decoded.grid.size)},
                      {"world_from_index", matrix},
                      {"rescale", rescale},
                      {"modality", decoded.modality},
                      {"warnings", decoded.warnings},
-                     {"notes", decoded.notes}}}});
+                     {"notes", decoded.notes},
+                     {"labels", labels}}}});
 }
 
 void write_report(int fd, const std::string& line) {

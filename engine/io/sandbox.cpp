@@ -161,7 +161,8 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
                                          std::to_string(options.max_memory_bytes),
                                          request.path.string(),
                                          request.frame ? std::to_string(*request.frame) : "-",
-                                         request.series ? "=" + *request.series : "-"};
+                                         request.series ? "=" + *request.series : "-",
+                                         request.resample_slices ? "resample" : "-"};
     std::vector<char*> argv;
     for (const std::string& word : words)
         argv.push_back(const_cast<char*>(word.c_str()));

@@ -15,7 +15,7 @@ Result<LoadedVolume> load_named(const SceneFile& file, const std::string& name, 
             return pass_on(made);
         if (labels && made->type() != ScalarType::u8 && made->type() != ScalarType::u16)
             return fail("{}: expected labels (checkerboard), found grey values", name);
-        return LoadedVolume{std::move(*made), {}, {}, {}, {}};
+        return LoadedVolume{std::move(*made), {}, {}, {}, {}, {}};
     }
     const std::filesystem::path path = volume_path(file, name);
     return labels ? load_labels(path, options) : load_volume(path, options);
@@ -44,6 +44,7 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
         ReadOptions label_options = options;
         label_options.frame.reset();
         label_options.series.reset();
+        label_options.resample_slices = false;
         Result<LoadedVolume> labels = load_named(file, file.labels, true, label_options);
         if (!labels)
             return pass_on(labels);

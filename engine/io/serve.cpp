@@ -39,7 +39,7 @@ void limit_memory() {
 } // namespace
 
 void serve_decoding(int argc, char** argv, Decode decode) {
-    if (argc != 7)
+    if (argc != 8)
         ::_exit(2);
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != std::atoi(argv[2]))
@@ -54,6 +54,7 @@ void serve_decoding(int argc, char** argv, Decode decode) {
         request.frame = static_cast<uint32_t>(std::strtoul(argv[5], nullptr, 10));
     if (const std::string_view series = argv[6]; series.starts_with('='))
         request.series = std::string(series.substr(1));
+    request.resample_slices = std::string_view(argv[7]) == "resample";
     VoxelSink sink(kMemoryFd, kReportFd, std::strtoull(argv[3], nullptr, 10));
     sink.alive();
     std::string report;

@@ -9,6 +9,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/memory.h"
+#include "engine/io/label_names.h"
 #include "engine/volume/volume.h"
 
 namespace palpate {
@@ -18,9 +19,14 @@ struct ReadOptions {
     // the volume made from them.
     uint64_t max_memory_bytes = physical_memory_bytes() / 4 * 3;
 
-    std::optional<uint32_t> frame;     // of a 4-D file; absent: frame 0, with a warning if others
-    std::optional<std::string> series; // DICOM: series instance UID, or part of the description;
-                                       // absent: the series with the most images
+    std::optional<uint32_t> frame; // of a 4-D file; absent: frame 0, with a warning if others
+    // DICOM: series instance UID, number in the list of series (from 1), or part of the
+    // description; absent: the series with the most images.
+    std::optional<std::string> series;
+
+    // DICOM: unevenly spaced or sheared (gantry tilt) slices are interpolated linearly to even
+    // spacing along their normal, with a warning that says so. Absent, uneven ones are refused.
+    bool resample_slices = false;
 
     // Seconds of processor time that reading may take without progress, beside 1 s for each 20 MB
     // of the file and, once their number is known, 1 s for each 4 MB of voxels. Ten times as much
@@ -41,10 +47,11 @@ struct LoadedVolume {
     std::vector<std::string> notes;    // sentences: the list of DICOM series found, and the like
     std::string modality;              // as DICOM names it: "CT", "MR"; empty where unknown
     std::vector<Volume> coarser;       // of a brick file: levels 1, 2, .., each half as fine
+    std::vector<LabelName> labels;     // of a label map that names them, such as a DICOM SEG
 };
 
-// Reads a volume: a file, a folder (DICOM series or slices) or a slice pattern ("ct_%03d.png",
-// "ct_*.png").
+// Reads a volume: a file, a folder (DICOM series, also in folders below it, or slices) or a slice
+// pattern ("ct_%03d.png", "ct_*.png").
 //
 // Voxels keep the order in which they are stored; world_from_index says where they lie, in LPS
 // millimetres. Values are physical (HU for CT): the smallest of u8, i8, u16, i16 and f32 that holds

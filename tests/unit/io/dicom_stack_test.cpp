@@ -11,6 +11,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 // `count` axial images of 4 x 3 at 0.5 x 0.75 mm, 3 mm apart from z = 10 mm upwards, stored from
 // the top down.
@@ -31,6 +32,28 @@ std::vector<DicomFrame> axial(int count) {
 
 Result<DicomStack> stack_of(std::vector<DicomFrame> frames, std::optional<uint32_t> frame = {}) {
     return make_stack({.path = "folder", .frame = frame}, {"", "", "", std::move(frames)});
+}
+
+Result<DicomStack> resampled_stack(std::vector<DicomFrame> frames) {
+    return make_stack({.path = "folder", .resample_slices = true}, {"", "", "", std::move(frames)});
+}
+
+// Images at z_mm, otherwise as those of axial().
+std::vector<DicomFrame> axial_at(const std::vector<double>& z_mm) {
+    std::vector<DicomFrame> frames = axial(static_cast<int>(z_mm.size()));
+    for (size_t i = 0; i < z_mm.size(); ++i)
+        frames[z_mm.size() - 1 - i].position->z = z_mm[i];
+    return frames;
+}
+
+// Five slices 4.22 mm apart, a gap of 1.14 mm, four slices 7.38 mm apart.
+std::vector<double> two_blocks() {
+    std::vector<double> z_mm;
+    for (int i = 0; i < 5; ++i)
+        z_mm.push_back(-10 + 4.22 * i);
+    for (int i = 0; i < 4; ++i)
+        z_mm.push_back(-10 + 4 * 4.22 + 1.14 + 7.38 * i);
+    return z_mm;
 }
 
 TEST(DicomStack, SortsAlongTheNormal) {
@@ -61,8 +84,9 @@ TEST(DicomStack, NamesAMissingSlice) {
     auto frames = axial(10);
     frames.erase(frames.begin() + 4); // 005.dcm
     EXPECT_THAT(stack_of(frames).error().message,
-                AllOf(HasSubstr("from 3 to 6 mm"), HasSubstr("004.dcm and 006.dcm"),
-                      HasSubstr("1 slices seem to be missing")));
+                AllOf(HasSubstr("5 slices 3 mm apart"), HasSubstr("a gap of 6 mm"),
+                      HasSubstr("004.dcm and 006.dcm"), HasSubstr("1 slice seems to be missing"),
+                      HasSubstr("--resample-slices")));
 }
 
 TEST(DicomStack, WarnsOfSlightlyUnevenGapsAndRefusesOthers) {
@@ -71,31 +95,68 @@ TEST(DicomStack, WarnsOfSlightlyUnevenGapsAndRefusesOthers) {
     const auto slight = stack_of(frames);
     ASSERT_TRUE(slight) << slight.error().message;
     EXPECT_THAT(slight->warnings,
-                ElementsAre(AllOf(HasSubstr("from 2.8 to 3.2 mm"), HasSubstr("0.2 mm"))));
+                ElementsAre(AllOf(HasSubstr("a gap of 3.2 mm"), HasSubstr("a gap of 2.8 mm"),
+                                  HasSubstr("0.2 mm from their place"))));
     frames[4].position->z += 0.8;
     EXPECT_THAT(stack_of(frames).error().message, HasSubstr("wrong by up to 1 mm"));
 }
 
-TEST(DicomStack, LeavesAScoutOut) {
-    auto frames = axial(6);
-    DicomFrame scout = frames[0];
-    scout.file = "scout.dcm";
-    scout.instance_uid = "1.2.99";
-    scout.axes = glm::dmat2x3{{0, 1, 0}, {0, 0, -1}};
-    frames.push_back(scout);
-    const auto stack = stack_of(frames);
-    ASSERT_TRUE(stack) << stack.error().message;
-    EXPECT_EQ(stack->grid.size.z, 6u);
-    EXPECT_THAT(stack->warnings,
-                ElementsAre(AllOf(HasSubstr("scout.dcm"), HasSubstr("1 of 7 images"))));
+TEST(DicomStack, SaysWhichBlocksASeriesHas) {
+    const auto refused = stack_of(axial_at(two_blocks()));
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message,
+                AllOf(HasSubstr("5 slices 4.22 mm apart (at -10 .. 6.88 mm)"),
+                      HasSubstr("a gap of 1.14 mm"),
+                      HasSubstr("4 slices 7.38 mm apart (at 8.02 .. 30.16 mm)"),
+                      HasSubstr("not evenly spaced"), Not(HasSubstr("missing"))));
 }
 
-TEST(DicomStack, RefusesAnEvenMix) {
-    auto frames = axial(4);
-    frames[0].size = frames[1].size = {8, 8};
-    EXPECT_THAT(stack_of(frames).error().message,
-                AllOf(HasSubstr("mixed sizes or orientations"), HasSubstr("8 x 8"),
-                      HasSubstr("4 x 3"), HasSubstr("003.dcm"), HasSubstr("001.dcm")));
+TEST(DicomStack, HasHolesWhereDamagedFilesExplainThem) {
+    auto frames = axial(10);
+    frames.erase(frames.begin() + 3, frames.begin() + 5); // 006.dcm and 005.dcm
+    const auto make = [&](size_t damaged) {
+        return make_stack({.path = "folder"}, {"", "", "", frames}, damaged);
+    };
+    EXPECT_THAT(make(1).error().message, HasSubstr("2 slices seem to be missing"));
+    const auto stack = make(2);
+    ASSERT_TRUE(stack) << stack.error().message;
+    EXPECT_EQ(stack->grid.size.z, 10u);
+    EXPECT_EQ(stack->frames[5].file, "");
+    EXPECT_EQ(stack->frames[6].file, "");
+    EXPECT_EQ(stack->frames[7].file, "007.dcm");
+    EXPECT_EQ(stack->grid.world_from_index[2], glm::dvec4(0, 0, 3, 0));
+    EXPECT_THAT(stack->warnings, ElementsAre(HasSubstr("2 of 10 slices are missing")));
+}
+
+TEST(DicomStack, ResamplesToTheFinestBlock) {
+    const auto stack = resampled_stack(axial_at(two_blocks()));
+    ASSERT_TRUE(stack) << stack.error().message;
+    EXPECT_TRUE(stack->resampled);
+    EXPECT_EQ(stack->frames.size(), 9u);
+    // 40.16 mm in steps of at most 4.22 mm are ten.
+    EXPECT_EQ(stack->grid.size, glm::uvec3(4, 3, 11));
+    EXPECT_NEAR(stack->grid.world_from_index[2].z, 4.016, 1e-12);
+    EXPECT_THAT(stack->warnings, ElementsAre(AllOf(HasSubstr("1.14 mm"), HasSubstr("11 slices"),
+                                                   HasSubstr("4.016 mm apart"))));
+}
+
+TEST(DicomStack, ResamplingMakesATiltedStackUpright) {
+    auto frames = axial(10);
+    for (DicomFrame& frame : frames)
+        frame.position->y += 0.5 * frame.position->z; // 1.5 mm a slice, 2 rows
+    const auto stack = resampled_stack(frames);
+    ASSERT_TRUE(stack) << stack.error().message;
+    EXPECT_EQ(stack->grid.size, glm::uvec3(4, 3 + 18, 10));
+    EXPECT_NEAR(glm::distance(stack->grid.world_from_index[2], glm::dvec4(0, 0, 3, 0)), 0, 1e-12);
+    EXPECT_THAT(stack->warnings, ElementsAre(AllOf(HasSubstr("26.57 degrees"), // atan 0.5
+                                                   HasSubstr("4 x 3"), HasSubstr("4 x 21"))));
+}
+
+TEST(DicomStack, ResamplingARegularStackIsSaidToDoNothing) {
+    const auto stack = resampled_stack(axial(4));
+    ASSERT_TRUE(stack) << stack.error().message;
+    EXPECT_FALSE(stack->resampled);
+    EXPECT_THAT(stack->warnings, ElementsAre(HasSubstr("has no effect")));
 }
 
 TEST(DicomStack, DropsCopies) {
@@ -135,6 +196,31 @@ TEST(DicomStack, SplitsATimeSeriesIntoFrames) {
     EXPECT_THAT(stack_of(frames, 2).error().message, HasSubstr("no frame 2"));
 }
 
+TEST(DicomSeries, SeparatesPlanesAndObjects) {
+    std::vector<DicomFrame> frames = axial(6);
+    for (DicomFrame& frame : frames)
+        frame.series_uid = "1.1";
+    frames[0].axes = glm::dmat2x3{{0, 1, 0}, {0, 0, -1}};
+    frames[1].axes = frames[0].axes;
+    frames[2].size = {8, 8};
+    frames[3].object = DicomObject::other;
+    frames[3].object_words = "is a report";
+    const auto all = group_series(frames);
+    ASSERT_EQ(all.size(), 4u);
+    EXPECT_THAT(
+        list_series(all, 1),
+        ElementsAre(
+            HasSubstr("2 images of 4 x 3 at 0.5 x 0.75 mm, sagittal"),
+            AllOf(HasSubstr("2 images of 4 x 3 at 0.5 x 0.75 mm, axial"), HasSubstr("(read)")),
+            HasSubstr("series 3 of 4: "), HasSubstr("1 file (passed over: is a report)")));
+    EXPECT_EQ(choose_series({.path = "f", .series = "3"}, all).value(), 2u);
+    EXPECT_EQ(choose_series({.path = "f", .series = "1.1"}, all).value(), 0u);
+    EXPECT_THAT(choose_series({.path = "f", .series = "4"}, all).error().message,
+                HasSubstr("is a report"));
+    EXPECT_THAT(choose_series({.path = "f", .series = "5"}, all).error().message,
+                AllOf(HasSubstr("no series match '5'"), HasSubstr("series 4 of 4")));
+}
+
 TEST(DicomSeries, IsTheLargestOrTheOneNamed) {
     std::vector<DicomFrame> frames = axial(5);
     for (size_t i = 0; i < frames.size(); ++i) {
@@ -148,6 +234,7 @@ TEST(DicomSeries, IsTheLargestOrTheOneNamed) {
     EXPECT_EQ(all[choose_series({.path = "f", .series = "t1"}, all).value()].uid, "1.1");
     EXPECT_THAT(choose_series({.path = "f", .series = "axial"}, all).error().message,
                 AllOf(HasSubstr("2 series match"), HasSubstr("1.1"), HasSubstr("T2 axial")));
+    EXPECT_EQ(all[choose_series({.path = "f", .series = "t1 AXIAL"}, all).value()].uid, "1.1");
     EXPECT_THAT(choose_series({.path = "f", .series = "CT"}, all).error().message,
                 HasSubstr("no series match"));
 }

@@ -35,6 +35,8 @@ struct Loads {
 const std::vector<Loads> kLoads = {
     {"ct_head/ct_brain_atlas_1mm.nii.gz",
      {202, 202, 179}, {1, 1, 1}, {100.802734, -81.6972656, 1126.80005}, "RAS", "i16", -30, 385, 6.86313465269863, ""},
+    {"ct_head", // its DICOM lies in a folder below
+     {64, 64, 93}, {3.2, 3.2, 1.5}, {0, 0, 0}, "LPS", "u16", 0, 3926, 507.687324113743, ""},
     {"ct_head/dicom_axial_64",
      {64, 64, 93}, {3.2, 3.2, 1.5}, {0, 0, 0}, "LPS", "u16", 0, 3926, 507.687324113743, ""},
     {"ct_trunk_labels/ct.nii.gz",
@@ -115,6 +117,11 @@ const std::vector<Loads> kLoads = {
      {64, 64, 1}, {0.3125, 0.3125, 0.8}, {-83.9063, -91.2, 6.6406}, "LPS", "u16", 127, 2145, 518.88134765625, ""},
     {"dicom_small/image_dfl.dcm",
      {512, 512, 1}, {1, 1, 1}, {0, 0, 0}, "LPS", "u8", 0, 255, 127.115966796875, "assumed"},
+    // Means of numpy's unpacked bits.
+    {"dicom_small/liver_1frame.dcm",
+     {512, 512, 1}, {0.810547, 0.810547, 1}, {-235.2, -226.8, -128.69}, "LPS", "u8", 0, 1, 0.13821792602539062, ""},
+    {"dicom_small/seg_liver_3frames.dcm",
+     {512, 512, 3}, {0.810547, 0.810547, 1}, {-235.2, -226.8, -128.69}, "LPS", "u8", 0, 1, 0.1361821492513021, ""},
     {"labels_frog/frogtissue.mhd",
      {500, 470, 136}, {1, 1, 1.5}, {0, 0, 0}, "LPS", "u8", 0, 29, 0.384213767209011, ""},
     {"mr_hippocampus_labels/hippocampus_001_image.nii.gz",
@@ -192,12 +199,9 @@ struct Refused {
 const std::vector<Refused> kRefused = {
     {"README.md", "no format"},
     {"SHA256SUMS", "no format"},
-    {"ct_head", "expected a folder of DICOM files"},
     {"ct_head/raw_slices_headsq", "described by slices.json"}, // see SlicesOfHeadsq
-    {"dicom_small/liver_1frame.dcm", "DICOM segmentation (SEG)"},
     {"dicom_small/no_meta.dcm", "no DICOM file, or a damaged one"}, // begins with a stray byte
     {"dicom_small/rtstruct.dcm", "radiotherapy structure set (RTSTRUCT)"},
-    {"dicom_small/seg_liver_3frames.dcm", "DICOM segmentation (SEG)"},
     {"labels_frog/frogtissue.zraw", "no format"}, // read through its header
     {"nifti_variants/5D_small.nii", "several components (3 in dimension 5)"},
     {"nifti_variants/analyze.hdr", "analyze.img: no such file"},

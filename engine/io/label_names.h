@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+
+namespace palpate {
+
+// What a file says about one label of a label map.
+struct LabelName {
+    uint32_t label = 0;
+    std::string name;                // as the file states it; may be empty
+    std::optional<glm::dvec3> color; // sRGB, each 0 .. 1
+
+    friend bool operator==(const LabelName&, const LabelName&) = default;
+};
+
+// The sRGB colour of CIELAB coordinates relative to the white D50, as DICOM and ICC use them: L* in
+// 0 .. 100, a* and b* in -128 .. 127. Adapted to the white D65 after Bradford; what sRGB cannot
+// show is clamped.
+glm::dvec3 color_of_cielab(glm::dvec3 lab);
+
+} // namespace palpate

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/unit/io/sample_files.h"
+
+// DICOM files written byte by byte (PS3.5 7 and PS3.10 7), so that tests know what they hold.
+namespace palpate::test {
+
+constexpr const char* kExplicitLittle = "1.2.840.10008.1.2.1";
+constexpr const char* kRle = "1.2.840.10008.1.2.5";
+constexpr const char* kJpegLsLossless = "1.2.840.10008.1.2.4.80";
+constexpr const char* kJpeg2000Lossless = "1.2.840.10008.1.2.4.90";
+
+// A data set, explicit little-endian. Putting an element again replaces it.
+class DicomData {
+ public:
+    DicomData& put(uint16_t group, uint16_t number, const std::string& vr, std::string value) {
+        if (value.size() % 2)
+            value.push_back(vr == "UI" || vr == "OB" ? '\0' : ' ');
+        const bool is_long = vr == "OW" || vr == "OB" || vr == "SQ" || vr == "UN";
+        elements_[{group, number}] =
+            little(group, 2) + little(number, 2) + vr +
+            (is_long ? little(0, 2) + little(value.size(), 4) : little(value.size(), 2)) + value;
+        return *this;
+    }
+    DicomData& put_words(uint16_t group, uint16_t number, const std::vector<uint16_t>& values) {
+        std::string bytes;
+        for (const uint16_t value : values)
+            bytes += little(value, 2);
+        return put(group, number, "US", bytes);
+    }
+    DicomData& put_items(uint16_t group, uint16_t number, const std::vector<DicomData>& items) {
+        std::string bytes;
+        for (const DicomData& one : items) {
+            const std::string body = one.bytes();
+            bytes += little(0xfffe, 2) + little(0xe000, 2) + little(body.size(), 4) + body;
+        }
+        return put(group, number, "SQ", bytes);
+    }
+    // Encapsulated pixel data: an empty table of offsets, then an item for each fragment.
+    DicomData& put_fragments(const std::vector<std::string>& fragments) {
+        std::string bytes = little(0x7fe0, 2) + little(0x10, 2) + "OB" + little(0, 2) +
+                            little(0xffffffff, 4) + little(0xe000fffe, 4) + little(0, 4);
+        for (std::string fragment : fragments) {
+            if (fragment.size() % 2)
+                fragment.push_back('\0');
+            bytes += little(0xe000fffe, 4) + little(fragment.size(), 4) + fragment;
+        }
+        elements_[{0x7fe0, 0x10}] = bytes + little(0xe0ddfffe, 4) + little(0, 4);
+        return *this;
+    }
+    DicomData& erase(uint16_t group, uint16_t number) {
+        elements_.erase({group, number});
+        return *this;
+    }
+    std::string bytes() const {
+        std::string all;
+        for (const auto& [tag, text] : elements_)
+            all += text;
+        return all;
+    }
+    // A whole file, with the preamble.
+    std::string file(const std::string& class_uid, const std::string& instance_uid,
+                     const std::string& syntax = kExplicitLittle) const {
+        DicomData meta;
+        meta.put(2, 2, "UI", class_uid).put(2, 3, "UI", instance_uid).put(2, 0x10, "UI", syntax);
+        DicomData data = *this;
+        data.put(8, 0x16, "UI", class_uid).put(8, 0x18, "UI", instance_uid);
+        const std::string rest = meta.bytes();
+        meta.put(2, 0, "UL", little(rest.size(), 4));
+        return std::string(128, '\0') + "DICM" + meta.bytes() + data.bytes();
+    }
+
+ private:
+    std::map<std::pair<uint16_t, uint16_t>, std::string> elements_;
+};
+
+constexpr const char* kCtClass = "1.2.840.10008.5.1.4.1.1.2";
+constexpr const char* kMrClass = "1.2.840.10008.5.1.4.1.1.4";
+constexpr const char* kSegClass = "1.2.840.10008.5.1.4.1.1.66.4";
+constexpr const char* kLabelMapClass = "1.2.840.10008.5.1.4.1.1.66.7";
+constexpr const char* kStructureClass = "1.2.840.10008.5.1.4.1.1.481.3";
+
+// Rows, columns, bits and the representation of samples.
+inline DicomData samples(uint16_t columns, uint16_t rows, uint16_t allocated, uint16_t stored,
+                         bool is_signed) {
+    DicomData data;
+    data.put_words(0x28, 2, {1}).put(0x28, 4, "CS", "MONOCHROME2");
+    data.put_words(0x28, 0x10, {rows}).put_words(0x28, 0x11, {columns});
+    data.put_words(0x28, 0x100, {allocated}).put_words(0x28, 0x101, {stored});
+    data.put_words(0x28, 0x102, {static_cast<uint16_t>(stored - 1)});
+    data.put_words(0x28, 0x103, {static_cast<uint16_t>(is_signed ? 1 : 0)});
+    return data;
+}
+
+// Where an image lies, as classic images state it.
+inline void place(DicomData& data, const std::string& position, const std::string& axes,
+                  const std::string& spacing) {
+    data.put(0x20, 0x32, "DS", position).put(0x20, 0x37, "DS", axes);
+    data.put(0x28, 0x30, "DS", spacing);
+}
+
+inline std::string words_16(const std::vector<int>& values) {
+    std::string bytes;
+    for (const int value : values)
+        bytes += little(static_cast<uint16_t>(value), 2);
+    return bytes;
+}
+
+} // namespace palpate::test

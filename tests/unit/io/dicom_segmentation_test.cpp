@@ -1,0 +1,240 @@
+// Segmentations (SEG), made byte by byte: each kind, placed by hand.
+
+#include <gmock/gmock.h>
+
+#include "engine/io/volume_io.h"
+#include "tests/unit/io/dicom_bytes.h"
+
+namespace palpate {
+namespace {
+
+using test::DicomData;
+using test::Folder;
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+// 5 x 3 samples a frame, so that the bits of frames do not end at bytes.
+constexpr int kColumns = 5, kRows = 3, kSamples = kColumns * kRows;
+
+struct Frame {
+    uint16_t segment;
+    double z_mm;
+    std::vector<int> values; // kSamples of them
+};
+
+// Samples that are `value` where set(x, y).
+template <class Set>
+std::vector<int> where(int value, const Set& set) {
+    std::vector<int> values;
+    for (int y = 0; y < kRows; ++y)
+        for (int x = 0; x < kColumns; ++x)
+            values.push_back(set(x, y) ? value : 0);
+    return values;
+}
+std::vector<int> all(int value) {
+    return std::vector<int>(kSamples, value);
+}
+
+DicomData segmentation(const char* kind, uint16_t allocated, const std::vector<Frame>& frames,
+                       const char* slice_spacing = "2") {
+    DicomData data = test::samples(kColumns, kRows, allocated, allocated, false);
+    data.put(8, 0x60, "CS", "SEG").put(8, 0x103e, "LO", "organs").put(0x20, 0x0e, "UI", "1.2.3.9");
+    data.put(0x28, 8, "IS", std::to_string(frames.size())).put(0x62, 1, "CS", kind);
+    std::vector<DicomData> segments(2), per_frame;
+    segments[0].put_words(0x62, 4, {1}).put(0x62, 5, "LO", "liver");
+    // CIELAB of sRGB's red, (54.29, 80.81, 69.89) at D50.
+    segments[0].put_words(0x62, 0xd, {35580, 53662, 50857});
+    segments[1].put_words(0x62, 4, {300}).put(0x62, 5, "LO", "tumour");
+    data.put_items(0x62, 2, segments);
+    DicomData axes, measures, shared;
+    axes.put(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0");
+    measures.put(0x28, 0x30, "DS", "1.5\\0.5");
+    if (slice_spacing)
+        measures.put(0x18, 0x88, "DS", slice_spacing);
+    shared.put_items(0x20, 0x9116, {axes}).put_items(0x28, 0x9110, {measures});
+    data.put_items(0x5200, 0x9229, {shared});
+    std::string bytes;
+    std::vector<int> bits;
+    for (const Frame& frame : frames) {
+        DicomData position, identification, groups;
+        position.put(0x20, 0x32, "DS", fmt::format("10\\-20\\{}", frame.z_mm));
+        identification.put_words(0x62, 0xb, {frame.segment});
+        groups.put_items(0x20, 0x9113, {position});
+        if (frame.segment > 0)
+            groups.put_items(0x62, 0xa, {identification});
+        per_frame.push_back(groups);
+        for (const int value : frame.values)
+            if (allocated == 1)
+                bits.push_back(value);
+            else
+                bytes += test::little(static_cast<uint64_t>(value), allocated / 8);
+    }
+    for (size_t i = 0; i < bits.size(); i += 8) {
+        int byte = 0;
+        for (size_t b = 0; b < 8 && i + b < bits.size(); ++b)
+            byte |= bits[i + b] << b;
+        bytes.push_back(static_cast<char>(byte));
+    }
+    data.put_items(0x5200, 0x9230, per_frame);
+    return data.put(0x7fe0, 0x10, allocated == 16 ? "OW" : "OB", bytes);
+}
+
+Result<LoadedVolume> read(const DicomData& data, const char* class_uid = test::kSegClass,
+                          const char* name = "seg.dcm") {
+    const Folder folder("seg");
+    test::write(folder / name, data.file(class_uid, "1.2.3.9.1"));
+    return load_labels(folder / name);
+}
+
+// The labels of a slice, row by row.
+std::vector<int> slice(const Volume& volume, uint32_t z) {
+    std::vector<int> labels;
+    for (uint32_t y = 0; y < volume.size().y; ++y)
+        for (uint32_t x = 0; x < volume.size().x; ++x)
+            labels.push_back(static_cast<int>(volume.value({x, y, z})));
+    return labels;
+}
+
+const auto left = [](int x, int) { return x < 2; };
+const auto right = [](int x, int) { return x >= 2; };
+const auto upper = [](int, int y) { return y == 0; };
+
+TEST(Segmentation, BinaryFramesLieWhereTheirGroupsPlaceThem) {
+    // Stored from the top down, and sparse: nothing lies at 12 mm.
+    const auto loaded = read(segmentation("BINARY", 1,
+                                          {{1, 14, where(1, left)},
+                                           {1, 10, where(1, upper)},
+                                           {300, 14, where(1, right)},
+                                           {300, 8, where(1, left)}}));
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    const Volume& volume = loaded->volume;
+    ASSERT_EQ(volume.size(), glm::uvec3(kColumns, kRows, 4));
+    EXPECT_EQ(volume.type(), ScalarType::u16);
+    EXPECT_EQ(slice(volume, 0), where(300, left));
+    EXPECT_EQ(slice(volume, 1), where(1, upper));
+    EXPECT_EQ(slice(volume, 2), all(0));
+    std::vector<int> both = where(300, right);
+    for (int i = 0; i < kSamples; ++i)
+        both[static_cast<size_t>(i)] += where(1, left)[static_cast<size_t>(i)];
+    EXPECT_EQ(slice(volume, 3), both);
+    const glm::dmat4& m = volume.grid().world_from_index;
+    EXPECT_EQ(m[0], glm::dvec4(0.5, 0, 0, 0));
+    EXPECT_EQ(m[1], glm::dvec4(0, 1.5, 0, 0));
+    EXPECT_EQ(m[2], glm::dvec4(0, 0, 2, 0));
+    EXPECT_EQ(m[3], glm::dvec4(10, -20, 8, 1));
+    EXPECT_THAT(loaded->warnings, IsEmpty());
+    EXPECT_EQ(loaded->modality, "SEG");
+}
+
+TEST(Segmentation, StatedSpacingCountsWhereEverySecondSliceIsEmpty) {
+    const auto loaded =
+        read(segmentation("BINARY", 1, {{1, 0, all(1)}, {1, 4, all(1)}, {1, 8, all(1)}}));
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(loaded->volume.size().z, 5u);
+    // Where none is stated, the smallest gap does.
+    const auto unstated =
+        read(segmentation("BINARY", 1, {{1, 0, all(1)}, {1, 4, all(1)}, {1, 12, all(1)}}, nullptr));
+    ASSERT_TRUE(unstated) << unstated.error().message;
+    EXPECT_EQ(unstated->volume.size().z, 4u);
+}
+
+TEST(Segmentation, NamesAndColoursAreKept) {
+    const auto loaded = read(segmentation("BINARY", 1, {{1, 0, all(1)}}));
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    ASSERT_EQ(loaded->labels.size(), 2u);
+    EXPECT_EQ(loaded->labels[0].label, 1u);
+    EXPECT_EQ(loaded->labels[0].name, "liver");
+    ASSERT_TRUE(loaded->labels[0].color);
+    // The figures above have four digits; a hundredth in a* is less than 1e-3 in sRGB.
+    EXPECT_NEAR(loaded->labels[0].color->x, 1, 4e-3);
+    EXPECT_NEAR(loaded->labels[0].color->y, 0, 4e-2); // steep near black
+    EXPECT_NEAR(loaded->labels[0].color->z, 0, 4e-2);
+    EXPECT_EQ(loaded->labels[1].label, 300u);
+    EXPECT_FALSE(loaded->labels[1].color);
+}
+
+TEST(Segmentation, OverlapsGoToTheHigherNumberAndAreNamed) {
+    const auto loaded = read(segmentation(
+        "BINARY", 1, {{300, 0, where(1, upper)}, {1, 0, where(1, left)}, {1, 2, all(1)}}));
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    std::vector<int> expected = where(1, left);
+    for (int x = 0; x < kColumns; ++x)
+        expected[static_cast<size_t>(x)] = 300;
+    EXPECT_EQ(slice(loaded->volume, 0), expected);
+    EXPECT_THAT(loaded->warnings,
+                ElementsAre(AllOf(HasSubstr("1 'liver' and 300 'tumour' in 2 samples"),
+                                  HasSubstr("higher number"))));
+}
+
+TEST(Segmentation, FractionsOfAHalfOrMoreCarryTheLabel) {
+    DicomData data = segmentation("FRACTIONAL", 8,
+                                  {{1, 0, where(100, left)},
+                                   {300, 0, where(99, upper)},
+                                   {1, 2, where(199, left)},
+                                   {300, 2, where(200, upper)}});
+    data.put_words(0x62, 0xe, {200});
+    const auto loaded = read(data);
+    ASSERT_TRUE(loaded) << loaded.error().message;
+    EXPECT_EQ(slice(loaded->volume, 0), where(1, left));
+    std::vector<int> expected = where(1, left);
+    for (int x = 0; x < kColumns; ++x)
+        expected[static_cast<size_t>(x)] = 300;
+    EXPECT_EQ(slice(loaded->volume, 1), expected);
+    EXPECT_THAT(loaded->warnings,
+                AllOf(Contains(HasSubstr("100 of 200")), Contains(HasSubstr("in 2 samples"))));
+}
+
+TEST(Segmentation, LabelMapsHoldTheNumbersOfSegments) {
+    for (const uint16_t bits : {8, 16}) {
+        const int tumour = bits == 8 ? 200 : 300;
+        const auto loaded = read(
+            segmentation("LABELMAP", bits, {{0, 2, where(tumour, right)}, {0, 0, where(1, left)}}),
+            test::kLabelMapClass);
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        EXPECT_EQ(slice(loaded->volume, 0), where(1, left));
+        EXPECT_EQ(slice(loaded->volume, 1), where(tumour, right));
+        EXPECT_THAT(loaded->warnings, IsEmpty());
+    }
+}
+
+TEST(Segmentation, IsRefusedWhereItCannotBePlaced) {
+    const auto error_of = [](const DicomData& data) {
+        const auto loaded = read(data);
+        return loaded ? std::string("loaded") : loaded.error().message;
+    };
+    EXPECT_THAT(
+        error_of(segmentation("BINARY", 1, {{1, 0, all(1)}, {1, 2, all(1)}, {1, 5.1, all(1)}})),
+        HasSubstr("no even grid"));
+    EXPECT_THAT(error_of(segmentation("BINARY", 1, {{0, 0, all(1)}})),
+                HasSubstr("segment of frame"));
+    EXPECT_THAT(error_of(segmentation("BINARY", 1, {{1, 0, all(1)}}).erase(0x5200, 0x9230)),
+                HasSubstr("segment of frame 0"));
+    EXPECT_THAT(error_of(segmentation("BINARY", 1, {{1, 0, all(1)}, {1, 1e7, all(1)}}, "1")),
+                HasSubstr("10000001 slices"));
+    EXPECT_THAT(error_of(segmentation("FRACTIONAL", 8, {{1, 0, all(1)}})),
+                HasSubstr("largest value"));
+    EXPECT_THAT(error_of(segmentation("SOME", 8, {{1, 0, all(1)}})), HasSubstr("'SOME'"));
+}
+
+TEST(Segmentation, BesideACtIsListedAndChosen) {
+    const Folder folder("seg_beside");
+    for (int z = 0; z < 3; ++z)
+        test::write(folder / fmt::format("{}.dcm", z), test::dicom_slice(z));
+    test::write(folder / "seg.dcm",
+                segmentation("BINARY", 1, {{1, 0, all(1)}}).file(test::kSegClass, "1.2.3.9.1"));
+    const auto ct = load_volume(folder.path());
+    ASSERT_TRUE(ct) << ct.error().message;
+    EXPECT_EQ(ct->volume.size(), glm::uvec3(8, 4, 3));
+    EXPECT_THAT(ct->warnings, IsEmpty());
+    EXPECT_THAT(ct->notes, Contains(AllOf(HasSubstr("series 2 of 2: SEG 'organs'"),
+                                          HasSubstr("segmentation, 1 image of 5 x 3"))));
+    const auto seg = load_labels(folder.path(), {.series = "organs"});
+    ASSERT_TRUE(seg) << seg.error().message;
+    EXPECT_EQ(slice(seg->volume, 0), all(1));
+}
+
+} // namespace
+} // namespace palpate
