@@ -4,6 +4,7 @@
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
+#include "engine/base/log.h"
 #include "engine/io/brick_file.h"
 #include "engine/io/volume_io.h"
 #include "engine/scene/scene_file.h"
@@ -20,6 +21,12 @@ struct ConvertOptions {
     bool labels = false;
 };
 
+void warn_of_lost_names(const ConvertOptions& options, const LoadedVolume& loaded) {
+    if (!loaded.labels.empty())
+        log::warning("{}: does not hold the names and colours of the {} segments of {}",
+                     options.out, loaded.labels.size(), options.read.path);
+}
+
 // Brick by brick: of a synthetic volume or another brick file no more is in memory than what is
 // being written.
 Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& interrupt) {
@@ -35,6 +42,7 @@ Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& i
         const Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
         if (!loaded)
             return fail("{}", loaded.error().message);
+        warn_of_lost_names(options, *loaded);
         stream = stream_of(loaded->volume);
         stream.modality = loaded->modality;
         stream.labels = options.labels;
@@ -52,6 +60,7 @@ Result<void> run_convert(const ConvertOptions& options) {
     Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
     if (!loaded)
         return fail("{}", loaded.error().message);
+    warn_of_lost_names(options, *loaded);
     return save_volume(options.out, loaded->volume, interrupt.token());
 }
 

@@ -33,6 +33,12 @@ Json json_of(const LoadedVolume& loaded) {
     json["no_data_count"] = volume.no_data_count();
     if (!loaded.modality.empty())
         json["modality"] = loaded.modality;
+    for (const LabelName& label : loaded.labels) {
+        Json entry{{"label", label.label}, {"name", label.name}};
+        if (label.color)
+            entry["color"] = {label.color->x, label.color->y, label.color->z};
+        json["labels"].push_back(entry);
+    }
     json["warnings"] = loaded.warnings;
     return json;
 }
@@ -75,6 +81,14 @@ std::string text_of(const LoadedVolume& loaded) {
         fmt::format("no data    {} of {} samples\n", volume.no_data_count(), sample_count(grid));
     if (!loaded.modality.empty())
         text += fmt::format("modality   {}\n", printable(loaded.modality));
+    for (const LabelName& label : loaded.labels) {
+        text += fmt::format("label {:<5}{}", label.label, printable(label.name));
+        if (label.color) {
+            const glm::uvec3 byte(glm::round(*label.color * 255.0));
+            text += fmt::format(" (#{:02x}{:02x}{:02x})", byte.x, byte.y, byte.z);
+        }
+        text += '\n';
+    }
     return text;
 }
 

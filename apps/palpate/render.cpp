@@ -152,6 +152,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     if (!loaded)
         return fail("{}", loaded.error().message);
     show_labels_by_default(options.scene, *file, *loaded);
+    color_labels(loaded->label_names, *file);
     if (auto made = make_scene_meshes(*file, *loaded); !made)
         return fail("{}", made.error().message);
     for (const std::string& note : loaded->notes)

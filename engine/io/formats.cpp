@@ -26,9 +26,6 @@ bool is_slices(const FileHead& head) {
 bool is_dicom(const FileHead& head) {
     return looks_like_dicom(head.bytes, head.extension);
 }
-bool is_packed_dicom(const FileHead& head) {
-    return lower_case(head.path.filename().string()).ends_with(".dcm.gz");
-}
 bool is_nifti(const FileHead& head) {
     return head.extension == ".nii" || head.extension == ".nii.gz" || head.extension == ".hdr" ||
            head.extension == ".img";
@@ -86,17 +83,11 @@ Result<Decoded> refuse_by_name(const DecodeRequest& request, VoxelSink&) {
     return fail("{}: {}", request.path.string(), *why_not_read(head_of(request.path)));
 }
 
-Result<Decoded> refuse_packed_dicom(const DecodeRequest& request, VoxelSink&) {
-    return fail("{}: is a DICOM file packed with gzip, which is not read; gunzip unpacks it",
-                request.path.string());
-}
-
 // The first that recognises a file decodes it. What is told by content comes before what is told
 // by name alone.
 constexpr Format kFormats[] = {
     {"a folder", is_folder, decode_folder},
     {"slices", is_slices, decode_slices},
-    {"packed DICOM", is_packed_dicom, refuse_packed_dicom},
     {"DICOM", is_dicom, decode_dicom},
     {"NIfTI", is_nifti, decode_nifti},
     {"NRRD", is_nrrd, decode_nrrd},

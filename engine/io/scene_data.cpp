@@ -1,5 +1,7 @@
 #include "engine/io/scene_data.h"
 
+#include <algorithm>
+
 #include "engine/base/profile.h"
 #include "engine/volume/synthetic_name.h"
 
@@ -38,7 +40,8 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
     Result<LoadedVolume> volume = load_named(file, file.volume, false, volume_options);
     if (!volume)
         return pass_on(volume);
-    LoadedScene scene{{volume->volume, std::nullopt}, volume->modality, {}, {}, volume->coarser};
+    LoadedScene scene{
+        {volume->volume, std::nullopt}, volume->modality, {}, {}, volume->coarser, volume->labels};
     keep_messages(scene, *volume);
     if (!file.labels.empty()) {
         ReadOptions label_options = options;
@@ -50,8 +53,30 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
             return pass_on(labels);
         keep_messages(scene, *labels);
         scene.data.labels = std::move(labels->volume);
+        scene.label_names = std::move(labels->labels);
     }
     return scene;
+}
+
+void color_labels(const std::vector<LabelName>& names, SceneFile& file) {
+    std::vector<LabelStyle> styles; // by label, up to the last that has a colour
+    for (const LabelName& name : names) {
+        if (!name.color || name.label == 0 || name.label > 65535)
+            continue;
+        while (styles.size() <= name.label)
+            styles.push_back(style_of(LabelLayer{}, static_cast<uint32_t>(styles.size())));
+        styles[name.label].color = *name.color;
+    }
+    if (styles.empty())
+        return;
+    if (file.scene.labels && file.scene.labels->styles.empty())
+        file.scene.labels->styles = styles;
+    for (size_t i = 0; i < std::min(file.surfaces.size(), file.scene.surfaces.size()); ++i) {
+        SurfaceLayer& layer = file.scene.surfaces[i];
+        if (file.surfaces[i].labels && layer.label_styles.empty())
+            for (const LabelStyle& style : styles)
+                layer.label_styles.push_back({style.color, layer.style.opacity});
+    }
 }
 
 } // namespace palpate

@@ -57,6 +57,32 @@ TEST_F(SharedData, OrgansLieWhereNibabelPutsThem) {
     }
 }
 
+TEST_F(SharedData, SegmentationLiesWherePydicomPutsIt) {
+    // pydicom 2.3 and numpy: unpacked bits of each frame, at its own plane position.
+    const Result<LoadedVolume> liver = load_labels(kShared / "dicom_small/seg_liver_3frames.dcm");
+    ASSERT_TRUE(liver) << liver.error().message;
+    const Volume& volume = liver->volume;
+    ASSERT_EQ(volume.size(), glm::uvec3(512, 512, 3));
+    std::vector<uint64_t> counts(3);
+    glm::dvec3 sum_mm{};
+    for (uint32_t z = 0; z < 3; ++z)
+        for (uint32_t y = 0; y < 512; ++y)
+            for (uint32_t x = 0; x < 512; ++x)
+                if (volume.value({x, y, z}) == 1.0f) {
+                    ++counts[z];
+                    sum_mm += world_point(volume.grid(), {x, y, z});
+                }
+    EXPECT_EQ(counts, (std::vector<uint64_t>{36233, 35645, 35220}));
+    const glm::dvec3 centroid = sum_mm / 107098.0;
+    // Eight decimals are given; sums of 1e5 doubles round far below.
+    EXPECT_NEAR(centroid.x, -74.05705344, 1e-6);
+    EXPECT_NEAR(centroid.y, -33.26204082, 1e-6);
+    EXPECT_NEAR(centroid.z, -127.69945863, 1e-6);
+    ASSERT_EQ(liver->labels.size(), 1u);
+    EXPECT_EQ(liver->labels[0].name, "Liver");
+    EXPECT_TRUE(liver->labels[0].color);
+}
+
 // Holds one volume against another sample by sample in world space: their samples must coincide.
 void expect_same_in_world(const Volume& a, const Volume& b, double value_tolerance) {
     ASSERT_EQ(sample_count(a.grid()), sample_count(b.grid()));
