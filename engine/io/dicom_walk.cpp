@@ -32,7 +32,7 @@ bool looks_like_dicom_file(const fs::path& path) {
 // Calls take(path) for each regular file, until it returns false. What cannot be opened is left
 // out. Returns what the limits left out, in words.
 template <class Take>
-std::string walk(const fs::path& folder, const Take& take) {
+std::string walk(const fs::path& folder, const VoxelSink& sink, const Take& take) {
     std::string limited;
     size_t files = 0;
     std::error_code error;
@@ -46,6 +46,8 @@ std::string walk(const fs::path& folder, const Take& take) {
         }
         if (!at->is_regular_file(ignored))
             continue;
+        if (files % 256 == 0)
+            sink.alive();
         if (++files > kMostFiles)
             return fmt::format("files beyond the first {} are left out", kMostFiles);
         if (!take(at->path()))
@@ -134,9 +136,9 @@ Result<DicomFiles> read_one(const fs::path& path, const VoxelSink& sink) {
 
 } // namespace
 
-bool holds_dicom(const fs::path& folder) {
+bool holds_dicom(const fs::path& folder, const VoxelSink& sink) {
     bool found = false;
-    walk(folder, [&](const fs::path& path) {
+    walk(folder, sink, [&](const fs::path& path) {
         found = looks_like_dicom_file(path);
         return !found;
     });
@@ -161,7 +163,7 @@ Result<DicomFiles> read_dicom_headers(const DecodeRequest& request, const VoxelS
     DicomFiles found;
     size_t others = 0;
     std::string example;
-    const std::string limited = walk(request.path, [&](const fs::path& path) {
+    const std::string limited = walk(request.path, sink, [&](const fs::path& path) {
         if (looks_like_dicom_file(path)) {
             read_header(path, sink, found);
         } else if (const std::string file = path.lexically_relative(request.path).string();

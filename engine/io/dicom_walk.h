@@ -6,7 +6,7 @@
 namespace palpate::io {
 
 // Whether a folder or one below it holds a file that looks like DICOM.
-bool holds_dicom(const std::filesystem::path& folder);
+bool holds_dicom(const std::filesystem::path& folder, const VoxelSink& sink);
 
 // The headers of the objects found.
 struct DicomFiles {

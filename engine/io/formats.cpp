@@ -71,7 +71,7 @@ Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
     }
     if (has_pictures)
         return decode_slices(request, sink);
-    if (holds_dicom(request.path))
+    if (holds_dicom(request.path, sink))
         return decode_dicom(request, sink);
     return fail(
         "{}: expected a folder of DICOM files, of pictures (PNG, TIFF, JPEG, BMP) or of "
