@@ -199,7 +199,7 @@ struct Refused {
 const std::vector<Refused> kRefused = {
     {"README.md", "no format"},
     {"SHA256SUMS", "no format"},
-    {"ct_head/raw_slices_headsq", "described by slices.json"}, // see SlicesOfHeadsq
+    {"ct_head/raw_slices_headsq", "described by slices.json"},      // see SlicesOfHeadsq
     {"dicom_small/no_meta.dcm", "no DICOM file, or a damaged one"}, // begins with a stray byte
     {"dicom_small/rtstruct.dcm", "radiotherapy structure set (RTSTRUCT)"},
     {"labels_frog/frogtissue.zraw", "no format"}, // read through its header
