@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <span>
+#include <sstream>
 
 #include "engine/base/file.h"
 #include "engine/edit/journal_records.h"
@@ -25,6 +26,40 @@ std::string base_text(const Journal::Base& base) {
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 4; ++column)
             text += fmt::format(" {}", base.grid.world_from_index[column][row]);
+    return text;
+}
+
+// What differs between the first line of a journal and the volumes that are given, in words.
+std::string difference(std::string_view found, const Journal::Base& base) {
+    const auto words = [](std::string_view text) {
+        std::vector<std::string> all;
+        std::istringstream in{std::string(text)};
+        for (std::string word; in >> word;)
+            all.push_back(word);
+        return all;
+    };
+    const std::vector<std::string> is = words(found), wanted = words(base_text(base));
+    if (is.size() != wanted.size())
+        return "its first line is in no form that this program writes";
+    std::string text;
+    const auto add = [&](bool differs, std::string_view what) {
+        if (differs)
+            text += fmt::format("{}{}", text.empty() ? "" : "; ", what);
+    };
+    const bool had_guide = is[3] != fmt::format("{:016x}", 0), has_guide = base.guide_hash != 0;
+    add(is[1] != wanted[1], "the volume's samples differ in number, type or value");
+    add(had_guide && !has_guide, "it was begun with a guide, and none is given");
+    add(!had_guide && has_guide, "it was begun without a guide, and one is given");
+    add(had_guide && has_guide && is[3] != wanted[3],
+        "the guide's samples differ in number, type or value");
+    std::vector<std::string> moved;
+    for (size_t i = 5; i < is.size(); ++i)
+        if (is[i] != wanted[i])
+            moved.push_back(fmt::format("{} where it was {}", wanted[i], is[i]));
+    if (!moved.empty())
+        add(true, fmt::format("the volume lies elsewhere ({} of the 12 numbers of its position "
+                              "matrix differ, the first is {})",
+                              moved.size(), moved.front()));
     return text;
 }
 
@@ -211,10 +246,7 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
         return Found{{{}, true, {}}, std::move(journal)};
     }
     if (*first != base_text(base))
-        return fail(
-            "{}: belongs to another volume, guide or place than those given: expected "
-            "\"{}\", found \"{}\"",
-            path.string(), base_text(base), *first);
+        return fail("{}: belongs to another edit: {}", path.string(), difference(*first, base));
     Result<Contents> contents = read_entries(text, at, path);
     if (!contents)
         return pass_on(contents);

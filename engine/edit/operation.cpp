@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "engine/edit/sweep.h"
 
@@ -77,6 +78,17 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
         if (operation.only_values)
             if (const Result<void> serves = check_guide(*guide, volume); !serves)
                 return fail("{}: {}", name, serves.error().message);
+    }
+    if (!operation.on_labels()) {
+        const auto [least, most] = visit_scalar(type, [](auto t) {
+            using Limits = std::numeric_limits<decltype(t)>;
+            return std::pair(double{Limits::lowest()}, double{Limits::max()});
+        });
+        if (!(operation.to_value >= least && operation.to_value <= most))
+            return fail(
+                "{}: expected a to_value within {:g} .. {:g}, which the volume's type {} holds, "
+                "found {:g}",
+                name, least, most, name_of(type), operation.to_value);
     }
     if (operation.kind == OperationKind::smooth) {
         const glm::dvec3 spacing = spacing_mm(volume.grid());

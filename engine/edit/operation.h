@@ -63,7 +63,7 @@ struct Operation {
     double radius_mm = 1.0;                    // of smooth
     double smallest_mm3 = 1.0;                 // of islands
     std::optional<std::pair<double, double>> only_values;
-    double to_value = -1000.0;    // of cut and mill
+    double to_value = -1000.0;    // of cut and mill; within the range of the volume's type
     double falloff_mm = 0.0;      // of mill; >= 0
     std::vector<RatePoint> rates; // of mill: rising values, at least one; constant beyond the ends
 

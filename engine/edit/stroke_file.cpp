@@ -44,7 +44,7 @@ Stroke read_header(const JsonValue& in) {
     in.only_keys({"stroke", "units", "shape", "operation"});
     Stroke stroke;
     if (in.find("stroke")->number(0, 1e6) != 1)
-        in.complain("expected \"stroke\": 1, the format this program reads");
+        in.complain("expected \"stroke\": 1, the version of the format (not a count)");
     if (const auto units = in.find("units"); !units || units->text() != "mm")
         in.complain("expected \"units\": \"mm\"");
     const auto shape = in.find("shape"), operation = in.find("operation");

@@ -12,7 +12,9 @@
 namespace palpate {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 
 class JournalTest : public TemporaryFolder {
  protected:
@@ -224,11 +226,23 @@ TEST_F(JournalTest, BelongsToItsVolume) {
     const Volume other =
         make_volume(volume_.grid(), ScalarType::u8, [](glm::uvec3 i) { return i.y % 3; });
     EXPECT_THAT(Journal::open(file("j"), Journal::base_of(other, nullptr)).error().message,
-                HasSubstr("belongs to another volume"));
-    EXPECT_FALSE(Journal::open(file("j"), Journal::base_of(volume_, &other)));
-    EXPECT_FALSE(Journal::open(
-        file("j"),
-        Journal::base_of(with_grid(volume_, make_grid(glm::uvec3(30), {1, 2, 3})), nullptr)));
+                AllOf(HasSubstr("the volume's samples differ"), Not(HasSubstr("guide")),
+                      Not(HasSubstr("elsewhere"))));
+    EXPECT_THAT(Journal::open(file("j"), Journal::base_of(volume_, &other)).error().message,
+                AllOf(HasSubstr("begun without a guide, and one is given"),
+                      Not(HasSubstr("samples differ"))));
+    Grid moved = volume_.grid();
+    moved.world_from_index[3].y += 5;
+    EXPECT_THAT(
+        Journal::open(file("j"), Journal::base_of(with_grid(volume_, moved), nullptr))
+            .error()
+            .message,
+        AllOf(HasSubstr("lies elsewhere (1 of the 12 numbers"), Not(HasSubstr("samples differ"))));
+    ASSERT_TRUE(Journal::create(file("guided"), Journal::base_of(volume_, &volume_)));
+    EXPECT_THAT(Journal::open(file("guided"), base_).error().message,
+                HasSubstr("begun with a guide, and none is given"));
+    EXPECT_THAT(Journal::open(file("guided"), Journal::base_of(volume_, &other)).error().message,
+                HasSubstr("the guide's samples differ"));
     write("text", "some other file of a good many letters");
     EXPECT_THAT(Journal::open(file("text"), base_).error().message,
                 HasSubstr("expected a journal"));

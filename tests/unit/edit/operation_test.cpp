@@ -296,6 +296,7 @@ TEST(Operation, RefusesValuesThatNoFileHolds) {
     const auto why = [&](const auto& change) {
         Operation op;
         op.kind = OperationKind::mill;
+        op.to_value = 0;
         op.rates = {{0, 1}};
         EXPECT_TRUE(check(op, v, nullptr));
         change(op);
@@ -315,6 +316,11 @@ TEST(Operation, RefusesValuesThatNoFileHolds) {
                 }),
                 testing::HasSubstr("at least 0 per second, found -1 at 2"));
     EXPECT_THAT(why([&](Operation& op) { op.to_value = nan; }), testing::HasSubstr("to_value"));
+    for (const double beyond : {-1.0, 256.0})
+        EXPECT_EQ(why([&](Operation& op) { op.to_value = beyond; }),
+                  fmt::format("mill: expected a to_value within 0 .. 255, which the volume's type "
+                              "u8 holds, found {}",
+                              beyond));
     EXPECT_THAT(why([](Operation& op) { op.falloff_mm = -1; }), testing::HasSubstr("falloff"));
     EXPECT_THAT(why([&](Operation& op) {
                     op.only_values = {3, nan};

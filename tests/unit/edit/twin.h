@@ -290,7 +290,7 @@ inline Operation random_operation(Random& random, OperationKind kind) {
     op.smallest_mm3 = uniform(random, 0.0, 40.0);
     if (pick(random, 0, 2) == 0)
         op.only_values = {uniform(random, -800, 0), uniform(random, 0, 900)};
-    op.to_value = uniform(random, -200, 300);
+    op.to_value = uniform(random, 0, 127); // which every type holds
     op.falloff_mm = pick(random, 0, 1) ? 0.0 : uniform(random, 0.2, 3.0);
     op.rates = {{-500, uniform(random, 0, 2e5)}};
     if (pick(random, 0, 1)) {
