@@ -79,7 +79,9 @@ Result<LoadedVolume> load_labels(const std::filesystem::path& path,
 // The file appears whole or not at all, also when `stop` asks to end early.
 Result<void> save_volume(const std::filesystem::path& path, const Volume& volume,
                          const std::stop_token& stop = {});
-// Whether it has a format of that name: for who asks before long work.
+// The same errors before long work: whether there is a format of that name, and whether it holds
+// volumes that lie on a grid.
 Result<void> expect_volume_name(const std::filesystem::path& path);
+Result<void> expect_format_holds(const std::filesystem::path& path, const Grid& grid);
 
 } // namespace palpate

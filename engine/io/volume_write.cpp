@@ -135,6 +135,18 @@ Result<void> expect_volume_name(const fs::path& path) {
         path.string(), path.extension().string());
 }
 
+Result<void> expect_format_holds(const fs::path& path, const Grid& grid) {
+    if (Result<void> known = expect_volume_name(path); !known)
+        return known;
+    const std::string name = lower_name(path);
+    Result<VolumeHeader> header; // whose size is no matter
+    if (name.ends_with(".mha") || name.ends_with(".mhd"))
+        header = io::meta_image_volume_header(path.string(), grid, ScalarType::u8, "LOCAL");
+    else if (name.ends_with(".vtk"))
+        header = io::vtk_volume_header(path.string(), grid, ScalarType::u8);
+    return header ? Result<void>() : pass_on(header);
+}
+
 Result<void> save_volume(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
     if (Result<void> known = expect_volume_name(path); !known)
         return known;
