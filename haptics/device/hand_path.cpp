@@ -59,6 +59,10 @@ Result<HandPath> parse_hand_path(const std::string& text, const std::string& nam
         if (!(length > 1e-6) || !std::isfinite(length))
             return fail("{}:{}: qw, qx, qy, qz: expected a rotation, found length {}", name, line,
                         length);
+        if (!(std::max({std::abs(v[1]), std::abs(v[2]), std::abs(v[3])}) <= kFarthestHand_mm))
+            return fail(
+                "{}:{}: x_mm, y_mm, z_mm: expected a place within {:g} mm, found {}, {}, {}", name,
+                line, kFarthestHand_mm, v[1], v[2], v[3]);
         if (!(v[8] >= 0.0 && v[8] <= 4294967295.0) || v[8] != std::floor(v[8]))
             return fail("{}:{}: button: expected a whole number from 0 to 4294967295, found {}",
                         name, line, v[8]);

@@ -42,7 +42,8 @@ class HandPath {
 // Comma-separated text (csv.h) with the columns time_s, x_mm, y_mm, z_mm, and optionally qw, qx,
 // qy, qz (scaled to unit length; what is left out is of the rotation by nothing) and button (a
 // whole number, bit b for button b). Refused, with the line: times that do not rise, quaternions
-// near 0.
+// near 0, places farther than kFarthestHand_mm.
+constexpr double kFarthestHand_mm = 1e8; // from 0 along an axis, as of strokes
 Result<HandPath> parse_hand_path(const std::string& text, const std::string& name);
 Result<HandPath> load_hand_path(const std::filesystem::path& path);
 
