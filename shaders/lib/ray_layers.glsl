@@ -3,21 +3,6 @@
 
 #include "shaders/lib/surface_layer.glsl"
 
-// What a lane has seen when it leaves a loop over layers, while others go on: kept in memory, because
-// the sums of a whole stretch are not all carried from turn to turn (see lib/ray_modes.glsl).
-shared vec4 kept_color[64];
-shared vec2 kept_values[64];
-
-void keep(Marched seen) {
-    kept_color[gl_LocalInvocationID.x] = seen.color;
-    kept_values[gl_LocalInvocationID.x] = vec2(seen.value, seen.depth);
-}
-
-Marched kept() {
-    const vec2 values = kept_values[gl_LocalInvocationID.x];
-    return Marched(kept_color[gl_LocalInvocationID.x], values.x, values.y);
-}
-
 SurfaceLayer layer_at(vec2 pixel, uint eye, uint number) {
     const int at = int(eye * kLayerCount + min(number, kLayerCount - 1u));
     const SurfaceLayer layer = unpacked_layer(texelFetch(surfaces, ivec3(uvec2(pixel), at), 0));
@@ -57,21 +42,22 @@ Marched march_layers(RaySampler s, vec2 t, vec2 reach, vec2 span, bool marches, 
     Marched seen = front;
     float from = t.x; // the next stretch begins here
     uint next = 0u;
-    bool more;
+    bool more = true;
     do {
-        const SurfaceLayer layer = layer_at(pixel, eye, next);
-        const float depth = layer.depth + jitter;
-        const vec2 part = vec2(from, min(t.y, depth));
-        const bool goes = marches && part.x < part.y && seen.color.a <= opaque;
-        seen = then(seen, march_between(s, goes ? part : vec2(t.x), span, goes,
-                                        from == t.x ? cut : 0.0));
-        more = layer.depth < kNoLayer && depth < reach.y;
-        seen = then(seen, marched_layer(layer, depth, more && depth >= reach.x));
-        from = max(from, depth);
-        next += 1u;
-        keep(seen);
-    } while (more);
-    return kept();
+        if (more) {
+            const SurfaceLayer layer = layer_at(pixel, eye, next);
+            const float depth = layer.depth + jitter;
+            const vec2 part = vec2(from, min(t.y, depth));
+            const bool goes = marches && part.x < part.y && seen.color.a <= opaque;
+            seen = then(seen, march_between(s, goes ? part : vec2(t.x), span, goes,
+                                            from == t.x ? cut : 0.0));
+            more = layer.depth < kNoLayer && depth < reach.y;
+            seen = then(seen, marched_layer(layer, depth, more && depth >= reach.x));
+            from = max(from, depth);
+            next += 1u;
+        }
+    } while (subgroupAny(more));
+    return seen;
 }
 
 #if HAS_ATLAS
@@ -93,15 +79,14 @@ void carry_layers(Marched seen, float reached, uvec2 place, uint eye, bool wante
 // With the triangles beyond this part: what is seen if no other part follows.
 Marched then_rest(Marched seen, float reached, vec2 pixel, uint eye, float jitter) {
     uint next = 0u;
-    bool more;
-    do {
+    bool more = true;
+    while (more) {
         const SurfaceLayer layer = layer_at(pixel, eye, next);
         const float depth = layer.depth + jitter;
         more = layer.depth < kNoLayer;
         seen = then(seen, marched_layer(layer, depth, more && depth >= reached));
         next += 1u;
-        keep(seen);
-    } while (more);
-    return kept();
+    }
+    return seen;
 }
 #endif

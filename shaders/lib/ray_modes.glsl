@@ -1,11 +1,6 @@
 // The march of each mode. Included by ray_cast.comp.
 //
-// A rule for loops that lanes leave at different times: behind such a loop only what the loop carries
-// from one turn to the next may be used. llvmpipe of Mesa 22.3 computes anything else again for lanes
-// that have left, from carried values that have moved on since. afresh(x) is x, hidden from the
-// compiler, so that what is taken from it behind a loop is not taken out of the loop.
-
-float afresh(float x) { return x + frame.zero; }
+// All lanes of a subgroup leave a loop together: docs/decisions/10-loops-that-lanes-leave.md.
 
 struct Marched {
     vec4 color;  // premultiplied; a is what the ray hides
@@ -128,14 +123,18 @@ float segment_after(RaySampler s, float k) {
 void march_nodes(inout Accumulator a, RaySampler s, inout float k, float end, float opaque,
                  inout TableState state, inout bool joined) {
     const float h = frame.step;
+    bool going = k < end;
     do {
-        vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
-        entry.a = joined ? entry.a : 0.0;
-        composite(a, entry.rgb, entry.a);
-        const float node = segment_after(s, k);
-        joined = node == k + 1.0;
-        k = joined ? node : node - 1.0;
-    } while (k < end && a.sum.a <= opaque);
+        if (going) {
+            vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
+            entry.a = joined ? entry.a : 0.0;
+            composite(a, entry.rgb, entry.a);
+            const float node = segment_after(s, k);
+            joined = node == k + 1.0;
+            k = joined ? node : node - 1.0;
+            going = k < end && a.sum.a <= opaque;
+        }
+    } while (subgroupAny(going));
 }
 
 Marched march_alpha(RaySampler s, vec2 t, vec2 span, bool inside) {
@@ -152,40 +151,52 @@ Marched march_alpha(RaySampler s, vec2 t, vec2 span, bool inside) {
 
     add_segment(a, s, segment(k, t), state);
     k = max(k + 1.0, floor(span.x / h));
-    if (k < end) {
-        if (kShaded != 0u && kStored != 0u && kPreintegrated == 0u) {
-            do {
+    bool going = k < end;
+    if (kShaded != 0u && kStored != 0u && kPreintegrated == 0u) {
+        do {
+            if (going) {
                 const vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
                 composite(a, shade(entry.rgb, s, (k + 0.5) * h), entry.a);
                 k = segment_after(s, k);
-            } while (k < end && a.sum.a <= opaque);
-        } else if (kShaded != 0u) {
-            do {
-                float found = k; // carried
-                bool seen = false;
+                going = k < end && a.sum.a <= opaque;
+            }
+        } while (subgroupAny(going));
+    } else if (kShaded != 0u) {
+        do {
+            if (going) {
+                float found = k;
+                bool seeks = true;
                 do { // to the next segment that is not transparent
-                    if (kPreintegrated != 0u)
-                        state = table_state(texel_at(s, k * h));
-                    seen = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state).a > 0.0;
-                    found = seen ? k : found;
-                    k = segment_after(s, k);
-                } while (!seen && k < end);
-                found = afresh(found);
+                    if (seeks) {
+                        if (kPreintegrated != 0u)
+                            state = table_state(texel_at(s, k * h));
+                        const vec2 ends = vec2(k * h, (k + 1.0) * h);
+                        const bool seen = segment_color(s, ends, true, state).a > 0.0;
+                        found = seen ? k : found;
+                        k = segment_after(s, k);
+                        seeks = !seen && k < end;
+                    }
+                } while (subgroupAny(seeks));
                 if (kPreintegrated != 0u)
                     state = table_state(texel_at(s, found * h));
                 const vec4 entry = segment_color(s, vec2(found * h, (found + 1.0) * h), true, state);
                 composite(a, shade(entry.rgb, s, (found + 0.5) * h), entry.a);
-            } while (k < end && a.sum.a <= opaque);
-        } else if (kPreintegrated != 0u) {
+                going = k < end && a.sum.a <= opaque;
+            }
+        } while (subgroupAny(going));
+    } else if (kPreintegrated != 0u) {
+        if (going)
             state = table_state(texel_at(s, k * h));
-            march_nodes(a, s, k, end, opaque, state, joined);
-        } else {
-            do {
+        march_nodes(a, s, k, end, opaque, state, joined);
+    } else {
+        do {
+            if (going) {
                 const vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
                 composite(a, entry.rgb, entry.a);
                 k = segment_after(s, k);
-            } while (k < end && a.sum.a <= opaque);
-        }
+                going = k < end && a.sum.a <= opaque;
+            }
+        } while (subgroupAny(going));
     }
     if (k == last && joined && a.sum.a <= opaque) {
         if (kPreintegrated != 0u)
@@ -224,33 +235,37 @@ Marched march_mip(RaySampler s, vec2 t, vec2 span, bool inside) {
     const vec2 first = segment(k, t);
     float maximum = mip_sample(s, 0.5 * (first.x + first.y), kNoTexel);
     k += 1.0;
-    if (k < last) {
-        if (kSkip != 0u) {
-            const float first = uintBitsToFloat(slabs[slab_words]);
-            const float count = uintBitsToFloat(slabs[slab_words + 1u]);
-            uint at = slab_words + 2u;
-            const uint slabs_end = slab_words + kMipWords;
-            bool going;
-            do { // while there may be something higher
+    bool going = k < last;
+    if (kSkip != 0u) {
+        const float first = uintBitsToFloat(slabs[slab_words]);
+        const float count = uintBitsToFloat(slabs[slab_words + 1u]);
+        uint at = slab_words + 2u;
+        const uint slabs_end = slab_words + kMipWords;
+        do { // while there may be something higher
+            if (going) {
                 const uint slab = slabs[at];
                 going = uintBitsToFloat(slab) > maximum;
                 const float begin = first + float(slab & (kMipSlabs - 1u)) * count;
                 float j = max(begin, k);
                 const float end = going ? min(begin + count, last) : j;
-                if (j < end) {
-                    do {
+                do {
+                    if (j < end) {
                         maximum = mip_sample(s, (j + 0.5) * h, maximum);
                         j += 1.0;
-                    } while (j < end);
-                }
+                    }
+                } while (subgroupAny(j < end));
                 at += 1u;
-            } while (going && at < slabs_end);
-        } else {
-            do {
+                going = going && at < slabs_end;
+            }
+        } while (subgroupAny(going));
+    } else {
+        do {
+            if (going) {
                 maximum = mip_sample(s, (k + 0.5) * h, maximum);
                 k += 1.0;
-            } while (k < last);
-        }
+                going = k < last;
+            }
+        } while (subgroupAny(going));
     }
     if (inside && last > floor(t.x / h)) {
         const vec2 ends = segment(last, t);
@@ -309,58 +324,61 @@ Marched march_iso(RaySampler s, vec2 t, vec2 span, bool inside) {
         k = level_of(texel_at(s, iso_place(later, t))) == level ? later : k;
     }
 #endif
-    int level_now;
-    bool going;
+    int level_now = level;
+    bool going = inside;
     do {
-        do {
-            if (kSkip != 0u) { // to the last sample that lies in empty space
-                const float free = empty_until(s.cells, iso_place(k, t)) / h - 0.5 - kClearance;
-                k = clamp(floor(free), k, last - 1.0);
-            }
-            if (kHasNoData != 0u)
-                was.y = texel_at(s, iso_place(k, t));
-            k += 1.0;
-            now.x = iso_place(k, t);
-            now.y = texel_at(s, now.x);
-            level_now = level_of(now.y);
-            if (kHasNoData != 0u) { // nothing crosses beside missing data; the next sample starts anew
-                level_now = now.y == now.y ? level_now : level;
-                level = was.y == was.y ? level : level_now;
-            }
-        } while (level_now == level && k < end);
-        const float found = afresh(k);
-        was.x = iso_place(found - 1.0, t);
-        was.y = texel_at(s, was.x);
-        now.x = iso_place(found, t);
-        now.y = texel_at(s, now.x);
-        level_now = level_of(now.y);
-        if (kHasNoData != 0u)
-            level_now = now.y == now.y ? level_now : level;
-        going = inside;
-        do {
-            const bool hit = going && level_now != level;
-            const int direction = level_now > level ? 1 : -1;
-            const int which = direction > 0 ? level : level - 1;
-            const uint i = kIsoCount == 1u ? 0u : uint(clamp(which, 0, int(kIsoCount) - 1));
-            const float iso = frame.iso_texels[i];
-            const float at = crossing(s, was - vec2(0.0, iso), now - vec2(0.0, iso), iso);
-            vec4 color = frame.iso_colors[i];
+        if (going) {
+            bool seeks = true;
+            do {
+                if (seeks) {
+                    if (kSkip != 0u) { // to the last sample that lies in empty space
+                        const float free =
+                            empty_until(s.cells, iso_place(k, t)) / h - 0.5 - kClearance;
+                        k = clamp(floor(free), k, last - 1.0);
+                    }
+                    if (kHasNoData != 0u)
+                        was.y = texel_at(s, iso_place(k, t));
+                    k += 1.0;
+                    now.x = iso_place(k, t);
+                    now.y = texel_at(s, now.x);
+                    level_now = level_of(now.y);
+                    if (kHasNoData != 0u) { // nothing crosses beside missing data; the next sample starts anew
+                        level_now = now.y == now.y ? level_now : level;
+                        level = was.y == was.y ? level : level_now;
+                    }
+                    seeks = level_now == level && k < end;
+                }
+            } while (subgroupAny(seeks));
+            was.x = iso_place(k - 1.0, t);
+            was.y = texel_at(s, was.x);
+            bool crosses = level_now != level;
+            do {
+                if (crosses) {
+                    const int direction = level_now > level ? 1 : -1;
+                    const int which = direction > 0 ? level : level - 1;
+                    const uint i = kIsoCount == 1u ? 0u : uint(clamp(which, 0, int(kIsoCount) - 1));
+                    const float iso = frame.iso_texels[i];
+                    const float at = crossing(s, was - vec2(0.0, iso), now - vec2(0.0, iso), iso);
+                    vec4 color = frame.iso_colors[i];
 #if HAS_LABELS
-            const vec4 tint = label_tint(s, at);
-            color.rgb = mix(color.rgb, tint.rgb, max(tint.a, 0.0));
-            color.a = tint.a < 0.0 ? 0.0 : color.a;
+                    const vec4 tint = label_tint(s, at);
+                    color.rgb = mix(color.rgb, tint.rgb, max(tint.a, 0.0));
+                    color.a = tint.a < 0.0 ? 0.0 : color.a;
 #endif
-            color.a = hit ? color.a : 0.0;
-            composite(a, shade(color.rgb, s, at), color.a);
-            const bool first = color.a > 0.0 && isnan(result.depth);
-            result.depth = first ? at : result.depth;
-            result.value = first ? iso * frame.value_scale + frame.value_bias : result.value;
-            going = going && a.sum.a <= opaque;
-            level += hit ? direction : 0;
-            was = vec2(at, iso);
-        } while (kIsoCount > 1u && going && level_now != level);
-        going = going && k < end;
-    } while (going);
+                    composite(a, shade(color.rgb, s, at), color.a);
+                    const bool first = color.a > 0.0 && isnan(result.depth);
+                    result.depth = first ? at : result.depth;
+                    result.value =
+                        first ? iso * frame.value_scale + frame.value_bias : result.value;
+                    going = a.sum.a <= opaque;
+                    level += direction;
+                    was = vec2(at, iso);
+                    crosses = going && level_now != level;
+                }
+            } while (kIsoCount > 1u && subgroupAny(crosses));
+            going = going && k < end;
+        }
+    } while (subgroupAny(going));
     result.color = a.sum;
     return result;
 }

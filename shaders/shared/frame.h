@@ -49,7 +49,6 @@ struct Frame {
     vec3 cell_texture;
     float cell_side;
     float cell_margin;      // texels: how far a sampled texel may lie above its cell's highest
-    float zero;             // 0
     float step;             // mm
     float sub_steps;        // exact: pieces of a cell at most
     float sub_steps_per_bend; // exact: pieces^2 by the table entries a second derivative amounts to
