@@ -10,9 +10,9 @@
 
 layout(local_size_x = 64) in;
 
-layout(scalar, binding = kSurfaceNearest) writeonly buffer Nearest { uint64_t nearest[]; };
+layout(scalar, binding = kSurfaceNearest) writeonly buffer Nearest { uvec2 nearest[]; };
 #if HAS_THROUGH
-layout(scalar, binding = kSurfaceThrough) writeonly buffer Through { uint64_t through[]; };
+layout(scalar, binding = kSurfaceThrough) writeonly buffer Through { uvec2 through[]; };
 #endif
 #if HAS_CLIPS
 layout(scalar, binding = kSurfaceKept) writeonly buffer Kept { vec2 kept[]; };

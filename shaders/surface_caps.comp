@@ -13,9 +13,9 @@
 layout(local_size_x = 64) in;
 
 layout(scalar, binding = kSurfaceStyles) readonly buffer Styles { SurfaceStyleEntry styles[]; };
-layout(scalar, binding = kSurfaceNearest) buffer Nearest { uint64_t nearest[]; };
+layout(scalar, binding = kSurfaceNearest) buffer Nearest { uvec2 nearest[]; };
 #if HAS_THROUGH
-layout(scalar, binding = kSurfaceThrough) buffer Through { uint64_t through[]; };
+layout(scalar, binding = kSurfaceThrough) buffer Through { uvec2 through[]; };
 #endif
 layout(scalar, binding = kSurfaceKept) readonly buffer Kept { vec2 kept[]; };
 layout(scalar, binding = kSurfaceCounts) readonly buffer Counts { int counts[]; };
@@ -37,15 +37,16 @@ float facing_of(vec2 at, float depth, bool entering) {
     return facing;
 }
 
-void put(uint place, uint64_t key, float opacity) {
+void put(uint place, uvec2 key, float opacity) {
     if (opacity >= 1.0)
-        nearest[place] = min(nearest[place], key);
+        nearest[place] = is_before(key, nearest[place]) ? key : nearest[place];
 #if HAS_THROUGH
     if (opacity > 0.0 && opacity < 1.0)
         for (uint i = 0u; i < frame.depth; ++i) {
-            const uint64_t was = through[place * frame.depth + i];
-            through[place * frame.depth + i] = min(was, key);
-            key = max(was, key);
+            const uvec2 was = through[place * frame.depth + i];
+            const bool before = is_before(key, was);
+            through[place * frame.depth + i] = before ? key : was;
+            key = before ? was : key;
         }
 #endif
 }

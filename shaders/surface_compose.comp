@@ -13,9 +13,9 @@
 layout(local_size_x = 64) in;
 
 layout(scalar, binding = kSurfaceStyles) readonly buffer Styles { SurfaceStyleEntry styles[]; };
-layout(scalar, binding = kSurfaceNearest) readonly buffer Nearest { uint64_t nearest[]; };
+layout(scalar, binding = kSurfaceNearest) readonly buffer Nearest { uvec2 nearest[]; };
 #if HAS_THROUGH
-layout(scalar, binding = kSurfaceThrough) readonly buffer Through { uint64_t through[]; };
+layout(scalar, binding = kSurfaceThrough) readonly buffer Through { uvec2 through[]; };
 #endif
 layout(binding = kSurfaceBehind, rgba32f) uniform image2DArray behind_image;
 layout(binding = kSurfaceBehindValues, rg32f) uniform image2DArray behind_values_image;
@@ -32,7 +32,7 @@ struct Seen {
     vec2 values; // value, distance in mm
 };
 
-Seen seen_of(uint64_t key, vec2 at) {
+Seen seen_of(uvec2 key, vec2 at) {
     const uint low = low_of(key);
     const bool any = low < kSurfaceNone && key != kNothing;
     const SurfaceStyleEntry style = styles[any ? low >> 16 & kSurfaceStyleMask : 0u];
@@ -51,7 +51,7 @@ void main() {
     const ivec3 at_pixel = ivec3(pixel, frame.eye);
     const uint place = place_of(pixel);
     const vec2 at = image_point(vec2(pixel));
-    const uint64_t opaque = nearest[place];
+    const uvec2 opaque = nearest[place];
     vec4 behind = imageLoad(behind_image, at_pixel);
     vec2 values = imageLoad(behind_values_image, at_pixel).rg;
     const Seen last = seen_of(opaque, at);
@@ -65,10 +65,10 @@ void main() {
 #if HAS_THROUGH
     vec2 first = vec2(0.0, -1.0);
     uint count = 0u;
-    bool going;
-    do { // until a turn adds nothing: lanes that have left may see that turn again
+    bool going = true;
+    while (going) {
         const bool within = count < frame.depth;
-        const uint64_t key = through[place * frame.depth + (within ? count : 0u)];
+        const uvec2 key = through[place * frame.depth + (within ? count : 0u)];
         const Seen seen = seen_of(key, at);
         going = within && seen.color.a > 0.0 && depth_of(key) < depth_of(opaque);
         // With the digits that the ray caster gets.
@@ -82,7 +82,7 @@ void main() {
             imageStore(layers_image, ivec3(pixel, frame.eye * frame.depth + count), texel);
 #endif
         count += 1u;
-    } while (going);
+    }
     values = first.y < 0.0 ? values : first;
 #endif
     imageStore(color_image, at_pixel, front + (1.0 - front.a) * behind);

@@ -1,13 +1,21 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_vote : require
+#if HAS_INT64
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_EXT_shader_atomic_int64 : require
+#endif
 
 // Draws the triangles of one mesh into the keys of the pixels whose rays they meet. One invocation a
 // triangle; those over many pixels are listed, and drawn with IS_LARGE by one workgroup each. Built
 // with HAS_THROUGH for see-through triangles, without for opaque ones. With HAS_CLIPS the pass of
-// opaque ones also counts, of all, the labels round both ends of what is kept. Every result is a minimum or a sum of integers, so
-// none depends on who comes first.
+// opaque ones also counts, of all, the labels round both ends of what is kept. Every result is a
+// minimum or a sum of integers, so none depends on who comes first.
+//
+// With HAS_INT64 a key is put in its place in one piece. Else all meshes are drawn twice, by the same
+// pipeline, so that a triangle has the same depth to the bit: first depths find their places, then the
+// triangles at those depths theirs. The keys are the same.
 
 #include "shaders/shared/surface.h"
 #include "shaders/lib/surface.glsl"
@@ -19,9 +27,14 @@
 
 layout(local_size_x = 64) in;
 
-layout(scalar, binding = kSurfaceNearest) buffer Nearest { uint64_t nearest[]; };
+#if HAS_INT64
+#define Key uint64_t
+#else
+#define Key uvec2
+#endif
+layout(scalar, binding = kSurfaceNearest) buffer Nearest { Key nearest[]; };
 #if HAS_THROUGH
-layout(scalar, binding = kSurfaceThrough) buffer Through { uint64_t through[]; };
+layout(scalar, binding = kSurfaceThrough) buffer Through { Key through[]; };
 #endif
 #if HAS_CLIPS
 layout(scalar, binding = kSurfaceKept) readonly buffer Kept { vec2 kept[]; };
@@ -61,6 +74,42 @@ bool is_wanted(SurfaceMesh mesh, uint pair) {
            is_drawn_here(styles[style_of(mesh, pair, true)].color.a) || counts_for_caps(mesh, pair);
 }
 
+#if HAS_THROUGH
+// The nearest keys of a pixel in order: a new one takes its place and pushes on what was there.
+void put(uint place, uvec2 key) {
+    const uint first = place * frame.depth;
+#if HAS_INT64
+    uint64_t moved = packUint2x32(key);
+    for (uint i = 0u; i < frame.depth && moved != packUint2x32(kNothing); ++i)
+        moved = max(moved, atomicMin(through[first + i], moved));
+#else
+    if (work.turn == kSurfaceDepths) {
+        uint moved = key.y;
+        for (uint i = 0u; i < frame.depth && moved != kNothing.y; ++i)
+            moved = max(moved, atomicMin(through[first + i].y, moved));
+    } else { // among the places that its depth has
+        uint moved = key.x;
+        for (uint i = 0u; i < frame.depth; ++i)
+            if (through[first + i].y == key.y)
+                moved = max(moved, atomicMin(through[first + i].x, moved));
+    }
+#endif
+}
+#else
+void put(uint place, uvec2 key) {
+#if HAS_INT64
+    const uint64_t whole = packUint2x32(key);
+    if (whole < nearest[place])
+        atomicMin(nearest[place], whole);
+#else
+    if (work.turn == kSurfaceDepths && key.y < nearest[place].y)
+        atomicMin(nearest[place].y, key.y);
+    if (work.turn == kSurfaceNumbers && key.y == nearest[place].y)
+        atomicMin(nearest[place].x, key.x);
+#endif
+}
+#endif
+
 // Draws a pixel of a triangle.
 void draw(Corners t, uvec2 pixel, bool inside, uint mesh_number, uint triangle, uint pair) {
     const SurfaceMesh mesh = frame.meshes[mesh_number];
@@ -73,7 +122,8 @@ void draw(Corners t, uvec2 pixel, bool inside, uint mesh_number, uint triangle, 
 #if !HAS_THROUGH
     const uint count = 2u * (place * frame.mesh_count + mesh_number);
     const int weight = leaving ? weight_of(mesh, pair) : -weight_of(mesh, pair);
-    const bool counted = seen && counts_for_caps(mesh, pair);
+    const bool counted =
+        seen && counts_for_caps(mesh, pair) && work.turn != kSurfaceNumbers;
     if (counted && hit.depth > stretch.x)
         atomicAdd(counts[count], weight);
     if (counted && hit.depth > stretch.y)
@@ -83,22 +133,15 @@ void draw(Corners t, uvec2 pixel, bool inside, uint mesh_number, uint triangle, 
 #endif
     seen = seen && is_drawn_here(styles[style_of(mesh, pair, leaving)].color.a);
     const uint number = triangle | mesh_number << kSurfaceMeshShift;
-    uint64_t key = key_of(hit.depth, number);
 #if HAS_THROUGH
-    seen = seen && hit.depth < depth_of(nearest[place]);
-    if (seen) { // the nearest keys in order: each takes its place and pushes on what was there
-        uint i = place * frame.depth;
-        const uint end = i + frame.depth;
-        do {
-            const uint64_t was = atomicMin(through[i], key);
-            key = max(key, was);
-            i += 1u;
-        } while (i < end && key != kNothing);
-    }
+#if HAS_INT64
+    seen = seen && hit.depth < depth_of(unpackUint2x32(nearest[place]));
 #else
-    if (seen && key < nearest[place])
-        atomicMin(nearest[place], key);
+    seen = seen && hit.depth < depth_of(nearest[place]);
 #endif
+#endif
+    if (seen)
+        put(place, key_of(hit.depth, number));
 }
 
 // The pixels whose centres lie between two points of the image plane: the first, and the last.
@@ -153,25 +196,21 @@ void main() {
     const uint mesh_number = work.mesh;
     const SurfaceMesh mesh = frame.meshes[mesh_number];
     const uvec2 lane = pixel_in_tile(gl_LocalInvocationID.x);
-    uint entry = gl_WorkGroupID.x;
-    do {
+    for (uint entry = gl_WorkGroupID.x; entry < work.listed; entry += kSurfaceMostGroups) {
         const uint triangle = large[entry];
         const Corners t = corners_of(mesh, triangle);
         const ivec4 pixels = pixels_of(t);
         const uint pair = labels_of(mesh, triangle);
         ivec2 tile = pixels.xy;
-        if (pixels.x <= pixels.z && pixels.y <= pixels.w) {
-            do {
-                const ivec2 pixel = tile + ivec2(lane);
-                const bool inside = pixel.x <= pixels.z && pixel.y <= pixels.w;
-                draw(t, uvec2(min(pixel, pixels.zw)), inside, mesh_number, triangle, pair);
-                tile.x += 8;
-                const bool next_row = tile.x > pixels.z;
-                tile = next_row ? ivec2(pixels.x, tile.y + 8) : tile;
-            } while (tile.y <= pixels.w);
+        while (pixels.x <= pixels.z && tile.y <= pixels.w) {
+            const ivec2 pixel = tile + ivec2(lane);
+            const bool inside = pixel.x <= pixels.z && pixel.y <= pixels.w;
+            draw(t, uvec2(min(pixel, pixels.zw)), inside, mesh_number, triangle, pair);
+            tile.x += 8;
+            const bool next_row = tile.x > pixels.z;
+            tile = next_row ? ivec2(pixels.x, tile.y + 8) : tile;
         }
-        entry += kSurfaceMostGroups;
-    } while (entry < work.listed);
+    }
 }
 #else
 void main() {
@@ -200,13 +239,15 @@ void main() {
             atomicAdd(work.groups_x, 1u);
         large[slot] = triangle;
     }
-    if (wanted && small) {
-        ivec2 pixel = pixels.xy;
-        do {
+    ivec2 pixel = pixels.xy;
+    bool going = wanted && small;
+    do { // all lanes of a subgroup leave it together: docs/decisions/10-loops-that-lanes-leave.md
+        if (going) {
             draw(t, uvec2(pixel), true, mesh_number, triangle, pair);
             pixel.x += 1;
             pixel = pixel.x > pixels.z ? ivec2(pixels.x, pixel.y + 1) : pixel;
-        } while (pixel.y <= pixels.w);
-    }
+            going = pixel.y <= pixels.w;
+        }
+    } while (subgroupAny(going));
 }
 #endif

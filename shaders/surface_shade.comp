@@ -12,9 +12,9 @@
 
 layout(local_size_x = 64) in;
 
-layout(scalar, binding = kSurfaceNearest) buffer Nearest { uint64_t nearest[]; };
+layout(scalar, binding = kSurfaceNearest) buffer Nearest { uvec2 nearest[]; };
 #if HAS_THROUGH
-layout(scalar, binding = kSurfaceThrough) buffer Through { uint64_t through[]; };
+layout(scalar, binding = kSurfaceThrough) buffer Through { uvec2 through[]; };
 #endif
 layout(scalar, binding = kSurfaceNormals) readonly buffer Normals { vec3 normals[]; };
 layout(scalar, binding = kSurfaceWork) readonly buffer Work { SurfaceWork work; };
@@ -46,18 +46,19 @@ void main() {
     const SurfaceMesh mesh = frame.meshes[mesh_number];
     const uint place = place_of(pixel);
     const vec2 at = image_point(vec2(pixel));
-    const uint64_t opaque = nearest[place];
+    const uvec2 opaque = nearest[place];
     if (is_of(low_of(opaque), mesh_number))
         nearest[place] = key_of(depth_of(opaque), seen_of(low_of(opaque), at, mesh));
 #if HAS_THROUGH
     uint i = place * frame.depth;
     const uint end = i + frame.depth;
-    uint64_t key;
-    do {
-        key = through[i];
+    bool going = i < end;
+    while (going) {
+        const uvec2 key = through[i];
         if (is_of(low_of(key), mesh_number))
             through[i] = key_of(depth_of(key), seen_of(low_of(key), at, mesh));
         i += 1u;
-    } while (i < end && key != kNothing);
+        going = i < end && key != kNothing;
+    }
 #endif
 }

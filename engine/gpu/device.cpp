@@ -119,7 +119,7 @@ Device::Device(const DeviceOptions& options) : instance_(options.validation) {
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
         .synchronization2 = VK_TRUE,
         .maintenance4 = VK_TRUE};
-    int64_atomics_ = can_do_int64_atomics(physical_);
+    int64_atomics_ = options.int64_atomics && can_do_int64_atomics(physical_);
     const VkPhysicalDeviceFeatures core{.shaderInt64 = int64_atomics_};
     VkPhysicalDeviceVulkan12Features v12{
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES,

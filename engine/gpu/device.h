@@ -20,7 +20,8 @@ struct DeviceOptions {
     // discrete, then integrated, then CPU device. The environment variable PALPATE_DEVICE stands in
     // for it.
     std::string select;
-    bool validation = false; // Khronos validation with synchronisation validation
+    bool validation = false;   // Khronos validation with synchronisation validation
+    bool int64_atomics = true; // false: as on a device that lacks them
 };
 
 // One live image, buffer or pipeline, for `--stats`.

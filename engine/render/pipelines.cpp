@@ -75,9 +75,10 @@ SurfaceShader surface_shader(SurfaceStage stage, SurfaceVariant v) {
         case SurfaceStage::begin:
             return {"surface_begin", spirv::surface_begin[v.through + 2 * v.clips]};
         case SurfaceStage::draw:
-            return {"surface_draw", spirv::surface_draw[2 * v.through + 4 * v.clips]};
+            return {"surface_draw", spirv::surface_draw[2 * v.through + 4 * v.clips + 8 * v.int64]};
         case SurfaceStage::draw_large:
-            return {"surface_draw large", spirv::surface_draw[1 + 2 * v.through + 4 * v.clips]};
+            return {"surface_draw large",
+                    spirv::surface_draw[1 + 2 * v.through + 4 * v.clips + 8 * v.int64]};
         case SurfaceStage::caps:
             return {"surface_caps", spirv::surface_caps[v.through]};
         case SurfaceStage::shade:

@@ -31,6 +31,7 @@ struct RayCastVariant {
 enum class SurfaceStage { begin, draw, draw_large, caps, shade, compose };
 struct SurfaceVariant {
     bool through = false, clips = false, layers = false, values = false;
+    bool int64 = false; // draw: whole keys at a time
 };
 
 // Makes each pipeline when a scene first needs it, once per process, on a thread of its own: what

@@ -44,10 +44,6 @@ gpu::SurfaceClip clip_block(const CameraSpace& camera, const ClipPlane& plane) {
 
 Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data,
                                   std::span<const View> views) {
-    if (!device_->has_int64_atomics())
-        return fail(
-            "surfaces: expected a graphics device with shaderBufferInt64Atomics, found {} without",
-            device_->info().name);
     if (Result<void> kept = keep_meshes(data); !kept)
         return kept;
     if (Result<void> kept = keep_styles(scene); !kept)
@@ -198,17 +194,18 @@ std::vector<Bound> SurfacePass::pixel_bindings(Buffer& frame, bool through, bool
     return bound;
 }
 
-void SurfacePass::start_work(Commands& commands, uint32_t mesh) {
-    const gpu::SurfaceWork work{0, 1, 1, 0, mesh};
+void SurfacePass::start_work(Commands& commands, uint32_t mesh, uint32_t turn) {
+    const gpu::SurfaceWork work{0, 1, 1, 0, mesh, turn};
     const auto* words = reinterpret_cast<const uint32_t*>(&work);
     commands.fill(scratch_->work, std::span(words, sizeof work / sizeof *words));
 }
 
-// The opaque triangles of a mesh, or the see-through ones.
+// The opaque triangles of a mesh, or the see-through ones; `turn` as in gpu::SurfaceWork.
 void SurfacePass::draw(Commands& commands, Pipelines& pipelines, Buffer& frame, uint32_t mesh,
-                       bool through) {
+                       bool through, uint32_t turn) {
     GpuMesh& drawn = *meshes_[mesh];
-    const SurfaceVariant variant{.through = through, .clips = scratch_->clips};
+    const SurfaceVariant variant{
+        .through = through, .clips = scratch_->clips, .int64 = device_->has_int64_atomics()};
     std::vector<Bound> bound = pixel_bindings(frame, through, true);
     if (scratch_->clips)
         bound.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
@@ -217,7 +214,7 @@ void SurfacePass::draw(Commands& commands, Pipelines& pipelines, Buffer& frame, 
     bound.push_back(bind_storage(gpu::kSurfacePositions, drawn.positions()));
     bound.push_back(bind_storage(gpu::kSurfaceTriangles, drawn.triangles()));
     bound.push_back(bind_storage(gpu::kSurfaceLabels, drawn.labels()));
-    start_work(commands, mesh);
+    start_work(commands, mesh, turn);
     bound.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work, Use::storage_write));
     bound.push_back(bind_storage(gpu::kSurfaceLarge, scratch_->large, Use::storage_write));
     const uint32_t groups = (drawn.triangle_count() + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
@@ -251,11 +248,14 @@ void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images&
         begin.push_back(bind_sampled(gpu::kSurfaceBehindValues, images.behind_values, *nearest_));
         dispatch(SurfaceStage::begin, begin);
 
+        // Without atomic operations on 64 bits: all depths, then which triangles are there.
+        const uint32_t turns = device_->has_int64_atomics() ? 1 : 2;
         for (const bool through : {false, true})
-            for (uint32_t i = 0; i < meshes_.size(); ++i)
-                if (meshes_[i]->triangle_count() > 0 &&
-                    (through ? has_through_[i] : has_opaque_[i] || clips))
-                    draw(commands, pipelines, frame, i, through);
+            for (uint32_t turn = 0; turn < turns; ++turn)
+                for (uint32_t i = 0; i < meshes_.size(); ++i)
+                    if (meshes_[i]->triangle_count() > 0 &&
+                        (through ? has_through_[i] : has_opaque_[i] || (clips && turn == 0)))
+                        draw(commands, pipelines, frame, i, through, turn);
 
         if (clips) {
             std::vector<Bound> caps = pixel_bindings(frame, see_through_, true);
@@ -271,7 +271,7 @@ void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images&
             shade.push_back(bind_storage(gpu::kSurfaceNormals, meshes_[i]->normals()));
             shade.push_back(bind_storage(gpu::kSurfaceTriangles, meshes_[i]->triangles()));
             shade.push_back(bind_storage(gpu::kSurfaceLabels, meshes_[i]->labels()));
-            start_work(commands, i);
+            start_work(commands, i, gpu::kSurfaceDepths);
             shade.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work));
             dispatch(SurfaceStage::shade, shade);
         }

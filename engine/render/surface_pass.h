@@ -54,9 +54,10 @@ class SurfacePass {
     void keep_frames(const Scene& scene, std::span<const View> views);
     void keep_scratch(const Scene& scene);
     uint32_t rows_at_a_time(const Scene& scene) const;
-    void draw(Commands& commands, Pipelines& pipelines, Buffer& frame, uint32_t mesh, bool through);
+    void draw(Commands& commands, Pipelines& pipelines, Buffer& frame, uint32_t mesh, bool through,
+              uint32_t turn);
     std::vector<Bound> pixel_bindings(Buffer& frame, bool through, bool styles);
-    void start_work(Commands& commands, uint32_t mesh);
+    void start_work(Commands& commands, uint32_t mesh, uint32_t turn);
 
     Device* device_;
     const Sampler* nearest_;

@@ -1,15 +1,15 @@
 // What passes over meshes share: pixels and their rays in camera space, keys, what clip planes keep.
-
-#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+// A key is (low half, bits of the depth), in memory a number of 64 bits with the depth above.
 
 layout(scalar, binding = kSurfaceFrame) uniform FrameBlock { SurfaceFrame frame; };
 
 const float kFarAway = 1e30;
-const uint64_t kNothing = 0x7149f2cafffffffeul; // key_of(kFarAway, kSurfaceNone)
+const uvec2 kNothing = uvec2(kSurfaceNone, 0x7149f2cau); // key_of(kFarAway, kSurfaceNone)
 
-uint64_t key_of(float depth, uint low) { return packUint2x32(uvec2(low, floatBitsToUint(depth))); }
-float depth_of(uint64_t key) { return uintBitsToFloat(unpackUint2x32(key).y); }
-uint low_of(uint64_t key) { return unpackUint2x32(key).x; }
+uvec2 key_of(float depth, uint low) { return uvec2(low, floatBitsToUint(depth)); }
+float depth_of(uvec2 key) { return uintBitsToFloat(key.y); }
+uint low_of(uvec2 key) { return key.x; }
+bool is_before(uvec2 a, uvec2 b) { return a.y < b.y || (a.y == b.y && a.x < b.x); }
 
 // Where a pixel's ray crosses the plane at depth 1 (perspective) or any plane (orthographic).
 vec2 image_point(vec2 pixel) {

@@ -55,12 +55,15 @@ struct SurfaceStyleEntry {
     float value;              // the label, or NaN
 };
 
-// What is drawn now: (0, 1, 1, 0, mesh) before its triangles are.
+// What is drawn now: (0, 1, 1, 0, mesh, turn) before its triangles are.
 struct SurfaceWork {
     uint groups_x, groups_y, groups_z; // to draw what is listed
     uint listed;              // triangles over many pixels
     uint mesh;
+    uint turn;                // kSurfaceDepths or kSurfaceNumbers; with 64 bits at a time the first alone
 };
+const uint kSurfaceDepths = 0u;
+const uint kSurfaceNumbers = 1u;
 
 const uint kSurfaceGroup = 64u;
 const uint kSurfaceMostGroups = 32768u;     // across; devices have at least 65535
@@ -69,8 +72,8 @@ const uint kSurfaceSmallPixels = 16u;
 
 const uint kSurfaceFrame = 0u;
 const uint kSurfaceStyles = 1u;             // SurfaceStyleEntry[]
-const uint kSurfaceNearest = 2u;            // uint64[]: of opaque triangles, a pixel each
-const uint kSurfaceThrough = 3u;            // uint64[]: of the others, `depth` a pixel, sorted
+const uint kSurfaceNearest = 2u;            // a key of 64 bits a pixel: of opaque triangles
+const uint kSurfaceThrough = 3u;            // of the others, `depth` keys a pixel, sorted
 const uint kSurfaceKept = 4u;               // vec2[]: depths between which the clip planes keep
 const uint kSurfaceCounts = 5u;             // int[]: labels round either end of that, 2 a mesh a pixel
 const uint kSurfacePositions = 6u;

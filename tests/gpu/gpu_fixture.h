@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+
 #include "engine/gpu/device.h"
 #include "engine/render/renderer.h"
 
@@ -20,6 +22,12 @@ class GpuTest : public ::testing::Test {
         const auto messages = device().validation_messages();
         for (size_t i = messages_before_; i < messages.size(); ++i)
             ADD_FAILURE() << messages[i];
+    }
+
+    // A picture's size; under PALPATE_SMALL, for slow devices, half as many pixels each way. What
+    // is checked, and within what bounds, stays the same.
+    static glm::uvec2 size_or_half(glm::uvec2 size_px) {
+        return std::getenv("PALPATE_SMALL") ? (size_px + 1u) / 2u : size_px;
     }
 
  private:

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <random>
+#include <span>
 
 #include "engine/reference/twin.h"
 #include "engine/scene/presets.h"
@@ -136,12 +137,34 @@ double ray_bound(const Scene& scene, const SceneData& data) {
 
 class SurfaceTest : public GpuTest {
  protected:
-    static std::vector<Image> drawn(const Scene& scene, const SceneData& data,
-                                    RendererOptions options = {}) {
-        Renderer renderer(device(), std::move(options));
+    // As a device that has no atomic operations on 64 bits.
+    static Device& narrow_device() {
+        static Device instance({.validation = true, .int64_atomics = false});
+        return instance;
+    }
+
+    static std::vector<Image> drawn_on(Device& which, const Scene& scene, const SceneData& data,
+                                       RendererOptions options) {
+        Renderer renderer(which, std::move(options));
         Result<Frame> frame = renderer.render(scene, data);
         EXPECT_TRUE(frame) << frame.error().message;
         return frame ? std::move(frame->eyes) : std::vector<Image>{};
+    }
+
+    // Without 64 bits at a time not a bit of the picture is another.
+    static std::vector<Image> drawn(const Scene& scene, const SceneData& data,
+                                    const RendererOptions& options = {}) {
+        std::vector<Image> eyes = drawn_on(device(), scene, data, options);
+        if (!device().has_int64_atomics())
+            return eyes; // they are drawn so already
+        EXPECT_FALSE(narrow_device().has_int64_atomics());
+        const std::vector<Image> narrow = drawn_on(narrow_device(), scene, data, options);
+        EXPECT_EQ(narrow.size(), eyes.size());
+        for (size_t i = 0; i < std::min(eyes.size(), narrow.size()); ++i)
+            EXPECT_TRUE(std::ranges::equal(std::as_bytes(std::span(eyes[i].samples)),
+                                           std::as_bytes(std::span(narrow[i].samples))));
+        EXPECT_TRUE(narrow_device().validation_messages().empty());
+        return eyes;
     }
 
     static double difference(const Image& image, uint32_t x, uint32_t y, const PixelSample& twin) {
@@ -333,6 +356,29 @@ TEST_F(SurfaceTest, OrderOfTrianglesAndTwoRunsChangeNoBit) {
     std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random);
     data.meshes = {shared(mesh)};
     EXPECT_EQ(drawn(scene, data)[0].samples, first[0].samples);
+}
+
+// More triangles at one depth than a pixel keeps: those with the smallest numbers stay.
+TEST_F(SurfaceTest, OfTrianglesThatCoincideTheFirstAreKept) {
+    const Mesh mesh = torus({0, 0, 0}, 22, 8);
+    Mesh thrice = mesh;
+    for (int copy = 1; copy < 3; ++copy)
+        thrice.triangles.insert(thrice.triangles.end(), mesh.triangles.begin(),
+                                mesh.triangles.end());
+    const SceneData data = data_with({mesh, thrice, mesh});
+    Scene scene = scene_of(
+        {layer({0.9, 0.5, 0.3}, 0.4), layer({0.3, 0.6, 0.9}, 0.6), layer({0.1, 0.9, 0.2}, 0.5)});
+    scene.value_and_depth = false;
+    for (const uint32_t depth : {2u, 4u, 8u}) {
+        scene.surface_depth = depth;
+        const std::vector<Image> all = drawn(scene, data);
+        if (depth > 2)
+            continue;
+        // Two of five: the first mesh's, and the first of the second's.
+        Scene two = scene;
+        two.surfaces.pop_back();
+        EXPECT_EQ(drawn(two, data_with({mesh, mesh}))[0].samples, all[0].samples);
+    }
 }
 
 // Of triangles with a common edge or corner exactly one is met by a ray that runs through it: on a
