@@ -29,7 +29,7 @@ class AtlasTest : public GpuTest {
 
     static Scene scene_of(const SceneData& data, RayMode mode, glm::dvec3 towards) {
         Scene scene;
-        scene.size_px = {75, 66}; // no multiple of a tile
+        scene.size_px = size_or_half({75, 66}); // no multiple of a tile
         scene.camera = frame_volume(data.volume.grid(), towards, {0, 0, 1});
         scene.value_and_depth = true;
         RayCastLayer layer;
