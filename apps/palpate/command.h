@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "apps/palpate/option_checks.h"
+#include "apps/palpate/named_files.h"
 #include "engine/base/error.h"
 
 namespace palpate {

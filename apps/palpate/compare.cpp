@@ -127,10 +127,19 @@ std::string extension_of(const std::string& path) {
     return extension;
 }
 
-bool is_picture(const std::string& path) {
+// What a name says of what is compared: nothing is read for it.
+enum class Kind { picture, mesh, volume };
+
+Kind kind_of(const std::string& path) {
     const std::string extension = extension_of(path);
     const bool pattern = path.find_first_of("*?%") != std::string::npos;
-    return !pattern && (extension == ".exr" || extension == ".png");
+    if (!pattern && (extension == ".exr" || extension == ".png"))
+        return Kind::picture;
+    return has_mesh_extension(path) ? Kind::mesh : Kind::volume;
+}
+
+const char* name_of(Kind kind) {
+    return kind == Kind::picture ? "a picture" : kind == Kind::mesh ? "a mesh" : "a volume";
 }
 
 Result<Image> load_picture(const std::string& path) {
@@ -343,23 +352,28 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
                 {"backward", json_of(distance.backward)}};
 }
 
-Result<void> run_compare(const CompareOptions& options) {
-    const bool pictures = is_picture(options.first);
-    if (pictures != is_picture(options.second))
-        return fail("{} and {}: a picture and a volume cannot be compared", options.first,
-                    options.second);
-    const bool meshes = has_mesh_extension(options.first);
-    if (meshes != has_mesh_extension(options.second))
-        return fail("{} and {}: a mesh and something else cannot be compared", options.first,
-                    options.second);
+void warn_of_idle_options(const CLI::App& app, Kind kind) {
+    const IdleOptions idle[] = {{kind != Kind::volume, {"--labels", "--geometry"}, "of volumes"},
+                                {kind == Kind::picture, {"--max-memory"}, "of volumes and meshes"},
+                                {kind != Kind::picture, {"--pixels-per-degree"}, "of pictures"}};
+    warn_of_idle(app, idle);
+}
+
+Result<void> run_compare(const CompareOptions& options, const CLI::App& app) {
+    const Kind kind = kind_of(options.first), other = kind_of(options.second);
+    if (kind != other)
+        return fail("expected A and B of one kind, found {} ({}) and {} ({})", name_of(kind),
+                    options.first, name_of(other), options.second);
+    warn_of_idle_options(app, kind);
     Verdict verdict(options);
-    Result<Json> json = pictures ? compare_pictures(options, verdict)
-                        : meshes ? compare_surfaces(options, verdict)
-                                 : compare_voxels(options, verdict);
+    Result<Json> json = kind == Kind::picture ? compare_pictures(options, verdict)
+                        : kind == Kind::mesh  ? compare_surfaces(options, verdict)
+                                              : compare_voxels(options, verdict);
     if (!json)
         return pass_on(json);
     if (!verdict.unused().empty())
-        return fail("{} does not apply to what {} holds", verdict.unused()[0].flag, options.first);
+        return fail("{} does not apply to {} ({})", verdict.unused()[0].flag,
+                    options.labels ? "a label map" : name_of(kind), options.first);
     (*json)["failed"] = verdict.failed();
     (*json)["pass"] = verdict.failed().empty();
     if (Result<void> printed = print_report(report_text(*json)); !printed)
@@ -393,18 +407,22 @@ Command add_compare(CLI::App& app) {
                    "Volumes: most mm that like corners may lie apart")
         ->check(non_negative())
         ->capture_default_str();
-    app.add_option("--max-memory", options->max_memory_mib,
-                   "Volumes: most memory for reading each, in MiB (default: 75 % of this "
-                   "machine's)")
+    app.add_option(
+           "--max-memory", options->max_memory_mib,
+           "Volumes and meshes: most memory for reading each, in MiB (default: 75 % of this "
+           "machine's)")
         ->check(positive());
     for (Tolerance& tolerance : options->tolerances)
         app.add_option(tolerance.flag, tolerance.limit,
                        fmt::format("{} (default: any)", tolerance.help))
             ->check(non_negative())
             ->group("Tolerances; with none given, nothing may differ by more than the bound");
-    return {[options] { return run_compare(*options); },
+    return {[options, &app] { return run_compare(*options, app); },
             [options] {
-                return std::vector<NamedFile>{{"A", options->first}, {"B", options->second}};
+                std::vector<NamedFile> files;
+                append_volume(files, "A", options->first);
+                append_volume(files, "B", options->second);
+                return files;
             }};
 }
 

@@ -54,6 +54,8 @@ Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& i
 }
 
 Result<void> run_convert(const ConvertOptions& options) {
+    if (Result<void> named = expect_volume_name(options.out); !named)
+        return named;
     const Interrupt interrupt;
     if (std::filesystem::path(options.out).extension() == ".pbv")
         return convert_to_bricks(options, interrupt);

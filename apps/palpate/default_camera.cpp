@@ -179,10 +179,10 @@ std::optional<ViewDirection> view_direction(const std::string& name) {
     return std::nullopt;
 }
 
-std::string view_names() {
-    std::string names;
+std::vector<std::string> view_names() {
+    std::vector<std::string> names;
     for (const NamedView& view : kViews)
-        names += names.empty() ? view.name : fmt::format(", {}", view.name);
+        names.emplace_back(view.name);
     return names;
 }
 

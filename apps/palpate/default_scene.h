@@ -48,6 +48,6 @@ struct ViewDirection {
     glm::dvec3 up;
 };
 std::optional<ViewDirection> view_direction(const std::string& name);
-std::string view_names();
+std::vector<std::string> view_names();
 
 } // namespace palpate

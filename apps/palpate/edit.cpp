@@ -2,18 +2,16 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/edit_replay.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
-#include "engine/edit/history.h"
 #include "engine/edit/journal.h"
-#include "engine/edit/stroke_run.h"
-#include "engine/volume/changes.h"
-#include "engine/volume/content_hash.h"
 
 namespace palpate {
 
@@ -21,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Report = nlohmann::ordered_json;
-
-constexpr size_t kPosesAtOnce = 4096;
 
 struct EditOptions {
     ReadFlags read;
@@ -32,16 +28,14 @@ struct EditOptions {
     bool recover = false, discard = false;
 };
 
-// A volume may be changed in place; all else is apart.
 std::vector<NamedFile> files_of(const EditOptions& o) {
     std::vector<NamedFile> files;
-    if (!is_same_file(o.read.path, o.out))
-        append_volume(files, "V", o.read.path);
+    append_volume(files, "V", o.read.path);
     files.push_back({"STROKES", o.strokes});
     append_volume(files, "--guide", o.guide);
     append_volume(files, "-o", o.out, FileUse::write);
     files.push_back({"the journal of -o", o.out + ".journal", FileUse::write});
-    files.push_back({"--report", o.report, FileUse::write});
+    files.push_back({"--report", o.report, FileUse::write_text});
     return files;
 }
 
@@ -60,18 +54,20 @@ Result<std::vector<JournalEntry>> strokes_of_file(const EditOptions& options) {
     return entries;
 }
 
-// Whether the entries work on labels; they must agree.
-Result<bool> on_labels(const std::vector<JournalEntry>& entries) {
-    std::optional<bool> labels;
+// The operation of the first stroke; null where there is none. All work on labels or none does.
+Result<const Operation*> first_operation(const std::vector<JournalEntry>& entries) {
+    const Operation* first = nullptr;
     for (const JournalEntry& entry : entries) {
         if (entry.kind != JournalEntry::Kind::stroke)
             continue;
-        const bool is = entry.stroke.operation.on_labels();
-        if (labels && *labels != is)
-            return fail("expected strokes on labels or strokes on grey values, found both");
-        labels = is;
+        const Operation& operation = entry.stroke.operation;
+        if (first && first->on_labels() != operation.on_labels())
+            return fail(
+                "expected strokes on labels or strokes on grey values, found both ('{}' and '{}')",
+                name_of(first->kind), name_of(operation.kind));
+        first = first ? first : &operation;
     }
-    return labels.value_or(false);
+    return first;
 }
 
 // Each undo needs a stroke, each redo an undo: found out before the work, not at its end.
@@ -87,82 +83,6 @@ Result<void> check_undo(const std::vector<JournalEntry>& strokes, uint32_t undo)
                     done == 1 ? "" : "s", undo);
     return {};
 }
-
-// Does entries one after the other, with history.
-class Replay {
- public:
-    Replay(Volume volume, std::optional<Volume> guide, const EditOptions& options)
-        : now_(std::move(volume)),
-          guide_(std::move(guide)),
-          history_({static_cast<uint64_t>(std::min(options.history_memory_mib, 1e9) * 1048576.0),
-                    options.history_folder,
-                    [](const std::string& notice) { log::warning("{}", notice); }}) {}
-
-    Result<void> apply(const JournalEntry& entry, const std::stop_token& stop) {
-        const Timer timer;
-        const Volume before = now_;
-        Report line;
-        if (entry.kind == JournalEntry::Kind::stroke) {
-            auto run = StrokeRun::start(now_, entry.stroke.tool, entry.stroke.operation, guide_);
-            if (!run)
-                return tl::unexpected(run.error());
-            // In portions, which change no byte, so that a long way is not laid out at once.
-            const auto go_on = [&] { return !stop.stop_requested(); };
-            for (std::span<const ToolPose> left(entry.stroke.poses); !left.empty();) {
-                const size_t n = std::min(kPosesAtOnce, left.size());
-                (*run)->add(left.first(n));
-                left = left.subspan(n);
-                if (left.empty())
-                    (*run)->lift();
-                if (!(*run)->work(go_on, stop))
-                    return fail("interrupted");
-            }
-            now_ = (*run)->publish();
-            line["operation"] = name_of(entry.stroke.operation.kind);
-            line["poses"] = entry.stroke.poses.size();
-            history_.record(before, now_);
-        } else {
-            const bool back = entry.kind == JournalEntry::Kind::undo;
-            const Result<std::optional<Volume>> taken =
-                back ? history_.undo(now_) : history_.redo(now_);
-            if (!taken)
-                return tl::unexpected(taken.error());
-            if (!*taken)
-                return fail("expected a stroke to {}, found none left in the history",
-                            back ? "undo" : "redo");
-            now_ = **taken;
-            line["operation"] = back ? "undo" : "redo";
-        }
-        line["ms"] = timer.ms();
-        line["changed_bricks"] = changed_bricks(before, now_).size();
-        line["volume_version"] = now_.version();
-        steps_.push_back(line);
-        return {};
-    }
-
-    const Volume& volume() const { return now_; }
-
-    Report report() {
-        history_.settle();
-        const History::Stats stats = history_.stats();
-        return {{"steps", steps_},
-                {"content_hash", fmt::format("{:016x}", content_hash(now_))},
-                {"history",
-                 {{"undo_steps", stats.undo_steps},
-                  {"redo_steps", stats.redo_steps},
-                  {"packed_steps", stats.packed_steps},
-                  {"spilled_steps", stats.spilled_steps},
-                  {"dropped_steps", stats.dropped_steps},
-                  {"memory_bytes", stats.memory_bytes},
-                  {"spilled_bytes", stats.spilled_bytes}}}};
-    }
-
- private:
-    Volume now_;
-    std::optional<Volume> guide_;
-    History history_;
-    Report steps_ = Report::array();
-};
 
 // What a journal that is there holds, if it may be touched; looked at before anything is loaded.
 Result<Journal::Contents> look_at_journal(const EditOptions& options, const fs::path& path) {
@@ -229,8 +149,13 @@ struct Input {
     std::optional<Volume> guide;
 };
 
-Result<Input> load_input(const EditOptions& options, bool labels, const Interrupt& interrupt) {
+// `kind` is one of the operations, for an error.
+Result<Input> load_input(const EditOptions& options, bool labels, const char* kind,
+                         const Interrupt& interrupt) {
     Result<LoadedVolume> loaded = load(options.read, labels, interrupt);
+    if (!loaded && labels)
+        return fail("{}; '{}' of the strokes works on labels: expected a label map as V",
+                    loaded.error().message, kind);
     if (!loaded)
         return pass_on(loaded);
     Input input{std::move(*loaded), {}};
@@ -250,6 +175,8 @@ Result<Input> load_input(const EditOptions& options, bool labels, const Interrup
 Result<void> run_edit(const EditOptions& options) {
     const fs::path journal_path = options.out + ".journal";
     const Interrupt interrupt;
+    if (const Result<void> named = expect_volume_name(options.out); !named)
+        return named;
     Result<std::vector<JournalEntry>> wanted = strokes_of_file(options);
     if (!wanted)
         return tl::unexpected(wanted.error());
@@ -262,14 +189,18 @@ Result<void> run_edit(const EditOptions& options) {
         return enough;
     for (uint32_t i = 0; i < options.undo; ++i)
         wanted->push_back({JournalEntry::Kind::undo, {}});
-    const Result<bool> labels = on_labels(strokes);
-    if (!labels)
+    const Result<const Operation*> first = first_operation(strokes);
+    if (!first)
         return fail("{}: {}", alone ? journal_path.string() : options.strokes,
-                    labels.error().message);
-    Result<Input> input = load_input(options, *labels, interrupt);
+                    first.error().message);
+    const bool labels = *first && (*first)->on_labels();
+    Result<Input> input =
+        load_input(options, labels, labels ? name_of((*first)->kind) : "", interrupt);
     if (!input)
         return tl::unexpected(input.error());
     const Volume& volume = input->volume.volume;
+    if (const Result<void> holds = expect_format_holds(options.out, volume.grid()); !holds)
+        return holds;
     const Volume* guide = input->guide ? &*input->guide : nullptr;
     for (const JournalEntry& entry : *wanted) // before anything is begun
         if (entry.kind == JournalEntry::Kind::stroke)
@@ -300,7 +231,10 @@ Result<void> run_edit(const EditOptions& options) {
                     journal_path.string());
     };
     const Timer timer;
-    Replay replay(volume, input->guide, options);
+    Replay replay(
+        volume, input->guide,
+        {static_cast<uint64_t>(std::min(options.history_memory_mib, 1e9) * 1048576.0),
+         options.history_folder, [](const std::string& notice) { log::warning("{}", notice); }});
     {
         Progress progress("editing");
         for (size_t i = 0; i < entries.size(); ++i) {
@@ -313,6 +247,8 @@ Result<void> run_edit(const EditOptions& options) {
         }
     }
     const double edit_ms = timer.ms();
+    if (const std::string idle = replay.what_was_idle(); !idle.empty())
+        log::warning("{}", idle);
     if (const Result<void> saved = save_volume(options.out, replay.volume(), interrupt.token());
         !saved)
         return keep_journal(saved.error());
@@ -322,8 +258,7 @@ Result<void> run_edit(const EditOptions& options) {
     Report report = replay.report();
     report["edit_ms"] = edit_ms;
     report["save_ms"] = timer.ms() - edit_ms;
-    const std::string text = report.dump(1) + "\n";
-    return save_bytes(options.report, std::as_bytes(std::span(text)));
+    return write_text(options.report, report_text(report));
 }
 
 } // namespace
@@ -332,7 +267,7 @@ Command add_edit(CLI::App& app) {
     auto options = std::make_shared<EditOptions>();
     add_read_flags(app, options->read);
     app.add_option("STROKES", options->strokes,
-                   "Strokes to do, JSON lines (docs/carve.md); lengths in mm, times in s");
+                   "Strokes to do, JSON lines (docs/carve.md); places in mm (LPS), times in s");
     app.add_option("-o,--output", options->out,
                    "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv. While the edit "
                    "goes on, FILE.journal keeps its strokes")
@@ -352,19 +287,19 @@ Command add_edit(CLI::App& app) {
         ->check(CLI::ExistingDirectory)
         ->type_name("FOLDER");
     app.add_option("--report", options->report,
-                   "Write what each stroke changed and took, in ms, as JSON (default: none)")
+                   "Write what each stroke changed and took, in ms, as JSON; - is standard output "
+                   "(default: none)")
         ->type_name("FILE");
     auto* recover = app.add_flag("--recover", options->recover,
                                  "Begin with the steps in FILE.journal, of an edit that did not "
                                  "end; STROKES, if given, must begin with them");
     app.add_flag("--discard", options->discard, "Drop the steps in FILE.journal")
         ->excludes(recover);
-    return {[options]() -> Result<void> {
-                if (options->strokes.empty() && !options->recover)
-                    return fail("expected STROKES, or --recover");
-                return run_edit(*options);
-            },
-            [options] { return files_of(*options); }};
+    app.final_callback([options] {
+        if (options->strokes.empty() && !options->recover)
+            throw CLI::ValidationError("edit", "expected STROKES, or --recover");
+    });
+    return {[options] { return run_edit(*options); }, [options] { return files_of(*options); }};
 }
 
 } // namespace palpate

@@ -15,6 +15,30 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// The outermost samples of both ends, LPS mm.
+glm::dvec3 first_sample(const Grid& grid) {
+    return world_point(grid, glm::dvec3(0.0));
+}
+glm::dvec3 last_sample(const Grid& grid) {
+    return world_point(grid, glm::dvec3(grid.size) - 1.0);
+}
+
+// The same place in the axes that NIfTI and 3D Slicer use: right, anterior, superior.
+glm::dvec3 ras_of(glm::dvec3 lps) {
+    return {0.0 - lps.x, 0.0 - lps.y, lps.z};
+}
+
+// In the axes of this program and in those of others.
+std::string place_text(glm::dvec3 lps) {
+    const glm::dvec3 ras = ras_of(lps);
+    return fmt::format("{:g}, {:g}, {:g} mm LPS (left, posterior, superior); {:g}, {:g}, {:g} RAS",
+                       lps.x, lps.y, lps.z, ras.x, ras.y, ras.z);
+}
+
+Json json_of(glm::dvec3 v) {
+    return {v.x, v.y, v.z};
+}
+
 Json json_of(const LoadedVolume& loaded) {
     const Volume& volume = loaded.volume;
     const Grid& grid = volume.grid();
@@ -27,6 +51,9 @@ Json json_of(const LoadedVolume& loaded) {
     json["size"] = {grid.size.x, grid.size.y, grid.size.z};
     json["spacing_mm"] = {spacing.x, spacing.y, spacing.z};
     json["world_from_index"] = matrix;
+    json["corners_mm"] = {
+        {"lps", {json_of(first_sample(grid)), json_of(last_sample(grid))}},
+        {"ras", {json_of(ras_of(first_sample(grid))), json_of(ras_of(last_sample(grid)))}}};
     json["type"] = name_of(volume.type());
     json["range"] =
         volume.range().empty() ? Json() : Json({volume.range().min, volume.range().max});
@@ -68,11 +95,13 @@ std::string text_of(const LoadedVolume& loaded) {
         "x towards  {}\n"
         "y towards  {}\n"
         "z towards  {}\n"
-        "first at   {:g}, {:g}, {:g} mm (left, posterior, superior)\n"
+        "first at   {}\n"
+        "last at    {}\n"
         "type       {}\n",
         grid.size.x, grid.size.y, grid.size.z, spacing.x, spacing.y, spacing.z,
         direction_words(glm::dvec3(m[0])), direction_words(glm::dvec3(m[1])),
-        direction_words(glm::dvec3(m[2])), m[3].x, m[3].y, m[3].z, name_of(volume.type()));
+        direction_words(glm::dvec3(m[2])), place_text(first_sample(grid)),
+        place_text(last_sample(grid)), name_of(volume.type()));
     if (volume.range().empty())
         text += "range      none, there is no data\n";
     else
@@ -117,7 +146,9 @@ Command add_info(CLI::App& app) {
                  "Print JSON for programs (default: text for people); lengths are in mm");
     return {[options] { return run_info(*options); },
             [options] {
-                return std::vector<NamedFile>{{"V", options->read.path}};
+                std::vector<NamedFile> files;
+                append_volume(files, "V", options->read.path);
+                return files;
             }};
 }
 

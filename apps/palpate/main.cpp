@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/named_files.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "bench/suite/environment.h"
@@ -62,6 +63,19 @@ std::string version_text() {
                                : fmt::format("palpate {} ({})", PALPATE_VERSION, commit);
 }
 
+// Without a command that is known: the word in its place, if there is one, and those that are.
+CLI::RequiredError with_unknown_word(const CLI::App& app, const CLI::RequiredError& error) {
+    const std::vector<std::string> words = app.remaining();
+    if (!app.get_subcommands().empty())
+        return error;
+    std::string known;
+    for (const Entry& entry : kCommands)
+        known += fmt::format("{}{}", known.empty() ? "" : ", ", entry.name);
+    const std::string found = words.empty() ? "none" : fmt::format("'{}'", words.front());
+    return {fmt::format("expected a command, one of {}, found {}", known, found),
+            CLI::ExitCodes::RequiredError};
+}
+
 // Before the work: no file that is written is named by two options, and each can be.
 palpate::Result<void> expect_files(const Command& command, const std::string& trace) {
     std::vector<palpate::NamedFile> files = command.files();
@@ -75,7 +89,10 @@ palpate::Result<void> expect_files(const Command& command, const std::string& tr
 int main(int argc, char** argv) {
     if (argc > 1 && std::string_view(argv[1]) == "__decode") // a child of load_volume()
         palpate::io::serve_decoding(argc, argv);
-    CLI::App app("See, touch and carve a CT or MR volume.");
+    CLI::App app(
+        "See, touch and carve a CT or MR volume. Places are millimetres in the patient's left, "
+        "posterior, superior axes (LPS, as DICOM has them; NIfTI and 3D Slicer show RAS: the first "
+        "two change sign).");
     app.require_subcommand(1);
     app.set_version_flag("--version", version_text, "Print version and commit, and exit");
     bool verbose = false, quiet = false;
@@ -94,14 +111,19 @@ int main(int argc, char** argv) {
         commands.emplace_back(sub, entry.add(*sub));
     }
     palpate::refuse_not_finite(app);
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
+    const auto tell = [&](const CLI::Error& error) {
         std::ostringstream out, messages; // they quote the words of the command line
         const int code = app.exit(error, out, messages);
         std::cerr << palpate::printable_lines(messages.str());
         const palpate::Result<void> printed = palpate::print_text(out.str());
         return code != 0 ? 2 : printed ? 0 : 1;
+    };
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::RequiredError& error) {
+        return tell(with_unknown_word(app, error));
+    } catch (const CLI::ParseError& error) {
+        return tell(error);
     }
     if (verbose)
         palpate::log::set_level(palpate::log::Level::debug);

@@ -1,11 +1,12 @@
 #include "apps/palpate/option_checks.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <optional>
 
 #include "engine/base/log.h"
-#include "engine/base/writable.h"
 
 namespace palpate {
 
@@ -44,6 +45,17 @@ CLI::Validator within(double least, double most) {
                   [least, most](double v) { return v >= least && v <= most; });
 }
 
+CLI::Validator one_of(const std::vector<std::string>& names) {
+    return CLI::Validator(
+        [names](const std::string& text) {
+            return std::find(names.begin(), names.end(), text) != names.end()
+                       ? std::string()
+                       : fmt::format("expected one of {}, found '{}'", fmt::join(names, ", "),
+                                     text);
+        },
+        "");
+}
+
 void refuse_not_finite(CLI::App& app) {
     const CLI::Validator any = number("a finite number", [](double) { return true; });
     for (CLI::Option* option : app.get_options())
@@ -61,49 +73,6 @@ void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all) {
                 idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", option, some.why);
     if (!idle.empty())
         log::warning("without effect here: {}", idle);
-}
-
-void append_volume(std::vector<NamedFile>& files, const std::string& option,
-                   const std::string& path, FileUse use) {
-    files.push_back({option, path, use});
-    std::filesystem::path beside = path;
-    const bool has_voxels_beside =
-        beside.extension() == ".mhd" || (use == FileUse::read && beside.extension() == ".nhdr");
-    beside.replace_extension(".raw");
-    std::error_code ignored;
-    if (has_voxels_beside && (use == FileUse::write || std::filesystem::exists(beside, ignored)))
-        files.push_back({"the voxels of " + option, beside.string(), use});
-}
-
-bool is_same_file(const std::string& a, const std::string& b) {
-    namespace fs = std::filesystem;
-    std::error_code ignored;
-    return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored) ||
-           fs::equivalent(a, b, ignored);
-}
-
-Result<void> all_can_be_written(std::span<const NamedFile> files) {
-    for (const NamedFile& file : files)
-        if (file.use == FileUse::write && !file.makes_folder && !file.path.empty() &&
-            file.path != "-")
-            if (Result<void> can = expect_writable(file.path); !can)
-                return can;
-    return {};
-}
-
-Result<void> each_its_own(std::span<const NamedFile> files) {
-    const auto is_file = [](const NamedFile& file) {
-        return !file.path.empty() && file.path != "-" && !file.path.starts_with("synthetic:");
-    };
-    for (size_t i = 0; i < files.size(); ++i)
-        for (size_t j = i + 1; j < files.size(); ++j) {
-            const NamedFile &a = files[i], &b = files[j];
-            const bool one_is_written = a.use == FileUse::write || b.use == FileUse::write;
-            if (one_is_written && is_file(a) && is_file(b) && is_same_file(a.path, b.path))
-                return fail("{} and {}: expected a file for each, found '{}' for both", a.option,
-                            b.option, a.path);
-        }
-    return {};
 }
 
 } // namespace palpate

@@ -20,7 +20,10 @@ CLI::Validator within(double least, double most);
 // not finite.
 void refuse_not_finite(CLI::App& app);
 
-// One of the names of a table, in help and errors as they are typed.
+// One of some names, in help and errors as they are typed.
+CLI::Validator one_of(const std::vector<std::string>& names);
+
+// The same of a table, for an option that holds its values.
 template <class Value>
 CLI::Validator one_of(const std::map<std::string, Value>& table) {
     std::string names;
@@ -45,29 +48,5 @@ struct IdleOptions {
     const char* why = "";
 };
 void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all);
-
-enum class FileUse { read, write };
-
-// A file and the option that names it.
-struct NamedFile {
-    std::string option;
-    std::string path; // "" and "-" name no file
-    FileUse use = FileUse::read;
-    bool makes_folder = false; // its folder is made before it is written
-};
-
-// A volume, and the .raw beside a .mhd that is written, or beside a .mhd or .nhdr that is read,
-// where there is one.
-void append_volume(std::vector<NamedFile>& files, const std::string& option,
-                   const std::string& path, FileUse use = FileUse::read);
-
-// Whether two names lead to one place on disk, be it there or not.
-bool is_same_file(const std::string& a, const std::string& b);
-
-// An error where a file that is written is named twice.
-Result<void> each_its_own(std::span<const NamedFile> files);
-
-// An error where a file cannot be written: before the work, not after an hour of it.
-Result<void> all_can_be_written(std::span<const NamedFile> files);
 
 } // namespace palpate

@@ -1,7 +1,9 @@
 #include "apps/palpate/output.h"
 
 #include <iostream>
+#include <span>
 
+#include "engine/base/file.h"
 #include "engine/base/printable.h"
 
 namespace palpate {
@@ -28,6 +30,12 @@ Result<void> print_text(std::string_view text) {
 
 Result<void> print_report(std::string_view json) {
     return print(printable_json(json));
+}
+
+Result<void> write_text(const std::string& path, const std::string& text) {
+    if (path.empty())
+        return {};
+    return path == "-" ? print_report(text) : save_bytes(path, std::as_bytes(std::span(text)));
 }
 
 } // namespace palpate

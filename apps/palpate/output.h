@@ -19,4 +19,7 @@ Result<void> print_text(std::string_view text);
 // The same for the text of a report, which stays valid JSON.
 Result<void> print_report(std::string_view json);
 
+// Text for programs to a file, or to standard output where the path is "-"; nothing where it is "".
+Result<void> write_text(const std::string& path, const std::string& text);
+
 } // namespace palpate

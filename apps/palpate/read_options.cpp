@@ -2,6 +2,7 @@
 
 #include "apps/palpate/option_checks.h"
 #include "engine/base/log.h"
+#include "engine/io/mesh_io.h"
 #include "engine/scene/scene_file.h"
 #include "engine/volume/synthetic_name.h"
 
@@ -33,6 +34,16 @@ void add_read_limits(CLI::App& app, ReadFlags& flags) {
         ->type_name("MIB");
 }
 
+Result<void> expect_no_mesh(const std::string& path) {
+    if (is_synthetic(path) || !has_mesh_extension(path))
+        return {};
+    return fail(
+        "{0}: expected a volume, found the name of a mesh; to draw it: palpate render VOLUME "
+        "--surface {0}; to feel it: palpate touch VOLUME --algorithm swept-mesh --mesh {0}; to "
+        "measure it: palpate compare",
+        path);
+}
+
 ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt) {
     ReadOptions options;
     if (flags.frame >= 0)
@@ -48,6 +59,8 @@ ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt) {
 }
 
 Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
+    if (Result<void> voxels = expect_no_mesh(flags.path); !voxels)
+        return pass_on(voxels);
     const ReadOptions options = read_options(flags, interrupt);
     if (is_synthetic(flags.path)) {
         Result<Volume> made = make_synthetic(flags.path, options.max_memory_bytes);

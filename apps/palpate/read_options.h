@@ -23,6 +23,9 @@ void add_read_limits(CLI::App& app, ReadFlags& flags);
 // The same, and the positional argument V.
 void add_read_flags(CLI::App& app, ReadFlags& flags);
 
+// An error where a volume is expected and a name says that a mesh is there: what meshes are for.
+Result<void> expect_no_mesh(const std::string& path);
+
 ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt);
 
 // Loads, and prints the notes and warnings.

@@ -1,7 +1,5 @@
-#include <fmt/ranges.h>
-
 #include <filesystem>
-#include <span>
+#include <map>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/device_options.h"
@@ -14,9 +12,9 @@
 #include "apps/palpate/render_picture.h"
 #include "apps/palpate/render_report.h"
 #include "apps/palpate/render_timing.h"
+#include "apps/palpate/render_warnings.h"
 #include "apps/palpate/scene_options.h"
 #include "engine/accuracy/accuracy.h"
-#include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/loading/scene_meshes.h"
@@ -31,7 +29,8 @@ struct RenderOptions {
     DeviceMemoryOptions memory;
     FrameOptions frames;
     std::string preview;
-    std::string output, stats, device, format = "auto", write_scene;
+    std::string output, stats, device, write_scene;
+    TexelFormat format = TexelFormat::automatic;
     double error = 0.0;
     bool half = false, validate = false, no_skipping = false;
 
@@ -45,15 +44,15 @@ std::vector<NamedFile> files_of(const RenderOptions& options) {
     const Result<SceneFile> scene = base_scene(options.scene);
     const std::optional<StereoLayout> layout =
         stereo_layout(options.scene, scene ? scene->scene : Scene{});
-    std::vector<NamedFile> files{{"SCENE", options.scene.input},
-                                 {"--labels", options.scene.labels},
-                                 {"--tf", options.scene.transfer}};
+    std::vector<NamedFile> files{{"--tf", options.scene.transfer}};
+    append_volume(files, "SCENE", options.scene.input);
+    append_volume(files, "--labels", options.scene.labels);
     for (const std::filesystem::path& path : frame_paths(options.output, layout))
         files.push_back({"-o", path.string(), FileUse::write});
     for (const std::filesystem::path& path : frame_paths(options.preview, layout))
         files.push_back({"--preview", path.string(), FileUse::write});
-    files.insert(files.end(), {{"--stats", options.stats, FileUse::write},
-                               {"--write-scene", options.write_scene, FileUse::write}});
+    files.insert(files.end(), {{"--stats", options.stats, FileUse::write_text},
+                               {"--write-scene", options.write_scene, FileUse::write_text}});
     if (scene) { // else it is told later
         append_files(*scene, files);
         for (const SurfaceSource& surface : scene->surfaces)
@@ -84,36 +83,6 @@ Result<void> meet_error(const RenderOptions& options, Device& device,
     return {};
 }
 
-// One line where iso-values lie beyond all of the volume's, and so draw nothing.
-void warn_of_empty_isos(const SceneFile& file, const Scene& scene, const Volume& volume) {
-    std::vector<double> values;
-    if (scene.ray_cast && scene.ray_cast->mode == RayMode::iso)
-        for (const IsoSurface& surface : scene.ray_cast->isos)
-            values.push_back(surface.value);
-    for (const SurfaceSource& source : file.surfaces)
-        if (source.iso)
-            values.push_back(*source.iso);
-    const ValueRange range = volume.range();
-    std::erase_if(values, [&](double v) { return v >= range.min && v <= range.max; });
-    if (!values.empty() && range.empty())
-        log::warning("nothing is drawn at iso-values: the volume has no data");
-    else if (!values.empty())
-        log::warning("nothing is drawn at the iso-value {:g}: expected one within {:g} .. {:g}",
-                     fmt::join(values, ", "), range.min, range.max);
-}
-
-// The same for options that were given and change nothing.
-void warn_of_idle_options(const RenderOptions& o, const Scene& scene, const CLI::App& app) {
-    const bool is_exr = std::filesystem::path(o.output).extension() == ".exr";
-    const IdleOptions idle[] = {
-        {!is_exr, {"--half"}, "of .exr alone"},
-        {scene.slices.empty(), {"--slab", "--slab-mode", "--interpolation"}, "without --slice"},
-        {!scene.stereo, {"--eye-separation", "--convergence"}, "without --stereo"},
-        {scene.surfaces.empty(), {"--surface-depth"}, "without surfaces"},
-        {o.frames.frames == 1, {"--orbit-deg"}, "with one frame"}};
-    warn_of_idle(app, idle);
-}
-
 // One line where frames took longer than --frame-ms, and why no fewer rays were cast.
 void warn_of_missed_budget(const Timing& timing, const FrameOptions& frames) {
     const double median_ms = percentile(timing.wall_ms, 0.5);
@@ -127,27 +96,24 @@ void warn_of_missed_budget(const Timing& timing, const FrameOptions& frames) {
                                       : "for a row of tiles, the least that is drawn at rest");
 }
 
-Result<TexelFormat> texel_format(const std::string& name) {
-    if (name == "auto")
-        return TexelFormat::automatic;
-    if (name == "r16")
-        return TexelFormat::unorm16;
-    if (name == "r32f")
-        return TexelFormat::f32;
-    return fail("--volume-format: expected auto, r16 or r32f, found '{}'", name);
-}
+const std::map<std::string, TexelFormat> kTexelFormats{
+    {"auto", TexelFormat::automatic}, {"r16", TexelFormat::unorm16}, {"r32f", TexelFormat::f32}};
 
 Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     for (const std::filesystem::path path : {options.output, options.preview})
         if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
             return fail("{}: expected a name ending in .png or .exr", path.string());
-    const Result<TexelFormat> format = texel_format(options.format);
-    if (!format)
-        return fail("{}", format.error().message);
+    for (const std::string& volume : {options.scene.input, options.scene.labels})
+        if (auto voxels = expect_no_mesh(volume); !voxels)
+            return voxels;
     const Interrupt interrupt;
     Result<SceneFile> file = base_scene(options.scene);
     if (!file)
         return pass_on(file);
+    if (options.read.frame >= 0)
+        file->frame = static_cast<uint32_t>(options.read.frame);
+    if (!options.read.series.empty())
+        file->series = options.read.series;
     Result<LoadedScene> loaded = load_scene_data(*file, read_options(options.read, interrupt));
     if (!loaded)
         return fail("{}", loaded.error().message);
@@ -162,14 +128,18 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     Result<Scene> scene = final_scene(options.scene, *file, *loaded);
     if (!scene)
         return fail("{}", scene.error().message);
-    warn_of_empty_isos(*file, *scene, loaded->data.volume);
-    warn_of_idle_options(options, *scene, app);
+    const SceneToDraw to_draw{options.scene, *file, *scene, *loaded};
+    warn_of_idle_options(app, to_draw, options.output, options.frames.frames);
+    const std::vector<std::string> empty = empty_parts(to_draw);
+    for (const std::string& sentence : empty)
+        log::warning("{}", sentence);
     if (options.frames.frame_ms > 0 && !scene->ray_cast)
         return fail("--frame-ms: expected a scene with ray casting, found slices alone");
     if (options.frames.frame_ms > 0 && scene->value_and_depth)
         return fail("--frame-ms: values and depths come from a ray a pixel; leave out --values");
     Device device({.select = options.device, .validation = options.validate});
-    RendererOptions renderer_options{.volume_format = *format, .skipping = !options.no_skipping};
+    RendererOptions renderer_options{.volume_format = options.format,
+                                     .skipping = !options.no_skipping};
     if (auto applied = apply(options.memory, device, options.frames.frames > 1, renderer_options);
         !applied)
         return applied;
@@ -181,11 +151,9 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     drawn.framing.reset();
     drawn.centered_slices.clear();
     drawn.centered_clips.clear();
-    if (!options.write_scene.empty()) {
-        const std::string text = write_scene(drawn);
-        if (auto saved = save_bytes(options.write_scene, std::as_bytes(std::span(text))); !saved)
+    if (!options.write_scene.empty())
+        if (auto saved = write_text(options.write_scene, write_scene(drawn)); !saved)
             return saved;
-    }
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
     std::optional<Preview> preview;
@@ -224,19 +192,21 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
                                  {"palpate:device", device.info().name},
                                  {"palpate:driver", device.info().driver},
                                  {"palpate:scene", scene_hash(drawn)}};
-    if (auto saved =
-            save_frame(options.output, options.precision(), *scene, renderer.read_back(), metadata);
+    const std::vector<Image> eyes = renderer.read_back();
+    if (auto saved = save_frame(options.output, options.precision(), *scene, eyes, metadata);
         !saved)
         return saved;
+    if (empty.empty() && is_one_color(eyes))
+        log::warning(
+            "{}: the picture has one colour: this camera, mode and transfer function show nothing "
+            "of the volume, whose values are {:g} .. {:g}",
+            options.output, loaded->data.volume.range().min, loaded->data.volume.range().max);
     if (!options.stats.empty() || profile::on())
         say_clocks(*timing);
     if (!options.stats.empty()) {
         const std::string text =
             report_text(stats_json(device, renderer, *timing, *scene, loaded->data));
-        if (auto saved = options.stats == "-"
-                             ? print_report(text)
-                             : save_bytes(options.stats, std::as_bytes(std::span(text)));
-            !saved)
+        if (auto saved = write_text(options.stats, text); !saved)
             return saved;
     }
     if (!device.validation_messages().empty())
@@ -280,8 +250,9 @@ Command add_render(CLI::App& app) {
         error->excludes(app.get_option(given));
     app.add_option("--stats", o->stats,
                    "Write times, passes and resources as JSON to a file, or - (default: none)");
-    app.add_option("--write-scene", o->write_scene,
-                   "Write the scene that is drawn, all options applied (default: none)");
+    app.add_option(
+        "--write-scene", o->write_scene,
+        "Write the scene that is drawn, all options applied, to a file, or - (default: none)");
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
@@ -290,8 +261,8 @@ Command add_render(CLI::App& app) {
                    "Brick files: first draw a coarse level of the volume to this picture (default: "
                    "none)");
     app.add_option("--volume-format", o->format,
-                   "Voxels on the device: r16, r32f, or auto (r32f on CPU devices)")
-        ->capture_default_str();
+                   "Voxels on the device; auto: r32f on CPU devices (default: auto)")
+        ->transform(one_of(kTexelFormats));
     app.add_flag("--no-skipping", o->no_skipping,
                  "March through empty space, too; the picture is the same, bit for bit");
     app.add_flag("--validate", o->validate, "Run under Vulkan validation; a message is a failure");

@@ -1,8 +1,11 @@
 #include "apps/palpate/scene_options.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <map>
 
 #include "apps/palpate/default_scene.h"
 #include "apps/palpate/option_checks.h"
@@ -14,16 +17,10 @@ namespace palpate {
 
 namespace {
 
-// The value of an enum by the name scene files give it.
+// The values of an enum by the names that scene files give them.
 template <class Enum>
-Result<Enum> enum_of(const char* option, const std::string& text) {
-    std::string known;
-    for (const auto& [name, value] : Names<Enum>::list) {
-        if (text == name)
-            return value;
-        known += known.empty() ? name : fmt::format(", {}", name);
-    }
-    return fail("{}: expected one of {}, found '{}'", option, known, text);
+CLI::Validator named() {
+    return one_of(std::map<std::string, Enum>(Names<Enum>::list.begin(), Names<Enum>::list.end()));
 }
 
 Result<std::vector<double>> numbers(const char* option, const std::string& text, size_t count) {
@@ -93,18 +90,8 @@ Result<void> apply_slices(const SceneOptions& options, const Grid& grid, Scene& 
         return fail("--slice: expected at most {} slices, found {}", kMaxSlices,
                     scene.slices.size());
     for (SliceLayer& slice : scene.slices) {
-        if (!options.interpolation.empty()) {
-            const auto found = enum_of<Interpolation>("--interpolation", options.interpolation);
-            if (!found)
-                return fail("{}", found.error().message);
-            slice.interpolation = *found;
-        }
-        if (!options.slab_mode.empty()) {
-            const auto found = enum_of<SlabMode>("--slab-mode", options.slab_mode);
-            if (!found)
-                return fail("{}", found.error().message);
-            slice.slab_mode = *found;
-        }
+        slice.interpolation = options.interpolation.value_or(slice.interpolation);
+        slice.slab_mode = options.slab_mode.value_or(slice.slab_mode);
         if (options.slab_mm > 0)
             slice.slab_mm = options.slab_mm;
     }
@@ -180,43 +167,51 @@ Result<void> apply_surfaces(const SceneOptions& options, SceneFile& file) {
     return {};
 }
 
+bool has_transfer(const SceneOptions& options) {
+    return !options.window.empty() || !options.window_level.empty() || !options.transfer.empty();
+}
+
 Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedScene& loaded,
                                      RayMode mode) {
     const Grid& grid = loaded.data.volume.grid();
+    const double max_opacity = mode == RayMode::mip ? 1.0 : 0.1;
     if (!options.window.empty()) {
-        if (!(options.window[0] < options.window[1]))
-            return fail("--window: expected LOW below HIGH, found {},{}", options.window[0],
-                        options.window[1]);
-        return window_function(options.window[0], options.window[1],
-                               mode == RayMode::mip ? 1.0 : 0.1, preset_unit_mm(grid));
+        const double low = options.window[0], high = options.window[1];
+        if (!(low < high))
+            return fail(
+                "--window: expected LOW below HIGH, found {:g},{:g}; --window-level takes "
+                "LEVEL,WIDTH",
+                low, high);
+        return window_function(low, high, max_opacity, preset_unit_mm(grid));
+    }
+    if (!options.window_level.empty()) {
+        const double level = options.window_level[0], width = options.window_level[1];
+        if (!(width > 0.0))
+            return fail("--window-level: expected a WIDTH above 0, found {:g}", width);
+        return window_function(level - 0.5 * width, level + 0.5 * width, max_opacity,
+                               preset_unit_mm(grid));
     }
     if (const auto found = preset(options.transfer))
         return fitted(*found, options.transfer, loaded);
+    std::error_code error;
+    if (!std::filesystem::exists(options.transfer, error))
+        return fail("--tf: expected a preset ({}) or a JSON file, found '{}'",
+                    fmt::join(preset_names(), ", "), options.transfer);
     Result<TransferFunction> read = load_transfer_function(options.transfer);
     return read ? sized(*read, grid) : read;
 }
 
 Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& loaded, Scene& scene) {
-    const bool wanted = !options.mode.empty() || !options.isos.empty();
+    const bool wanted = options.mode || !options.isos.empty();
     if (!wanted && !scene.ray_cast)
         return {};
-    RayMode mode = scene.ray_cast ? scene.ray_cast->mode : RayMode::iso;
-    if (!options.mode.empty()) {
-        const auto found = enum_of<RayMode>("--mode", options.mode);
-        if (!found)
-            return fail("{}", found.error().message);
-        mode = *found;
-    }
+    const RayMode mode =
+        options.mode.value_or(scene.ray_cast ? scene.ray_cast->mode : RayMode::iso);
     if (!scene.ray_cast || scene.ray_cast->mode != mode)
         scene.ray_cast = default_ray_cast(mode, loaded);
     RayCastLayer& layer = *scene.ray_cast;
-    if (!options.integrator.empty()) {
-        const auto found = enum_of<Integrator>("--integrator", options.integrator);
-        if (!found)
-            return fail("{}", found.error().message);
-        layer.integrator = *found;
-    }
-    if (!options.window.empty() || !options.transfer.empty()) {
+    layer.integrator = options.integrator.value_or(layer.integrator);
+    if (has_transfer(options)) {
         const auto found = transfer_of(options, loaded, mode);
         if (!found)
             return fail("{}", found.error().message);
@@ -244,6 +239,8 @@ Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& load
 }
 
 Result<void> apply_camera(const SceneOptions& options, const Grid& grid, Scene& scene) {
+    const bool sets_distance = (options.fill || options.view_angle_deg) &&
+                               scene.camera.projection == Projection::perspective;
     if (!options.camera.empty()) {
         const auto& v = options.camera;
         if (v.size() != 6 && v.size() != 9)
@@ -252,48 +249,50 @@ Result<void> apply_camera(const SceneOptions& options, const Grid& grid, Scene& 
         scene.camera.target_mm = {v[3], v[4], v[5]};
         if (v.size() == 9)
             scene.camera.up = {v[6], v[7], v[8]};
-        scene.camera.view_angle_deg = options.view_angle_deg;
+        scene.camera.view_angle_deg = options.view_angle_deg.value_or(30.0);
         const glm::dvec3 forward = scene.camera.target_mm - scene.camera.eye_mm;
         if (!(glm::length(glm::cross(forward, scene.camera.up)) > 1e-9 * glm::length(forward)))
             return fail(
                 "--camera: expected a target apart from the eye and an up that is not the "
                 "view direction");
-    } else if (!options.view.empty()) {
-        const std::optional<ViewDirection> view = view_direction(options.view);
-        if (!view)
-            return fail("--view: expected one of {}, found '{}'", view_names(), options.view);
-        scene.camera =
-            frame_volume(grid, view->towards, view->up, options.fill, options.view_angle_deg);
+    } else if (!options.view.empty() || (sets_distance && !is_scene_file(options.input))) {
+        const std::optional<ViewDirection> view =
+            view_direction(options.view.empty() ? "oblique" : options.view);
+        scene.camera = frame_volume(grid, view->towards, view->up, options.fill.value_or(0.8),
+                                    options.view_angle_deg.value_or(30.0));
+    } else if (options.view_angle_deg) {
+        scene.camera.view_angle_deg = *options.view_angle_deg;
     }
-    if (!options.projection.empty()) {
-        const auto found = enum_of<Projection>("--projection", options.projection);
-        if (!found)
-            return fail("{}", found.error().message);
-        scene.camera.projection = *found;
-    }
+    scene.camera.projection = options.projection.value_or(scene.camera.projection);
     return {};
 }
 
-Result<void> apply_stereo(const SceneOptions& options, Scene& scene) {
-    if (!options.stereo.empty()) {
-        const auto layout = enum_of<StereoLayout>("--stereo", options.stereo);
-        if (!layout)
-            return fail("{}", layout.error().message);
-        if (!scene.stereo) {
-            // A comfortable pair: the eyes converge on the target, 1/30 of the distance apart.
-            const double distance = glm::length(scene.camera.target_mm - scene.camera.eye_mm);
-            scene.stereo = StereoSettings{{distance / 30.0, distance}, *layout};
-        }
-        scene.stereo->layout = *layout;
+void apply_stereo(const SceneOptions& options, Scene& scene) {
+    if (options.stereo && !scene.stereo) {
+        // A comfortable pair: the eyes converge on the target, 1/30 of the distance apart.
+        const double distance = glm::length(scene.camera.target_mm - scene.camera.eye_mm);
+        scene.stereo = StereoSettings{{distance / 30.0, distance}, *options.stereo};
     }
+    if (options.stereo)
+        scene.stereo->layout = *options.stereo;
     if (scene.stereo && options.eye_separation_mm > 0)
         scene.stereo->rig.eye_separation_mm = options.eye_separation_mm;
     if (scene.stereo && options.convergence_mm > 0)
         scene.stereo->rig.convergence_mm = options.convergence_mm;
-    return {};
 }
 
 } // namespace
+
+bool is_scene_file(const std::string& input) {
+    return input.ends_with(".json") && !is_synthetic(input);
+}
+
+bool fill_counts(const SceneOptions& options, const SceneFile& file, const Scene& scene) {
+    if (!options.camera.empty() || !options.view.empty())
+        return options.camera.empty();
+    return is_scene_file(options.input) ? file.framing.has_value()
+                                        : scene.ray_cast || scene.slices.size() != 1;
+}
 
 void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_option("SCENE", o.input,
@@ -302,22 +301,33 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         ->required();
     app.add_option("--labels", o.labels, "Label map shown with the volume (default: none)")
         ->type_name("FILE");
-    app.add_option(
-        "--mode", o.mode,
-        "mip, alpha or iso (default: alpha; none with --slice alone; a label map's surfaces; a "
-        "volume one sample thick as its slice)");
+    app.add_option("--mode", o.mode,
+                   "How rays see the volume (default: alpha; none with --slice alone; a label "
+                   "map's surfaces; a volume one sample thick as its slice)")
+        ->transform(named<RayMode>());
     app.add_option("--iso", o.isos,
                    "Iso-values, in the volume's units (default: 300 HU for CT, else by the values)")
         ->delimiter(',');
-    app.add_option(
-        "--tf", o.transfer,
-        "Transfer function: a preset or a JSON file (default: by modality and values; see "
-        "docs/scene.md)");
-    app.add_option("--window", o.window,
-                   "Grey from LOW to HIGH, in the volume's units, instead of --tf")
+    CLI::Option* transfer =
+        app.add_option("--tf", o.transfer,
+                       fmt::format("Transfer function: a preset ({}) or a JSON file (default: by "
+                                   "modality and values; see docs/scene.md)",
+                                   fmt::join(preset_names(), ", ")));
+    CLI::Option* window =
+        app.add_option("--window", o.window,
+                       "Grey from LOW to HIGH, in the volume's units, instead of --tf")
+            ->delimiter(',')
+            ->expected(2)
+            ->excludes(transfer);
+    app.add_option("--window-level", o.window_level,
+                   "The same as radiologists say it: LEVEL,WIDTH is LEVEL - WIDTH/2 to LEVEL + "
+                   "WIDTH/2")
         ->delimiter(',')
-        ->expected(2);
-    app.add_option("--integrator", o.integrator, "fast, preintegrated or exact (default: fast)");
+        ->expected(2)
+        ->excludes(transfer)
+        ->excludes(window);
+    app.add_option("--integrator", o.integrator, "Of the rays (default: fast)")
+        ->transform(named<Integrator>());
     app.add_option("--sub-steps", o.sub_steps,
                    "Exact, alpha: pieces of a cell's part of a ray at most (default: 8)")
         ->check(CLI::Range(1u, kMaxSubSteps));
@@ -329,18 +339,21 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
            "Distance between samples in mm; 0 is the smallest spacing (default: half of that for "
            "alpha, else 0)")
         ->check(non_negative());
-    app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");
-    app.add_flag("--no-shade", o.no_shade, "No gradient shading");
+    CLI::Option* shade =
+        app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");
+    app.add_flag("--no-shade", o.no_shade, "Alpha: no gradient shading")->excludes(shade);
     app.add_option("--min-transmittance", o.min_transmittance,
                    "A ray stops when less light comes through, 0 .. 1 (default: 1/1024)")
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--slice", o.slices,
-                   "A slice: axial, coronal or sagittal, with :MM for its place in world mm, or "
+                   "A slice: axial, coronal or sagittal, with :MM for its place in mm (LPS), or "
                    "px,py,pz,nx,ny,nz (default place: the centre); repeatable");
-    app.add_option("--interpolation", o.interpolation, "Slices: linear or cubic (default: linear)");
+    app.add_option("--interpolation", o.interpolation, "Slices (default: linear)")
+        ->transform(named<Interpolation>());
     app.add_option("--slab", o.slab_mm, "Slices: thickness in mm (default: 0)")
         ->check(non_negative());
-    app.add_option("--slab-mode", o.slab_mode, "Slabs: mean or maximum (default: mean)");
+    app.add_option("--slab-mode", o.slab_mode, "Slabs (default: mean)")
+        ->transform(named<SlabMode>());
     app.add_option("--surface", o.surfaces,
                    "A mesh in the picture: a PLY, STL, OBJ or VTP file, iso=VALUE for the volume's "
                    "surface at "
@@ -357,26 +370,28 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "left out (default: 8)")
         ->check(CLI::Range(1u, kMaxSurfaceDepth));
     app.add_option("--clip", o.clips,
-                   "Keep the side of a plane its normal points to: px,py,pz,nx,ny,nz in mm; "
+                   "Keep the side of a plane its normal points to: px,py,pz,nx,ny,nz in mm "
+                   "(LPS); "
                    "repeatable");
-    app.add_option("--view", o.view, fmt::format("Camera: {} (default: oblique)", view_names()));
+    app.add_option("--view", o.view,
+                   fmt::format("Camera: {} (default: oblique)", fmt::join(view_names(), ", ")))
+        ->check(one_of(view_names()));
     app.add_option("--fill", o.fill, "--view: below 1 comes closer (default: 0.8)")
         ->check(positive());
-    app.add_option("--view-angle", o.view_angle_deg, "Angle from bottom to top in degrees")
-        ->capture_default_str()
+    app.add_option("--view-angle", o.view_angle_deg,
+                   "Perspective: angle from bottom to top in degrees (default: 30)")
         ->check(CLI::Range(0.001, 179.0));
     app.add_option("--camera", o.camera,
-                   "Camera: eye and target in mm, and up: ex,ey,ez,tx,ty,tz[,ux,uy,uz]")
+                   "Camera: eye and target in mm (LPS), and up: ex,ey,ez,tx,ty,tz[,ux,uy,uz]")
         ->delimiter(',');
-    app.add_option("--projection", o.projection,
-                   "perspective or orthographic (default: perspective)");
+    app.add_option("--projection", o.projection, "Camera (default: perspective)")
+        ->transform(named<Projection>());
     app.add_option("--size", o.size_px, "Width and height in pixels (default: 512,512)")
         ->delimiter(',')
         ->expected(2)
         ->check(CLI::Range(1, 16384));
-    app.add_option("--stereo", o.stereo,
-                   "side_by_side, top_bottom, row_interleaved, anaglyph or separate "
-                   "(default: one eye)");
+    app.add_option("--stereo", o.stereo, "How both eyes lie in the picture (default: one eye)")
+        ->transform(named<StereoLayout>());
     app.add_option("--eye-separation", o.eye_separation_mm,
                    "Stereo: mm between the eyes (default: 1/30 of the distance)")
         ->check(positive());
@@ -394,7 +409,7 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
 namespace {
 
 bool asks_for_nothing(const SceneOptions& o) {
-    return o.slices.empty() && o.mode.empty() && o.isos.empty() && o.surfaces.empty();
+    return o.slices.empty() && !o.mode && o.isos.empty() && o.surfaces.empty();
 }
 
 } // namespace
@@ -402,8 +417,8 @@ bool asks_for_nothing(const SceneOptions& o) {
 void show_labels_by_default(const SceneOptions& options, SceneFile& file, LoadedScene& loaded) {
     const Scene& scene = file.scene;
     if (scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty() ||
-        !file.labels.empty() || !asks_for_nothing(options) || !options.transfer.empty() ||
-        !options.window.empty() || !is_label_map(loaded))
+        !file.labels.empty() || !asks_for_nothing(options) || has_transfer(options) ||
+        !is_label_map(loaded))
         return;
     log::info(
         "{}: a label map, by its values, so the surfaces of its labels are drawn (--mode "
@@ -418,7 +433,7 @@ void show_labels_by_default(const SceneOptions& options, SceneFile& file, Loaded
 
 Result<SceneFile> base_scene(const SceneOptions& options) {
     SceneFile file;
-    if (options.input.ends_with(".json") && !is_synthetic(options.input)) {
+    if (is_scene_file(options.input)) {
         Result<SceneFile> loaded = load_scene(options.input);
         if (!loaded)
             return loaded;
@@ -440,11 +455,9 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
 }
 
 std::optional<StereoLayout> stereo_layout(const SceneOptions& options, const Scene& scene) {
-    if (!options.stereo.empty()) {
-        const auto asked = enum_of<StereoLayout>("--stereo", options.stereo);
-        return asked ? std::optional(*asked) : std::nullopt;
-    }
-    return scene.stereo ? std::optional(scene.stereo->layout) : std::nullopt;
+    return options.stereo ? options.stereo
+           : scene.stereo ? std::optional(scene.stereo->layout)
+                          : std::nullopt;
 }
 
 void append_files(const SceneFile& scene, std::vector<NamedFile>& files) {
@@ -458,6 +471,11 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
     const Grid& grid = loaded.data.volume.grid();
     const bool own_surfaces = file.scene.surfaces.empty() || !options.surfaces.empty();
     const bool from_volume = !file.scene.ray_cast && file.scene.slices.empty() && own_surfaces;
+    if (file.framing) {
+        file.framing->fill = options.fill.value_or(file.framing->fill);
+        file.framing->view_angle_deg =
+            options.view_angle_deg.value_or(file.framing->view_angle_deg);
+    }
     Scene scene = resolved_scene(file, grid);
     if (options.size_px.size() == 2)
         scene.size_px = {options.size_px[0], options.size_px[1]};
@@ -486,23 +504,19 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
         return pass_on(done);
     if (!scene.slices.empty() && scene.slice_transfer.colors.empty())
         scene.slice_transfer = default_slice_transfer(loaded);
-    if ((plane || !options.slices.empty()) &&
-        (!options.window.empty() || !options.transfer.empty())) {
+    if (!scene.slices.empty() && has_transfer(options)) {
         const auto found = transfer_of(options, loaded, RayMode::mip);
         if (!found)
             return fail("{}", found.error().message);
         scene.slice_transfer = *found;
     }
-    const bool shows_labels =
-        loaded.data.labels && loaded.data.labels->is_same_as(loaded.data.volume);
-    if (from_volume || shows_labels)
+    if (!is_scene_file(options.input))
         scene.camera = default_camera(scene, loaded.data);
     if (auto done = apply_clips(options, scene); !done)
         return pass_on(done);
     if (auto done = apply_camera(options, grid, scene); !done)
         return pass_on(done);
-    if (auto done = apply_stereo(options, scene); !done)
-        return pass_on(done);
+    apply_stereo(options, scene);
     return scene;
 }
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/palpate/option_checks.h"
+#include "apps/palpate/named_files.h"
 #include "engine/base/error.h"
 #include "engine/io/scene_data.h"
 #include "engine/scene/scene_file.h"
@@ -17,12 +17,19 @@ namespace palpate {
 struct SceneOptions {
     std::string input; // SCENE.json, a volume, or synthetic:NAME
     std::string labels;
-    std::string mode, integrator, transfer, stereo, interpolation, slab_mode, view, projection;
-    std::vector<double> window, isos, camera, background;
+    std::optional<RayMode> mode;
+    std::optional<Integrator> integrator;
+    std::optional<StereoLayout> stereo;
+    std::optional<Interpolation> interpolation;
+    std::optional<SlabMode> slab_mode;
+    std::optional<Projection> projection;
+    std::string transfer, view;
+    std::vector<double> window, window_level, isos, camera, background;
     std::vector<std::string> slices, clips, surfaces, surface_colors;
     std::vector<double> surface_opacities;
     std::vector<uint32_t> size_px;
-    double step_mm = -1, slab_mm = 0, fill = 0.8, view_angle_deg = 30;
+    double step_mm = -1, slab_mm = 0;
+    std::optional<double> fill, view_angle_deg;
     double eye_separation_mm = -1, convergence_mm = -1, min_transmittance = -1;
     uint32_t sub_steps = 0, surface_depth = 0;
     std::optional<uint32_t> jitter_seed;
@@ -31,11 +38,17 @@ struct SceneOptions {
 
 void add_scene_options(CLI::App& app, SceneOptions& options);
 
+// Whether an input names a scene file, by its ending .json, and not a volume.
+bool is_scene_file(const std::string& input);
+
+// Whether --fill moves the camera: where the volume decides its place. `file` is what base_scene()
+// gave, `scene` what final_scene() made of it.
+bool fill_counts(const SceneOptions& options, const SceneFile& file, const Scene& scene);
+
 // The scene file the options start from, its volumes and meshes not yet loaded.
 Result<SceneFile> base_scene(const SceneOptions& options);
 
-// How both eyes of a scene will lie in its picture; none where it has one eye, or the option is
-// wrong.
+// How both eyes of a scene will lie in its picture; none where it has one eye.
 std::optional<StereoLayout> stereo_layout(const SceneOptions& options, const Scene& scene);
 
 // The volumes that a scene names, for each_its_own().

@@ -14,13 +14,13 @@
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/surface_device.h"
+#include "apps/palpate/surface_labels.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/decimate.h"
-#include "engine/mesh/label_surfaces.h"
 #include "engine/mesh/smooth.h"
 #include "engine/mesh/topology.h"
 #include "engine/surface/marching_cubes.h"
@@ -40,6 +40,8 @@ struct SurfaceCommand {
     ReadFlags read;
     std::string out, report;
     std::optional<double> iso;
+    std::string label_text; // of --labels: "true", or labels apart by commas; empty: not given
+    std::vector<uint16_t> only_labels; // of it; empty: all
     bool labels = false, closed = false, ascii = false;
     SurfaceTopology topology = SurfaceTopology::classic;
     SurfaceNormals normals = SurfaceNormals::gradient;
@@ -235,77 +237,6 @@ Result<Json> decimated(const SurfaceCommand& options, Mesh& mesh, const std::sto
     return json;
 }
 
-Json json_of(const MeshTopology& found) {
-    return {{"triangles", found.triangles},
-            {"vertices", found.vertices},
-            {"components", found.components.size()},
-            {"euler_number", found.euler_number},
-            {"open_edges", found.open_edges},
-            {"non_manifold_edges", found.non_manifold_edges},
-            {"non_manifold_vertices", found.non_manifold_vertices},
-            {"misoriented_edges", found.misoriented_edges},
-            {"duplicate_triangles", found.duplicate_triangles},
-            {"zero_area_triangles", found.zero_area_triangles},
-            {"area_mm2", found.area_mm2},
-            {"volume_mm3", found.volume_mm3}};
-}
-
-// One entry a label: its own closed surface, beside its voxels and what double precision makes of
-// it.
-Json label_entries(const SurfaceCommand& options, const Mesh& mesh, const Volume& volume) {
-    std::map<uint16_t, uint64_t> voxels;
-    std::vector<float> row(volume.size().x);
-    for (uint32_t z = 0; z < volume.size().z; ++z)
-        for (uint32_t y = 0; y < volume.size().y; ++y) {
-            read_row(volume, {0, y, z}, volume.size().x, row.data());
-            for (const float value : row)
-                ++voxels[static_cast<uint16_t>(value)];
-        }
-    std::map<uint16_t, double> twin;
-    if (options.walls == Walls::shared && !options.is_decimated() &&
-        (options.smoothing == Smoothing::none || options.smoothing == Smoothing::bounded))
-        for (const LabelVolume& label : surface_nets_volumes_fp64(
-                 volume, {.passes = options.smoothing == Smoothing::bounded ? options.passes : 0}))
-            twin[label.label] = label.volume_mm3;
-    const double voxel_mm3 = std::abs(glm::determinant(glm::dmat3(volume.grid().world_from_index)));
-    std::map<uint16_t, Json> found;
-    for_each_label(mesh, [&](uint16_t label, const Mesh& surface) {
-        if (label != 0)
-            found[label] = json_of(topology(surface));
-    });
-    Json entries = Json::array();
-    for (const auto& [label, count] : voxels) {
-        if (label == 0)
-            continue;
-        Json entry{{"label", label}};
-        const auto at = found.find(label);
-        entry.update(at != found.end() ? at->second : json_of(MeshTopology())); // all were dropped
-        entry["voxels"] = count;
-        entry["voxels_mm3"] = voxel_mm3 * static_cast<double>(count);
-        if (const auto exact = twin.find(label); exact != twin.end())
-            entry["volume_fp64_mm3"] = exact->second;
-        entries.push_back(std::move(entry));
-    }
-    return entries;
-}
-
-// Of shared walls: lines where three or more meet are no fault, unless one label's surface has it.
-void count_faults_by_label(Json& report, const Json& labels) {
-    report["line_edges"] = report["non_manifold_edges"];
-    for (const char* fault : {"open_edges", "non_manifold_edges", "non_manifold_vertices",
-                              "misoriented_edges", "duplicate_triangles", "zero_area_triangles"}) {
-        uint64_t sum = 0;
-        for (const Json& label : labels)
-            sum += label[fault].get<uint64_t>();
-        report[fault] = sum;
-    }
-}
-
-Result<void> write_report(const std::string& path, const Json& report) {
-    const std::string text = report_text(report);
-    return path == "-" ? print_report(text) : save_bytes(path, std::as_bytes(std::span(text)));
-}
-
 void warn_of_idle_options(const SurfaceCommand& o, const CLI::App& app) {
     const std::string extension = std::filesystem::path(o.out).extension().string();
     const IdleOptions idle[] = {
@@ -315,6 +246,24 @@ void warn_of_idle_options(const SurfaceCommand& o, const CLI::App& app) {
         {o.smoothing == Smoothing::none, {"--passes"}, "without --smooth"},
         {extension != ".ply" && extension != ".stl", {"--ascii"}, "of .ply and .stl alone"}};
     warn_of_idle(app, idle);
+}
+
+// Of --labels; what is wrong with them.
+std::string read_labels(const std::string& text, SurfaceCommand& options) {
+    options.labels = true;
+    options.only_labels.clear();
+    if (text == "true")
+        return {};
+    for (size_t at = 0; at <= text.size();) {
+        const size_t end = std::min(text.find(',', at), text.size());
+        uint16_t label = 0;
+        const auto [rest, error] = std::from_chars(text.data() + at, text.data() + end, label);
+        if (error != std::errc() || rest != text.data() + end || label == 0)
+            return fmt::format("expected labels from 1 to 65535 apart by commas, found '{}'", text);
+        options.only_labels.push_back(label);
+        at = end + 1;
+    }
+    return {};
 }
 
 // A sentence about a file under the name that a person gave it.
@@ -346,6 +295,12 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         if (!read)
             return pass_on(read);
         loaded.emplace(std::move(*read));
+        if (options.only_labels.empty())
+            return {};
+        Result<Volume> kept = with_labels(loaded->volume, options.only_labels);
+        if (!kept)
+            return fail("{}: {}", options.read.path, kept.error().message);
+        loaded->volume = std::move(*kept);
         return {};
     });
     if (done)
@@ -379,7 +334,12 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         done = stages.run("check", 0.7, [&]() -> Result<void> {
             report = json_of(topology(mesh));
             if (options.labels) {
-                extra["labels"] = label_entries(options, mesh, loaded->volume);
+                const bool bounded = options.smoothing == Smoothing::bounded;
+                const bool exact = options.walls == Walls::shared && !options.is_decimated() &&
+                                   (bounded || options.smoothing == Smoothing::none);
+                extra["labels"] = label_entries(
+                    mesh, loaded->volume,
+                    exact ? std::optional(bounded ? options.passes : 0u) : std::nullopt);
                 count_faults_by_label(report, extra["labels"]);
             }
             return {};
@@ -393,11 +353,9 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         });
         if (!saved)
             return fail("{}", with_name(saved.error().message, unnamed.string(), options.out));
-        if (options.report.empty())
-            return {};
         report["ms"] = stages.ms();
         report.update(extra);
-        return write_report(options.report, report);
+        return write_text(options.report, report_text(report));
     });
 }
 
@@ -414,8 +372,10 @@ Command add_surface(CLI::App& app) {
     what->add_option("--iso", o->iso,
                      "Surface where values equal this, in the volume's units, HU for CT (default: "
                      "none)");
-    what->add_flag("--labels", o->labels,
-                   "Surfaces of every label of a label map; 0 is background (default: no)");
+    what->add_flag("--labels", o->label_text,
+                   "Surfaces of a label map, 0 is background: of every label, or with --labels=5,7 "
+                   "of these alone, as if all others were background (default: no)")
+        ->check([o](const std::string& text) { return read_labels(text, *o); }, "");
     what->require_option(1);
     app.add_option("--topology", o->topology,
                    "With --iso: how ambiguous cells are closed: classic, or correct as the "
@@ -469,9 +429,11 @@ Command add_surface(CLI::App& app) {
         ->type_name("FILE");
     return {[o, &app] { return run_surface(*o, app); },
             [o] {
-                return std::vector<NamedFile>{{"V", o->read.path},
-                                              {"-o", o->out, FileUse::write},
-                                              {"--report", o->report, FileUse::write}};
+                std::vector<NamedFile> files;
+                append_volume(files, "V", o->read.path);
+                files.push_back({"-o", o->out, FileUse::write});
+                files.push_back({"--report", o->report, FileUse::write_text});
+                return files;
             }};
 }
 

@@ -1,3 +1,5 @@
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -8,13 +10,16 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/progress.h"
+#include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
 #include "apps/palpate/touch_feel.h"
+#include "apps/palpate/touch_path.h"
 #include "apps/palpate/touch_run.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/io/scene_data.h"
 #include "engine/io/volume_io.h"
+#include "engine/volume/changes.h"
 #include "haptics/servo/touch_log.h"
 
 namespace palpate {
@@ -30,10 +35,9 @@ const char* default_algorithm() {
 }
 
 struct TouchOptions {
-    std::string scene, labels, path, trajectory, algorithm = default_algorithm(), device = "falcon";
+    std::string scene, labels, algorithm = default_algorithm(), device = "falcon";
     std::string report, page, record, output;
-    haptics::TrajectoryShape shape;
-    std::vector<double> at, direction;
+    PathOptions motion;
     double iso = NAN, radius_mm = 0, stiffness = 500, damping = 0, yield_n = 0, viscosity = 0;
     std::vector<double> friction{0.0};
     uint32_t samples = 340, delay = 0;
@@ -44,15 +48,11 @@ struct TouchOptions {
 };
 
 template <class Table>
-std::string names_of(const Table& table) {
-    std::string text;
+std::vector<std::string> names_of(const Table& table) {
+    std::vector<std::string> names;
     for (const auto& entry : table)
-        text += (text.empty() ? "" : ", ") + std::string(entry.name);
-    return text;
-}
-
-bool is_scene_file(const std::string& path) {
-    return std::filesystem::path(path).extension() == ".json";
+        names.emplace_back(entry.name);
+    return names;
 }
 
 Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interrupt) {
@@ -79,23 +79,6 @@ Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interru
     return scene;
 }
 
-Result<haptics::HandPath> hand_path(const TouchOptions& o, const Grid& grid) {
-    if (!o.path.empty())
-        return haptics::load_hand_path(o.path);
-    const haptics::TrajectoryEntry* entry = haptics::find_trajectory(o.trajectory);
-    if (!entry)
-        return fail("--trajectory: expected one of {}, found '{}'",
-                    names_of(haptics::trajectories()), o.trajectory);
-    haptics::TrajectoryShape shape = o.shape;
-    shape.at_mm = o.at.empty() ? center_mm(grid) : glm::dvec3(o.at[0], o.at[1], o.at[2]);
-    if (!o.direction.empty())
-        shape.direction = {o.direction[0], o.direction[1], o.direction[2]};
-    if (const double length = glm::length(shape.direction);
-        !(length > 0.0 && std::isfinite(length)))
-        return fail("--direction: expected a direction, found a length of {:g}", length);
-    return entry->make(shape);
-}
-
 TouchParameters parameters_of(const TouchOptions& o, const LoadedScene& scene) {
     TouchParameters p;
     const ValueRange range = scene.data.volume.range();
@@ -117,8 +100,8 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
     std::vector<NamedFile> files;
     append_volume(files, "SCENE", o.scene);
     append_volume(files, "--labels", o.labels);
-    files.insert(files.end(), {{"--path", o.path},
-                               {"--report", o.report, FileUse::write},
+    files.insert(files.end(), {{"--path", o.motion.path},
+                               {"--report", o.report, FileUse::write_text},
                                {"--page", o.page, FileUse::write},
                                {"--record", o.record, FileUse::write}});
     append_volume(files, "-o", o.output, FileUse::write);
@@ -129,22 +112,7 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
     return files;
 }
 
-Result<void> write_text(const std::string& path, const std::string& text) {
-    return path.empty() ? Result<void>{} : save_bytes(path, std::as_bytes(std::span(text)));
-}
-
-// Standard output has the summary.
-Result<void> expect_files_alone(const TouchOptions& o) {
-    for (const auto& [option, path] : {std::pair("--report", &o.report),
-                                       {"--page", &o.page},
-                                       {"--record", &o.record},
-                                       {"-o", &o.output}})
-        if (*path == "-")
-            return fail("{}: expected a file, found '-': standard output has the summary", option);
-    return o.output.empty() ? Result<void>{} : expect_volume_name(o.output);
-}
-
-void warn_of_idle_options(const CLI::App& app, const TouchOptions& o) {
+void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::TouchSource source) {
     const std::string_view name = o.algorithm;
     const bool is_tool = name == "swept-tool", is_sphere = is_tool || name == "vidholm-2004",
                has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
@@ -159,12 +127,30 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o) {
         {name != "swept-mesh", {"--mesh"}, "of swept-mesh"},
         {!is_tool, {"--felt-tool"}, "of swept-tool"},
         {o.feel.edit.empty() && o.feel.drill_mm == 0.0, {"--tool"}, "without --edit and --drill"},
-        {o.path.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
-        {!o.path.empty(),
-         {"--at", "--direction", "--depth", "--distance", "--speed", "--frequency", "--duration",
-          "--seed"},
-         "without --trajectory"}};
+        {o.motion.path.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
+        {name == "none",
+         {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source"},
+         "with --algorithm none"},
+        {name != "none" && !name.starts_with("swept-"), {"--viscosity"}, "of swept-*"},
+        {source == haptics::TouchSource::labels, {"--iso"}, "labels are felt"},
+        {source != haptics::TouchSource::labels, {"--label-feel"}, "grey values are felt"},
+        {is_sphere && o.feel.felt_tool.empty() && o.radius_mm == 0.0,
+         {"--samples"},
+         "a --radius of 0 is a point"},
+        {!o.feel.felt_tool.empty() && is_tool, {"--radius"}, "with --felt-tool"},
+        {o.device == "exact", {"--grip", "--delay"}, "with --device exact"}};
     warn_of_idle(app, idle);
+}
+
+// How far apart the samples of a ball lie: what is smaller passes between them.
+std::string sample_gap_text(const TouchOptions& o) {
+    constexpr double kSphere = 12.566370614359172; // area over radius^2
+    if (o.radius_mm == 0.0 || !(o.algorithm == "swept-tool" || o.algorithm == "vidholm-2004"))
+        return {};
+    return fmt::format(
+        "; the {} --samples of a --radius of {:g} mm lie about {:.2g} mm apart, and "
+        "what is smaller may pass between them",
+        o.samples, o.radius_mm, o.radius_mm * std::sqrt(kSphere / o.samples));
 }
 
 void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
@@ -182,9 +168,20 @@ void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o
     else if (s.contact_ticks == 0)
         log::warning(
             "nothing was touched: on the path is nothing that is solid at --iso, or nothing but "
-            "that");
+            "that{}",
+            sample_gap_text(o));
     else
         log::warning("nothing was felt: force was 0 all the time");
+}
+
+void warn_of_idle_edit(const Volume& before, const Volume& after, const haptics::HandPath& path) {
+    if (!changed_bricks(before, after).empty())
+        return;
+    const bool pressed = std::any_of(path.poses().begin(), path.poses().end(),
+                                     [](const haptics::HandPose& p) { return p.buttons & 1u; });
+    log::warning("--edit or --drill changed no sample: {}",
+                 pressed ? "the tool met nothing that it changes"
+                         : "the path presses no button 0 (its column \"button\")");
 }
 
 Result<void> say(const haptics::TouchSummary& s, Json json) {
@@ -200,30 +197,38 @@ Result<void> say(const haptics::TouchSummary& s, Json json) {
 }
 
 Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
-    if (Result<void> files = expect_files_alone(o); !files)
-        return files;
+    if (!o.output.empty())
+        if (Result<void> named = expect_volume_name(o.output); !named)
+            return named;
+    for (const std::string& volume : {o.scene, o.labels})
+        if (Result<void> voxels = expect_no_mesh(volume); !voxels)
+            return voxels;
     const AlgorithmEntry* algorithm = haptics::find_algorithm(o.algorithm);
-    if (!algorithm)
-        return fail("--algorithm: expected one of {}, found '{}'", names_of(haptics::algorithms()),
-                    o.algorithm);
     if (o.friction.size() > 1 && o.friction[1] > o.friction[0])
         return fail(
             "--friction: expected a dynamic coefficient of at most the static {:g}, found {:g}",
             o.friction[0], o.friction[1]);
-    warn_of_idle_options(app, o);
     const Interrupt interrupt;
     Result<LoadedScene> scene = load_touched(o, interrupt);
     if (!scene)
         return pass_on(scene);
     const Grid& grid = scene->data.volume.grid();
-    Result<haptics::HandPath> path = hand_path(o, grid);
+    Result<haptics::HandPath> path = hand_path(app, o.motion, grid);
     if (!path)
         return pass_on(path);
     Result<Feel> feel =
         make_feel(o.feel, *scene, parameters_of(o, *scene), *algorithm, interrupt.token());
     if (!feel)
         return pass_on(feel);
+    warn_of_idle_options(app, o, feel->parameters.source);
     const bool edits_labels = feel->edit && feel->edit->operation.on_labels();
+    if (!o.output.empty()) {
+        const Volume& written = edits_labels ? *feel->scene.labels : *feel->scene.grey;
+        if (Result<void> holds = expect_format_holds(o.output, written.grid()); !holds)
+            return holds;
+    }
+    const bool edits = feel->edit.has_value();
+    const Volume before = edits_labels ? *feel->scene.labels : *feel->scene.grey;
     TouchRunSetup setup{.scene = std::move(feel->scene),
                         .parameters = feel->parameters,
                         .algorithm = *algorithm,
@@ -253,7 +258,11 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (done) {
         const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
         warn_of_what_was_felt(summary, o);
-        done = say(summary, std::move(run->telemetry));
+        if (edits)
+            warn_of_idle_edit(before, edits_labels ? *run->scene.labels : *run->scene.grey,
+                              setup.path);
+        if (o.report != "-")
+            done = say(summary, std::move(run->telemetry));
     }
     return done;
 }
@@ -266,42 +275,19 @@ Command add_touch(CLI::App& app) {
                    "Scene file (.json), or a volume: file, DICOM folder, synthetic:NAME")
         ->required();
     app.add_option("--labels", o->labels, "Label map beside the volume (default: none)");
-    auto* motion = app.add_option_group("motion", "Where the hand means to be");
-    motion->require_option(1);
-    motion->add_option("--path", o->path,
-                       "CSV with the columns time_s,x_mm,y_mm,z_mm and perhaps qw,qx,qy,qz,button");
-    motion->add_option("--trajectory", o->trajectory,
-                       "A motion by name: " + names_of(haptics::trajectories()));
-    app.add_option("--at", o->at, "Of a trajectory: the point approached, mm (default: the centre)")
-        ->delimiter(',')
-        ->expected(3);
-    app.add_option("--direction", o->direction,
-                   "Of a trajectory: into the material (default 0,0,-1)")
-        ->delimiter(',')
-        ->expected(3);
-    app.add_option("--depth", o->shape.depth_mm, "Of a trajectory: beyond the point, mm")
+    add_path_options(app, o->motion);
+    app.add_option(
+           "--algorithm", o->algorithm,
+           fmt::format("How it is touched: {}", fmt::join(names_of(haptics::algorithms()), ", ")))
+        ->check(one_of(names_of(haptics::algorithms())))
         ->capture_default_str();
-    app.add_option("--distance", o->shape.distance_mm,
-                   "Of a trajectory: from where, or how wide, mm")
-        ->check(positive())
-        ->capture_default_str();
-    app.add_option("--speed", o->shape.speed_mm_per_s, "Of a trajectory: mm/s")
-        ->check(positive())
-        ->capture_default_str();
-    app.add_option("--frequency", o->shape.frequency_hz, "Of a trajectory: Hz")
-        ->check(positive())
-        ->capture_default_str();
-    app.add_option("--duration", o->shape.duration_s, "Of a trajectory: s")
-        ->check(CLI::Range(0.001, 3600.0))
-        ->capture_default_str();
-    app.add_option("--seed", o->shape.seed, "Of a trajectory: of what is random")
-        ->capture_default_str();
-    app.add_option("--algorithm", o->algorithm,
-                   "How it is touched: " + names_of(haptics::algorithms()))
-        ->capture_default_str();
-    app.add_option("--device", o->device,
-                   "Simulated device: " + names_of(haptics::device_presets()) +
-                       "; or exact: the tool follows the path whatever the force")
+    std::vector<std::string> devices = names_of(haptics::device_presets());
+    devices.emplace_back("exact");
+    app.add_option(
+           "--device", o->device,
+           fmt::format("Simulated device: {} (the tool follows the path whatever the force)",
+                       fmt::join(devices, ", ")))
+        ->check(one_of(devices))
         ->capture_default_str();
     using Most = haptics::MostTouch;
     app.add_option(
@@ -348,7 +334,9 @@ Command add_touch(CLI::App& app) {
     add_feel_options(app, o->feel);
     app.add_flag("--real-time", o->real_time,
                  "On the wall clock, in a real-time thread where permitted");
-    app.add_option("--report", o->report, "Every tick as CSV (default: none)")
+    app.add_option("--report", o->report,
+                   "Every tick as CSV; - is standard output, in place of the summary (default: "
+                   "none)")
         ->type_name("FILE.csv");
     app.add_option("--page", o->page, "Plots over time as one HTML page (default: none)")
         ->type_name("FILE.html");

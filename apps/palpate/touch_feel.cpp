@@ -1,16 +1,21 @@
 #include "apps/palpate/touch_feel.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <string_view>
 
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/surface_labels.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/edit/stroke.h"
 #include "engine/io/mesh_io.h"
+#include "engine/volume/extent.h"
 #include "haptics/proxy/coupling.h"
 #include "haptics/proxy/field.h"
 #include "haptics/proxy/swept_mesh.h"
@@ -180,6 +185,19 @@ Result<std::optional<TouchEdit>> read_edit(const FeelOptions& o, const Feel& fee
     return edit;
 }
 
+// One line where labels are told how to feel that are nowhere.
+void warn_of_absent_labels(const Feel& feel) {
+    const std::map<uint16_t, uint64_t> there = count_labels(*feel.scene.labels);
+    std::vector<uint32_t> absent;
+    for (uint32_t i = 0; i < feel.parameters.label_count; ++i)
+        if (const uint32_t label = feel.parameters.labels[i].label;
+            label == 0 || !there.contains(static_cast<uint16_t>(label)))
+            absent.push_back(label);
+    if (!absent.empty())
+        log::warning("--label-feel: nothing feels as label {}, of which no sample is",
+                     fmt::join(absent, ", "));
+}
+
 // Vidholm & Agmund: while drawing the hand feels V, while it erases, erodes or dilates S.
 TouchSource source_of(const FeelOptions& o, const std::optional<TouchEdit>& edit) {
     if (!o.source.empty())
@@ -277,6 +295,13 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     feel.parameters.source = source_of(o, feel.edit);
     if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
         return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
+    if (loaded.data.labels)
+        if (const std::string apart =
+                apart_text("the label map", loaded.data.labels->grid(), loaded.data.volume.grid());
+            !apart.empty())
+            log::warning("{}", apart);
+    if (feel.parameters.source == TouchSource::labels && feel.parameters.label_count > 0)
+        warn_of_absent_labels(feel);
     if (feel.parameters.source == TouchSource::grey) {
         const haptics::Tuning tuning = haptics::tune(feel.parameters, *feel.scene.grey);
         if (tuning.grains > kManyGrains)

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/palpate/option_checks.h"
+#include "apps/palpate/named_files.h"
 #include "engine/edit/operation.h"
 #include "engine/edit/sweep.h"
 #include "engine/io/scene_data.h"

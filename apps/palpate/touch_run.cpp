@@ -167,12 +167,8 @@ Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop
                                 const std::function<void(double share)>& progress) {
     const DevicePreset* found =
         find_device_preset(setup.device == "exact" ? "ideal" : setup.device);
-    if (!found) {
-        std::string names;
-        for (const DevicePreset& preset : device_presets())
-            names += std::string(preset.name) + ", ";
-        return fail("--device: expected one of {}exact, found '{}'", names, setup.device);
-    }
+    if (!found)
+        return fail("expected a simulated device, found '{}'", setup.device);
     DevicePreset preset = *found;
     preset.plant.delay_ticks = setup.delay_ticks;
     const HandPath path = with_lead(setup.path);

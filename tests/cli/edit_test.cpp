@@ -1,6 +1,8 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <glm/gtc/matrix_transform.hpp>
+
 #include <nlohmann/json.hpp>
 
 #include "engine/edit/journal.h"
@@ -279,7 +281,7 @@ TEST_F(EditCommand, SaysWhatIsWrong) {
         EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
         EXPECT_FALSE(std::filesystem::exists(file("out.nrrd.journal")));
     };
-    expect({}, 1, "expected STROKES, or --recover");
+    expect({}, 2, "expected STROKES, or --recover");
     expect({"--recover"}, 1, "nothing to recover");
     expect({file("none").string()}, 1, "no such file");
     write("strokes.jsonl", "{\"stroke\": 1}\n");
@@ -292,6 +294,58 @@ TEST_F(EditCommand, SaysWhatIsWrong) {
     expect({strokes_path()}, 1, "in.nrrd: ");
     expect({strokes_path(), "--history-memory", "-1"}, 2, "--history-memory");
     expect({strokes_path(), "--recover", "--discard"}, 2, "excludes");
+}
+
+TEST_F(EditCommand, RefusesBeforeTheWorkWhatItCouldNotWrite) {
+    Grid oblique = phantom().grid();
+    oblique.world_from_index = glm::rotate(oblique.world_from_index, 0.3, glm::dvec3(0, 0, 1));
+    ASSERT_TRUE(save_volume(file("in.nrrd"), with_grid(phantom(), oblique)));
+    write("strokes.jsonl", text_of(grey_strokes(1)));
+    const auto refused = [&](const char* out) {
+        const ProgramRun done =
+            run({"edit", file("in.nrrd").string(), strokes_path(), "-o", file(out).string()});
+        EXPECT_EQ(done.exit_code, 1);
+        EXPECT_FALSE(std::filesystem::exists(file(out)));
+        EXPECT_FALSE(std::filesystem::exists(file(std::string(out) + ".journal")));
+        return done.messages;
+    };
+    EXPECT_THAT(refused("o.vtk"), HasSubstr("o.vtk: legacy VTK holds only axes towards left"));
+    EXPECT_THAT(refused("o.txt"), HasSubstr("o.txt: expected an extension .nii"));
+    // A value that no sample of this type can hold; the default of to_value is one for u8.
+    ASSERT_TRUE(save_volume(file("in.nrrd"), make_volume(phantom().grid(), ScalarType::u8,
+                                                         [](glm::uvec3 i) { return i.x; })));
+    EXPECT_THAT(refused("o.nrrd"),
+                HasSubstr("mill: expected a to_value within 0 .. 255, which the volume's type u8 "
+                          "holds, found -1000"));
+}
+
+TEST_F(EditCommand, SaysThatLabelsAreNeeded) {
+    save_input();
+    Operation op;
+    op.kind = OperationKind::erase;
+    write("strokes.jsonl",
+          stroke_text(make_stroke(*parse_json(R"({"kind": "point"})", ""), op, {{}})));
+    const ProgramRun done = edit({strokes_path()});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("'erase' of the strokes works on labels: expected a label "
+                                         "map as V"));
+    write("strokes.jsonl", R"({"stroke": 2, "units": "mm"})");
+    EXPECT_THAT(edit({strokes_path()}).messages,
+                HasSubstr("expected \"stroke\": 1, the version of the format"));
+}
+
+TEST_F(EditCommand, TellsInWordsWhatAJournalDoesNotBelongTo) {
+    save_input();
+    const std::vector<Stroke> strokes = grey_strokes(1);
+    leave_journal(strokes, 1);
+    Grid moved = phantom().grid();
+    moved.world_from_index[3].z += 1;
+    ASSERT_TRUE(save_volume(file("in.nrrd"), with_grid(phantom(), moved)));
+    const ProgramRun done = edit({"--recover"});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("belongs to another edit: the volume lies elsewhere (1 of "
+                                         "the 12 numbers"));
+    EXPECT_THAT(done.messages, testing::Not(HasSubstr("samples differ")));
 }
 
 TEST_F(EditCommand, AFolderThatTakesNothingIsASentenceAndLosesNothing) {

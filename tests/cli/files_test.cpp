@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <cctype>
+#include <cstring>
 
 #include "tests/support/program.h"
 
@@ -62,9 +63,19 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
     const std::string stereo = file("stereo.json").string();
     write("detached.json", R"({"volume": "one.nhdr"})");
     const std::string detached = file("detached.json").string();
+    std::filesystem::create_symlink(file("one.json"), file("symbolic.json"));
+    const std::string symbolic = file("symbolic.json").string();
+    const std::string layout = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n";
     write("one.raw", "");
-    write("one.nhdr", "");
+    write("one.nhdr", layout + "data file: one.raw\n");
+    write("apart.nhdr", layout + "data file: voxels.raw\n");
+    write("apart.mhd",
+          "ObjectType = Image\nNDims = 3\nDimSize = 2 2 2\nElementType = MET_UCHAR\n"
+          "ElementDataFile = voxels.raw\n");
+    write("voxels.raw", "12345678");
     const std::string raw = file("one.raw").string(), header = file("one.nhdr").string();
+    write("ct_1.png", "");
+    write("out/2.dcm", "");
     struct Case {
         std::vector<std::string> arguments;
         const char* options;
@@ -80,7 +91,10 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
         {{"edit", volume, other, "--guide", one, "-o", one}, "--guide and -o"},
         {{"edit", one, other, "-o", other + ".nii", "--report", one}, "V and --report"},
         {{"edit", volume, other, "-o", one, "--report", one}, "-o and --report"},
-        {{"edit", one, other, "-o", one, "--report", one}, "-o and --report"},
+        {{"edit", one, other, "-o", one}, "V and -o"},
+        {{"edit", one, other, "-o", alias}, "V and -o"},
+        {{"edit", one, other, "-o", linked}, "V and -o"},
+        {{"edit", symbolic, other, "-o", one}, "V and -o"},
         {{"edit", volume, other, "-o", one, "--report", one + ".journal"},
          "the journal of -o and --report"},
         {{"edit", volume, one, "-o", other, "--profile", one}, "STROKES and --profile"},
@@ -120,6 +134,15 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
         {{"touch", volume, "--path", other, "--page", one, "--profile", one},
          "--page and --profile"},
         {{"touch", scene, "--path", other, "-o", one}, "-o and the volume of SCENE"},
+        // The voxels of a header lie where it says; slices of a pattern are each read.
+        {{"edit", file("apart.nhdr").string(), other, "-o", file("voxels.mhd").string()},
+         "the voxels of V and the voxels of -o"},
+        {{"convert", file("apart.mhd").string(), file("voxels.mhd").string()},
+         "the voxels of V and the voxels of OUT"},
+        {{"render", file("ct_*.png").string(), "-o", file("ct_1.png").string()}, "SCENE and -o"},
+        {{"surface", file("ct_%d.png").string(), "--iso", "1", "-o", mesh, "--report",
+          file("ct_1.png").string()},
+         "V and --report"},
         // What is written beside what an option names.
         {{"convert", header, file("one.mhd").string()}, "the voxels of V and the voxels of OUT"},
         {{"convert", volume, file("one.mhd").string(), "--profile", raw},
@@ -145,8 +168,113 @@ TEST_F(EveryCommand, WritesNoFileThatAnotherOptionNames) {
         EXPECT_EQ(ran.output, "");
         EXPECT_EQ(bytes_of("one.json"), "{}");
     }
+    EXPECT_EQ(bytes_of("voxels.raw"), "12345678");
+    // A file of a folder that is read, beside a new one in it.
+    const ProgramRun inside =
+        run({"info", file("out").string(), "--profile", file("out/2.dcm").string()});
+    EXPECT_EQ(inside.exit_code, 1);
+    EXPECT_THAT(inside.messages, HasSubstr("V and --profile: expected a new file or one outside"));
+    EXPECT_EQ(bytes_of("out/2.dcm"), "");
     // Reading twice is no harm.
     EXPECT_THAT(run({"compare", one, one}).messages, testing::Not(HasSubstr("a file for each")));
+}
+
+TEST_F(EveryCommand, WritesReportsToStandardOutput) {
+    write("labels.jsonl",
+          R"({"stroke": 1, "units": "mm", "shape": {"kind": "ball", "radius_mm": 3},)"
+          R"( "operation": {"kind": "cut", "to_value": 0}})"
+          "\n{\"p_mm\": [0, 0, 0]}\n");
+    const std::string volume = "synthetic:ball?size=16", picture = file("p.png").string();
+    struct Case {
+        std::vector<std::string> arguments;
+        const char* begins;
+    };
+    for (const Case& c : {
+             Case{{"edit", volume, file("labels.jsonl").string(), "-o", file("o.nrrd").string(),
+                   "--report", "-"},
+                  "{\n  \"steps\""},
+             Case{
+                 {"surface", volume, "--iso", "500", "-o", file("m.ply").string(), "--report", "-"},
+                 "{\n  \"triangles\""},
+             Case{{"touch", volume, "--trajectory", "press", "--duration", "0.01", "--report", "-"},
+                  "time_s,"},
+             Case{{"render", volume, "--size", "16,16", "-o", picture, "--stats", "-"},
+                  "{\n  \"device\""},
+             Case{{"render", volume, "--size", "16,16", "-o", picture, "--write-scene", "-"},
+                  "{\n"},
+         }) {
+        const ProgramRun ran = run(c.arguments);
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        EXPECT_EQ(ran.output.substr(0, std::strlen(c.begins)), c.begins);
+        EXPECT_FALSE(std::filesystem::exists("-"));
+    }
+    const ProgramRun both = run(
+        {"render", volume, "--size", "16,16", "-o", picture, "--stats", "-", "--write-scene", "-"});
+    EXPECT_EQ(both.exit_code, 1);
+    EXPECT_THAT(both.messages, HasSubstr("--stats and --write-scene: expected one of them"));
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"convert", volume, "-"},
+          {"info", volume, "--profile", "-"},
+          {"touch", volume, "--trajectory", "press", "--page", "-"}}) {
+        const ProgramRun named = run(arguments);
+        EXPECT_EQ(named.exit_code, 1);
+        EXPECT_THAT(named.messages, HasSubstr("expected the name of a file, found '-'"));
+        EXPECT_FALSE(std::filesystem::exists("-"));
+    }
+}
+
+TEST_F(EveryCommand, SaysWhatIsExpectedInPlaceOfAWordItDoesNotKnow) {
+    ProgramRun wrong = run({"stats", "x"});
+    EXPECT_EQ(wrong.exit_code, 2);
+    EXPECT_THAT(wrong.messages,
+                HasSubstr("expected a command, one of compare, doctor, info, edit, convert, bench, "
+                          "render, surface, touch, found 'stats'"));
+    wrong = run({});
+    EXPECT_EQ(wrong.exit_code, 2);
+    EXPECT_THAT(wrong.messages, HasSubstr("found none"));
+    const std::string volume = "synthetic:ball?size=8";
+    struct Case {
+        std::vector<std::string> arguments;
+        const char* words;
+    };
+    for (const Case& c : {
+             Case{{"touch", volume, "--trajectory", "press", "--algorithm", "magic"},
+                  "--algorithm: expected one of none, "},
+             Case{{"touch", volume, "--trajectory", "hop"},
+                  "--trajectory: expected one of press, touch"},
+             Case{{"touch", volume, "--trajectory", "press", "--device", "toaster"},
+                  "--device: expected one of falcon, touch, omega"},
+             Case{{"render", volume, "-o", "p.png", "--view", "inside"},
+                  "--view: expected one of oblique, front"},
+             Case{{"render", volume, "-o", "p.png", "--stereo", "3d"}, "--stereo: expected one of"},
+             Case{{"edit", volume, "-o", "o.nrrd"}, "expected STROKES, or --recover"},
+         }) {
+        wrong = run(c.arguments);
+        EXPECT_EQ(wrong.exit_code, 2) << c.words;
+        EXPECT_THAT(wrong.messages, HasSubstr(c.words));
+    }
+}
+
+TEST_F(EveryCommand, SaysWhatMeshesAreForWhereVolumesAreExpected) {
+    write("m.ply", "ply\n");
+    const std::string mesh = file("m.ply").string(), out = file("o.nrrd").string();
+    for (const std::vector<std::string>& arguments :
+         {std::vector<std::string>{"render", mesh, "-o", file("p.png").string()},
+          {"render", "synthetic:ball", "--labels", mesh, "-o", file("p.png").string()},
+          {"info", mesh},
+          {"convert", mesh, out},
+          {"touch", mesh, "--trajectory", "press"},
+          {"surface", mesh, "--iso", "1", "-o", file("n.ply").string()}}) {
+        const ProgramRun refused = run(arguments);
+        EXPECT_EQ(refused.exit_code, 1);
+        EXPECT_THAT(refused.messages, HasSubstr("found the name of a mesh; to draw it: palpate "
+                                                "render VOLUME --surface " +
+                                                mesh));
+    }
+    const ProgramRun kinds = run({"compare", file("p.png").string(), mesh});
+    EXPECT_EQ(kinds.exit_code, 1);
+    EXPECT_THAT(kinds.messages, HasSubstr("found a picture (" + file("p.png").string() +
+                                          ") and a mesh (" + mesh + ")"));
 }
 
 } // namespace

@@ -42,6 +42,8 @@ TEST_F(InfoCommand, JsonHasTheKeysProgramsRelyOn) {
     EXPECT_EQ(json["type"], "i8");
     EXPECT_EQ(json["range"], Json({-10.0, 49.0}));
     EXPECT_EQ(json["no_data_count"], 0);
+    EXPECT_EQ(json["corners_mm"]["lps"], Json({{1.0, 2.0, 3.0}, {-1.0, 5.0, 7.0}}));
+    EXPECT_EQ(json["corners_mm"]["ras"], Json({{-1.0, -2.0, 3.0}, {1.0, -5.0, 7.0}}));
     EXPECT_EQ(json["warnings"], Json::array());
     EXPECT_FALSE(json.contains("modality"));
 }
@@ -52,6 +54,10 @@ TEST_F(InfoCommand, TextNamesTheSidesOfThePatient) {
     EXPECT_THAT(ran.output, AllOf(HasSubstr("5 x 4 x 3"), HasSubstr("0.5 x 1 x 2 mm"),
                                   HasSubstr("x towards  right"), HasSubstr("y towards  posterior"),
                                   HasSubstr("-10 .. 49")));
+    EXPECT_THAT(ran.output, HasSubstr("first at   1, 2, 3 mm LPS (left, posterior, superior); "
+                                      "-1, -2, 3 RAS\n"
+                                      "last at    -1, 5, 7 mm LPS (left, posterior, superior); "
+                                      "1, -5, 7 RAS\n"));
 }
 
 TEST_F(InfoCommand, RefusesWithOneSentence) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
@@ -152,18 +153,16 @@ TEST_F(RenderCommand, TheSceneItWritesDrawsTheSamePicture) {
 
 TEST_F(RenderCommand, RefusesWithOneSentenceAndWritesNothing) {
     const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
-        {{"--mode", "fog"}, "--mode: expected one of"},
-        {{"--tf", "no-such-preset"}, "no-such-preset"},
+        {{"--tf", "no-such-preset"}, "--tf: expected a preset (ct-bone, "},
+        {{"--window-level", "40,0"}, "--window-level: expected a WIDTH above 0, found 0"},
         {{"--window", "5,5"}, "expected LOW below HIGH"},
         {{"--slice", "diagonal"}, "--slice: expected axial"},
         {{"--clip", "1,2,3"}, "expected 6 numbers"},
         {{"--clip", "0,0,0,0,0,0"}, "normal that is not 0"},
-        {{"--view", "inside"}, "--view: expected one of"},
         {{"--camera", "0,0,0,0,0,0"}, "target apart from the eye"},
         {{"--iso", "1,2,3,4,5,6,7,8,9"}, "at most 8"},
         {{"--labels", "no/such/file.nii"}, "no/such/file.nii"},
         {{"--device", "no such device"}, "is not 'no such device'"},
-        {{"--volume-format", "r8"}, "expected auto, r16 or r32f"},
         {{"--step", "1e-4"}, "60000 steps along"},
         {{"--stats", file("picture.exr").string()}, "-o and --stats: expected a file for each"},
         {{"--write-scene", file("./picture.exr").string()},
@@ -216,6 +215,17 @@ TEST_F(RenderCommand, WrongUsageIsTwo) {
     EXPECT_EQ(run({"render", "synthetic:phantom"}).exit_code, 2);
     EXPECT_EQ(run(command({"--size", "0,0"})).exit_code, 2);
     EXPECT_EQ(run(command({"--no-such-option"})).exit_code, 2);
+    for (const auto& [option, value, words] :
+         std::vector<std::array<std::string, 3>>{{"--mode", "fog", "expected one of alpha,iso,mip"},
+                                                 {"--view", "inside", "expected one of oblique"},
+                                                 {"--volume-format", "r8", "of auto,r16,r32f"},
+                                                 {"--integrator", "0", "expected one of exact"}}) {
+        const ProgramRun ran = run(command({option, value}));
+        EXPECT_EQ(ran.exit_code, 2);
+        EXPECT_THAT(ran.messages, AllOf(HasSubstr(option + ": "), HasSubstr(words)));
+    }
+    EXPECT_EQ(run(command({"--window", "0,1", "--tf", "mr"})).exit_code, 2);
+    EXPECT_EQ(run(command({"--window", "0,1", "--window-level", "0,1"})).exit_code, 2);
 }
 
 TEST_F(RenderCommand, NumbersAreFinite) {

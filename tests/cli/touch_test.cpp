@@ -17,6 +17,7 @@ namespace palpate {
 namespace {
 
 using nlohmann::json;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class TouchCommand : public ProgramTest {
@@ -345,20 +346,9 @@ TEST_F(TouchCommand, SaysWhatIsWrong) {
     EXPECT_EQ(run({"touch", "synthetic:ball"}).exit_code, 2); // no motion
     EXPECT_EQ(run({"touch", "synthetic:ball", "--path", "a", "--trajectory", "press"}).exit_code,
               2);
-    ProgramRun bad = run({"touch", "synthetic:ball", "--trajectory", "hop", "--algorithm", "none"});
-    EXPECT_EQ(bad.exit_code, 1);
-    EXPECT_THAT(bad.messages, HasSubstr("--trajectory: expected one of press, touch"));
-    bad = run({"touch", "synthetic:ball", "--trajectory", "press", "--algorithm", "magic"});
-    EXPECT_EQ(bad.exit_code, 1);
-    EXPECT_THAT(bad.messages, HasSubstr("--algorithm: expected one of none"));
     std::vector<std::string> command = arguments("none");
-    command[9] = "toaster";
-    bad = run(command);
-    EXPECT_EQ(bad.exit_code, 1);
-    EXPECT_THAT(bad.messages, HasSubstr("--device: expected one of falcon, touch, omega"));
-    command = arguments("none");
     command.insert(command.end(), {"--friction", "0.1,0.3"});
-    bad = run(command);
+    ProgramRun bad = run(command);
     EXPECT_EQ(bad.exit_code, 1);
     EXPECT_THAT(bad.messages,
                 HasSubstr("--friction: expected a dynamic coefficient of at most the static 0.1, "
@@ -381,6 +371,8 @@ TEST_F(TouchCommand, RefusesWhatCannotBeWritten) {
     write_path();
     for (const char* option : {"--report", "--page", "--record", "-o"})
         for (const char* path : {"no/such/folder.csv", "-", "/dev/stdout"}) {
+            if (option == std::string("--report") && path == std::string("-"))
+                continue; // standard output, in place of the summary
             const ProgramRun bad =
                 run({"touch", "synthetic:ball?size=8", "--trajectory", "press", option, path});
             EXPECT_EQ(bad.exit_code, 1) << option << " " << path;
@@ -430,16 +422,17 @@ TEST_F(TouchCommand, SaysWhatChangesNothingAndThatNothingWasFelt) {
         EXPECT_EQ(ran.exit_code, 0) << ran.messages;
         return ran.messages;
     };
-    EXPECT_THAT(
-        said("swept-point", {"--radius", "5", "--mesh", "no.ply", "--depth", "3"}),
-        HasSubstr("without effect here: --radius (of swept-tool, vidholm-2004 and "
-                  "eriksson-2006), --mesh (of swept-mesh), --depth (without --trajectory)"));
+    EXPECT_THAT(said("swept-point", {"--radius", "5", "--mesh", "no.ply", "--depth", "3"}),
+                AllOf(HasSubstr("without effect here: --radius (of swept-tool, vidholm-2004 and "
+                                "eriksson-2006), --mesh (of swept-mesh)\n"),
+                      HasSubstr("without effect here: --depth (without --trajectory)\n")));
     EXPECT_THAT(said("swept-tool", {"--radius", "1"}),
                 testing::Not(HasSubstr("without effect here")));
     EXPECT_THAT(said("wish-2008-surface", {}), HasSubstr("nothing was felt: expected --transfer"));
     write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,0,40\n");
     EXPECT_THAT(said("swept-point", {}), HasSubstr("nothing was touched"));
-    EXPECT_EQ(said("none", {}), "");
+    EXPECT_EQ(said("none", {}),
+              "palpate: warning: without effect here: --iso (with --algorithm none)\n");
     const auto phantom = [&](const char* iso) {
         return run({"touch", "synthetic:phantom?size=64", "--trajectory", "touch", "--duration",
                     "0.1", "--iso", iso})
@@ -447,6 +440,61 @@ TEST_F(TouchCommand, SaysWhatChangesNothingAndThatNothingWasFelt) {
     };
     EXPECT_THAT(phantom("45"), HasSubstr("its surface is of grains")); // amid the tissue's noise
     EXPECT_THAT(phantom("300"), testing::Not(HasSubstr("grains")));
+}
+
+// Which options make a trajectory is not listed anywhere: those that leave the path as it is have
+// no effect.
+TEST_F(TouchCommand, SaysWhichOptionsATrajectoryDoesNotTake) {
+    const auto idle = [&](const char* trajectory) {
+        const ProgramRun ran = run({"touch",        "synthetic:ball?size=16",
+                                    "--trajectory", trajectory,
+                                    "--algorithm",  "none",
+                                    "--direction",  "0,1,0",
+                                    "--depth",      "2",
+                                    "--distance",   "3",
+                                    "--speed",      "5",
+                                    "--frequency",  "50",
+                                    "--duration",   "0.05",
+                                    "--seed",       "4"});
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        return ran.messages;
+    };
+    EXPECT_THAT(idle("press"),
+                HasSubstr("here: --frequency (not of press), --seed (not of press)\n"));
+    EXPECT_THAT(idle("cross"),
+                HasSubstr("here: --depth (not of cross), --frequency (not of cross), "
+                          "--duration (not of cross), --seed (not of cross)\n"));
+    EXPECT_THAT(idle("walk"), HasSubstr("here: --direction (not of walk), --depth (not of walk), "
+                                        "--speed (not of walk), --frequency (not of walk)\n"));
+    EXPECT_THAT(idle("reach"), HasSubstr("here: --frequency (not of reach)\n"));
+}
+
+TEST_F(TouchCommand, SaysWhatIsNowhereOrTooFar) {
+    write_two_labels();
+    const std::string labels = file("labels.nrrd").string();
+    const ProgramRun felt = run({"touch", labels, "--trajectory", "press", "--duration", "0.01",
+                                 "--label-feel", "2,300", "--label-feel", "7,500"});
+    EXPECT_EQ(felt.exit_code, 0);
+    EXPECT_THAT(felt.messages,
+                HasSubstr("--label-feel: nothing feels as label 7, of which no sample is"));
+    const ProgramRun wide =
+        run({"touch", "synthetic:ball?size=32", "--trajectory", "press", "--duration", "0.01",
+             "--algorithm", "vidholm-2004", "--radius", "500", "--iso", "500"});
+    EXPECT_THAT(wide.messages,
+                HasSubstr("the 340 --samples of a --radius of 500 mm lie about 96 mm "
+                          "apart, and what is smaller may pass between them"));
+    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,1e30,40\n");
+    const ProgramRun far = run(arguments("none"));
+    EXPECT_EQ(far.exit_code, 1);
+    EXPECT_THAT(far.messages,
+                HasSubstr("path.csv:3: x_mm, y_mm, z_mm: expected a place within 1e+08 mm"));
+    EXPECT_EQ(
+        run({"touch", "synthetic:ball", "--trajectory", "press", "--at", "0,0,1e30"}).exit_code, 2);
+    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,0,30\n");
+    std::vector<std::string> command = arguments("swept-point");
+    command.insert(command.end(), {"--drill", "3"});
+    EXPECT_THAT(run(command).messages,
+                HasSubstr("--edit or --drill changed no sample: the path presses no button 0"));
 }
 
 } // namespace

@@ -1,0 +1,125 @@
+#include "apps/palpate/edit_replay.h"
+
+#include <algorithm>
+#include <span>
+
+#include "engine/base/timer.h"
+#include "engine/edit/stroke_run.h"
+#include "engine/volume/changes.h"
+#include "engine/volume/content_hash.h"
+#include "engine/volume/extent.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr size_t kPosesAtOnce = 4096;
+
+// Where a tool may reach along its way.
+WorldBox box_of(const Stroke& stroke) {
+    WorldBox box{stroke.poses.front().tip_mm, stroke.poses.front().tip_mm};
+    for (const ToolPose& pose : stroke.poses) {
+        box.low = glm::min(box.low, pose.tip_mm);
+        box.high = glm::max(box.high, pose.tip_mm);
+    }
+    double reach = 0.0; // of a point
+    if (const ShapePtr& shape = stroke.tool.shape)
+        reach = shape->ball_radius_mm().value_or(shape->bounds().reach_mm());
+    return {box.low - reach, box.high + reach};
+}
+
+std::string why_idle(const Stroke& stroke, const Volume& volume, uint64_t samples) {
+    const WorldBox way = box_of(stroke);
+    std::vector<HalfSpace> both = half_spaces(volume.grid(), 0.5); // a point marks its cell
+    const std::vector<HalfSpace> along = half_spaces(way);
+    both.insert(both.end(), along.begin(), along.end());
+    if (!have_common_point(both, slack_mm(volume.grid())))
+        return fmt::format("its tool stays within {}, and the volume lies elsewhere, within {}",
+                           text_of(way), text_of(world_box(volume.grid())));
+    if (samples == 0)
+        return stroke.operation.only_values ? "no sample with a value of only_values is in its tool"
+                                            : "no sample is in its tool";
+    return fmt::format("'{}' finds nothing to change in the {} samples within its tool",
+                       name_of(stroke.operation.kind), samples);
+}
+
+} // namespace
+
+Replay::Replay(Volume volume, std::optional<Volume> guide, HistoryOptions history)
+    : now_(std::move(volume)), guide_(std::move(guide)), history_(std::move(history)) {}
+
+Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& stop) {
+    const Timer timer;
+    const Volume before = now_;
+    Report line;
+    uint64_t samples = 0;
+    if (entry.kind == JournalEntry::Kind::stroke) {
+        auto run = StrokeRun::start(now_, entry.stroke.tool, entry.stroke.operation, guide_);
+        if (!run)
+            return tl::unexpected(run.error());
+        // In portions, which change no byte, so that a long way is not laid out at once.
+        const auto go_on = [&] { return !stop.stop_requested(); };
+        for (std::span<const ToolPose> left(entry.stroke.poses); !left.empty();) {
+            const size_t n = std::min(kPosesAtOnce, left.size());
+            (*run)->add(left.first(n));
+            left = left.subspan(n);
+            if (left.empty())
+                (*run)->lift();
+            if (!(*run)->work(go_on, stop))
+                return fail("interrupted");
+        }
+        now_ = (*run)->publish();
+        samples = (*run)->samples_seen();
+        line["operation"] = name_of(entry.stroke.operation.kind);
+        line["poses"] = entry.stroke.poses.size();
+        history_.record(before, now_);
+    } else {
+        const bool back = entry.kind == JournalEntry::Kind::undo;
+        const Result<std::optional<Volume>> taken =
+            back ? history_.undo(now_) : history_.redo(now_);
+        if (!taken)
+            return tl::unexpected(taken.error());
+        if (!*taken)
+            return fail("expected a stroke to {}, found none left in the history",
+                        back ? "undo" : "redo");
+        now_ = **taken;
+        line["operation"] = back ? "undo" : "redo";
+    }
+    const size_t changed = changed_bricks(before, now_).size();
+    line["ms"] = timer.ms();
+    line["changed_bricks"] = changed;
+    line["volume_version"] = now_.version();
+    steps_.push_back(line);
+    if (entry.kind == JournalEntry::Kind::stroke) {
+        ++strokes_;
+        idle_ += changed == 0;
+        if (changed == 0 && first_idle_.empty())
+            first_idle_ =
+                fmt::format("of stroke {}, {}", strokes_, why_idle(entry.stroke, before, samples));
+    }
+    return {};
+}
+
+Replay::Report Replay::report() {
+    history_.settle();
+    const History::Stats stats = history_.stats();
+    return {{"steps", steps_},
+            {"content_hash", fmt::format("{:016x}", content_hash(now_))},
+            {"history",
+             {{"undo_steps", stats.undo_steps},
+              {"redo_steps", stats.redo_steps},
+              {"packed_steps", stats.packed_steps},
+              {"spilled_steps", stats.spilled_steps},
+              {"dropped_steps", stats.dropped_steps},
+              {"memory_bytes", stats.memory_bytes},
+              {"spilled_bytes", stats.spilled_bytes}}}};
+}
+
+std::string Replay::what_was_idle() const {
+    if (idle_ == 0)
+        return {};
+    return fmt::format("{} of {} stroke{} changed no sample: {}", idle_, strokes_,
+                       strokes_ == 1 ? "" : "s", first_idle_);
+}
+
+} // namespace palpate

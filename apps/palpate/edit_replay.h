@@ -1,0 +1,41 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "engine/edit/history.h"
+#include "engine/edit/journal.h"
+#include "engine/volume/volume.h"
+
+namespace palpate {
+
+// Does the entries of an edit one after the other, with history, and keeps account of each.
+class Replay {
+ public:
+    using Report = nlohmann::ordered_json;
+
+    Replay(Volume volume, std::optional<Volume> guide, HistoryOptions history);
+
+    Result<void> apply(const JournalEntry& entry, const std::stop_token& stop);
+
+    const Volume& volume() const { return now_; }
+
+    // The keys "steps", "content_hash" and "history".
+    Report report();
+
+    // One sentence about the strokes that changed no sample, and why the first of them did not;
+    // empty where all did.
+    std::string what_was_idle() const;
+
+ private:
+    Volume now_;
+    std::optional<Volume> guide_;
+    History history_;
+    Report steps_ = Report::array();
+    size_t strokes_ = 0, idle_ = 0;
+    std::string first_idle_; // which, and why
+};
+
+} // namespace palpate

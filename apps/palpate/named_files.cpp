@@ -1,0 +1,100 @@
+#include "apps/palpate/named_files.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "engine/base/writable.h"
+#include "engine/io/volume_files.h"
+#include "engine/scene/scene_file.h"
+
+namespace palpate {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_written(const NamedFile& file) {
+    return file.use != FileUse::read;
+}
+
+// Whether two names lead to one place on disk, be it there or not.
+bool is_same_file(const std::string& a, const std::string& b) {
+    std::error_code ignored;
+    return fs::weakly_canonical(a, ignored) == fs::weakly_canonical(b, ignored) ||
+           fs::equivalent(a, b, ignored);
+}
+
+// Whether a file is there and lies in a folder or below it.
+bool lies_in(const std::string& file, const std::string& folder) {
+    std::error_code ignored;
+    if (!fs::is_directory(folder, ignored) || !fs::exists(file, ignored))
+        return false;
+    const fs::path inner = fs::weakly_canonical(file, ignored),
+                   outer = fs::weakly_canonical(folder, ignored);
+    return std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first ==
+           outer.end();
+}
+
+Result<void> expect_apart(const NamedFile& written, const NamedFile& other, const NamedFile& first,
+                          const NamedFile& second) {
+    if (written.path == "-" && is_written(other) && other.path == "-")
+        return fail("{} and {}: expected one of them on standard output, found '-' for both",
+                    first.option, second.option);
+    if (written.path == "-" || (is_written(other) && other.path == "-"))
+        return {};
+    if (is_same_file(written.path, other.path))
+        return fail("{} and {}: expected a file for each, found '{}' for both", first.option,
+                    second.option, first.path);
+    if (!is_written(other) && lies_in(written.path, other.path))
+        return fail(
+            "{} and {}: expected a new file or one outside the folder '{}' that is read, found "
+            "'{}' in it",
+            first.option, second.option, other.path, written.path);
+    return {};
+}
+
+} // namespace
+
+void append_volume(std::vector<NamedFile>& files, const std::string& option,
+                   const std::string& path, FileUse use) {
+    if (path.empty() || is_synthetic(path))
+        return;
+    if (use == FileUse::read) {
+        const std::vector<fs::path> found = io::volume_files(path);
+        const bool is_header = found.size() > 1 && found.front() == path; // else slices
+        for (const fs::path& file : found)
+            files.push_back({is_header && file != path ? "the voxels of " + option : option,
+                             file.string(), use});
+        return;
+    }
+    files.push_back({option, path, use});
+    if (fs::path raw = path; raw.extension() == ".mhd")
+        files.push_back({"the voxels of " + option, raw.replace_extension(".raw").string(), use});
+}
+
+Result<void> each_its_own(std::span<const NamedFile> files) {
+    for (const NamedFile& file : files)
+        if (file.use == FileUse::write && file.path == "-")
+            return fail("{}: expected the name of a file, found '-'", file.option);
+    for (size_t i = 0; i < files.size(); ++i)
+        for (size_t j = i + 1; j < files.size(); ++j) {
+            const NamedFile &a = files[i], &b = files[j];
+            if (a.path.empty() || b.path.empty() || !(is_written(a) || is_written(b)))
+                continue;
+            const bool a_is_written = is_written(a);
+            if (Result<void> apart = expect_apart(a_is_written ? a : b, a_is_written ? b : a, a, b);
+                !apart)
+                return apart;
+        }
+    return {};
+}
+
+Result<void> all_can_be_written(std::span<const NamedFile> files) {
+    for (const NamedFile& file : files)
+        if (is_written(file) && !file.makes_folder && !file.path.empty() && file.path != "-")
+            if (Result<void> can = expect_writable(file.path); !can)
+                return can;
+    return {};
+}
+
+} // namespace palpate

@@ -1,0 +1,122 @@
+#include "apps/palpate/touch_path.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/palpate/option_checks.h"
+
+namespace palpate {
+
+namespace {
+
+using haptics::HandPath;
+using haptics::HandPose;
+using haptics::TrajectoryShape;
+
+// The options that make the shape of a trajectory, each with a change of its value.
+struct ShapeOption {
+    const char* name;
+    void (*change)(TrajectoryShape&);
+};
+constexpr ShapeOption kShapeOptions[] = {
+    {"--at", [](TrajectoryShape& s) { s.at_mm += 1.0; }},
+    {"--direction",
+     [](TrajectoryShape& s) {
+         s.direction = {s.direction.y, s.direction.z, s.direction.x};
+         s.direction.x += 0.5 * glm::length(s.direction);
+     }},
+    {"--depth", [](TrajectoryShape& s) { s.depth_mm += 1.0; }},
+    {"--distance", [](TrajectoryShape& s) { s.distance_mm *= 2.0; }},
+    {"--speed", [](TrajectoryShape& s) { s.speed_mm_per_s *= 2.0; }},
+    {"--frequency", [](TrajectoryShape& s) { s.frequency_hz *= 1.5; }},
+    {"--duration", [](TrajectoryShape& s) { s.duration_s *= 0.75; }},
+    {"--seed", [](TrajectoryShape& s) { ++s.seed; }}};
+
+bool is_same_way(const HandPath& a, const HandPath& b) {
+    return std::equal(a.poses().begin(), a.poses().end(), b.poses().begin(), b.poses().end(),
+                      [](const HandPose& p, const HandPose& q) {
+                          return p.time_s == q.time_s && p.tool.position_mm == q.tool.position_mm;
+                      });
+}
+
+// Options of a shape have no effect beside a file, nor where another value gives the same path.
+void warn_of_idle_shape(const CLI::App& app, const PathOptions& o, const TrajectoryShape& shape,
+                        const HandPath& path) {
+    std::vector<IdleOptions> idle;
+    const std::string why = o.path.empty() ? "not of " + o.trajectory : "without --trajectory";
+    for (const ShapeOption& option : kShapeOptions) {
+        if (app.get_option(option.name)->count() == 0)
+            continue;
+        TrajectoryShape other = shape;
+        option.change(other);
+        if (!o.path.empty() ||
+            is_same_way(haptics::find_trajectory(o.trajectory)->make(other), path))
+            idle.push_back({true, {option.name}, why.c_str()});
+    }
+    warn_of_idle(app, idle);
+}
+
+} // namespace
+
+void add_path_options(CLI::App& app, PathOptions& o) {
+    std::vector<std::string> names;
+    for (const haptics::TrajectoryEntry& entry : haptics::trajectories())
+        names.emplace_back(entry.name);
+    auto* motion = app.add_option_group("motion", "Where the hand means to be");
+    motion->require_option(1);
+    motion->add_option("--path", o.path,
+                       "CSV with the columns time_s,x_mm,y_mm,z_mm (LPS) and perhaps "
+                       "qw,qx,qy,qz,button");
+    motion
+        ->add_option("--trajectory", o.trajectory,
+                     fmt::format("A motion by name: {}", fmt::join(names, ", ")))
+        ->check(one_of(names));
+    const CLI::Validator place = within(-haptics::kFarthestHand_mm, haptics::kFarthestHand_mm);
+    app.add_option("--at", o.at,
+                   "Of a trajectory: the point approached, mm (LPS; default: the centre)")
+        ->delimiter(',')
+        ->expected(3)
+        ->check(place);
+    app.add_option("--direction", o.direction,
+                   "Of a trajectory: into the material (LPS; default 0,0,-1)")
+        ->delimiter(',')
+        ->expected(3);
+    app.add_option("--depth", o.shape.depth_mm, "Of a trajectory: beyond the point, mm")
+        ->check(place)
+        ->capture_default_str();
+    app.add_option("--distance", o.shape.distance_mm,
+                   "Of a trajectory: from where, or how wide, mm")
+        ->check(positive())
+        ->check(place)
+        ->capture_default_str();
+    app.add_option("--speed", o.shape.speed_mm_per_s, "Of a trajectory: mm/s")
+        ->check(positive())
+        ->capture_default_str();
+    app.add_option("--frequency", o.shape.frequency_hz, "Of a trajectory: Hz")
+        ->check(positive())
+        ->capture_default_str();
+    app.add_option("--duration", o.shape.duration_s, "Of a trajectory: s")
+        ->check(CLI::Range(0.001, 3600.0))
+        ->capture_default_str();
+    app.add_option("--seed", o.shape.seed, "Of a trajectory: of what is random")
+        ->capture_default_str();
+}
+
+Result<HandPath> hand_path(const CLI::App& app, const PathOptions& o, const Grid& grid) {
+    TrajectoryShape shape = o.shape;
+    shape.at_mm = o.at.empty() ? center_mm(grid) : glm::dvec3(o.at[0], o.at[1], o.at[2]);
+    if (!o.direction.empty())
+        shape.direction = {o.direction[0], o.direction[1], o.direction[2]};
+    if (const double length = glm::length(shape.direction);
+        !(length > 0.0 && std::isfinite(length)))
+        return fail("--direction: expected a direction, found a length of {:g}", length);
+    Result<HandPath> path = o.path.empty() ? haptics::find_trajectory(o.trajectory)->make(shape)
+                                           : haptics::load_hand_path(o.path);
+    if (path)
+        warn_of_idle_shape(app, o, shape, *path);
+    return path;
+}
+
+} // namespace palpate

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/base/error.h"
+#include "engine/volume/grid.h"
+#include "haptics/device/hand_path.h"
+
+namespace palpate {
+
+// Where the hand of `palpate touch` means to be: a file, or a motion by name.
+struct PathOptions {
+    std::string path, trajectory; // one of them
+    haptics::TrajectoryShape shape;
+    std::vector<double> at, direction;
+};
+void add_path_options(CLI::App& app, PathOptions& options);
+
+// The path, about the volume's centre where no point is given. Warns of options that leave it as it
+// is.
+Result<haptics::HandPath> hand_path(const CLI::App& app, const PathOptions& options,
+                                    const Grid& grid);
+
+} // namespace palpate
