@@ -21,11 +21,12 @@ using testing::Not;
 
 class Said : public ProgramTest {
  protected:
-    // A body of 500 in air of 0, from -8 to 8 mm, and what `change` makes of its grid.
+    // A body of 500 that ends softly in air of 0, from -8 to 8 mm.
     static Volume body(ScalarType type = ScalarType::i16, glm::uvec3 size = glm::uvec3(17)) {
         const glm::dvec3 middle = 0.5 * (glm::dvec3(size) - 1.0);
         return make_volume(make_grid(size, glm::dvec3(1.0), -middle), type, [=](glm::uvec3 i) {
-            return glm::length(glm::dvec3(i) - middle) < 6.0 ? 500.0 : 0.0;
+            const double r = glm::length(glm::dvec3(i) - middle);
+            return 500.0 * std::clamp((6.0 - r) / 3.0, 0.0, 1.0);
         });
     }
     void SetUp() override {
