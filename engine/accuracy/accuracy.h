@@ -34,27 +34,32 @@ struct RayCost {
 };
 std::span<const RayCost> ray_costs();
 
-// How much of a picture is looked at.
+// How much is looked at before something is granted.
 struct AccuracySampling {
-    uint32_t side_px = 96;    // of the longer side of the pictures that settings are compared in
-    uint32_t truth_side = 16; // about so many pixels each way are compared with grid truth
+    uint32_t side_px = 96; // of the longer side of the pictures by which settings are passed by
+    uint32_t truth_pixels = 512; // of a picture by `exact`, compared with grid truth
 };
 
-// An upper bound, with a confidence of 0.999, on the mean of `population` values of at least 0 of
+// An upper bound, with a confidence of 0.999, on the mean of `population` values in 0 .. `most` of
 // which `values` are a sample: the empirical Bernstein bound (Maurer and Pontil, COLT 2009,
-// theorem 4), with the largest value seen for their range: larger ones that are too rare to be in
-// the sample are not covered. The mean itself where all were seen.
-double upper_mean(std::span<const double> values, double population);
+// theorem 4). The mean itself where all were seen.
+double upper_mean(std::span<const double> values, double population, double most);
 
 // Estimates the RMSE of colour of a scene's pictures, without stereo.
 //
-// A picture of fewer rays through the same view is drawn by `exact` at its finest. Some of its
-// pixels are compared with grid truth (engine/reference/truth.h), all of them with half the
-// sub-steps; the larger of the two errors is its own. What another setting differs by from it over
-// all pixels is added to that. Both are bounds, for what was not looked at (upper_mean()).
+// The picture of a setting is compared, pixel by pixel, with that of `exact` at its finest; where
+// it has fewer pixels than the scene's, no pixel between is taken to err more than the worst. To
+// this the error of `exact` itself is added. It is rounding of rays and of table places, which few
+// pixels may show much: those at edges. So `exact` draws two more pictures, with the view and the
+// transfer function moved to and fro by a little more than rounding does. Pixels whose mean is not
+// what was drawn between are doubtful. Half of the pixels that are compared with grid truth
+// (engine/reference/truth.h) are the most doubtful ones, half are spread over the rest in order of
+// doubt and bound the mean of the rest (upper_mean()), none of which is taken to err more than
+// those and the less doubtful half of the doubtful.
 class AccuracyJudge {
  public:
-    // scene.ray_cast is there. All must outlive it.
+    // Pictures are of at most sampling.side_px pixels on the longer side. scene.ray_cast is there.
+    // All must outlive it.
     static Result<AccuracyJudge> make(Renderer& renderer, const Scene& scene, const SceneData& data,
                                       AccuracySampling sampling = {});
 
@@ -63,13 +68,12 @@ class AccuracyJudge {
     Result<double> estimate(const RayCastLayer& layer);
 
  private:
-    AccuracyJudge(Renderer& renderer, const Scene& scene, const SceneData& data,
-                  AccuracySampling sampling);
-    Result<Image> draw(const RayCastLayer& layer);
+    AccuracyJudge(Renderer& renderer, const Scene& scene, const SceneData& data, uint32_t side_px);
+    Result<Image> draw(const Scene& scene);
 
     Renderer* renderer_;
     const SceneData* data_;
-    Scene scene_;   // of fewer rays
+    Scene scene_;   // of no more rays than asked for
     double pixels_; // of the whole picture
     Image finest_;
     double finest_error_ = 0.0;
@@ -81,8 +85,9 @@ struct AccuracyChoice {
     double error_estimate = 0.0; // RMSE of colour
 };
 
-// The fastest setting whose estimate is at most `error`. Fails with a sentence that says the best
-// that can be had. scene.ray_cast is there.
+// The fastest setting whose estimate, of the whole picture, is at most `error`. Settings that miss
+// it in a smaller picture (sampling.side_px) are passed by. Fails with a sentence that says the
+// best that can be had. scene.ray_cast is there.
 Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, const SceneData& data,
                                       double error, AccuracySampling sampling = {});
 

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "engine/reference/march.h"
 #include "engine/reference/slices.h"
@@ -36,6 +37,21 @@ class Picture {
         trace(
             1, [&](uint32_t) { return at; }, [&](uint32_t, PixelSample s) { sample = s; });
         return sample;
+    }
+
+    // Threaded by pixels.
+    std::vector<PixelSample> pixels(std::span<const glm::uvec2> places) const {
+        std::vector<PixelSample> samples(places.size());
+        tbb::parallel_for(tbb::blocked_range<size_t>(0, places.size()),
+                          [&](const tbb::blocked_range<size_t>& range) {
+                              trace(
+                                  static_cast<uint32_t>(range.size()),
+                                  [&](uint32_t i) { return glm::dvec2(places[range.begin() + i]); },
+                                  [&](uint32_t i, const PixelSample& sample) {
+                                      samples[range.begin() + i] = sample;
+                                  });
+                          });
+        return samples;
     }
 
     // Threaded by rows; rows do not depend on each other, so neither do the bits on the threads.

@@ -241,6 +241,12 @@ Image render_truth(const Scene& scene, const SceneData& data, int eye, PixelStri
                         [&](const auto& picture) { return picture.image(pixels); });
 }
 
+std::vector<PixelSample> truth_pixels(const Scene& scene, const SceneData& data,
+                                      std::span<const glm::uvec2> pixels) {
+    return with_picture(scene, data, 0,
+                        [&](const auto& picture) { return picture.pixels(pixels); });
+}
+
 PixelSample truth_pixel(const Scene& scene, const SceneData& data, glm::dvec2 pixel, int eye) {
     return with_picture(scene, data, eye,
                         [&](const auto& picture) { return picture.pixel(pixel); });

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "engine/image/image.h"
 #include "engine/reference/twin.h"
 #include "engine/scene/scene.h"
@@ -19,6 +22,10 @@ namespace palpate {
 // Slices take their colours from the transfer function instead of its table; all else is as in
 // render_twin(), min_transmittance is not used. Slow: for some pixels of a picture.
 Image render_truth(const Scene& scene, const SceneData& data, int eye = 0, PixelStride pixels = {});
+
+// Some pixels of it, in the order in which they are named.
+std::vector<PixelSample> truth_pixels(const Scene& scene, const SceneData& data,
+                                      std::span<const glm::uvec2> pixels);
 
 // One pixel of it; `pixel` may be fractional and outside the picture.
 PixelSample truth_pixel(const Scene& scene, const SceneData& data, glm::dvec2 pixel, int eye = 0);

@@ -48,7 +48,7 @@ class RandomScene {
         scene.ray_cast = layer;
         error = log_between(2e-4, 0.1);
         if (chance(0.5)) // a part of the picture has to speak for all of it
-            sampling = {16, 8};
+            sampling = {16, 128};
     }
 
     SceneData data{make_volume(make_grid({1, 1, 1}, {1, 1, 1}, {0, 0, 0}), ScalarType::u8,
@@ -156,12 +156,12 @@ inline Result<Promise> ask(Renderer& renderer, const RandomScene& random) {
     return promise;
 }
 
-// Seeds [first, first + count): no picture errs by more than was granted, few by more than was
-// expected (rare pixels that the sample misses), and what is refused could not be had with room to
-// spare.
+// Seeds [first, first + count): no picture errs by more than was expected of it, and what is
+// refused could not be had with room to spare.
 inline void expect_promises_kept(Device& device, uint32_t first, uint32_t count) {
     Renderer renderer(device);
-    uint32_t granted = 0, refused = 0, wrongly = 0, above = 0;
+    uint32_t granted = 0, refused = 0, wrongly = 0;
+    double tightest = 0.0;
     for (uint32_t seed = first; seed < first + count; ++seed) {
         const RandomScene random(seed);
         const Result<Promise> promise = ask(renderer, random);
@@ -169,8 +169,8 @@ inline void expect_promises_kept(Device& device, uint32_t first, uint32_t count)
         if (promise->granted) {
             ++granted;
             EXPECT_LE(promise->estimate, random.error) << "seed " << seed;
-            EXPECT_LE(promise->found, random.error) << "seed " << seed;
-            above += promise->found > promise->estimate;
+            EXPECT_LE(promise->found, promise->estimate) << "seed " << seed;
+            tightest = std::max(tightest, promise->found / promise->estimate);
         } else {
             ++refused;
             // The bound from a sample is a few times the mean.
@@ -178,10 +178,9 @@ inline void expect_promises_kept(Device& device, uint32_t first, uint32_t count)
         }
     }
     std::printf(
-        "    %u granted, %u above their estimate, %u refused, %u with ten times less at "
-        "hand\n",
-        granted, above, refused, wrongly);
-    EXPECT_LE(above, count / 25);
+        "    %u granted, at most %.2f of the estimate, %u refused, %u with ten times less "
+        "at hand\n",
+        granted, tightest, refused, wrongly);
     EXPECT_GE(granted, count / 2);
     EXPECT_LE(wrongly, count / 25);
 }
