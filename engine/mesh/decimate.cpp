@@ -90,8 +90,9 @@ TriangleTree tree_of(const CollapseSource& source, const Remainder& left,
 }
 
 // The Hausdorff distance, or up to tolerance_mm more; of all patches.
-double distance_mm(const CollapseSource& source, const Remainder& left, double tolerance_mm) {
-    const DistanceOptions exactly{.tolerance_mm = tolerance_mm, .samples = 1};
+double distance_mm(const CollapseSource& source, const Remainder& left, double tolerance_mm,
+                   const std::stop_token& stop) {
+    const DistanceOptions exactly{.tolerance_mm = tolerance_mm, .samples = 1, .stop = stop};
     double largest_mm = 0.0;
     const std::vector<std::vector<uint32_t>> patches = patches_of(source, left);
     for (size_t p = 0; p < patches.size(); ++p) {
@@ -126,7 +127,10 @@ Result<Decimated> decimate(const Mesh& mesh, const DecimateOptions& options) {
             return fail("decimation was stopped");
         Remainder left = remainder(source, collapse);
         const double hausdorff_mm =
-            distance_mm(source, left, kMeasured * std::min(options.error_mm, collapse.level_mm()));
+            distance_mm(source, left, kMeasured * std::min(options.error_mm, collapse.level_mm()),
+                        options.stop);
+        if (options.stop.stop_requested())
+            return fail("decimation was stopped");
         if (hausdorff_mm <= options.error_mm)
             return Decimated{std::move(left.mesh), hausdorff_mm, collapse.kept()};
     }

@@ -99,17 +99,19 @@ Sums over_samples(const TriangleTree& tree, uint32_t samples, const Visit& visit
         [](const Sums& a, const Sums& b) { return a + b; });
 }
 
-// A part of a triangle, and for each corner the triangle of the other mesh nearest to it.
+// A part of a triangle, and triangles of the other mesh: nearest to each corner, and to a point
+// of the part that this one was cut from.
 struct Piece {
     Corners corners;
     glm::uvec3 nearest;
+    uint32_t below;
 };
 
 // No point of the piece is farther: the distance to one triangle is largest at a corner.
 double bound_of(const Piece& piece, const TriangleTree& to) {
     double bound = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < 3; ++i) {
-        const Corners target = to.corners(piece.nearest[i]);
+    for (int i = 0; i < 4; ++i) {
+        const Corners target = to.corners(i < 3 ? piece.nearest[i] : piece.below);
         double farthest = 0.0;
         for (const glm::dvec3 p : piece.corners)
             farthest = std::max(farthest, glm::length(p - nearest_point(p, target)));
@@ -133,60 +135,116 @@ double quarter(const Piece& piece, const TriangleTree& to, std::vector<Piece>& o
     for (int i = 0; i < 3; ++i) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         out.push_back({{piece.corners[i], middle[k], middle[j]},
-                       {piece.nearest[i], near_middle[k], near_middle[j]}});
+                       {piece.nearest[i], near_middle[k], near_middle[j]},
+                       piece.below});
     }
-    out.push_back({middle, near_middle});
+    out.push_back({middle, near_middle, piece.below});
     return largest;
 }
 
-// The largest distance of all points, to the tolerance, given that of some. All pieces of one size
-// are looked at before any of the next, so that the answer does not depend on their order.
+// Cuts a piece in three along a side of the triangle below its centre, so that parts come to lie
+// over one triangle each, which quarters do only near their smallest size. Where no side crosses
+// the piece it is quartered. Returns the largest distance of the corners they bring.
+double cut(const Piece& piece, const TriangleTree& to, std::vector<Piece>& out) {
+    const glm::dvec3 centre = (piece.corners[0] + piece.corners[1] + piece.corners[2]) / 3.0;
+    const Nearest nearest = to.nearest(centre);
+    const Corners target = to.corners(nearest.triangle);
+    const glm::dvec3 normal = glm::cross(target[1] - target[0], target[2] - target[0]);
+    glm::dvec3 heights(0.0); // of the corners over the side's plane, no unit
+    double deepest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        const glm::dvec3 inward = glm::cross(normal, target[(k + 1) % 3] - target[k]);
+        glm::dvec3 found;
+        for (int i = 0; i < 3; ++i)
+            found[i] = glm::dot(inward, piece.corners[i] - target[k]);
+        const double low = std::min({found.x, found.y, found.z}) / glm::length(inward);
+        const double high = std::max({found.x, found.y, found.z}) / glm::length(inward);
+        constexpr double kThin = 0.01; // what is cut off, of the piece; less is not worth it
+        if (low < deepest && high > 0.0 && std::min(-low, high) > kThin * (high - low)) {
+            deepest = low;
+            heights = found;
+        }
+    }
+    Piece whole = piece;
+    whole.below = nearest.triangle;
+    if (!(deepest < 0.0))
+        return std::max(nearest.distance_mm, quarter(whole, to, out));
+    int apex = 0; // the corner that is alone on its side
+    for (int i = 0; i < 3; ++i)
+        if ((heights[i] < 0.0) != (heights[(i + 1) % 3] < 0.0) &&
+            (heights[i] < 0.0) != (heights[(i + 2) % 3] < 0.0))
+            apex = i;
+    const int j = (apex + 1) % 3, k = (apex + 2) % 3;
+    const auto crossing = [&](int other) {
+        return glm::mix(piece.corners[apex], piece.corners[other],
+                        heights[apex] / (heights[apex] - heights[other]));
+    };
+    const glm::dvec3 at_j = crossing(j), at_k = crossing(k);
+    const Nearest near_j = to.nearest(at_j), near_k = to.nearest(at_k);
+    const uint32_t at = nearest.triangle;
+    out.push_back({{piece.corners[apex], at_j, at_k},
+                   {piece.nearest[apex], near_j.triangle, near_k.triangle},
+                   at});
+    out.push_back({{at_j, piece.corners[j], piece.corners[k]},
+                   {near_j.triangle, piece.nearest[j], piece.nearest[k]},
+                   at});
+    out.push_back(
+        {{at_j, piece.corners[k], at_k}, {near_j.triangle, piece.nearest[k], near_k.triangle}, at});
+    return std::max({nearest.distance_mm, near_j.distance_mm, near_k.distance_mm});
+}
+
+// The largest distance of all points, to the tolerance, given that of some. All pieces of one round
+// are looked at before any of the next, so that the answer does not depend on their order. Pieces
+// are cut along the other surface's sides; every third round quarters, so that rounds end.
 double largest_distance(const TriangleTree& from, const TriangleTree& to, double known,
-                        double tolerance) {
+                        double tolerance, const std::stop_token& stop) {
     std::vector<Nearest> nearest(from.positions_mm().size());
     std::vector<char> used(nearest.size(), 0);
     for (uint32_t n = 0; n < from.triangle_count(); ++n)
         for (int i = 0; i < 3; ++i)
             used[from.triangle(n)[i]] = 1;
     tbb::parallel_for(size_t{0}, nearest.size(), [&](size_t v) {
-        if (used[v])
+        if (used[v] && !stop.stop_requested())
             nearest[v] = to.nearest(from.positions_mm()[v]);
     });
     for (size_t v = 0; v < nearest.size(); ++v)
         if (used[v])
             known = std::max(known, nearest[v].distance_mm);
-    if (to.triangle_count() == 0)
+    if (to.triangle_count() == 0 || stop.stop_requested())
         return known;
-    // Quarters of those of `count` pieces that may reach beyond what is known.
-    struct Quarters {
+    // Parts of those of `count` pieces that may reach beyond what is known.
+    struct Parts {
         std::vector<Piece> pieces;
         double largest = 0.0;
     };
-    const auto quarters_of = [&](uint32_t count, const auto& piece_at) {
-        tbb::enumerable_thread_specific<Quarters> found;
+    uint32_t round = 0;
+    const auto parts_of = [&](uint32_t count, const auto& piece_at) {
+        const auto divide = ++round % 3 == 0 ? quarter : cut;
+        tbb::enumerable_thread_specific<Parts> found;
         tbb::parallel_for(
             tbb::blocked_range<uint32_t>(0, count, 256),
             [&](const tbb::blocked_range<uint32_t>& range) {
-                Quarters& mine = found.local();
-                for (uint32_t n = range.begin(); n < range.end(); ++n)
+                Parts& mine = found.local();
+                for (uint32_t n = range.begin(); n < range.end() && !stop.stop_requested(); ++n)
                     if (const Piece piece = piece_at(n); bound_of(piece, to) > known + tolerance)
-                        mine.largest = std::max(mine.largest, quarter(piece, to, mine.pieces));
+                        mine.largest = std::max(mine.largest, divide(piece, to, mine.pieces));
             });
         std::vector<Piece> all;
-        for (const Quarters& part : found) {
+        for (const Parts& part : found) {
             all.insert(all.end(), part.pieces.begin(), part.pieces.end());
             known = std::max(known, part.largest);
         }
         return all;
     };
-    std::vector<Piece> pieces = quarters_of(from.triangle_count(), [&](uint32_t n) {
+    std::vector<Piece> pieces = parts_of(from.triangle_count(), [&](uint32_t n) {
         const glm::uvec3 t = from.triangle(n);
         return Piece{from.corners(n),
-                     {nearest[t.x].triangle, nearest[t.y].triangle, nearest[t.z].triangle}};
+                     {nearest[t.x].triangle, nearest[t.y].triangle, nearest[t.z].triangle},
+                     nearest[t.x].triangle};
     });
-    while (!pieces.empty())
-        pieces = quarters_of(static_cast<uint32_t>(pieces.size()),
-                             [&](uint32_t n) { return pieces[n]; });
+    while (!pieces.empty() && !stop.stop_requested())
+        pieces =
+            parts_of(static_cast<uint32_t>(pieces.size()), [&](uint32_t n) { return pieces[n]; });
     return known;
 }
 
@@ -247,7 +305,8 @@ SurfaceDistance distance_to_mesh(const TriangleTree& from, const TriangleTree& t
             s.add(area, nearest.distance_mm, angle);
         });
     SurfaceDistance found = sums.result();
-    found.largest_mm = largest_distance(from, to, found.largest_mm, options.tolerance_mm);
+    found.largest_mm =
+        largest_distance(from, to, found.largest_mm, options.tolerance_mm, options.stop);
     return found;
 }
 
@@ -258,12 +317,13 @@ std::vector<uint32_t> triangles_beyond(const TriangleTree& from, const TriangleT
     if (to.triangle_count() != 0)
         tbb::parallel_for(uint32_t{0}, from.triangle_count(), [&](uint32_t n) {
             const double near_mm = limit_mm - tolerance_mm;
-            Piece whole{from.corners(n), {}};
+            Piece whole{from.corners(n), {}, 0};
             for (int i = 0; i < 3; ++i) {
                 const Nearest nearest = to.nearest(whole.corners[size_t(i)]);
                 whole.nearest[i] = nearest.triangle;
                 is_beyond[n] |= nearest.distance_mm > near_mm;
             }
+            whole.below = whole.nearest.x;
             std::vector<Piece> pieces{whole};
             while (!is_beyond[n] && !pieces.empty()) {
                 const Piece piece = pieces.back();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 
 #include "engine/mesh/mesh.h"
 #include "engine/mesh/triangle_tree.h"
@@ -11,6 +12,7 @@ namespace palpate {
 struct DistanceOptions {
     double tolerance_mm = 1e-3; // > 0: how much farther the farthest point may be than what is told
     uint32_t samples = 100'000; // about as many points, spread evenly by area, for mean and angle
+    std::stop_token stop;       // asked to stop, the result is too small and of no use
 };
 
 // How far the points of one surface are from another. World millimetres; all 0 for an empty mesh,
@@ -27,10 +29,11 @@ struct SurfaceDistance {
 
 // From every point of `from` to the nearest point of `to`.
 //
-// The largest distance is found by cutting triangles in four until each is proven not to matter:
-// the distance to one triangle is a convex function, so over a piece it is largest at a corner
-// (Guthe, Borodin & Klein, "Fast and accurate Hausdorff distance calculation between meshes",
-// 2005). Mean and angle are taken at the centres of equal parts of every triangle.
+// The largest distance is found by cutting triangles, along the other surface's sides and in four,
+// until each piece is proven not to matter: the distance to one triangle is a convex function, so
+// over a piece it is largest at a corner (Guthe, Borodin & Klein, "Fast and accurate Hausdorff
+// distance calculation between meshes", 2005). Mean and angle are taken at the centres of equal
+// parts of every triangle.
 SurfaceDistance distance_to_mesh(const TriangleTree& from, const TriangleTree& to,
                                  const DistanceOptions& options = {});
 
