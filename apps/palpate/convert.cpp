@@ -23,8 +23,9 @@ struct ConvertOptions {
 
 void warn_of_lost_names(const ConvertOptions& options, const LoadedVolume& loaded) {
     if (!loaded.labels.empty())
-        log::warning("{}: does not hold the names and colours of the {} segments of {}",
-                     options.out, loaded.labels.size(), options.read.path);
+        log::warning("{}: does not hold the names and colours of the {} segment{} of {}",
+                     options.out, loaded.labels.size(), loaded.labels.size() == 1 ? "" : "s",
+                     options.read.path);
 }
 
 // Brick by brick: of a synthetic volume or another brick file no more is in memory than what is

@@ -17,6 +17,7 @@ namespace {
 
 constexpr size_t kPackedBytes = 1 << 16;
 constexpr int kGzipOrZlib = 15 + 32; // zlib.h: window of 2^15, header recognised by itself
+constexpr int kBare = -15;           // and without one
 constexpr auto kGzipMagic = static_cast<std::byte>(0x1f);
 
 template <class Word, class Swap>
@@ -75,10 +76,11 @@ Result<ByteSource> ByteSource::open(const std::filesystem::path& path, Packing p
     if (offset > static_cast<uint64_t>(std::numeric_limits<off_t>::max()) ||
         ::lseek(fd, static_cast<off_t>(offset), SEEK_SET) < 0)
         return fail("{}: cannot be read from byte {}", path.string(), offset);
-    if (packing == Packing::deflate) {
+    if (packing != Packing::none) {
         source.packed_.resize(kPackedBytes);
         source.stream_.reset(new z_stream_s{});
-        if (inflateInit2(source.stream_.get(), kGzipOrZlib) != Z_OK)
+        if (inflateInit2(source.stream_.get(), packing == Packing::deflate ? kGzipOrZlib : kBare) !=
+            Z_OK)
             return fail("{}: no memory to unpack it", path.string());
     }
     return source;
@@ -153,6 +155,14 @@ Result<size_t> ByteSource::read(std::span<std::byte> out) {
 }
 
 Result<uint64_t> ByteSource::skip(uint64_t count) {
+    if (!stream_ && fd_ >= 0) {
+        const off_t at = ::lseek(fd_, 0, SEEK_CUR), end = ::lseek(fd_, 0, SEEK_END);
+        const uint64_t passed =
+            std::min(count, static_cast<uint64_t>(std::max(end - at, off_t{0})));
+        if (at < 0 || end < 0 || ::lseek(fd_, at + static_cast<off_t>(passed), SEEK_SET) < 0)
+            return fail("{}: cannot be read: {}", path_.string(), std::strerror(errno));
+        return passed;
+    }
     std::array<std::byte, 1 << 16> passed;
     uint64_t done = 0;
     while (done < count) {

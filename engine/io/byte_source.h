@@ -13,8 +13,9 @@ struct z_stream_s;
 
 namespace palpate::io {
 
-// How bytes are packed in a file. `deflate` is gzip (several members too) or a zlib stream.
-enum class Packing : uint8_t { none, deflate };
+// How bytes are packed in a file. `deflate` is gzip (several members too) or a zlib stream;
+// `bare_deflate` has no header.
+enum class Packing : uint8_t { none, deflate, bare_deflate };
 
 // How a file is packed: gzip, by its first two bytes, or not. An error names the file.
 Result<Packing> packing_of(const std::filesystem::path& path);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <gdcmAttribute.h>
 #include <gdcmDataSet.h>
 #include <gdcmSequenceOfItems.h>
 
@@ -27,17 +26,13 @@ std::vector<std::string> texts(const gdcm::DataSet& set, gdcm::Tag tag);
 std::vector<double> decimals(const gdcm::DataSet& set, gdcm::Tag tag);
 std::optional<double> decimal(const gdcm::DataSet& set, gdcm::Tag tag);
 
-// The first value of an element of 16-bit numbers; the second form takes private tags, too.
+// An element's 16-bit numbers, and the first of them.
+std::vector<uint16_t> words(const gdcm::DataSet& set, gdcm::Tag tag);
 template <uint16_t group, uint16_t number>
 std::optional<uint16_t> word(const gdcm::DataSet& set) {
-    const gdcm::DataElement* found = element(set, gdcm::Tag(group, number));
-    if (!found || !found->GetByteValue() || found->GetByteValue()->GetLength() < 2)
-        return {};
-    gdcm::Attribute<group, number> attribute;
-    attribute.SetFromDataElement(*found);
-    return attribute.GetValue();
+    const std::vector<uint16_t> all = words(set, gdcm::Tag(group, number));
+    return all.empty() ? std::nullopt : std::optional(all.front());
 }
-std::vector<uint16_t> words(const gdcm::DataSet& set, gdcm::Tag tag);
 
 // Null where there is no such sequence.
 DicomItems sequence(const gdcm::DataSet& set, gdcm::Tag tag);

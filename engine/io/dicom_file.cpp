@@ -11,6 +11,7 @@
 #include "engine/io/dicom_codestream.h"
 #include "engine/io/dicom_elements.h"
 #include "engine/io/dicom_mosaic.h"
+#include "engine/io/dicom_structure.h"
 
 namespace palpate::io {
 
@@ -219,11 +220,15 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     const Result<uint64_t> bytes = regular_file_bytes(path);
     if (!bytes)
         return fail("{}", bytes.error().message);
+    Result<std::string> stated_syntax = check_structure(path);
+    if (!stated_syntax)
+        return pass_on(stated_syntax);
     gdcm::Reader reader;
     reader.SetFileName(path.c_str());
     // Skipped, the pixels are not read: the stream then stands at their first byte.
     if (!reader.ReadUpToTag(kPixels, {kPixels}))
-        return fail("{}: is no DICOM file, or a damaged one", name);
+        return fail("{}: is no DICOM file, or a damaged one: no data set in transfer syntax '{}'",
+                    name, *stated_syntax);
     const DataSet& set = reader.GetFile().GetDataSet();
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
 

@@ -13,6 +13,8 @@
 #include "tests/reader_fuzz/harness.h"
 #include "tests/support/meshes.h"
 #include "tests/support/vtp_files.h"
+#include "tests/unit/io/dicom_bytes.h"
+#include "tests/unit/io/dicom_codec.h"
 #include "tests/unit/io/sample_files.h"
 #include "tests/unit/io_formats/decode_here.h"
 #include "tests/unit/io_formats/sample_files.h"
@@ -117,6 +119,47 @@ std::string mesh_bytes(const std::string& name, bool ascii) {
                  [&](const fs::path& path) { return save_mesh(path, mesh, {.ascii = ascii}); });
 }
 
+// A CT of 16 x 12 samples with some structure, in a transfer syntax.
+std::string dicom_image(const std::string& syntax, uint16_t allocated, uint16_t stored) {
+    test::DicomData data = test::samples(16, 12, allocated, stored, false);
+    std::string pixels;
+    for (int i = 0; i < 16 * 12; ++i)
+        pixels += test::little(static_cast<uint64_t>(i * i % 251), allocated / 8);
+    test::place(data, "0\\0\\0", "1\\0\\0\\0\\1\\0", "1\\1");
+    data.put(0x7fe0, 0x10, "OW", pixels);
+    const std::string plain = data.file(test::kCtClass, "1.2.3");
+    return syntax == test::kExplicitLittle ? plain : test::encoded(plain, syntax);
+}
+
+// Two frames of one segment each.
+std::string segmentation(const char* kind, uint16_t allocated) {
+    test::DicomData data = test::samples(16, 12, allocated, allocated, false);
+    data.put(0x28, 8, "IS", "2").put(0x62, 1, "CS", kind).put_words(0x62, 0xe, {200});
+    std::vector<test::DicomData> segments(1), frames(2);
+    segments[0].put_words(0x62, 4, {1}).put(0x62, 5, "LO", "liver");
+    segments[0].put_words(0x62, 0xd, {35580, 53662, 50857});
+    for (int i = 0; i < 2; ++i) {
+        test::DicomData position, axes, measures, segment;
+        position.put(0x20, 0x32, "DS", std::to_string(4 * i) + "\\0\\" + std::to_string(6 * i));
+        axes.put(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0");
+        measures.put(0x28, 0x30, "DS", "1\\1").put(0x18, 0x88, "DS", "3");
+        segment.put_words(0x62, 0xb, {1});
+        frames[static_cast<size_t>(i)]
+            .put_items(0x20, 0x9113, {position})
+            .put_items(0x20, 0x9116, {axes})
+            .put_items(0x28, 0x9110, {measures})
+            .put_items(0x62, 0xa, {segment});
+    }
+    data.put_items(0x62, 2, segments).put_items(0x5200, 0x9230, frames);
+    std::string pixels;
+    for (int i = 0; i < 2 * 16 * 12 * allocated / 8; ++i)
+        pixels.push_back(static_cast<char>(i * 37));
+    return data.put(0x7fe0, 0x10, "OW", pixels)
+        .file(allocated == 8 && kind == std::string("LABELMAP") ? test::kLabelMapClass
+                                                                : test::kSegClass,
+              "1.2.4");
+}
+
 } // namespace
 
 std::vector<Reader> volume_readers() {
@@ -155,12 +198,29 @@ std::vector<Reader> volume_readers() {
 
 std::vector<Reader> sandboxed_readers() {
     const std::string png = test::png({{1, 2, 3}, {400, 500, 600}});
+    const auto dicom = [](const std::string& name, const std::string& syntax, uint16_t allocated,
+                          uint16_t stored) {
+        return Reader{name, "a.dcm", {dicom_image(syntax, allocated, stored)}, read_sandboxed};
+    };
     std::vector<Reader> readers{
         {"Png", "slice.png", {png}, read_sandboxed},
         {"SignedPng", "slice.png", {png}, read_sandboxed, sign_png},
         {"Jpeg",
          "slice.jpg",
          {test::jpeg({{10, 250}, {129, 1}}), test::jpeg({{10, 250}, {129, 1}}, 1)},
+         read_sandboxed},
+        dicom("Dicom", test::kExplicitLittle, 16, 12),
+        dicom("DicomImplicit", "1.2.840.10008.1.2", 16, 12),
+        dicom("DicomBigEndian", "1.2.840.10008.1.2.2", 16, 12),
+        dicom("DicomDeflated", "1.2.840.10008.1.2.1.99", 16, 12),
+        dicom("DicomRle", test::kRle, 16, 12),
+        dicom("DicomJpeg8", "1.2.840.10008.1.2.4.50", 8, 8),
+        dicom("DicomJpegLossless", "1.2.840.10008.1.2.4.70", 16, 16),
+        dicom("DicomJpegLs", test::kJpegLsLossless, 16, 12),
+        dicom("DicomJpeg2000", test::kJpeg2000Lossless, 16, 12),
+        {"DicomSeg",
+         "seg.dcm",
+         {segmentation("BINARY", 1), segmentation("FRACTIONAL", 8), segmentation("LABELMAP", 8)},
          read_sandboxed},
     };
     for (Reader& reader : readers)

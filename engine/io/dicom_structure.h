@@ -1,0 +1,21 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "engine/base/error.h"
+
+// The structure of a DICOM file, looked through before GDCM sees it: GDCM ends the process where
+// the head of an element is cut off, and makes up what is missing elsewhere.
+namespace palpate::io {
+
+// Walks over the meta header and every element, item and fragment of encoded pixels (PS3.5 7 and
+// A.4, PS3.10 7): tags, representations and lengths; values are passed over. Explicit and implicit
+// little-endian, explicit big-endian and deflated data sets. Sequences may be nested 32 deep, and
+// hold 2^24 elements in all.
+//
+// Returns the UID of the transfer syntax, empty where the file states none. An error names the
+// file, the tag and the byte at which the element begins (of the data set, where it is deflated).
+Result<std::string> check_structure(const std::filesystem::path& path);
+
+} // namespace palpate::io
