@@ -51,47 +51,48 @@ std::vector<std::pair<std::string, std::pair<Scene, SceneData>>> some_scenes() {
 
 TEST_F(AccuracyTest, ScenesErrLessThanAskedFor) {
     Renderer renderer(device());
-    size_t met = 0, refused = 0;
+    size_t turn = 0, met = 0;
     std::vector<bool> used(3, false);
     for (const auto& [name, scene_and_data] : some_scenes()) {
         const auto& [scene, data] = scene_and_data;
-        const Image truth = render_truth(scene, data);
-        for (const double error : {3e-2, 1e-3}) {
-            const Result<AccuracyChoice> choice = choose_setting(renderer, scene, data, error);
-            if (!choice) {
-                EXPECT_NE(choice.error().message.find("the best that can be had"),
-                          std::string::npos);
-                ++refused;
-                continue;
-            }
-            EXPECT_LE(choice->error_estimate, error);
-            Scene chosen = scene;
-            apply(choice->setting, data.volume.grid(), *chosen.ray_cast);
-            chosen.ray_cast->min_transmittance = choice->min_transmittance;
-            const Result<Frame> frame = renderer.render(chosen, data);
-            ASSERT_TRUE(frame) << frame.error().message;
-            const double found = color_rmse(frame->eyes[0], truth);
-            EXPECT_LE(found, choice->error_estimate) << name << ", " << text_of(choice->setting);
-            std::printf("    %s: asked %.0e, estimate %.1e, found %.1e by %s\n", name.c_str(),
-                        error, choice->error_estimate, found, text_of(choice->setting).c_str());
-            used[static_cast<size_t>(choice->setting.integrator)] = true;
-            ++met;
+        const double error = turn++ % 2 == 0 ? 1e-3 : 3e-2;
+        const Result<AccuracyChoice> choice = choose_setting(renderer, scene, data, error);
+        if (!choice) {
+            EXPECT_NE(choice.error().message.find("the best that can be had"), std::string::npos);
+            continue;
         }
+        EXPECT_LE(choice->error_estimate, error);
+        Scene chosen = scene;
+        apply(choice->setting, data.volume.grid(), *chosen.ray_cast);
+        chosen.ray_cast->min_transmittance = choice->min_transmittance;
+        const Result<Frame> frame = renderer.render(chosen, data);
+        ASSERT_TRUE(frame) << frame.error().message;
+        const double found = color_rmse(frame->eyes[0], render_truth(scene, data));
+        EXPECT_LE(found, choice->error_estimate + 0x1p-25)
+            << name << ", " << text_of(choice->setting);
+        std::printf("    %s: asked %.0e, estimate %.1e, found %.1e by %s\n", name.c_str(), error,
+                    choice->error_estimate, found, text_of(choice->setting).c_str());
+        used[static_cast<size_t>(choice->setting.integrator)] = true;
+        ++met;
     }
-    EXPECT_GT(met, 15u);
+    EXPECT_GE(met, 9u); // of twelve
     EXPECT_TRUE(used[0] && used[2]) << "coarse requests take fast, fine ones exact";
-    std::printf("    %zu met, %zu refused\n", met, refused);
 }
 
-TEST_F(AccuracyTest, WhatCannotBeReachedIsRefusedInOneSentence) {
+TEST_F(AccuracyTest, WhatCannotBeReachedIsRefusedWithWhatCanBe) {
     const auto scenes = some_scenes();
-    const auto& [scene, data] = scenes.front().second;
+    const auto& [scene, data] = scenes[4].second; // of narrow peaks: more sub-steps err less
     Renderer renderer(device());
     const Result<AccuracyChoice> choice = choose_setting(renderer, scene, data, 1e-9);
     ASSERT_FALSE(choice);
     EXPECT_THAT(choice.error().message,
                 testing::MatchesRegex("--error: expected at least .*, the best that can be had for "
-                                      "this scene .by .*., found 1e-09"));
+                                      "this scene .by exact, 64 sub-steps., found 1e-09"));
+    const double best = std::stod(choice.error().message.substr(27));
+    const Result<AccuracyChoice> granted = choose_setting(renderer, scene, data, best);
+    ASSERT_TRUE(granted) << granted.error().message;
+    EXPECT_LE(granted->error_estimate, best);
+    std::printf("    at best %.1e, by %s\n", best, text_of(granted->setting).c_str());
 }
 
 // Near-opaque matter of 3 mm samples, whose error no table of other scenes foretold.

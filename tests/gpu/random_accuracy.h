@@ -169,7 +169,8 @@ inline void expect_promises_kept(Device& device, uint32_t first, uint32_t count)
         if (promise->granted) {
             ++granted;
             EXPECT_LE(promise->estimate, random.error) << "seed " << seed;
-            EXPECT_LE(promise->found, promise->estimate) << "seed " << seed;
+            // Grid truth was rounded to float when its picture was made.
+            EXPECT_LE(promise->found, promise->estimate + 0x1p-25) << "seed " << seed;
             tightest = std::max(tightest, promise->found / promise->estimate);
         } else {
             ++refused;
