@@ -207,10 +207,12 @@ double largest_distance(const TriangleTree& from, const TriangleTree& to, double
         if (used[v] && !stop.stop_requested())
             nearest[v] = to.nearest(from.positions_mm()[v]);
     });
+    if (stop.stop_requested())
+        return known;
     for (size_t v = 0; v < nearest.size(); ++v)
         if (used[v])
             known = std::max(known, nearest[v].distance_mm);
-    if (to.triangle_count() == 0 || stop.stop_requested())
+    if (to.triangle_count() == 0)
         return known;
     // Parts of those of `count` pieces that may reach beyond what is known.
     struct Parts {

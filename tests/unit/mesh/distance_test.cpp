@@ -109,6 +109,13 @@ TEST(CompareMeshes, KnowsTheFarthestPointBetweenVertices) {
     EXPECT_LE(gable.forward.largest_mm, std::sqrt(0.5) + 1e-12);
     EXPECT_GE(gable.forward.largest_mm, std::sqrt(0.5) - options.tolerance_mm);
     EXPECT_DOUBLE_EQ(gable.backward.largest_mm, 1.0);
+
+    // Asked to stop, it looks no further than the centres of triangles, 2/3 mm from the eaves.
+    std::stop_source stop;
+    stop.request_stop();
+    const MeshDistance stopped =
+        compare_meshes(floor, roof, {.tolerance_mm = 1e-4, .samples = 1, .stop = stop.get_token()});
+    EXPECT_LT(stopped.forward.largest_mm, 0.6);
 }
 
 TEST(CompareMeshes, OfShiftedBallsIsTheShift) {
