@@ -558,8 +558,9 @@ double EdgeCollapse::prove(const Piece& whole, const CornersOf& corners_of,
             continue;
         }
         for (size_t i = 0; i < over.count; ++i)
-            if (const double d = nearest_to(over.corners[i], over.near).distance_mm; d > enough)
-                return d;
+            if (distance(over.corners[i], other) > enough)
+                if (const double d = nearest_to(over.corners[i], over.near).distance_mm; d > enough)
+                    return d;
         bisect(over, centre(over));
     }
     return level_;
@@ -602,13 +603,21 @@ double EdgeCollapse::error_of_new() {
     return level_;
 }
 
+EdgeCollapse::Candidate::Candidate(uint32_t n, uint32_t of_patch,
+                                   const std::array<glm::dvec3, 3>& corners)
+    : triangle(n), patch(of_patch), points(corners) {
+    centre = (points[0] + points[1] + points[2]) / 3.0;
+    radius = std::max({glm::length(points[0] - centre), glm::length(points[1] - centre),
+                       glm::length(points[2] - centre)});
+}
+
 // The triangles about the edge and those that share a vertex with them, as they are after it.
 void EdgeCollapse::gather_candidates() {
     candidates_.clear();
     mark_now_ += 2;
     ++judgement_;
     for (const Changed& changed : changed_) {
-        candidates_.push_back({changed.triangle, source_.patch[changed.triangle], changed.points});
+        candidates_.emplace_back(changed.triangle, source_.patch[changed.triangle], changed.points);
         seen_[changed.triangle] = judgement_;
     }
     for (const uint32_t n : dying_)
@@ -623,7 +632,7 @@ void EdgeCollapse::gather_candidates() {
                 if (const uint32_t n = corner / 3;
                     triangles_[n].x != kNone && seen_[n] != judgement_) {
                     seen_[n] = judgement_;
-                    candidates_.push_back({n, source_.patch[n], current(n)});
+                    candidates_.emplace_back(n, source_.patch[n], current(n));
                 }
         }
 }
@@ -653,7 +662,8 @@ double EdgeCollapse::error_of_original() {
                         if (const double d = distance(point, current(t)); d < found.distance_mm)
                             found = {t, d};
                 for (const Candidate& candidate : candidates_)
-                    if (candidate.patch == patch)
+                    if (candidate.patch == patch &&
+                        candidate.may_be_within(found.distance_mm, point))
                         if (const double d = distance(point, candidate.points);
                             d < found.distance_mm)
                             found = {candidate.triangle, d};

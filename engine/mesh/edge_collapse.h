@@ -105,6 +105,13 @@ class EdgeCollapse {
     struct Candidate {
         uint32_t triangle, patch;
         std::array<glm::dvec3, 3> points;
+        glm::dvec3 centre; // of a sphere about the points
+        double radius;
+        Candidate(uint32_t n, uint32_t of_patch, const std::array<glm::dvec3, 3>& corners);
+        bool may_be_within(double mm, glm::dvec3 point) const {
+            const glm::dvec3 gap = point - centre;
+            return glm::dot(gap, gap) < (mm + radius) * (mm + radius);
+        }
     };
     struct Found {
         uint32_t triangle;
