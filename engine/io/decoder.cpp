@@ -66,7 +66,6 @@ VoxelSink::~VoxelSink() {
 }
 
 Result<std::span<std::byte>> VoxelSink::allocate(const std::string& name, const VoxelClaim& claim) {
-    PALPATE_ASSERT(!claim_);
     const glm::uvec3 size = claim.size;
     const std::string what =
         fmt::format("{} x {} x {} voxels of {}{}", size.x, size.y, size.z, name_of(claim.type),
@@ -86,7 +85,12 @@ Result<std::span<std::byte>> VoxelSink::allocate(const std::string& name, const 
         return fail("{}: {} need {} bytes of memory, more than the limit of {} (--max-memory)",
                     name, what, needed, max_bytes_);
     raise_memory_limit(*bytes + claim.working_bytes);
-    if (::ftruncate(memory_fd_, static_cast<off_t>(*bytes)) != 0)
+    if (!voxels_.empty()) {
+        ::munmap(voxels_.data(), voxels_.size());
+        voxels_ = {};
+    }
+    if (::ftruncate(memory_fd_, 0) != 0 || // zeroes what was there
+        ::ftruncate(memory_fd_, static_cast<off_t>(*bytes)) != 0)
         return fail("{}: no shared memory of {} bytes: {}", name, *bytes, std::strerror(errno));
     void* const memory = ::mmap(nullptr, *bytes, PROT_READ | PROT_WRITE, MAP_SHARED, memory_fd_, 0);
     if (memory == MAP_FAILED)

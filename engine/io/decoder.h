@@ -95,7 +95,7 @@ struct VoxelClaim {
 constexpr double kRawExpansion = 1.0;
 constexpr double kDeflateExpansion = 1032.0; // the format's bound, zlib "Technical Details"
 
-// The shared memory that takes the voxels. One per decode, allocated once.
+// The shared memory that takes the voxels. One per decode.
 class VoxelSink {
  public:
     // `memory_fd` is resized by allocate(); `report_fd` takes messages for the parent, or is -1.
@@ -107,6 +107,7 @@ class VoxelSink {
     // Checks the claim against the source and against the limit, raises this process's own memory
     // limit by it, and returns zeroed memory of exactly the claimed bytes: native byte order,
     // x fastest, components interleaved. An error states both numbers and begins with `name`.
+    // Called again, it takes the place of what was allocated before.
     Result<std::span<std::byte>> allocate(const std::string& name, const VoxelClaim& claim);
 
     // Raises this process's own memory limit by what reading a header needs, for formats whose

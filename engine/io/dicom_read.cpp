@@ -17,6 +17,11 @@ namespace fs = std::filesystem;
 namespace {
 
 using Files = std::map<fs::path, DicomFile>;
+using Failures =
+    std::map<fs::path, std::string>; // the files whose pixels no codec decodes, and why
+
+// Where this many files fail and none is read, the others are not tried.
+constexpr size_t kMostFailuresInARow = 8;
 
 // One type that holds every file's: its own where they agree, else f64, which also holds NaN for
 // missing slices.
@@ -44,8 +49,11 @@ void copy_frame(const DicomFile& file, std::span<const char> pixels, uint32_t fr
     });
 }
 
-Result<void> copy_pixels(const Files& files, const DicomStack& stack, ComponentType type,
-                         std::span<std::byte> voxels, const VoxelSink& sink) {
+// Leaves the slices of files that fail as they are.
+Failures copy_pixels(const Files& files, const DicomStack& stack, ComponentType type,
+                     std::span<std::byte> voxels, const VoxelSink& sink) {
+    Failures failures;
+    bool any_read = false;
     const size_t slice_bytes = voxels.size() / stack.frames.size();
     // A multi-frame file is decoded once for all its frames.
     std::map<fs::path, std::vector<size_t>> slices_of;
@@ -61,21 +69,29 @@ Result<void> copy_pixels(const Files& files, const DicomStack& stack, ComponentT
         sink.alive(path.filename().string());
         const DicomFile& file = files.at(path);
         const Result<std::vector<char>> pixels = read_dicom_pixels(file);
-        if (!pixels)
-            return fail("{}", pixels.error().message);
+        if (!pixels) {
+            failures.emplace(path, pixels.error().message);
+            if (!any_read && failures.size() == kMostFailuresInARow)
+                break;
+            continue;
+        }
+        any_read = true;
         for (const size_t z : slices)
             copy_frame(file, *pixels, stack.frames[z].frame, type,
                        voxels.subspan(z * slice_bytes, slice_bytes));
     }
-    return {};
+    return failures;
 }
 
-Result<void> resample_pixels(const Files& files, const DicomStack& stack,
-                             std::span<std::byte> voxels, const VoxelSink& sink) {
-    fs::path decoded;
+// Ends at the first file that fails.
+Failures resample_pixels(const Files& files, const DicomStack& stack, std::span<std::byte> voxels,
+                         const VoxelSink& sink) {
+    Failures failures;
+    fs::path last, decoded;
     std::vector<char> pixels; // of that file, which may hold several frames
     const auto values_of = [&](const DicomFrame& frame) -> Result<std::vector<double>> {
         sink.alive(frame.file.filename().string());
+        last = frame.file;
         const DicomFile& file = files.at(frame.file);
         if (frame.file != decoded) {
             Result<std::vector<char>> read = read_dicom_pixels(file);
@@ -91,8 +107,11 @@ Result<void> resample_pixels(const Files& files, const DicomStack& stack,
             value = frame.rescale.slope * value + frame.rescale.intercept;
         return values;
     };
-    return resample_stack(stack, values_of,
-                          {reinterpret_cast<float*>(voxels.data()), voxels.size() / sizeof(float)});
+    const Result<void> made = resample_stack(
+        stack, values_of, {reinterpret_cast<float*>(voxels.data()), voxels.size() / sizeof(float)});
+    if (!made)
+        failures.emplace(last, made.error().message);
+    return failures;
 }
 
 // Warns where other images of the chosen series have another size or orientation.
@@ -118,25 +137,31 @@ void warn_of_other_planes(const std::string& name, const std::vector<DicomSeries
             plane_words(all[chosen].frames.front()), left_out, images, others));
 }
 
-// Sets files of a series aside whose encoded pixels are damaged, where others are left.
+// Sets files of a series aside where others are left.
+bool set_aside(DicomFiles& found, DicomSeries& series, const Failures& failures) {
+    const auto failed = [&](const DicomFrame& frame) { return failures.count(frame.file) > 0; };
+    if (std::all_of(series.frames.begin(), series.frames.end(), failed))
+        return false;
+    std::erase_if(series.frames, failed);
+    for (const auto& [path, why] : failures)
+        set_aside(found, path, why);
+    return true;
+}
+
+// Those whose encoded pixels are damaged.
 void set_damaged_aside(DicomFiles& found, DicomSeries& series, const VoxelSink& sink) {
     std::set<fs::path> paths;
     for (const DicomFrame& frame : series.frames)
         paths.insert(frame.file);
     if (paths.size() < 2)
         return;
-    std::map<fs::path, std::string> damaged;
+    Failures damaged;
     for (const fs::path& path : paths) {
         sink.alive(path.filename().string());
         if (const Result<uint32_t> checked = check_codestreams(found.files.at(path)); !checked)
             damaged.emplace(path, checked.error().message);
     }
-    if (damaged.size() == paths.size())
-        return;
-    std::erase_if(series.frames,
-                  [&](const DicomFrame& frame) { return damaged.count(frame.file) > 0; });
-    for (const auto& [path, why] : damaged)
-        set_aside(found, path, why);
+    set_aside(found, series, damaged);
 }
 
 // The claim for a stack's voxels; takes the slices' rescales and the files' warnings over.
@@ -203,31 +228,36 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
                                  found->warnings.end());
         return decoded;
     }
-    Decoded decoded;
-    decoded.notes = std::move(notes);
-    decoded.modality = series.modality;
-    decoded.heeded_resample_slices = true;
-    warn_of_other_planes(name, all, *chosen, decoded.warnings);
+    std::vector<std::string> warnings;
+    warn_of_other_planes(name, all, *chosen, warnings);
     set_damaged_aside(*found, series, sink);
-    decoded.warnings.insert(decoded.warnings.begin(), found->warnings.begin(),
-                            found->warnings.end());
-    Result<DicomStack> stack = make_stack(request, std::move(series), found->damaged);
-    if (!stack)
-        return fail("{}{}", stack.error().message,
-                    found->damaged > 0 ? "; " + found->warnings.back() : "");
-    decoded.warnings.insert(decoded.warnings.end(), stack->warnings.begin(), stack->warnings.end());
-    decoded.grid = stack->grid;
+    for (;;) { // until the codecs take every file that is left
+        Decoded decoded;
+        decoded.notes = notes;
+        decoded.modality = series.modality;
+        decoded.heeded_resample_slices = true;
+        decoded.warnings = found->warnings;
+        decoded.warnings.insert(decoded.warnings.end(), warnings.begin(), warnings.end());
+        Result<DicomStack> stack = make_stack(request, series, found->damaged);
+        if (!stack)
+            return fail("{}{}", stack.error().message,
+                        found->damaged > 0 ? "; " + found->warnings.back() : "");
+        decoded.warnings.insert(decoded.warnings.end(), stack->warnings.begin(),
+                                stack->warnings.end());
+        decoded.grid = stack->grid;
 
-    const VoxelClaim claim = claim_of(found->files, *stack, decoded);
-    Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return pass_on(voxels);
-    if (Result<void> filled = stack->resampled
-                                  ? resample_pixels(found->files, *stack, *voxels, sink)
-                                  : copy_pixels(found->files, *stack, claim.type, *voxels, sink);
-        !filled)
-        return pass_on(filled);
-    return decoded;
+        const VoxelClaim claim = claim_of(found->files, *stack, decoded);
+        Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
+        if (!voxels)
+            return pass_on(voxels);
+        const Failures failures =
+            stack->resampled ? resample_pixels(found->files, *stack, *voxels, sink)
+                             : copy_pixels(found->files, *stack, claim.type, *voxels, sink);
+        if (failures.empty())
+            return decoded;
+        if (!set_aside(*found, series, failures))
+            return fail("{}", failures.begin()->second);
+    }
 }
 
 } // namespace palpate::io

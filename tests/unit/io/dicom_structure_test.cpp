@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "engine/io/volume_io.h"
@@ -29,6 +30,18 @@ class DicomStructures : public testing::Test {
     }
     test::Folder folder_{"structure"};
 };
+
+// An image of 8 x 8 samples x + 100 z.
+std::string slice_of(int z) {
+    DicomData data = test::samples(8, 8, 16, 16, false);
+    std::vector<int> values;
+    for (int i = 0; i < 64; ++i)
+        values.push_back(i % 8 + 100 * z);
+    data.put(0x20, 0x0e, "UI", "1.2.5").put(0x20, 0x13, "IS", std::to_string(z));
+    test::place(data, "0\\0\\" + std::to_string(2 * z), "1\\0\\0\\0\\1\\0", "1\\1");
+    data.put(0x7fe0, 0x10, "OW", test::words_16(values));
+    return data.file(test::kCtClass, "1.2.5." + std::to_string(z + 1));
+}
 
 // Where an element of an explicit little-endian file begins.
 size_t place_of(const std::string& file, uint16_t group, uint16_t number) {
@@ -111,6 +124,41 @@ TEST_F(DicomStructures, EveryWayOfWritingIsFollowed) {
     for (int i = 0; i < 100; ++i)
         deep += head + "SQ" + test::little(0, 2) + open + item + open;
     EXPECT_THAT(error_of(with(deep)), HasSubstr("nested more than 32 deep"));
+}
+
+// A file whose codec fails, though its elements are whole.
+TEST_F(DicomStructures, AFileThatItsCodecDoesNotDecodeIsPassedOver) {
+    for (const bool resample : {false, true}) {
+        for (int z = 0; z < 5; ++z) {
+            std::string file = test::encoded(slice_of(z), test::kJpegLsLossless);
+            const size_t at = file.find(test::kJpegLsLossless);
+            ASSERT_NE(at, std::string::npos);
+            if (z == 2) // named JPEG 2000, second part: a codestream of JPEG-LS is none
+                file.replace(at, 22, "1.2.840.10008.1.2.4.92");
+            test::write(folder_ / ("s" + std::to_string(z)), file);
+        }
+        const Result<LoadedVolume> loaded =
+            load_volume(folder_.path(), {.resample_slices = resample});
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        EXPECT_THAT(loaded->warnings, Contains(AllOf(HasSubstr("s2: is passed over"),
+                                                     HasSubstr("cannot be decoded"))));
+        ASSERT_EQ(loaded->volume.size(), glm::uvec3(8, 8, 5));
+        EXPECT_EQ(loaded->volume.value({3, 2, 1}), 103.0f);
+        EXPECT_EQ(loaded->volume.value({3, 2, 3}), 303.0f);
+        if (resample)
+            EXPECT_EQ(loaded->volume.value({3, 2, 2}), 203.0f);
+        else
+            EXPECT_TRUE(std::isnan(loaded->volume.value({3, 2, 2})));
+    }
+    // Where none is decoded, the refusal names one and why.
+    for (int z = 0; z < 5; ++z) {
+        std::string file = test::encoded(slice_of(z), test::kJpegLsLossless);
+        file.replace(file.find(test::kJpegLsLossless), 22, "1.2.840.10008.1.2.4.92");
+        test::write(folder_ / ("s" + std::to_string(z)), file);
+    }
+    const Result<LoadedVolume> none = load_volume(folder_.path());
+    ASSERT_FALSE(none);
+    EXPECT_THAT(none.error().message, AllOf(HasSubstr("s0: "), HasSubstr("cannot be decoded")));
 }
 
 } // namespace
