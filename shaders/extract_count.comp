@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_vote : require
 
 // Counts what each listed block holds. One workgroup a block.
 
@@ -26,22 +27,30 @@ void main() {
         vertices = 0u;
         triangles = 0u;
     }
-    for (uint row = lane; row < 81u; row += kExtractGroup) {
-        const uint z = ninth(row);
-        const ivec3 start = 8 * block + ivec3(0, row - 9u * z, z);
-        uint bits = 0u;
-        for (int x = 0; x < 9; ++x)
-            bits |= is_inside(sample_at(start + ivec3(x, 0, 0))) ? 1u << x : 0u;
-        inside_of_row[row] = bits;
-    }
+    uint row = lane;
+    do {
+        if (row < 81u) {
+            const uint z = ninth(row);
+            const ivec3 start = 8 * block + ivec3(0, row - 9u * z, z);
+            uint bits = 0u;
+            for (int x = 0; x < 9; ++x)
+                bits |= is_inside(sample_at(start + ivec3(x, 0, 0))) ? 1u << x : 0u;
+            inside_of_row[row] = bits;
+        }
+        row += kExtractGroup;
+    } while (subgroupAny(row < 81u));
     barrier();
-    for (uint row = lane; row < 81u; row += kExtractGroup) {
-        const int z = int(ninth(row)), y = int(row) - 9 * z;
-        const uint edges = crossed_edges(y, z, last), own = own_bits(y, z);
-        if (edges != 0u)
-            atomicAdd(vertices,
-                      uint(bitCount(edges & own)) | uint(bitCount(edges & ~own)) << 16);
-    }
+    row = lane;
+    do {
+        if (row < 81u) {
+            const int z = int(ninth(row)), y = int(row) - 9 * z;
+            const uint edges = crossed_edges(y, z, last), own = own_bits(y, z);
+            if (edges != 0u)
+                atomicAdd(vertices,
+                          uint(bitCount(edges & own)) | uint(bitCount(edges & ~own)) << 16);
+        }
+        row += kExtractGroup;
+    } while (subgroupAny(row < 81u));
 
     uvec4 corners;
     uint left = crossed_cells(int(lane & 7u), int(lane >> 3), last, corners);

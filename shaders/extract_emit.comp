@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_scalar_block_layout : require
+#extension GL_KHR_shader_subgroup_vote : require
 
 // Makes listed blocks: vertices, the numbers of their edges, and triangles, each where its job says.
 // One workgroup a block.
@@ -33,53 +34,65 @@ shared uint entries[3 * 9 * 9 * 9];
 #include "shaders/lib/extract_vertex.glsl"
 
 void read_samples(uint lane, ivec3 block) {
-    for (uint row = lane; row < 121u; row += kExtractGroup) {
-        const int z = int(row * 373u >> 12), y = int(row) - 11 * z; // row / 11 below 121
-        const ivec3 start = 8 * block + ivec3(-1, y - 1, z - 1);
-        uint bits = 0u;
-        for (int x = 0; x < 11; ++x) {
-            const uint sample_bits = sample_at(start + ivec3(x, 0, 0));
-            value[11u * row + uint(x)] = sample_bits;
-            bits |= is_inside(sample_bits) ? 1u << x : 0u;
+    uint row = lane;
+    do {
+        if (row < 121u) {
+            const int z = int(row * 373u >> 12), y = int(row) - 11 * z; // row / 11 below 121
+            const ivec3 start = 8 * block + ivec3(-1, y - 1, z - 1);
+            uint bits = 0u;
+            for (int x = 0; x < 11; ++x) {
+                const uint sample_bits = sample_at(start + ivec3(x, 0, 0));
+                value[11u * row + uint(x)] = sample_bits;
+                bits |= is_inside(sample_bits) ? 1u << x : 0u;
+            }
+            if (y >= 1 && y <= 9 && z >= 1 && z <= 9)
+                inside_of_row[(y - 1) + 9 * (z - 1)] = bits >> 1 & 0x1ffu;
         }
-        if (y >= 1 && y <= 9 && z >= 1 && z <= 9)
-            inside_of_row[(y - 1) + 9 * (z - 1)] = bits >> 1 & 0x1ffu;
-    }
+        row += kExtractGroup;
+    } while (subgroupAny(row < 121u));
 }
 
 void list_vertices(uint lane, uint own) {
-    for (uint row = lane; row < 81u; row += kExtractGroup) {
-        const int z = int(ninth(row)), y = int(row) - 9 * z;
-        // As vertex_on() numbers them, counted on.
-        const uint mask = own_bits(y, z), start = before_row[row];
-        uint next_own = start & 0xffffu, next_borrowed = own + (start >> 16);
-        uint left = edges_of_row[row];
-        while (left != 0u) {
-            const uint bit = uint(findLSB(left));
-            const uint is_own = mask >> bit & 1u;
-            entries[is_own != 0u ? next_own : next_borrowed] = row << 5 | bit;
-            next_own += is_own;
-            next_borrowed += 1u - is_own;
-            left &= left - 1u;
+    uint row = lane;
+    do {
+        if (row < 81u) {
+            const int z = int(ninth(row)), y = int(row) - 9 * z;
+            // As vertex_on() numbers them, counted on.
+            const uint mask = own_bits(y, z), start = before_row[row];
+            uint next_own = start & 0xffffu, next_borrowed = own + (start >> 16);
+            uint left = edges_of_row[row];
+            while (left != 0u) {
+                const uint bit = uint(findLSB(left));
+                const uint is_own = mask >> bit & 1u;
+                entries[is_own != 0u ? next_own : next_borrowed] = row << 5 | bit;
+                next_own += is_own;
+                next_borrowed += 1u - is_own;
+                left &= left - 1u;
+            }
         }
-    }
+        row += kExtractGroup;
+    } while (subgroupAny(row < 81u));
 }
 
 void make_vertices(uint lane, ivec3 block, uint count, uint first, bool wanted) {
-    for (uint i = lane; i < count; i += kExtractGroup) {
-        const uint entry = entries[i];
-        const uint row = entry >> 5, bit = entry & 31u;
-        const uint x = bit * 11u >> 5, axis = bit - 3u * x; // bit / 3 below 32
-        const uint z = ninth(row), y = row - 9u * z;
-        const uint at = (x + 1u) + 11u * (y + 1u) + 121u * (z + 1u);
-        const Vertex vertex = vertex_at(8 * block + ivec3(x, y, z), at, axis);
-        if (wanted) {
-            positions[first + i] = vertex.position;
-            if (kNormals != 0u)
-                normals[first + i] = vertex.normal;
-            edges[first + i] = 4u * ((x + 1u) + 12u * (y + 1u) + 132u * (z + 1u)) + axis;
+    uint i = lane;
+    do {
+        if (i < count) {
+            const uint entry = entries[i];
+            const uint row = entry >> 5, bit = entry & 31u;
+            const uint x = bit * 11u >> 5, axis = bit - 3u * x; // bit / 3 below 32
+            const uint z = ninth(row), y = row - 9u * z;
+            const uint at = (x + 1u) + 11u * (y + 1u) + 121u * (z + 1u);
+            const Vertex vertex = vertex_at(8 * block + ivec3(x, y, z), at, axis);
+            if (wanted) {
+                positions[first + i] = vertex.position;
+                if (kNormals != 0u)
+                    normals[first + i] = vertex.normal;
+                edges[first + i] = 4u * ((x + 1u) + 12u * (y + 1u) + 132u * (z + 1u)) + axis;
+            }
         }
-    }
+        i += kExtractGroup;
+    } while (subgroupAny(i < count));
 }
 
 // Returns how many cells the surface crosses.
@@ -118,22 +131,28 @@ uint vertex_of_cell(uvec3 cell, uint e, uint own) {
 }
 
 void make_triangles(uint lane, uint count, uint own, uint first, bool wanted) {
-    for (uint i = lane; i < count; i += kExtractGroup) {
-        const uint entry = entries[i];
-        const uvec3 cell = uvec3(entry & 7u, entry >> 3 & 7u, entry >> 6 & 7u);
-        const ExtractCase of = cases[entry >> 9 & 0xffu];
-        const uint end = of.high >> 28;
-        uint low = of.low, high = of.high; // the next corner's edge in the lowest bits
-        for (uint k = 0u; k < end; ++k) {
-            const uvec3 triangle = uvec3(vertex_of_cell(cell, low & 15u, own),
-                                         vertex_of_cell(cell, low >> 4 & 15u, own),
-                                         vertex_of_cell(cell, low >> 8 & 15u, own));
-            if (wanted)
-                triangles[first + (entry >> 17) + k] = triangle;
-            low = low >> 12 | high << 20;
-            high >>= 12;
+    uint i = lane;
+    do {
+        if (i < count) {
+            const uint entry = entries[i];
+            const uvec3 cell = uvec3(entry & 7u, entry >> 3 & 7u, entry >> 6 & 7u);
+            const ExtractCase of = cases[entry >> 9 & 0xffu];
+            const uint end = of.high >> 28;
+            uint low = of.low, high = of.high; // the next corner's edge in the lowest bits
+            uint k = 0u;
+            do {
+                const uvec3 triangle = uvec3(vertex_of_cell(cell, low & 15u, own),
+                                             vertex_of_cell(cell, low >> 4 & 15u, own),
+                                             vertex_of_cell(cell, low >> 8 & 15u, own));
+                if (wanted && k < end)
+                    triangles[first + (entry >> 17) + k] = triangle;
+                low = low >> 12 | high << 20;
+                high >>= 12;
+                k += 1u;
+            } while (subgroupAny(k < end));
         }
-    }
+        i += kExtractGroup;
+    } while (subgroupAny(i < count));
 }
 
 void main() {
