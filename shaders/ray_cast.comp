@@ -5,7 +5,8 @@
 
 // The ray caster: one workgroup a listed tile, one invocation a pixel, one pass. Segments of one step
 // each lie on a lattice that starts at the eye; only the first and the last are cut, and they are
-// taken out of the loops. Loops are do-while with the rare work outside, because software devices run
+// taken out of the loops. Loops are do-while, which all lanes of a subgroup leave together
+// (docs/decisions/10-loops-that-lanes-leave.md), with the rare work outside, because software devices run
 // every branch. Stretches of empty macro-cells are jumped over; what is marched is the same bit for
 // bit without (lib/skipping.glsl).
 //

@@ -292,7 +292,7 @@ TEST_F(InteractiveTest, OfABrickAtlasItIsTheSameToTheBit) {
                 continue;
             SCOPED_TRACE(testing::Message() << static_cast<int>(mode) << " slices " << slices);
             Scene scene = scene_of(mode);
-            scene.size_px = {71, 58};
+            scene.size_px = size_or_half({71, 58});
             scene.ray_cast->integrator = Integrator::preintegrated;
             if (slices) {
                 scene.slices = {{{0, 0, -20}, {0, 0.2, 1}, Interpolation::linear, 8.0}};
