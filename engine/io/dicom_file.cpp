@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "engine/base/printable.h"
 #include "engine/io/dicom_codestream.h"
 #include "engine/io/dicom_elements.h"
 #include "engine/io/dicom_mosaic.h"
@@ -100,10 +101,11 @@ std::string refusal_of(const DataSet& set, const std::string& kind, bool segment
             return fmt::format("is a {}, expected a DICOM image", other.name);
     if (!word<0x0028, 0x0010>(set) || !word<0x0028, 0x0011>(set))
         return fmt::format("is a DICOM file without an image (class {})",
-                           kind.empty() ? "unknown" : kind);
+                           kind.empty() ? "unknown" : printable(kind));
     const std::string colours = text(set, Tag(0x0028, 0x0004));
     if (word<0x0028, 0x0002>(set).value_or(1) != 1 || (colours == "PALETTE COLOR" && !segmentation))
-        return fmt::format("holds colours ({}), expected one grey value a sample", colours);
+        return fmt::format("holds colours ({}), expected one grey value a sample",
+                           printable(colours));
     const uint16_t allocated = word<0x0028, 0x0100>(set).value_or(0);
     if (!(segmentation && allocated == 1) && !component_type(allocated, false))
         return fmt::format("holds samples of {} bits, expected 8, 16 or 32", allocated);
@@ -116,7 +118,7 @@ Result<Segmentation> segmentation_of(const std::string& name, const DataSet& set
     const auto* found = std::find(std::begin(kKinds), std::end(kKinds), kind);
     if (found == std::end(kKinds))
         return fail("{}: is a segmentation of type '{}', expected BINARY, FRACTIONAL or LABELMAP",
-                    name, kind);
+                    name, printable(kind));
     Segmentation segmentation;
     segmentation.kind = static_cast<SegmentationKind>(found - std::begin(kKinds));
     segmentation.largest_fraction = word<0x0062, 0x000e>(set).value_or(1);
@@ -228,7 +230,7 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     // Skipped, the pixels are not read: the stream then stands at their first byte.
     if (!reader.ReadUpToTag(kPixels, {kPixels}))
         return fail("{}: is no DICOM file, or a damaged one: no data set in transfer syntax '{}'",
-                    name, *stated_syntax);
+                    name, printable(*stated_syntax));
     const DataSet& set = reader.GetFile().GetDataSet();
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
 

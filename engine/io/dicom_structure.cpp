@@ -153,7 +153,7 @@ class Walk {
         const bool pixels = head.is(0x7fe0, 0x0010);
         const bool open = head.length == kUndefined;
         if (open) {
-            if (head.vr == "OB" || head.vr == "OW" || (pixels && head.vr.empty()))
+            if (pixels && (head.vr == "OB" || head.vr == "OW" || head.vr.empty()))
                 return items(head, end, true, true, implicit, depth);
             if (!head.vr.empty() && head.vr != "SQ" && head.vr != "UN")
                 return fmt::format("{} has no length and is no sequence", head.name());

@@ -65,6 +65,12 @@ TEST_F(DicomStructures, AnUnknownRepresentationIsNamed) {
                                       Not(HasSubstr("\x1b"))));
 }
 
+TEST_F(DicomStructures, TextOfTheHeaderIsQuotedInOneLine) {
+    std::string file = test::dicom_slice(0);
+    file[file.find(test::kExplicitLittle) + 1] = '\n';
+    EXPECT_THAT(error_of(file), AllOf(HasSubstr("'1\\n2.840.10008.1.2.1'"), Not(HasSubstr("\n"))));
+}
+
 TEST_F(DicomStructures, EveryFileThatIsCutOffIsRefusedInWords) {
     const std::string file = test::dicom_slice(0);
     for (size_t size = 0; size < file.size(); size += 13) {
@@ -117,6 +123,10 @@ TEST_F(DicomStructures, EveryWayOfWritingIsFollowed) {
     EXPECT_EQ(error_of(with(unknown)), "");
     EXPECT_THAT(error_of(with(nested.substr(0, nested.size() - 8))),
                 AllOf(HasSubstr("(0008,1140)"), HasSubstr("where an item is due")));
+    EXPECT_THAT(error_of(with(head + "OB" + test::little(0, 2) + open + item + test::little(0, 4) +
+                              ends.substr(8))),
+                HasSubstr("(0008,1140) at byte " + std::to_string(at) +
+                          " has no length and is no sequence"));
     // An end of a sequence that never began; depth without end.
     EXPECT_THAT(error_of(with(test::little(0xe0ddfffe, 4) + test::little(0, 4))),
                 HasSubstr("lies where no item begins or ends"));
