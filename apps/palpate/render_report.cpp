@@ -5,6 +5,7 @@
 
 #include "apps/palpate/preview.h"
 #include "engine/accuracy/accuracy.h"
+#include "engine/base/profile.h"
 
 namespace palpate {
 
@@ -18,6 +19,7 @@ OrderedJson error_estimate(Renderer& renderer, const Timing& timing, const Scene
                            const SceneData& data) {
     if (!scene.ray_cast)
         return 0.0;
+    const profile::Scope scope("error estimate");
     Result<AccuracyJudge> judge = AccuracyJudge::make(renderer, scene, data);
     if (!judge)
         return nullptr;

@@ -209,6 +209,7 @@ TEST_F(KilledEdit, AStrokeThatCountsAsDoneIsInTheJournal) {
 TEST_F(KilledEdit, ALongSweepEndsWhenAskedTo) {
     Operation op;
     op.kind = OperationKind::mill;
+    op.to_value = 0;
     op.rates = {{0, 1}};
     std::vector<ToolPose> poses;
     for (int k = 0; k < 4000; ++k) // across one brick and back, each way some sixty places

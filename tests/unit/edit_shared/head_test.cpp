@@ -36,6 +36,7 @@ class CarvedHead : public SharedData {
         Operation cut, mill, add;
         cut.kind = OperationKind::cut;
         mill.kind = add.kind = OperationKind::mill;
+        cut.to_value = mill.to_value = 0; // air in this head, whose values are HU + 1024
         mill.rates = {{-1000, 20000}, {300, 8000}, {1500, 500}}; // bone goes slowly
         mill.falloff_mm = 4.0;
         mill.only_values = std::pair{200.0, 4000.0}; // and nothing else goes

@@ -211,7 +211,9 @@ TEST(Shading, FacesTheEyeOnEitherSide) {
     for (const double side : {1.0, -1.0}) {
         scene.camera = along(side * direction, {0, 0, 0});
         const double facing = 0.6; // the cosine between (3, 4, 0) / 5 and x
-        const double light = 0.2 + 0.8 * facing, shine = 0.2 * std::pow(facing, 10.0);
+        const Shading by;          // iso shades with the defaults
+        const double light = by.ambient + by.diffuse * facing;
+        const double shine = by.specular * std::pow(facing, by.shininess);
         const glm::dvec4 seen = twin_pixel(scene, data, {0, 0}).rgba;
         EXPECT_NEAR(seen.x, 0.5 * light + shine, 1e-6);
         EXPECT_NEAR(seen.z, shine, 1e-6);
