@@ -20,12 +20,12 @@ struct Options {
 };
 
 Result<void> run(const Options& options) {
-    const Result<SceneFile> file = load_scene(options.scene);
+    Result<SceneFile> file = load_scene(options.scene);
     if (!file)
-        return tl::unexpected<Error>(file.error());
-    const Result<LoadedScene> loaded = load_scene_data(*file);
+        return pass_on(file);
+    Result<LoadedScene> loaded = load_scene_data(*file);
     if (!loaded)
-        return tl::unexpected<Error>(loaded.error());
+        return pass_on(loaded);
     const Scene scene = resolved_scene(*file, loaded->data.volume.grid());
     PixelStride pixels = options.pixels;
     pixels.offset = {options.offset[0], options.offset[1]};

@@ -109,9 +109,9 @@ struct Measured {
             apply(row.setting, data.volume.grid(), *scene.ray_cast);
             double ms = 1e30, error = 0.0;
             for (int turn = 0; turn < 3; ++turn) {
-                const Result<Frame> frame = renderer.render(scene, data);
+                Result<Frame> frame = renderer.render(scene, data);
                 if (!frame)
-                    return tl::unexpected(frame.error());
+                    return pass_on(frame);
                 ms = std::min(ms, gpu_ms(frame->stats));
                 error = color_rmse(frame->eyes[0], truth);
             }
@@ -126,7 +126,7 @@ struct Measured {
 };
 
 Result<void> measure(Measured& out) {
-    Device device({});
+    GpuDevice device({});
     log::info("on {}, {}", device.info().name, device.info().driver);
     Renderer renderer(device);
     for (const RaySetting& setting : settings())
@@ -200,7 +200,7 @@ int main(int argc, char** argv) {
             palpate::log::error("{}", done.error().message);
             return 1;
         }
-        palpate::Device device({});
+        palpate::GpuDevice device({});
         const std::string text =
             palpate::written(measured, device.info().name + ", " + device.info().driver);
         if (auto saved = palpate::save_bytes(output, std::as_bytes(std::span(text))); !saved) {

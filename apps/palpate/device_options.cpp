@@ -29,7 +29,7 @@ void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
         ->check(CLI::IsMember({"auto", "taps", "stored"}));
 }
 
-Result<void> apply(const DeviceMemoryOptions& options, const Device& device, bool many_frames,
+Result<void> apply(const DeviceMemoryOptions& options, const GpuDevice& device, bool many_frames,
                    RendererOptions& renderer) {
     renderer.residency = options.residency == "dense"   ? Residency::dense
                          : options.residency == "atlas" ? Residency::atlas

@@ -45,7 +45,7 @@ bool report_devices() {
         if (!usable)
             fmt::print("  Without a GPU, the package mesa-vulkan-drivers brings lavapipe.\n");
         else
-            fmt::print("  chosen by default: {}\n", Device({}).info().name);
+            fmt::print("  chosen by default: {}\n", GpuDevice({}).info().name);
     } catch (const GpuError& error) {
         fmt::print("Vulkan devices: {}\n", error.what());
     }
@@ -54,7 +54,7 @@ bool report_devices() {
 
 void report_validation() {
     try {
-        const Device device({.validation = true});
+        const GpuDevice device({.validation = true});
         fmt::print("Vulkan validation: installed\n");
     } catch (const GpuError& error) {
         fmt::print("Vulkan validation: not available ({}); only tests need it\n", error.what());

@@ -42,9 +42,9 @@ std::vector<NamedFile> files_of(const EditOptions& o) {
 Result<std::vector<JournalEntry>> strokes_of_file(const EditOptions& options) {
     std::vector<JournalEntry> entries;
     if (!options.strokes.empty()) {
-        const Result<std::string> text = load_text(options.strokes, uint64_t{1} << 30);
+        Result<std::string> text = load_text(options.strokes, uint64_t{1} << 30);
         if (!text)
-            return tl::unexpected(text.error());
+            return pass_on(text);
         Result<std::vector<Stroke>> strokes = parse_strokes(*text, options.strokes);
         if (!strokes)
             return pass_on(strokes);
@@ -92,8 +92,8 @@ Result<Journal::Contents> look_at_journal(const EditOptions& options, const fs::
             return fail("{}: no such file, so there is nothing to recover", path.string());
         return Journal::Contents();
     }
-    if (const Result<void> ended = Journal::expect_ended(path); !ended)
-        return tl::unexpected(ended.error());
+    if (Result<void> ended = Journal::expect_ended(path); !ended)
+        return pass_on(ended);
     if (options.discard)
         return Journal::Contents();
     if (!options.recover)
@@ -120,8 +120,8 @@ Result<Journal::Found> find_journal(const EditOptions& options, const fs::path& 
     if (fs::exists(path, error) && options.recover)
         return Journal::open(path, base);
     if (fs::exists(path, error) && options.discard)
-        if (const Result<void> gone = Journal::discard(path); !gone)
-            return tl::unexpected(gone.error());
+        if (Result<void> gone = Journal::discard(path); !gone)
+            return pass_on(gone);
     Result<Journal> made = Journal::create(path, base);
     if (!made)
         return pass_on(made);
@@ -163,9 +163,9 @@ Result<Input> load_input(const EditOptions& options, bool labels, const char* ki
         return input;
     ReadFlags flags = options.read;
     flags.path = options.guide;
-    const Result<LoadedVolume> guide = load(flags, false, interrupt);
+    Result<LoadedVolume> guide = load(flags, false, interrupt);
     if (!guide)
-        return tl::unexpected(guide.error());
+        return pass_on(guide);
     if (const Result<void> serves = check_guide(guide->volume, input.volume.volume); !serves)
         return fail("{}: {}", options.guide, serves.error().message);
     input.guide = guide->volume;
@@ -179,11 +179,11 @@ Result<void> run_edit(const EditOptions& options) {
         return named;
     Result<std::vector<JournalEntry>> wanted = strokes_of_file(options);
     if (!wanted)
-        return tl::unexpected(wanted.error());
+        return pass_on(wanted);
     const bool alone = options.strokes.empty(); // the journal's strokes are all there are
-    const Result<Journal::Contents> there = look_at_journal(options, journal_path);
+    Result<Journal::Contents> there = look_at_journal(options, journal_path);
     if (!there)
-        return tl::unexpected(there.error());
+        return pass_on(there);
     const std::vector<JournalEntry>& strokes = alone ? there->entries : *wanted;
     if (const Result<void> enough = check_undo(strokes, options.undo); !enough)
         return enough;
@@ -197,7 +197,7 @@ Result<void> run_edit(const EditOptions& options) {
     Result<Input> input =
         load_input(options, labels, labels ? name_of((*first)->kind) : "", interrupt);
     if (!input)
-        return tl::unexpected(input.error());
+        return pass_on(input);
     const Volume& volume = input->volume.volume;
     if (const Result<void> holds = expect_format_holds(options.out, volume.grid()); !holds)
         return holds;
@@ -210,7 +210,7 @@ Result<void> run_edit(const EditOptions& options) {
     Result<Journal::Found> found =
         find_journal(options, journal_path, Journal::base_of(volume, guide));
     if (!found)
-        return tl::unexpected(found.error());
+        return pass_on(found);
     tell(*found, journal_path);
     std::vector<JournalEntry> entries = std::move(found->entries);
     const size_t kept = entries.size();

@@ -56,7 +56,7 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
     if (entry.kind == JournalEntry::Kind::stroke) {
         auto run = StrokeRun::start(now_, entry.stroke.tool, entry.stroke.operation, guide_);
         if (!run)
-            return tl::unexpected(run.error());
+            return pass_on(run);
         // In portions, which change no byte, so that a long way is not laid out at once.
         const auto go_on = [&] { return !stop.stop_requested(); };
         for (std::span<const ToolPose> left(entry.stroke.poses); !left.empty();) {
@@ -75,10 +75,9 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
         history_.record(before, now_);
     } else {
         const bool back = entry.kind == JournalEntry::Kind::undo;
-        const Result<std::optional<Volume>> taken =
-            back ? history_.undo(now_) : history_.redo(now_);
+        Result<std::optional<Volume>> taken = back ? history_.undo(now_) : history_.redo(now_);
         if (!taken)
-            return tl::unexpected(taken.error());
+            return pass_on(taken);
         if (!*taken)
             return fail("expected a stroke to {}, found none left in the history",
                         back ? "undo" : "redo");

@@ -11,7 +11,7 @@ namespace {
 constexpr uint64_t kMostSamples = 256ull * 256 * 256;
 }
 
-Result<Preview> draw_preview(Device& device, const RendererOptions& options, const Scene& scene,
+Result<Preview> draw_preview(GpuDevice& device, const RendererOptions& options, const Scene& scene,
                              const LoadedScene& loaded) {
     for (size_t i = 0; i < loaded.coarser.size(); ++i) {
         if (sample_count(loaded.coarser[i].grid()) > kMostSamples)

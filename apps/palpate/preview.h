@@ -19,7 +19,7 @@ struct Preview {
 };
 
 // Draws the finest coarser level of at most 256^3 samples. Fails where there is none.
-Result<Preview> draw_preview(Device& device, const RendererOptions& options, const Scene& scene,
+Result<Preview> draw_preview(GpuDevice& device, const RendererOptions& options, const Scene& scene,
                              const LoadedScene& loaded);
 
 // How the volume lay on the device, for people (where that is worth a line) and for programs.

@@ -65,7 +65,7 @@ std::vector<NamedFile> files_of(const RenderOptions& options) {
 }
 
 // --error: the fastest setting with which the scene's picture errs less.
-Result<void> meet_error(const RenderOptions& options, Device& device,
+Result<void> meet_error(const RenderOptions& options, GpuDevice& device,
                         const RendererOptions& renderer_options, const SceneData& data,
                         Scene& scene) {
     if (options.error <= 0.0)
@@ -137,7 +137,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
         return fail("--frame-ms: expected a scene with ray casting, found slices alone");
     if (options.frames.frame_ms > 0 && scene->value_and_depth)
         return fail("--frame-ms: values and depths come from a ray a pixel; leave out --values");
-    Device device({.select = options.device, .validation = options.validate});
+    GpuDevice device({.select = options.device, .validation = options.validate});
     RendererOptions renderer_options{.volume_format = options.format,
                                      .skipping = !options.no_skipping};
     if (auto applied = apply(options.memory, device, options.frames.frames > 1, renderer_options);

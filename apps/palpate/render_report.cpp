@@ -31,7 +31,7 @@ OrderedJson error_estimate(Renderer& renderer, const Timing& timing, const Scene
 
 } // namespace
 
-OrderedJson stats_json(const Device& device, Renderer& renderer, const Timing& timing,
+OrderedJson stats_json(const GpuDevice& device, Renderer& renderer, const Timing& timing,
                        const Scene& scene, const SceneData& data) {
     OrderedJson json;
     json["device"] = device.info().name;
@@ -46,7 +46,7 @@ OrderedJson stats_json(const Device& device, Renderer& renderer, const Timing& t
                       {"fenced_wall_ms", percentile(timing.wall_ms, 0.5)},
                       {"disagreement", timing.disagreement()},
                       {"agree", timing.disagreement() <= kClocksMayDiffer}};
-    const Device::Traffic& traffic = device.traffic();
+    const GpuDevice::Traffic& traffic = device.traffic();
     json["bytes_moved"] = {{"to_device", traffic.uploaded_bytes},
                            {"uploads", traffic.uploads},
                            {"from_device", traffic.read_back_bytes},

@@ -19,7 +19,7 @@ Result<FrameStats> draw_once(Renderer& renderer, std::optional<Interactive>& int
         return renderer.draw(scene, data);
     Result<InteractiveFrame> drawn = interactive->draw(scene, data);
     if (!drawn)
-        return tl::unexpected(drawn.error());
+        return pass_on(drawn);
     timing.interactive = *drawn;
     return drawn->frame;
 }
@@ -61,9 +61,9 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
         if (stop.stop_requested())
             return fail("interrupted after {} of {} frames", i, count);
         const Timer timer;
-        const Result<FrameStats> stats = draw_once(renderer, interactive, scene, data, timing);
+        Result<FrameStats> stats = draw_once(renderer, interactive, scene, data, timing);
         if (!stats)
-            return tl::unexpected(stats.error());
+            return pass_on(stats);
         if (interactive) {
             timing.moving = timing.interactive->px_per_ray > 1;
             timing.coarsest = timing.interactive->coarsest;
@@ -89,13 +89,13 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
     while (interactive && options.settle && !timing.interactive->complete) {
         if (stop.stop_requested())
             return fail("interrupted while the picture settled");
-        if (const auto drawn = draw_once(renderer, interactive, scene, data, timing); !drawn)
-            return tl::unexpected(drawn.error());
+        if (auto drawn = draw_once(renderer, interactive, scene, data, timing); !drawn)
+            return pass_on(drawn);
     }
     if (count_samples && scene.ray_cast && !interactive) {
-        const Result<uint64_t> samples = renderer.count_samples(scene, data);
+        Result<uint64_t> samples = renderer.count_samples(scene, data);
         if (!samples)
-            return tl::unexpected(samples.error());
+            return pass_on(samples);
         timing.samples = *samples;
     }
     for (PassTime& pass : timing.passes)

@@ -23,7 +23,7 @@ Extractor automatic(const std::string& select, const Volume& volume,
     try {
         if (!has_graphics_card())
             return {nullptr, "no graphics device but the processor's own"};
-        auto device = std::make_unique<Device>(DeviceOptions{.select = select});
+        auto device = std::make_unique<GpuDevice>(DeviceOptions{.select = select});
         if (device->info().is_cpu())
             return {nullptr, fmt::format("{} runs on the processor", device->info().name)};
         if (const Result<void> can = GpuSurface::supports(*device, volume, options); !can)
@@ -43,13 +43,13 @@ Result<Extractor> choose_extractor(ExtractOn on, const std::string& select, cons
         return Extractor{nullptr, "asked for", false};
     if (on == ExtractOn::automatic)
         return automatic(select, volume, options);
-    auto device = std::make_unique<Device>(DeviceOptions{.select = select});
+    auto device = std::make_unique<GpuDevice>(DeviceOptions{.select = select});
     if (const Result<void> can = GpuSurface::supports(*device, volume, options); !can)
         return fail("--on gpu: {}", can.error().message);
     return Extractor{std::move(device), "asked for", false};
 }
 
-Mesh extract_on_device(Device& device, const Volume& volume, float iso,
+Mesh extract_on_device(GpuDevice& device, const Volume& volume, float iso,
                        const SurfaceOptions& options, ExtractPasses& passes) {
     Timer timer;
     ExtractPipelines pipelines(device);

@@ -16,7 +16,7 @@ enum class ExtractOn { automatic, cpu, gpu };
 
 // Who extracts a surface, and why.
 struct Extractor {
-    std::unique_ptr<Device> device; // null: the CPU
+    std::unique_ptr<GpuDevice> device; // null: the CPU
     std::string why;
     bool may_fall_back = false; // to the CPU, where the device proves unable at work
 };
@@ -29,11 +29,11 @@ Result<Extractor> choose_extractor(ExtractOn on, const std::string& select, cons
 
 // Times by pass, in ms.
 using ExtractPasses = std::vector<std::pair<std::string, double>>;
-using DeviceExtraction = std::function<Mesh(Device& device, const Volume& volume, float iso,
+using DeviceExtraction = std::function<Mesh(GpuDevice& device, const Volume& volume, float iso,
                                             const SurfaceOptions& options, ExtractPasses& passes)>;
 
 // All of it on a device. Throws GpuError where memory does not suffice or the device is lost.
-Mesh extract_on_device(Device& device, const Volume& volume, float iso,
+Mesh extract_on_device(GpuDevice& device, const Volume& volume, float iso,
                        const SurfaceOptions& options, ExtractPasses& passes);
 
 // By what choose_extractor() chose. Where the device fails, out of memory say, and the choice was

@@ -103,9 +103,9 @@ class Carver {
     std::unique_ptr<StrokeRun> stroke_;
 };
 
-std::unique_ptr<Device> make_device(const TouchRunSetup& setup, const DevicePreset& preset,
-                                    const HandPath& path, const Workspace& workspace,
-                                    int64_t start_ns) {
+std::unique_ptr<HapticDevice> make_device(const TouchRunSetup& setup, const DevicePreset& preset,
+                                          const HandPath& path, const Workspace& workspace,
+                                          int64_t start_ns) {
     if (setup.device == "exact")
         return std::make_unique<RecordedDevice>(
             preset.capabilities,
@@ -192,7 +192,8 @@ Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop
     Mailbox<TouchParameters> parameters(std::make_unique<const TouchParameters>(setup.parameters));
     Ring<ToolStamp> poses(1 << 15);
     const std::unique_ptr<Algorithm> algorithm = setup.algorithm.make();
-    const std::unique_ptr<Device> device = make_device(setup, preset, path, workspace, begin_ns);
+    const std::unique_ptr<HapticDevice> device =
+        make_device(setup, preset, path, workspace, begin_ns);
     RecordingDevice recorder(*device, setup.real_time ? count + 16 : 16);
     Servo::Options options{.rate_hz = setup.rate_hz};
     auto servo = std::make_unique<Servo>(

@@ -33,12 +33,12 @@ class Painter {
 // The renderer on a device, which must outlive it. One renderer is kept for each set of choices.
 class GpuPainter : public Painter {
  public:
-    explicit GpuPainter(Device& device) : device_(device) {}
+    explicit GpuPainter(GpuDevice& device) : device_(device) {}
     Image draw(const Scene& scene, const SceneData& data, const Choices& choices) override;
     double weight_rounding() const override;
 
  private:
-    Device& device_;
+    GpuDevice& device_;
     std::vector<std::pair<Choices, std::unique_ptr<Renderer>>> renderers_;
 };
 

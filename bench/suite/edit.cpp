@@ -86,7 +86,7 @@ Scene iso_scene(const Sample& sample, uint32_t size_px) {
 // One dab of radius 10 samples: what paper 1 calls an editing operation, as a cut into bone.
 Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     Times times;
-    Device& device = bench.device();
+    GpuDevice& device = bench.device();
     UploadRing ring(device, uint64_t{8} << 20);
     Result<GpuVolume> image =
         GpuVolume::make(device, "edited", now,
@@ -181,7 +181,7 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
 // Bricks to the device in batches: converting them to staging memory, the copy command, and a plain
 // copy of the same rows of texels into a flat array of the volume's size by one thread.
 Value batches(Bench& bench, const Volume& volume, int repeats) {
-    Device& device = bench.device();
+    GpuDevice& device = bench.device();
     UploadRing ring(device, uint64_t{32} << 20);
     Result<GpuVolume> image =
         GpuVolume::make(device, "batches", volume,
@@ -295,9 +295,9 @@ Result<Report> run_edit(Bench& bench) {
     const Grid grid = make_grid(made->size(), spacing_mm(made->grid()));
     Sample sample{"phantom", fmt::format("CT phantom {}^3, u16", side), with_grid(*made, grid)};
     Volume now = sample.volume;
-    const Result<Times> times = dabs(bench, sample, now, count);
+    Result<Times> times = dabs(bench, sample, now, count);
     if (!times)
-        return tl::unexpected(times.error());
+        return pass_on(times);
     Report report;
     Value& json = report.json;
     json["title"] =
@@ -320,11 +320,10 @@ Result<Report> run_edit(Bench& bench) {
     add("hand to new pixels, interactive mode 512 x 512", times->coarse_pixels, 60.0);
     add("step recorded for undo", times->history, 0);
     json["interactive_error_median"] = percentile(times->coarse_error, 0.5);
-    const Result<Value> live =
-        edit_live(bench, sample.volume, iso_scene(sample, options.tiny ? 32 : 512),
-                  way_over_bone(sample.volume), options.tiny ? 0.3 : 6.0);
+    Result<Value> live = edit_live(bench, sample.volume, iso_scene(sample, options.tiny ? 32 : 512),
+                                   way_over_bone(sample.volume), options.tiny ? 0.3 : 6.0);
     if (!live)
-        return tl::unexpected(live.error());
+        return pass_on(live);
     json["live"] = *live;
     json["batches"] = batches(bench, sample.volume, options.tiny ? 2 : 21);
     if (options.peers && !options.tiny) {

@@ -92,7 +92,7 @@ Value Frames::json() const {
     return v;
 }
 
-Bench::Bench(Device& device, const Options& options) : device_(device), options_(options) {}
+Bench::Bench(GpuDevice& device, const Options& options) : device_(device), options_(options) {}
 
 Result<Image> Bench::truth(const Subject& subject, Sampling sampling) {
     const profile::Scope scope("grid truth");

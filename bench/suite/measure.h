@@ -47,7 +47,7 @@ struct Frames {
 // Draws settings of a subject and holds them against truth.
 class Bench {
  public:
-    Bench(Device& device, const Options& options);
+    Bench(GpuDevice& device, const Options& options);
 
     // Grid truth of some pixels of a subject's picture; kept in OUT/truth under a hash of scene,
     // pixels and voxels, and read from there the next time.
@@ -77,10 +77,10 @@ class Bench {
     bool late(double share) const;
 
     const Options& options() const { return options_; }
-    Device& device() { return device_; }
+    GpuDevice& device() { return device_; }
 
  private:
-    Device& device_;
+    GpuDevice& device_;
     Options options_;
     Timer since_;
 };

@@ -67,7 +67,7 @@ Result<void> run_suite(const std::string& name, const Options& options) {
     const std::string started = now_utc();
     const Timer timer;
     const Neighbours neighbours;
-    Device device({.select = options.device});
+    GpuDevice device({.select = options.device});
     Bench bench(device, options);
     Result<Report> report = suite->run(bench);
     if (!report)

@@ -133,7 +133,7 @@ AccuracyJudge::AccuracyJudge(Renderer& renderer, const Scene& scene, const Scene
 Result<Image> AccuracyJudge::draw(const Scene& scene) {
     Result<Frame> frame = renderer_->render(scene, *data_);
     if (!frame)
-        return tl::unexpected(frame.error());
+        return pass_on(frame);
     return std::move(frame->eyes.front());
 }
 
@@ -146,9 +146,9 @@ Result<AccuracyJudge> AccuracyJudge::make(Renderer& renderer, const Scene& scene
     finest.ray_cast->sub_steps = kMaxSubSteps;
     Result<Image> picture = judge.draw(finest);
     const Result<Image> to = picture ? judge.draw(moved(finest, 1.0)) : picture;
-    const Result<Image> fro = to ? judge.draw(moved(finest, -1.0)) : to;
+    Result<Image> fro = to ? judge.draw(moved(finest, -1.0)) : to;
     if (!fro)
-        return tl::unexpected(fro.error());
+        return pass_on(fro);
 
     const glm::uvec2 size = judge.scene_.size_px;
     std::vector<std::pair<double, glm::uvec2>> pixels;
@@ -186,9 +186,9 @@ Result<AccuracyJudge> AccuracyJudge::make(Renderer& renderer, const Scene& scene
 
 Result<double> AccuracyJudge::estimate(const RayCastLayer& layer) {
     scene_.ray_cast = layer;
-    const Result<Image> picture = draw(scene_);
+    Result<Image> picture = draw(scene_);
     if (!picture)
-        return tl::unexpected(picture.error());
+        return pass_on(picture);
     std::vector<double> squares;
     for (uint32_t y = 0; y < finest_.size_px.y; ++y)
         for (uint32_t x = 0; x < finest_.size_px.x; ++x)
@@ -201,14 +201,14 @@ Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, co
                                       double error, AccuracySampling sampling) {
     Result<AccuracyJudge> few = AccuracyJudge::make(renderer, scene, data, sampling);
     if (!few)
-        return tl::unexpected(few.error());
+        return pass_on(few);
     const bool is_whole = smaller(scene.size_px, sampling.side_px) == scene.size_px;
     std::optional<Result<AccuracyJudge>> whole; // of all pixels, made when it is needed
     const auto estimate_all = [&](const RayCastLayer& layer) -> Result<double> {
         sampling.side_px = std::max(scene.size_px.x, scene.size_px.y);
         if (!whole)
             whole = AccuracyJudge::make(renderer, scene, data, sampling);
-        return *whole ? (*whole)->estimate(layer) : tl::unexpected(whole->error());
+        return *whole ? (*whole)->estimate(layer) : pass_on(*whole);
     };
     const size_t kind = static_cast<size_t>(kind_of(*scene.ray_cast));
     std::vector<RayCost> settings;
@@ -237,16 +237,16 @@ Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, co
         if (estimate && *estimate <= error && !is_whole)
             estimate = estimate_all(layer);
         if (!estimate)
-            return tl::unexpected(estimate.error());
+            return pass_on(estimate);
         if (found(setting, *estimate))
             return AccuracyChoice{setting, layer.min_transmittance, *estimate};
     }
     if (!is_whole) { // the smaller picture may err more
         least = std::numeric_limits<double>::infinity();
         apply(finest, data.volume.grid(), layer);
-        const Result<double> estimate = estimate_all(layer);
+        Result<double> estimate = estimate_all(layer);
         if (!estimate)
-            return tl::unexpected(estimate.error());
+            return pass_on(estimate);
         if (found(finest, *estimate))
             return AccuracyChoice{finest, layer.min_transmittance, *estimate};
     }

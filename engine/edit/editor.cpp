@@ -114,9 +114,9 @@ bool Editor::begin_next() {
         const EditInput input = waiting_.front();
         if (input.kind == EditInput::Kind::down) {
             refusal_.clear();
-            const Result<ToolPose> pose = checked_pose(input.pose);
+            Result<ToolPose> pose = checked_pose(input.pose);
             auto begun = !setup_ ? fail("a stroke began before there was a tool")
-                         : !pose ? tl::unexpected(pose.error())
+                         : !pose ? pass_on(pose)
                                  : StrokeRun::start(now_, setup_->tool, setup_->operation, guide_);
             if (begun) {
                 stroke_ = std::move(*begun);

@@ -213,12 +213,12 @@ struct History::State {
             if (step->on_disk) {
                 Result<std::vector<std::byte>> found = spill.read(*step->on_disk, step->disk_bytes);
                 if (!found)
-                    return tl::unexpected(found.error());
+                    return pass_on(found);
                 read = std::move(*found);
             }
             Result<Volume> taken = apply_packed_step(now, step->on_disk ? read : step->packed);
             if (!taken)
-                return tl::unexpected(taken.error());
+                return pass_on(taken);
             next = *taken;
         }
         from.pop_back();

@@ -116,8 +116,8 @@ Result<std::filesystem::path> keep_copy(const std::filesystem::path& path,
                 return copy;
             continue;
         }
-        if (const Result<void> kept = save_bytes(copy, std::as_bytes(std::span(bytes))); !kept)
-            return tl::unexpected(kept.error());
+        if (Result<void> kept = save_bytes(copy, std::as_bytes(std::span(bytes))); !kept)
+            return pass_on(kept);
         return copy;
     }
 }
@@ -199,14 +199,14 @@ Result<Journal> Journal::create(const std::filesystem::path& path, const Base& b
     if (fd < 0)
         return fail("{}: cannot be made: {}", path.string(), std::strerror(errno));
     Journal journal(path, fd, 0);
-    if (const Result<void> ours = lock(fd, path); !ours) // and theirs is the file
-        return tl::unexpected(ours.error());
+    if (Result<void> ours = lock(fd, path); !ours) // and theirs is the file
+        return pass_on(ours);
     Result<void> begun = journal.begin(base);
     if (begun && !keep_name(path))
         begun = fail("{}: its folder cannot be written: {}", path.string(), std::strerror(errno));
     if (!begun) {
         ::unlink(path.c_str());
-        return tl::unexpected(begun.error());
+        return pass_on(begun);
     }
     return journal;
 }
@@ -225,11 +225,11 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
     if (fd < 0)
         return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
     Journal journal(path, fd, 0);
-    if (const Result<void> ours = lock(fd, path); !ours)
-        return tl::unexpected(ours.error());
-    const Result<std::string> file = load_text(path, kMostBytes);
+    if (Result<void> ours = lock(fd, path); !ours)
+        return pass_on(ours);
+    Result<std::string> file = load_text(path, kMostBytes);
     if (!file)
-        return tl::unexpected(file.error());
+        return pass_on(file);
     const std::string_view text(*file);
     // The magic itself may be cut, or zeros that it was never written over.
     const std::string_view start = text.substr(0, text.find_last_not_of('\0') + 1);
@@ -239,10 +239,10 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
     size_t at = torn_start ? text.size() : kJournalMagic.size();
     const std::optional<std::string_view> first = next_record(text, at);
     if (!first) { // ended before the first entry could be: begin anew
-        if (const Result<void> whole = expect_no_damage_at_start(text, at, path); !whole)
-            return tl::unexpected(whole.error());
-        if (const Result<void> begun = journal.begin(base); !begun)
-            return tl::unexpected(begun.error());
+        if (Result<void> whole = expect_no_damage_at_start(text, at, path); !whole)
+            return pass_on(whole);
+        if (Result<void> begun = journal.begin(base); !begun)
+            return pass_on(begun);
         return Found{{{}, true, {}}, std::move(journal)};
     }
     if (*first != base_text(base))
@@ -251,9 +251,9 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
     if (!contents)
         return pass_on(contents);
     if (contents->damage) {
-        const Result<std::filesystem::path> copy = keep_copy(path, *file);
+        Result<std::filesystem::path> copy = keep_copy(path, *file);
         if (!copy)
-            return tl::unexpected(copy.error());
+            return pass_on(copy);
         contents->damage->kept_as = *copy;
     }
     if (at < text.size() && ::ftruncate(fd, static_cast<off_t>(at)) != 0)
@@ -263,15 +263,15 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
 }
 
 Result<Journal::Contents> Journal::peek(const std::filesystem::path& path) {
-    const Result<std::string> file = load_text(path, kMostBytes);
+    Result<std::string> file = load_text(path, kMostBytes);
     if (!file)
-        return tl::unexpected(file.error());
+        return pass_on(file);
     size_t at = kJournalMagic.size();
     if (!file->starts_with(kJournalMagic))
         return Contents();
     if (!next_record(*file, at)) {
-        if (const Result<void> whole = expect_no_damage_at_start(*file, at, path); !whole)
-            return tl::unexpected(whole.error());
+        if (Result<void> whole = expect_no_damage_at_start(*file, at, path); !whole)
+            return pass_on(whole);
         return Contents();
     }
     return read_entries(*file, at, path);

@@ -212,8 +212,8 @@ Result<std::vector<Stroke>> parse_strokes(std::string_view text, const std::stri
             return fail("{}:{}: expected a header or a pose, found {}", name, line,
                         kind_name(json->kind));
         if (value.find("stroke")) {
-            if (const Result<void> whole = ended(); !whole)
-                return tl::unexpected(whole.error());
+            if (Result<void> whole = ended(); !whole)
+                return pass_on(whole);
             strokes.push_back(read_header(value));
             header_line = line;
         } else if (strokes.empty()) {
@@ -232,8 +232,8 @@ Result<std::vector<Stroke>> parse_strokes(std::string_view text, const std::stri
         if (errors.first)
             return tl::unexpected(*errors.first);
     }
-    if (const Result<void> whole = ended(); !whole)
-        return tl::unexpected(whole.error());
+    if (Result<void> whole = ended(); !whole)
+        return pass_on(whole);
     if (strokes.empty())
         return fail("{}: expected a stroke, found none", name);
     return strokes;

@@ -96,8 +96,8 @@ struct StrokeRun::Touched {
 
 Result<std::unique_ptr<StrokeRun>> StrokeRun::start(Volume before, Tool tool, Operation operation,
                                                     std::optional<Volume> guide) {
-    if (const Result<void> fits = check(operation, before, guide ? &*guide : nullptr); !fits)
-        return tl::unexpected(fits.error());
+    if (Result<void> fits = check(operation, before, guide ? &*guide : nullptr); !fits)
+        return pass_on(fits);
     return std::unique_ptr<StrokeRun>(
         new StrokeRun(std::move(before), std::move(tool), std::move(operation), std::move(guide)));
 }

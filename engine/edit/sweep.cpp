@@ -51,9 +51,9 @@ Result<ToolPose> checked_pose(const ToolPose& pose) {
                     pose.tip_mm.x, pose.tip_mm.y, pose.tip_mm.z);
     if (!(std::abs(pose.time_s) <= kLongest_s))
         return fail("expected a time within {:g} s, found {}", kLongest_s, pose.time_s);
-    const Result<glm::dquat> turn = unit_turn(pose.turn);
+    Result<glm::dquat> turn = unit_turn(pose.turn);
     if (!turn)
-        return tl::unexpected(turn.error());
+        return pass_on(turn);
     return ToolPose{pose.time_s, pose.tip_mm, *turn};
 }
 

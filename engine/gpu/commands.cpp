@@ -45,7 +45,7 @@ std::vector<VkBufferImageCopy> to_vulkan(std::span<const Commands::Region> regio
 
 } // namespace
 
-Commands::Commands(Device& device) : device_(&device) {
+Commands::Commands(GpuDevice& device) : device_(&device) {
     const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
                                        .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
                                        .queueFamilyIndex = device.queue_family()};
@@ -108,7 +108,7 @@ void Commands::end_stamp() {
 void Commands::begin_copy(const char* name, const GpuImage& image,
                           std::span<const Region> regions) {
     const uint64_t bytes = bytes_of(image, regions);
-    Device::Traffic& traffic = device_->traffic();
+    GpuDevice::Traffic& traffic = device_->traffic();
     const bool upload = std::string_view(name) == kUpload;
     (upload ? traffic.uploads : traffic.read_backs) += 1;
     (upload ? traffic.uploaded_bytes : traffic.read_back_bytes) += bytes;

@@ -42,7 +42,7 @@ struct PassTime {
 // Records one submission: passes in a list, with the barriers their uses need. Used once.
 class Commands {
  public:
-    explicit Commands(Device& device);
+    explicit Commands(GpuDevice& device);
     ~Commands();
     Commands(const Commands&) = delete;
     Commands& operator=(const Commands&) = delete;
@@ -109,7 +109,7 @@ class Commands {
     void end_copy();
     void profile_passes(std::span<const uint64_t> stamps, int64_t finished_ns) const;
 
-    Device* device_;
+    GpuDevice* device_;
     VkCommandPool pool_ = VK_NULL_HANDLE;
     VkCommandBuffer buffer_ = VK_NULL_HANDLE;
     VkQueryPool queries_ = VK_NULL_HANDLE;

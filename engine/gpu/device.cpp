@@ -90,7 +90,7 @@ bool can_do_int64_atomics(VkPhysicalDevice device) {
 
 } // namespace
 
-Device::Device(const DeviceOptions& options) : instance_(options.validation) {
+GpuDevice::GpuDevice(const DeviceOptions& options) : instance_(options.validation) {
     std::string select = options.select;
     if (const char* wish = std::getenv("PALPATE_DEVICE"); select.empty() && wish)
         select = wish;
@@ -150,7 +150,7 @@ Device::Device(const DeviceOptions& options) : instance_(options.validation) {
     check(vkCreateSemaphore(handle_, &semaphore, nullptr, &timeline_), "creating a timeline");
 }
 
-Device::~Device() {
+GpuDevice::~GpuDevice() {
     vkDeviceWaitIdle(handle_);
     while (!retired_.empty()) {
         retired_.front().second();
@@ -160,14 +160,14 @@ Device::~Device() {
     vkDestroyDevice(handle_, nullptr);
 }
 
-bool Device::can_filter_linearly(VkFormat format) const {
+bool GpuDevice::can_filter_linearly(VkFormat format) const {
     VkFormatProperties properties;
     vkGetPhysicalDeviceFormatProperties(physical_, format, &properties);
     return (properties.optimalTilingFeatures & VK_FORMAT_FEATURE_SAMPLED_IMAGE_FILTER_LINEAR_BIT) !=
            0;
 }
 
-uint64_t Device::submit(VkCommandBuffer commands) {
+uint64_t GpuDevice::submit(VkCommandBuffer commands) {
     const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
                                            .commandBuffer = commands};
     const VkSemaphoreSubmitInfo signal{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
@@ -184,7 +184,7 @@ uint64_t Device::submit(VkCommandBuffer commands) {
     return ++submitted_;
 }
 
-void Device::wait(uint64_t value) {
+void GpuDevice::wait(uint64_t value) {
     const VkSemaphoreWaitInfo info{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_WAIT_INFO,
                                    .semaphoreCount = 1,
                                    .pSemaphores = &timeline_,
@@ -195,7 +195,7 @@ void Device::wait(uint64_t value) {
     run_retired();
 }
 
-std::optional<int64_t> Device::cpu_ns_of(uint64_t ticks) const {
+std::optional<int64_t> GpuDevice::cpu_ns_of(uint64_t ticks) const {
     if (!calibrates_)
         return std::nullopt;
     const VkCalibratedTimestampInfoEXT clocks[] = {
@@ -212,12 +212,12 @@ std::optional<int64_t> Device::cpu_ns_of(uint64_t ticks) const {
     return static_cast<int64_t>(now[1]) - static_cast<int64_t>(behind_ns);
 }
 
-void Device::retire(std::function<void()> destroy) {
+void GpuDevice::retire(std::function<void()> destroy) {
     retired_.emplace_back(submitted_, std::move(destroy));
     run_retired();
 }
 
-void Device::run_retired() {
+void GpuDevice::run_retired() {
     if (retired_.empty())
         return;
     uint64_t passed = 0;
@@ -228,8 +228,8 @@ void Device::run_retired() {
     }
 }
 
-VkDeviceMemory Device::allocate(const VkMemoryRequirements& needs, bool visible, bool cached,
-                                const std::string& name) {
+VkDeviceMemory GpuDevice::allocate(const VkMemoryRequirements& needs, bool visible, bool cached,
+                                   const std::string& name) {
     const VkMemoryPropertyFlags wanted =
         visible ? VK_MEMORY_PROPERTY_HOST_VISIBLE_BIT | VK_MEMORY_PROPERTY_HOST_COHERENT_BIT
                 : VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
@@ -257,7 +257,7 @@ VkDeviceMemory Device::allocate(const VkMemoryRequirements& needs, bool visible,
     throw GpuError(fmt::format("graphics device: no kind of memory suits {}", name));
 }
 
-void Device::name_object(VkObjectType type, uint64_t handle, const std::string& name) const {
+void GpuDevice::name_object(VkObjectType type, uint64_t handle, const std::string& name) const {
     if (!instance_.has_debug_utils())
         return;
     const VkDebugUtilsObjectNameInfoEXT info{

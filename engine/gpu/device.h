@@ -32,13 +32,13 @@ struct ResourceInfo {
 };
 
 // A Vulkan device with one queue and one timeline. Declared before everything it must outlive.
-class Device {
+class GpuDevice {
  public:
     // Throws GpuError with the reason for each device refused.
-    explicit Device(const DeviceOptions& options);
-    ~Device(); // waits for the queue
-    Device(const Device&) = delete;
-    Device& operator=(const Device&) = delete;
+    explicit GpuDevice(const DeviceOptions& options);
+    ~GpuDevice(); // waits for the queue
+    GpuDevice(const GpuDevice&) = delete;
+    GpuDevice& operator=(const GpuDevice&) = delete;
 
     const DeviceInfo& info() const { return info_; }
     VkDevice handle() const { return handle_; }

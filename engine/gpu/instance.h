@@ -20,7 +20,8 @@ struct DeviceInfo {
     bool is_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 };
 
-// The Vulkan loader and what validation has said. One per Device; made without any window system.
+// The Vulkan loader and what validation has said. One per GpuDevice; made without any window
+// system.
 class Instance {
  public:
     // validation: load the Khronos layer with synchronisation validation; throws GpuError where

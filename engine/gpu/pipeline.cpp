@@ -45,7 +45,8 @@ VkPipeline create(VkDevice device, const std::string& name, std::span<const uint
 
 } // namespace
 
-ComputePipeline::ComputePipeline(Device& device, std::string name, std::span<const uint32_t> spirv,
+ComputePipeline::ComputePipeline(GpuDevice& device, std::string name,
+                                 std::span<const uint32_t> spirv,
                                  std::span<const BindingSlot> slots,
                                  std::span<const uint32_t> constants)
     : device_(&device), name_(std::move(name)), slots_(slots.begin(), slots.end()) {

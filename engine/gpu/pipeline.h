@@ -25,7 +25,7 @@ class ComputePipeline {
  public:
     // constants[i] becomes the specialization constant with constant_id i (all 32 bits wide).
     // `spirv` outlives the pipeline.
-    ComputePipeline(Device& device, std::string name, std::span<const uint32_t> spirv,
+    ComputePipeline(GpuDevice& device, std::string name, std::span<const uint32_t> spirv,
                     std::span<const BindingSlot> slots, std::span<const uint32_t> constants = {});
     ~ComputePipeline();
     ComputePipeline(const ComputePipeline&) = delete;
@@ -43,7 +43,7 @@ class ComputePipeline {
     double wait_ms() const { return wait_ms_; }
 
  private:
-    Device* device_;
+    GpuDevice* device_;
     std::string name_;
     mutable bool unused_ = true;
     std::vector<BindingSlot> slots_;
@@ -56,7 +56,7 @@ class ComputePipeline {
     std::shared_future<Created> creation_;
     mutable VkPipeline handle_ = VK_NULL_HANDLE;
     mutable double creation_ms_ = 0, wait_ms_ = 0;
-    Device::ResourceEntry entry_;
+    GpuDevice::ResourceEntry entry_;
 };
 
 } // namespace palpate

@@ -33,7 +33,7 @@ uint32_t bytes_per_texel(VkFormat format) {
         ->bytes;
 }
 
-Buffer::Buffer(Device& device, std::string name, uint64_t bytes, Memory memory)
+Buffer::Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memory)
     : device_(&device), bytes_(bytes) {
     PALPATE_ASSERT(bytes > 0);
     const VkBufferCreateInfo create{
@@ -79,7 +79,7 @@ Buffer::~Buffer() {
     });
 }
 
-GpuImage::GpuImage(Device& device, std::string name, const ImageShape& shape)
+GpuImage::GpuImage(GpuDevice& device, std::string name, const ImageShape& shape)
     : device_(&device), shape_(shape) {
     const bool is_3d = shape.type == VK_IMAGE_TYPE_3D;
     const VkImageCreateInfo create{
@@ -139,7 +139,7 @@ GpuImage::~GpuImage() {
     });
 }
 
-Sampler::Sampler(Device& device, Filter filter, Edge edge) : device_(&device) {
+Sampler::Sampler(GpuDevice& device, Filter filter, Edge edge) : device_(&device) {
     const VkFilter f = filter == Filter::linear ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
     const VkSamplerAddressMode mode = edge == Edge::clamp ? VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE
                                                           : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;

@@ -22,7 +22,7 @@ enum class Memory {
 class Buffer {
  public:
     // bytes > 0.
-    Buffer(Device& device, std::string name, uint64_t bytes, Memory memory);
+    Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memory);
     ~Buffer();
     Buffer(Buffer&& other) noexcept;
     Buffer& operator=(Buffer&&) = delete;
@@ -34,13 +34,13 @@ class Buffer {
     UseTracker& tracker() { return tracker_; }
 
  private:
-    Device* device_;
+    GpuDevice* device_;
     VkBuffer handle_ = VK_NULL_HANDLE;
     VkDeviceMemory memory_ = VK_NULL_HANDLE;
     uint64_t bytes_ = 0;
     void* mapped_ = nullptr;
     UseTracker tracker_;
-    Device::ResourceEntry entry_;
+    GpuDevice::ResourceEntry entry_;
 };
 
 struct ImageShape {
@@ -54,7 +54,7 @@ struct ImageShape {
 // An image with one view of all of it and one mip level.
 class GpuImage {
  public:
-    GpuImage(Device& device, std::string name, const ImageShape& shape);
+    GpuImage(GpuDevice& device, std::string name, const ImageShape& shape);
     ~GpuImage();
     GpuImage(GpuImage&& other) noexcept;
     GpuImage& operator=(GpuImage&&) = delete;
@@ -66,14 +66,14 @@ class GpuImage {
     UseTracker& tracker() { return tracker_; }
 
  private:
-    Device* device_;
+    GpuDevice* device_;
     ImageShape shape_;
     VkImage handle_ = VK_NULL_HANDLE;
     VkImageView view_ = VK_NULL_HANDLE;
     VkDeviceMemory memory_ = VK_NULL_HANDLE;
     uint64_t bytes_ = 0;
     UseTracker tracker_;
-    Device::ResourceEntry entry_;
+    GpuDevice::ResourceEntry entry_;
 };
 
 // Bytes of one texel of an uncompressed colour format of at most 32 bits a channel.
@@ -84,14 +84,14 @@ enum class Edge { clamp, border_zero };
 
 class Sampler {
  public:
-    Sampler(Device& device, Filter filter, Edge edge);
+    Sampler(GpuDevice& device, Filter filter, Edge edge);
     ~Sampler();
     Sampler(const Sampler&) = delete;
     Sampler& operator=(const Sampler&) = delete;
     VkSampler handle() const { return handle_; }
 
  private:
-    Device* device_;
+    GpuDevice* device_;
     VkSampler handle_ = VK_NULL_HANDLE;
 };
 

@@ -70,13 +70,13 @@ void fill_slot(const Volume& volume, glm::uvec3 position, VkFormat format, std::
 
 } // namespace
 
-uint64_t BrickAtlas::bytes_for(const Device& device, const Volume& volume, TexelStorage storage,
+uint64_t BrickAtlas::bytes_for(const GpuDevice& device, const Volume& volume, TexelStorage storage,
                                size_t bricks) {
     const glm::uvec3 slots = slots_for(bricks, device.limits().maxImageDimension3D / kSlotSide);
     return count_of(slots) * slot_bytes(storage) + other_bytes(volume, storage);
 }
 
-size_t BrickAtlas::room_for(const Device& device, const Volume& volume, TexelStorage storage,
+size_t BrickAtlas::room_for(const GpuDevice& device, const Volume& volume, TexelStorage storage,
                             size_t bricks, uint64_t limit_bytes) {
     size_t slots = std::clamp<size_t>(bricks, 1, count_of(volume.brick_count()));
     while (slots > 0 && bytes_for(device, volume, storage, slots) > limit_bytes)
@@ -84,7 +84,7 @@ size_t BrickAtlas::room_for(const Device& device, const Volume& volume, TexelSto
     return slots;
 }
 
-Result<BrickAtlas> BrickAtlas::make(Device& device, std::string name, const Volume& volume,
+Result<BrickAtlas> BrickAtlas::make(GpuDevice& device, std::string name, const Volume& volume,
                                     TexelStorage storage, size_t bricks, uint64_t limit_bytes) {
     const size_t slots = room_for(device, volume, storage, bricks, limit_bytes);
     if (slots == 0)
@@ -96,7 +96,7 @@ Result<BrickAtlas> BrickAtlas::make(Device& device, std::string name, const Volu
                       slots_for(slots, device.limits().maxImageDimension3D / kSlotSide));
 }
 
-BrickAtlas::BrickAtlas(Device& device, const std::string& name, const Volume& volume,
+BrickAtlas::BrickAtlas(GpuDevice& device, const std::string& name, const Volume& volume,
                        TexelStorage storage, glm::uvec3 slots)
     : device_(&device),
       storage_(storage),

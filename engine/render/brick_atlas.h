@@ -25,15 +25,15 @@ class BrickAtlas {
 
     // Slots for as many of `bricks` bricks as limit_bytes takes, table and staging included. Fails
     // with both numbers when that is not even one.
-    static Result<BrickAtlas> make(Device& device, std::string name, const Volume& volume,
+    static Result<BrickAtlas> make(GpuDevice& device, std::string name, const Volume& volume,
                                    TexelStorage storage, size_t bricks, uint64_t limit_bytes);
 
     // Bytes that slots for this many bricks take, table and staging included.
-    static uint64_t bytes_for(const Device& device, const Volume& volume, TexelStorage storage,
+    static uint64_t bytes_for(const GpuDevice& device, const Volume& volume, TexelStorage storage,
                               size_t bricks);
 
     // How many of `bricks` slots make() would have room for; 0 where not even one.
-    static size_t room_for(const Device& device, const Volume& volume, TexelStorage storage,
+    static size_t room_for(const GpuDevice& device, const Volume& volume, TexelStorage storage,
                            size_t bricks, uint64_t limit_bytes);
 
     size_t capacity() const { return slots_.size(); } // bricks
@@ -52,8 +52,8 @@ class BrickAtlas {
     static constexpr float kNotResident = -1e9f;
 
  private:
-    BrickAtlas(Device& device, const std::string& name, const Volume& volume, TexelStorage storage,
-               glm::uvec3 slots);
+    BrickAtlas(GpuDevice& device, const std::string& name, const Volume& volume,
+               TexelStorage storage, glm::uvec3 slots);
     void upload(const Volume& volume, std::span<const std::pair<uint64_t, size_t>> bricks);
     void empty_slot(const Volume& volume, size_t slot);
     void write_table();
@@ -67,7 +67,7 @@ class BrickAtlas {
         uint64_t brick = kNobody;
         uint64_t wanted_at = 0; // the call that last asked for it
     };
-    Device* device_;
+    GpuDevice* device_;
     TexelStorage storage_;
     glm::uvec3 brick_count_, slot_count_;
     std::vector<Slot> slots_;

@@ -24,7 +24,7 @@ VisibleValues visible_values(RayMode mode, const TransferFunction& transfer,
 
 } // namespace
 
-CellMap::CellMap(Device& device, const Volume& volume)
+CellMap::CellMap(GpuDevice& device, const Volume& volume)
     : device_(&device),
       ranges_(make_cell_ranges(volume, cell_side_for(volume.size()))),
       version_(volume.version()),

@@ -21,7 +21,7 @@ namespace palpate {
 // over the cells.
 class CellMap {
  public:
-    CellMap(Device& device, const Volume& volume);
+    CellMap(GpuDevice& device, const Volume& volume);
 
     // Takes a later snapshot of the volume; `changed` is where it differs.
     void update(const Volume& next, std::span<const ChangedBrick> changed);
@@ -64,7 +64,7 @@ class CellMap {
     void upload(const std::vector<float>& texels, glm::uvec3 count);
     bool patch(const Shown& wanted, Commands& commands, UploadRing& ring);
 
-    Device* device_;
+    GpuDevice* device_;
     CellRanges ranges_;
     uint64_t version_;
     double margin_;

@@ -45,7 +45,7 @@ struct GpuVolume::Choice {
     std::string reason;
 };
 
-GpuVolume::Choice GpuVolume::choose(const Device& device, const Volume& volume,
+GpuVolume::Choice GpuVolume::choose(const GpuDevice& device, const Volume& volume,
                                     const GpuVolumeWish& wish) {
     const glm::uvec3 size = volume.size();
     const uint32_t longest = std::max({size.x, size.y, size.z});
@@ -85,7 +85,7 @@ GpuVolume::Choice GpuVolume::choose(const Device& device, const Volume& volume,
                         mib(wish.limit_bytes))};
 }
 
-Result<GpuVolume> GpuVolume::make(Device& device, std::string name, const Volume& volume,
+Result<GpuVolume> GpuVolume::make(GpuDevice& device, std::string name, const Volume& volume,
                                   const GpuVolumeWish& wish) {
     Choice choice = choose(device, volume, wish);
     GpuVolume made(device, volume, wish, choice.storage);
@@ -122,7 +122,7 @@ Result<GpuVolume> GpuVolume::make(Device& device, std::string name, const Volume
     return made;
 }
 
-GpuVolume::GpuVolume(Device& device, const Volume& volume, const GpuVolumeWish& wish,
+GpuVolume::GpuVolume(GpuDevice& device, const Volume& volume, const GpuVolumeWish& wish,
                      TexelStorage storage)
     : device_(&device), snapshot_(volume), wish_(wish), storage_(storage) {}
 

@@ -39,7 +39,7 @@ class GpuVolume {
  public:
     // A dense one holds every brick from the start, an atlas none. Fails with a sentence when the
     // volume is larger than the device's images or than the limit; nothing is down-sampled.
-    static Result<GpuVolume> make(Device& device, std::string name, const Volume& volume,
+    static Result<GpuVolume> make(GpuDevice& device, std::string name, const Volume& volume,
                                   const GpuVolumeWish& wish);
 
     // Uploads the bricks in which `next` differs from the snapshot held now (changed_bricks() tells
@@ -70,8 +70,8 @@ class GpuVolume {
 
  private:
     struct Choice;
-    static Choice choose(const Device& device, const Volume& volume, const GpuVolumeWish& wish);
-    GpuVolume(Device& device, const Volume& volume, const GpuVolumeWish& wish,
+    static Choice choose(const GpuDevice& device, const Volume& volume, const GpuVolumeWish& wish);
+    GpuVolume(GpuDevice& device, const Volume& volume, const GpuVolumeWish& wish,
               TexelStorage storage);
     // Writes of each brick the box about its changed blocks to staging memory, one after the other;
     // what copies them from there. `to` lies at `offset` of the buffer and has room for whole
@@ -80,7 +80,7 @@ class GpuVolume {
                                         std::span<std::byte> to, uint64_t offset) const;
     void upload(const Volume& from, std::span<const ChangedBrick> bricks);
 
-    Device* device_;
+    GpuDevice* device_;
     Volume snapshot_;
     GpuVolumeWish wish_;
     TexelStorage storage_;

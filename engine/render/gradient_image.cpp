@@ -72,7 +72,7 @@ void store_gradients(const Volume& volume, glm::uvec3 brick, float scale, uint16
         }
 }
 
-GradientImage::GradientImage(Device& device, const Volume& volume)
+GradientImage::GradientImage(GpuDevice& device, const Volume& volume)
     : device_(&device),
       snapshot_(volume),
       span_(span_of(volume)),

@@ -19,7 +19,7 @@ namespace palpate {
 // 11 bits, or to 0 below 2^-14; NaN where a sample is. Bricks are filled when they are asked for.
 class GradientImage {
  public:
-    GradientImage(Device& device, const Volume& volume);
+    GradientImage(GpuDevice& device, const Volume& volume);
 
     static uint64_t bytes_for(const Volume& volume); // of the image and its staging
 
@@ -35,7 +35,7 @@ class GradientImage {
     const Volume& snapshot() const { return snapshot_; }
 
  private:
-    Device* device_;
+    GpuDevice* device_;
     Volume snapshot_;
     float span_; // of values, that the scale is for
     BrickMask filled_;

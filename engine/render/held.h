@@ -19,7 +19,7 @@ std::vector<View> views_of(const Scene& scene);
 
 // Rows of tiles that one submission marches: as many as a dispatch has workgroups for, and on a
 // device with a watchdog no more than take a moment.
-uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid);
+uint32_t tile_rows_per_submission(const GpuDevice& device, const Scene& scene, const Grid& grid);
 
 // Whether its rays take their lattice slab by slab, highest first (shaders/mip_slabs.comp).
 bool takes_slabs(const RayCastVariant& variant);

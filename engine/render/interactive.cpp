@@ -58,7 +58,7 @@ Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const Scen
     Result<CoarseStats> drawn = renderer_->draw_coarse(
         scene, data, {.step_factor = level.step_factor, .px_per_ray = level.px_per_ray});
     if (!drawn)
-        return tl::unexpected(drawn.error());
+        return pass_on(drawn);
     if (level.px_per_ray == 2)
         listed_share_ = std::max(drawn->traced_share, 0.01);
     InteractiveFrame frame{std::move(drawn->frame),
@@ -94,7 +94,7 @@ Result<InteractiveFrame> Interactive::draw_resting(const Scene& scene, const Sce
             static_cast<uint32_t>(std::clamp(room, 1.0, static_cast<double>(all - next_row_)));
         Result<FrameStats> drawn = renderer_->refine(scene, data, next_row_, rows);
         if (!drawn)
-            return tl::unexpected(drawn.error());
+            return pass_on(drawn);
         frame.frame = std::move(*drawn);
         row_ms_ = frame.frame.wall_ms / rows;
         next_row_ += rows;

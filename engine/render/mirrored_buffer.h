@@ -11,7 +11,7 @@ namespace palpate {
 // Keeps a small buffer in step with its contents: written only when they differ.
 class MirroredBuffer {
  public:
-    void hold(Device& device, const char* name, std::span<const std::byte> bytes) {
+    void hold(GpuDevice& device, const char* name, std::span<const std::byte> bytes) {
         if (buffer_ && bytes.size() == buffer_->bytes() &&
             std::memcmp(bytes.data(), buffer_->mapped().data(), bytes.size()) == 0)
             return;

@@ -38,7 +38,7 @@ struct SurfaceVariant {
 // is asked for before work of other kinds is ready after it.
 class Pipelines {
  public:
-    explicit Pipelines(Device& device) : device_(&device) {}
+    explicit Pipelines(GpuDevice& device) : device_(&device) {}
 
     ComputePipeline& ray_cast(const RayCastVariant& variant);
     ComputePipeline& slices(bool labels, bool atlas, bool by_hand);
@@ -58,7 +58,7 @@ class Pipelines {
     template <class... Arguments>
     ComputePipeline& made(std::unique_ptr<ComputePipeline>& pipeline, Arguments&&... arguments);
 
-    Device* device_;
+    GpuDevice* device_;
     std::vector<const ComputePipeline*> all_;
     std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
     std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_;

@@ -34,7 +34,7 @@ size_t slab_bytes(const Scene& scene) {
     return size_t{count.x} * count.y * eye_count(scene) * gpu::kMipWords * sizeof(uint32_t);
 }
 
-uint32_t tile_rows_per_submission(const Device& device, const Scene& scene, const Grid& grid) {
+uint32_t tile_rows_per_submission(const GpuDevice& device, const Scene& scene, const Grid& grid) {
     const glm::uvec2 count = tile_count(scene.size_px);
     const uint32_t tiles_per_row = count.x * eye_count(scene);
     const uint32_t most = std::max(1u, device.limits().maxComputeWorkGroupCount[0] / tiles_per_row);

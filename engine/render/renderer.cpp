@@ -98,7 +98,7 @@ uint64_t count_segments(const Scene& scene, const Grid& grid) {
     return count;
 }
 
-Renderer::Renderer(Device& device, RendererOptions options)
+Renderer::Renderer(GpuDevice& device, RendererOptions options)
     : device_(&device),
       options_(options),
       pipelines_(device),
@@ -207,9 +207,9 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
     if (scene.ray_cast)
         if (Result<void> checked = check_steps(*scene.ray_cast, data.volume.grid()); !checked)
-            return tl::unexpected(checked.error());
+            return pass_on(checked);
     if (Result<void> kept = keep_surfaces(scene, data); !kept)
-        return tl::unexpected(kept.error());
+        return pass_on(kept);
     keep_targets(scene);
     begin_pipelines(scene, data);
     if (!scene.ray_cast && scene.slices.empty()) { // nothing asks for voxels
@@ -282,8 +282,8 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
         held_->planes.drop();
     }
     if (held_->volume->is_atlas())
-        if (const Result<void> planned = plan_atlas(scene, data); !planned)
-            return tl::unexpected(planned.error());
+        if (Result<void> planned = plan_atlas(scene, data); !planned)
+            return pass_on(planned);
     return uploaded;
 }
 
@@ -411,10 +411,10 @@ Result<FrameStats> Renderer::draw_frame(const Scene& scene, const SceneData& dat
     profile::Scope frame("frame");
     std::deque<Commands> submissions;
     submissions.emplace_back(*device_);
-    const Result<size_t> uploaded = prepare(scene, data, submissions.back());
+    Result<size_t> uploaded = prepare(scene, data, submissions.back());
     if (!uploaded) {
         held_->sent(submissions.back().submit()); // what is recorded is taken for done
-        return tl::unexpected(uploaded.error());
+        return pass_on(uploaded);
     }
     stats.uploaded_bricks = *uploaded;
     if (scene.ray_cast) {
@@ -444,9 +444,9 @@ Result<FrameStats> Renderer::draw_frame(const Scene& scene, const SceneData& dat
 Result<uint64_t> Renderer::count_samples(const Scene& scene, const SceneData& data) {
     const Restored counting(counting_, true);
     samples_ = 0;
-    const Result<FrameStats> drawn = draw(scene, data);
+    Result<FrameStats> drawn = draw(scene, data);
     if (!drawn)
-        return tl::unexpected(drawn.error());
+        return pass_on(drawn);
     return samples_;
 }
 

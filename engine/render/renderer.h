@@ -104,7 +104,7 @@ struct CoarseStats {
 // later one only the bricks that changed.
 class Renderer {
  public:
-    explicit Renderer(Device& device, RendererOptions options = {});
+    explicit Renderer(GpuDevice& device, RendererOptions options = {});
     ~Renderer();
 
     // Draws one frame and leaves it on the GPU; `stats` says what that took. Fails with a sentence
@@ -197,7 +197,7 @@ class Renderer {
     void record_judgement(Commands& commands);
     uint64_t read_sample_count();
 
-    Device* device_;
+    GpuDevice* device_;
     RendererOptions options_;
     bool counting_ = false;    // within count_samples()
     double step_factor_ = 1.0; // of the longest steps; more within draw_coarse()

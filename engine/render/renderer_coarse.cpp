@@ -200,11 +200,11 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
     keep_coarse_targets(scene); // first: the volume takes what is left
     std::deque<Commands> submissions;
     submissions.emplace_back(*device_);
-    const Result<size_t> uploaded = prepare_interactive(
+    Result<size_t> uploaded = prepare_interactive(
         scene, data, step_factor_of(*scene.ray_cast, settings), submissions.back());
     if (!uploaded) {
         held_->sent(submissions.back().submit()); // what is recorded is taken for done
-        return tl::unexpected(uploaded.error());
+        return pass_on(uploaded);
     }
     stats.frame.uploaded_bricks = *uploaded;
     stats.frame.cell_map_ms = held_->cell_map_ms;
@@ -316,10 +316,10 @@ Result<FrameStats> Renderer::refine_rows(const Scene& asked, const SceneData& da
     FrameStats stats;
     std::deque<Commands> submissions;
     submissions.emplace_back(*device_);
-    const Result<size_t> uploaded = prepare_interactive(scene, data, 1.0, submissions.back());
+    Result<size_t> uploaded = prepare_interactive(scene, data, 1.0, submissions.back());
     if (!uploaded) {
         held_->sent(submissions.back().submit()); // what is recorded is taken for done
-        return tl::unexpected(uploaded.error());
+        return pass_on(uploaded);
     }
     stats.uploaded_bricks = *uploaded;
     const Timer timer;

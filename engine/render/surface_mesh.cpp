@@ -10,7 +10,7 @@ namespace palpate {
 
 namespace {
 
-void upload(Device& device, std::optional<Buffer>& buffer, const std::string& name,
+void upload(GpuDevice& device, std::optional<Buffer>& buffer, const std::string& name,
             std::span<const std::byte> bytes) {
     buffer.emplace(device, name, bytes.size(), Memory::device);
     Buffer staging(device, name + " staging", bytes.size(), Memory::upload);
@@ -22,7 +22,7 @@ void upload(Device& device, std::optional<Buffer>& buffer, const std::string& na
 
 } // namespace
 
-Result<GpuMesh> GpuMesh::make(Device& device, const std::string& name,
+Result<GpuMesh> GpuMesh::make(GpuDevice& device, const std::string& name,
                               std::shared_ptr<const Mesh> source) {
     const Mesh& mesh = *source;
     PALPATE_ASSERT(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());

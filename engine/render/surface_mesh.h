@@ -16,7 +16,7 @@ class GpuMesh {
  public:
     // Fails with a sentence where the mesh is larger than the device's buffers. Every index of a
     // triangle is below the number of positions.
-    static Result<GpuMesh> make(Device& device, const std::string& name,
+    static Result<GpuMesh> make(GpuDevice& device, const std::string& name,
                                 std::shared_ptr<const Mesh> mesh);
 
     const std::shared_ptr<const Mesh>& source() const { return source_; }

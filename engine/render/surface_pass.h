@@ -21,7 +21,7 @@ namespace palpate {
 // through the centres of pixels, and of triangles with a common edge one is met.
 class SurfacePass {
  public:
-    SurfacePass(Device& device, const Sampler& nearest) : device_(&device), nearest_(&nearest) {}
+    SurfacePass(GpuDevice& device, const Sampler& nearest) : device_(&device), nearest_(&nearest) {}
 
     // Brings meshes and styles in line with the scene: data.meshes[i] belongs to
     // scene.surfaces[i], and one that is the same object as before is not uploaded again. Fails
@@ -59,7 +59,7 @@ class SurfacePass {
     std::vector<Bound> pixel_bindings(Buffer& frame, bool through, bool styles);
     void start_work(Commands& commands, uint32_t mesh, uint32_t turn);
 
-    Device* device_;
+    GpuDevice* device_;
     const Sampler* nearest_;
     std::deque<std::optional<GpuMesh>> meshes_;
     MirroredBuffer styles_;

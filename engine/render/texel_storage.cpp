@@ -34,7 +34,7 @@ void store(const Brick& brick, int32_t bias, glm::uvec3 low, glm::uvec3 high, si
 
 } // namespace
 
-TexelStorage texel_storage(const Device& device, ScalarType type, TexelFormat wanted) {
+TexelStorage texel_storage(const GpuDevice& device, ScalarType type, TexelFormat wanted) {
     if (wanted == TexelFormat::label)
         return {type == ScalarType::u8 ? VK_FORMAT_R8_UINT : VK_FORMAT_R16_UINT};
     if (wanted == TexelFormat::automatic)

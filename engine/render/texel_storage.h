@@ -24,7 +24,7 @@ struct TexelStorage {
     VkFormat format = VK_FORMAT_R32_SFLOAT;
     float scale = 1.0f, bias = 0.0f;
 };
-TexelStorage texel_storage(const Device& device, ScalarType type, TexelFormat wanted);
+TexelStorage texel_storage(const GpuDevice& device, ScalarType type, TexelFormat wanted);
 
 size_t texel_bytes(VkFormat format);
 

@@ -9,7 +9,7 @@ namespace palpate {
 
 static_assert(kTransferTableSize == gpu::kTableEntries);
 
-TransferImage::TransferImage(Device& device, std::string name, const TransferFunction& function,
+TransferImage::TransferImage(GpuDevice& device, std::string name, const TransferFunction& function,
                              double step_mm)
     : function_(function),
       step_mm_(step_mm),

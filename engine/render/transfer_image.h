@@ -9,7 +9,7 @@ namespace palpate {
 // A transfer function on the GPU: rows of kTableEntries texels, see shaders/shared/ray_cast.h.
 class TransferImage {
  public:
-    TransferImage(Device& device, std::string name, const TransferFunction& function,
+    TransferImage(GpuDevice& device, std::string name, const TransferFunction& function,
                   double step_mm);
 
     GpuImage& image() { return image_; }

@@ -8,7 +8,7 @@ namespace {
 constexpr uint64_t kAlignment = 256; // of what copies start at
 } // namespace
 
-UploadRing::UploadRing(Device& device, uint64_t bytes)
+UploadRing::UploadRing(GpuDevice& device, uint64_t bytes)
     : device_(&device), buffer_(device, "upload ring", bytes, Memory::upload) {}
 
 UploadRing::Room UploadRing::take(uint64_t bytes) {

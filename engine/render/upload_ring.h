@@ -17,7 +17,7 @@ namespace palpate {
 // frame's uploads need no submission, wait or allocation of their own.
 class UploadRing {
  public:
-    UploadRing(Device& device, uint64_t bytes);
+    UploadRing(GpuDevice& device, uint64_t bytes);
 
     struct Room {
         std::span<std::byte> bytes;
@@ -37,7 +37,7 @@ class UploadRing {
         uint64_t first, last; // bytes [first, last)
         uint64_t value;       // 0: not sent
     };
-    Device* device_;
+    GpuDevice* device_;
     Buffer buffer_;
     std::deque<Piece> pieces_; // oldest first
     uint64_t next_ = 0;

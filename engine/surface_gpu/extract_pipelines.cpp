@@ -43,7 +43,7 @@ static_assert(3 * ClassicTable::kMaxTriangles <= 15, "four bits each below the n
 
 } // namespace
 
-ExtractPipelines::ExtractPipelines(Device& device)
+ExtractPipelines::ExtractPipelines(GpuDevice& device)
     : device_(&device),
       cull_(device, "extract cull", spirv::extract_cull[0], kCullSlots),
       list_(device, "extract list", spirv::extract_cull[1], kListSlots),

@@ -10,9 +10,9 @@ namespace palpate {
 // may compile at the first dispatch: most of a second on a CPU device, once.
 class ExtractPipelines {
  public:
-    explicit ExtractPipelines(Device& device);
+    explicit ExtractPipelines(GpuDevice& device);
 
-    Device& device() { return *device_; }
+    GpuDevice& device() { return *device_; }
 
     ComputePipeline& cull(bool list) { return list ? list_ : cull_; }
     ComputePipeline& scan() { return scan_; }
@@ -23,7 +23,7 @@ class ExtractPipelines {
     const Sampler& nearest() const { return nearest_; }
 
  private:
-    Device* device_;
+    GpuDevice* device_;
     ComputePipeline cull_, list_, scan_, count_;
     std::optional<ComputePipeline> emit_, emit_plain_;
     Buffer cases_;

@@ -73,7 +73,7 @@ void write_counted(Buffer& buffer, const std::vector<T>& entries) {
 
 } // namespace
 
-Result<void> GpuSurface::supports(const Device& device, const Volume& volume,
+Result<void> GpuSurface::supports(const GpuDevice& device, const Volume& volume,
                                   const SurfaceOptions& options) {
     if (options.topology != SurfaceTopology::classic)
         return fail("surfaces on a graphics device: expected the topology classic, found correct");

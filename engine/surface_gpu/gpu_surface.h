@@ -42,7 +42,7 @@ class GpuSurface {
  public:
     // Why this cannot be done, in a sentence: mode `correct`, or a volume larger than the device's
     // images or with more blocks than its buffers hold.
-    static Result<void> supports(const Device& device, const Volume& volume,
+    static Result<void> supports(const GpuDevice& device, const Volume& volume,
                                  const SurfaceOptions& options);
 
     // What supports() refuses must not come here. Keeps a reference to the pipelines.
@@ -98,7 +98,7 @@ class GpuSurface {
     Buffer& kept(std::optional<Buffer>& buffer, const char* name, uint64_t bytes, Memory memory);
 
     ExtractPipelines* pipelines_;
-    Device* device_;
+    GpuDevice* device_;
     Volume volume_;
     float iso_;
     SurfaceOptions options_;

@@ -56,7 +56,7 @@ void stage_cube(const Brick& brick, glm::uvec3 low, uint32_t side, std::byte* to
 
 } // namespace
 
-Result<void> SampleImage::fits(const Device& device, const Volume& volume) {
+Result<void> SampleImage::fits(const GpuDevice& device, const Volume& volume) {
     const uint32_t most = device.limits().maxImageDimension3D;
     const glm::uvec3 size = volume.size();
     if (std::max({size.x, size.y, size.z}) > most)
@@ -65,7 +65,7 @@ Result<void> SampleImage::fits(const Device& device, const Volume& volume) {
     return {};
 }
 
-SampleImage::SampleImage(Device& device, const Volume& volume)
+SampleImage::SampleImage(GpuDevice& device, const Volume& volume)
     : device_(&device),
       type_(volume.type()),
       image_(

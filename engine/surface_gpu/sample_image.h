@@ -13,11 +13,11 @@ namespace palpate {
 class SampleImage {
  public:
     // Fails with a sentence where the device has no image of the volume's size.
-    static Result<void> fits(const Device& device, const Volume& volume);
+    static Result<void> fits(const GpuDevice& device, const Volume& volume);
 
     // Uploads all samples, some bricks at a time, and waits for it. Throws GpuError where memory
     // does not suffice, and what reading a brick of a source throws.
-    SampleImage(Device& device, const Volume& volume);
+    SampleImage(GpuDevice& device, const Volume& volume);
 
     // Brings the changed blocks of `after` up: the last of them, mostly all, by a copy recorded
     // into `commands`, which holds nothing of the image yet and is done before the next call.
@@ -32,7 +32,7 @@ class SampleImage {
     void upload_all(const Volume& volume);
     std::byte* staged(uint64_t bytes);
 
-    Device* device_;
+    GpuDevice* device_;
     ScalarType type_;
     GpuImage image_;
     std::optional<Buffer> staging_;

@@ -40,7 +40,7 @@ class SurfacePool {
         std::map<uint32_t, gpu::ExtractDraw> changed_draws;
     };
 
-    SurfacePool(Device& device, bool normals) : device_(&device), normals_(normals) {}
+    SurfacePool(GpuDevice& device, bool normals) : device_(&device), normals_(normals) {}
 
     // Room for what one block holds, and its draw. Where no arena has any, one is made for at least
     // what is `still` to come, this block included, and a fifth more. Throws GpuError where memory
@@ -59,7 +59,7 @@ class SurfacePool {
     std::optional<PoolRange> take_in(uint32_t arena, uint32_t vertices, uint32_t triangles);
     void add_arena(Size least);
 
-    Device* device_;
+    GpuDevice* device_;
     bool normals_;
     std::deque<Arena> arenas_;
 };

@@ -54,9 +54,9 @@ struct Wrench {
 // One device. read() and write() are the servo thread's: they neither allocate, throw nor lock,
 // and wait for no longer than the device's transport needs. Read, compute and write lie in one
 // tick: each further tick of delay costs about five times the stiffness that stays stable.
-class Device {
+class HapticDevice {
  public:
-    virtual ~Device() = default;
+    virtual ~HapticDevice() = default;
     virtual const DeviceCapabilities& capabilities() const noexcept = 0;
     // The newest sample. What is not ok leaves `sample` as it was, but its time.
     virtual DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept = 0;

@@ -13,7 +13,7 @@ namespace palpate::haptics {
 // Plays what was recorded, with the status it had then. Forces go nowhere: the hand of a recording
 // feels nothing. Between two records the earlier one holds, and after the last the device has
 // ended.
-class RecordedDevice final : public Device {
+class RecordedDevice final : public HapticDevice {
  public:
     // Records in order of time, at least one. The first plays at start_ns. `capabilities` are those
     // of the device it was recorded with, or of none.
@@ -38,10 +38,10 @@ std::vector<DeviceRecord> records_of_path(const HandPath& path, const Workspace&
 
 // Passes everything on to another device and notes it in a ring, from which another thread takes
 // it. A full ring drops records and counts them; it never holds the servo up.
-class RecordingDevice final : public Device {
+class RecordingDevice final : public HapticDevice {
  public:
     // `device` must outlive it.
-    RecordingDevice(Device& device, size_t capacity) : device_(device), ring_(capacity) {}
+    RecordingDevice(HapticDevice& device, size_t capacity) : device_(device), ring_(capacity) {}
 
     const DeviceCapabilities& capabilities() const noexcept override {
         return device_.capabilities();
@@ -55,7 +55,7 @@ class RecordingDevice final : public Device {
     uint64_t dropped() const noexcept { return dropped_.load(std::memory_order_relaxed); }
 
  private:
-    Device& device_;
+    HapticDevice& device_;
     Ring<DeviceRecord> ring_;
     DeviceRecord now_;
     std::atomic<uint64_t> dropped_{0};

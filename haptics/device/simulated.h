@@ -53,7 +53,7 @@ struct HandModel {
 // solved every 20 us with the force held between writes, as motors do. Dry friction and damping are
 // taken at the end of each step (implicitly), so that what sticks stays. The box of the workspace
 // is a hard stop. Everything is a function of the times and wrenches given: no clock, no chance.
-class SimulatedDevice final : public Device {
+class SimulatedDevice final : public HapticDevice {
  public:
     static constexpr int64_t kStep_ns = 20'000;
     static constexpr int64_t kNever_ns = std::numeric_limits<int64_t>::max();

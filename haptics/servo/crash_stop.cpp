@@ -16,13 +16,13 @@ namespace {
 
 constexpr std::array kSignals{SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT};
 
-std::array<std::atomic<Device*>, 8> devices;
-static_assert(std::atomic<Device*>::is_always_lock_free); // signal handlers read them
+std::array<std::atomic<HapticDevice*>, 8> devices;
+static_assert(std::atomic<HapticDevice*>::is_always_lock_free); // signal handlers read them
 std::array<struct sigaction, kSignals.size()> before;
 
 void halt_all() {
-    for (std::atomic<Device*>& device : devices)
-        if (Device* const now = device.load())
+    for (std::atomic<HapticDevice*>& device : devices)
+        if (HapticDevice* const now = device.load())
             now->halt(monotonic_ns());
 }
 
@@ -48,11 +48,11 @@ void set_handlers() {
 
 } // namespace
 
-CrashStop::CrashStop(Device& device) {
+CrashStop::CrashStop(HapticDevice& device) {
     static std::once_flag once;
     std::call_once(once, set_handlers);
     for (slot_ = 0; slot_ < devices.size(); ++slot_) {
-        Device* none = nullptr;
+        HapticDevice* none = nullptr;
         if (devices[slot_].compare_exchange_strong(none, &device))
             return;
     }

@@ -12,7 +12,7 @@ namespace palpate::haptics {
 // assertion.
 class CrashStop {
  public:
-    explicit CrashStop(Device& device);
+    explicit CrashStop(HapticDevice& device);
     ~CrashStop();
     CrashStop(const CrashStop&) = delete;
     CrashStop& operator=(const CrashStop&) = delete;

@@ -50,7 +50,7 @@ struct ServoTick {
 class Servo {
  public:
     struct Parts { // all outlive the servo
-        Device& device;
+        HapticDevice& device;
         Algorithm& algorithm;
         Mailbox<TouchScene>& scenes;
         Mailbox<TouchParameters>& parameters;
@@ -84,7 +84,7 @@ class Servo {
     Telemetry& telemetry() noexcept { return telemetry_; } // for the thread that ticks
     // While the servo ticks, only where a fault is latched may others read it.
     const SafetyChain& safety() const noexcept { return safety_; }
-    Device& device() const noexcept { return parts_.device; }
+    HapticDevice& device() const noexcept { return parts_.device; }
     const Options& options() const noexcept { return options_; }
 
  private:

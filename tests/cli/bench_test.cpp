@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "tests/support/paths.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -27,7 +28,7 @@ class BenchCommand : public ProgramTest {
         return json::parse(bytes_of("out/" + suite + ".json"));
     }
     ProgramRun compare(const std::string& a, const std::string& b) const {
-        const std::string command = std::string(PALPATE_SOURCE_DIR) + "/scripts/bench-compare " +
+        const std::string command = std::string(kSourceDir) + "/scripts/bench-compare " +
                                     file(a).string() + " " + file(b).string() + " --all >" +
                                     file("stdout").string() + " 2>" + file("stderr").string();
         const int status = std::system(command.c_str());

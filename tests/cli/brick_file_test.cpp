@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/kill.h"
+#include "tests/support/paths.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -48,7 +49,7 @@ TEST_F(BrickFileCommands, KilledAtAnyMomentLeavesAWholeFileOrNone) {
     kill_at_many_moments(
         10,
         [&] {
-            ::execl(PALPATE_PROGRAM, "palpate", "convert", phantom_.c_str(), out.c_str(), nullptr);
+            ::execl(kProgram, "palpate", "convert", phantom_.c_str(), out.c_str(), nullptr);
             return 127;
         },
         [&] {

@@ -1,5 +1,6 @@
 #include <nlohmann/json.hpp>
 
+#include "tests/support/paths.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -7,7 +8,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-const std::string kData = PALPATE_SHARED_DATA;
+const std::string kData = kSharedData;
 const std::string kHippocampus = kData + "/mr_hippocampus_labels/hippocampus_001_";
 
 class CompareShared : public ProgramTest {

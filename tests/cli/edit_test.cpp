@@ -13,6 +13,7 @@
 #include "engine/volume/synthetic.h"
 #include "engine/volume/synthetic_name.h"
 #include "tests/support/kill.h"
+#include "tests/support/paths.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -358,7 +359,7 @@ TEST_F(EditCommand, AFolderThatTakesNothingIsASentenceAndLosesNothing) {
     // A disk with room for the journal and no more: files are limited to 60 blocks of 512 bytes.
     const std::string volume = "synthetic:phantom?size=48";
     const std::string out = file("out.nrrd").string();
-    const std::string command = "trap '' XFSZ; ulimit -f 60; '" + std::string(PALPATE_PROGRAM) +
+    const std::string command = "trap '' XFSZ; ulimit -f 60; '" + std::string(kProgram) +
                                 "' edit '" + volume + "' '" + strokes_path() + "' -o '" + out +
                                 "' 2> '" + file("messages").string() + "'";
     EXPECT_NE(std::system(command.c_str()), 0);

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tests/support/paths.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -10,7 +11,7 @@ namespace {
 using Json = nlohmann::json;
 using ::testing::HasSubstr;
 
-const std::string kData = PALPATE_SHARED_DATA;
+const std::string kData = kSharedData;
 
 class InfoShared : public ProgramTest {
  protected:

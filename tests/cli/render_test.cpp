@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/paths.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -254,7 +255,7 @@ TEST_F(RenderCommand, NumbersAreFinite) {
 
 TEST_F(RenderCommand, SaysWhenStandardOutputIsFull) {
     const std::string line =
-        std::string(PALPATE_PROGRAM) + " doctor >/dev/full 2>" + file("stderr").string();
+        std::string(kProgram) + " doctor >/dev/full 2>" + file("stderr").string();
     EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 1);
     EXPECT_THAT(bytes_of("stderr"), HasSubstr("standard output cannot be written"));
 }

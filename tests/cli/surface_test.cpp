@@ -15,6 +15,7 @@
 #include "engine/mesh/topology.h"
 #include "tests/support/kill.h"
 #include "tests/support/meshes.h"
+#include "tests/support/paths.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -177,7 +178,7 @@ TEST_F(SurfaceCommand, DecimatesNoisyVolumes) {
 
 // A report that cannot be written leaves no mesh either.
 TEST_F(SurfaceCommand, MeshAndReportComeTogetherOrNotAtAll) {
-    const std::string command = "'" + std::string(PALPATE_PROGRAM) +
+    const std::string command = "'" + std::string(kProgram) +
                                 "' surface 'synthetic:ball?size=16' --iso 500 --report - -o '" +
                                 file("a.ply").string() + "' > /dev/full 2> '" +
                                 file("messages").string() + "'";
@@ -267,7 +268,7 @@ TEST_F(SurfaceCommand, AFullDiskLeavesNothing) {
     const std::string command = fmt::format(
         "cd '{}' && trap '' XFSZ && ulimit -f 16 && '{}' --quiet surface 'synthetic:ball?size=24' "
         "--iso 500 -o full.ply 2>stderr",
-        file("").string(), PALPATE_PROGRAM);
+        file("").string(), kProgram);
     const int status = std::system(command.c_str());
     EXPECT_EQ(WEXITSTATUS(status), 1);
     const std::string messages = bytes_of("stderr");

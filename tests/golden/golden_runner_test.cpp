@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/image/exr.h"
+#include "tests/support/paths.h"
 #include "tests/support/temporary_folder.h"
 
 namespace palpate {
@@ -16,8 +17,8 @@ using Json = nlohmann::json;
 class GoldenRunner : public TemporaryFolder {
  protected:
     GoldenRunner() {
-        fs::copy(PALPATE_SOURCE_DIR "/golden/mip", file("case"));
-        fs::copy(PALPATE_SOURCE_DIR "/golden/driver.json", file("driver.json"));
+        fs::copy(kSourceDir + std::string("/golden/mip"), file("case"));
+        fs::copy(kSourceDir + std::string("/golden/driver.json"), file("driver.json"));
     }
     int run(const std::string& mode) const {
         const std::string command = fmt::format(
@@ -77,7 +78,7 @@ TEST_F(GoldenRunner, BlessesOnTheRecordedDriverOnly) {
     write("driver.json", R"({"device": "another", "driver": "one"})");
     EXPECT_EQ(run("bless"), 1);
     EXPECT_NE(bytes_of("stderr").find("another, one only"), std::string::npos);
-    fs::copy(PALPATE_SOURCE_DIR "/golden/driver.json", file("driver.json"),
+    fs::copy(kSourceDir + std::string("/golden/driver.json"), file("driver.json"),
              fs::copy_options::overwrite_existing);
     EXPECT_EQ(run("bless"), 0) << bytes_of("stderr");
     EXPECT_EQ(run("check"), 0) << bytes_of("stderr");

@@ -22,6 +22,7 @@
 #include "engine/loading/scene_meshes.h"
 #include "engine/reference/truth.h"
 #include "engine/render/stereo_layout.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -106,7 +107,7 @@ const std::string kGoldenDevice = "llvmpipe"; // that golden pictures are made o
 // Who draws: the program beside this one, on the kind of driver that golden pictures are made for;
 // or as told.
 struct Drawer {
-    std::string program = PALPATE_PROGRAM, device = kGoldenDevice, more = " --validate";
+    std::string program = kProgram, device = kGoldenDevice, more = " --validate";
 };
 
 // The scene; of a case with strokes, that of the volume they leave.
@@ -126,9 +127,9 @@ Result<Json> edited_scene(const GoldenCase& golden, const Drawer& drawer) {
 
 Result<ExrFile> draw(const GoldenCase& golden, const Drawer& drawer = {}) {
     const fs::path scene = golden.work / "scene.json", actual = golden.work / "actual.exr";
-    const Result<Json> edited = edited_scene(golden, drawer);
+    Result<Json> edited = edited_scene(golden, drawer);
     if (!edited)
-        return tl::unexpected(edited.error());
+        return pass_on(edited);
     const std::string text = edited->dump(2);
     if (auto saved = save_bytes(scene, std::as_bytes(std::span(text))); !saved)
         return pass_on(saved);
@@ -175,7 +176,7 @@ Result<double> check_truth(const GoldenCase& golden, const char* which, const Im
 }
 
 std::string drawn_on(const ExrFile& file) {
-    const auto text = [&](const char* key) {
+    auto text = [&](const char* key) {
         const auto at = file.metadata.find(key);
         return at == file.metadata.end() ? std::string("unknown") : at->second;
     };

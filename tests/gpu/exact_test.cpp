@@ -344,7 +344,7 @@ TEST_F(ExactTest, TwoFramesAreTheSameBits) {
 // Hard cases that do not ask how a ray is integrated; the others name `exact` themselves.
 class ExactPainter : public cases::Painter {
  public:
-    explicit ExactPainter(Device& device) : painter_(device) {}
+    explicit ExactPainter(GpuDevice& device) : painter_(device) {}
     Image draw(const Scene& scene, const SceneData& data, const cases::Choices& choices) override {
         Scene exact = scene;
         if (exact.ray_cast)

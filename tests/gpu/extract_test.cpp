@@ -44,7 +44,7 @@ void expect_same_block(const BlockMesh& mine, const BlockMesh& theirs) {
 }
 
 // All that the GPU holds, and the draws of it, are those of the CPU's blocks.
-void expect_same(GpuSurface& mine, const BlockSurface& theirs, Device& device) {
+void expect_same(GpuSurface& mine, const BlockSurface& theirs, GpuDevice& device) {
     const std::vector<glm::ivec3> blocks = mine.blocks();
     ASSERT_EQ(blocks, theirs.blocks());
     ASSERT_EQ(mine.triangles(), theirs.triangles());
@@ -415,13 +415,13 @@ TEST(RangeAllocator, RangesNeverOverlap) {
 // A device that cannot hold the surface: who chose the device decides what follows.
 TEST_F(GpuExtraction, GivesWayToTheCpuWhereMemoryRunsOut) {
     const Volume volume = noise_volume({20, 19, 18}, ScalarType::u8, 5, 3);
-    const auto out_of_memory = [](Device&, const Volume&, float, const SurfaceOptions&,
+    const auto out_of_memory = [](GpuDevice&, const Volume&, float, const SurfaceOptions&,
                                   ExtractPasses& passes) -> Mesh {
         passes.emplace_back("upload and extract", 1.0);
         throw GpuError("allocating: VK_ERROR_OUT_OF_DEVICE_MEMORY");
     };
     const auto chosen = [](bool may_fall_back) {
-        return Extractor{std::make_unique<Device>(DeviceOptions{}), "asked for", may_fall_back};
+        return Extractor{std::make_unique<GpuDevice>(DeviceOptions{}), "asked for", may_fall_back};
     };
     ExtractPasses passes;
     Extractor automatic = chosen(true);

@@ -13,8 +13,8 @@ namespace palpate {
 // fails the test that caused it.
 class GpuTest : public ::testing::Test {
  protected:
-    static Device& device() {
-        static Device instance({.validation = true});
+    static GpuDevice& device() {
+        static GpuDevice instance({.validation = true});
         return instance;
     }
     void SetUp() override { messages_before_ = device().validation_messages().size(); }

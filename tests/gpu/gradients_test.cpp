@@ -42,7 +42,7 @@ Scene scene_of(const Volume& volume) {
     return scene;
 }
 
-bool holds_gradients(Device& device) {
+bool holds_gradients(GpuDevice& device) {
     for (const ResourceInfo& resource : device.resources())
         if (resource.name == "gradients")
             return true;

@@ -133,7 +133,7 @@ struct Promise {
 // Asks for the scene's error, draws it as granted, and compares all pixels with grid truth.
 inline Result<Promise> ask(Renderer& renderer, const RandomScene& random) {
     const auto& [scene, data] = std::tie(random.scene, random.data);
-    const Result<AccuracyChoice> choice =
+    Result<AccuracyChoice> choice =
         choose_setting(renderer, scene, data, random.error, random.sampling);
     Promise promise;
     Scene chosen = scene;
@@ -144,21 +144,21 @@ inline Result<Promise> ask(Renderer& renderer, const RandomScene& random) {
         chosen.ray_cast->min_transmittance = choice->min_transmittance;
     } else {
         if (choice.error().message.find("the best that can be had") == std::string::npos)
-            return tl::unexpected(choice.error());
+            return pass_on(choice);
         chosen.ray_cast->integrator = Integrator::exact;
         chosen.ray_cast->sub_steps = kMaxSubSteps;
         chosen.ray_cast->min_transmittance = 0.0;
     }
-    const Result<Frame> frame = renderer.render(chosen, data);
+    Result<Frame> frame = renderer.render(chosen, data);
     if (!frame)
-        return tl::unexpected(frame.error());
+        return pass_on(frame);
     promise.found = color_rmse(frame->eyes[0], render_truth(scene, data));
     return promise;
 }
 
 // Seeds [first, first + count): no picture errs by more than was expected of it, and what is
 // refused could not be had with room to spare.
-inline void expect_promises_kept(Device& device, uint32_t first, uint32_t count) {
+inline void expect_promises_kept(GpuDevice& device, uint32_t first, uint32_t count) {
     Renderer renderer(device);
     uint32_t granted = 0, refused = 0, wrongly = 0;
     double tightest = 0.0;

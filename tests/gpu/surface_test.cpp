@@ -138,12 +138,12 @@ double ray_bound(const Scene& scene, const SceneData& data) {
 class SurfaceTest : public GpuTest {
  protected:
     // As a device that has no atomic operations on 64 bits.
-    static Device& narrow_device() {
-        static Device instance({.validation = true, .int64_atomics = false});
+    static GpuDevice& narrow_device() {
+        static GpuDevice instance({.validation = true, .int64_atomics = false});
         return instance;
     }
 
-    static std::vector<Image> drawn_on(Device& which, const Scene& scene, const SceneData& data,
+    static std::vector<Image> drawn_on(GpuDevice& which, const Scene& scene, const SceneData& data,
                                        RendererOptions options) {
         Renderer renderer(which, std::move(options));
         Result<Frame> frame = renderer.render(scene, data);
@@ -489,7 +489,7 @@ TEST_F(SurfaceTest, ASceneHoldsWhatItShowsAndNothingElse) {
     ASSERT_TRUE(renderer.draw(scene, data));
     EXPECT_TRUE(has("see-through triangles"));
     EXPECT_FALSE(has("see-through layers")) << "no rays to stand in the way of";
-    const Device::Traffic before = device().traffic();
+    const GpuDevice::Traffic before = device().traffic();
     scene.surfaces.clear();
     add_rays(scene, RayMode::iso);
     SceneData voxels = data;

@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/paths.h"
+
 namespace palpate {
 
 // How a child process that ran `work` ended.
@@ -53,7 +55,7 @@ inline End run_and_kill(std::chrono::microseconds delay, const std::function<int
 // For a child: becomes the program; what it prints goes nowhere, or its messages to a file that is
 // open.
 inline int become_program(std::vector<std::string> arguments, int messages = -1) {
-    arguments.insert(arguments.begin(), PALPATE_PROGRAM);
+    arguments.insert(arguments.begin(), kProgram);
     std::vector<char*> argv;
     for (std::string& argument : arguments)
         argv.push_back(argument.data());
@@ -61,7 +63,7 @@ inline int become_program(std::vector<std::string> arguments, int messages = -1)
     const int nowhere = ::open("/dev/null", O_RDWR);
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         ::dup2(stream == STDERR_FILENO && messages >= 0 ? messages : nowhere, stream);
-    return ::execv(PALPATE_PROGRAM, argv.data());
+    return ::execv(kProgram, argv.data());
 }
 
 // Kills `work` at `count` moments of its life and calls `check` after each run. Half of the moments

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/paths.h"
 #include "tests/support/temporary_folder.h"
 
 namespace palpate {
@@ -23,7 +24,7 @@ class ProgramTest : public TemporaryFolder {
  protected:
     // Arguments are passed as they are; no shell reads them.
     ProgramRun run(const std::vector<std::string>& arguments) const {
-        std::string command = quoted(PALPATE_PROGRAM);
+        std::string command = quoted(kProgram);
         for (const std::string& argument : arguments)
             command += " " + quoted(argument);
         command += " >" + quoted(file("stdout").string()) + " 2>" + quoted(file("stderr").string());

@@ -56,7 +56,7 @@ Result<void> run(const std::filesystem::path& folder) {
     scene.ray_cast->transfer = *preset("ct-bone");
     const SceneData data{loaded->volume, {}};
     const Image truth = render_twin(scene, data);
-    Device device(DeviceOptions{});
+    GpuDevice device(DeviceOptions{});
     Result<Frame> frame = Renderer(device).render(scene, data);
     if (!frame)
         return pass_on(frame);

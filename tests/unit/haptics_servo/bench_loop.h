@@ -37,16 +37,16 @@ struct Loop {
     Ring<ToolStamp> poses{4096};
     Workspace workspace;
     std::unique_ptr<Algorithm> algorithm;
-    std::unique_ptr<Device> device;
+    std::unique_ptr<HapticDevice> device;
     Servo servo;
     int64_t now_ns = 0;
 
-    static std::unique_ptr<Device> simulated(const HandPath& path, const char* preset) {
+    static std::unique_ptr<HapticDevice> simulated(const HandPath& path, const char* preset) {
         return std::make_unique<SimulatedDevice>(*find_device_preset(preset), HandModel{}, path,
                                                  Workspace({0, 0, 0}, 1.0));
     }
     Loop(TouchScene scene, TouchParameters p, std::unique_ptr<Algorithm> a,
-         std::unique_ptr<Device> d, Servo::Options options = {},
+         std::unique_ptr<HapticDevice> d, Servo::Options options = {},
          const Workspace& w = Workspace({0, 0, 0}, 1.0))
         : scenes(std::make_unique<const TouchScene>(std::move(scene))),
           parameters(std::make_unique<const TouchParameters>(p)),

@@ -15,6 +15,7 @@
 #include "engine/volume/sample.h"
 #include "haptics/proxy/patch.h"
 #include "haptics/servo/servo_thread.h"
+#include "tests/support/paths.h"
 #include "tests/support/tick_guard.h"
 #include "tests/unit/haptics_servo/bench_loop.h"
 
@@ -33,11 +34,11 @@ class Drawing {
     Drawing() {
         const std::string never_written = testing::TempDir() + "none.png";
         const char* arguments[] = {
-            PALPATE_PROGRAM, "--quiet", "render",   "synthetic:phantom?size=128",
-            "--mode",        "alpha",   "--frames", "100000",
-            "--orbit-deg",   "1",       "-o",       never_written.c_str(),
+            kProgram,      "--quiet", "render",   "synthetic:phantom?size=128",
+            "--mode",      "alpha",   "--frames", "100000",
+            "--orbit-deg", "1",       "-o",       never_written.c_str(),
             nullptr};
-        if (posix_spawn(&child_, PALPATE_PROGRAM, nullptr, nullptr, const_cast<char**>(arguments),
+        if (posix_spawn(&child_, kProgram, nullptr, nullptr, const_cast<char**>(arguments),
                         environ) != 0)
             child_ = -1;
     }
@@ -54,7 +55,7 @@ class Drawing {
 };
 
 // Plays records again and again.
-class Again final : public Device {
+class Again final : public HapticDevice {
  public:
     explicit Again(std::vector<DeviceRecord> records) : records_(std::move(records)) {}
     const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }

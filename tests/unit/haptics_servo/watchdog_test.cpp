@@ -35,16 +35,16 @@ class HookedWall final : public Algorithm {
 };
 
 // Passes on to another device, with something that happens in read() and before write() reaches it.
-class HookedDevice final : public Device {
+class HookedDevice final : public HapticDevice {
  public:
-    explicit HookedDevice(std::unique_ptr<Device> device) : device_(std::move(device)) {}
+    explicit HookedDevice(std::unique_ptr<HapticDevice> device) : device_(std::move(device)) {}
     Hook in_read, in_write;
     bool moves_by_ticks = false; // a hand that goes on with each read, however late it comes
     std::atomic<int> halts{0};
     std::atomic<int64_t> reads{0};
     std::atomic<bool> pushes{false}; // the last thing it was told is a force
 
-    Device& inner() { return *device_; }
+    HapticDevice& inner() { return *device_; }
     const DeviceCapabilities& capabilities() const noexcept override {
         return device_->capabilities();
     }
@@ -69,7 +69,7 @@ class HookedDevice final : public Device {
     }
 
  private:
-    std::unique_ptr<Device> device_;
+    std::unique_ptr<HapticDevice> device_;
 };
 
 // In the wall at z = 5 mm, with force, on the virtual clock.
@@ -237,7 +237,7 @@ TEST(Watchdog, ItsThreadEndsForceWhileTheServosThreadHangs) {
 }
 
 // Says on stderr that it was halted, with what a signal's handler may call.
-class LoudDevice final : public Device {
+class LoudDevice final : public HapticDevice {
  public:
     const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
     DeviceStatus read(int64_t, DeviceSample&) noexcept override { return DeviceStatus::stale; }

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "engine/io/volume_io.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -141,7 +142,7 @@ TEST_F(Sandbox, AMissingDecoderIsSaid) {
 }
 
 TEST(DecoderProgram, IsPalpateBesideTheTests) {
-    EXPECT_EQ(io::decoder_program(), PALPATE_PROGRAM);
+    EXPECT_EQ(io::decoder_program(), kProgram);
 }
 
 } // namespace

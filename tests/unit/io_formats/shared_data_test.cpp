@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/volume/grid.h"
+#include "tests/support/paths.h"
 #include "tests/unit/io_formats/decode_here.h"
 
 // Real files: where they lie and what they hold, against independent readers.
@@ -11,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-const fs::path kShared = PALPATE_SHARED_DATA;
+const fs::path kShared = kSharedData;
 const fs::path kTemplates = "/usr/share/mricron/templates"; // Debian's mricron-data
 const fs::path kProject = "/usr/share/doc/invesalius-examples/examples/Cranium.inv3";
 

@@ -6,10 +6,11 @@
 #include <string>
 
 #include "engine/io/volume_io.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 
-inline const std::filesystem::path kShared = PALPATE_SHARED_DATA;
+inline const std::filesystem::path kShared = kSharedData;
 
 class SharedData : public ::testing::Test {
  protected:

@@ -8,13 +8,14 @@
 #include "engine/mesh/decimate.h"
 #include "engine/mesh/topology.h"
 #include "engine/surface/surface_nets.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
 
 TEST(DecimateLabels, OfTheHippocampusStayClosedWithinTheError) {
-    const std::filesystem::path path = std::filesystem::path(PALPATE_SHARED_DATA) /
-                                       "mr_hippocampus_labels/hippocampus_001_label.nii.gz";
+    const std::filesystem::path path =
+        std::filesystem::path(kSharedData) / "mr_hippocampus_labels/hippocampus_001_label.nii.gz";
     if (!std::filesystem::exists(path))
         GTEST_SKIP() << "the real data is absent: " << path.string();
     const Result<LoadedVolume> labels = load_labels(path);

@@ -10,6 +10,7 @@
 #include "engine/mesh/topology.h"
 #include "engine/surface/surface_nets.h"
 #include "engine/volume/builder.h"
+#include "tests/support/paths.h"
 
 namespace palpate {
 namespace {
@@ -76,7 +77,7 @@ class LabelSurfaces : public testing::TestWithParam<uint32_t> {};
 
 TEST_P(LabelSurfaces, OfTheFrogFillTheBox) {
     const std::filesystem::path path =
-        std::filesystem::path(PALPATE_SHARED_DATA) / "labels_frog/frogtissue.mhd";
+        std::filesystem::path(kSharedData) / "labels_frog/frogtissue.mhd";
     if (!std::filesystem::exists(path))
         GTEST_SKIP() << path << " is not there";
     const Result<LoadedVolume> frog = load_labels(path);

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <string>
 
+#include "tests/support/paths.h"
+
 namespace palpate {
 namespace {
 
@@ -24,7 +26,7 @@ std::set<std::string> all_tests() {
     std::set<std::string> names;
     const std::regex test(R"(\nTEST(?:_P|_F)?\((\w+),\s*(\w+)\))");
     for (const auto& entry : std::filesystem::recursive_directory_iterator(
-             std::filesystem::path(PALPATE_SOURCE_DIR) / "tests")) {
+             std::filesystem::path(kSourceDir) / "tests")) {
         if (entry.path().extension() != ".cpp")
             continue;
         const std::string text = text_of(entry.path());
@@ -39,8 +41,7 @@ std::set<std::string> all_tests() {
 TEST(FeatureTable, HasARowForEachFeatureAndItsTestsExist) {
     const std::set<std::string> tests = all_tests();
     ASSERT_GT(tests.size(), 500u);
-    std::istringstream page(
-        text_of(std::filesystem::path(PALPATE_SOURCE_DIR) / "docs" / "haptics.md"));
+    std::istringstream page(text_of(std::filesystem::path(kSourceDir) / "docs" / "haptics.md"));
     const std::regex row(R"(\| F(\d+) \|.*\|([^|]*)\|)");
     const std::regex named(R"(`([A-Z]\w*\.(?:\w+|\*))`)");
     int next = 1;
