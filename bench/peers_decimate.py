@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Decimation beside VTK's and meshoptimizer's: the table of docs/surfaces.md.
+"""Decimation beside VTK's and meshoptimizer's: the table of docs/reference/surfaces.md.
 
 usage: peers_decimate.py PALPATE DATA [SHARE [NAME..]]
 

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws scenes from docs/scene.md alone, and compares them with the program's pictures.
+"""Draws scenes from docs/reference/scene.md alone, and compares them with the program's pictures.
 
     scene_by_document.py PALPATE FOLDER
 
@@ -241,7 +241,7 @@ def draw_slab(volume, scene):
     return np.where((met & (counted > 0))[..., None], color, np.array(scene["background"]))
 
 
-# The table of docs/scene.md.
+# The table of docs/reference/scene.md.
 CT_BONE = {
     "colors": [
         [110, 0.80, 0.60, 0.44],

@@ -1,5 +1,5 @@
-// docs/haptics.md has a row for each of the 25 features of the papers, and the tests it names
-// exist.
+// docs/reference/touch.md has a row for each of the 25 features of the papers, and the tests it
+// names exist.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,8 @@ std::set<std::string> all_tests() {
 TEST(FeatureTable, HasARowForEachFeatureAndItsTestsExist) {
     const std::set<std::string> tests = all_tests();
     ASSERT_GT(tests.size(), 500u);
-    std::istringstream page(text_of(std::filesystem::path(kSourceDir) / "docs" / "haptics.md"));
+    std::istringstream page(
+        text_of(std::filesystem::path(kSourceDir) / "docs" / "reference" / "touch.md"));
     const std::regex row(R"(\| F(\d+) \|.*\|([^|]*)\|)");
     const std::regex named(R"(`([A-Z]\w*\.(?:\w+|\*))`)");
     int next = 1;
