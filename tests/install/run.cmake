@@ -1,4 +1,5 @@
-# Installs the build into a folder of its own, builds the consumer against it, and runs that.
+# Installs the build into a folder of its own, builds the consumer and examples/ against it, and runs
+# the consumer.
 #
 # cmake -DBUILD=<build folder> -DSOURCE=<checkout> -DWORK=<scratch folder> -DFLAGS=<compiler flags>
 #       -DGENERATOR=<...> -DCOMPILER=<...> -DLAUNCHER=<ccache or nothing> -P run.cmake
@@ -25,16 +26,19 @@ foreach(file ${package_files})
     endforeach()
 endforeach()
 
-execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/tests/install/consumer -B ${WORK}/build
-                        -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Release
-                        -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS}
-                        -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
-                COMMAND_ERROR_IS_FATAL ANY)
-execute_process(COMMAND ${CMAKE_COMMAND} --build ${WORK}/build COMMAND_ERROR_IS_FATAL ANY)
+foreach(project tests/install/consumer examples)
+    execute_process(COMMAND ${CMAKE_COMMAND} -S ${SOURCE}/${project} -B ${WORK}/build/${project}
+                            -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix} -DCMAKE_BUILD_TYPE=Release
+                            -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS}
+                            -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER}
+                    COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND ${CMAKE_COMMAND} --build ${WORK}/build/${project}
+                    COMMAND_ERROR_IS_FATAL ANY)
+endforeach()
 
 # Reading a file starts the installed program as its decoder, which is looked for on the PATH.
 set(ENV{PATH} "${prefix}/bin:$ENV{PATH}")
-execute_process(COMMAND ${WORK}/build/consumer ${WORK} COMMAND_ERROR_IS_FATAL ANY)
+execute_process(COMMAND ${WORK}/build/tests/install/consumer/consumer ${WORK} COMMAND_ERROR_IS_FATAL ANY)
 foreach(file head.nii.gz head.png)
     if(NOT EXISTS ${WORK}/${file})
         message(FATAL_ERROR "expected the consumer to write ${file}")
