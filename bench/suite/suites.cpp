@@ -24,6 +24,8 @@ constexpr std::array kSuites{
           run_touch},
     Suite{"edit", "a dab from the hand to snapshot, device, surface and pixels, beside VTK",
           run_edit},
+    Suite{"frame", "processor time of the recording thread a frame, 128^3 to 1024^3, with dabs",
+          run_frame},
     Suite{"stability", "the hard cases of ray casting, each with its figure and bound",
           run_stability},
     Suite{"surface", "meshes: time beside error, VTK's in turn; dabs (table 1 of paper 1); windows",

@@ -14,6 +14,7 @@ struct Suite {
 
 // One file a suite.
 Result<Report> run_edit(Bench& bench);
+Result<Report> run_frame(Bench& bench);
 Result<Report> run_quality(Bench& bench);
 Result<Report> run_render(Bench& bench);
 Result<Report> run_stability(Bench& bench);

@@ -96,6 +96,21 @@ TEST_F(BenchCommand, QualityGivesFrontsOrdersMapsAndFactors) {
     EXPECT_FALSE(std::filesystem::is_empty(file("out/truth")));
 }
 
+TEST_F(BenchCommand, FrameTellsWhatTheRecordingThreadTakes) {
+    const ProgramRun ran = bench("frame");
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json frame = result("frame");
+    ASSERT_EQ(frame["frames"].size(), 24u); // two volumes, four views, three kinds of frames
+    for (const json& row : frame["frames"]) {
+        EXPECT_GT(row["cpu_ms"]["median"], 0.0);
+        EXPECT_EQ(row["residency"], row["volume"] == "256^3" ? "atlas" : "dense");
+        if (row["frames"] == "a dab a frame") {
+            EXPECT_GT(row["uploaded_bytes_median"], 0.0) << row["view"];
+        }
+    }
+    EXPECT_EQ(frame["aims"].size(), 24u);
+}
+
 TEST_F(BenchCommand, RenderAndUploadShareAPageAndCompareWithThemselves) {
     ProgramRun ran = bench("render");
     const json render = result("render");
