@@ -48,8 +48,14 @@ Result<std::vector<JournalEntry>> strokes_of_file(const EditOptions& options) {
         Result<std::vector<Stroke>> strokes = parse_strokes(*text, options.strokes);
         if (!strokes)
             return pass_on(strokes);
-        for (Stroke& stroke : *strokes)
-            entries.push_back({JournalEntry::Kind::stroke, std::move(stroke)});
+        for (Stroke& stroke : *strokes) {
+            const bool guided = stroke.operation.on_labels() && stroke.operation.only_values;
+            entries.push_back({JournalEntry::Kind::stroke,
+                               std::move(stroke),
+                               "volume",
+                               guided ? "guide" : "",
+                               {}});
+        }
     }
     return entries;
 }
@@ -202,13 +208,15 @@ Result<void> run_edit(const EditOptions& options) {
     if (const Result<void> holds = expect_format_holds(options.out, volume.grid()); !holds)
         return holds;
     const Volume* guide = input->guide ? &*input->guide : nullptr;
+    Document document(volume, labels ? VolumeKind::labels : VolumeKind::grey);
+    if (guide)
+        document = with_volume(document, {"guide", VolumeKind::grey, *guide});
     for (const JournalEntry& entry : *wanted) // before anything is begun
         if (entry.kind == JournalEntry::Kind::stroke)
             if (const Result<void> fits = check(entry.stroke.operation, volume, guide); !fits)
                 return fail("{}: {}", options.strokes, fits.error().message);
 
-    Result<Journal::Found> found =
-        find_journal(options, journal_path, Journal::base_of(volume, guide));
+    Result<Journal::Found> found = find_journal(options, journal_path, Journal::base_of(document));
     if (!found)
         return pass_on(found);
     tell(*found, journal_path);
@@ -232,7 +240,7 @@ Result<void> run_edit(const EditOptions& options) {
     };
     const Timer timer;
     Replay replay(
-        volume, input->guide,
+        document,
         {static_cast<uint64_t>(std::min(options.history_memory_mib, 1e9) * 1048576.0),
          options.history_folder, [](const std::string& notice) { log::warning("{}", notice); }});
     {

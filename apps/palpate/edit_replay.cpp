@@ -1,10 +1,9 @@
 #include "apps/palpate/edit_replay.h"
 
 #include <algorithm>
-#include <span>
 
 #include "engine/base/timer.h"
-#include "engine/edit/stroke_run.h"
+#include "engine/edit/replay.h"
 #include "engine/volume/changes.h"
 #include "engine/volume/content_hash.h"
 #include "engine/volume/extent.h"
@@ -12,8 +11,6 @@
 namespace palpate {
 
 namespace {
-
-constexpr size_t kPosesAtOnce = 4096;
 
 // Where a tool may reach along its way.
 WorldBox box_of(const Stroke& stroke) {
@@ -45,56 +42,35 @@ std::string why_idle(const Stroke& stroke, const Volume& volume, uint64_t sample
 
 } // namespace
 
-Replay::Replay(Volume volume, std::optional<Volume> guide, HistoryOptions history)
-    : now_(std::move(volume)), guide_(std::move(guide)), history_(std::move(history)) {}
+Replay::Replay(Document document, HistoryOptions history)
+    : now_(std::move(document)), history_(std::move(history)) {}
 
 Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& stop) {
+    using Kind = JournalEntry::Kind;
     const Timer timer;
-    const Volume before = now_;
+    const Volume before = volume();
+    Result<Replayed> done = replay(now_, history_, entry, stop);
+    if (!done)
+        return pass_on(done);
     Report line;
-    uint64_t samples = 0;
-    if (entry.kind == JournalEntry::Kind::stroke) {
-        auto run = StrokeRun::start(now_, entry.stroke.tool, entry.stroke.operation, guide_);
-        if (!run)
-            return pass_on(run);
-        // In portions, which change no byte, so that a long way is not laid out at once.
-        const auto go_on = [&] { return !stop.stop_requested(); };
-        for (std::span<const ToolPose> left(entry.stroke.poses); !left.empty();) {
-            const size_t n = std::min(kPosesAtOnce, left.size());
-            (*run)->add(left.first(n));
-            left = left.subspan(n);
-            if (left.empty())
-                (*run)->lift();
-            if (!(*run)->work(go_on, stop))
-                return fail("interrupted");
-        }
-        now_ = (*run)->publish();
-        samples = (*run)->samples_seen();
-        line["operation"] = name_of(entry.stroke.operation.kind);
+    const bool is_stroke = entry.kind == Kind::stroke;
+    line["operation"] = is_stroke                    ? name_of(entry.stroke.operation.kind)
+                        : entry.kind == Kind::change ? entry.change.title
+                        : entry.kind == Kind::undo   ? "undo"
+                                                     : "redo";
+    if (is_stroke)
         line["poses"] = entry.stroke.poses.size();
-        history_.record(before, now_);
-    } else {
-        const bool back = entry.kind == JournalEntry::Kind::undo;
-        Result<std::optional<Volume>> taken = back ? history_.undo(now_) : history_.redo(now_);
-        if (!taken)
-            return pass_on(taken);
-        if (!*taken)
-            return fail("expected a stroke to {}, found none left in the history",
-                        back ? "undo" : "redo");
-        now_ = **taken;
-        line["operation"] = back ? "undo" : "redo";
-    }
-    const size_t changed = changed_bricks(before, now_).size();
+    const size_t changed = changed_bricks(before, volume()).size();
     line["ms"] = timer.ms();
     line["changed_bricks"] = changed;
-    line["volume_version"] = now_.version();
+    line["volume_version"] = volume().version();
     steps_.push_back(line);
-    if (entry.kind == JournalEntry::Kind::stroke) {
+    if (is_stroke) {
         ++strokes_;
         idle_ += changed == 0;
         if (changed == 0 && first_idle_.empty())
-            first_idle_ =
-                fmt::format("of stroke {}, {}", strokes_, why_idle(entry.stroke, before, samples));
+            first_idle_ = fmt::format("of stroke {}, {}", strokes_,
+                                      why_idle(entry.stroke, before, done->samples_seen));
     }
     return {};
 }
@@ -103,7 +79,7 @@ Replay::Report Replay::report() {
     history_.settle();
     const History::Stats stats = history_.stats();
     return {{"steps", steps_},
-            {"content_hash", fmt::format("{:016x}", content_hash(now_))},
+            {"content_hash", fmt::format("{:016x}", content_hash(volume()))},
             {"history",
              {{"undo_steps", stats.undo_steps},
               {"redo_steps", stats.redo_steps},

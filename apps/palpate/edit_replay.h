@@ -1,26 +1,25 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
-#include <optional>
 #include <stop_token>
 #include <string>
 
 #include "engine/edit/history.h"
 #include "engine/edit/journal.h"
-#include "engine/volume/volume.h"
 
 namespace palpate {
 
-// Does the entries of an edit one after the other, with history, and keeps account of each.
+// Does the entries of an edit of a document's first volume one after the other, with history, and
+// keeps account of each.
 class Replay {
  public:
     using Report = nlohmann::ordered_json;
 
-    Replay(Volume volume, std::optional<Volume> guide, HistoryOptions history);
+    Replay(Document document, HistoryOptions history);
 
     Result<void> apply(const JournalEntry& entry, const std::stop_token& stop);
 
-    const Volume& volume() const { return now_; }
+    const Volume& volume() const { return now_.first(); }
 
     // The keys "steps", "content_hash" and "history".
     Report report();
@@ -30,8 +29,7 @@ class Replay {
     std::string what_was_idle() const;
 
  private:
-    Volume now_;
-    std::optional<Volume> guide_;
+    Document now_;
     History history_;
     Report steps_ = Report::array();
     size_t strokes_ = 0, idle_ = 0;

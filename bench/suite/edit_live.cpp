@@ -49,7 +49,7 @@ Result<Value> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
         return fail("{}", first.error().message);
     BlockSurface surface(volume, iso);
 
-    Editor editor(volume, {});
+    Editor editor(volume);
     auto hand_reader = editor.add_reader(), mesh_reader = editor.add_reader(),
          frame_reader = editor.add_reader();
     EditLag lag;
@@ -80,14 +80,14 @@ Result<Value> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
                 continue;
             }
             done = pin->snapshot;
-            surface.update(pin->volume);
+            surface.update(pin->volume());
             lag.reached(EditLag::Reader::mesh, *pin, profile::now_ns());
         }
     });
     size_t frames = 0;
     for (; Clock::now() < end && !bench.options().stop.stop_requested(); ++frames) {
         const auto pin = frame_reader.pin();
-        const auto drawn = renderer.draw_coarse(scene, {pin->volume, std::nullopt}, {});
+        const auto drawn = renderer.draw_coarse(scene, {pin->volume(), std::nullopt}, {});
         const int64_t now = profile::now_ns();
         if (!drawn)
             return fail("{}", drawn.error().message);

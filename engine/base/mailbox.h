@@ -35,6 +35,8 @@ namespace palpate {
 // Atomic is std::atomic but in the test that runs every interleaving.
 template <class T, template <class> class Atomic = std::atomic>
 class Mailbox {
+    struct Slot;
+
  public:
     static constexpr size_t kMaxReaders = 16;
 
@@ -70,30 +72,47 @@ class Mailbox {
         uint64_t epoch_;
     };
 
-    // For one thread at a time; must not outlive the mailbox.
+    // For one thread at a time; must not outlive the mailbox. Its end gives the place back: no pin
+    // of it may be alive.
     class Reader {
      public:
+        Reader(Reader&& other) noexcept
+            : box_(other.box_), slot_(std::exchange(other.slot_, nullptr)) {}
+        Reader& operator=(Reader&&) = delete;
+        ~Reader() {
+            if (slot_)
+                slot_->taken.store(false, std::memory_order_release);
+        }
         Pin pin() noexcept {
             const uint64_t epoch = box_->epoch_.load(std::memory_order_acquire);
-            slot_->store(epoch, std::memory_order_seq_cst);
-            return Pin(*slot_, box_->root_.load(std::memory_order_seq_cst), epoch);
+            slot_->epoch.store(epoch, std::memory_order_seq_cst);
+            return Pin(slot_->epoch, box_->root_.load(std::memory_order_seq_cst), epoch);
         }
 
      private:
         friend class Mailbox;
-        Reader(Mailbox& box, Atomic<uint64_t>& slot) noexcept : box_(&box), slot_(&slot) {}
+        Reader(Mailbox& box, Slot& slot) noexcept : box_(&box), slot_(&slot) {}
         Mailbox* box_;
-        Atomic<uint64_t>* slot_;
+        Slot* slot_;
     };
 
     // Any thread: 1, and 1 more for each publish(). A reader is behind by this less its pin's.
     uint64_t epoch() const noexcept { return epoch_.load(std::memory_order_acquire); }
 
-    // From any thread; at most kMaxReaders in the life of a mailbox.
+    // From any thread; at most kMaxReaders at a time.
     Reader add_reader() {
-        const size_t index = readers_.fetch_add(1, std::memory_order_seq_cst);
+        size_t index = 0;
+        for (bool taken = false;
+             index < kMaxReaders &&
+             !slots_[index].taken.compare_exchange_strong(taken, true, std::memory_order_acq_rel);
+             taken = false)
+            ++index;
         PALPATE_ASSERT_CMP(index, <, kMaxReaders);
-        return Reader(*this, slots_[index].epoch);
+        size_t used = readers_.load(std::memory_order_seq_cst);
+        while (used <= index &&
+               !readers_.compare_exchange_strong(used, index + 1, std::memory_order_seq_cst)) {
+        }
+        return Reader(*this, slots_[index]);
     }
 
     // The writer's thread. `next` is never null.
@@ -109,8 +128,8 @@ class Mailbox {
     // The writer's thread: frees what no reader can hold any more.
     void collect() {
         uint64_t oldest = now_;
-        const size_t readers = readers_.load(std::memory_order_seq_cst);
-        for (size_t i = 0; i < readers && i < kMaxReaders; ++i) {
+        const size_t used = readers_.load(std::memory_order_seq_cst);
+        for (size_t i = 0; i < used; ++i) {
             const uint64_t began = slots_[i].epoch.load(std::memory_order_seq_cst);
             if (began != 0 && began < oldest)
                 oldest = began;
@@ -128,6 +147,7 @@ class Mailbox {
  private:
     struct alignas(64) Slot {      // a cache line each: readers do not disturb one another
         Atomic<uint64_t> epoch{0}; // 0: no pin
+        Atomic<bool> taken{false}; // by a reader
     };
     struct Replaced {
         std::unique_ptr<const T> value;
@@ -136,7 +156,7 @@ class Mailbox {
 
     alignas(64) Atomic<const T*> root_{nullptr};
     Atomic<uint64_t> epoch_{1};
-    Atomic<size_t> readers_{0};
+    Atomic<size_t> readers_{0}; // slots that ever had one: those that the writer looks into
     std::array<Slot, kMaxReaders> slots_;
 
     // The writer's own.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/profile.h"
 #include "engine/edit/editor.h"
@@ -35,7 +36,9 @@ void EditLag::reached(Reader reader, const EditState& state, int64_t at_ns) {
     last_[index] = state.snapshot;
     const double ms = 1e-6 * static_cast<double>(at_ns - state.newest_input_ns);
     const double ahead = static_cast<double>(std::max(felt, state.snapshot) - state.snapshot);
-    latencies_ms_[index].push_back(ms);
+    // A command's snapshot has no newer input: nothing to count from.
+    if (std::exchange(last_input_ns_[index], state.newest_input_ns) != state.newest_input_ns)
+        latencies_ms_[index].push_back(ms);
     if (reader == Reader::picture)
         ahead_.push_back(ahead);
     profile::Scope scope("edit arrives");

@@ -44,7 +44,8 @@ class EditLag {
  private:
     std::atomic<uint64_t> felt_{0};
     mutable std::mutex lock_;
-    std::array<uint64_t, 3> last_{}; // by reader
+    std::array<uint64_t, 3> last_{};         // by reader
+    std::array<int64_t, 3> last_input_ns_{}; // likewise
     std::array<std::vector<double>, 3> latencies_ms_;
     std::vector<double> ahead_;
 };

@@ -12,22 +12,31 @@ namespace {
 constexpr std::chrono::microseconds kNap(250); // while nothing is to be done
 } // namespace
 
-Editor::Editor(Volume volume, std::optional<Volume> guide, EditorOptions options)
-    : now_(volume),
-      guide_(std::move(guide)),
+Editor::Editor(Document document, EditorOptions options)
+    : now_(document),
       options_(std::move(options)),
-      history_(options_.history),
+      history_(options_.begun ? std::move(options_.begun)
+                              : std::make_unique<History>(options_.history)),
       inputs_(options_.ring_inputs),
-      states_(std::make_unique<EditState>(EditState{.volume = std::move(volume)})),
-      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+      states_(std::make_unique<EditState>(EditState{.document = std::move(document),
+                                                    .strokes_done = history_->stats().undo_steps,
+                                                    .undo_steps = history_->stats().undo_steps,
+                                                    .redo_steps = history_->stats().redo_steps})) {
+    strokes_done_ = undos_in_journal_ = history_->stats().undo_steps;
+    redos_in_journal_ = history_->stats().redo_steps;
+    if (options_.threaded)
+        thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
+}
 
 Editor::~Editor() {
-    thread_.request_stop();
-    thread_.join();
+    if (thread_.joinable()) {
+        thread_.request_stop();
+        thread_.join();
+    }
     if (command_)
-        delete command_->setup;
+        delete command_->order;
     for (Command command; commands_.pop(command);)
-        delete command.setup;
+        delete command.order;
 }
 
 bool Editor::push(const EditInput& input) noexcept {
@@ -37,17 +46,41 @@ bool Editor::push(const EditInput& input) noexcept {
     return true;
 }
 
-bool Editor::command(Command::Kind kind, Setup* setup) {
-    return commands_.push({kind, setup, pushed_.load(std::memory_order_acquire)});
+bool Editor::command(Order order) {
+    auto owned = std::make_unique<Order>(std::move(order));
+    if (!commands_.push({owned.get(), pushed_.load(std::memory_order_acquire)}))
+        return false;
+    owned.release(); // the ring's now
+    commanded_.fetch_add(1, std::memory_order_release);
+    return true;
 }
 
-bool Editor::use(Json shape, Tool tool, Operation operation) {
-    auto setup =
-        std::make_unique<Setup>(Setup{std::move(shape), std::move(tool), std::move(operation)});
-    if (!command(Command::Kind::use, setup.get()))
-        return false;
-    setup.release(); // the ring's now
-    return true;
+bool Editor::use(EditSetup setup) {
+    return command(std::move(setup));
+}
+
+bool Editor::put(NamedVolume volume, std::string title, Json parameters) {
+    return command(Put{std::move(volume), std::move(title), std::move(parameters)});
+}
+
+bool Editor::remove(std::string volume) {
+    return command(Remove{std::move(volume)});
+}
+
+std::future<Document> Editor::change_journal(Journal journal) {
+    ChangeJournal change{std::move(journal), {}};
+    std::future<Document> reached = change.reached.get_future();
+    return command(std::move(change)) ? std::move(reached) : std::future<Document>();
+}
+
+void Editor::settle() {
+    PALPATE_ASSERT(!options_.threaded);
+    for (bool any = true; any;)
+        try {
+            any = go_on({});
+        } catch (const std::exception& error) {
+            drop_stroke(error.what());
+        }
 }
 
 void Editor::run(const std::stop_token& stop) {
@@ -68,18 +101,19 @@ bool Editor::go_on(const std::stop_token& stop) {
         return taken || begun;
     feed();
     const int64_t until = profile::now_ns() + static_cast<int64_t>(options_.slice_ms * 1e6);
-    const bool done = stroke_->work([&] { return profile::now_ns() < until; }, stop);
+    const auto in_slice = [&] { return !options_.threaded || profile::now_ns() < until; };
+    const bool done = stroke_->work(in_slice, stop);
     if (stop.stop_requested())
         return false;
     if (done)
         last_done_ = last_fed_;
     bool any = taken || !done || lifted_;
     if (const Volume next = stroke_->publish();
-        !next.is_same_as(now_) || last_done_.number != states_.latest().inputs_done) {
-        now_ = next;
+        !next.is_same_as(edited()) || last_done_.number != states_.latest().inputs_done) {
+        edited() = next;
         any = true;
         if (!(done && lifted_)) // else finish_stroke() does
-            publish(now_);
+            publish();
     }
     if (done && lifted_)
         finish_stroke();
@@ -87,14 +121,19 @@ bool Editor::go_on(const std::stop_token& stop) {
 }
 
 void Editor::drop_stroke(const char* why) {
-    refusal_ = why;
+    refuse(why);
     if (stroke_) {
-        now_ = taken_back(stroke_->before(), now_);
+        edited() = taken_back(stroke_->before(), edited());
         stroke_.reset();
         refusal_ += "; the stroke is taken back";
     }
     last_done_ = last_fed_;
-    publish(now_);
+    publish();
+}
+
+void Editor::refuse(std::string why) {
+    refusal_ = std::move(why);
+    ++refusals_;
 }
 
 bool Editor::take_inputs() {
@@ -106,6 +145,20 @@ bool Editor::take_inputs() {
     return any;
 }
 
+Result<std::unique_ptr<StrokeRun>> Editor::begin_stroke(const EditInput& down) {
+    if (!setup_)
+        return fail("a stroke began before there was a tool");
+    if (Result<ToolPose> pose = checked_pose(down.pose); !pose)
+        return pass_on(pose);
+    for (const std::string* name : {&setup_->on, &setup_->guide})
+        if (!name->empty())
+            if (Result<void> there = expect_volume(now_, *name); !there)
+                return pass_on(there);
+    const Volume* guide = setup_->guide.empty() ? nullptr : now_.find(setup_->guide);
+    return StrokeRun::start(edited(), setup_->tool, setup_->operation,
+                            guide ? std::optional(*guide) : std::nullopt);
+}
+
 bool Editor::begin_next() {
     if (stroke_)
         return false;
@@ -114,24 +167,21 @@ bool Editor::begin_next() {
         const EditInput input = waiting_.front();
         if (input.kind == EditInput::Kind::down) {
             refusal_.clear();
-            Result<ToolPose> pose = checked_pose(input.pose);
-            auto begun = !setup_ ? fail("a stroke began before there was a tool")
-                         : !pose ? pass_on(pose)
-                                 : StrokeRun::start(now_, setup_->tool, setup_->operation, guide_);
+            auto begun = begin_stroke(input);
             if (begun) {
                 stroke_ = std::move(*begun);
                 poses_.clear();
                 lifted_ = false;
                 return true;
             }
-            refusal_ = begun.error().message;
+            refuse(begun.error().message);
         }
         // Of a stroke that was refused, or of none: passed over.
         next_input();
         last_done_ = input;
         any = true;
         if (input.kind != EditInput::Kind::move)
-            publish(now_);
+            publish();
         do_commands();
     }
     return any;
@@ -145,11 +195,9 @@ bool Editor::do_commands() {
         // Inputs pushed before it come first; no stroke is under way, so they are done if fed.
         if (!command_ || command_->after > fed_)
             return any;
-        const Command now = *std::exchange(command_, std::nullopt);
-        if (now.kind == Command::Kind::use)
-            setup_.reset(now.setup);
-        else
-            step(now.kind == Command::Kind::undo);
+        const std::unique_ptr<Order> order(std::exchange(command_, std::nullopt)->order);
+        ++commands_done_;
+        std::visit([&](auto& what) { obey(std::move(what)); }, *order);
     }
 }
 
@@ -190,15 +238,24 @@ void Editor::feed() {
 void Editor::finish_stroke() {
     const Volume before = stroke_->before();
     stroke_.reset();
-    if (keep({JournalEntry::Kind::stroke,
-              {setup_->shape, setup_->tool, setup_->operation, std::move(poses_)}})) {
-        history_.record(before, now_);
+    const bool guided = setup_->operation.on_labels() && setup_->operation.only_values;
+    JournalEntry entry{JournalEntry::Kind::stroke,
+                       {setup_->shape, setup_->tool, setup_->operation, std::move(poses_)},
+                       now_.volumes[edited_].name,
+                       guided ? setup_->guide : std::string(),
+                       {}};
+    if (keep(std::move(entry))) {
+        Document was = now_;
+        was.volumes[edited_].volume = before;
+        history_->record(was, now_);
         ++strokes_done_;
+        ++undos_in_journal_;
+        redos_in_journal_ = 0;
     } else {
-        now_ = taken_back(before, now_);
+        edited() = taken_back(before, edited());
         refusal_ += "; the stroke is taken back";
     }
-    publish(now_);
+    publish();
 }
 
 bool Editor::keep(JournalEntry entry) {
@@ -206,42 +263,114 @@ bool Editor::keep(JournalEntry entry) {
         return true;
     const Result<void> written = options_.journal->append(entry);
     if (!written)
-        refusal_ = written.error().message;
+        refuse(written.error().message);
     return written.has_value();
+}
+
+void Editor::find_edited() {
+    edited_ = 0;
+    for (size_t i = 0; setup_ && i < now_.volumes.size(); ++i)
+        if (now_.volumes[i].name == setup_->on)
+            edited_ = i;
+}
+
+void Editor::obey(EditSetup setup) {
+    setup_ = std::move(setup);
+    find_edited();
+    publish();
+}
+
+void Editor::change_to(Document next, std::string title, Json parameters) {
+    refusal_.clear();
+    JournalEntry entry{.kind = JournalEntry::Kind::change};
+    if (options_.journal) {
+        entry.change = {std::move(title), std::move(parameters),
+                        pack_step(step_between(now_, next))};
+        if (entry.change.packed.empty())
+            refuse("the journal's entry needs more memory than there is; nothing is changed");
+    }
+    if (refusal_.empty() && keep(std::move(entry))) {
+        history_->record(now_, next);
+        now_ = std::move(next);
+        find_edited();
+        ++strokes_done_;
+        ++undos_in_journal_;
+        redos_in_journal_ = 0;
+    }
+    publish();
+}
+
+void Editor::obey(Put put) {
+    if (const Result<void> named = check_volume_name(put.volume.name); !named) {
+        refuse(named.error().message);
+        return publish();
+    }
+    change_to(with_volume(now_, std::move(put.volume)), std::move(put.title),
+              std::move(put.parameters));
+}
+
+void Editor::obey(Remove remove) {
+    Document next = now_;
+    std::erase_if(next.volumes, [&](const NamedVolume& v) { return v.name == remove.name; });
+    const Result<void> there = expect_volume(now_, remove.name);
+    if (there && !next.volumes.empty())
+        return change_to(std::move(next), "remove", Json::object());
+    refuse(there ? "the last volume of a document cannot be removed" : there.error().message);
+    publish();
+}
+
+void Editor::obey(ChangeJournal change) {
+    options_.journal.emplace(std::move(change.journal));
+    undos_in_journal_ = redos_in_journal_ = 0;
+    publish();
+    change.reached.set_value(now_);
 }
 
 void Editor::step(bool back) {
     refusal_.clear();
     const auto take = [&](bool backwards) {
-        return backwards ? history_.undo(now_) : history_.redo(now_);
+        return backwards ? history_->undo(now_) : history_->redo(now_);
     };
-    Result<std::optional<Volume>> taken = take(back);
+    Result<std::optional<Document>> taken = take(back);
     if (!taken)
-        refusal_ = taken.error().message;
+        refuse(taken.error().message);
     else if (!*taken)
-        refusal_ = back ? "nothing is left to undo" : "nothing is left to redo";
+        refuse(back ? "nothing is left to undo" : "nothing is left to redo");
     else {
+        // Who does the entries of the journal has the steps that lie in it, and no others.
+        size_t& known = back ? undos_in_journal_ : redos_in_journal_;
+        size_t& other = back ? redos_in_journal_ : undos_in_journal_;
+        JournalEntry entry{.kind = back ? JournalEntry::Kind::undo : JournalEntry::Kind::redo};
+        if (known == 0 && options_.journal)
+            entry = {.kind = JournalEntry::Kind::change,
+                     .change = {back ? "undo" : "redo", Json::object(),
+                                pack_step(step_between(now_, **taken))}};
+        const bool as_change = entry.kind == JournalEntry::Kind::change;
         now_ = **taken;
         strokes_done_ += back ? -1 : 1;
-        if (!keep({back ? JournalEntry::Kind::undo : JournalEntry::Kind::redo, {}})) {
-            taken = take(!back); // the same step, just taken
-            if (taken && *taken) {
-                now_ = **taken;
-                strokes_done_ -= back ? -1 : 1;
-                refusal_ += back ? "; nothing is undone" : "; nothing is redone";
-            } else { // it lies on a disk that failed meanwhile, too
-                refusal_ += back ? "; the undo stands without it" : "; the redo stands without it";
-            }
+        if (keep(std::move(entry))) {
+            known -= known > 0;
+            other += !as_change || !back;
+            if (as_change) // a new entry ends what could be redone
+                redos_in_journal_ = 0;
+        } else if (taken = take(!back); taken && *taken) { // the same step, just taken
+            now_ = **taken;
+            strokes_done_ -= back ? -1 : 1;
+            refusal_ += back ? "; nothing is undone" : "; nothing is redone";
+        } else { // it lies on a disk that failed meanwhile, too
+            refusal_ += back ? "; the undo stands without it" : "; the redo stands without it";
         }
     }
-    publish(now_);
+    find_edited();
+    publish();
 }
 
-void Editor::publish(const Volume& volume) {
-    const History::Stats history = history_.stats();
+void Editor::publish() {
+    const History::Stats history = history_->stats();
     states_.publish(std::make_unique<EditState>(
-        EditState{volume, last_done_.number, last_done_.pushed_ns, profile::now_ns(), ++published_,
-                  strokes_done_, history.undo_steps, history.redo_steps, refusal_}));
+        EditState{now_, edited_, last_done_.number, last_done_.pushed_ns, profile::now_ns(),
+                  ++published_, commands_done_, strokes_done_, history.undo_steps,
+                  history.redo_steps, refusals_, refusal_}));
 }
 
 } // namespace palpate

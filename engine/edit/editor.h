@@ -2,10 +2,13 @@
 
 #include <atomic>
 #include <deque>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
+#include <variant>
 #include <vector>
 
 #include "engine/base/mailbox.h"
@@ -27,43 +30,61 @@ struct EditInput {
 
 // What everybody else sees of an edit.
 struct EditState {
-    Volume volume;
-    uint64_t inputs_done = 0;    // the number of the last input that `volume` has whole
+    Document document;
+    size_t edited = 0;           // which volume of it strokes work on
+    uint64_t inputs_done = 0;    // the number of the last input that the document has whole
     int64_t newest_input_ns = 0; // when that was pushed
     int64_t published_ns = 0;
-    uint64_t snapshot = 0;   // how many were published before this
-    size_t strokes_done = 0; // and not undone
+    uint64_t snapshot = 0; // how many were published before this
+    uint64_t commands_done = 0;
+    size_t strokes_done = 0; // and other changes, and not undone
     size_t undo_steps = 0, redo_steps = 0;
-    // Why the last stroke, undo or redo did nothing, or passed over a pose; else empty. A stroke
+    size_t refusals = 0; // so far
+    // Why the last stroke, command or step did nothing, or passed over a pose; else empty. A stroke
     // that met samples which cannot be read is taken back whole.
     std::string refusal;
+
+    const Volume& volume() const { return document.volumes[edited].volume; }
 };
 
 struct EditorOptions {
     size_t ring_inputs = 4096; // four seconds of a hand at 1 kHz
     double slice_ms = 4.0;     // between two snapshots of work that takes long
     HistoryOptions history;
+    // Steps that led to the document, of the entries in `journal` (replay.h); null: none.
+    std::unique_ptr<History> begun;
     // Each stroke, undo and redo is on disk before it counts as done. One that cannot be written,
     // to a full disk say, is taken back and told; the next is tried anew. So what is published
     // between strokes is what the journal gives, whatever happens.
     std::optional<Journal> journal;
+    // Without a thread of its own nothing happens but in settle(), and all is a function of what
+    // was pushed and commanded.
+    bool threaded = true;
 };
 
-// The one writer of a volume: a thread that turns poses into snapshots.
+// Which tool a stroke is done with, what it does, and to which volume.
+struct EditSetup {
+    Json shape; // what `tool` was made from
+    Tool tool;
+    Operation operation;
+    std::string on;    // the name of a volume; empty: the first
+    std::string guide; // the name of the grey volume of only_values on labels; empty: none
+};
+
+// The one writer of a document: a thread that turns poses into snapshots.
 //
 // Poses come through a ring from one thread, the servo, which waits for nothing; a full ring
 // refuses, and the sweep to the next accepted pose leaves no gap. A pose that is none (a zero
 // quaternion, a number that is not finite) is passed over in the same way and told; at tool-down it
-// refuses the stroke. Commands come through a second
-// ring from one other thread, the frame's. Snapshots leave through a wait-free mailbox. The editor
-// empties the ring at least once a slice, whatever it is doing, and publishes between slices: a
-// stroke that takes long appears piece by piece. What it publishes at the end of each stroke is
-// what apply_stroke() gives.
+// refuses the stroke. Commands come through a second ring from one other thread, the frame's.
+// Snapshots leave through a wait-free mailbox. The editor empties the ring at least once a slice,
+// whatever it is doing, and publishes between slices: a stroke that takes long appears piece by
+// piece. What it publishes at the end of each stroke is what apply_stroke() gives.
 class Editor {
  public:
     using Readers = Mailbox<EditState>;
 
-    Editor(Volume volume, std::optional<Volume> guide, EditorOptions options = {});
+    explicit Editor(Document document, EditorOptions options = {});
     ~Editor(); // ends the thread; what has been pushed and not done is dropped
     Editor(const Editor&) = delete;
     Editor& operator=(const Editor&) = delete;
@@ -73,54 +94,92 @@ class Editor {
 
     // One other thread; never waits. Takes effect between strokes, in order: after the inputs that
     // were pushed before the call, and the stroke they leave under way. False: full.
-    bool use(Json shape, Tool tool, Operation operation); // for strokes that begin later
-    bool undo() { return command(Command::Kind::undo, nullptr); }
-    bool redo() { return command(Command::Kind::redo, nullptr); }
+    bool use(EditSetup setup); // for strokes that begin later
+    bool use(Json shape, Tool tool, Operation operation) {
+        return use({std::move(shape), std::move(tool), std::move(operation), {}, {}});
+    }
+    bool undo() { return command(Undo{}); }
+    bool redo() { return command(Redo{}); }
+    // A volume comes, or takes the place of the one of its name: a filter's result, say. It is a
+    // step like a stroke. `title` and `parameters` (an object) are for people.
+    bool put(NamedVolume volume, std::string title, Json parameters = Json::object());
+    bool remove(std::string volume); // a step, too; the last volume stays
 
-    // For one reading thread each: before that thread starts, at most 16 in all.
+    // What the document is between two strokes, and from where on another journal is kept: entries
+    // after that state go there, and undo beyond it is kept as a difference. The future is set once
+    // that is so; a full ring gives one without state.
+    std::future<Document> change_journal(Journal journal);
+
+    // Of an editor without a thread: does all that was pushed and commanded. A stroke under way
+    // stays so.
+    void settle();
+
+    // For one reading thread each, Mailbox::kMaxReaders at a time.
     Readers::Reader add_reader() { return states_.add_reader(); }
 
     // The newest input popped from the ring, by number; for tests and status lines.
     uint64_t inputs_taken() const { return taken_.load(std::memory_order_acquire); }
+    // How many inputs and commands were accepted; see EditState for how many of them are done.
+    uint64_t commands_given() const { return commanded_.load(std::memory_order_acquire); }
 
  private:
-    struct Setup {
-        Json shape;
-        Tool tool;
-        Operation operation;
+    struct Undo {};
+    struct Redo {};
+    struct Put {
+        NamedVolume volume;
+        std::string title;
+        Json parameters;
     };
-    struct Command { // trivially destructible, as rings want: owns `setup` all the same
-        enum class Kind : uint8_t { use, undo, redo };
-        Kind kind = Kind::use;
-        Setup* setup = nullptr;
+    struct Remove {
+        std::string name;
+    };
+    struct ChangeJournal {
+        Journal journal;
+        std::promise<Document> reached;
+    };
+    using Order = std::variant<Undo, Redo, EditSetup, Put, Remove, ChangeJournal>;
+    struct Command { // trivially destructible, as rings want: owns `order` all the same
+        Order* order = nullptr;
         uint64_t after = 0; // how many inputs had been pushed
     };
-    bool command(Command::Kind kind, Setup* setup);
+    bool command(Order order);
     void run(const std::stop_token& stop);
     bool go_on(const std::stop_token& stop); // false: there was nothing to do
     void drop_stroke(const char* why);
+    void refuse(std::string why);
     bool take_inputs();
     bool begin_next();      // the next stroke or command, where none is under way
     bool do_commands();     // those whose turn it is
     EditInput next_input(); // of waiting_
-    void feed();            // poses that have come for the stroke under way
+    Result<std::unique_ptr<StrokeRun>> begin_stroke(const EditInput& down);
+    void feed(); // poses that have come for the stroke under way
     void finish_stroke();
+    void obey(Undo) { step(true); }
+    void obey(Redo) { step(false); }
+    void obey(EditSetup setup);
+    void obey(Put put);
+    void obey(Remove remove);
+    void obey(ChangeJournal change);
     void step(bool back);
+    void change_to(Document next, std::string title, Json parameters);
     bool keep(JournalEntry entry); // in the journal, if there is one; false: refused
-    void publish(const Volume& volume);
+    Volume& edited() { return now_.volumes[edited_].volume; }
+    void find_edited(); // after volumes came or went
+    void publish();
 
-    Volume now_;
-    std::optional<Volume> guide_;
+    Document now_;
     EditorOptions options_;
-    History history_;
+    std::unique_ptr<History> history_;
     Ring<EditInput> inputs_;
     Ring<Command> commands_{64};
     Mailbox<EditState> states_;
     std::atomic<uint64_t> pushed_{0}; // how many inputs the ring took
     std::atomic<uint64_t> taken_{0};
+    std::atomic<uint64_t> commanded_{0};
 
     // The thread's own.
-    std::unique_ptr<Setup> setup_;
+    std::optional<EditSetup> setup_;
+    size_t edited_ = 0;
     std::optional<Command> command_; // the next
     std::deque<EditInput> waiting_;
     uint64_t fed_ = 0; // how many inputs have left waiting_
@@ -128,8 +187,12 @@ class Editor {
     std::vector<ToolPose> poses_; // of it
     bool lifted_ = false;
     EditInput last_fed_, last_done_;
-    uint64_t published_ = 0;
+    uint64_t published_ = 0, commands_done_ = 0;
     size_t strokes_done_ = 0;
+    // How many of the next steps back and forth are those that one who does the journal's entries
+    // would take; others are kept as differences.
+    size_t undos_in_journal_ = 0, redos_in_journal_ = 0;
+    size_t refusals_ = 0;
     std::string refusal_;
     std::jthread thread_; // last: ends before the rest goes
 };

@@ -26,8 +26,7 @@ class SpillFile {
             ::close(fd_);
     }
     // Where the bytes lie; nothing where the folder takes none.
-    std::optional<off_t> append(const std::filesystem::path& folder,
-                                std::span<const std::byte> bytes) {
+    std::optional<off_t> append(const std::filesystem::path& folder, std::string_view bytes) {
         if (fd_ < 0)
             fd_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
         if (fd_ < 0)
@@ -45,8 +44,8 @@ class SpillFile {
         end_ = at + static_cast<off_t>(bytes.size());
         return at;
     }
-    Result<std::vector<std::byte>> read(off_t at, size_t size) const {
-        std::vector<std::byte> bytes(size);
+    Result<std::string> read(off_t at, size_t size) const {
+        std::string bytes(size, '\0');
         for (size_t done = 0; done < size;) {
             const ssize_t n =
                 ::pread(fd_, bytes.data() + done, size - done, at + static_cast<off_t>(done));
@@ -71,18 +70,20 @@ class SpillFile {
 };
 
 // What a step is at the moment: bricks, a packed difference, or a place on disk.
-struct Step {
+struct KeptStep {
     bool empty = false; // of an edit that changed nothing
-    std::vector<ReplacedBrick> bricks;
-    std::vector<std::byte> packed;
+    Step open;
+    std::string packed;
     std::optional<off_t> on_disk;
     size_t disk_bytes = 0;
 
     uint64_t bytes(bool to_undo) const {
-        uint64_t sum = sizeof(Step) + packed.size() + bricks.size() * sizeof(ReplacedBrick);
-        for (const ReplacedBrick& brick :
-             bricks) // the other side is the present's or a later step's
-            sum += (to_undo ? brick.before : brick.after)->bytes();
+        uint64_t sum = sizeof(KeptStep) + packed.size() + open.size() * sizeof(VolumeStep);
+        for (const VolumeStep& part : open) {
+            sum += part.bricks.size() * sizeof(ReplacedBrick);
+            for (const ReplacedBrick& brick : part.bricks) // the other side is the present's or a
+                sum += (to_undo ? brick.before : brick.after)->bytes(); // later step's
+        }
         return sum;
     }
 };
@@ -93,8 +94,9 @@ struct History::State {
     HistoryOptions options;
     mutable std::mutex mutex; // of everything below; held for no longer than a look
     std::condition_variable_any work, done;
-    std::deque<std::shared_ptr<Step>> undo, redo; // oldest first; the next to take is at the back
-    std::deque<std::pair<std::shared_ptr<Step>, Volume>> to_pack;
+    std::deque<std::shared_ptr<KeptStep>> undo,
+        redo; // oldest first; the next to take is at the back
+    std::deque<std::shared_ptr<KeptStep>> to_pack;
     bool packing = false;
     SpillFile spill;
     bool spill_failed = false, pack_failed = false;
@@ -115,16 +117,15 @@ struct History::State {
         profile::name_thread("history");
         std::unique_lock lock(mutex);
         while (work.wait(lock, stop, [&] { return !to_pack.empty(); })) {
-            const auto [step, of] = std::move(to_pack.front());
+            const std::shared_ptr<KeptStep> step = std::move(to_pack.front());
             to_pack.pop_front();
             packing = true;
-            const std::vector<ReplacedBrick> bricks = step->bricks; // shared with the step
+            const Step open = step->open; // its bricks are shared
             lock.unlock();
-            std::vector<std::byte> packed;
-            std::string failure;
+            std::string packed, failure;
             try {
                 const profile::Scope scope("pack step");
-                packed = pack_step(of, bricks);
+                packed = pack_step(open);
             } catch (const std::exception& error) { // samples that cannot be read, say
                 failure = error.what();
             }
@@ -133,8 +134,7 @@ struct History::State {
                 notices.push_back("history: a step stays unpacked in memory: " + failure);
             if (!packed.empty()) { // zstd had memory
                 step->packed = std::move(packed);
-                step->bricks.clear();
-                step->bricks.shrink_to_fit();
+                step->open = {};
             }
             packing = false;
             make_room();
@@ -148,7 +148,7 @@ struct History::State {
         uint64_t sum = bytes();
         for (auto* stack : {&undo, &redo})
             for (size_t i = 0; i < stack->size() && sum > options.memory_bytes;) {
-                Step& step = *(*stack)[i];
+                KeptStep& step = *(*stack)[i];
                 if (step.on_disk || step.packed.empty()) {
                     ++i;
                     continue;
@@ -195,35 +195,29 @@ struct History::State {
                 options.notice(notice);
     }
 
-    Result<std::optional<Volume>> take(const Volume& now, bool back) {
+    Result<std::optional<Document>> take(const Document& now, bool back) {
         auto& from = back ? undo : redo;
         auto& to = back ? redo : undo;
-        std::unique_lock lock(mutex);
+        const std::unique_lock lock(mutex);
         if (from.empty())
-            return std::optional<Volume>();
-        const std::shared_ptr<Step> step = from.back();
-        Volume next = now; // and stays so where the edit changed nothing
-        if (!step->bricks.empty()) {
-            std::vector<PlacedBrick> bricks;
-            for (const ReplacedBrick& brick : step->bricks)
-                bricks.push_back({brick.where.position, back ? brick.before : brick.after});
-            next = with_bricks(now, bricks);
+            return std::optional<Document>();
+        const std::shared_ptr<KeptStep> step = from.back();
+        Result<Document> next = now; // and stays so where the edit changed nothing
+        if (!step->open.empty()) {
+            next = apply_step(now, step->open, back);
+        } else if (step->on_disk) {
+            Result<std::string> read = spill.read(*step->on_disk, step->disk_bytes);
+            if (!read)
+                return pass_on(read);
+            next = apply_packed_step(now, *read, back);
         } else if (!step->empty) {
-            std::vector<std::byte> read;
-            if (step->on_disk) {
-                Result<std::vector<std::byte>> found = spill.read(*step->on_disk, step->disk_bytes);
-                if (!found)
-                    return pass_on(found);
-                read = std::move(*found);
-            }
-            Result<Volume> taken = apply_packed_step(now, step->on_disk ? read : step->packed);
-            if (!taken)
-                return pass_on(taken);
-            next = *taken;
+            next = apply_packed_step(now, step->packed, back);
         }
+        if (!next)
+            return pass_on(next);
         from.pop_back();
         to.push_back(step);
-        return std::optional<Volume>(next);
+        return std::optional<Document>(std::move(*next));
     }
 };
 
@@ -235,16 +229,16 @@ History::History(HistoryOptions options) : state_(std::make_unique<State>()) {
 
 History::~History() = default;
 
-void History::record(const Volume& before, const Volume& after) {
-    auto step = std::make_shared<Step>();
-    step->bricks = replaced_bricks(before, after);
-    step->empty = step->bricks.empty();
+void History::record(const Document& before, const Document& after) {
+    auto step = std::make_shared<KeptStep>();
+    step->open = step_between(before, after);
+    step->empty = step->open.empty();
     {
         std::unique_lock lock(state_->mutex);
         state_->redo.clear();
         state_->undo.push_back(step);
         if (!step->empty)
-            state_->to_pack.emplace_back(step, after);
+            state_->to_pack.push_back(step);
         state_->work.notify_one();
         // The worker is behind, and memory is full of what it has not packed: wait for it.
         while (state_->bytes() > state_->options.memory_bytes &&
@@ -254,11 +248,11 @@ void History::record(const Volume& before, const Volume& after) {
     state_->tell();
 }
 
-Result<std::optional<Volume>> History::undo(const Volume& now) {
+Result<std::optional<Document>> History::undo(const Document& now) {
     return state_->take(now, true);
 }
 
-Result<std::optional<Volume>> History::redo(const Volume& now) {
+Result<std::optional<Document>> History::redo(const Document& now) {
     return state_->take(now, false);
 }
 

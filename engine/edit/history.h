@@ -7,7 +7,7 @@
 #include <string>
 
 #include "engine/base/error.h"
-#include "engine/volume/volume.h"
+#include "engine/edit/document.h"
 
 namespace palpate {
 
@@ -20,15 +20,16 @@ struct HistoryOptions {
     std::function<void(const std::string&)> notice;
 };
 
-// Steps back and forth between snapshots.
+// Steps back and forth between states of a document: strokes, and volumes that come, go or are
+// replaced.
 //
-// A step holds the bricks that an edit replaced and where they lie; never a table, and never what
-// snapshots share. In the background it becomes the difference of its changed 8x8x8 blocks, bit by
-// bit (exclusive or), packed by zstd: one such difference leads back and forth again. When all
-// steps together need more than memory_bytes, the oldest are moved to a file, or dropped.
+// A step (step.h) holds the bricks that an edit replaced and where they lie; never a table, and
+// never what snapshots share. In the background it becomes the packed difference of its changed
+// 8x8x8 blocks. When all steps together need more than memory_bytes, the oldest are moved to a
+// file, or dropped.
 //
 // One thread calls this; a worker of its own packs. A step is exact: undo gives the same samples,
-// in a snapshot with a new version (of a step that changed nothing, in the one that is there).
+// in volumes with new versions (of a step that changed nothing, in those that are there).
 class History {
  public:
     explicit History(HistoryOptions options = {});
@@ -39,13 +40,13 @@ class History {
     // After an edit from `before`, the present, to `after`. Steps that could be redone are gone.
     // An edit that changes nothing is a step too, an empty one: who takes back N steps takes back N
     // edits.
-    void record(const Volume& before, const Volume& after);
+    void record(const Document& before, const Document& after);
 
-    // The snapshot before the newest step, or after the one undone last; nothing where there is
+    // The document before the newest step, or after the one undone last; nothing where there is
     // none. `now` is the present. An error where a spilled step cannot be read back: the step
     // stays.
-    Result<std::optional<Volume>> undo(const Volume& now);
-    Result<std::optional<Volume>> redo(const Volume& now);
+    Result<std::optional<Document>> undo(const Document& now);
+    Result<std::optional<Document>> redo(const Document& now);
 
     struct Stats {
         size_t undo_steps = 0, redo_steps = 0;

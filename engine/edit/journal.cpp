@@ -5,10 +5,10 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <span>
-#include <sstream>
 
 #include "engine/base/file.h"
 #include "engine/edit/journal_records.h"
@@ -18,49 +18,87 @@ namespace palpate {
 
 namespace {
 
-constexpr uint64_t kMostBytes = uint64_t{4} << 30;
+constexpr uint64_t kMostBytes = (uint64_t{4} << 30) - 1; // so that lengths have 32 bits
 
-std::string base_text(const Journal::Base& base) {
-    std::string text =
-        fmt::format("base {:016x} guide {:016x} grid", base.volume_hash, base.guide_hash);
-    for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 4; ++column)
-            text += fmt::format(" {}", base.grid.world_from_index[column][row]);
+Json base_json(const Journal::Base& base) {
+    if (base.save > 0)
+        return Json::object({{"save", Json::of(static_cast<double>(base.save))}});
+    Json volumes = Json::array();
+    for (const Journal::Base::Entry& volume : base.volumes) {
+        Json matrix = Json::array();
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 4; ++column)
+                matrix.items.push_back(Json::of(volume.grid.world_from_index[column][row]));
+        volumes.items.push_back(
+            Json::object({{"name", Json::of(volume.name)},
+                          {"hash", Json::of(fmt::format("{:016x}", volume.hash))},
+                          {"world_from_index", std::move(matrix)}}));
+    }
+    return Json::object({{"volumes", std::move(volumes)}});
+}
+
+// What differs between a volume as a journal knows it and as it is given, in words; else empty.
+std::string difference(const Json& found, const Json& wanted) {
+    std::string text;
+    if (json_line(*found.find("hash")) != json_line(*wanted.find("hash")))
+        text = fmt::format("the samples of '{}' differ in number, type or value",
+                           wanted.find("name")->string);
+    const std::vector<Json>&is = found.find("world_from_index")->items,
+          &want = wanted.find("world_from_index")->items;
+    size_t moved = 0, first = 0;
+    for (size_t i = 0; i < std::min(is.size(), want.size()); ++i)
+        if (is[i].number != want[i].number && ++moved == 1)
+            first = i;
+    if (moved > 0)
+        text += fmt::format(
+            "{}'{}' lies elsewhere ({} of the 12 numbers of its position matrix differ, the first "
+            "is {} where it was {})",
+            text.empty() ? "" : "; ", wanted.find("name")->string, moved, want[first].number,
+            is[first].number);
     return text;
 }
 
-// What differs between the first line of a journal and the volumes that are given, in words.
-std::string difference(std::string_view found, const Journal::Base& base) {
-    const auto words = [](std::string_view text) {
-        std::vector<std::string> all;
-        std::istringstream in{std::string(text)};
-        for (std::string word; in >> word;)
-            all.push_back(word);
-        return all;
-    };
-    const std::vector<std::string> is = words(found), wanted = words(base_text(base));
-    if (is.size() != wanted.size())
-        return "its first line is in no form that this program writes";
+// What differs between the first line of a journal and what is given, in words.
+std::string difference(std::string_view first, const Journal::Base& base) {
+    const Result<Json> found = parse_json(first, "journal");
+    const Json wanted = base_json(base);
+    const Json* there = found ? found->find("volumes") : nullptr;
+    if (base.save > 0 || !there) {
+        const Json* save = found ? found->find("save") : nullptr;
+        const bool same = save && save->number == static_cast<double>(base.save);
+        return same            ? ""
+               : !save         ? (there ? "expected a project's, found one of volumes"
+                                        : "its first line is in no form that this program writes")
+               : base.save > 0 ? fmt::format("expected save {} of a project, found save {}",
+                                             base.save, save->number)
+                               : fmt::format("expected one of volumes, found save {} of a project",
+                                             save->number);
+    }
     std::string text;
-    const auto add = [&](bool differs, std::string_view what) {
-        if (differs)
-            text += fmt::format("{}{}", text.empty() ? "" : "; ", what);
+    const auto add = [&](const std::string& what) {
+        text += what.empty() || text.empty() ? what : "; " + what;
     };
-    const bool had_guide = is[3] != fmt::format("{:016x}", 0), has_guide = base.guide_hash != 0;
-    add(is[1] != wanted[1], "the volume's samples differ in number, type or value");
-    add(had_guide && !has_guide, "it was begun with a guide, and none is given");
-    add(!had_guide && has_guide, "it was begun without a guide, and one is given");
-    add(had_guide && has_guide && is[3] != wanted[3],
-        "the guide's samples differ in number, type or value");
-    std::vector<std::string> moved;
-    for (size_t i = 5; i < is.size(); ++i)
-        if (is[i] != wanted[i])
-            moved.push_back(fmt::format("{} where it was {}", wanted[i], is[i]));
-    if (!moved.empty())
-        add(true, fmt::format("the volume lies elsewhere ({} of the 12 numbers of its position "
-                              "matrix differ, the first is {})",
-                              moved.size(), moved.front()));
+    for (const Json& volume : wanted.find("volumes")->items) {
+        const auto is = std::find_if(there->items.begin(), there->items.end(), [&](const Json& v) {
+            return v.find("name") && v.find("hash") && v.find("world_from_index") &&
+                   v.find("name")->string == volume.find("name")->string;
+        });
+        add(is == there->items.end() ? fmt::format("it was begun without a '{}', and one is given",
+                                                   volume.find("name")->string)
+                                     : difference(*is, volume));
+    }
     return text;
+}
+
+Result<void> expect_magic(std::string_view file, const std::filesystem::path& path) {
+    if (file.starts_with(kOlderMagic))
+        return fail(
+            "{}: expected a journal of version 2, found 1; the palpate that wrote "
+            "it can recover it",
+            path.string());
+    if (!file.starts_with(kJournalMagic))
+        return fail("{}: expected a journal of palpate, found something else", path.string());
+    return {};
 }
 
 bool write_all(int fd, std::string_view bytes) {
@@ -122,26 +160,33 @@ Result<std::filesystem::path> keep_copy(const std::filesystem::path& path,
     }
 }
 
+// What the entries name and the document lacks.
+std::string missing(const std::vector<JournalEntry>& entries, const Journal::Base& base) {
+    if (base.save > 0)
+        return {};
+    std::vector<std::string> known; // volumes that entries make are
+    for (const Journal::Base::Entry& volume : base.volumes)
+        known.push_back(volume.name);
+    for (const JournalEntry& entry : entries) {
+        if (entry.kind == JournalEntry::Kind::change)
+            return {};
+        if (entry.kind == JournalEntry::Kind::stroke)
+            for (const std::string& name : {entry.on, entry.guide})
+                if (!name.empty() && std::find(known.begin(), known.end(), name) == known.end())
+                    return fmt::format("it was begun with a '{}', and none is given", name);
+    }
+    return {};
+}
+
 // Moves `at` behind the last whole one.
 Result<Journal::Contents> read_entries(std::string_view text, size_t& at,
                                        const std::filesystem::path& path) {
     Journal::Contents contents;
     while (const std::optional<std::string_view> payload = next_record(text, at)) {
-        JournalEntry entry;
-        if (*payload == "undo\n") {
-            entry.kind = JournalEntry::Kind::undo;
-        } else if (*payload == "redo\n") {
-            entry.kind = JournalEntry::Kind::redo;
-        } else {
-            Result<std::vector<Stroke>> strokes = parse_strokes(*payload, path.string());
-            if (!strokes)
-                return pass_on(strokes);
-            if (strokes->size() != 1)
-                return fail("{}: expected one stroke an entry, found {}", path.string(),
-                            strokes->size());
-            entry.stroke = std::move(strokes->front());
-        }
-        contents.entries.push_back(std::move(entry));
+        Result<JournalEntry> entry = parse_entry(*payload, path.string());
+        if (!entry)
+            return pass_on(entry);
+        contents.entries.push_back(std::move(*entry));
     }
     const JournalTail tail = tail_of(text, at);
     contents.cut = tail.kind == JournalTail::Kind::unfinished;
@@ -164,20 +209,11 @@ Result<void> expect_no_damage_at_start(std::string_view text, size_t at,
 
 } // namespace
 
-std::string JournalEntry::text() const {
-    switch (kind) {
-        case Kind::undo:
-            return "undo\n";
-        case Kind::redo:
-            return "redo\n";
-        case Kind::stroke:
-            break;
-    }
-    return stroke_text(stroke);
-}
-
-Journal::Base Journal::base_of(const Volume& volume, const Volume* guide) {
-    return {content_hash(volume), guide ? content_hash(*guide) : 0, volume.grid()};
+Journal::Base Journal::base_of(const Document& document) {
+    Base base;
+    for (const NamedVolume& volume : document.volumes)
+        base.volumes.push_back({volume.name, content_hash(volume.volume), volume.volume.grid()});
+    return base;
 }
 
 Journal::Journal(std::filesystem::path path, int fd, uint64_t end)
@@ -217,7 +253,7 @@ Result<void> Journal::begin(const Base& base) {
     if (::ftruncate(fd_, 0) != 0 || !write_all(fd_, kJournalMagic))
         return fail("{}: cannot be written: {}", path_.string(), std::strerror(errno));
     end_ = kJournalMagic.size();
-    return write_record(base_text(base));
+    return write_record(json_line(base_json(base)) + "\n");
 }
 
 Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Base& base) {
@@ -234,8 +270,9 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
     // The magic itself may be cut, or zeros that it was never written over.
     const std::string_view start = text.substr(0, text.find_last_not_of('\0') + 1);
     const bool torn_start = start.size() < kJournalMagic.size() && kJournalMagic.starts_with(start);
-    if (!torn_start && !text.starts_with(kJournalMagic))
-        return fail("{}: expected a journal of palpate edit, found something else", path.string());
+    if (!torn_start)
+        if (Result<void> ours = expect_magic(text, path); !ours)
+            return pass_on(ours);
     size_t at = torn_start ? text.size() : kJournalMagic.size();
     const std::optional<std::string_view> first = next_record(text, at);
     if (!first) { // ended before the first entry could be: begin anew
@@ -245,11 +282,13 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
             return pass_on(begun);
         return Found{{{}, true, {}}, std::move(journal)};
     }
-    if (*first != base_text(base))
-        return fail("{}: belongs to another edit: {}", path.string(), difference(*first, base));
+    if (const std::string differs = difference(*first, base); !differs.empty())
+        return fail("{}: belongs to another edit: {}", path.string(), differs);
     Result<Contents> contents = read_entries(text, at, path);
     if (!contents)
         return pass_on(contents);
+    if (const std::string lacks = missing(contents->entries, base); !lacks.empty())
+        return fail("{}: belongs to another edit: {}", path.string(), lacks);
     if (contents->damage) {
         Result<std::filesystem::path> copy = keep_copy(path, *file);
         if (!copy)
@@ -267,6 +306,10 @@ Result<Journal::Contents> Journal::peek(const std::filesystem::path& path) {
     if (!file)
         return pass_on(file);
     size_t at = kJournalMagic.size();
+    if (file->starts_with(kOlderMagic)) {
+        Result<void> older = expect_magic(*file, path);
+        return pass_on(older);
+    }
     if (!file->starts_with(kJournalMagic))
         return Contents();
     if (!next_record(*file, at)) {
@@ -305,10 +348,13 @@ Result<void> Journal::write_record(const std::string& payload) {
     const auto failed = [&](int reason) {
         return fail("{}: cannot be written: {}", path_.string(), std::strerror(reason));
     };
-    // Behind what is torn nobody would read on.
+    // A reader stops at a torn record, so nothing may follow it.
     if (torn_ && ::ftruncate(fd_, static_cast<off_t>(end_)) != 0)
         return failed(errno);
     torn_ = false;
+    if (end_ + payload.size() + 8 > kMostBytes)
+        return fail("{}: expected at most {} GiB in a journal, found more", path_.string(),
+                    (kMostBytes + 1) >> 30);
     const std::string record = record_of(payload);
     if (!write_all(fd_, record) || ::fdatasync(fd_) != 0) {
         const int reason = errno;

@@ -5,25 +5,40 @@
 #include <string>
 #include <vector>
 
+#include "engine/edit/document.h"
 #include "engine/edit/stroke.h"
-#include "engine/volume/volume.h"
 
 namespace palpate {
 
-// What an edit did: a stroke, or a step back or forth.
+// A change of a document that is no stroke: what a filter or a segmentation made of it, say.
+struct Change {
+    std::string title;                // for people: "gaussian"
+    Json parameters = Json::object(); // likewise; an object
+    std::string packed;               // of pack_step()
+};
+
+// What an edit did: a stroke, another change of the document (a filter's result, say), or a step
+// back or forth.
 struct JournalEntry {
-    enum class Kind { stroke, undo, redo };
+    enum class Kind { stroke, undo, redo, change };
     Kind kind = Kind::stroke;
-    Stroke stroke; // of Kind::stroke
+    Stroke stroke;             // of Kind::stroke
+    std::string on = "volume"; // of it: the name of the volume it works on
+    std::string guide;         // and of the one that only_values is about; empty: none
+    Change change;             // of Kind::change
 
     std::string text() const; // one entry as it is kept; equal texts are equal entries
 };
 
+// The entry of such a text. `name` is the file's, for messages.
+Result<JournalEntry> parse_entry(std::string_view text, const std::string& name);
+
 // The strokes of an edit on disk while it goes on, so that none is lost when the program ends
 // without a word.
 //
-// Strokes and not voxels: doing them again gives the same bytes. The file begins with a line that
-// says which volumes it belongs to, by the hash of their samples; each entry follows with its
+// Strokes and not voxels: doing them again gives the same bytes. Changes of other kinds are kept as
+// packed differences (step.h), for what made them is not run again. The file begins with a line
+// that says which volumes it belongs to, by the hash of their samples; each entry follows with its
 // length and CRC-32, and is on the disk when append() returns. A write that was cut, or
 // whose bytes are zeros after a loss of power, ends the journal at the entry before: readers stop
 // there, and writers go on from there. They do so, too, where bytes have changed since they were
@@ -34,12 +49,18 @@ struct JournalEntry {
 // none.
 class Journal {
  public:
-    // What strokes apply to.
+    // What entries apply to: volumes by their samples, or (save above 0) a project as it was saved
+    // for the save-th time.
     struct Base {
-        uint64_t volume_hash = 0, guide_hash = 0; // 0: no guide
-        Grid grid;
+        struct Entry {
+            std::string name;
+            uint64_t hash = 0; // content_hash()
+            Grid grid;
+        };
+        std::vector<Entry> volumes;
+        uint64_t save = 0;
     };
-    static Base base_of(const Volume& volume, const Volume* guide);
+    static Base base_of(const Document& document);
 
     // A new one; fails where the file is there already or cannot be made.
     static Result<Journal> create(const std::filesystem::path& path, const Base& base);
@@ -58,11 +79,12 @@ class Journal {
 
     // One that is there, to go on with, and what it holds. Refused where it belongs to other
     // volumes, where its first line is not a journal's, and where what tells the volumes has
-    // changed.
+    // changed. A volume that it knows and that is not in `base` is missing only where an entry
+    // names it.
     struct Found;
     static Result<Found> open(const std::filesystem::path& path, const Base& base);
 
-    // What a journal holds, whatever volume it belongs to; changes nothing, needs no lock.
+    // What a journal holds, whatever volumes it belongs to; changes nothing, needs no lock.
     static Result<Contents> peek(const std::filesystem::path& path);
 
     // An error where somebody has it open for writing.

@@ -26,18 +26,25 @@ std::optional<RecordHeader> header_at(std::string_view file, size_t at) {
     return header;
 }
 
-// Whole records from `at` on, wherever they begin. Payloads are text of which these are the only
-// beginnings (stroke_text(), undo, redo); no header lies within one, whose lengths have zeros.
+// Whether bytes at `at` may be a record: only what begins and ends as payloads do is worth its CRC.
+bool looks_like_record(std::string_view file, size_t at) {
+    const std::optional<RecordHeader> header = header_at(file, at);
+    if (!header || header->bytes == 0 || file.size() - at - sizeof *header < header->bytes)
+        return false;
+    const std::string_view payload = file.substr(at + sizeof *header, header->bytes);
+    return payload.back() == '\n' && (payload.starts_with("{\"") || payload.starts_with("undo") ||
+                                      payload.starts_with("redo"));
+}
+
+// Whole records from `at` on, wherever they begin. No header lies within text, whose lengths would
+// have no zeros, and hardly one within a packed difference, which would need its CRC-32, too.
 size_t count_records(std::string_view file, size_t at) {
     size_t count = 0;
-    while (at + sizeof(RecordHeader) < file.size()) {
-        const char first = file[at + sizeof(RecordHeader)];
-        const bool likely = first == '{' || first == 'u' || first == 'r';
-        if (likely && next_record(file, at))
+    while (at + sizeof(RecordHeader) < file.size())
+        if (looks_like_record(file, at) && next_record(file, at))
             ++count;
         else
             ++at;
-    }
     return count;
 }
 

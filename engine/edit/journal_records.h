@@ -8,7 +8,10 @@ namespace palpate {
 
 // The bytes of a journal (journal.h): kJournalMagic, then records of 4 bytes of length, 4 of CRC-32
 // and the payload.
-constexpr std::string_view kJournalMagic = "palpate journal 1\n";
+//
+// Payloads are text, or begin and end with a line of text. All begin with '{', "undo" or "redo".
+constexpr std::string_view kJournalMagic = "palpate journal 2\n";
+constexpr std::string_view kOlderMagic = "palpate journal 1\n"; // strokes on a volume without name
 
 // The payload is not empty: zeros, which a file may end in after a loss of power, are no record
 // though the CRC of nothing is 0.

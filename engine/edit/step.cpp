@@ -2,10 +2,13 @@
 
 #include <zstd.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstring>
 
+#include "engine/base/json_value.h"
 #include "engine/volume/brick_source.h"
+#include "engine/volume/builder.h"
 
 namespace palpate {
 
@@ -48,6 +51,206 @@ std::vector<ChangedBrick> unshared_bricks(const Volume& before, const Volume& af
     return bricks;
 }
 
+constexpr uint32_t kMostSide = 1u << 17;            // samples of a volume that comes, on an axis
+constexpr uint64_t kMostBricks = uint64_t{1} << 26; // and its bricks
+
+std::string packed_bricks(ScalarType type, std::span<const ReplacedBrick> bricks) {
+    const size_t sample = bytes_per_sample(type), row_bytes = kBlockSide * sample;
+    std::string plain;
+    const auto append = [&](const void* from, size_t bytes) {
+        plain.append(static_cast<const char*>(from), bytes);
+    };
+    for (const ReplacedBrick& brick : bricks) {
+        const glm::uvec3 at = brick.where.position;
+        const BrickHeader header{at.x, at.y, at.z, 0, brick.where.blocks};
+        append(&header, sizeof header);
+        const std::vector<std::byte> a = expanded(*brick.before), b = expanded(*brick.after);
+        for (uint64_t left = header.blocks; left != 0; left &= left - 1)
+            for_each_block_row(static_cast<uint32_t>(std::countr_zero(left)), [&](uint32_t row) {
+                for (size_t i = row * sample; i < row * sample + row_bytes; ++i)
+                    plain.push_back(static_cast<char>(a[i] ^ b[i]));
+            });
+    }
+    std::string packed(ZSTD_compressBound(plain.size()), '\0');
+    const size_t bytes =
+        ZSTD_compress(packed.data(), packed.size(), plain.data(), plain.size(), kLevel);
+    packed.resize(ZSTD_isError(bytes) ? 0 : bytes);
+    packed.shrink_to_fit();
+    return packed;
+}
+
+tl::unexpected<Error> damaged() {
+    return fail("history: a step is damaged and cannot be taken");
+}
+
+Result<Volume> with_packed_bricks(const Volume& now, std::string_view packed) {
+    const size_t sample = bytes_per_sample(now.type()), row_bytes = kBlockSide * sample;
+    const glm::uvec3 count = now.brick_count();
+    const uint64_t most =
+        (sizeof(BrickHeader) + kBrickSamples * sample) * uint64_t{count.x} * count.y * count.z;
+    const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
+    if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > most)
+        return damaged();
+    std::string plain(size, '\0');
+    if (ZSTD_decompress(plain.data(), plain.size(), packed.data(), packed.size()) != size)
+        return damaged();
+    std::vector<PlacedBrick> made;
+    for (size_t at = 0; at < plain.size();) {
+        BrickHeader header;
+        if (plain.size() - at < sizeof header)
+            return damaged();
+        std::memcpy(&header, plain.data() + at, sizeof header);
+        at += sizeof header;
+        const glm::uvec3 position(header.x, header.y, header.z);
+        const size_t bytes = size_t(std::popcount(header.blocks)) * kBlockRows * row_bytes;
+        if (!glm::all(glm::lessThan(position, count)) || plain.size() - at < bytes)
+            return damaged();
+        std::vector<std::byte> samples = expanded(now.brick(position));
+        for (uint64_t left = header.blocks; left != 0; left &= left - 1)
+            for_each_block_row(static_cast<uint32_t>(std::countr_zero(left)), [&](uint32_t row) {
+                for (size_t i = row * sample; i < row * sample + row_bytes; ++i)
+                    samples[i] ^= static_cast<std::byte>(plain[at++]);
+            });
+        made.push_back(
+            {position, visit_scalar(now.type(), [&](auto t) {
+                 using T = decltype(t);
+                 return Brick::make(
+                     std::span<const T>(reinterpret_cast<const T*>(samples.data()), kBrickSamples),
+                     now.valid_in_brick(position));
+             })});
+    }
+    return with_bricks(now, made);
+}
+
+// Does one part of a step; `change` leads a volume from one side to the other.
+template <class Change>
+Result<void> apply_part(Document& now, const VolumeStep& part, bool back, const Change& change) {
+    using Kind = VolumeStep::Kind;
+    std::vector<NamedVolume>& volumes = now.volumes;
+    const auto there = std::find_if(volumes.begin(), volumes.end(),
+                                    [&](const NamedVolume& v) { return v.name == part.name; });
+    if (part.kind != Kind::changed && (part.kind == Kind::came) != back) {
+        if (there != volumes.end())
+            return damaged();
+        Result<Volume> made = change(VolumeBuilder(part.frame.grid, part.type).finish());
+        if (!made)
+            return pass_on(made);
+        volumes.insert(
+            volumes.begin() + static_cast<ptrdiff_t>(std::min(part.frame.place, volumes.size())),
+            {part.name, part.frame.kind, std::move(*made)});
+        return {};
+    }
+    if (there == volumes.end() || there->volume.type() != part.type)
+        return damaged();
+    if (part.kind != Kind::changed) {
+        volumes.erase(there);
+        return {};
+    }
+    Result<Volume> changed = change(there->volume);
+    if (!changed)
+        return pass_on(changed);
+    there->volume = std::move(*changed);
+    return {};
+}
+
+// Calls do_part(i) for each part in the order for this direction, and returns what comes out.
+template <class DoPart>
+Result<Document> apply_parts(const Document& now, size_t count, bool back, const DoPart& do_part) {
+    Document next = now;
+    for (size_t k = 0; k < count; ++k)
+        if (Result<void> done = do_part(next, back ? count - 1 - k : k); !done)
+            return pass_on(done);
+    if (next.volumes.empty())
+        return damaged();
+    return next;
+}
+
+constexpr const char* kKindNames[] = {"changed", "came", "went"};
+
+Json part_json(const VolumeStep& part, size_t bytes) {
+    Json json = Json::object({{"name", Json::of(part.name)},
+                              {"what", Json::of(kKindNames[static_cast<size_t>(part.kind)])},
+                              {"type", Json::of(name_of(part.type))},
+                              {"bytes", Json::of(static_cast<double>(bytes))}});
+    if (part.kind == VolumeStep::Kind::changed)
+        return json;
+    Json size = Json::array(), matrix = Json::array();
+    for (int axis = 0; axis < 3; ++axis)
+        size.items.push_back(Json::of(static_cast<double>(part.frame.grid.size[axis])));
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column)
+            matrix.items.push_back(Json::of(part.frame.grid.world_from_index[column][row]));
+    json.members.insert(json.members.end(),
+                        {{"kind", Json::of(name_of(part.frame.kind))},
+                         {"place", Json::of(static_cast<double>(part.frame.place))},
+                         {"size", std::move(size)},
+                         {"world_from_index", std::move(matrix)}});
+    return json;
+}
+
+struct PackedPart {
+    VolumeStep step; // without bricks
+    std::string_view bytes;
+};
+
+Grid read_grid(const JsonValue& in) {
+    Grid grid;
+    uint64_t bricks = 1;
+    if (const auto size = in.find("size"))
+        if (const auto items = size->items(3, 3); items.size() == 3)
+            for (int axis = 0; axis < 3; ++axis) {
+                grid.size[axis] = items[static_cast<size_t>(axis)].whole_number(1, kMostSide);
+                bricks *= (grid.size[axis] + kBrickSide - 1) / kBrickSide;
+            }
+    if (bricks > kMostBricks)
+        in.complain("expected a smaller volume");
+    if (const auto matrix = in.find("world_from_index"))
+        if (const auto items = matrix->items(12, 12); items.size() == 12)
+            for (int i = 0; i < 12; ++i)
+                grid.world_from_index[i % 4][i / 4] =
+                    items[static_cast<size_t>(i)].number(-1e300, 1e300);
+    return grid;
+}
+
+Result<std::vector<PackedPart>> parts_of(std::string_view packed) {
+    const size_t end = packed.find('\n');
+    if (end == packed.npos)
+        return damaged();
+    const Result<Json> json = parse_json(packed.substr(0, end), "history");
+    if (!json)
+        return damaged();
+    packed.remove_prefix(end + 1);
+    std::vector<PackedPart> parts;
+    JsonErrors errors{"history", {}};
+    for (const JsonValue& in : JsonValue(*json, "", errors).items(0, 4096)) {
+        PackedPart part;
+        using enum VolumeStep::Kind;
+        using enum ScalarType;
+        const auto name = in.find("name"), what = in.find("what"), type = in.find("type"),
+                   bytes = in.find("bytes"), kind = in.find("kind"), place = in.find("place");
+        if (!name || !what || !type || !bytes)
+            return damaged();
+        part.step.name = name->text();
+        part.step.kind = what->choice<VolumeStep::Kind>(
+            {{kKindNames[0], changed}, {kKindNames[1], came}, {kKindNames[2], went}});
+        part.step.type = type->choice<ScalarType>(
+            {{"u8", u8}, {"i8", i8}, {"u16", u16}, {"i16", i16}, {"f32", f32}});
+        if (part.step.kind != changed) {
+            if (!kind || !place || !check_volume_name(part.step.name))
+                return damaged();
+            part.step.frame = {read_volume_kind(*kind), read_grid(in),
+                               place->whole_number(0, 4096)};
+        }
+        const double size = bytes->number(0, static_cast<double>(packed.size()));
+        part.bytes = packed.substr(0, static_cast<size_t>(size));
+        packed.remove_prefix(part.bytes.size());
+        parts.push_back(std::move(part));
+    }
+    if (errors.first || !packed.empty())
+        return damaged();
+    return parts;
+}
+
 } // namespace
 
 std::vector<ReplacedBrick> replaced_bricks(const Volume& before, const Volume& after) {
@@ -71,70 +274,80 @@ Volume taken_back(const Volume& before, const Volume& after) {
     return with_bricks(after, bricks);
 }
 
-std::vector<std::byte> pack_step(const Volume& of, std::span<const ReplacedBrick> bricks) {
-    const size_t sample = bytes_per_sample(of.type()), row_bytes = kBlockSide * sample;
-    std::vector<std::byte> plain;
-    const auto append = [&](const void* from, size_t bytes) {
-        const auto* first = static_cast<const std::byte*>(from);
-        plain.insert(plain.end(), first, first + bytes);
+Step step_between(const Document& before, const Document& after) {
+    Step step;
+    const auto add = [&](VolumeStep::Kind kind, const Document& of, size_t place) {
+        const NamedVolume& named = of.volumes[place];
+        const Volume zeros = VolumeBuilder(named.volume.grid(), named.volume.type()).finish();
+        const bool came = kind == VolumeStep::Kind::came;
+        step.push_back(
+            {kind,
+             named.name,
+             named.volume.type(),
+             {named.kind, named.volume.grid(), place},
+             came ? replaced_bricks(zeros, named.volume) : replaced_bricks(named.volume, zeros)});
     };
-    for (const ReplacedBrick& brick : bricks) {
-        const glm::uvec3 at = brick.where.position;
-        const BrickHeader header{at.x, at.y, at.z, 0, brick.where.blocks};
-        append(&header, sizeof header);
-        const std::vector<std::byte> a = expanded(*brick.before), b = expanded(*brick.after);
-        for (uint64_t left = header.blocks; left != 0; left &= left - 1)
-            for_each_block_row(static_cast<uint32_t>(std::countr_zero(left)), [&](uint32_t row) {
-                for (size_t i = row * sample; i < row * sample + row_bytes; ++i)
-                    plain.push_back(a[i] ^ b[i]);
-            });
+    const auto same_frame = [](const NamedVolume& a, const NamedVolume& b) {
+        return a.name == b.name && a.kind == b.kind && a.volume.type() == b.volume.type() &&
+               a.volume.grid() == b.volume.grid();
+    };
+    const auto stays_in = [&](const Document& other, const NamedVolume& volume) {
+        return std::find_if(other.volumes.begin(), other.volumes.end(),
+                            [&](const NamedVolume& v) { return same_frame(v, volume); });
+    };
+    for (size_t i = before.volumes.size(); i-- > 0;) // the last first: places stay what they were
+        if (stays_in(after, before.volumes[i]) == after.volumes.end())
+            add(VolumeStep::Kind::went, before, i);
+    for (size_t i = 0; i < after.volumes.size(); ++i) {
+        const NamedVolume& now = after.volumes[i];
+        const auto was = stays_in(before, now);
+        if (was == before.volumes.end())
+            add(VolumeStep::Kind::came, after, i);
+        else if (!was->volume.is_same_as(now.volume))
+            if (auto bricks = replaced_bricks(was->volume, now.volume); !bricks.empty())
+                step.push_back({VolumeStep::Kind::changed,
+                                now.name,
+                                now.volume.type(),
+                                {},
+                                std::move(bricks)});
     }
-    std::vector<std::byte> packed(ZSTD_compressBound(plain.size()));
-    const size_t bytes =
-        ZSTD_compress(packed.data(), packed.size(), plain.data(), plain.size(), kLevel);
-    packed.resize(ZSTD_isError(bytes) ? 0 : bytes);
-    packed.shrink_to_fit();
-    return packed;
+    return step;
 }
 
-Result<Volume> apply_packed_step(const Volume& now, std::span<const std::byte> packed) {
-    const auto damaged = [] { return fail("history: a step is damaged and cannot be taken"); };
-    const size_t sample = bytes_per_sample(now.type()), row_bytes = kBlockSide * sample;
-    const glm::uvec3 count = now.brick_count();
-    const uint64_t most =
-        (sizeof(BrickHeader) + kBrickSamples * sample) * uint64_t{count.x} * count.y * count.z;
-    const unsigned long long size = ZSTD_getFrameContentSize(packed.data(), packed.size());
-    if (size == ZSTD_CONTENTSIZE_ERROR || size == ZSTD_CONTENTSIZE_UNKNOWN || size > most)
-        return damaged();
-    std::vector<std::byte> plain(size);
-    if (ZSTD_decompress(plain.data(), plain.size(), packed.data(), packed.size()) != size)
-        return damaged();
-    std::vector<PlacedBrick> made;
-    for (size_t at = 0; at < plain.size();) {
-        BrickHeader header;
-        if (plain.size() - at < sizeof header)
-            return damaged();
-        std::memcpy(&header, plain.data() + at, sizeof header);
-        at += sizeof header;
-        const glm::uvec3 position(header.x, header.y, header.z);
-        const size_t bytes = size_t(std::popcount(header.blocks)) * kBlockRows * row_bytes;
-        if (!glm::all(glm::lessThan(position, count)) || plain.size() - at < bytes)
-            return damaged();
-        std::vector<std::byte> samples = expanded(now.brick(position));
-        for (uint64_t left = header.blocks; left != 0; left &= left - 1)
-            for_each_block_row(static_cast<uint32_t>(std::countr_zero(left)), [&](uint32_t row) {
-                for (size_t i = row * sample; i < row * sample + row_bytes; ++i)
-                    samples[i] ^= plain[at++];
-            });
-        made.push_back(
-            {position, visit_scalar(now.type(), [&](auto t) {
-                 using T = decltype(t);
-                 return Brick::make(
-                     std::span<const T>(reinterpret_cast<const T*>(samples.data()), kBrickSamples),
-                     now.valid_in_brick(position));
-             })});
+Result<Document> apply_step(const Document& now, const Step& step, bool back) {
+    return apply_parts(now, step.size(), back, [&](Document& next, size_t i) {
+        return apply_part(next, step[i], back, [&](const Volume& volume) -> Result<Volume> {
+            std::vector<PlacedBrick> bricks;
+            for (const ReplacedBrick& brick : step[i].bricks)
+                bricks.push_back({brick.where.position, back ? brick.before : brick.after});
+            return with_bricks(volume, bricks);
+        });
+    });
+}
+
+std::string pack_step(const Step& step) {
+    Json list = Json::array();
+    std::string all;
+    for (const VolumeStep& part : step) {
+        const std::string packed = packed_bricks(part.type, part.bricks);
+        if (packed.empty()) // zstd had no memory
+            return {};
+        list.items.push_back(part_json(part, packed.size()));
+        all += packed;
     }
-    return with_bricks(now, made);
+    return json_line(list) + "\n" + all;
+}
+
+Result<Document> apply_packed_step(const Document& now, std::string_view packed, bool back) {
+    Result<std::vector<PackedPart>> parts = parts_of(packed);
+    if (!parts)
+        return pass_on(parts);
+    return apply_parts(now, parts->size(), back, [&](Document& next, size_t i) {
+        const PackedPart& part = (*parts)[i];
+        return apply_part(next, part.step, back, [&](const Volume& volume) {
+            return with_packed_bricks(volume, part.bytes);
+        });
+    });
 }
 
 } // namespace palpate

@@ -2,9 +2,12 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/edit/document.h"
 #include "engine/volume/changes.h"
 #include "engine/volume/edit.h"
 
@@ -23,11 +26,36 @@ std::vector<ReplacedBrick> replaced_bricks(const Volume& before, const Volume& a
 // sample.
 Volume taken_back(const Volume& before, const Volume& after);
 
-// The difference of both sides, packed: leads from either to the other.
-std::vector<std::byte> pack_step(const Volume& of, std::span<const ReplacedBrick> bricks);
+// What a step did to one volume of a document. A volume that came or went is told by how it
+// differs from zeros; one whose grid, type or kind changed went, and came.
+struct VolumeStep {
+    enum class Kind : uint8_t { changed, came, went };
+    struct Frame { // of a volume that came or went
+        VolumeKind kind = VolumeKind::grey;
+        Grid grid;
+        size_t place = 0; // in the list of volumes
+    };
+    Kind kind = Kind::changed;
+    std::string name;
+    ScalarType type{};
+    Frame frame;
+    std::vector<ReplacedBrick> bricks;
+};
+// In the order in which they are done; nothing where the documents hold the same samples.
+using Step = std::vector<VolumeStep>;
 
-// `now` with the packed difference taken: the other side. Fails where the bytes are not those of
-// pack_step().
-Result<Volume> apply_packed_step(const Volume& now, std::span<const std::byte> packed);
+Step step_between(const Document& before, const Document& after);
+
+// `now`, one side of the step, becomes the other: back is from after to before. Reads no sample.
+Result<Document> apply_step(const Document& now, const Step& step, bool back);
+
+// The differences of both sides, bit by bit (exclusive or) in blocks of 8x8x8, packed by zstd: they
+// lead from either side to the other. A line of JSON that names the volumes, then the bytes of
+// each. Empty where memory ran out.
+std::string pack_step(const Step& step);
+
+// The same as apply_step(). Fails where the bytes are not those of pack_step(), or of a step that
+// has another document on this side.
+Result<Document> apply_packed_step(const Document& now, std::string_view packed, bool back);
 
 } // namespace palpate

@@ -133,7 +133,7 @@ TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
                 ASSERT_GE(entries->size(), told);
                 ASSERT_LE(entries->size(), strokes_.size());
                 for (size_t i = 0; i < entries->size(); ++i)
-                    ASSERT_EQ((*entries)[i].text(), stroke_text(strokes_[i]));
+                    ASSERT_EQ(stroke_text((*entries)[i].stroke), stroke_text(strokes_[i]));
                 ++kept[entries->size()];
                 // Its strokes alone, and then, from a copy, all of them.
                 std::filesystem::copy_file(file("out.nrrd.journal"), file("copy.nrrd.journal"));
@@ -170,7 +170,7 @@ TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
 TEST_F(KilledEdit, AStrokeThatCountsAsDoneIsInTheJournal) {
     std::mt19937 random(3);
     const Volume base = load_volume(file("in.nrrd"))->volume;
-    const Journal::Base of = Journal::base_of(base, nullptr);
+    const Journal::Base of = Journal::base_of(base);
     for (int i = 0; i < PALPATE_KILLS; ++i) {
         std::filesystem::remove(file("j"));
         int pipe[2];

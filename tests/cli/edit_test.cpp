@@ -74,7 +74,7 @@ class EditCommand : public ProgramTest {
         std::filesystem::remove(file("out.nrrd.journal"));
         const Result<LoadedVolume> in = load_volume(file("in.nrrd"));
         Result<Journal> journal =
-            Journal::create(file("out.nrrd.journal"), Journal::base_of(in->volume, nullptr));
+            Journal::create(file("out.nrrd.journal"), Journal::base_of(in->volume));
         EXPECT_TRUE(journal);
         for (size_t i = 0; i < count; ++i)
             EXPECT_TRUE(journal->append({JournalEntry::Kind::stroke, strokes[i]}));
@@ -211,8 +211,9 @@ TEST_F(EditCommand, NamesDamageAndKeepsAllOfIt) {
     const auto damage = [&](size_t stroke) { // a byte in the middle of it
         leave_journal(strokes, 4);
         std::string bytes = bytes_of("out.nrrd.journal");
-        const size_t at = bytes.find(stroke_text(strokes[stroke]));
-        bytes[at + 100] ^= 1;
+        const size_t text = bytes.find(stroke_text(strokes[stroke]));
+        const size_t at = bytes.rfind("{\"on\"", text); // the line before it
+        bytes[text + 100] ^= 1;
         write("out.nrrd.journal", bytes);
         return std::pair(bytes, at - 8);
     };
@@ -344,7 +345,7 @@ TEST_F(EditCommand, TellsInWordsWhatAJournalDoesNotBelongTo) {
     ASSERT_TRUE(save_volume(file("in.nrrd"), with_grid(phantom(), moved)));
     const ProgramRun done = edit({"--recover"});
     EXPECT_EQ(done.exit_code, 1);
-    EXPECT_THAT(done.messages, HasSubstr("belongs to another edit: the volume lies elsewhere (1 of "
+    EXPECT_THAT(done.messages, HasSubstr("belongs to another edit: 'volume' lies elsewhere (1 of "
                                          "the 12 numbers"));
     EXPECT_THAT(done.messages, testing::Not(HasSubstr("samples differ")));
 }

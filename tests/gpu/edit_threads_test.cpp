@@ -114,7 +114,7 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
                            records_of_path(wandering(seconds + kLongest_s),
                                            haptics::Workspace({0, 0, 0}, 1), haptics::kTick_ns),
                            profile::now_ns())};
-    Editor editor(first, {}, {.slice_ms = 1.0});
+    Editor editor(first, {.slice_ms = 1.0});
     auto mesh_reader = editor.add_reader(), frame_reader = editor.add_reader();
     EditLag lag;
     std::mt19937 random(3);
@@ -141,8 +141,8 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
             }
             done = pin->snapshot;
             loop.scenes.publish(std::make_unique<const haptics::TouchScene>(
-                haptics::TouchScene{.grey = pin->volume, .version = done}));
-            surface.update(pin->volume);
+                haptics::TouchScene{.grey = pin->volume(), .version = done}));
+            surface.update(pin->volume());
             lag.reached(Reader::mesh, *pin, profile::now_ns());
         }
     });
@@ -159,7 +159,7 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
             !has_met(Reader::picture) || !has_met(Reader::mesh)) &&
            !HasFailure()) {
         const auto pin = frame_reader.pin();
-        const SceneData data{pin->volume, std::nullopt};
+        const SceneData data{pin->volume(), std::nullopt};
         switch (random() % 4) {
             case 0: {
                 const uint32_t rows = Renderer::tile_rows(scene);
@@ -175,7 +175,7 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
         }
         lag.reached(Reader::picture, *pin, profile::now_ns());
         ++frames;
-        edited = edited || content_hash(pin->volume) != content_hash(first);
+        edited = edited || content_hash(pin->volume()) != content_hash(first);
         if (random() % 3 == 0)
             use_some_tool(editor, random);
         if (random() % 8 == 0)
@@ -191,7 +191,7 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
     mesher.join();
 
     // What each of them holds at the end is what one who begins now would hold.
-    const Volume last = frame_reader.pin()->volume;
+    const Volume last = frame_reader.pin()->volume();
     surface.update(last);
     const Mesh mesh = surface.mesh(), fresh_mesh = marching_cubes(last, kIso);
     EXPECT_EQ(mesh.positions, fresh_mesh.positions);

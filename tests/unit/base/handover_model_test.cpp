@@ -41,9 +41,10 @@ struct Version {
 #define PALPATE_SKIP_FIBERS() (void)0
 #endif
 
-// One reader that pins `pins` times while a writer publishes `versions` - 1 times.
+// One reader that pins `pins` times while a writer publishes `versions` - 1 times; or, renewed, as
+// many readers after one another, each in the place that the one before gave back.
 template <template <class> class Atomic>
-Explorer::Report explore_mailbox(int pins, int versions) {
+Explorer::Report explore_mailbox(int pins, int versions, bool renewed = false) {
     Explorer& explorer = Explorer::current();
     using Box = Mailbox<Version, Atomic>;
     std::optional<Box> box;
@@ -53,9 +54,13 @@ Explorer::Report explore_mailbox(int pins, int versions) {
         box.emplace(std::make_unique<const Version>(0));
         reader.emplace(box->add_reader());
         published = 0;
-        const auto read = [&, pins] {
+        const auto read = [&, pins, renewed] {
             int seen = 0;
             for (int i = 0; i < pins; ++i) {
+                if (renewed && i > 0) { // the place is given back, and taken by another reader
+                    reader.reset();
+                    reader.emplace(box->add_reader());
+                }
                 explorer.step({{&published, false}});
                 const int before = published;
                 const auto pin = reader->pin();
@@ -83,6 +88,7 @@ Explorer::Report explore_mailbox(int pins, int versions) {
         explorer.expect(box->waiting() == 0, "something was never freed");
         for (int v = 0; v < versions; ++v)
             explorer.expect(alive[v] == (v == versions - 1), "what is alive is not the last value");
+        reader.reset();
         box.reset();
     };
     return explorer.explore(make, finish);
@@ -147,6 +153,13 @@ TEST(Interleave, OrdersThatNobodyCanTellApartAreOne) {
 TEST(MailboxModel, TwoPinsWhileThreeVersionsPassAreSafeInEveryOrder) {
     PALPATE_SKIP_FIBERS();
     const Explorer::Report report = explore_mailbox<interleave::Atomic>(2, 3);
+    EXPECT_EQ(report.violation, "") << "after " << report.orders << " orders";
+    std::printf("%llu orders\n", static_cast<unsigned long long>(report.orders));
+}
+
+TEST(MailboxModel, APlaceThatIsGivenBackAndTakenAgainIsSafeInEveryOrder) {
+    PALPATE_SKIP_FIBERS();
+    const Explorer::Report report = explore_mailbox<interleave::Atomic>(2, 3, true);
     EXPECT_EQ(report.violation, "") << "after " << report.orders << " orders";
     std::printf("%llu orders\n", static_cast<unsigned long long>(report.orders));
 }

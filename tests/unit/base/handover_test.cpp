@@ -4,6 +4,7 @@
 #include <atomic>
 #include <memory>
 #include <thread>
+#include <vector>
 
 #include "engine/base/mailbox.h"
 #include "engine/base/ring.h"
@@ -72,6 +73,22 @@ TEST(Mailbox, ReadersSeeWholeValuesThatOnlyGrowOlderOnes) {
     EXPECT_EQ(backwards, 0u);
     EXPECT_EQ(box.waiting(), 0u);
     EXPECT_EQ(Counted::living, 1);
+}
+
+TEST(Mailbox, PlacesOfReadersAreGivenBack) {
+    Mailbox<int> box(std::make_unique<const int>(0));
+    for (int i = 1; i <= 100; ++i) {
+        auto a = box.add_reader();
+        auto b = std::move(a);
+        auto c = box.add_reader();
+        box.publish(std::make_unique<const int>(i));
+        EXPECT_EQ(*b.pin(), i);
+        EXPECT_EQ(*c.pin(), i);
+    }
+    std::vector<Mailbox<int>::Reader> all;
+    for (size_t i = 0; i < Mailbox<int>::kMaxReaders; ++i)
+        all.push_back(box.add_reader());
+    EXPECT_DEATH((void)box.add_reader(), "kMaxReaders");
 }
 
 TEST(Ring, RefusesWhenFullAndKeepsTheOrder) {

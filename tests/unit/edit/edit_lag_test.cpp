@@ -11,7 +11,7 @@ namespace {
 EditState snapshot(uint64_t number, int64_t input_ns) {
     static const Volume volume = make_volume(make_grid(glm::uvec3(4), glm::dvec3(1)),
                                              ScalarType::u8, [](glm::uvec3) { return 0.0; });
-    return {.volume = volume, .newest_input_ns = input_ns, .snapshot = number};
+    return {.document = volume, .newest_input_ns = input_ns, .snapshot = number};
 }
 
 TEST(EditLag, CountsASnapshotOnceForEachReader) {

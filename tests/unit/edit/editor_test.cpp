@@ -70,7 +70,7 @@ class Hand {
         const auto pin = reader_.pin();
         EXPECT_EQ(pin->refusal, "");
         EXPECT_EQ(pin->undo_steps, depth_);
-        EXPECT_EQ(content_hash(pin->volume), content_hash(now_)) << "after input " << number_;
+        EXPECT_EQ(content_hash(pin->volume()), content_hash(now_)) << "after input " << number_;
     }
 
  private:
@@ -109,19 +109,19 @@ class Hand {
 };
 
 // Takes the newest snapshot again and again; what it sees never goes back and is never torn.
-void read_until(const std::stop_token& stop, Mailbox<EditState>::Reader reader,
+void read_until(const std::stop_token& stop, Mailbox<EditState>::Reader& reader,
                 std::atomic<uint64_t>& seen) {
     uint64_t version = 0, inputs = 0;
     while (!stop.stop_requested()) {
         const auto pin = reader.pin();
-        EXPECT_GE(pin->volume.version(), version);
+        EXPECT_GE(pin->volume().version(), version);
         EXPECT_GE(pin->inputs_done, inputs);
-        seen += pin->volume.version() > version;
-        version = pin->volume.version();
+        seen += pin->volume().version() > version;
+        version = pin->volume().version();
         inputs = pin->inputs_done;
         float sum = 0;
-        for_each_brick(pin->volume, [&](glm::uvec3 at) {
-            const Brick& brick = pin->volume.brick(at);
+        for_each_brick(pin->volume(), [&](glm::uvec3 at) {
+            const Brick& brick = pin->volume().brick(at);
             for (uint32_t i = 0; i < kBrickSamples; i += 97)
                 sum += brick.value(i);
         });
@@ -134,7 +134,7 @@ TEST(Editor, GivesWhatStrokesGiveWhileOthersRead) {
     Random random(1);
     const Volume first =
         random_labels(random, make_grid({64, 60, 50}, {0.7, 0.7, 1.4}), ScalarType::u8);
-    Editor editor(first, {}, {.ring_inputs = 8, .slice_ms = 0.05});
+    Editor editor(first, {.ring_inputs = 8, .slice_ms = 0.05});
     std::atomic<uint64_t> seen_by_servo = 0, seen_by_frame = 0;
     auto servo_reader = editor.add_reader(), frame_reader = editor.add_reader();
     std::jthread servo(
@@ -163,7 +163,7 @@ TEST(Editor, CommandsTakeTheirTurn) {
     const Volume first =
         random_labels(random, make_grid({64, 60, 50}, {0.7, 0.7, 1.4}), ScalarType::u8);
     for (uint64_t seed = 0; seed < 4; ++seed) {
-        Editor editor(first, {}, {.ring_inputs = 1024});
+        Editor editor(first, {.ring_inputs = 1024});
         Hand hand(editor, first, seed);
         for (int i = 0; i < 12; ++i)
             hand.act_on();
@@ -174,7 +174,7 @@ TEST(Editor, CommandsTakeTheirTurn) {
 TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
     const Volume first = make_volume(make_grid(glm::uvec3(160), glm::dvec3(1)), ScalarType::u8,
                                      [](glm::uvec3) { return 0.0; });
-    Editor editor(first, {}, {.ring_inputs = 64, .slice_ms = 0.01});
+    Editor editor(first, {.ring_inputs = 64, .slice_ms = 0.01});
     auto reader = editor.add_reader();
     const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 60})", "");
     const Stroke stroke = make_stroke(ball, {}, {{0, glm::dvec3(80), kUpright}});
@@ -189,12 +189,12 @@ TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
         if (number < kInputs && editor.push({kind, stroke.poses[0], number + 1, 0}))
             ++number;
         const auto pin = reader.pin();
-        if (versions.empty() || versions.back() != pin->volume.version())
-            versions.push_back(pin->volume.version());
+        if (versions.empty() || versions.back() != pin->volume().version())
+            versions.push_back(pin->volume().version());
         done = pin->inputs_done == kInputs;
     }
     EXPECT_GT(versions.size(), 3u);
-    EXPECT_EQ(content_hash(reader.pin()->volume),
+    EXPECT_EQ(content_hash(reader.pin()->volume()),
               content_hash(*apply_stroke(first, stroke.tool, {}, stroke.poses)));
 }
 
@@ -203,8 +203,8 @@ TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
 TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
     const Volume first = make_volume(make_grid(glm::uvec3(40), glm::dvec3(1)), ScalarType::u8,
                                      [](glm::uvec3) { return 0.0; });
-    const Journal::Base base = Journal::base_of(first, nullptr);
-    Editor editor(first, {}, {.journal = *Journal::create(file("j"), base)});
+    const Journal::Base base = Journal::base_of(first);
+    Editor editor(first, {.journal = *Journal::create(file("j"), base)});
     auto reader = editor.add_reader();
     const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 6})", "");
     std::vector<Stroke> strokes;
@@ -224,7 +224,7 @@ TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
             expected = *apply_stroke(expected, stroke.tool, stroke.operation, stroke.poses);
         const auto pin = reader.pin();
         EXPECT_THAT(pin->refusal, testing::HasSubstr(refusal));
-        EXPECT_EQ(content_hash(pin->volume), content_hash(expected));
+        EXPECT_EQ(content_hash(pin->volume()), content_hash(expected));
         EXPECT_EQ(pin->strokes_done, all.size());
         EXPECT_EQ(pin->undo_steps, all.size());
     };
@@ -256,7 +256,7 @@ TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
 // The second brick is in no file any more: strokes that meet it are refused, others are done.
 TEST(Editor, OutlivesSamplesThatCannotBeRead) {
     const Volume first = unreadable_volume();
-    Editor editor(first, {}, {.slice_ms = 0.01});
+    Editor editor(first, {.slice_ms = 0.01});
     auto reader = editor.add_reader();
     const Tool ball{make_ball(5.0)};
     Operation draw;
@@ -272,25 +272,25 @@ TEST(Editor, OutlivesSamplesThatCannotBeRead) {
     for (const double x : {50.0, 31.0}) { // all of it there; half of it
         dab(x);
         EXPECT_EQ(reader.pin()->refusal, "the file was cut; the stroke is taken back");
-        EXPECT_EQ(reader.pin()->volume.value({30, 16, 16}), 0.0f);
+        EXPECT_EQ(reader.pin()->volume().value({30, 16, 16}), 0.0f);
         EXPECT_EQ(reader.pin()->strokes_done, 0u);
     }
     dab(16);
     EXPECT_EQ(reader.pin()->refusal, "");
-    EXPECT_EQ(reader.pin()->volume.value({16, 16, 16}), 9.0f);
+    EXPECT_EQ(reader.pin()->volume().value({16, 16, 16}), 9.0f);
     EXPECT_EQ(reader.pin()->undo_steps, 1u);
 }
 
 TEST(Editor, SaysWhyItDidNothing) {
     const Volume greys = make_volume(make_grid(glm::uvec3(8), glm::dvec3(1)), ScalarType::i16,
                                      [](glm::uvec3) { return 5.0; });
-    Editor editor(greys, {});
+    Editor editor(greys);
     auto reader = editor.add_reader();
     const auto refusal = [&](const char* part) {
         for (;;) {
             const auto pin = reader.pin();
             if (pin->refusal.find(part) != std::string::npos)
-                return pin->volume.version() == greys.version();
+                return pin->volume().version() == greys.version();
             std::this_thread::yield();
         }
     };
@@ -318,7 +318,7 @@ TEST(Editor, PassesOverWhatIsNoPose) {
         {2, {nan, 20, 20}, kUpright},  {3, {far, 20, 20}, kUpright},
         {nan, {20, 20, 20}, kUpright}, {5, {20, 20, 20}, {1, nan, 0, 0}},
         {6, {30, 20, 20}, nearly},     {7, {9, 9, 9}, {0, 0, 0, 0}}};
-    Editor editor(first, {});
+    Editor editor(first);
     auto reader = editor.add_reader();
     const Stroke stroke = make_stroke(capsule, {}, {pushed[0], {6, {30, 20, 20}, lying}});
     ASSERT_TRUE(editor.use(stroke.shape, stroke.tool, stroke.operation));
@@ -339,9 +339,9 @@ TEST(Editor, PassesOverWhatIsNoPose) {
     EXPECT_LT(glm::length(unit - lying), 1e-15);
     std::vector<ToolPose> poses = stroke.poses;
     poses[1].turn = unit;
-    EXPECT_EQ(content_hash(pin->volume),
+    EXPECT_EQ(content_hash(pin->volume()),
               content_hash(*apply_stroke(first, stroke.tool, {}, poses)));
-    EXPECT_NE(content_hash(pin->volume), content_hash(first));
+    EXPECT_NE(content_hash(pin->volume()), content_hash(first));
 }
 
 } // namespace

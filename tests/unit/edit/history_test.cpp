@@ -45,7 +45,7 @@ class HistoryTest : public TemporaryFolder {
                 now = next;
             } else {
                 const bool back = what < 8;
-                const Result<std::optional<Volume>> taken =
+                const Result<std::optional<Document>> taken =
                     back ? history.undo(now) : history.redo(now);
                 ASSERT_TRUE(taken) << taken.error().message;
                 if (!*taken) {
@@ -54,21 +54,21 @@ class HistoryTest : public TemporaryFolder {
                 }
                 depth += back ? -1 : 1;
                 // Of a step that changed nothing, the snapshot stays.
-                EXPECT_TRUE((*taken)->version() > now.version() ||
+                EXPECT_TRUE((*taken)->first().version() > now.version() ||
                             hashes[depth] == hashes[depth + (back ? 1 : -1)]);
-                now = **taken;
+                now = (*taken)->first();
                 ASSERT_EQ(content_hash(now), hashes[depth]);
             }
         }
         history.settle(); // all steps packed
         for (const bool back : {true, false})
             for (;;) {
-                const Result<std::optional<Volume>> taken =
+                const Result<std::optional<Document>> taken =
                     back ? history.undo(now) : history.redo(now);
                 ASSERT_TRUE(taken) << taken.error().message;
                 if (!*taken)
                     break;
-                now = **taken;
+                now = (*taken)->first();
                 depth += back ? -1 : 1;
                 ASSERT_EQ(content_hash(now), hashes[depth]);
             }
@@ -105,12 +105,13 @@ TEST_F(HistoryTest, AStepCostsWhatItChanged) {
     History history;
     history.record(before, after);
     const uint64_t at_first = history.stats().newest_bytes;
-    // Beside the bricks: 40 bytes a brick of its place, and a hundred of the step.
-    EXPECT_LE(at_first, std::max<uint64_t>(touched + 8 * 64 + 128, 8192));
+    // Beside the bricks: 40 bytes a brick of its place, 128 of the step, 256 of the volume it is
+    // of.
+    EXPECT_LE(at_first, std::max<uint64_t>(touched + 8 * 64 + 128 + 256, 8192));
     EXPECT_LE(touched, 8u * (kBrickSamples + sizeof(Brick) + sizeof(BlockRanges)));
     history.settle();
     EXPECT_LE(history.stats().newest_bytes, 8192u);
-    EXPECT_EQ(content_hash(**history.undo(after)), content_hash(before));
+    EXPECT_EQ(content_hash((*history.undo(after))->first()), content_hash(before));
     std::printf("    one dab: %zu bytes, then %zu\n", size_t(at_first),
                 size_t(history.stats().memory_bytes));
 }
@@ -159,11 +160,11 @@ TEST_F(HistoryTest, HoldsItsCapAndSaysThatStepsAreGone) {
     EXPECT_THAT(notices[0], testing::HasSubstr("cannot be undone"));
     size_t undone = 0;
     for (;; ++undone) {
-        const Result<std::optional<Volume>> before = history.undo(now);
+        const Result<std::optional<Document>> before = history.undo(now);
         ASSERT_TRUE(before);
         if (!*before)
             break;
-        now = **before;
+        now = (*before)->first();
     }
     EXPECT_EQ(undone, 60 - history.stats().dropped_steps);
 }
@@ -198,12 +199,12 @@ TEST_F(HistoryTest, NothingChangedIsAStepToo) {
     history.record(w, w);
     history.settle();
     EXPECT_EQ(history.stats().undo_steps, 2u);
-    const Volume first = **history.undo(w);
+    const Volume first = (*history.undo(w))->first();
     EXPECT_EQ(content_hash(first), content_hash(w));
-    const Volume second = **history.undo(first);
+    const Volume second = (*history.undo(first))->first();
     EXPECT_EQ(content_hash(second), content_hash(v));
     EXPECT_FALSE(*history.undo(second));
-    const Volume again = **history.redo(**history.redo(second));
+    const Volume again = (*history.redo(**history.redo(second)))->first();
     EXPECT_EQ(content_hash(again), content_hash(w));
     EXPECT_FALSE(*history.redo(again));
 }
@@ -220,7 +221,7 @@ TEST_F(HistoryTest, SamplesThatCannotBeReadCostASentence) {
     history.settle();
     EXPECT_THAT(notices,
                 testing::ElementsAre("history: a step stays unpacked in memory: the file was cut"));
-    const Volume back = **history.undo(after);
+    const Volume back = (*history.undo(after))->first();
     for (const uint32_t x : {0u, 1u})
         EXPECT_EQ(back.brick_ptr({x, 0, 0}), before.brick_ptr({x, 0, 0}));
 }

@@ -43,7 +43,7 @@ class JournalTest : public TemporaryFolder {
     }
     const Volume volume_ = make_volume(make_grid(glm::uvec3(30), {1, 2, 3}, {0.1, 0.2, 0.3}),
                                        ScalarType::u8, [](glm::uvec3 i) { return i.x % 3; });
-    const Journal::Base base_ = Journal::base_of(volume_, nullptr);
+    const Journal::Base base_ = Journal::base_of(volume_);
 };
 
 TEST_F(JournalTest, HoldsWhatWasAppended) {
@@ -220,34 +220,58 @@ TEST_F(JournalTest, BelongsToWhoHasItOpen) {
     EXPECT_FALSE(std::filesystem::exists(file("j")));
 }
 
-TEST_F(JournalTest, BelongsToItsVolume) {
+TEST_F(JournalTest, BelongsToItsVolumes) {
+    const auto belongs = [&](const char* name, const Document& document) {
+        const auto found = Journal::open(file(name), Journal::base_of(document));
+        return found ? "" : found.error().message;
+    };
     ASSERT_TRUE(Journal::create(file("j"), base_));
     EXPECT_THAT(Journal::create(file("j"), base_).error().message, HasSubstr("cannot be made"));
     const Volume other =
         make_volume(volume_.grid(), ScalarType::u8, [](glm::uvec3 i) { return i.y % 3; });
-    EXPECT_THAT(Journal::open(file("j"), Journal::base_of(other, nullptr)).error().message,
-                AllOf(HasSubstr("the volume's samples differ"), Not(HasSubstr("guide")),
-                      Not(HasSubstr("elsewhere"))));
-    EXPECT_THAT(Journal::open(file("j"), Journal::base_of(volume_, &other)).error().message,
-                AllOf(HasSubstr("begun without a guide, and one is given"),
-                      Not(HasSubstr("samples differ"))));
+    const auto with_guide = [&](const Volume& guide) {
+        return with_volume(volume_, {"guide", VolumeKind::grey, guide});
+    };
+    EXPECT_THAT(belongs("j", other), AllOf(HasSubstr("the samples of 'volume' differ"),
+                                           Not(HasSubstr("guide")), Not(HasSubstr("elsewhere"))));
+    EXPECT_THAT(
+        belongs("j", with_guide(other)),
+        AllOf(HasSubstr("begun without a 'guide', and one is given"), Not(HasSubstr("differ"))));
     Grid moved = volume_.grid();
     moved.world_from_index[3].y += 5;
-    EXPECT_THAT(
-        Journal::open(file("j"), Journal::base_of(with_grid(volume_, moved), nullptr))
-            .error()
-            .message,
-        AllOf(HasSubstr("lies elsewhere (1 of the 12 numbers"), Not(HasSubstr("samples differ"))));
-    ASSERT_TRUE(Journal::create(file("guided"), Journal::base_of(volume_, &volume_)));
-    EXPECT_THAT(Journal::open(file("guided"), base_).error().message,
-                HasSubstr("begun with a guide, and none is given"));
-    EXPECT_THAT(Journal::open(file("guided"), Journal::base_of(volume_, &other)).error().message,
-                HasSubstr("the guide's samples differ"));
+    EXPECT_THAT(belongs("j", with_grid(volume_, moved)),
+                AllOf(HasSubstr("'volume' lies elsewhere (1 of the 12 numbers"),
+                      Not(HasSubstr("differ in"))));
+    {
+        auto guided = Journal::create(file("guided"), Journal::base_of(with_guide(volume_)));
+        ASSERT_TRUE(guided);
+        JournalEntry entry = entries(1)[0];
+        ASSERT_TRUE(guided->append(entry));
+    }
+    EXPECT_EQ(belongs("guided", volume_), ""); // no entry names the guide
+    {
+        auto guided = Journal::open(file("guided"), base_);
+        JournalEntry entry = entries(1)[0];
+        entry.guide = "guide";
+        ASSERT_TRUE(guided->journal.append(entry));
+    }
+    EXPECT_THAT(belongs("guided", volume_), HasSubstr("begun with a 'guide', and none is given"));
+    EXPECT_THAT(belongs("guided", with_guide(other)), HasSubstr("the samples of 'guide' differ"));
+    EXPECT_EQ(belongs("guided", with_guide(volume_)), "");
     write("text", "some other file of a good many letters");
-    EXPECT_THAT(Journal::open(file("text"), base_).error().message,
-                HasSubstr("expected a journal"));
+    EXPECT_THAT(belongs("text", volume_), HasSubstr("expected a journal"));
+    std::string older = bytes_of("j");
+    older[16] = '1';
+    write("older", older);
+    EXPECT_THAT(belongs("older", volume_), HasSubstr("expected a journal of version 2, found 1"));
+    EXPECT_THAT(Journal::peek(file("older")).error().message, HasSubstr("version 2, found 1"));
     EXPECT_THAT(Journal::create(file("no/such/folder"), base_).error().message,
                 HasSubstr("cannot be made"));
+    ASSERT_TRUE(Journal::create(file("saved"), {.save = 7}));
+    EXPECT_TRUE(Journal::open(file("saved"), {.save = 7}));
+    EXPECT_THAT(Journal::open(file("saved"), {.save = 8}).error().message,
+                HasSubstr("expected save 8 of a project, found save 7"));
+    EXPECT_THAT(belongs("saved", volume_), HasSubstr("found save 7 of a project"));
 }
 
 // The limit on the size of files stands for a full disk.

@@ -1,0 +1,83 @@
+#include "engine/edit/document.h"
+
+#include <algorithm>
+
+#include "engine/base/assert.h"
+
+namespace palpate {
+
+const char* name_of(VolumeKind kind) {
+    switch (kind) {
+        case VolumeKind::grey:
+            return "grey";
+        case VolumeKind::labels:
+            return "labels";
+        case VolumeKind::other:
+            break;
+    }
+    return "other";
+}
+
+VolumeKind read_volume_kind(const JsonValue& in) {
+    using enum VolumeKind;
+    return in.choice<VolumeKind>({{"grey", grey}, {"labels", labels}, {"other", other}});
+}
+
+Document::Document(Volume volume, VolumeKind kind) {
+    volumes.push_back({"volume", kind, std::move(volume)});
+}
+
+Document::Document(std::vector<NamedVolume> all) : volumes(std::move(all)) {
+    PALPATE_ASSERT(!volumes.empty());
+    for (size_t i = 0; i < volumes.size(); ++i)
+        for (size_t k = 0; k < i; ++k)
+            PALPATE_ASSERT(volumes[i].name != volumes[k].name);
+}
+
+const Volume* Document::find(std::string_view name) const {
+    for (const NamedVolume& volume : volumes)
+        if (volume.name == name)
+            return &volume.volume;
+    return nullptr;
+}
+
+bool Document::is_same_as(const Document& other) const {
+    return std::equal(volumes.begin(), volumes.end(), other.volumes.begin(), other.volumes.end(),
+                      [](const NamedVolume& a, const NamedVolume& b) {
+                          return a.name == b.name && a.kind == b.kind &&
+                                 a.volume.is_same_as(b.volume);
+                      });
+}
+
+Document with_volume(Document document, NamedVolume volume) {
+    for (NamedVolume& there : document.volumes)
+        if (there.name == volume.name) {
+            there = std::move(volume);
+            return document;
+        }
+    document.volumes.push_back(std::move(volume));
+    return document;
+}
+
+Result<void> check_volume_name(std::string_view name) {
+    const bool known = name.find_first_not_of(
+                           "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                           "0123456789-_.") == name.npos;
+    if (name.empty() || name.size() > 64 || name.front() == '.' || !known)
+        return fail(
+            "expected a volume's name of 1 to 64 letters, digits, '-', '_' and '.', not beginning "
+            "with '.', found '{}'",
+            name);
+    return {};
+}
+
+Result<void> expect_volume(const Document& document, std::string_view name) {
+    if (document.find(name))
+        return {};
+    std::string names;
+    for (const NamedVolume& volume : document.volumes)
+        names += (names.empty() ? "" : ", ") + volume.name;
+    return fail("expected one of the volumes {}, found '{}'", names, name);
+}
+
+} // namespace palpate

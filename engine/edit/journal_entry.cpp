@@ -1,0 +1,57 @@
+#include <algorithm>
+
+#include "engine/edit/journal.h"
+
+namespace palpate {
+
+std::string JournalEntry::text() const {
+    if (kind == Kind::undo || kind == Kind::redo)
+        return kind == Kind::undo ? "undo\n" : "redo\n";
+    if (kind == Kind::change)
+        return json_line(Json::object(
+                   {{"change", Json::of(change.title)}, {"parameters", change.parameters}})) +
+               "\n" + change.packed + "\n";
+    Json head = Json::object({{"on", Json::of(on)}});
+    if (!guide.empty())
+        head.members.emplace_back("guide", Json::of(guide));
+    return json_line(head) + "\n" + stroke_text(stroke);
+}
+
+Result<JournalEntry> parse_entry(std::string_view payload, const std::string& name) {
+    JournalEntry entry;
+    if (payload == "undo\n" || payload == "redo\n") {
+        entry.kind = payload == "undo\n" ? JournalEntry::Kind::undo : JournalEntry::Kind::redo;
+        return entry;
+    }
+    const size_t end = std::min(payload.find('\n'), payload.size() - 1);
+    Result<Json> head = parse_json(payload.substr(0, end), name);
+    if (!head)
+        return pass_on(head);
+    const auto text = [&](const char* key) {
+        const Json* member = head->find(key);
+        return member ? member->string : std::string();
+    };
+    const std::string_view rest = payload.substr(end + 1);
+    if (head->find("change") && !rest.empty()) {
+        entry.kind = JournalEntry::Kind::change;
+        entry.change.title = text("change");
+        if (const Json* parameters = head->find("parameters"))
+            entry.change.parameters = *parameters;
+        entry.change.packed = rest.substr(0, rest.size() - 1);
+        return entry;
+    }
+    if (!head->find("on"))
+        return fail("{}: expected a stroke, a change, undo or redo, found '{:.60}'", name,
+                    payload.substr(0, end));
+    entry.on = text("on");
+    entry.guide = text("guide");
+    Result<std::vector<Stroke>> strokes = parse_strokes(rest, name);
+    if (!strokes)
+        return pass_on(strokes);
+    if (strokes->size() != 1)
+        return fail("{}: expected one stroke an entry, found {}", name, strokes->size());
+    entry.stroke = std::move(strokes->front());
+    return entry;
+}
+
+} // namespace palpate

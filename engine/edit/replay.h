@@ -1,0 +1,20 @@
+#pragma once
+
+#include <stop_token>
+
+#include "engine/edit/history.h"
+#include "engine/edit/journal.h"
+
+namespace palpate {
+
+// What doing an entry of a journal took.
+struct Replayed {
+    uint64_t samples_seen = 0; // of a stroke: within its tool, each once
+};
+
+// Does one entry on `now`, and records it in the history. What fails, or is stopped, leaves both as
+// they were.
+Result<Replayed> replay(Document& now, History& history, const JournalEntry& entry,
+                        const std::stop_token& stop);
+
+} // namespace palpate
