@@ -9,28 +9,11 @@
 #include <tuple>
 #include <vector>
 
-#include "engine/mesh/mesh.h"
+#include "engine/mesh/collapse_source.h"
+#include "engine/mesh/near_proof.h"
 #include "engine/mesh/quadric.h"
-#include "engine/mesh/topology.h"
-#include "engine/mesh/triangle_tree.h"
 
 namespace palpate {
-
-// A mesh as decimation sees it. World axes in millimetres about an origin near the mesh, so that
-// doubles lose nothing far from the world's origin. A patch is all triangles with one label and one
-// outer label; a mesh without labels is one patch.
-struct CollapseSource {
-    explicit CollapseSource(const Mesh& mesh);
-
-    const Mesh& mesh;
-    glm::dmat4 local_from_mesh;
-    std::vector<glm::dvec3> points; // local, one a position
-    std::vector<uint32_t> patch;    // of each triangle
-    std::vector<std::vector<uint32_t>> triangles_of_patch;
-    std::vector<TriangleTree> trees; // of each patch, in local axes
-    TrianglesOfVertex incident;
-    double edge_mm = 0.0; // mean length
-};
 
 // Why edges were left.
 struct KeptEdges {
@@ -46,9 +29,7 @@ struct KeptEdges {
 // vertex is attached, once for each of its patches, to a triangle of the result; those of the
 // triangles about the edge are measured to the triangles that take their place, and then all
 // points of the original triangles at those vertices. To the original: the new vertex, and then all
-// points of the new triangles. For all points of a triangle it is cut along the other surface's
-// edges, until each piece lies near one of its triangles; the distance to one triangle is a convex
-// function, so that the piece's corners speak for the piece.
+// points of the new triangles (NearProof).
 //
 // Topology is kept exactly, by the link conditions of Dey, Edelsbrunner, Guha & Nekhayev
 // ("Topology preserving edge contraction", 1999): lines where an edge has one triangle, or three
@@ -58,7 +39,7 @@ class EdgeCollapse {
  public:
     // Points that are measured lie within the level of the other surface. All others lie within
     // this many levels: the nearer to 1, the longer a proof takes.
-    static constexpr double kProof = 1.1;
+    static constexpr double kProof = NearProof::kSlack;
 
     struct Options {
         double limit_mm = 0.0; // > 0, may be infinite: the level that collapses may reach
@@ -83,7 +64,9 @@ class EdgeCollapse {
     bool has_moved(uint32_t v) const { return moved_[v]; }
 
  private:
-    static constexpr uint32_t kNone = ~0u;
+    static constexpr uint32_t kNone = NearProof::kNone;
+    using Piece = NearProof::Piece;
+    using Found = NearProof::Found;
     enum class Kind : uint8_t { inside, line, fixed };
     enum class Refusal : uint8_t { none, distance, topology, shape };
     struct Entry {
@@ -96,31 +79,21 @@ class EdgeCollapse {
     struct Witness {                   // an original vertex in one of its patches
         uint32_t vertex, next, holder; // the next of those that the same triangle holds
     };
-    struct Piece { // a convex part of a triangle
-        static constexpr size_t kMost = 12;
-        std::array<glm::dvec3, kMost> corners;
-        size_t count = 0;
-        std::array<uint32_t, 3> near{kNone, kNone, kNone}; // of the other surface
-    };
     struct Candidate {
         uint32_t triangle, patch;
-        std::array<glm::dvec3, 3> points;
+        Corners points;
         glm::dvec3 centre; // of a sphere about the points
         double radius;
-        Candidate(uint32_t n, uint32_t of_patch, const std::array<glm::dvec3, 3>& corners);
+        Candidate(uint32_t n, uint32_t of_patch, const Corners& corners);
         bool may_be_within(double mm, glm::dvec3 point) const {
             const glm::dvec3 gap = point - centre;
             return glm::dot(gap, gap) < (mm + radius) * (mm + radius);
         }
     };
-    struct Found {
-        uint32_t triangle;
-        double distance_mm;
-    };
     struct Changed {
         uint32_t triangle;
         glm::uvec3 corners;
-        std::array<glm::dvec3, 3> points;
+        Corners points;
         uint32_t moved_corner;
         uint32_t near; // original triangle near that corner
     };
@@ -149,14 +122,8 @@ class EdgeCollapse {
     double error_of_original();
     void gather_candidates();
     bool is_dying(uint32_t n) const;
-    static void split(const Piece& piece, glm::dvec3 normal, glm::dvec3 point, Piece& front,
-                      Piece& back);
-    static glm::dvec3 centre(const Piece& piece);
-    void bisect(const Piece& piece, glm::dvec3 centre);
-    template <class CornersOf, class NearestTo>
-    double prove(const Piece& whole, const CornersOf& corners_of, const NearestTo& nearest_to);
-    std::array<glm::dvec3, 3> original(uint32_t n) const;
-    std::array<glm::dvec3, 3> current(uint32_t n) const; // as if the edge had collapsed
+    Corners original(uint32_t n) const;
+    Corners current(uint32_t n) const; // as if the edge had collapsed
     Found nearest_original(glm::dvec3 point, uint32_t patch, std::span<const uint32_t> hints) const;
     Verdict judge(uint32_t a, uint32_t b);
     void collapse();
@@ -192,7 +159,7 @@ class EdgeCollapse {
     std::vector<std::array<uint32_t, 2>> attached_to_; // witness, and the triangle that takes it
     std::vector<uint32_t> taker_;                      // the same, by witness
     std::vector<uint32_t> slot_;                       // of a triangle in changed_
-    std::vector<Piece> pieces_;
+    NearProof proof_;
     std::vector<uint32_t> looked_at_; // the judgement in which an original triangle was
     std::vector<uint32_t> seen_;      // the judgement in which a triangle became a candidate
     std::vector<uint32_t> hint_;      // a triangle that an original one was near
