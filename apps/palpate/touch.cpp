@@ -17,6 +17,7 @@
 #include "apps/palpate/touch_run.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
+#include "engine/edit/journal.h"
 #include "engine/io/scene_data.h"
 #include "engine/io/volume_io.h"
 #include "engine/volume/changes.h"
@@ -26,6 +27,7 @@ namespace palpate {
 
 namespace {
 
+namespace fs = std::filesystem;
 using haptics::AlgorithmEntry;
 using haptics::TouchParameters;
 
@@ -44,8 +46,16 @@ struct TouchOptions {
     double rate_hz = 1000, scale = 0;
     FeelOptions feel;
     haptics::HandModel hand;
-    bool real_time = false;
+    bool real_time = false, keep_journal = false;
 };
+
+fs::path journal_of(const TouchOptions& o) {
+    return o.output + ".journal";
+}
+
+bool edits(const TouchOptions& o) {
+    return !o.feel.edit.empty() || o.feel.drill_mm > 0.0;
+}
 
 template <class Table>
 std::vector<std::string> names_of(const Table& table) {
@@ -105,6 +115,8 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
                                {"--page", o.page, FileUse::write},
                                {"--record", o.record, FileUse::write}});
     append_volume(files, "-o", o.output, FileUse::write);
+    if (edits(o) && !o.output.empty())
+        files.push_back({"the journal of -o", journal_of(o).string(), FileUse::write});
     append_files(o.feel, files);
     if (is_scene_file(o.scene))
         if (const Result<SceneFile> scene = load_scene(o.scene)) // else it is told later
@@ -126,7 +138,8 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
         {!has_window, {"--opacity"}, "of koerner-1999, swept-local and swept-mesh"},
         {name != "swept-mesh", {"--mesh"}, "of swept-mesh"},
         {!is_tool, {"--felt-tool"}, "of swept-tool"},
-        {o.feel.edit.empty() && o.feel.drill_mm == 0.0, {"--tool"}, "without --edit and --drill"},
+        {!edits(o), {"--tool"}, "without --edit and --drill"},
+        {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
         {o.motion.path.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
         {name == "none",
          {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source"},
@@ -196,6 +209,50 @@ Result<void> say(const haptics::TouchSummary& s, Json json) {
     return print_report(json_text(json));
 }
 
+// Where -o is written and the tool edits, its strokes are kept in a journal meanwhile.
+Result<std::optional<Journal>> begin_journal(const TouchOptions& o, const Document& document) {
+    if (!edits(o) || o.output.empty())
+        return std::optional<Journal>();
+    std::error_code error;
+    if (fs::exists(journal_of(o), error))
+        return fail(
+            "{}: holds strokes of a touch or an edit that did not end, or that were kept; `palpate "
+            "edit SCENE --recover -o {}` does them; remove it to begin anew",
+            journal_of(o).string(), o.output);
+    Result<Journal> made = Journal::create(journal_of(o), Journal::base_of(document));
+    if (!made)
+        return pass_on(made);
+    return std::optional<Journal>(std::move(*made));
+}
+
+// What is done, or why it is not: then the strokes stay.
+Result<void> end_journal(const TouchOptions& o, Result<void> done) {
+    const Result<Journal::Contents> kept = Journal::peek(journal_of(o));
+    const bool empty = kept && kept->entries.empty();
+    std::error_code ignored;
+    if (done ? !o.keep_journal : empty)
+        fs::remove(journal_of(o), ignored);
+    if (done || empty)
+        return done;
+    return fail(
+        "{}; the strokes that had ended are in {}, and `palpate edit SCENE --recover -o {}` "
+        "does them",
+        done.error().message, journal_of(o).string(), o.output);
+}
+
+Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::stop_token& stop) {
+    const std::string title =
+        fmt::format("{} touched with {} on {}", o.scene, o.algorithm, o.device);
+    Result<void> done = write_text(o.report, haptics::touch_csv(run.ticks, run.start_ns));
+    if (done && !o.page.empty())
+        done = write_text(o.page, haptics::touch_page(run.ticks, run.start_ns, title));
+    if (done && !o.record.empty())
+        done = haptics::save_device_log(o.record, run.records);
+    if (done && !o.output.empty())
+        done = save_volume(o.output, run.volume, stop);
+    return done;
+}
+
 Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (!o.output.empty())
         if (Result<void> named = expect_volume_name(o.output); !named)
@@ -221,50 +278,40 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (!feel)
         return pass_on(feel);
     warn_of_idle_options(app, o, feel->parameters.source);
-    const bool edits_labels = feel->edit && feel->edit->operation.on_labels();
-    if (!o.output.empty()) {
-        const Volume& written = edits_labels ? *feel->scene.labels : *feel->scene.grey;
-        if (Result<void> holds = expect_format_holds(o.output, written.grid()); !holds)
+    SessionSetup session = session_setup(*feel);
+    const Volume before = session.document.first();
+    if (!o.output.empty())
+        if (Result<void> holds = expect_format_holds(o.output, before.grid()); !holds)
             return holds;
-    }
-    const bool edits = feel->edit.has_value();
-    const Volume before = edits_labels ? *feel->scene.labels : *feel->scene.grey;
-    TouchRunSetup setup{.scene = std::move(feel->scene),
-                        .parameters = feel->parameters,
+    Result<std::optional<Journal>> journal = begin_journal(o, session.document);
+    if (!journal)
+        return pass_on(journal);
+    const bool journalled = journal->has_value();
+    if (journalled)
+        session.edit.journal.emplace(std::move(**journal));
+    Progress progress("touching");
+    Result<TouchRun> run =
+        run_touch_loop({.session = std::move(session),
+                        .edit = std::move(feel->edit),
                         .algorithm = *algorithm,
-                        .path = std::move(*path),
+                        .path = *path,
                         .device = o.device,
                         .hand = o.hand,
                         .rate_hz = o.rate_hz,
                         .scale = o.scale,
                         .delay_ticks = o.delay,
-                        .edit = std::move(feel->edit),
-                        .real_time = o.real_time};
-    Progress progress("touching");
-    Result<TouchRun> run =
-        run_touch_loop(setup, interrupt.token(), [&](double share) { progress.show(share); });
-    if (!run)
-        return pass_on(run);
-    const std::string title =
-        fmt::format("{} touched with {} on {}", o.scene, o.algorithm, o.device);
-    Result<void> done = write_text(o.report, haptics::touch_csv(run->ticks, run->start_ns));
-    if (done && !o.page.empty())
-        done = write_text(o.page, haptics::touch_page(run->ticks, run->start_ns, title));
-    if (done && !o.record.empty())
-        done = haptics::save_device_log(o.record, run->records);
-    if (done && !o.output.empty())
-        done = save_volume(o.output, edits_labels ? *run->scene.labels : *run->scene.grey,
-                           interrupt.token());
-    if (done) {
-        const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
-        warn_of_what_was_felt(summary, o);
-        if (edits)
-            warn_of_idle_edit(before, edits_labels ? *run->scene.labels : *run->scene.grey,
-                              setup.path);
-        if (o.report != "-")
-            done = say(summary, std::move(run->telemetry));
-    }
-    return done;
+                        .real_time = o.real_time},
+                       interrupt.token(), [&](double share) { progress.show(share); });
+    Result<void> done = run ? write_all(o, *run, interrupt.token()) : Result<void>(pass_on(run));
+    if (journalled)
+        done = end_journal(o, std::move(done));
+    if (!done)
+        return done;
+    const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
+    warn_of_what_was_felt(summary, o);
+    if (edits(o))
+        warn_of_idle_edit(before, run->volume, *path);
+    return o.report == "-" ? Result<void>() : say(summary, std::move(run->telemetry));
 }
 
 } // namespace
@@ -345,8 +392,11 @@ Command add_touch(CLI::App& app) {
         ->type_name("FILE");
     app.add_option("-o,--output", o->output,
                    "The volume as it is at the end, or its labels where --edit changes those "
-                   "(default: none)")
+                   "(default: none). While the tool edits, FILE.journal keeps its strokes")
         ->type_name("FILE");
+    app.add_flag("--journal", o->keep_journal,
+                 "Leave FILE.journal, from which `palpate edit SCENE --recover --undo N -o FILE` "
+                 "takes strokes back");
     return {[o, &app] { return run_touch(*o, app); }, [o] { return files_of(*o); }};
 }
 

@@ -105,9 +105,15 @@ Result<LabelTouch> read_label(const std::string& text) {
     return touch;
 }
 
-// JSON itself, or the file that holds it.
+// JSON itself, or the file that holds it, and what it says.
 template <class T>
-Result<T> read_json(const char* option, const std::string& text, T (*read)(const JsonValue&)) {
+struct Said {
+    Json json;
+    T value;
+};
+template <class T>
+Result<Said<T>> read_json(const char* option, const std::string& text,
+                          T (*read)(const JsonValue&)) {
     std::string content = text;
     const bool is_file = text.find('{') == std::string::npos;
     if (is_file) {
@@ -124,7 +130,7 @@ Result<T> read_json(const char* option, const std::string& text, T (*read)(const
     T value = read(JsonValue(*json, "", errors));
     if (errors.first)
         return tl::unexpected(*errors.first);
-    return value;
+    return Said<T>{std::move(*json), std::move(value)};
 }
 
 Result<Volume> load_component(const std::string& name, std::stop_token stop) {
@@ -148,8 +154,8 @@ Result<std::shared_ptr<const Mesh>> felt_mesh(const FeelOptions& o, const Feel& 
         haptics::touch_surface(labels ? *feel.scene.labels : *feel.scene.grey, feel.parameters));
 }
 
-Result<std::optional<TouchEdit>> read_edit(const FeelOptions& o, const Feel& feel) {
-    std::optional<TouchEdit> edit;
+Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& feel) {
+    std::optional<EditSetup> edit;
     if (o.edit.empty() && o.drill_mm == 0.0)
         return edit;
     edit.emplace();
@@ -157,20 +163,23 @@ Result<std::optional<TouchEdit>> read_edit(const FeelOptions& o, const Feel& fee
         edit->operation.kind = OperationKind::cut;
         edit->operation.to_value = double{feel.scene.grey->range().min};
         edit->tool.shape = make_ball(o.drill_mm);
+        edit->shape =
+            Json::object({{"kind", Json::of("ball")}, {"radius_mm", Json::of(o.drill_mm)}});
     } else {
-        Result<Operation> operation = read_json("--edit", o.edit, read_operation);
+        Result<Said<Operation>> operation = read_json("--edit", o.edit, read_operation);
         if (!operation)
             return pass_on(operation);
-        edit->operation = std::move(*operation);
+        edit->operation = std::move(operation->value);
         if (edit->operation.by_region())
             return fail("--edit: '{}' happens after the stroke and cannot be felt",
                         name_of(edit->operation.kind));
     }
     if (!o.tool.empty()) {
-        Result<Tool> tool = read_json("--tool", o.tool, read_tool);
+        Result<Said<Tool>> tool = read_json("--tool", o.tool, read_tool);
         if (!tool)
             return pass_on(tool);
-        edit->tool = std::move(*tool);
+        edit->shape = std::move(tool->json);
+        edit->tool = std::move(tool->value);
     }
     if (!edit->tool.shape)
         return fail("--edit: expected a --tool to do it with, found none");
@@ -199,7 +208,7 @@ void warn_of_absent_labels(const Feel& feel) {
 }
 
 // Vidholm & Agmund: while drawing the hand feels V, while it erases, erodes or dilates S.
-TouchSource source_of(const FeelOptions& o, const std::optional<TouchEdit>& edit) {
+TouchSource source_of(const FeelOptions& o, const std::optional<EditSetup>& edit) {
     if (!o.source.empty())
         return o.source == "labels" ? TouchSource::labels : TouchSource::grey;
     const bool changes_labels =
@@ -279,7 +288,7 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     const ScalarType type = loaded.data.volume.type();
     if (!feel.scene.labels && (type == ScalarType::u8 || type == ScalarType::u16))
         feel.scene.labels = loaded.data.volume; // SCENE may itself be a label map
-    Result<std::optional<TouchEdit>> edit = read_edit(o, feel);
+    Result<std::optional<EditSetup>> edit = read_edit(o, feel);
     if (!edit)
         return pass_on(edit);
     feel.edit = std::move(*edit);
@@ -338,11 +347,11 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         feel.scene.field[axis] = std::move(*component);
     }
     if (name == "swept-tool" && !o.felt_tool.empty()) {
-        Result<Tool> tool = read_json("--felt-tool", o.felt_tool, read_tool);
+        Result<Said<Tool>> tool = read_json("--felt-tool", o.felt_tool, read_tool);
         if (!tool)
             return pass_on(tool);
         feel.scene.tool = std::make_shared<const haptics::ToolPoints>(
-            haptics::sample_tool(*tool->shape, feel.parameters.tool_samples));
+            haptics::sample_tool(*tool->value.shape, feel.parameters.tool_samples));
     }
     if (name == "swept-mesh") {
         if (feel.edit)
@@ -356,6 +365,32 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
             haptics::make_touch_mesh(*mesh, 0.5 * std::cbrt(spacing.x * spacing.y * spacing.z));
     }
     return feel;
+}
+
+SessionSetup session_setup(Feel& feel) {
+    const Volume& grey = *feel.scene.grey;
+    const bool on_labels = feel.edit && feel.edit->operation.on_labels();
+    // Where SCENE itself is the label map, there is one volume.
+    const bool is_one = feel.scene.labels && feel.scene.labels->is_same_as(grey);
+    std::string grey_name = "volume", labels_name = feel.scene.labels ? "volume" : "";
+    Document document(on_labels ? *feel.scene.labels : grey,
+                      on_labels ? VolumeKind::labels : VolumeKind::grey);
+    if (on_labels && !is_one) {
+        grey_name = "guide";
+        document = with_volume(document, {grey_name, VolumeKind::grey, grey});
+    } else if (feel.scene.labels && !is_one) {
+        labels_name = "labels";
+        document = with_volume(document, {labels_name, VolumeKind::labels, *feel.scene.labels});
+    }
+    if (feel.edit) {
+        feel.edit->on = "volume";
+        feel.edit->guide = on_labels ? grey_name : "";
+    }
+    return {.document = std::move(document),
+            .grey = grey_name,
+            .labels = labels_name,
+            .touch = feel.scene,
+            .parameters = feel.parameters};
 }
 
 } // namespace palpate

@@ -7,9 +7,8 @@
 #include <vector>
 
 #include "apps/palpate/named_files.h"
-#include "engine/edit/operation.h"
-#include "engine/edit/sweep.h"
 #include "engine/io/scene_data.h"
+#include "engine/session/session.h"
 #include "haptics/proxy/algorithm.h"
 
 namespace palpate {
@@ -26,16 +25,10 @@ void add_feel_options(CLI::App& app, FeelOptions& options);
 // The files they name, for each_its_own().
 void append_files(const FeelOptions& options, std::vector<NamedFile>& files);
 
-// What a tool does to the volume or to its labels while button 0 is pressed.
-struct TouchEdit {
-    Tool tool;
-    Operation operation;
-};
-
 struct Feel {
     haptics::TouchScene scene;
     haptics::TouchParameters parameters; // completed
-    std::optional<TouchEdit> edit;
+    std::optional<EditSetup> edit;       // what the tool does while button 0 is pressed
 };
 
 // Makes all of it from what was loaded. `parameters` are those that need no more; `algorithm` says
@@ -43,5 +36,9 @@ struct Feel {
 Result<Feel> make_feel(const FeelOptions& options, const LoadedScene& loaded,
                        haptics::TouchParameters parameters,
                        const haptics::AlgorithmEntry& algorithm, std::stop_token stop);
+
+// A session on what is felt. Its first volume, "volume", is the one that is edited, and the setup
+// of the edit says so; without an edit it is the grey one.
+SessionSetup session_setup(Feel& feel);
 
 } // namespace palpate

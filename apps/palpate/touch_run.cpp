@@ -1,26 +1,20 @@
 #include "apps/palpate/touch_run.h"
 
-#include <malloc.h>
-
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <memory>
-#include <optional>
 #include <thread>
 
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
-#include "engine/edit/stroke_run.h"
-#include "haptics/servo/brick_lock.h"
-#include "haptics/servo/servo_thread.h"
 
 namespace palpate {
 
 namespace {
 
 using namespace haptics;
-using haptics::ToolPose;
 
 constexpr double kLead_s = 2.1; // the soft start and a little
 
@@ -57,52 +51,6 @@ Workspace workspace_for(const HandPath& path, const DeviceCapabilities& device, 
     return Workspace(0.5 * (low + high), scale);
 }
 
-// Does what the edit says where the tool passes while button 0 is pressed: one stroke a press, so
-// that operations which read S' take the snapshot of that moment. The tool is where it is held out
-// of the material; the hand may be far inside.
-class Carver {
- public:
-    Carver(Mailbox<TouchScene>& scenes, TouchEdit edit) : scenes_(scenes), edit_(std::move(edit)) {}
-    Result<void> follow(const ToolStamp& stamp) {
-        if (!(stamp.buttons & 1)) {
-            stroke_.reset();
-            return {};
-        }
-        const TouchScene& scene = scenes_.latest();
-        const bool on_labels = edit_.operation.on_labels();
-        const Volume& before = on_labels ? *scene.labels : *scene.grey;
-        if (!stroke_) {
-            auto begun = StrokeRun::start(before, edit_.tool, edit_.operation,
-                                          on_labels ? scene.grey : std::nullopt);
-            if (!begun)
-                return pass_on(begun);
-            stroke_ = std::move(*begun);
-        }
-        const palpate::ToolPose pose{static_cast<double>(stamp.time_ns) * 1e-9,
-                                     stamp.proxy.position_mm, stamp.tool.rotation};
-        stroke_->add(std::span(&pose, 1));
-        stroke_->work();
-        const Volume now = stroke_->publish();
-        if (!now.is_same_as(before)) {
-            TouchScene next = scene;
-            // Where SCENE itself is the label map, there is one volume.
-            const bool is_one = scene.labels && scene.labels->is_same_as(*scene.grey);
-            if (on_labels || is_one)
-                next.labels = now;
-            if (!on_labels || is_one)
-                next.grey = now;
-            next.version = now.version();
-            scenes_.publish(std::make_unique<const TouchScene>(std::move(next)));
-        }
-        return {};
-    }
-
- private:
-    Mailbox<TouchScene>& scenes_;
-    TouchEdit edit_;
-    std::unique_ptr<StrokeRun> stroke_;
-};
-
 std::unique_ptr<HapticDevice> make_device(const TouchRunSetup& setup, const DevicePreset& preset,
                                           const HandPath& path, const Workspace& workspace,
                                           int64_t start_ns) {
@@ -113,57 +61,66 @@ std::unique_ptr<HapticDevice> make_device(const TouchRunSetup& setup, const Devi
     return std::make_unique<SimulatedDevice>(preset, setup.hand, path, workspace, start_ns);
 }
 
-// Ticks on the wall clock until `count` are done; the calling thread edits meanwhile.
-Result<void> run_real_time(Servo& servo, const TouchRunSetup& setup, TouchRun& run, size_t count,
-                           Algorithm& algorithm, Ring<ToolStamp>& poses, Carver* carver,
-                           Mailbox<TouchScene>& scenes, const std::stop_token& stop,
-                           const std::function<void(double)>& progress) {
-    run.ticks.resize(count);
+// Ticks on the wall clock until `count` are done.
+Result<void> run_by_clock(Session& session, SessionDevice device, std::vector<ServoTick>& ticks,
+                          size_t count, const std::stop_token& stop,
+                          const std::function<void(double)>& progress) {
+    ticks.resize(count);
     std::atomic<size_t> done = 0;
-    ServoThreadOptions options;
-    void* const state = dynamic_cast<void*>(&algorithm);
-    options.memory = {std::span(static_cast<const std::byte*>(state), malloc_usable_size(state)),
-                      std::as_bytes(std::span(poses.storage())),
-                      std::as_bytes(std::span(run.ticks))};
-    options.after = [&](const ServoTick& tick) {
+    device.memory = {std::as_bytes(std::span(ticks))};
+    device.after = [&](const ServoTick& tick) {
         const size_t at = done.load(std::memory_order_relaxed);
-        run.ticks[at] = tick;
+        ticks[at] = tick;
         done.store(at + 1, std::memory_order_release);
         return at + 1 < count;
     };
-    BrickLock bricks;
-    const auto felt = [&]() -> const Volume& {
-        const TouchScene& scene = scenes.latest();
-        return setup.parameters.source == TouchSource::labels ? *scene.labels : *scene.grey;
-    };
-    ServoThread thread(servo, std::move(options));
+    if (Result<void> started = session.start(std::move(device)); !started)
+        return started;
+    const ServoThread& thread = *session.servo_thread();
     log::info("servo: {}{}{}", thread.state().policy,
               thread.state().locked ? ", locked in memory" : "",
               thread.state().why.empty() ? "" : "; " + thread.state().why);
-    while (!thread.ended() && !stop.stop_requested()) {
-        bool any = false;
-        for (ToolStamp stamp; poses.pop(stamp); any = true) {
-            if (carver)
-                if (Result<void> cut = carver->follow(stamp); !cut)
-                    return cut;
-            if (stamp.time_ns / 1'000'000 % 20 == 0)
-                bricks.update(felt(), stamp.tool.position_mm,
-                              5.0 + setup.parameters.tool_radius_mm);
-        }
+    std::string refusal;
+    while (!thread.ended() && !stop.stop_requested() && refusal.empty()) {
         progress(static_cast<double>(done) / static_cast<double>(count));
-        if (!any)
-            std::this_thread::sleep_for(std::chrono::microseconds(200));
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        refusal = session.take_refusal();
     }
-    thread.stop();
-    run.ticks.resize(done);
+    session.stop();
+    ticks.resize(done);
     log::info("page faults in ticks: {}, involuntary switches: {}", thread.use().page_faults,
               thread.use().involuntary_switches);
+    if (!refusal.empty())
+        return fail("{}", refusal);
+    return {};
+}
+
+// The same on a virtual clock, as fast as it goes.
+Result<void> run_by_ticks(Session& session, const SessionDevice& device, TouchRun& run,
+                          RecordingDevice& recorder, size_t count, int64_t period_ns,
+                          const std::stop_token& stop,
+                          const std::function<void(double)>& progress) {
+    if (Result<void> started = session.start(device); !started)
+        return started;
+    run.ticks.reserve(count);
+    for (size_t i = 0; i < count; ++i) {
+        const int64_t now_ns = static_cast<int64_t>(i) * period_ns;
+        run.ticks.push_back(session.tick(now_ns, now_ns));
+        recorder.drain(run.records);
+        if (const std::string refusal = session.take_refusal(); !refusal.empty())
+            return fail("{}", refusal);
+        if (i % 256 == 0)
+            progress(static_cast<double>(i) / static_cast<double>(count));
+        if (stop.stop_requested())
+            return fail("interrupted after {} of {} ticks", i, count);
+    }
+    session.stop();
     return {};
 }
 
 } // namespace
 
-Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop,
+Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
                                 const std::function<void(double share)>& progress) {
     const DevicePreset* found =
         find_device_preset(setup.device == "exact" ? "ideal" : setup.device);
@@ -185,52 +142,34 @@ Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop
             "a path of {:g} s at {:g} Hz: expected one that fits into memory, found {:.3g} GiB",
             path.end_s() - kLead_s, setup.rate_hz, needed * 0x1p-30);
     const auto count = static_cast<size_t>(path.end_s() * setup.rate_hz) + 1;
-    TouchRun run;
     const int64_t begin_ns = setup.real_time ? monotonic_ns() + period_ns : 0;
-    run.start_ns = begin_ns + std::llround(kLead_s * 1e9);
-    Mailbox<TouchScene> scenes(std::make_unique<const TouchScene>(setup.scene));
-    Mailbox<TouchParameters> parameters(std::make_unique<const TouchParameters>(setup.parameters));
-    Ring<ToolStamp> poses(1 << 15);
-    const std::unique_ptr<Algorithm> algorithm = setup.algorithm.make();
     const std::unique_ptr<HapticDevice> device =
         make_device(setup, preset, path, workspace, begin_ns);
     RecordingDevice recorder(*device, setup.real_time ? count + 16 : 16);
-    Servo::Options options{.rate_hz = setup.rate_hz};
-    auto servo = std::make_unique<Servo>(
-        Servo::Parts{recorder, *algorithm, scenes, parameters, &poses}, workspace, options);
-    servo->arm();
-    std::optional<Carver> carver;
+    setup.session.edit.threaded = setup.real_time;
+    TouchRun run{.volume = setup.session.document.first()};
+    run.start_ns = begin_ns + std::llround(kLead_s * 1e9);
+    Session session(std::move(setup.session));
     if (setup.edit)
-        carver.emplace(scenes, *setup.edit);
-
-    if (setup.real_time) {
-        Result<void> done = run_real_time(*servo, setup, run, count, *algorithm, poses,
-                                          carver ? &*carver : nullptr, scenes, stop, progress);
-        if (!done)
-            return pass_on(done);
-    } else {
-        run.ticks.reserve(count);
-        for (size_t i = 0; i < count; ++i) {
-            const int64_t now_ns = static_cast<int64_t>(i) * period_ns;
-            run.ticks.push_back(servo->tick(now_ns, now_ns));
-            recorder.drain(run.records);
-            for (ToolStamp stamp; poses.pop(stamp);)
-                if (carver)
-                    if (Result<void> cut = carver->follow(stamp); !cut)
-                        return pass_on(cut);
-            if (i % 256 == 0)
-                progress(static_cast<double>(i) / static_cast<double>(count));
-            if (stop.stop_requested())
-                return fail("interrupted after {} of {} ticks", i, count);
-        }
-    }
+        session.use(*setup.edit);
+    const SessionDevice touched{
+        recorder, setup.algorithm, workspace, Servo::Options{.rate_hz = setup.rate_hz}, {}, {}};
+    Result<void> done =
+        setup.real_time
+            ? run_by_clock(session, touched, run.ticks, count, stop, progress)
+            : run_by_ticks(session, touched, run, recorder, count, period_ns, stop, progress);
+    if (!done)
+        return pass_on(done);
+    session.settle(); // a stroke under way ends with the path
+    if (const std::string refusal = session.take_refusal(); !refusal.empty())
+        return fail("{}", refusal);
     recorder.drain(run.records);
-    if (servo->safety().mode() == SoftStart::Mode::waiting)
+    if (session.servo()->safety().mode() == SoftStart::Mode::waiting)
         log::warning(
             "force never began: the path's first pose is in contact, or the device was "
             "not ready");
-    run.scene = scenes.latest();
-    run.telemetry = telemetry_json(servo->telemetry());
+    run.volume = session.state().document.first();
+    run.telemetry = telemetry_json(session.servo()->telemetry());
     return run;
 }
 

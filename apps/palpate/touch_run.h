@@ -6,19 +6,18 @@
 #include <string>
 #include <vector>
 
-#include "apps/palpate/touch_feel.h"
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/session/session.h"
 #include "haptics/device/recorded.h"
 #include "haptics/device/simulated.h"
-#include "haptics/servo/servo.h"
 
 namespace palpate {
 
 // What `palpate touch` runs.
 struct TouchRunSetup {
-    haptics::TouchScene scene;
-    haptics::TouchParameters parameters;
+    SessionSetup session;
+    std::optional<EditSetup> edit; // while button 0 is pressed
     const haptics::AlgorithmEntry& algorithm;
     haptics::HandPath path;
     std::string device; // a preset, or "exact"
@@ -26,7 +25,6 @@ struct TouchRunSetup {
     double rate_hz = 1000.0;
     double scale = 0.0; // 0: what the path needs
     uint32_t delay_ticks = 0;
-    std::optional<TouchEdit> edit;
     bool real_time = false;
 };
 
@@ -34,13 +32,13 @@ struct TouchRun {
     std::vector<haptics::ServoTick> ticks;
     int64_t start_ns = 0; // of the path; before it force fades in
     std::vector<haptics::DeviceRecord> records;
-    haptics::TouchScene scene; // as it is at the end
-    Json telemetry;            // haptics/servo/telemetry.h
+    Volume volume;  // the first of the document, as it is at the end
+    Json telemetry; // haptics/servo/telemetry.h
 };
 
 // The hand rests at the path's first pose until force has faded in, then follows the path. On a
 // virtual clock everything is a function of the setup, bit for bit, processor times apart.
-Result<TouchRun> run_touch_loop(const TouchRunSetup& setup, std::stop_token stop,
+Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
                                 const std::function<void(double share)>& progress);
 
 } // namespace palpate

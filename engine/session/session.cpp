@@ -1,0 +1,295 @@
+#include "engine/session/session.h"
+
+#include <malloc.h>
+
+#include <chrono>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/assert.h"
+#include "engine/base/profile.h"
+#include "engine/surface/marching_cubes.h"
+
+namespace palpate {
+
+namespace {
+
+using namespace haptics;
+
+constexpr std::chrono::microseconds kNap(200); // while nothing is to be done
+constexpr int64_t kLockEvery_ms = 20;          // how often bricks round the tool are locked
+constexpr double kLockReach_mm = 5.0;          // beyond the tool
+
+std::optional<Volume> volume_of(const Document& document, const std::string& name) {
+    const Volume* found = name.empty() ? nullptr : document.find(name);
+    return found ? std::optional(*found) : std::nullopt;
+}
+
+bool same(const std::optional<Volume>& a, const std::optional<Volume>& b) {
+    return a.has_value() == b.has_value() && (!a || a->is_same_as(*b));
+}
+
+TouchScene felt_scene(TouchScene beside, const Document& document, const std::string& grey,
+                      const std::string& labels, uint64_t snapshot) {
+    beside.grey = volume_of(document, grey);
+    beside.labels = volume_of(document, labels);
+    beside.version = snapshot;
+    return beside;
+}
+
+} // namespace
+
+Session::Session(SessionSetup setup)
+    : grey_(std::move(setup.grey)),
+      labels_(std::move(setup.labels)),
+      threaded_(setup.edit.threaded),
+      editor_(setup.document, std::move(setup.edit)),
+      scenes_(std::make_unique<const Scene>(std::move(setup.scene))),
+      felt_(std::make_unique<const TouchScene>(
+          felt_scene(std::move(setup.touch), setup.document, grey_, labels_, 0))),
+      parameters_(std::make_unique<const TouchParameters>(setup.parameters)),
+      interface_states_(editor_.add_reader()),
+      bridge_states_(editor_.add_reader()),
+      mesher_states_(editor_.add_reader()),
+      interface_felt_(felt_.add_reader()),
+      bridge_parameters_(parameters_.add_reader()),
+      mesh_iso_(setup.mesh_iso.value_or(NAN)) {
+    if (!threaded_)
+        return;
+    bridge_thread_ = std::jthread([this](const std::stop_token& stop) { bridge(stop); });
+    if (setup.mesh_iso)
+        mesher_thread_ = std::jthread([this](const std::stop_token& stop) { mesh_on(stop); });
+}
+
+Session::~Session() {
+    stop();
+    for (std::jthread* thread : {&bridge_thread_, &mesher_thread_})
+        if (thread->joinable()) {
+            thread->request_stop();
+            thread->join();
+        }
+}
+
+bool Session::use(EditSetup setup) {
+    if (!editor_.use(std::move(setup)))
+        return false;
+    carves_.store(true, std::memory_order_release);
+    return true;
+}
+
+void Session::feel(const TouchParameters& parameters) {
+    parameters_.publish(std::make_unique<const TouchParameters>(parameters));
+}
+
+void Session::show(Scene scene) {
+    scenes_.publish(std::make_unique<const Scene>(std::move(scene)));
+}
+
+void Session::set_iso(double value) {
+    TouchParameters parameters = parameters_.latest();
+    parameters.iso = value;
+    feel(parameters);
+    Scene scene = scenes_.latest();
+    if (scene.ray_cast && !scene.ray_cast->isos.empty()) {
+        scene.ray_cast->isos.front().value = value;
+        show(std::move(scene));
+    }
+    if (!std::isnan(mesh_iso_.load()))
+        mesh_iso_.store(static_cast<float>(value));
+}
+
+Result<void> Session::start(SessionDevice device) {
+    if (running_)
+        return fail("expected no device that is running, found one: stop it first");
+    servo_thread_.reset();
+    servo_.reset();
+    running_ = true;
+    algorithm_ = device.algorithm.make();
+    button_ = device.servo.remove_button;
+    servo_ = std::make_unique<Servo>(Servo::Parts{device.device, *algorithm_, felt_, parameters_,
+                                                  threaded_ ? &stamps_ : nullptr},
+                                     device.workspace, device.servo);
+    servo_->arm();
+    if (!threaded_)
+        return {};
+    ServoThreadOptions options;
+    void* const state = dynamic_cast<void*>(algorithm_.get());
+    options.memory = std::move(device.memory);
+    options.memory.push_back({static_cast<const std::byte*>(state), malloc_usable_size(state)});
+    options.memory.push_back(std::as_bytes(std::span(stamps_.storage())));
+    options.after = [this, after = std::move(device.after)](const ServoTick& tick) {
+        follow(tick);
+        return !after || after(tick);
+    };
+    servo_thread_ = std::make_unique<ServoThread>(*servo_, std::move(options));
+    return {};
+}
+
+void Session::stop() {
+    if (!std::exchange(running_, false))
+        return;
+    if (servo_thread_)
+        servo_thread_->stop();
+    else
+        servo_->release();
+    // From here on this thread is the one that pushes.
+    while (down_) {
+        const uint64_t number = pushed_ + 1;
+        if (editor_.push({EditInput::Kind::up, last_pose_, number, profile::now_ns()})) {
+            pushed_ = number;
+            down_ = false;
+        } else if (threaded_) {
+            std::this_thread::sleep_for(kNap);
+        } else {
+            editor_.settle();
+        }
+    }
+}
+
+ServoTick Session::tick(int64_t now_ns, int64_t due_ns) {
+    PALPATE_ASSERT(!threaded_ && running_);
+    const ServoTick tick = servo_->tick(now_ns, due_ns);
+    follow(tick);
+    editor_.settle();
+    publish_felt();
+    return tick;
+}
+
+void Session::settle() {
+    if (!threaded_) {
+        editor_.settle();
+        publish_felt();
+        return;
+    }
+    const uint64_t inputs = pushed_, commands = editor_.commands_given();
+    const auto is_done = [&] {
+        const auto pin = interface_states_.pin();
+        return pin->inputs_done >= inputs && pin->commands_done >= commands &&
+               bridged_ >= pin->snapshot;
+    };
+    while (!is_done())
+        std::this_thread::sleep_for(kNap);
+}
+
+EditState Session::state() {
+    return *interface_states_.pin();
+}
+
+TouchScene Session::felt() {
+    return *interface_felt_.pin();
+}
+
+std::string Session::take_refusal() {
+    const std::scoped_lock held(refusal_mutex_);
+    return std::exchange(refusal_, {});
+}
+
+Mesh Session::mesh() {
+    if (!threaded_)
+        while (update_mesh()) {
+        }
+    const std::scoped_lock held(mesh_mutex_);
+    return surface_ ? surface_->mesh() : Mesh();
+}
+
+Session::Eye::Eye(Session& session)
+    : session_(&session),
+      states_(session.editor_.add_reader()),
+      scenes_(session.scenes_.add_reader()) {}
+
+Session::Eye::Sight Session::Eye::look() {
+    EditState state = *states_.pin(); // a picture takes long: nothing stays pinned meanwhile
+    std::optional<Volume> grey = volume_of(state.document, session_->grey_);
+    SceneData data{
+        grey ? *grey : state.document.first(), volume_of(state.document, session_->labels_), {}};
+    return {*scenes_.pin(), std::move(data), std::move(state)};
+}
+
+void Session::follow(const ServoTick& tick) noexcept {
+    lag_.feels(tick.scene_version);
+    const bool pressed = tick.usable && (tick.buttons >> button_ & 1);
+    if (!tick.usable || !carves_.load(std::memory_order_acquire) || (!pressed && !down_))
+        return;
+    const auto kind = !down_    ? EditInput::Kind::down
+                      : pressed ? EditInput::Kind::move
+                                : EditInput::Kind::up;
+    // The tool is where it is held out of the material; the hand may be far inside.
+    const palpate::ToolPose pose =
+        pressed ? palpate::ToolPose{1e-9 * static_cast<double>(tick.now_ns),
+                                    tick.touched.proxy.position_mm, tick.tool.rotation}
+                : last_pose_;
+    const uint64_t number = pushed_.load(std::memory_order_relaxed) + 1;
+    if (!editor_.push({kind, pose, number, profile::now_ns()}))
+        return; // full: tried again with the next tick's pose, and the sweep leaves no gap
+    pushed_.store(number, std::memory_order_release);
+    down_ = pressed;
+    last_pose_ = pose;
+}
+
+// False: nothing new.
+bool Session::publish_felt() {
+    const auto pin = bridge_states_.pin();
+    if (pin->snapshot == bridged_)
+        return false;
+    if (pin->refusals != std::exchange(refusals_seen_, pin->refusals)) {
+        const std::scoped_lock held(refusal_mutex_);
+        if (refusal_.empty())
+            refusal_ = pin->refusal;
+    }
+    const TouchScene& now = felt_.latest();
+    TouchScene next = felt_scene(now, pin->document, grey_, labels_, pin->snapshot);
+    if (!same(now.grey, next.grey) || !same(now.labels, next.labels))
+        felt_.publish(std::make_unique<const TouchScene>(std::move(next)));
+    bridged_ = pin->snapshot;
+    return true;
+}
+
+void Session::bridge(const std::stop_token& stop) {
+    profile::name_thread("bridge");
+    while (!stop.stop_requested()) {
+        bool any = publish_felt();
+        for (ToolStamp stamp; stamps_.pop(stamp); any = true) {
+            if (stamp.time_ns / 1'000'000 % kLockEvery_ms != 0)
+                continue;
+            const TouchScene& felt = felt_.latest();
+            const TouchParameters parameters = *bridge_parameters_.pin();
+            const std::optional<Volume>& volume =
+                parameters.source == TouchSource::labels ? felt.labels : felt.grey;
+            if (volume)
+                bricks_.update(*volume, stamp.tool.position_mm,
+                               kLockReach_mm + parameters.tool_radius_mm);
+        }
+        if (!any)
+            std::this_thread::sleep_for(kNap);
+    }
+}
+
+// False: nothing new.
+bool Session::update_mesh() {
+    const float iso = mesh_iso_.load();
+    const EditState state = *mesher_states_.pin();
+    const std::optional<Volume> volume = volume_of(state.document, grey_);
+    const std::scoped_lock held(mesh_mutex_);
+    const bool is_new =
+        volume && !(surface_ && surface_->iso() == iso && surface_->volume().is_same_as(*volume));
+    if (std::isnan(iso) || !is_new)
+        return false;
+    const bool goes_on = surface_ && surface_->iso() == iso &&
+                         surface_->volume().grid() == volume->grid() &&
+                         surface_->volume().type() == volume->type();
+    if (goes_on)
+        surface_->update(*volume);
+    else
+        surface_.emplace(*volume, iso);
+    lag_.reached(EditLag::Reader::mesh, state, profile::now_ns());
+    return true;
+}
+
+void Session::mesh_on(const std::stop_token& stop) {
+    profile::name_thread("mesher");
+    while (!stop.stop_requested())
+        if (!update_mesh())
+            std::this_thread::sleep_for(kNap);
+}
+
+} // namespace palpate

@@ -1,0 +1,181 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/edit/edit_lag.h"
+#include "engine/edit/editor.h"
+#include "engine/scene/scene.h"
+#include "engine/surface/block_surface.h"
+#include "haptics/servo/brick_lock.h"
+#include "haptics/servo/servo_thread.h"
+
+namespace palpate {
+
+// What a session begins with.
+struct SessionSetup {
+    Document document;
+    std::string grey, labels;  // names of the volumes that are seen and felt; empty: none
+    Scene scene;               // how they are seen
+    haptics::TouchScene touch; // what is felt beside them: a field, a mesh, a tool
+    haptics::TouchParameters parameters;
+    std::optional<float> mesh_iso; // of the grey volume's surface, kept up to date; none: none
+    EditorOptions edit;            // threaded: whether the session has threads at all
+};
+
+// A device to touch with, and how.
+struct SessionDevice {
+    haptics::HapticDevice& device; // outlives its use
+    const haptics::AlgorithmEntry& algorithm;
+    haptics::Workspace workspace;
+    haptics::Servo::Options servo; // its remove_button is what carves
+    // Threaded: memory that `after` uses, and what is done after each tick on the servo's thread
+    // and under its rules; the ticks end where it says no. May be empty.
+    std::vector<std::span<const std::byte>> memory;
+    std::function<bool(const haptics::ServoTick&)> after;
+};
+
+// One person's work: a document that is seen, touched and carved at once.
+//
+//     servo --poses--> editor --states--> what is felt, the mesh, pictures
+//
+// While the device's remove button is pressed the tool follows the proxy and carves: one stroke a
+// press, so that operations that read the volume at tool-down take that of the press. The servo
+// feels each change of the document as soon as it is published; the mesh follows it on a thread of
+// its own; pictures take the newest state when they begin. Nobody waits for anybody. What each is
+// behind the hand, lag() says.
+//
+// With threads (SessionSetup::edit.threaded) the servo ticks by the clock. Without them nothing
+// happens but in tick() and settle(), and all that comes out is a function of what goes in, bit for
+// bit, processor times apart.
+//
+// All members are for one thread, the interface's, but where another is named.
+class Session {
+ public:
+    explicit Session(SessionSetup setup);
+    ~Session(); // stops the device; what was pushed and commanded and is not done, is dropped
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    // Commands. Those of the document take their turn between strokes; false: too many at once.
+    bool use(EditSetup setup); // the tool, what it does, to which volume
+    bool undo() { return editor_.undo(); }
+    bool redo() { return editor_.redo(); }
+    bool put(NamedVolume volume, std::string title, Json parameters = Json::object()) {
+        return editor_.put(std::move(volume), std::move(title), std::move(parameters));
+    }
+    bool remove(std::string volume) { return editor_.remove(std::move(volume)); }
+    std::future<Document> change_journal(Journal journal) {
+        return editor_.change_journal(std::move(journal));
+    }
+
+    // Takes effect with the next tick; amounts (stiffness, friction, iso, radius) move to it in
+    // steps that a hand does not feel.
+    void feel(const haptics::TouchParameters& parameters);
+    const haptics::TouchParameters& parameters() const { return parameters_.latest(); }
+    // With the next picture: transfer functions, styles, camera.
+    void show(Scene scene);
+    const Scene& scene() const { return scenes_.latest(); }
+    // The iso-value of all of it: what is solid to the hand, the mesh, and the first one seen.
+    void set_iso(double value);
+
+    // One device at a time. Force begins by a soft start.
+    Result<void> start(SessionDevice device);
+    void stop(); // ends a stroke under way; no force is sent from now on
+    // Of the device that was started last, also when it has stopped; null before the first. The
+    // thread is null without threads.
+    const haptics::Servo* servo() const { return servo_.get(); }
+    const haptics::ServoThread* servo_thread() const { return servo_thread_.get(); }
+
+    // Without threads: one tick, what it carves, and what the next one will feel of it.
+    haptics::ServoTick tick(int64_t now_ns, int64_t due_ns);
+    // Waits until all that was pushed and commanded before is done, and can be felt.
+    void settle();
+
+    EditState state(); // the newest
+    // The first refusal (EditState::refusal) there was since the last call; empty: none.
+    std::string take_refusal();
+    haptics::TouchScene felt(); // the newest
+    EditLag& lag() { return lag_; }
+
+    // The mesh of the newest state that the mesher has got to; without threads, of the newest.
+    // Empty without mesh_iso. Any thread.
+    Mesh mesh();
+
+    // For one drawing thread each.
+    class Eye {
+     public:
+        // What a picture shows: it shares all samples.
+        struct Sight {
+            Scene scene;
+            SceneData data;
+            EditState state;
+        };
+        Sight look();
+        // When what look() gave had got to the device, and when its picture was done.
+        void reached(EditLag::Reader reader, const Sight& sight, int64_t at_ns) {
+            session_->lag_.reached(reader, sight.state, at_ns);
+        }
+
+     private:
+        friend class Session;
+        explicit Eye(Session& session);
+        Session* session_;
+        Mailbox<EditState>::Reader states_;
+        Mailbox<Scene>::Reader scenes_;
+    };
+    Eye add_eye() { return Eye(*this); }
+
+ private:
+    void follow(const haptics::ServoTick& tick) noexcept; // the servo's thread
+    bool publish_felt();                                  // the bridge's
+    void bridge(const std::stop_token& stop);
+    bool update_mesh(); // the mesher's
+    void mesh_on(const std::stop_token& stop);
+
+    const std::string grey_, labels_;
+    const bool threaded_;
+    Editor editor_;
+    EditLag lag_;
+    Mailbox<Scene> scenes_;
+    Mailbox<haptics::TouchScene> felt_;
+    Mailbox<haptics::TouchParameters> parameters_;
+    Editor::Readers::Reader interface_states_, bridge_states_, mesher_states_;
+    Mailbox<haptics::TouchScene>::Reader interface_felt_;
+    Mailbox<haptics::TouchParameters>::Reader bridge_parameters_;
+
+    // The device.
+    Ring<haptics::ToolStamp> stamps_{1 << 15}; // for the bridge, which locks bricks by them
+    std::unique_ptr<haptics::Algorithm> algorithm_;
+    std::unique_ptr<haptics::Servo> servo_;
+    std::unique_ptr<haptics::ServoThread> servo_thread_;
+    std::atomic<bool> carves_{false}; // there is a tool
+    // The servo's thread's own, while there is one.
+    uint32_t button_ = 0;
+    bool down_ = false;
+    ToolPose last_pose_;
+    std::atomic<uint64_t> pushed_{0}; // for settle()
+    bool running_ = false;            // a device; the interface's
+
+    // The bridge's own.
+    std::atomic<uint64_t> bridged_{0};
+    uint64_t refusals_seen_ = 0;
+    haptics::BrickLock bricks_;
+    std::mutex refusal_mutex_;
+    std::string refusal_;
+
+    std::mutex mesh_mutex_; // of what follows
+    std::optional<BlockSurface> surface_;
+    std::atomic<float> mesh_iso_;
+
+    std::jthread bridge_thread_, mesher_thread_; // last: end before the rest goes
+};
+
+} // namespace palpate
