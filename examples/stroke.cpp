@@ -40,10 +40,11 @@ Result<void> run() {
 
     History history;
     history.record(before, *after);
-    const Result<std::optional<Volume>> undone = history.undo(*after);
+    const Result<std::optional<Document>> undone = history.undo(*after);
     if (!undone)
         return fail("{}", undone.error().message);
-    std::printf("bricks changed after undo: %zu\n", changed_bricks(before, **undone).size());
+    std::printf("bricks changed after undo: %zu\n",
+                changed_bricks(before, (*undone)->first()).size());
     return {};
 }
 
