@@ -110,8 +110,10 @@ EdgeCollapse::Verdict EdgeCollapse::judge(uint32_t a, uint32_t b) {
     double error = error_of_attached();
     if (error == kInfinite)
         return {Refusal::topology}; // nothing of a patch would be left here
-    if (error <= level_)
+    if (error <= level_) {
+        gather_originals();
         error = error_of_new();
+    }
     if (error <= level_)
         error = error_of_original();
     return {error <= level_ ? Refusal::none : Refusal::distance, error};

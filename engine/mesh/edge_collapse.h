@@ -120,7 +120,10 @@ class EdgeCollapse {
     double error_of_attached();
     double error_of_new();
     double error_of_original();
+    void gather_originals();
     void gather_candidates();
+    static Found nearest_of(const std::vector<Candidate>& candidates, glm::dvec3 point,
+                            uint32_t patch, Found found);
     bool is_dying(uint32_t n) const;
     Corners original(uint32_t n) const;
     Corners current(uint32_t n) const; // as if the edge had collapsed
@@ -160,10 +163,11 @@ class EdgeCollapse {
     std::vector<uint32_t> taker_;                      // the same, by witness
     std::vector<uint32_t> slot_;                       // of a triangle in changed_
     NearProof proof_;
-    std::vector<uint32_t> looked_at_; // the judgement in which an original triangle was
-    std::vector<uint32_t> seen_;      // the judgement in which a triangle became a candidate
-    std::vector<uint32_t> hint_;      // a triangle that an original one was near
-    std::vector<Candidate> candidates_;
+    std::vector<uint32_t> looked_at_;   // the judgement in which an original triangle was
+    std::vector<uint32_t> seen_;        // the judgement in which a triangle became a candidate
+    std::vector<uint32_t> hint_;        // a triangle that an original one was near
+    std::vector<Candidate> originals_;  // near the edge
+    std::vector<Candidate> candidates_; // triangles near it, as if it had collapsed
     uint32_t judgement_ = 0;
     std::vector<uint32_t> mark_;
     uint32_t mark_now_ = 0;

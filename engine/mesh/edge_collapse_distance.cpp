@@ -1,6 +1,7 @@
 // What keeps the distance: attached vertices, new triangles, and the original's.
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "engine/mesh/edge_collapse.h"
@@ -88,6 +89,17 @@ Corners EdgeCollapse::current(uint32_t n) const {
     return {points_[t.x], points_[t.y], points_[t.z]};
 }
 
+// The nearest of some triangles, or what was found before where that is nearer.
+EdgeCollapse::Found EdgeCollapse::nearest_of(const std::vector<Candidate>& candidates,
+                                             glm::dvec3 point, uint32_t patch, Found found) {
+    for (const Candidate& candidate : candidates)
+        if (candidate.patch == patch && candidate.may_be_within(found.distance_mm, point))
+            if (const double d = distance_to(candidate.points, point); d < found.distance_mm)
+                found = {candidate.triangle, d};
+    return found;
+}
+
+// Of the originals near the edge where one is near enough, of all where none is.
 EdgeCollapse::Found EdgeCollapse::nearest_original(glm::dvec3 point, uint32_t patch,
                                                    std::span<const uint32_t> hints) const {
     Found found{kNone, kInfinite};
@@ -95,6 +107,9 @@ EdgeCollapse::Found EdgeCollapse::nearest_original(glm::dvec3 point, uint32_t pa
         if (const uint32_t n = hints[k]; n != kNone && (k == 0 || n != hints[k - 1]))
             if (const double d = distance_to(original(n), point); d < found.distance_mm)
                 found = {n, d};
+    found = nearest_of(originals_, point, patch, found);
+    if (found.distance_mm <= level_)
+        return found;
     const TriangleTree::Nearest nearest = source_.trees[patch].nearest(point, found.distance_mm);
     if (nearest.triangle != kNone)
         found = {source_.triangles_of_patch[patch][nearest.triangle], nearest.distance_mm};
@@ -141,15 +156,32 @@ double EdgeCollapse::error_of_new() {
 EdgeCollapse::Candidate::Candidate(uint32_t n, uint32_t of_patch, const Corners& corners)
     : triangle(n), patch(of_patch), points(corners) {
     centre = (points[0] + points[1] + points[2]) / 3.0;
-    radius = std::max({glm::length(points[0] - centre), glm::length(points[1] - centre),
-                       glm::length(points[2] - centre)});
+    double square = 0.0;
+    for (const glm::dvec3 p : points)
+        square = std::max(square, glm::dot(p - centre, p - centre));
+    radius = std::sqrt(square);
+}
+
+// Those at the attached vertices.
+void EdgeCollapse::gather_originals() {
+    originals_.clear();
+    ++judgement_;
+    for (const auto& [w, taker] : attached_to_) {
+        const uint32_t v = witnesses_[w].vertex;
+        for (uint32_t i = source_.incident.first[v]; i < source_.incident.first[v + 1]; ++i) {
+            const uint32_t n = source_.incident.triangles[i];
+            if (looked_at_[n] == judgement_ || source_.patch[n] != source_.patch[taker])
+                continue;
+            looked_at_[n] = judgement_;
+            originals_.emplace_back(n, source_.patch[n], original(n));
+        }
+    }
 }
 
 // The triangles about the edge and those that share a vertex with them, as they are after it.
 void EdgeCollapse::gather_candidates() {
     candidates_.clear();
     mark_now_ += 2;
-    ++judgement_;
     for (const Changed& changed : changed_) {
         candidates_.emplace_back(changed.triangle, source_.patch[changed.triangle], changed.points);
         seen_[changed.triangle] = judgement_;
@@ -195,29 +227,16 @@ double EdgeCollapse::error_of_original() {
                     if (t != kNone)
                         if (const double d = distance_to(current(t), point); d < found.distance_mm)
                             found = {t, d};
-                for (const Candidate& candidate : candidates_)
-                    if (candidate.patch == patch &&
-                        candidate.may_be_within(found.distance_mm, point))
-                        if (const double d = distance_to(candidate.points, point);
-                            d < found.distance_mm)
-                            found = {candidate.triangle, d};
+                found = nearest_of(candidates_, point, patch, found);
                 if (near[1] != kNone) // of the whole
                     hint_[n] = found.triangle;
                 return found;
             });
         return error;
     };
-    for (const auto& [w, taker] : attached_to_) {
-        const uint32_t v = witnesses_[w].vertex;
-        for (uint32_t i = source_.incident.first[v]; i < source_.incident.first[v + 1]; ++i) {
-            const uint32_t n = source_.incident.triangles[i];
-            if (looked_at_[n] == judgement_ || source_.patch[n] != source_.patch[taker])
-                continue;
-            looked_at_[n] = judgement_;
-            if (const double error = prove_triangle(n); error > level_)
-                return error;
-        }
-    }
+    for (const Candidate& candidate : originals_)
+        if (const double error = prove_triangle(candidate.triangle); error > level_)
+            return error;
     return level_;
 }
 

@@ -2,11 +2,43 @@
 
 namespace palpate {
 
+// Planes tell most corners apart: one that is farther from the triangle's plane, or beyond one of
+// its sides, is too far, and one over the triangle is as far as from its plane. Others are
+// measured, and all where the triangle is so thin that rounding turns its normal.
 bool NearProof::is_near(const Piece& piece, const Corners& other, double enough) {
-    for (size_t i = 0; i < piece.count; ++i)
-        if (!(distance_to(other, piece.corners[i]) <= enough))
+    const glm::dvec3 u = other[1] - other[0], v = other[2] - other[0], w = other[2] - other[1];
+    const glm::dvec3 normal = glm::cross(u, v);
+    const double square = glm::dot(normal, normal), most = enough * enough;
+    const bool has_plane = square > 1e-12 * glm::dot(u, u) * glm::dot(v, v);
+    const Corners inward{glm::cross(normal, u), glm::cross(normal, w), glm::cross(v, normal)};
+    for (size_t i = 0; i < piece.count; ++i) {
+        const glm::dvec3 corner = piece.corners[i];
+        bool is_over = has_plane;
+        if (has_plane) {
+            const double height = glm::dot(normal, corner - other[0]);
+            if (height * height > most * square)
+                return false;
+            for (size_t k = 0; k < 3; ++k)
+                if (const double depth = glm::dot(inward[k], corner - other[k]); depth < 0.0) {
+                    if (depth * depth > most * glm::dot(inward[k], inward[k]))
+                        return false;
+                    is_over = false;
+                }
+        }
+        if (!is_over && !(distance_to(other, corner) <= enough))
             return false;
+    }
     return true;
+}
+
+// Whether a corner lies farther than half of `mm` beyond a plane.
+bool NearProof::reaches_beyond(const Piece& piece, glm::dvec3 inward, glm::dvec3 side, double mm) {
+    const double most = 0.25 * mm * mm * glm::dot(inward, inward);
+    for (size_t i = 0; i < piece.count; ++i)
+        if (const double depth = glm::dot(inward, piece.corners[i] - side);
+            depth < 0.0 && depth * depth > most)
+            return true;
+    return false;
 }
 
 glm::dvec3 NearProof::centre(const Piece& piece) {

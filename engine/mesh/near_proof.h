@@ -52,6 +52,7 @@ class NearProof {
  private:
     static constexpr size_t kMostPieces = 64;
     static bool is_near(const Piece& piece, const Corners& other, double enough);
+    static bool reaches_beyond(const Piece& piece, glm::dvec3 inward, glm::dvec3 side, double mm);
     static glm::dvec3 centre(const Piece& piece);
     static void split(const Piece& piece, glm::dvec3 normal, glm::dvec3 point, Piece& front,
                       Piece& back);
@@ -89,8 +90,10 @@ double NearProof::prove(const Piece& whole, double level, const CornersOf& corne
         Piece over = piece, inside, outside;
         over.near = {found.triangle, kNone, kNone};
         for (size_t k = 0; k < 3 && over.count >= 3; ++k) {
-            split(over, glm::cross(normal, other[(k + 1) % 3] - other[k]), other[k], inside,
-                  outside);
+            const glm::dvec3 inward = glm::cross(normal, other[(k + 1) % 3] - other[k]);
+            if (!reaches_beyond(over, inward, other[k], enough))
+                continue;
+            split(over, inward, other[k], inside, outside);
             inside.near = outside.near = over.near;
             over = inside;
             if (outside.count >= 3)
