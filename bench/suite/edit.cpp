@@ -87,10 +87,11 @@ Scene iso_scene(const Sample& sample, uint32_t size_px) {
 Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     Times times;
     GpuDevice& device = bench.device();
-    UploadRing ring(device, uint64_t{8} << 20);
-    Result<GpuVolume> image =
-        GpuVolume::make(device, "edited", now,
-                        {.residency = Residency::dense, .limit_bytes = device.info().memory_bytes});
+    Commands making(device);
+    Result<GpuVolume> image = GpuVolume::make(
+        device, "edited", now,
+        {.residency = Residency::dense, .limit_bytes = device.info().memory_bytes}, making);
+    making.submit();
     if (!image)
         return fail("{}", image.error().message);
     CellMap cells(device, now);
@@ -102,12 +103,12 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     if (const auto first = renderer.draw_coarse(scene, {now, std::nullopt}, {}); !first)
         return fail("{}", first.error().message);
     const auto show = [&](Commands& commands) {
-        cells.show(*scene.ray_cast, 1.0f, 0.0f, commands, &ring);
+        cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
     };
     {
         Commands commands(device);
         show(commands);
-        ring.sent(commands.submit());
+        commands.submit();
         commands.finish();
     }
     Mailbox<Volume> mailbox(std::make_unique<Volume>(now));
@@ -136,13 +137,13 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
         times.bricks.push_back(static_cast<double>(changed.size()));
         const Timer staging;
         Commands commands(device);
-        image->update(next, changed, commands, &ring);
+        image->update(next, changed, commands);
         times.stage.push_back(staging.ms());
         const Timer patching;
         cells.update(next, changed);
         show(commands);
         times.cells.push_back(patching.ms());
-        ring.sent(commands.submit()); // the device copies while the surface is made
+        commands.submit(); // the device copies while the surface is made
         const Timer meshing;
         times.blocks.push_back(static_cast<double>(surface.update(next, changed).blocks.size()));
         times.mesh.push_back(meshing.ms());
@@ -182,10 +183,11 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
 // copy of the same rows of texels into a flat array of the volume's size by one thread.
 Value batches(Bench& bench, const Volume& volume, int repeats) {
     GpuDevice& device = bench.device();
-    UploadRing ring(device, uint64_t{32} << 20);
-    Result<GpuVolume> image =
-        GpuVolume::make(device, "batches", volume,
-                        {.residency = Residency::dense, .limit_bytes = device.info().memory_bytes});
+    Commands making(device);
+    Result<GpuVolume> image = GpuVolume::make(
+        device, "batches", volume,
+        {.residency = Residency::dense, .limit_bytes = device.info().memory_bytes}, making);
+    making.submit();
     PALPATE_ASSERT(image);
     const glm::uvec3 size = volume.size(), count = volume.brick_count();
     const VkFormat format = image->image().shape().format;
@@ -209,9 +211,9 @@ Value batches(Bench& bench, const Volume& volume, int repeats) {
             }
             Commands commands(device);
             const Timer staging;
-            image->update(volume, some, commands, &ring);
+            image->update(volume, some, commands);
             stage.push_back(staging.ms());
-            ring.sent(commands.submit());
+            commands.submit();
             for (const PassTime& pass : commands.finish())
                 if (pass.name == "upload")
                     copy.push_back(pass.gpu_ms);

@@ -3,17 +3,62 @@
 #include <volk.h>
 
 #include <algorithm>
+#include <cstring>
+#include <deque>
 #include <string_view>
 
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
+#include "engine/gpu/command_slot.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
 
+struct Recorded {
+    struct Pass {
+        std::string name;
+        uint64_t copied_bytes = 0;   // of a copy that is timed for the profile alone
+        std::string first_uses = {}; // pipelines that had not been dispatched before
+    };
+    struct Part { // one submission
+        std::unique_ptr<CommandSlot> slot;
+        std::vector<Pass> passes{};
+        uint64_t value = 0;       // of the timeline; 0 before its submission
+        int64_t submitted_ns = 0; // while a profile is recorded
+        std::vector<PassTime> times{};
+        bool has_times = false;
+    };
+    explicit Recorded(GpuDevice& by) : device(&by) {}
+    Recorded(const Recorded&) = delete;
+    Recorded& operator=(const Recorded&) = delete;
+    ~Recorded() {
+        uploads.give(*device, last_value());
+        read_backs.give(*device, last_value());
+        for (Part& part : parts)
+            if (part.slot)
+                device->give_slot(std::move(part.slot), part.value);
+    }
+    uint64_t last_value() const { // of a submission so far
+        uint64_t last = 0;
+        for (const Part& part : parts)
+            last = std::max(last, part.value);
+        return last;
+    }
+    Part& open() { return parts.back(); }
+    bool is_open() const { return !parts.empty() && parts.back().value == 0; }
+    void read_times(Part& part) const; // of one that the device is past
+    void profile_passes(const Part& part, std::span<const uint64_t> stamps) const;
+
+    GpuDevice* device;
+    std::vector<Part> parts;
+    Staging uploads{Memory::upload}, read_backs{Memory::read_back}; // for all parts
+    bool submitted = false;                                         // by Commands::submit()
+};
+
 namespace {
 
-constexpr uint32_t kMaxPasses = 64;
+// Texels and bytes are brought to the device this many at a time.
+constexpr uint64_t kBatchBytes = uint64_t{4} << 20;
 
 VkImageSubresourceLayers layers_of(const Commands::Region& region) {
     return {VK_IMAGE_ASPECT_COLOR_BIT, 0, region.first_layer, region.layers};
@@ -29,11 +74,12 @@ uint64_t bytes_of(const GpuImage& image, std::span<const Commands::Region> regio
     return texels * bytes_per_texel(image.shape().format);
 }
 
-std::vector<VkBufferImageCopy> to_vulkan(std::span<const Commands::Region> regions) {
+std::vector<VkBufferImageCopy> to_vulkan(std::span<const Commands::Region> regions,
+                                         uint64_t offset) {
     std::vector<VkBufferImageCopy> copies;
     for (const auto& r : regions)
         copies.push_back(
-            {r.buffer_offset,
+            {offset + r.buffer_offset,
              r.row_texels,
              r.plane_rows,
              layers_of(r),
@@ -45,44 +91,36 @@ std::vector<VkBufferImageCopy> to_vulkan(std::span<const Commands::Region> regio
 
 } // namespace
 
-Commands::Commands(GpuDevice& device) : device_(&device) {
-    const VkCommandPoolCreateInfo pool{.sType = VK_STRUCTURE_TYPE_COMMAND_POOL_CREATE_INFO,
-                                       .flags = VK_COMMAND_POOL_CREATE_TRANSIENT_BIT,
-                                       .queueFamilyIndex = device.queue_family()};
-    check(vkCreateCommandPool(device.handle(), &pool, nullptr, &pool_), "creating a command pool");
-    const VkCommandBufferAllocateInfo allocate{
-        .sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO,
-        .commandPool = pool_,
-        .level = VK_COMMAND_BUFFER_LEVEL_PRIMARY,
-        .commandBufferCount = 1};
-    check(vkAllocateCommandBuffers(device.handle(), &allocate, &buffer_), "allocating commands");
-    const VkQueryPoolCreateInfo queries{.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO,
-                                        .queryType = VK_QUERY_TYPE_TIMESTAMP,
-                                        .queryCount = 2 * kMaxPasses};
-    check(vkCreateQueryPool(device.handle(), &queries, nullptr, &queries_), "creating timestamps");
-    const VkCommandBufferBeginInfo begin{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO,
-                                         .flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT};
-    check(vkBeginCommandBuffer(buffer_, &begin), "beginning commands");
-    vkCmdResetQueryPool(buffer_, queries_, 0, 2 * kMaxPasses);
-}
+Commands::Commands(GpuDevice& device)
+    : device_(&device), recorded_(std::make_shared<Recorded>(device)) {}
 
 Commands::~Commands() {
-    device_->retire([device = device_->handle(), pool = pool_, queries = queries_,
-                     descriptors = std::move(descriptor_pools_)] {
-        for (const VkDescriptorPool p : descriptors)
-            vkDestroyDescriptorPool(device, p, nullptr);
-        vkDestroyQueryPool(device, queries, nullptr);
-        vkDestroyCommandPool(device, pool, nullptr);
-    });
+    if (recorded_->is_open()) { // tickets wait for nothing more
+        recorded_->uploads.give(*device_, recorded_->last_value());
+        device_->give_slot(std::move(recorded_->open().slot), 0);
+        recorded_->parts.pop_back();
+    }
+}
+
+CommandSlot& Commands::slot() {
+    if (!recorded_->is_open()) {
+        PALPATE_ASSERT(!recorded_->submitted);
+        recorded_->parts.push_back({device_->take_slot()});
+    }
+    return *recorded_->open().slot;
+}
+
+VkCommandBuffer Commands::handle() {
+    return slot().commands();
 }
 
 void Commands::begin_pass(const std::string& name) {
     if (device_->labels_commands()) {
         const VkDebugUtilsLabelEXT label{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
                                          .pLabelName = name.c_str()};
-        vkCmdBeginDebugUtilsLabelEXT(buffer_, &label);
+        vkCmdBeginDebugUtilsLabelEXT(handle(), &label);
     }
-    begin_stamp({name});
+    begin_stamp(name);
     in_pass_ = true;
 }
 
@@ -90,31 +128,34 @@ void Commands::end_pass() {
     end_stamp();
     in_pass_ = false;
     if (device_->labels_commands())
-        vkCmdEndDebugUtilsLabelEXT(buffer_);
+        vkCmdEndDebugUtilsLabelEXT(handle());
 }
 
-void Commands::begin_stamp(Pass pass) {
-    PALPATE_ASSERT_CMP(passes_.size(), <, size_t{kMaxPasses});
-    vkCmdWriteTimestamp2(buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
-                         static_cast<uint32_t>(2 * passes_.size()));
-    passes_.push_back(std::move(pass));
+void Commands::begin_stamp(std::string name, uint64_t copied_bytes) {
+    const CommandSlot& into = slot();
+    std::vector<Recorded::Pass>& passes = recorded_->open().passes;
+    PALPATE_ASSERT_CMP(passes.size(), <, size_t{kMaxPasses});
+    vkCmdWriteTimestamp2(into.commands(), VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, into.queries(),
+                         static_cast<uint32_t>(2 * passes.size()));
+    passes.push_back({std::move(name), copied_bytes});
 }
 
 void Commands::end_stamp() {
-    vkCmdWriteTimestamp2(buffer_, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, queries_,
-                         static_cast<uint32_t>(2 * passes_.size() - 1));
+    const CommandSlot& into = slot();
+    vkCmdWriteTimestamp2(into.commands(), VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, into.queries(),
+                         static_cast<uint32_t>(2 * recorded_->open().passes.size() - 1));
 }
 
-void Commands::begin_copy(const char* name, const GpuImage& image,
-                          std::span<const Region> regions) {
-    const uint64_t bytes = bytes_of(image, regions);
+void Commands::begin_copy(const char* name, uint64_t bytes) {
     GpuDevice::Traffic& traffic = device_->traffic();
     const bool upload = std::string_view(name) == kUpload;
     (upload ? traffic.uploads : traffic.read_backs) += 1;
     (upload ? traffic.uploaded_bytes : traffic.read_back_bytes) += bytes;
-    timing_copy_ = profile::on() && !in_pass_ && passes_.size() < kMaxPasses;
+    timing_copy_ = profile::on() && !in_pass_;
+    if (timing_copy_ && recorded_->is_open())
+        timing_copy_ = recorded_->open().passes.size() < kMaxPasses;
     if (timing_copy_)
-        begin_stamp({name, bytes});
+        begin_stamp(name, bytes);
 }
 
 void Commands::end_copy() {
@@ -162,30 +203,12 @@ void Commands::use(Buffer& buffer, Use use) {
 }
 
 void Commands::barrier(const VkDependencyInfo& info) {
-    vkCmdPipelineBarrier2(buffer_, &info);
+    vkCmdPipelineBarrier2(handle(), &info);
 }
 
 void Commands::bind(const ComputePipeline& pipeline, std::span<const Bound> bound) {
     PALPATE_ASSERT_CMP(bound.size(), ==, pipeline.slots().size());
-    std::vector<VkDescriptorPoolSize> sizes;
-    for (const BindingSlot& slot : pipeline.slots())
-        sizes.push_back({slot.type, 1});
-    const VkDescriptorPoolCreateInfo create{.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO,
-                                            .maxSets = 1,
-                                            .poolSizeCount = static_cast<uint32_t>(sizes.size()),
-                                            .pPoolSizes = sizes.data()};
-    VkDescriptorPool pool = VK_NULL_HANDLE;
-    check(vkCreateDescriptorPool(device_->handle(), &create, nullptr, &pool), "creating bindings");
-    descriptor_pools_.push_back(pool);
-    const VkDescriptorSetLayout layout = pipeline.set_layout();
-    const VkDescriptorSetAllocateInfo allocate{
-        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-        .descriptorPool = pool,
-        .descriptorSetCount = 1,
-        .pSetLayouts = &layout};
-    VkDescriptorSet set = VK_NULL_HANDLE;
-    check(vkAllocateDescriptorSets(device_->handle(), &allocate, &set), "allocating bindings");
-
+    const VkDescriptorSet set = slot().take_set(pipeline.set_layout());
     std::vector<VkDescriptorBufferInfo> buffers(bound.size());
     std::vector<VkDescriptorImageInfo> images(bound.size());
     std::vector<VkWriteDescriptorSet> writes;
@@ -198,9 +221,9 @@ void Commands::bind(const ComputePipeline& pipeline, std::span<const Bound> boun
                                    .dstBinding = b.binding,
                                    .descriptorCount = 1,
                                    .descriptorType = slot.type};
-        if (auto* const* buffer = std::get_if<Buffer*>(&b.resource)) {
-            use(**buffer, b.use);
-            buffers[i] = {(*buffer)->handle(), 0, VK_WHOLE_SIZE};
+        if (const auto* slice = std::get_if<BufferSlice>(&b.resource)) {
+            use(*slice->buffer, b.use);
+            buffers[i] = {slice->buffer->handle(), slice->offset, slice->bytes};
             write.pBufferInfo = &buffers[i];
         } else {
             GpuImage& image = *std::get<GpuImage*>(b.resource);
@@ -214,18 +237,18 @@ void Commands::bind(const ComputePipeline& pipeline, std::span<const Bound> boun
     vkUpdateDescriptorSets(device_->handle(), static_cast<uint32_t>(writes.size()), writes.data(),
                            0, nullptr);
     if (in_pass_ && pipeline.take_first_use()) {
-        std::string& names = passes_.back().first_uses;
+        std::string& names = recorded_->open().passes.back().first_uses;
         names += (names.empty() ? "" : ", ") + pipeline.name();
     }
-    vkCmdBindPipeline(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
-    vkCmdBindDescriptorSets(buffer_, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &set,
+    vkCmdBindPipeline(handle(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
+    vkCmdBindDescriptorSets(handle(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &set,
                             0, nullptr);
 }
 
 void Commands::dispatch(const ComputePipeline& pipeline, std::span<const Bound> bound,
                         glm::uvec3 groups, glm::uvec3 first_group) {
     bind(pipeline, bound);
-    vkCmdDispatchBase(buffer_, first_group.x, first_group.y, first_group.z, groups.x, groups.y,
+    vkCmdDispatchBase(handle(), first_group.x, first_group.y, first_group.z, groups.x, groups.y,
                       groups.z);
 }
 
@@ -233,7 +256,7 @@ void Commands::dispatch_indirect(const ComputePipeline& pipeline, std::span<cons
                                  Buffer& groups, uint32_t first_word) {
     use(groups, Use::indirect);
     bind(pipeline, bound);
-    vkCmdDispatchIndirect(buffer_, groups.handle(), first_word * sizeof(uint32_t));
+    vkCmdDispatchIndirect(handle(), groups.handle(), first_word * sizeof(uint32_t));
 }
 
 void Commands::clear(GpuImage& image, glm::vec4 value) {
@@ -241,18 +264,18 @@ void Commands::clear(GpuImage& image, glm::vec4 value) {
     const VkClearColorValue color{.float32 = {value.x, value.y, value.z, value.w}};
     const VkImageSubresourceRange all{VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0,
                                       VK_REMAINING_ARRAY_LAYERS};
-    vkCmdClearColorImage(buffer_, image.handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &color, 1,
+    vkCmdClearColorImage(handle(), image.handle(), VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, &color, 1,
                          &all);
 }
 
 void Commands::zero(Buffer& buffer) {
     use(buffer, Use::clear_target);
-    vkCmdFillBuffer(buffer_, buffer.handle(), 0, VK_WHOLE_SIZE, 0);
+    vkCmdFillBuffer(handle(), buffer.handle(), 0, VK_WHOLE_SIZE, 0);
 }
 
 void Commands::fill(Buffer& buffer, std::span<const uint32_t> words) {
     use(buffer, Use::clear_target);
-    vkCmdUpdateBuffer(buffer_, buffer.handle(), 0, words.size_bytes(), words.data());
+    vkCmdUpdateBuffer(handle(), buffer.handle(), 0, words.size_bytes(), words.data());
 }
 
 void Commands::copy(GpuImage& from, GpuImage& to) {
@@ -265,39 +288,40 @@ void Commands::copy(GpuImage& from, GpuImage& to) {
     const VkImageCopy all{.srcSubresource = layers,
                           .dstSubresource = layers,
                           .extent = {shape.size.x, shape.size.y, is_3d ? shape.size.z : 1}};
-    vkCmdCopyImage(buffer_, from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.handle(),
+    vkCmdCopyImage(handle(), from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.handle(),
                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &all);
 }
 
-void Commands::copy(Buffer& from, GpuImage& to, std::span<const Region> regions) {
-    use(from, Use::copy_source);
+void Commands::copy(BufferSlice from, GpuImage& to, std::span<const Region> regions) {
+    use(*from.buffer, Use::copy_source);
     use(to, Use::copy_target);
-    const auto copies = to_vulkan(regions);
-    begin_copy(kUpload, to, regions);
-    vkCmdCopyBufferToImage(buffer_, from.handle(), to.handle(),
+    const auto copies = to_vulkan(regions, from.offset);
+    begin_copy(kUpload, bytes_of(to, regions));
+    vkCmdCopyBufferToImage(handle(), from.buffer->handle(), to.handle(),
                            VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL,
                            static_cast<uint32_t>(copies.size()), copies.data());
     end_copy();
 }
 
-void Commands::copy(GpuImage& from, Buffer& to, std::span<const Region> regions) {
+void Commands::copy(GpuImage& from, BufferSlice to, std::span<const Region> regions) {
     use(from, Use::copy_source);
-    use(to, Use::copy_target);
-    const auto copies = to_vulkan(regions);
-    begin_copy(kReadBack, from, regions);
-    vkCmdCopyImageToBuffer(buffer_, from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
-                           to.handle(), static_cast<uint32_t>(copies.size()), copies.data());
+    use(*to.buffer, Use::copy_target);
+    const auto copies = to_vulkan(regions, to.offset);
+    begin_copy(kReadBack, bytes_of(from, regions));
+    vkCmdCopyImageToBuffer(handle(), from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL,
+                           to.buffer->handle(), static_cast<uint32_t>(copies.size()),
+                           copies.data());
     end_copy();
-    use(to, Use::host_read);
+    use(*to.buffer, Use::host_read);
 }
 
-void Commands::copy(Buffer& from, Buffer& to) {
-    PALPATE_ASSERT_CMP(from.bytes(), <=, to.bytes());
-    use(from, Use::copy_source);
-    use(to, Use::copy_target);
-    const VkBufferCopy all{0, 0, from.bytes()};
-    vkCmdCopyBuffer(buffer_, from.handle(), to.handle(), 1, &all);
-    use(to, Use::host_read);
+void Commands::copy(BufferSlice from, BufferSlice to) {
+    PALPATE_ASSERT_CMP(from.bytes, <=, to.bytes);
+    use(*from.buffer, Use::copy_source);
+    use(*to.buffer, Use::copy_target);
+    const VkBufferCopy all{from.offset, to.offset, from.bytes};
+    vkCmdCopyBuffer(handle(), from.buffer->handle(), to.buffer->handle(), 1, &all);
+    use(*to.buffer, Use::host_read);
 }
 
 void Commands::copy(Buffer& from, Buffer& to, std::span<const Bytes> pieces) {
@@ -307,53 +331,148 @@ void Commands::copy(Buffer& from, Buffer& to, std::span<const Bytes> pieces) {
     std::vector<VkBufferCopy> copies;
     for (const Bytes& piece : pieces)
         copies.push_back({piece.from, piece.to, piece.count});
-    vkCmdCopyBuffer(buffer_, from.handle(), to.handle(), static_cast<uint32_t>(copies.size()),
+    vkCmdCopyBuffer(handle(), from.handle(), to.handle(), static_cast<uint32_t>(copies.size()),
                     copies.data());
 }
 
-uint64_t Commands::submit() {
-    check(vkEndCommandBuffer(buffer_), "ending commands");
+BufferSlice Commands::staging(uint64_t bytes) {
+    return recorded_->uploads.take(*device_, bytes);
+}
+
+BufferSlice Commands::upload(std::span<const std::byte> bytes) {
+    const BufferSlice slice = staging(bytes.size());
+    std::memcpy(slice.mapped().data(), bytes.data(), bytes.size());
+    return slice;
+}
+
+void Commands::in_batches(size_t pieces, uint64_t piece_bytes,
+                          const std::function<void(size_t first, size_t count)>& record) {
+    const size_t batch = std::max<uint64_t>(1, kBatchBytes / piece_bytes);
+    std::deque<size_t> sent; // parts on their way
+    for (size_t first = 0; first < pieces; first += batch) {
+        if (first > 0) {
+            sent.push_back(recorded_->parts.size() - 1);
+            flush();
+        }
+        if (sent.size() == 2) { // one is filled while the device copies another
+            Recorded::Part& oldest = recorded_->parts[sent.front()];
+            device_->wait(oldest.value);
+            recorded_->read_times(oldest);
+            device_->give_slot(std::move(oldest.slot), oldest.value);
+            sent.pop_front();
+        }
+        record(first, std::min(batch, pieces - first));
+    }
+}
+
+void Commands::upload(std::span<const std::byte> bytes, Buffer& to, uint64_t first) {
+    in_batches(bytes.size(), 1, [&](size_t at, size_t count) {
+        const BufferSlice from = slot().batch().take(*device_, count);
+        std::memcpy(from.mapped().data(), bytes.data() + at, count);
+        begin_pass(kUpload);
+        begin_copy(kUpload, count);
+        copy(from, {to, first + at, count});
+        end_copy();
+        end_pass();
+    });
+}
+
+void Commands::upload(GpuImage& to, size_t pieces, uint64_t piece_bytes, const Fill& fill) {
+    in_batches(pieces, piece_bytes, [&](size_t at, size_t count) {
+        const BufferSlice from = slot().batch().take(*device_, count * piece_bytes);
+        const std::vector<Region> regions = fill(at, count, from.mapped());
+        begin_pass(kUpload);
+        copy(from, to, regions);
+        end_pass();
+    });
+}
+
+BufferSlice Commands::read_back(Buffer& from) {
+    const BufferSlice to = recorded_->read_backs.take(*device_, from.bytes());
+    copy(from, to);
+    return to;
+}
+
+BufferSlice Commands::read_back(GpuImage& from, std::span<const Region> regions, uint64_t bytes) {
+    const BufferSlice to = recorded_->read_backs.take(*device_, bytes);
+    copy(from, to, regions);
+    return to;
+}
+
+void Commands::flush() {
+    PALPATE_ASSERT(!in_pass_);
+    if (!recorded_->is_open())
+        return;
+    Recorded::Part& part = recorded_->open();
+    check(vkEndCommandBuffer(part.slot->commands()), "ending commands");
     if (profile::on())
-        submitted_ns_ = profile::now_ns();
-    submitted_ = device_->submit(buffer_);
-    return submitted_;
+        part.submitted_ns = profile::now_ns();
+    part.value = device_->submit(*part.slot);
+}
+
+uint64_t Commands::submit() {
+    slot(); // also of nothing
+    flush();
+    recorded_->submitted = true;
+    recorded_->uploads.give(*device_, recorded_->parts.back().value);
+    return recorded_->parts.back().value;
 }
 
 std::vector<PassTime> Commands::finish() {
-    PALPATE_ASSERT(submitted_ > 0);
-    device_->wait(submitted_);
-    const int64_t finished_ns = profile::on() ? profile::now_ns() : 0;
+    return ticket().times();
+}
+
+uint64_t Ticket::value() const {
+    return recorded_->submitted ? recorded_->parts.back().value : 0;
+}
+
+bool Ticket::ready() const {
+    return recorded_->submitted && value() <= recorded_->device->passed();
+}
+
+std::vector<PassTime> Ticket::times() const {
+    PALPATE_ASSERT(recorded_->submitted);
+    recorded_->device->wait(value());
     std::vector<PassTime> times;
-    if (passes_.empty())
-        return times;
-    std::vector<uint64_t> stamps(2 * passes_.size());
-    check(
-        vkGetQueryPoolResults(device_->handle(), queries_, 0, static_cast<uint32_t>(stamps.size()),
-                              stamps.size() * 8, stamps.data(), 8,
-                              VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
-        "reading timestamps");
-    const double ms_per_tick = static_cast<double>(device_->limits().timestampPeriod) * 1e-6;
-    for (size_t i = 0; i < passes_.size(); ++i)
-        if (passes_[i].copied_bytes == 0)
-            times.push_back({passes_[i].name,
-                             static_cast<double>(stamps[2 * i + 1] - stamps[2 * i]) * ms_per_tick});
-    if (profile::on() && submitted_ns_ > 0)
-        profile_passes(stamps, finished_ns);
+    for (Recorded::Part& part : recorded_->parts) {
+        recorded_->read_times(part);
+        times.insert(times.end(), part.times.begin(), part.times.end());
+    }
     return times;
 }
 
-// Times are those of the CPU's clock: as calibrated, or so that the last pass ends when the wait
-// for it did. Work lies between its submission and the end of the wait, so what rounding or
-// calibration move beyond is moved back.
-void Commands::profile_passes(std::span<const uint64_t> stamps, int64_t finished_ns) const {
-    const double ns_per_tick = static_cast<double>(device_->limits().timestampPeriod);
-    const int64_t last_ns = device_->cpu_ns_of(stamps.back()).value_or(finished_ns);
+void Recorded::read_times(Part& part) const {
+    if (std::exchange(part.has_times, true) || part.passes.empty())
+        return;
+    std::vector<uint64_t> stamps(2 * part.passes.size());
+    check(
+        vkGetQueryPoolResults(device->handle(), part.slot->queries(), 0,
+                              static_cast<uint32_t>(stamps.size()), stamps.size() * 8,
+                              stamps.data(), 8, VK_QUERY_RESULT_64_BIT | VK_QUERY_RESULT_WAIT_BIT),
+        "reading timestamps");
+    const double ms_per_tick = static_cast<double>(device->limits().timestampPeriod) * 1e-6;
+    for (size_t i = 0; i < part.passes.size(); ++i)
+        if (part.passes[i].copied_bytes == 0)
+            part.times.push_back(
+                {part.passes[i].name,
+                 static_cast<double>(stamps[2 * i + 1] - stamps[2 * i]) * ms_per_tick});
+    if (profile::on() && part.submitted_ns > 0)
+        profile_passes(part, stamps);
+}
+
+// Times are those of the CPU's clock: as calibrated, or so that the last pass ends when the times
+// are read. Work lies between its submission and that moment, so what rounding or calibration move
+// beyond is moved back.
+void Recorded::profile_passes(const Part& part, std::span<const uint64_t> stamps) const {
+    const int64_t finished_ns = profile::now_ns();
+    const double ns_per_tick = static_cast<double>(device->limits().timestampPeriod);
+    const int64_t last_ns = device->cpu_ns_of(stamps.back()).value_or(finished_ns);
     const auto cpu_ns = [&](uint64_t stamp) {
         const double before = static_cast<double>(stamps.back() - stamp) * ns_per_tick;
-        return std::clamp(last_ns - static_cast<int64_t>(before), submitted_ns_, finished_ns);
+        return std::clamp(last_ns - static_cast<int64_t>(before), part.submitted_ns, finished_ns);
     };
-    for (size_t i = 0; i < passes_.size(); ++i) {
-        const Pass& pass = passes_[i];
+    for (size_t i = 0; i < part.passes.size(); ++i) {
+        const Pass& pass = part.passes[i];
         const int64_t from = cpu_ns(stamps[2 * i]);
         const int64_t to = std::max(from, cpu_ns(stamps[2 * i + 1]));
         if (pass.copied_bytes > 0) {

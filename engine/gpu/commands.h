@@ -2,7 +2,9 @@
 
 #include <vulkan/vulkan_core.h>
 
+#include <functional>
 #include <glm/glm.hpp>
+#include <memory>
 #include <span>
 #include <string>
 #include <variant>
@@ -18,14 +20,14 @@ namespace palpate {
 struct Bound {
     uint32_t binding;
     Use use;
-    std::variant<Buffer*, GpuImage*> resource;
+    std::variant<BufferSlice, GpuImage*> resource;
     const Sampler* sampler = nullptr;
 };
-inline Bound bind_uniform(uint32_t binding, Buffer& buffer) {
-    return {binding, Use::uniform, &buffer};
+inline Bound bind_uniform(uint32_t binding, BufferSlice slice) {
+    return {binding, Use::uniform, slice};
 }
-inline Bound bind_storage(uint32_t binding, Buffer& buffer, Use use = Use::storage_read) {
-    return {binding, use, &buffer};
+inline Bound bind_storage(uint32_t binding, BufferSlice slice, Use use = Use::storage_read) {
+    return {binding, use, slice};
 }
 inline Bound bind_sampled(uint32_t binding, GpuImage& image, const Sampler& sampler) {
     return {binding, Use::sampled, &image, &sampler};
@@ -39,11 +41,35 @@ struct PassTime {
     double gpu_ms; // between two timestamps round the pass
 };
 
-// Records one submission: passes in a list, with the barriers their uses need. Used once.
+// What was recorded, for as long as somebody wants to know of it.
+struct Recorded;
+
+// What became of commands: known once the device is past them. A copy is as good. It keeps what
+// was read back, and must not outlive the device.
+class Ticket {
+ public:
+    explicit Ticket(std::shared_ptr<Recorded> recorded) : recorded_(std::move(recorded)) {}
+
+    // Of the timeline, which tells that all is done; 0 before submit().
+    uint64_t value() const;
+    bool ready() const; // never waits
+    // After submit(): waits where not ready(), and returns the time of each pass. While a profile
+    // is recorded, the first call tells it of the passes, and of every copy as one more.
+    std::vector<PassTime> times() const;
+
+ private:
+    std::shared_ptr<Recorded> recorded_;
+};
+
+// Records passes in a list, with the barriers their uses need, into slots that the device recycles:
+// after a few frames, recording creates nothing. Used once.
+//
+// Barriers follow the order of recording, so commands are submitted in that order: what uses a
+// resource is recorded after what used it before has been.
 class Commands {
  public:
     explicit Commands(GpuDevice& device);
-    ~Commands();
+    ~Commands(); // drops what was not submitted; only for commands that wrote nothing to be used
     Commands(const Commands&) = delete;
     Commands& operator=(const Commands&) = delete;
 
@@ -78,47 +104,61 @@ class Commands {
         uint32_t row_texels = 0, plane_rows = 0; // 0: as wide and high as `size`
         uint32_t first_layer = 0, layers = 1;
     };
-    void copy(Buffer& from, GpuImage& to, std::span<const Region> regions);
-    void copy(GpuImage& from, Buffer& to, std::span<const Region> regions);
-    void copy(GpuImage& from, GpuImage& to); // all of it; both have one shape
-    void copy(Buffer& from, Buffer& to);     // all of it; `to` is no smaller
+    void copy(BufferSlice from, GpuImage& to, std::span<const Region> regions);
+    void copy(GpuImage& from, BufferSlice to, std::span<const Region> regions);
+    void copy(GpuImage& from, GpuImage& to);     // all of it; both have one shape
+    void copy(BufferSlice from, BufferSlice to); // all of `from`; `to` is no smaller
     struct Bytes {
         uint64_t from, to, count; // the first byte in either
     };
     void copy(Buffer& from, Buffer& to, std::span<const Bytes> pieces); // one or more
 
+    // Mapped memory for the CPU to write, which passes recorded from here on may read in place or
+    // copy from. It is recycled: nothing may refer to it after these commands. bytes > 0.
+    BufferSlice staging(uint64_t bytes);
+    BufferSlice upload(std::span<const std::byte> bytes); // the same, filled
+
+    // Brings bytes to a buffer, from its byte `first` on, or texels to an image: as a pass
+    // "upload", through staging(), a few megabytes at a time. What is more than that is submitted
+    // at once, so that the device copies while the CPU fills the next; this waits for all but the
+    // newest of these submissions.
+    void upload(std::span<const std::byte> bytes, Buffer& to, uint64_t first = 0);
+    // Texels come in `pieces` of at most piece_bytes. fill(first, count, to) writes some of them to
+    // `to`, which has room for them, and returns their regions: buffer_offset counts from the start
+    // of `to`.
+    using Fill =
+        std::function<std::vector<Region>(size_t first, size_t count, std::span<std::byte> to)>;
+    void upload(GpuImage& to, size_t pieces, uint64_t piece_bytes, const Fill& fill);
+
+    // Mapped memory that gets all of a buffer, or regions of an image, `bytes` in all: to be read
+    // once the work is done, for as long as these commands or a ticket of theirs live.
+    BufferSlice read_back(Buffer& from);
+    BufferSlice read_back(GpuImage& from, std::span<const Region> regions, uint64_t bytes);
+
+    // Hands what was recorded so far to the device; recording goes on. Outside of passes.
+    void flush();
     // Hands the work over and returns at once; the timeline value to wait for.
     uint64_t submit();
-
-    // Waits for submit()'s work and returns the time of each pass. While a profile is recorded the
-    // passes go there too, and every copy as one more.
+    Ticket ticket() const { return Ticket(recorded_); }
+    // ticket().times() after submit().
     std::vector<PassTime> finish();
 
  private:
-    struct Pass {
-        std::string name;
-        uint64_t copied_bytes = 0;   // of a copy that is timed for the profile alone
-        std::string first_uses = {}; // pipelines that had not been dispatched before
-    };
-
+    VkCommandBuffer handle();
+    CommandSlot& slot();
     void bind(const ComputePipeline& pipeline, std::span<const Bound> bound);
     void barrier(const VkDependencyInfo& info);
-    void begin_stamp(Pass pass);
+    void begin_stamp(std::string name, uint64_t copied_bytes = 0);
     void end_stamp();
-    void begin_copy(const char* name, const GpuImage& image, std::span<const Region> regions);
+    void begin_copy(const char* name, uint64_t bytes);
     void end_copy();
-    void profile_passes(std::span<const uint64_t> stamps, int64_t finished_ns) const;
+    void in_batches(size_t pieces, uint64_t piece_bytes,
+                    const std::function<void(size_t first, size_t count)>& record);
 
     GpuDevice* device_;
-    VkCommandPool pool_ = VK_NULL_HANDLE;
-    VkCommandBuffer buffer_ = VK_NULL_HANDLE;
-    VkQueryPool queries_ = VK_NULL_HANDLE;
-    std::vector<VkDescriptorPool> descriptor_pools_;
-    std::vector<Pass> passes_;
+    std::shared_ptr<Recorded> recorded_;
     bool in_pass_ = false;     // between begin_pass() and end_pass()
     bool timing_copy_ = false; // between begin_copy() and end_copy(), where those stamp
-    uint64_t submitted_ = 0;
-    int64_t submitted_ns_ = 0; // while a profile is recorded
 };
 
 } // namespace palpate

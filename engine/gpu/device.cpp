@@ -7,6 +7,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/profile.h"
+#include "engine/gpu/command_slot.h"
 #include "engine/gpu/error.h"
 
 namespace palpate {
@@ -148,12 +149,15 @@ GpuDevice::GpuDevice(const DeviceOptions& options) : instance_(options.validatio
     const VkSemaphoreCreateInfo semaphore{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
                                           .pNext = &type};
     check(vkCreateSemaphore(handle_, &semaphore, nullptr, &timeline_), "creating a timeline");
+    staging_ = std::make_unique<StagingPool>();
 }
 
 GpuDevice::~GpuDevice() {
     vkDeviceWaitIdle(handle_);
+    idle_slots_.clear();
+    staging_.reset();
     while (!retired_.empty()) {
-        retired_.front().second();
+        retired_.front().destroy();
         retired_.pop_front();
     }
     vkDestroySemaphore(handle_, timeline_, nullptr);
@@ -167,9 +171,33 @@ bool GpuDevice::can_filter_linearly(VkFormat format) const {
            0;
 }
 
-uint64_t GpuDevice::submit(VkCommandBuffer commands) {
+std::unique_ptr<CommandSlot> GpuDevice::take_slot() {
+    std::unique_ptr<CommandSlot> slot;
+    if (!idle_slots_.empty() && idle_slots_.front().value <= passed()) {
+        slot = std::move(idle_slots_.front().slot);
+        idle_slots_.pop_front();
+    } else {
+        slot = std::make_unique<CommandSlot>(*this);
+    }
+    slot->begin();
+    slot->recording_ = ++recordings_;
+    open_recordings_.push_back(recordings_);
+    return slot;
+}
+
+void GpuDevice::give_slot(std::unique_ptr<CommandSlot> slot, uint64_t value) {
+    std::erase(open_recordings_, slot->recording_);
+    slot->batch().give(*this, value);
+    // Most come back in the order of their submissions.
+    auto at = idle_slots_.end();
+    while (at != idle_slots_.begin() && std::prev(at)->value > value)
+        --at;
+    idle_slots_.insert(at, {std::move(slot), value});
+}
+
+uint64_t GpuDevice::submit(CommandSlot& slot) {
     const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
-                                           .commandBuffer = commands};
+                                           .commandBuffer = slot.commands()};
     const VkSemaphoreSubmitInfo signal{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
                                        .semaphore = timeline_,
                                        .value = submitted_ + 1,
@@ -181,7 +209,11 @@ uint64_t GpuDevice::submit(VkCommandBuffer commands) {
                                .pSignalSemaphoreInfos = &signal};
     const profile::Scope scope("submit");
     check(vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE), "submitting work");
-    return ++submitted_;
+    ++submitted_;
+    std::erase(open_recordings_, slot.recording_);
+    slot.batch().give(*this, submitted_);
+    run_retired();
+    return submitted_;
 }
 
 void GpuDevice::wait(uint64_t value) {
@@ -213,19 +245,40 @@ std::optional<int64_t> GpuDevice::cpu_ns_of(uint64_t ticks) const {
 }
 
 void GpuDevice::retire(std::function<void()> destroy) {
-    retired_.emplace_back(submitted_, std::move(destroy));
+    retired_.push_back({recordings_, std::nullopt, std::move(destroy)});
     run_retired();
+}
+
+uint64_t GpuDevice::passed() const {
+    uint64_t value = 0;
+    check(vkGetSemaphoreCounterValue(handle_, timeline_, &value), "reading the timeline");
+    return value;
 }
 
 void GpuDevice::run_retired() {
     if (retired_.empty())
         return;
-    uint64_t passed = 0;
-    check(vkGetSemaphoreCounterValue(handle_, timeline_, &passed), "reading the timeline");
-    while (!retired_.empty() && retired_.front().first <= passed) {
-        retired_.front().second();
+    uint64_t first_open = recordings_ + 1;
+    for (const uint64_t recording : open_recordings_)
+        first_open = std::min(first_open, recording);
+    const uint64_t now = passed();
+    while (!retired_.empty()) {
+        Retired& oldest = retired_.front();
+        if (!oldest.value && oldest.recordings < first_open)
+            oldest.value = submitted_;
+        if (!oldest.value || *oldest.value > now)
+            break;
+        oldest.destroy();
         retired_.pop_front();
     }
+}
+
+uint64_t GpuDevice::resource_bytes() const {
+    uint64_t sum = 0;
+    for (const ResourceInfo& resource : resources_)
+        if (resource.kind != kStagingKind)
+            sum += resource.bytes;
+    return sum;
 }
 
 VkDeviceMemory GpuDevice::allocate(const VkMemoryRequirements& needs, bool visible, bool cached,
@@ -245,8 +298,11 @@ VkDeviceMemory GpuDevice::allocate(const VkMemoryRequirements& needs, bool visib
                                             .memoryTypeIndex = i};
             VkDeviceMemory memory = VK_NULL_HANDLE;
             const VkResult result = vkAllocateMemory(handle_, &info, nullptr, &memory);
-            if (result == VK_SUCCESS)
+            if (result == VK_SUCCESS) {
+                ++created_.objects;
+                ++created_.allocations;
                 return memory;
+            }
             throw GpuError(fmt::format(
                 "graphics device: {} needs {} bytes and the heap of {} bytes does not give them "
                 "({})",

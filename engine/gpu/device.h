@@ -24,10 +24,13 @@ struct DeviceOptions {
     bool int64_atomics = true; // false: as on a device that lacks them
 };
 
+class CommandSlot;
+class StagingPool;
+
 // One live image, buffer or pipeline, for `--stats`.
 struct ResourceInfo {
     std::string name;
-    std::string kind; // "image", "buffer", "pipeline"
+    std::string kind; // "image", "buffer", "pipeline", "staging"
     uint64_t bytes;   // of device memory; 0 for pipelines
 };
 
@@ -50,14 +53,24 @@ class GpuDevice {
     std::vector<std::string> validation_messages() const { return instance_.messages(); }
     bool labels_commands() const { return instance_.labels_commands(); }
 
-    // Hands a recorded command buffer to the queue; returns the timeline value it will signal.
-    uint64_t submit(VkCommandBuffer commands);
+    // A slot to record into, and its way back. A slot that was given back is taken again when the
+    // timeline has passed its submission. Commands does all this.
+    std::unique_ptr<CommandSlot> take_slot();
+    // Hands what was recorded to the queue; returns the timeline value it will signal.
+    uint64_t submit(CommandSlot& slot);
+    // `value` is that of the slot's submission; 0 where there was none.
+    void give_slot(std::unique_ptr<CommandSlot> slot, uint64_t value);
+    // Mapped memory that commands share.
+    StagingPool& staging() { return *staging_; }
+
     // Blocks until the timeline has passed `value`. Throws GpuError when the device is lost, or has
     // not answered for a minute.
     void wait(uint64_t value);
     uint64_t last_submitted() const { return submitted_; }
+    uint64_t passed() const; // by the timeline; never waits
 
-    // Runs `destroy` once the GPU is past everything submitted so far.
+    // Runs `destroy` once the GPU is past everything submitted so far, and past what is being
+    // recorded now.
     void retire(std::function<void()> destroy);
 
     // Memory for a resource; `visible` asks for memory the CPU can map. Throws GpuError with both
@@ -65,6 +78,13 @@ class GpuDevice {
     VkDeviceMemory allocate(const VkMemoryRequirements& needs, bool visible, bool cached,
                             const std::string& name);
     void name_object(VkObjectType type, uint64_t handle, const std::string& name) const;
+
+    // What was made so far: Vulkan objects, and allocations of device memory among them. A frame
+    // like the ones before makes none.
+    struct Created {
+        uint64_t objects = 0, allocations = 0;
+    };
+    Created& created() { return created_; }
 
     // What copies have moved between CPU and GPU so far; Commands counts them. Small blocks that
     // the GPU reads where the CPU wrote them are no copies.
@@ -87,6 +107,8 @@ class GpuDevice {
     }
     void leave(ResourceEntry entry) { resources_.erase(entry); }
     const std::list<ResourceInfo>& resources() const { return resources_; }
+    // Of device memory that resources take, staging left out.
+    uint64_t resource_bytes() const;
 
  private:
     void run_retired();
@@ -101,9 +123,23 @@ class GpuDevice {
     VkPhysicalDeviceMemoryProperties memory_{};
     uint32_t queue_family_ = 0;
     uint64_t submitted_ = 0;
-    std::deque<std::pair<uint64_t, std::function<void()>>> retired_;
+    struct Retired {
+        uint64_t recordings;           // those numbered so far, which may use it
+        std::optional<uint64_t> value; // of the timeline; none while one of them is open
+        std::function<void()> destroy;
+    };
+    std::deque<Retired> retired_;
     std::list<ResourceInfo> resources_;
+    struct IdleSlot {
+        std::unique_ptr<CommandSlot> slot;
+        uint64_t value;
+    };
+    std::deque<IdleSlot> idle_slots_; // by value
+    std::unique_ptr<StagingPool> staging_;
+    uint64_t recordings_ = 0;               // numbers given so far
+    std::vector<uint64_t> open_recordings_; // neither submitted nor given back
     Traffic traffic_;
+    Created created_;
     bool calibrates_ = false; // the driver tells its clock beside ours
     bool int64_atomics_ = false;
 };

@@ -67,6 +67,7 @@ ComputePipeline::ComputePipeline(GpuDevice& device, std::string name,
                                             .pSetLayouts = &set_layout_};
     check(vkCreatePipelineLayout(device.handle(), &layout, nullptr, &layout_),
           "creating the layout of " + name_);
+    device.created().objects += 4; // with its shader module and itself
 
     creation_ = std::async(
         std::launch::async,

@@ -33,7 +33,7 @@ uint32_t bytes_per_texel(VkFormat format) {
         ->bytes;
 }
 
-Buffer::Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memory)
+Buffer::Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memory, const char* kind)
     : device_(&device), bytes_(bytes) {
     PALPATE_ASSERT(bytes > 0);
     const VkBufferCreateInfo create{
@@ -43,6 +43,7 @@ Buffer::Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memor
                  VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
                  VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT};
     check(vkCreateBuffer(device.handle(), &create, nullptr, &handle_), "creating buffer " + name);
+    ++device.created().objects;
     VkMemoryRequirements needs;
     vkGetBufferMemoryRequirements(device.handle(), handle_, &needs);
     try {
@@ -57,7 +58,7 @@ Buffer::Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memor
         check(vkMapMemory(device.handle(), memory_, 0, VK_WHOLE_SIZE, 0, &mapped_),
               "mapping buffer " + name);
     device.name_object(VK_OBJECT_TYPE_BUFFER, reinterpret_cast<uint64_t>(handle_), name);
-    entry_ = device.enter({std::move(name), "buffer", needs.size});
+    entry_ = device.enter({std::move(name), kind, needs.size});
 }
 
 Buffer::Buffer(Buffer&& other) noexcept
@@ -114,6 +115,7 @@ GpuImage::GpuImage(GpuDevice& device, std::string name, const ImageShape& shape)
         .format = shape.format,
         .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS}};
     check(vkCreateImageView(device.handle(), &view, nullptr, &view_), "viewing image " + name);
+    device.created().objects += 2;
     device.name_object(VK_OBJECT_TYPE_IMAGE, reinterpret_cast<uint64_t>(handle_), name);
     entry_ = device.enter({std::move(name), "image", needs.size});
 }
@@ -152,6 +154,7 @@ Sampler::Sampler(GpuDevice& device, Filter filter, Edge edge) : device_(&device)
                                      .addressModeW = mode,
                                      .borderColor = VK_BORDER_COLOR_INT_TRANSPARENT_BLACK};
     check(vkCreateSampler(device.handle(), &create, nullptr, &handle_), "creating a sampler");
+    ++device.created().objects;
 }
 
 Sampler::~Sampler() {

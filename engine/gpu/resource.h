@@ -18,11 +18,16 @@ enum class Memory {
     read_back, // written by the GPU, read by the CPU
 };
 
+// What ResourceInfo calls memory that only carries what is on its way to or from the device. It is
+// recycled, and no limit counts it (GpuDevice::resource_bytes()).
+inline constexpr const char* kStagingKind = "staging";
+
 // A range of memory the GPU sees. Dropping it while the GPU still reads it is safe.
 class Buffer {
  public:
     // bytes > 0.
-    Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memory);
+    Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memory,
+           const char* kind = "buffer");
     ~Buffer();
     Buffer(Buffer&& other) noexcept;
     Buffer& operator=(Buffer&&) = delete;
@@ -42,6 +47,23 @@ class Buffer {
     UseTracker tracker_;
     GpuDevice::ResourceEntry entry_;
 };
+
+// Some bytes of a buffer.
+struct BufferSlice {
+    BufferSlice(Buffer& whole) : buffer(&whole), bytes(whole.bytes()) {} // NOLINT: all of it
+    BufferSlice(Buffer& in, uint64_t first, uint64_t count)
+        : buffer(&in), offset(first), bytes(count) {}
+
+    std::span<std::byte> mapped() const { return buffer->mapped().subspan(offset, bytes); }
+
+    Buffer* buffer;
+    uint64_t offset = 0, bytes;
+};
+
+template <class T>
+std::span<const std::byte> bytes_of(const T& value) {
+    return std::as_bytes(std::span(&value, 1));
+}
 
 struct ImageShape {
     VkImageType type = VK_IMAGE_TYPE_2D;

@@ -3,11 +3,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <limits>
-#include <optional>
 #include <utility>
 
 #include "engine/base/assert.h"
@@ -18,7 +15,7 @@ namespace {
 
 constexpr size_t kSlotTexels =
     size_t{BrickAtlas::kSlotSide} * BrickAtlas::kSlotSide * BrickAtlas::kSlotSide;
-constexpr size_t kBricksPerBatch = 64;
+constexpr size_t kBricksPerBatch = 64; // about what Commands::upload() sends at once
 
 // Slots on each axis, about a cube, for `bricks` of them.
 glm::uvec3 slots_for(size_t bricks, uint32_t most_a_side) {
@@ -98,8 +95,7 @@ Result<BrickAtlas> BrickAtlas::make(GpuDevice& device, std::string name, const V
 
 BrickAtlas::BrickAtlas(GpuDevice& device, const std::string& name, const Volume& volume,
                        TexelStorage storage, glm::uvec3 slots)
-    : device_(&device),
-      storage_(storage),
+    : storage_(storage),
       brick_count_(volume.brick_count()),
       slot_count_(slots),
       slots_(count_of(slots)),
@@ -113,7 +109,6 @@ BrickAtlas::BrickAtlas(GpuDevice& device, const std::string& name, const Volume&
     for_each_brick(volume, [&](glm::uvec3 position) {
         entries_.push_back(absent_entry(volume.brick(position)));
     });
-    write_table();
 }
 
 uint64_t BrickAtlas::key_of(glm::uvec3 brick) const {
@@ -136,7 +131,8 @@ glm::vec4 BrickAtlas::absent_entry(const Brick& brick) const {
     return {kNotResident, 0, 0, lowest};
 }
 
-size_t BrickAtlas::make_resident(const Volume& volume, std::span<const glm::uvec3> wanted) {
+size_t BrickAtlas::make_resident(const Volume& volume, std::span<const glm::uvec3> wanted,
+                                 Commands& commands) {
     PALPATE_ASSERT_CMP(wanted.size(), <=, capacity());
     ++calls_;
     std::vector<uint64_t> missing;
@@ -147,8 +143,10 @@ size_t BrickAtlas::make_resident(const Volume& volume, std::span<const glm::uvec
         else
             slots_[found->second].wanted_at = calls_;
     }
-    if (missing.empty())
+    if (missing.empty()) {
+        write_table(commands);
         return 0;
+    }
     std::vector<size_t> free; // slots to take, those wanted longest ago first
     for (size_t slot = 0; slot < slots_.size(); ++slot)
         if (slots_[slot].wanted_at < calls_)
@@ -163,15 +161,15 @@ size_t BrickAtlas::make_resident(const Volume& volume, std::span<const glm::uvec
         entries_[missing[i]] = {glm::vec3(origin_of(free[i])) + 0.5f, 0.0f};
         uploads.emplace_back(missing[i], free[i]);
     }
+    table_is_stale_ = true;
     try {
-        upload(volume, uploads);
+        upload(volume, uploads, commands);
     } catch (...) { // samples that could not be read
         for (const auto& [brick, slot] : uploads)
             empty_slot(volume, slot);
-        write_table();
         throw;
     }
-    write_table();
+    write_table(commands);
     return uploads.size();
 }
 
@@ -196,47 +194,32 @@ void BrickAtlas::drop(const Volume& next, std::span<const ChangedBrick> changed)
         if (slot_of_brick_.count(key_of(brick.position)) == 0)
             entries_[key_of(brick.position)] = absent_entry(next.brick(brick.position));
     }
-    write_table();
+    table_is_stale_ = table_is_stale_ || !changed.empty();
 }
 
-void BrickAtlas::upload(const Volume& volume, std::span<const std::pair<uint64_t, size_t>> bricks) {
-    // Two halves of staging: one is filled while the GPU copies the other.
+void BrickAtlas::upload(const Volume& volume, std::span<const std::pair<uint64_t, size_t>> bricks,
+                        Commands& commands) {
     const uint64_t bytes = slot_bytes(storage_);
-    const size_t batch = std::min(kBricksPerBatch, bricks.size());
-    std::array<std::optional<Buffer>, 2> staging;
-    std::array<std::optional<Commands>, 2> commands;
-    for (size_t first = 0, half = 0; first < bricks.size(); first += batch, half ^= 1) {
-        if (!staging[half])
-            staging[half].emplace(*device_, "upload", batch * bytes, Memory::upload);
-        if (commands[half])
-            commands[half]->finish();
-        commands[half].emplace(*device_);
-        const size_t count = std::min(batch, bricks.size() - first);
-        std::byte* out = staging[half]->mapped().data();
-        tbb::parallel_for(size_t{0}, count, [&](size_t i) {
-            fill_slot(volume, brick_of(bricks[first + i].first), storage_.format, out + i * bytes);
-        });
-        std::vector<Commands::Region> regions;
-        for (size_t i = 0; i < count; ++i)
-            regions.push_back({.buffer_offset = i * bytes,
-                               .image_offset = origin_of(bricks[first + i].second),
-                               .size = glm::uvec3(kSlotSide)});
-        commands[half]->copy(*staging[half], image_, regions);
-        commands[half]->submit();
-    }
-    for (auto& submitted : commands)
-        if (submitted)
-            submitted->finish();
+    commands.upload(image_, bricks.size(), bytes,
+                    [&](size_t first, size_t count, std::span<std::byte> to) {
+                        std::vector<Commands::Region> regions;
+                        for (size_t i = 0; i < count; ++i)
+                            regions.push_back({.buffer_offset = i * bytes,
+                                               .image_offset = origin_of(bricks[first + i].second),
+                                               .size = glm::uvec3(kSlotSide)});
+                        tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+                            fill_slot(volume, brick_of(bricks[first + i].first), storage_.format,
+                                      to.data() + i * bytes);
+                        });
+                        return regions;
+                    });
 }
 
-void BrickAtlas::write_table() {
-    Buffer staging(*device_, "pages upload", entries_.size() * sizeof(glm::vec4), Memory::upload);
-    std::memcpy(staging.mapped().data(), entries_.data(), staging.bytes());
-    Commands commands(*device_);
+void BrickAtlas::write_table(Commands& commands) {
+    if (!std::exchange(table_is_stale_, false))
+        return;
     const Commands::Region all{.buffer_offset = 0, .image_offset = {}, .size = brick_count_};
-    commands.copy(staging, table_, std::span(&all, 1));
-    commands.submit();
-    commands.finish();
+    commands.copy(commands.upload(std::as_bytes(std::span(entries_))), table_, std::span(&all, 1));
 }
 
 } // namespace palpate

@@ -38,11 +38,14 @@ class BrickAtlas {
 
     size_t capacity() const { return slots_.size(); } // bricks
 
-    // Makes every one of `wanted` resident, each once and no more than capacity(); drops others
-    // where there is no room, those wanted longest ago first. Returns how many were uploaded.
-    size_t make_resident(const Volume& volume, std::span<const glm::uvec3> wanted);
+    // Makes every one of `wanted` resident, each once and no more than capacity(), for what is
+    // recorded into `commands` from here on; drops others where there is no room, those wanted
+    // longest ago first. Returns how many were uploaded.
+    size_t make_resident(const Volume& volume, std::span<const glm::uvec3> wanted,
+                         Commands& commands);
 
     // Drops what a later snapshot changed: the bricks, and those that hold a sample of theirs.
+    // make_resident() comes before the next use.
     void drop(const Volume& next, std::span<const ChangedBrick> changed);
 
     GpuImage& image() { return image_; }
@@ -54,9 +57,10 @@ class BrickAtlas {
  private:
     BrickAtlas(GpuDevice& device, const std::string& name, const Volume& volume,
                TexelStorage storage, glm::uvec3 slots);
-    void upload(const Volume& volume, std::span<const std::pair<uint64_t, size_t>> bricks);
+    void upload(const Volume& volume, std::span<const std::pair<uint64_t, size_t>> bricks,
+                Commands& commands);
     void empty_slot(const Volume& volume, size_t slot);
-    void write_table();
+    void write_table(Commands& commands);
     glm::vec4 absent_entry(const Brick& brick) const;
     glm::uvec3 origin_of(size_t slot) const;
     uint64_t key_of(glm::uvec3 brick) const;
@@ -67,12 +71,12 @@ class BrickAtlas {
         uint64_t brick = kNobody;
         uint64_t wanted_at = 0; // the call that last asked for it
     };
-    GpuDevice* device_;
     TexelStorage storage_;
     glm::uvec3 brick_count_, slot_count_;
     std::vector<Slot> slots_;
     std::unordered_map<uint64_t, size_t> slot_of_brick_;
     std::vector<glm::vec4> entries_; // of the table
+    bool table_is_stale_ = true;     // on the device
     uint64_t calls_ = 0;
     GpuImage image_, table_;
 };

@@ -57,7 +57,7 @@ void CellMap::update(const Volume& next, std::span<const ChangedBrick> changed) 
 }
 
 void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bias,
-                   Commands& commands, UploadRing* ring) {
+                   Commands& commands) {
     const bool mip = layer.mode == RayMode::mip;
     if (!mip) // distances do not depend on how texels are stored
         value_scale = 1.0f, value_bias = 0.0f;
@@ -73,7 +73,7 @@ void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bia
                            shown_->value_scale == value_scale && shown_->value_bias == value_bias;
     if (same_look && shown_->version == version_)
         return;
-    if (same_look && !mip && ring && patch(wanted, commands, *ring)) {
+    if (same_look && !mip && patch(wanted, commands)) {
         shown_->version = version_;
         return;
     }
@@ -98,19 +98,18 @@ void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bia
         texels.assign(cells.begin(), cells.end());
         distances_ = std::move(cells);
     }
-    upload(texels, wanted.count);
+    upload(texels, wanted.count, commands);
     shown_ = std::move(wanted);
 }
 
-bool CellMap::patch(const Shown& wanted, Commands& commands, UploadRing& ring) {
+bool CellMap::patch(const Shown& wanted, Commands& commands) {
     const glm::ivec3 count(ranges_.count), reach(kMaxCellDistance - 1);
     const glm::ivec3 low = glm::max(touched_low_ - reach, glm::ivec3(0));
     const glm::ivec3 size = glm::min(touched_high_ + reach, count) - low;
     const int64_t cells = int64_t{size.x} * size.y * size.z;
-    const uint64_t bytes = static_cast<uint64_t>(cells) * sizeof(float);
     if (touched_low_ == touched_high_) // the edit changed no sample
         return true;
-    if (cells > kMostPatched || bytes > ring.capacity() / 4)
+    if (cells > kMostPatched)
         return false;
     const VisibleValues visible = visible_values(wanted.mode, wanted.transfer, wanted.isos);
     const bool gaps_matter = wanted.mode == RayMode::iso && !ranges_.gaps.empty();
@@ -135,34 +134,35 @@ bool CellMap::patch(const Shown& wanted, Commands& commands, UploadRing& ring) {
         filled[local] = seen;
     });
     chebyshev_distances(filled, glm::uvec3(size));
-    const UploadRing::Room room = ring.take(bytes);
-    auto* texels = reinterpret_cast<float*>(room.bytes.data());
+    const BufferSlice from = commands.staging(static_cast<uint64_t>(cells) * sizeof(float));
+    auto* texels = reinterpret_cast<float*>(from.mapped().data());
     for_each(low, low + size, [&](size_t cell, size_t local) {
         distances_[cell] = std::min(distances_[cell], filled[local]);
         texels[local] = distances_[cell];
     });
     const Commands::Region region{
-        .buffer_offset = room.offset, .image_offset = glm::uvec3(low), .size = glm::uvec3(size)};
+        .buffer_offset = 0, .image_offset = glm::uvec3(low), .size = glm::uvec3(size)};
     commands.begin_pass("cell patch");
-    commands.copy(ring.buffer(), *image_, std::span(&region, 1));
+    commands.copy(from, *image_, std::span(&region, 1));
     commands.end_pass();
     touched_low_ = touched_high_ = glm::ivec3(0);
     return true;
 }
 
-void CellMap::upload(const std::vector<float>& texels, glm::uvec3 count) {
+void CellMap::upload(const std::vector<float>& texels, glm::uvec3 count, Commands& commands) {
     if (!image_ || image_->shape().size != count) {
         image_.reset();
         image_.emplace(*device_, "macro-cells",
                        ImageShape{.type = VK_IMAGE_TYPE_3D, .size = count});
     }
-    Buffer staging(*device_, "macro-cell upload", texels.size() * sizeof(float), Memory::upload);
-    std::memcpy(staging.mapped().data(), texels.data(), staging.bytes());
-    Commands commands(*device_);
-    const Commands::Region region{.buffer_offset = 0, .image_offset = {}, .size = count};
-    commands.copy(staging, *image_, std::span(&region, 1));
-    commands.submit();
-    commands.finish();
+    const size_t plane = size_t{count.x} * count.y; // texels
+    commands.upload(*image_, count.z, plane * sizeof(float),
+                    [&](size_t first, size_t planes, std::span<std::byte> to) {
+                        std::memcpy(to.data(), &texels[first * plane], to.size());
+                        return std::vector<Commands::Region>{{.buffer_offset = 0,
+                                                              .image_offset = {0, 0, first},
+                                                              .size = {count.x, count.y, planes}}};
+                    });
 }
 
 } // namespace palpate

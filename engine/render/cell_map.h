@@ -6,7 +6,6 @@
 
 #include "engine/gpu/commands.h"
 #include "engine/gpu/resource.h"
-#include "engine/render/upload_ring.h"
 #include "engine/scene/scene.h"
 #include "engine/volume/cell_range.h"
 
@@ -30,9 +29,8 @@ class CellMap {
     // Where an edit of a few cells is all that is new, only they and what lies within reach of them
     // is worked out and recorded into `commands`: cells that come to hold something lower the
     // distances around them; around cells that became empty, distances stay what they were, which
-    // is safe, until a frame that brings no edit. Without a ring, all cells are worked out.
-    void show(const RayCastLayer& layer, float value_scale, float value_bias, Commands& commands,
-              UploadRing* ring);
+    // is safe, until a frame that brings no edit.
+    void show(const RayCastLayer& layer, float value_scale, float value_bias, Commands& commands);
 
     // A frame has come without an edit: show() works all out anew where distances could be larger.
     void settle() {
@@ -61,8 +59,8 @@ class CellMap {
         glm::uvec3 count;
         uint64_t version;
     };
-    void upload(const std::vector<float>& texels, glm::uvec3 count);
-    bool patch(const Shown& wanted, Commands& commands, UploadRing& ring);
+    void upload(const std::vector<float>& texels, glm::uvec3 count, Commands& commands);
+    bool patch(const Shown& wanted, Commands& commands);
 
     GpuDevice* device_;
     CellRanges ranges_;

@@ -1,7 +1,6 @@
 #include "engine/render/gpu_volume.h"
 
-#include <array>
-#include <optional>
+#include <algorithm>
 
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
@@ -9,8 +8,6 @@
 namespace palpate {
 
 namespace {
-
-constexpr size_t kBricksPerBatch = 32;
 
 uint64_t dense_bytes(const Volume& volume, const TexelStorage& storage) {
     return sample_count(volume.grid()) * texel_bytes(storage.format);
@@ -86,7 +83,7 @@ GpuVolume::Choice GpuVolume::choose(const GpuDevice& device, const Volume& volum
 }
 
 Result<GpuVolume> GpuVolume::make(GpuDevice& device, std::string name, const Volume& volume,
-                                  const GpuVolumeWish& wish) {
+                                  const GpuVolumeWish& wish, Commands& commands) {
     Choice choice = choose(device, volume, wish);
     GpuVolume made(device, volume, wish, choice.storage);
     made.reason_ = std::move(choice.reason);
@@ -118,7 +115,7 @@ Result<GpuVolume> GpuVolume::make(GpuDevice& device, std::string name, const Vol
                         ImageShape{.type = VK_IMAGE_TYPE_3D, .format = format, .size = size});
     std::vector<ChangedBrick> all;
     for_each_brick(volume, [&](glm::uvec3 position) { all.push_back({position, ~uint64_t{0}}); });
-    made.upload(volume, all);
+    made.upload(volume, all, commands);
     return made;
 }
 
@@ -137,68 +134,39 @@ bool GpuVolume::suits(const Volume& next, const GpuVolumeWish& wish) const {
 }
 
 void GpuVolume::update(const Volume& next, std::span<const ChangedBrick> changed,
-                       Commands& commands, UploadRing* ring) {
-    if (atlas_) {
+                       Commands& commands) {
+    if (atlas_)
         atlas_->drop(next, changed);
-    } else {
-        const uint64_t bytes = changed.size() * kBrickSamples * texel_bytes(storage_.format);
-        if (ring && bytes > 0 && bytes <= ring->capacity() / 4) {
-            const profile::Scope scope("upload bricks");
-            const UploadRing::Room room = ring->take(bytes);
-            commands.begin_pass("upload");
-            commands.copy(ring->buffer(), *image_, stage(next, changed, room.bytes, room.offset));
-            commands.end_pass();
-        } else {
-            upload(next, changed);
-        }
-    }
+    else
+        upload(next, changed, commands);
     snapshot_ = next;
 }
 
-std::vector<Commands::Region> GpuVolume::stage(const Volume& from,
-                                               std::span<const ChangedBrick> bricks,
-                                               std::span<std::byte> to, uint64_t offset) const {
-    const size_t texel = texel_bytes(storage_.format);
-    std::vector<Commands::Region> regions;
-    size_t at = 0;
-    for (const ChangedBrick& brick : bricks) {
-        const auto [low, high] = changed_box(brick, from.valid_in_brick(brick.position));
-        const glm::uvec3 size = high - low;
-        store_texels(from.brick(brick.position), storage_.format, low, high, size.x, size.y,
-                     to.data() + at);
-        regions.push_back({.buffer_offset = offset + at,
-                           .image_offset = brick.position * kBrickSide + low,
-                           .size = size,
-                           .row_texels = size.x,
-                           .plane_rows = size.y});
-        at += texel * size.x * size.y * size.z;
-    }
-    return regions;
-}
-
-void GpuVolume::upload(const Volume& from, std::span<const ChangedBrick> bricks) {
+void GpuVolume::upload(const Volume& from, std::span<const ChangedBrick> bricks,
+                       Commands& commands) {
     if (bricks.empty())
         return;
     const profile::Scope scope("upload bricks");
-    // Two halves of staging: one is filled while the GPU copies the other.
-    const size_t brick_bytes = kBrickSamples * texel_bytes(storage_.format);
-    const size_t batch = std::min(kBricksPerBatch, bricks.size());
-    std::array<std::optional<Buffer>, 2> staging;
-    std::array<std::optional<Commands>, 2> commands;
-    for (size_t first = 0, half = 0; first < bricks.size(); first += batch, half ^= 1) {
-        if (!staging[half])
-            staging[half].emplace(*device_, "upload", batch * brick_bytes, Memory::upload);
-        if (commands[half])
-            commands[half]->finish();
-        commands[half].emplace(*device_);
-        const auto part = bricks.subspan(first, std::min(batch, bricks.size() - first));
-        commands[half]->copy(*staging[half], *image_,
-                             stage(from, part, staging[half]->mapped(), 0));
-        commands[half]->submit();
-    }
-    for (auto& submitted : commands)
-        if (submitted)
-            submitted->finish();
+    const size_t texel = texel_bytes(storage_.format);
+    commands.upload(*image_, bricks.size(), kBrickSamples * texel,
+                    [&](size_t first, size_t count, std::span<std::byte> to) {
+                        std::vector<Commands::Region> regions;
+                        size_t at = 0;
+                        for (const ChangedBrick& brick : bricks.subspan(first, count)) {
+                            const auto [low, high] =
+                                changed_box(brick, from.valid_in_brick(brick.position));
+                            const glm::uvec3 size = high - low;
+                            store_texels(from.brick(brick.position), storage_.format, low, high,
+                                         size.x, size.y, to.data() + at);
+                            regions.push_back({.buffer_offset = at,
+                                               .image_offset = brick.position * kBrickSide + low,
+                                               .size = size,
+                                               .row_texels = size.x,
+                                               .plane_rows = size.y});
+                            at += texel * size.x * size.y * size.z;
+                        }
+                        return regions;
+                    });
 }
 
 } // namespace palpate

@@ -8,7 +8,6 @@
 #include "engine/render/brick_atlas.h"
 #include "engine/render/residency.h"
 #include "engine/render/texel_storage.h"
-#include "engine/render/upload_ring.h"
 #include "engine/volume/changes.h"
 
 namespace palpate {
@@ -33,21 +32,19 @@ struct GpuVolumeWish {
 // One volume on the GPU, kept up to date brick by brick: as one 3D image, or as an atlas of those
 // bricks that are asked for.
 //
-// There is no flat copy of the voxels on the CPU: bricks are converted straight into a staging ring
+// There is no flat copy of the voxels on the CPU: bricks are converted straight into staging memory
 // of a few megabytes. value = texel * value_scale + value_bias.
 class GpuVolume {
  public:
     // A dense one holds every brick from the start, an atlas none. Fails with a sentence when the
     // volume is larger than the device's images or than the limit; nothing is down-sampled.
+    // Uploads are recorded into `commands`.
     static Result<GpuVolume> make(GpuDevice& device, std::string name, const Volume& volume,
-                                  const GpuVolumeWish& wish);
+                                  const GpuVolumeWish& wish, Commands& commands);
 
     // Uploads the bricks in which `next` differs from the snapshot held now (changed_bricks() tells
-    // them), and holds `next`. Size and type must be those of the first snapshot. As many as the
-    // ring takes are recorded into `commands`; more, or without a ring, travel in submissions of
-    // their own.
-    void update(const Volume& next, std::span<const ChangedBrick> changed, Commands& commands,
-                UploadRing* ring);
+    // them), and holds `next`. Size and type must be those of the first snapshot.
+    void update(const Volume& next, std::span<const ChangedBrick> changed, Commands& commands);
 
     // Whether this is what make() would give for such a volume and wish, or serves as well.
     bool suits(const Volume& next, const GpuVolumeWish& wish) const;
@@ -55,8 +52,8 @@ class GpuVolume {
     bool is_atlas() const { return atlas_.has_value(); }
     BrickAtlas& atlas() { return *atlas_; }
     // Brings bricks of the snapshot into the atlas; how many were uploaded.
-    size_t make_resident(std::span<const glm::uvec3> bricks) {
-        return atlas_->make_resident(snapshot_, bricks);
+    size_t make_resident(std::span<const glm::uvec3> bricks, Commands& commands) {
+        return atlas_->make_resident(snapshot_, bricks, commands);
     }
 
     GpuImage& image() { return image_ ? *image_ : atlas_->image(); } // or the atlas's
@@ -73,12 +70,8 @@ class GpuVolume {
     static Choice choose(const GpuDevice& device, const Volume& volume, const GpuVolumeWish& wish);
     GpuVolume(GpuDevice& device, const Volume& volume, const GpuVolumeWish& wish,
               TexelStorage storage);
-    // Writes of each brick the box about its changed blocks to staging memory, one after the other;
-    // what copies them from there. `to` lies at `offset` of the buffer and has room for whole
-    // bricks.
-    std::vector<Commands::Region> stage(const Volume& from, std::span<const ChangedBrick> bricks,
-                                        std::span<std::byte> to, uint64_t offset) const;
-    void upload(const Volume& from, std::span<const ChangedBrick> bricks);
+    // Of each brick the box about its changed blocks.
+    void upload(const Volume& from, std::span<const ChangedBrick> bricks, Commands& commands);
 
     GpuDevice* device_;
     Volume snapshot_;

@@ -2,9 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include <array>
 #include <bit>
-#include <optional>
 
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
@@ -15,7 +13,7 @@ namespace {
 
 constexpr VkFormat kFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
 constexpr size_t kBytesPerTexel = 8;
-constexpr size_t kBricksPerBatch = 32;
+constexpr size_t kBricksPerBatch = 16;     // what Commands::upload() sends at once
 constexpr uint32_t kSide = kBrickSide + 2; // samples, with one to either side
 // What the largest difference is scaled to: half of the largest half, and so far above the
 // smallest that a difference 2^-29 of it still counts.
@@ -73,8 +71,7 @@ void store_gradients(const Volume& volume, glm::uvec3 brick, float scale, uint16
 }
 
 GradientImage::GradientImage(GpuDevice& device, const Volume& volume)
-    : device_(&device),
-      snapshot_(volume),
+    : snapshot_(volume),
       span_(span_of(volume)),
       filled_(size_t{volume.brick_count().x} * volume.brick_count().y * volume.brick_count().z, 0),
       image_(device, "gradients",
@@ -104,7 +101,7 @@ void GradientImage::update(const Volume& next, std::span<const ChangedBrick> cha
     snapshot_ = next;
 }
 
-size_t GradientImage::fill(const BrickMask& wanted) {
+size_t GradientImage::fill(const BrickMask& wanted, Commands& commands) {
     PALPATE_ASSERT_CMP(wanted.size(), ==, filled_.size());
     std::vector<glm::uvec3> bricks;
     size_t i = 0;
@@ -119,34 +116,22 @@ size_t GradientImage::fill(const BrickMask& wanted) {
         return 0;
     const profile::Scope scope("fill gradients");
     const size_t brick_bytes = kBrickSamples * kBytesPerTexel;
-    const size_t batch = std::min(kBricksPerBatch, bricks.size());
-    std::array<std::optional<Buffer>, 2> staging;
-    std::array<std::optional<Commands>, 2> commands;
-    for (size_t first = 0, half = 0; first < bricks.size(); first += batch, half ^= 1) {
-        if (!staging[half])
-            staging[half].emplace(*device_, "upload", batch * brick_bytes, Memory::upload);
-        if (commands[half])
-            commands[half]->finish();
-        commands[half].emplace(*device_);
-        const size_t count = std::min(batch, bricks.size() - first);
-        std::byte* const out = staging[half]->mapped().data();
-        tbb::parallel_for(size_t{0}, count, [&](size_t k) {
-            store_gradients(snapshot_, bricks[first + k], kLargest / span_,
-                            reinterpret_cast<uint16_t*>(out + k * brick_bytes));
-        });
-        std::vector<Commands::Region> regions;
-        for (size_t k = 0; k < count; ++k)
-            regions.push_back({.buffer_offset = k * brick_bytes,
-                               .image_offset = bricks[first + k] * kBrickSide,
-                               .size = snapshot_.valid_in_brick(bricks[first + k]),
-                               .row_texels = kBrickSide,
-                               .plane_rows = kBrickSide});
-        commands[half]->copy(*staging[half], image_, regions);
-        commands[half]->submit();
-    }
-    for (auto& submitted : commands)
-        if (submitted)
-            submitted->finish();
+    commands.upload(image_, bricks.size(), brick_bytes,
+                    [&](size_t first, size_t count, std::span<std::byte> to) {
+                        std::vector<Commands::Region> regions;
+                        for (size_t k = 0; k < count; ++k)
+                            regions.push_back({.buffer_offset = k * brick_bytes,
+                                               .image_offset = bricks[first + k] * kBrickSide,
+                                               .size = snapshot_.valid_in_brick(bricks[first + k]),
+                                               .row_texels = kBrickSide,
+                                               .plane_rows = kBrickSide});
+                        tbb::parallel_for(size_t{0}, count, [&](size_t k) {
+                            store_gradients(
+                                snapshot_, bricks[first + k], kLargest / span_,
+                                reinterpret_cast<uint16_t*>(to.data() + k * brick_bytes));
+                        });
+                        return regions;
+                    });
     return bricks.size();
 }
 

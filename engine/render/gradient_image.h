@@ -25,7 +25,7 @@ class GradientImage {
 
     // Fills those of the wanted bricks (and what interpolation reads beside them) that are not;
     // how many were filled. For the snapshot told last.
-    size_t fill(const BrickMask& wanted);
+    size_t fill(const BrickMask& wanted, Commands& commands);
 
     // Holds a later snapshot of the same size and type; what reads a changed sample is to be
     // filled anew.
@@ -35,7 +35,6 @@ class GradientImage {
     const Volume& snapshot() const { return snapshot_; }
 
  private:
-    GpuDevice* device_;
     Volume snapshot_;
     float span_; // of values, that the scale is for
     BrickMask filled_;

@@ -57,7 +57,7 @@ struct Renderer::RayPass {
     const char* name;
     RayCastVariant variant;
     glm::uvec2 rays; // across and down
-    Buffer& frame;
+    BufferSlice frame;
     GpuImage* table; // none in mode iso
     GpuImage& color;
     GpuImage* values;             // where the scene asks for value and depth
@@ -74,8 +74,9 @@ struct Renderer::Coarse {
     uint32_t eyes;
     GpuImage truth, few;              // of sparse rays; of rays more than two pixels apart
     Buffer spans, tile_groups, tiles; // the latter of sparse rays
-    Buffer ray_groups, counts, rays_listed, first_hits, squares;
-    MirroredBuffer frame{}, probe_frame{}, few_frame{}, interpolate{}, enlarge{}, judge{};
+    Buffer ray_groups, rays_listed, first_hits, squares;
+    std::optional<BufferSlice> frame{}, probe_frame{}, few_frame{}, interpolate{}, enlarge{},
+        judge{};                             // of this frame
     std::optional<TransferImage> transfer{}; // where the step differs
     uint32_t drawn = 1;                      // frames so far: the sparse rays wander
     glm::uvec2 first_probe{0};
@@ -83,12 +84,6 @@ struct Renderer::Coarse {
 };
 
 struct Renderer::Held {
-    std::optional<UploadRing> uploads; // from the first edit on, where there is room for it
-    UploadRing* ring() { return uploads ? &*uploads : nullptr; }
-    void sent(uint64_t value) {
-        if (uploads)
-            uploads->sent(value);
-    }
     std::optional<GpuVolume> volume, labels;
     std::optional<GradientImage> gradients;
     std::optional<std::pair<RayCastLayer, double>> gradients_filled_for; // and step factor
@@ -96,8 +91,9 @@ struct Renderer::Held {
     std::optional<Buffer> tile_groups, tiles, slabs;
     double cell_map_ms = 0, gradients_ms = 0;
     std::optional<TransferImage> transfer, slice_transfer;
-    gpu::Frame block; // what `frame` holds
-    MirroredBuffer frame, slice_frame, planes, styles;
+    gpu::Frame block;                                                   // what `frame` holds
+    std::optional<BufferSlice> frame, slice_frame, planes, atlas_frame; // of this frame
+    MirroredBuffer styles;
     std::optional<SurfacePass> surfaces;
     std::optional<Targets> targets;
     std::optional<Coarse> coarse;
@@ -107,7 +103,6 @@ struct Renderer::Held {
     std::vector<glm::uvec3> sliced; // bricks that slices run through
     size_t needed_bricks = 0;
     std::vector<Part> parts;
-    MirroredBuffer atlas_frame;
 };
 
 // What `draw` returns. Where it throws, as for a brick that cannot be read, nothing recorded so far

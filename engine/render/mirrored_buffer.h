@@ -1,33 +1,33 @@
 #pragma once
 
-#include <cstring>
+#include <algorithm>
 #include <optional>
 #include <span>
+#include <vector>
 
-#include "engine/gpu/resource.h"
+#include "engine/gpu/commands.h"
 
 namespace palpate {
 
-// Keeps a small buffer in step with its contents: written only when they differ.
+// Keeps a buffer of the device in step with its contents: written only when they differ, by a copy
+// that comes after the frames on their way.
 class MirroredBuffer {
  public:
-    void hold(GpuDevice& device, const char* name, std::span<const std::byte> bytes) {
-        if (buffer_ && bytes.size() == buffer_->bytes() &&
-            std::memcmp(bytes.data(), buffer_->mapped().data(), bytes.size()) == 0)
+    void hold(GpuDevice& device, const char* name, std::span<const std::byte> bytes,
+              Commands& commands) {
+        if (buffer_ && std::equal(bytes.begin(), bytes.end(), bytes_.begin(), bytes_.end()))
             return;
-        buffer_.emplace(device, name, bytes.size(), Memory::upload); // the old one is retired
-        std::memcpy(buffer_->mapped().data(), bytes.data(), bytes.size());
+        if (!buffer_ || buffer_->bytes() != bytes.size())
+            buffer_.emplace(device, name, bytes.size(), Memory::device); // the old one is retired
+        bytes_.assign(bytes.begin(), bytes.end());
+        commands.upload(bytes, *buffer_);
     }
     void drop() { buffer_.reset(); }
     Buffer& get() { return *buffer_; }
 
  private:
     std::optional<Buffer> buffer_;
+    std::vector<std::byte> bytes_;
 };
-
-template <class T>
-std::span<const std::byte> bytes_of(const T& value) {
-    return std::as_bytes(std::span(&value, 1));
-}
 
 } // namespace palpate

@@ -93,7 +93,7 @@ SurfaceShader surface_shader(SurfaceStage stage, SurfaceVariant v) {
 VkDescriptorType type_of(const Bound& bound) {
     if (bound.use == Use::uniform)
         return kUniform;
-    if (std::holds_alternative<Buffer*>(bound.resource))
+    if (std::holds_alternative<BufferSlice>(bound.resource))
         return kStorage;
     return bound.sampler ? kSampled : kStorageImage;
 }

@@ -60,14 +60,14 @@ std::vector<View> views_of(const Scene& scene) {
 void Renderer::record_slices(Commands& commands, const Scene& scene) {
     Targets& targets = *held_->targets;
     std::vector<Bound> bound{
-        bind_uniform(gpu::kSliceFrame, held_->slice_frame.get()),
+        bind_uniform(gpu::kSliceFrame, *held_->slice_frame),
         bind_sampled(gpu::kSliceVolume, held_->volume->image(), linear_),
         bind_sampled(gpu::kSliceTable, held_->slice_transfer->image(), nearest_)};
     if (scene.labels) {
         bound.push_back(bind_sampled(gpu::kSliceLabels, held_->labels->image(), label_sampler_));
         bound.push_back(bind_storage(gpu::kSliceStyles, held_->styles.get()));
     }
-    bound.push_back(bind_uniform(gpu::kSlicePlanes, held_->planes.get()));
+    bound.push_back(bind_uniform(gpu::kSlicePlanes, *held_->planes));
     const bool behind = targets.behind.has_value();
     bound.push_back(
         bind_storage_image(gpu::kSliceColor, behind ? *targets.behind : *targets.color));

@@ -112,7 +112,8 @@ Renderer::Renderer(GpuDevice& device, RendererOptions options)
 
 Renderer::~Renderer() = default;
 
-Result<void> Renderer::keep_surfaces(const Scene& scene, const SceneData& data) {
+Result<void> Renderer::keep_surfaces(const Scene& scene, const SceneData& data,
+                                     Commands& commands) {
     PALPATE_ASSERT_CMP(scene.surfaces.size(), ==, data.meshes.size());
     PALPATE_ASSERT_CMP(scene.surfaces.size(), <=, kMaxSurfaces);
     PALPATE_ASSERT(scene.surface_depth >= 1 && scene.surface_depth <= kMaxSurfaceDepth);
@@ -122,7 +123,7 @@ Result<void> Renderer::keep_surfaces(const Scene& scene, const SceneData& data) 
     }
     if (!held_->surfaces)
         held_->surfaces.emplace(*device_, nearest_);
-    return held_->surfaces->prepare(scene, data, views_of(scene));
+    return held_->surfaces->prepare(scene, data, views_of(scene), commands);
 }
 
 void Renderer::keep_targets(const Scene& scene) {
@@ -197,18 +198,17 @@ void Renderer::drop_volumes() {
     held_->transfer.reset();
     held_->slice_transfer.reset();
     held_->parts.clear();
-    for (MirroredBuffer* buffer :
-         {&held_->frame, &held_->slice_frame, &held_->planes, &held_->styles, &held_->atlas_frame})
-        buffer->drop();
+    held_->styles.drop();
 }
 
 Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Commands& commands) {
     const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
+    const uint64_t before = device_->last_submitted();
     if (scene.ray_cast)
         if (Result<void> checked = check_steps(*scene.ray_cast, data.volume.grid()); !checked)
             return pass_on(checked);
-    if (Result<void> kept = keep_surfaces(scene, data); !kept)
+    if (Result<void> kept = keep_surfaces(scene, data, commands); !kept)
         return pass_on(kept);
     keep_targets(scene);
     begin_pipelines(scene, data);
@@ -226,7 +226,7 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
         const auto largest = static_cast<uint32_t>(std::max(0.0f, data.labels->range().max));
         const auto styles = make_label_styles(*scene.labels, largest);
         inputs.style_count = static_cast<uint32_t>(styles.size());
-        held_->styles.hold(*device_, "label styles", std::as_bytes(std::span(styles)));
+        held_->styles.hold(*device_, "label styles", std::as_bytes(std::span(styles)), commands);
     } else {
         held_->styles.drop();
     }
@@ -234,8 +234,9 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
     const std::vector<View> views = views_of(scene);
     const auto hold_transfer = [&](std::optional<TransferImage>& held, const char* name,
                                    const TransferFunction& function, double step_mm) {
-        if (!held || held->function() != function || held->step_mm() != step_mm)
-            held.emplace(*device_, name, function, step_mm);
+        if (!held)
+            held.emplace(*device_, name);
+        held->hold(function, step_mm, commands);
         inputs.table_low = held->low();
         inputs.table_high = held->high();
         inputs.table_first = held->first();
@@ -251,7 +252,7 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
         inputs.cell_side = held_->cells->side();
         inputs.cell_margin = held_->cells->margin();
         held_->block = make_frame_block(scene, data, views, inputs);
-        held_->frame.hold(*device_, "ray cast", bytes_of(held_->block));
+        held_->frame = commands.upload(bytes_of(held_->block));
         held_->variant = variant_of(scene, data.volume);
         held_->variant.skip =
             options_.skipping && (!takes_slabs(held_->variant) || pays_in_slabs(held_->block));
@@ -266,43 +267,44 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
         held_->tile_groups.reset();
         held_->coarse.reset();
         held_->transfer.reset();
-        held_->frame.drop();
     }
     if (!scene.slices.empty()) {
         hold_transfer(held_->slice_transfer, "slices' transfer function", scene.slice_transfer,
                       1.0);
-        held_->slice_frame.hold(*device_, "slices",
-                                bytes_of(make_frame_block(scene, data, views, inputs)));
+        held_->slice_frame =
+            commands.upload(bytes_of(make_frame_block(scene, data, views, inputs)));
         auto planes = make_slice_planes(scene, data.volume.grid());
         planes.resize(gpu::kMaxSlices);
-        held_->planes.hold(*device_, "slice planes", std::as_bytes(std::span(planes)));
+        held_->planes = commands.upload(std::as_bytes(std::span(planes)));
     } else {
         held_->slice_transfer.reset();
-        held_->slice_frame.drop();
-        held_->planes.drop();
     }
     if (held_->volume->is_atlas())
         if (Result<void> planned = plan_atlas(scene, data); !planned)
             return pass_on(planned);
+    if (device_->last_submitted() > before)
+        finish(commands);
     return uploaded;
 }
 
-uint64_t Renderer::read_sample_count() {
-    Buffer copy(*device_, "tiles read back", held_->tiles->bytes(), Memory::read_back);
-    Buffer groups(*device_, "tile count read back", held_->tile_groups->bytes(), Memory::read_back);
-    Commands commands(*device_);
-    commands.copy(*held_->tiles, copy);
-    commands.copy(*held_->tile_groups, groups);
-    commands.submit();
-    commands.finish();
-    uint32_t count = 0;
-    std::memcpy(&count, groups.mapped().data(), sizeof count);
+void Renderer::finish(Commands& commands) {
+    commands.flush();
+    device_->wait(device_->last_submitted());
+}
+
+// Of the frame that was drawn last; the commands that read it back still live.
+uint64_t Renderer::read_sample_counts() {
     uint64_t samples = 0;
-    for (uint32_t i = 0; i < count; ++i) {
-        gpu::TileEntry entry;
-        std::memcpy(&entry, copy.mapped().data() + i * sizeof entry, sizeof entry);
-        samples += entry.samples;
+    for (const Listed& listed : listed_) {
+        uint32_t count = 0;
+        std::memcpy(&count, listed.groups.mapped().data(), sizeof count);
+        for (uint32_t i = 0; i < count; ++i) {
+            gpu::TileEntry entry;
+            std::memcpy(&entry, listed.tiles.mapped().data() + i * sizeof entry, sizeof entry);
+            samples += entry.samples;
+        }
     }
+    listed_.clear();
     return samples;
 }
 
@@ -340,7 +342,7 @@ Renderer::RayPass Renderer::full_pass(const Scene& scene) {
     return {"ray cast",
             held_->variant,
             scene.size_px,
-            held_->frame.get(),
+            *held_->frame,
             held_->transfer ? &held_->transfer->image() : nullptr,
             *targets.color,
             targets.values ? &*targets.values : nullptr,
@@ -352,7 +354,8 @@ Renderer::RayPass Renderer::full_pass(const Scene& scene) {
 size_t Renderer::draw_behind(const Scene& scene, const SceneData& data, Commands& commands) {
     size_t uploaded = 0;
     if (!scene.slices.empty()) {
-        uploaded = show_part({glm::uvec3(0), data.volume.brick_count(), 3u, held_->sliced}, true);
+        uploaded = show_part({glm::uvec3(0), data.volume.brick_count(), 3u, held_->sliced}, true,
+                             commands);
         record_slices(commands, scene);
     }
     if (!scene.surfaces.empty())
@@ -362,12 +365,7 @@ size_t Renderer::draw_behind(const Scene& scene, const SceneData& data, Commands
     return uploaded;
 }
 
-Result<size_t> Renderer::draw_rays(const Scene& scene, const SceneData& data,
-                                   std::deque<Commands>& submissions) {
-    const auto next_submission = [&] {
-        submissions.back().submit();
-        submissions.emplace_back(*device_);
-    };
+Result<size_t> Renderer::draw_rays(const Scene& scene, const SceneData& data, Commands& commands) {
     const uint32_t rows = tile_rows(scene);
     const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
     RayPass pass = full_pass(scene);
@@ -375,27 +373,23 @@ Result<size_t> Renderer::draw_rays(const Scene& scene, const SceneData& data,
     const size_t parts = atlas ? held_->parts.size() : 1;
     size_t uploaded = 0;
     for (size_t part = 0; part < parts; ++part) {
-        if (atlas) {
+        if (parts > 1) {
             const double share = static_cast<double>(part) / static_cast<double>(parts);
-            if (parts > 1 && options_.progress && !options_.progress(share))
+            if (options_.progress && !options_.progress(share))
                 return fail("drawing was stopped after {} of {} parts", part, parts);
-            next_submission(); // bricks of the last part may be needed up to here
-            uploaded += show_part(held_->parts[part], part == 0);
+            commands.flush(); // the device draws one part while the next is read
         }
+        if (atlas)
+            uploaded += show_part(held_->parts[part], part == 0, commands);
         for (uint32_t row = 0; row < rows; row += band) {
-            if (row > 0) {
-                submissions.back().submit();
-                if (counting_)
-                    samples_ += read_sample_count();
-                submissions.emplace_back(*device_);
-            }
-            record_tiles(submissions.back(), pass, eye_count(scene), tiles_to_list(scene), row,
+            if (row > 0)
+                commands.flush();
+            record_tiles(commands, pass, eye_count(scene), tiles_to_list(scene), row,
                          std::min(band, rows - row));
-            record_ray_cast(submissions.back(), pass, scene);
-        }
-        if (counting_ && part + 1 < parts) {
-            next_submission();
-            samples_ += read_sample_count();
+            record_ray_cast(commands, pass, scene);
+            if (counting_)
+                listed_.push_back(
+                    {commands.read_back(*held_->tiles), commands.read_back(*held_->tile_groups)});
         }
     }
     return uploaded;
@@ -409,11 +403,11 @@ Result<FrameStats> Renderer::draw_frame(const Scene& scene, const SceneData& dat
     PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
     FrameStats stats;
     profile::Scope frame("frame");
-    std::deque<Commands> submissions;
-    submissions.emplace_back(*device_);
-    Result<size_t> uploaded = prepare(scene, data, submissions.back());
+    listed_.clear();
+    Commands commands(*device_);
+    Result<size_t> uploaded = prepare(scene, data, commands);
     if (!uploaded) {
-        held_->sent(submissions.back().submit()); // what is recorded is taken for done
+        commands.submit(); // what is recorded is taken for done
         return pass_on(uploaded);
     }
     stats.uploaded_bricks = *uploaded;
@@ -423,17 +417,14 @@ Result<FrameStats> Renderer::draw_frame(const Scene& scene, const SceneData& dat
     }
 
     const Timer timer;
-    stats.uploaded_bricks += draw_behind(scene, data, submissions.back());
-    Result<size_t> more = scene.ray_cast ? draw_rays(scene, data, submissions) : size_t{0};
-    // Also of a frame that was stopped: images are as tracked.
-    held_->sent(submissions.back().submit());
+    stats.uploaded_bricks += draw_behind(scene, data, commands);
+    Result<size_t> more = scene.ray_cast ? draw_rays(scene, data, commands) : size_t{0};
+    commands.submit(); // also of a frame that was stopped: images are as tracked
     if (!more)
         return pass_on(more);
     stats.uploaded_bricks += *more;
-    if (scene.ray_cast && counting_)
-        samples_ += read_sample_count();
-    for (Commands& submission : submissions)
-        add_times(stats.passes, submission.finish());
+    add_times(stats.passes, commands.finish());
+    samples_ = read_sample_counts();
     stats.wall_ms = timer.ms();
     tell_residency(stats);
     if (frame.recorded())
@@ -443,7 +434,6 @@ Result<FrameStats> Renderer::draw_frame(const Scene& scene, const SceneData& dat
 
 Result<uint64_t> Renderer::count_samples(const Scene& scene, const SceneData& data) {
     const Restored counting(counting_, true);
-    samples_ = 0;
     Result<FrameStats> drawn = draw(scene, data);
     if (!drawn)
         return pass_on(drawn);
@@ -455,24 +445,20 @@ std::vector<Image> Renderer::read_back() {
     PALPATE_ASSERT(held_->targets.has_value());
     Targets& targets = *held_->targets;
     const size_t pixels = size_t{targets.size_px.x} * targets.size_px.y;
+    Commands commands(*device_);
     const auto fetch = [&](GpuImage& image, size_t channels) {
-        Buffer buffer(*device_, "read back", pixels * targets.eyes * channels * sizeof(float),
-                      Memory::read_back);
-        Commands commands(*device_);
         const Commands::Region region{.buffer_offset = 0,
                                       .image_offset = {},
                                       .size = {targets.size_px, 1},
                                       .layers = targets.eyes};
-        commands.copy(image, buffer, std::span(&region, 1));
-        commands.submit();
-        commands.finish();
-        std::vector<float> samples(pixels * targets.eyes * channels);
-        std::memcpy(samples.data(), buffer.mapped().data(), buffer.bytes());
-        return samples;
+        const BufferSlice bytes = commands.read_back(
+            image, std::span(&region, 1), pixels * targets.eyes * channels * sizeof(float));
+        return reinterpret_cast<const float*>(bytes.mapped().data());
     };
-    const std::vector<float> color = fetch(*targets.color, 4);
-    const std::vector<float> values =
-        targets.return_values ? fetch(*targets.values, 2) : std::vector<float>{};
+    const float* const color = fetch(*targets.color, 4);
+    const float* const values = targets.return_values ? fetch(*targets.values, 2) : nullptr;
+    commands.submit();
+    commands.finish();
     std::vector<std::string> channels{"R", "G", "B", "A"};
     if (targets.return_values)
         channels.insert(channels.end(), {"value", "depth"});

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -150,7 +149,8 @@ class Renderer {
     Result<FrameStats> refine_rows(const Scene& asked, const SceneData& data, uint32_t first_row,
                                    uint32_t rows);
     // Brings what is kept in line with the scene, by copies recorded into `commands`, which are
-    // submitted even where this fails; the number of bricks uploaded.
+    // submitted even where this fails; the number of bricks uploaded. Where more is to be uploaded
+    // than an edit is, this waits until the device has it.
     Result<size_t> prepare(const Scene& scene, const SceneData& data, Commands& commands);
     Result<size_t> prepare_interactive(const Scene& scene, const SceneData& data,
                                        double step_factor, Commands& commands);
@@ -158,30 +158,30 @@ class Renderer {
                                const Volume& volume, const GpuVolumeWish& wish,
                                std::span<const ChangedBrick> changed, Commands& commands);
     Result<size_t> keep_volumes(const Scene& scene, const SceneData& data, Commands& commands);
-    void keep_ring(bool same_volume, bool edited);
-    void keep_gradients(const Scene& scene, const Volume& volume);
+    void keep_gradients(const Scene& scene, const Volume& volume, Commands& commands);
+    // Waits until what is recorded is done: what is dropped then makes room at once.
+    void finish(Commands& commands);
     uint64_t free_bytes(std::optional<GpuVolume>& apart) const;
     uint64_t room_for_volume(const Scene& scene);
     void find_needed_bricks(const Scene& scene, const Volume& volume);
     Result<void> plan_atlas(const Scene& scene, const SceneData& data);
     void bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t frame);
-    // Of an atlas: brings a part's bricks into it, for passes recorded from here on; what was
-    // recorded for another part has been submitted. Returns how many bricks were uploaded.
-    size_t show_part(const Part& part, bool first);
+    // Of an atlas: brings a part's bricks into it, for passes recorded from here on. Returns how
+    // many bricks were uploaded.
+    size_t show_part(const Part& part, bool first, Commands& commands);
     void tell_residency(FrameStats& stats) const;
     void drop_volumes();
-    Result<void> keep_surfaces(const Scene& scene, const SceneData& data);
+    Result<void> keep_surfaces(const Scene& scene, const SceneData& data, Commands& commands);
     // Slices, meshes and background: what rays are cast before.
     size_t draw_behind(const Scene& scene, const SceneData& data, Commands& commands);
-    // Records the rays; all but the last submission are on their way.
-    Result<size_t> draw_rays(const Scene& scene, const SceneData& data,
-                             std::deque<Commands>& submissions);
+    Result<size_t> draw_rays(const Scene& scene, const SceneData& data, Commands& commands);
     void keep_targets(const Scene& scene);
     // Asks for the pipelines that a first frame is likely to need, to be made while volumes are
     // uploaded. One too many costs a thread its time.
     void begin_pipelines(const Scene& scene, const SceneData& data);
     void keep_coarse_targets(const Scene& scene);
-    void keep_coarse(const Scene& scene, const SceneData& data, const CoarseSettings& settings);
+    void keep_coarse(const Scene& scene, const SceneData& data, const CoarseSettings& settings,
+                     Commands& commands);
     uint32_t tiles_to_list(const Scene& scene) const; // gpu::kList...
     Buffer* slabs(const Scene& scene); // for a pass of at most a ray a pixel; none where not taken
     RayPass full_pass(const Scene& scene);
@@ -195,12 +195,16 @@ class Renderer {
     void record_few_rays(Commands& commands, const Scene& scene, RayPass every_second,
                          uint32_t which);
     void record_judgement(Commands& commands);
-    uint64_t read_sample_count();
+    uint64_t read_sample_counts();
 
     GpuDevice* device_;
     RendererOptions options_;
     bool counting_ = false;    // within count_samples()
     double step_factor_ = 1.0; // of the longest steps; more within draw_coarse()
+    struct Listed {            // tiles that were marched, and their number
+        BufferSlice tiles, groups;
+    };
+    std::vector<Listed> listed_; // while counting
     uint64_t samples_ = 0;
     Pipelines pipelines_;
     Sampler linear_, nearest_, label_sampler_;

@@ -68,39 +68,38 @@ void Renderer::keep_coarse_targets(const Scene& scene) {
             Buffer(*device_, "sparse tiles", tile_bytes(probes, eyes), Memory::device),
             Buffer(*device_, "listed ray count", gpu::kRayGroupWords * sizeof(uint32_t),
                    Memory::device),
-            Buffer(*device_, "listed ray count read back", gpu::kRayGroupWords * sizeof(uint32_t),
-                   Memory::read_back),
             Buffer(*device_, "listed rays", pixels * sizeof(uint32_t), Memory::device),
             Buffer(*device_, "first hits", second_count * sizeof(float), Memory::device),
-            Buffer(*device_, "squared errors", probe_count * sizeof(float), Memory::read_back)});
+            Buffer(*device_, "squared errors", probe_count * sizeof(float), Memory::device)});
     }
 }
 
 void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
-                           const CoarseSettings& settings) {
+                           const CoarseSettings& settings, Commands& commands) {
     std::optional<Coarse>& held = held_->coarse;
     // The step of the rays between the sparse ones of full quality.
     const RayCastLayer& layer = *scene.ray_cast;
     const double factor = step_factor_of(layer, settings);
     const double step_mm = step_mm_of(layer, data.volume.grid()) * factor;
-    if (factor == 1.0 || !held_->transfer)
+    const bool has_table = factor != 1.0 && held_->transfer;
+    if (!has_table)
         held->transfer.reset();
-    else if (!held->transfer || held->transfer->function() != layer.transfer ||
-             held->transfer->step_mm() != step_mm)
-        held->transfer.emplace(*device_, "coarse transfer function", layer.transfer, step_mm);
+    else if (!held->transfer)
+        held->transfer.emplace(*device_, "coarse transfer function");
+    if (has_table)
+        held->transfer->hold(layer.transfer, step_mm, commands);
 
     gpu::Frame coarse = held_->block;
     coarse.step = static_cast<float>(step_mm);
-    held->frame.hold(*device_, "coarse rays", bytes_of(coarse));
+    held->frame = commands.upload(bytes_of(coarse));
     if (settings.px_per_ray > 2) {
         const uint32_t apart = settings.px_per_ray;
         held->few_rays = (scene.size_px + (apart - 1)) / apart;
         const glm::uvec2 first_px = (scene.size_px - 1u - apart * (held->few_rays - 1u)) / 2u;
-        held->few_frame.hold(
-            *device_, "few rays",
+        held->few_frame = commands.upload(
             bytes_of(sparser(coarse, held->few_rays, first_px, static_cast<float>(apart))));
         const gpu::EnlargeBlock enlarge{scene.size_px, held->few_rays, first_px, apart};
-        held->enlarge.hold(*device_, "enlargement", bytes_of(enlarge));
+        held->enlarge = commands.upload(bytes_of(enlarge));
     }
     // 4 and 7 have no factor in common with the spacing: other places come by in turn.
     const glm::uvec2 first(4 * held->drawn % kJudgedSpacing_px,
@@ -109,14 +108,13 @@ void Renderer::keep_coarse(const Scene& scene, const SceneData& data,
     held->first_probe = glm::min(first, scene.size_px - 1u);
     held->probes =
         (scene.size_px - held->first_probe + (kJudgedSpacing_px - 1)) / kJudgedSpacing_px;
-    held->probe_frame.hold(
-        *device_, "sparse rays",
+    held->probe_frame = commands.upload(
         bytes_of(sparser(held_->block, held->probes, held->first_probe, float{kJudgedSpacing_px})));
     const gpu::InterpolateBlock interpolate{scene.size_px,
                                             static_cast<float>(contrast_of(layer.mode, settings))};
-    held->interpolate.hold(*device_, "interpolation", bytes_of(interpolate));
+    held->interpolate = commands.upload(bytes_of(interpolate));
     const gpu::JudgeBlock judge{held->probes, held->first_probe, kJudgedSpacing_px};
-    held->judge.hold(*device_, "judgement", bytes_of(judge));
+    held->judge = commands.upload(bytes_of(judge));
 }
 
 void Renderer::record_interpolation(Commands& commands, const Scene& scene) {
@@ -125,7 +123,7 @@ void Renderer::record_interpolation(Commands& commands, const Scene& scene) {
     commands.begin_pass("interpolate");
     commands.fill(coarse.ray_groups, none);
     const Bound bound[] = {
-        bind_uniform(gpu::kInterpolateBlock, coarse.interpolate.get()),
+        bind_uniform(gpu::kInterpolateBlock, *coarse.interpolate),
         bind_storage_image(gpu::kInterpolateColor, *held_->targets->color),
         bind_storage(gpu::kInterpolateSpans, coarse.spans),
         bind_storage(gpu::kInterpolateGroups, coarse.ray_groups, Use::storage_write),
@@ -141,16 +139,16 @@ void Renderer::record_few_rays(Commands& commands, const Scene& scene, RayPass e
     Coarse& coarse = *held_->coarse;
     record_tiles(commands, every_second, coarse.eyes, which, 0, tile_rows(scene));
     commands.clear(coarse.few, glm::vec4(glm::vec3(scene.background), 0.0f));
-    RayPass few{"few pixels",       held_->variant, coarse.few_rays, coarse.few_frame.get(),
-                every_second.table, coarse.few,     nullptr,         every_second.groups,
-                every_second.list};
+    RayPass few{"few pixels",      held_->variant,      coarse.few_rays,
+                *coarse.few_frame, every_second.table,  coarse.few,
+                nullptr,           every_second.groups, every_second.list};
     few.variant.rays = gpu::kRaysSparse;
     record_tiles(commands, few, coarse.eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll,
                  0, tile_count(coarse.few_rays).y);
     few.slabs = every_second.slabs; // of the picture's tiles
     few.spans = &coarse.spans;
     record_ray_cast(commands, few, scene);
-    const Bound bound[] = {bind_uniform(gpu::kEnlargeBlock, coarse.enlarge.get()),
+    const Bound bound[] = {bind_uniform(gpu::kEnlargeBlock, *coarse.enlarge),
                            bind_sampled(gpu::kEnlargeFew, coarse.few, nearest_),
                            bind_storage_image(gpu::kEnlargeColor, *held_->targets->color),
                            bind_storage(gpu::kEnlargeSpans, coarse.spans)};
@@ -161,7 +159,7 @@ void Renderer::record_few_rays(Commands& commands, const Scene& scene, RayPass e
 
 void Renderer::record_judgement(Commands& commands) {
     Coarse& coarse = *held_->coarse;
-    const Bound bound[] = {bind_uniform(gpu::kJudgeBlock, coarse.judge.get()),
+    const Bound bound[] = {bind_uniform(gpu::kJudgeBlock, *coarse.judge),
                            bind_sampled(gpu::kJudgeColor, *held_->targets->color, nearest_),
                            bind_sampled(gpu::kJudgeTruth, coarse.truth, nearest_),
                            bind_storage(gpu::kJudgeSquares, coarse.squares, Use::storage_write)};
@@ -169,7 +167,6 @@ void Renderer::record_judgement(Commands& commands) {
     commands.dispatch(pipelines_.judge(), bound,
                       {(coarse.probes.x + 63) / 64, coarse.probes.y, coarse.eyes});
     commands.end_pass();
-    commands.use(coarse.squares, Use::host_read);
 }
 
 Result<size_t> Renderer::prepare_interactive(const Scene& scene, const SceneData& data,
@@ -198,17 +195,16 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
     scene.value_and_depth = false;
     CoarseStats stats;
     keep_coarse_targets(scene); // first: the volume takes what is left
-    std::deque<Commands> submissions;
-    submissions.emplace_back(*device_);
-    Result<size_t> uploaded = prepare_interactive(
-        scene, data, step_factor_of(*scene.ray_cast, settings), submissions.back());
+    Commands commands(*device_);
+    Result<size_t> uploaded =
+        prepare_interactive(scene, data, step_factor_of(*scene.ray_cast, settings), commands);
     if (!uploaded) {
-        held_->sent(submissions.back().submit()); // what is recorded is taken for done
+        commands.submit(); // what is recorded is taken for done
         return pass_on(uploaded);
     }
     stats.frame.uploaded_bricks = *uploaded;
     stats.frame.cell_map_ms = held_->cell_map_ms;
-    keep_coarse(scene, data, settings);
+    keep_coarse(scene, data, settings, commands);
 
     Coarse& coarse = *held_->coarse;
     GpuImage* table = coarse.transfer   ? &coarse.transfer->image()
@@ -216,55 +212,47 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
                                         : nullptr;
     const uint32_t eyes = coarse.eyes;
     const Timer timer;
-    stats.frame.uploaded_bricks += draw_behind(scene, data, submissions.back());
-    if (!held_->parts.empty()) { // slices may show other bricks than rays
-        held_->sent(submissions.back().submit());
-        stats.frame.uploaded_bricks += show_part(held_->parts.front(), true);
-        submissions.emplace_back(*device_);
-    }
-    Commands* commands = &submissions.back();
-    commands->clear(coarse.truth, glm::vec4(glm::vec3(scene.background), 0.0f));
+    stats.frame.uploaded_bricks += draw_behind(scene, data, commands);
+    if (!held_->parts.empty()) // slices may show other bricks than rays
+        stats.frame.uploaded_bricks += show_part(held_->parts.front(), true, commands);
+    commands.clear(coarse.truth, glm::vec4(glm::vec3(scene.background), 0.0f));
     const RayPass full = full_pass(scene);
     RayPass second{
-        "every second pixel", held_->variant,    scene.size_px, coarse.frame.get(), table,
-        full.color,           nullptr,           full.groups,   full.list,          full.slabs,
+        "every second pixel", held_->variant,    scene.size_px, *coarse.frame, table,
+        full.color,           nullptr,           full.groups,   full.list,     full.slabs,
         &coarse.spans,        &coarse.first_hits};
     second.variant.rays = gpu::kRaysEverySecond;
     if (second.variant.has_first_hits())
-        commands->zero(coarse.first_hits); // empty tiles have no rays, and leave none
+        commands.zero(coarse.first_hits); // empty tiles have no rays, and leave none
     // Behind the volume there may be slices, and beside it meshes.
     const uint32_t which = !scene.surfaces.empty() ? gpu::kListAll
                            : !scene.slices.empty() ? gpu::kListBox
                                                    : tiles_to_list(scene);
     const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
     const uint32_t rows = tile_rows(scene);
-    const auto next_submission = [&] {
-        commands->submit();
-        commands = &submissions.emplace_back(*device_);
-    };
     if (settings.px_per_ray > 2) {
-        record_few_rays(*commands, scene, second, which);
+        record_few_rays(commands, scene, second, which);
     } else {
         for (uint32_t row = 0; row < rows; row += band) {
             if (row > 0)
-                next_submission();
-            record_tiles(*commands, second, eyes, which, row, std::min(band, rows - row));
-            record_ray_cast(*commands, second, scene);
+                commands.flush();
+            record_tiles(commands, second, eyes, which, row, std::min(band, rows - row));
+            record_ray_cast(commands, second, scene);
         }
         if (band < rows) // the listed pixels are few but where neighbours differ
-            next_submission();
-        record_interpolation(*commands, scene);
+            commands.flush();
+        record_interpolation(commands, scene);
         RayPass listed{
-            "listed pixels", held_->variant,    scene.size_px,     coarse.frame.get(), table,
+            "listed pixels", held_->variant,    scene.size_px,     *coarse.frame,      table,
             full.color,      nullptr,           coarse.ray_groups, coarse.rays_listed, full.slabs,
             &coarse.spans,   &coarse.first_hits};
         listed.variant.rays = gpu::kRaysListed;
-        record_ray_cast(*commands, listed, scene);
+        record_ray_cast(commands, listed, scene);
     }
     RayPass sparse{"sparse pixels",
                    held_->variant,
                    coarse.probes,
-                   coarse.probe_frame.get(),
+                   *coarse.probe_frame,
                    held_->transfer ? &held_->transfer->image() : nullptr,
                    coarse.truth,
                    nullptr,
@@ -273,28 +261,28 @@ Result<CoarseStats> Renderer::draw_coarse_frame(const Scene& asked, const SceneD
     sparse.variant.rays = gpu::kRaysSparse;
     if (takes_slabs(sparse.variant) && coarse.transfer) // slabs count in steps
         sparse.variant.skip = false;
-    record_tiles(*commands, sparse, eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll, 0,
+    record_tiles(commands, sparse, eyes, scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll, 0,
                  tile_count(coarse.probes).y);
     sparse.slabs = full.slabs; // of the picture's tiles
     sparse.spans = &coarse.spans;
-    record_ray_cast(*commands, sparse, scene);
-    record_judgement(*commands);
-    commands->copy(coarse.ray_groups, coarse.counts);
-    held_->sent(commands->submit());
-    for (Commands& submission : submissions)
-        add_times(stats.frame.passes, submission.finish());
+    record_ray_cast(commands, sparse, scene);
+    record_judgement(commands);
+    const BufferSlice counts = commands.read_back(coarse.ray_groups);
+    const BufferSlice judged = commands.read_back(coarse.squares);
+    commands.submit();
+    add_times(stats.frame.passes, commands.finish());
     stats.frame.wall_ms = timer.ms();
     tell_residency(stats.frame);
 
     std::vector<float> squares(size_t{coarse.probes.x} * coarse.probes.y * eyes);
-    std::memcpy(squares.data(), coarse.squares.mapped().data(), squares.size() * sizeof(float));
+    std::memcpy(squares.data(), judged.mapped().data(), squares.size() * sizeof(float));
     double sum = 0;
     for (const float square : squares)
         sum += square;
     stats.error_estimate = std::sqrt(sum / static_cast<double>(squares.size()));
     stats.first_judged = coarse.first_probe;
     uint32_t words[gpu::kRayGroupWords];
-    std::memcpy(words, coarse.counts.mapped().data(), sizeof words);
+    std::memcpy(words, counts.mapped().data(), sizeof words);
     const double traced = settings.px_per_ray > 2
                               ? double{1} * coarse.few_rays.x * coarse.few_rays.y * eyes
                               : uint64_t{words[3]} + words[4]; // listed, and every second
@@ -314,31 +302,28 @@ Result<FrameStats> Renderer::refine_rows(const Scene& asked, const SceneData& da
     Scene scene = asked;
     scene.value_and_depth = false;
     FrameStats stats;
-    std::deque<Commands> submissions;
-    submissions.emplace_back(*device_);
-    Result<size_t> uploaded = prepare_interactive(scene, data, 1.0, submissions.back());
+    Commands commands(*device_);
+    Result<size_t> uploaded = prepare_interactive(scene, data, 1.0, commands);
     if (!uploaded) {
-        held_->sent(submissions.back().submit()); // what is recorded is taken for done
+        commands.submit(); // what is recorded is taken for done
         return pass_on(uploaded);
     }
     stats.uploaded_bricks = *uploaded;
     const Timer timer;
     if (!held_->parts.empty())
-        stats.uploaded_bricks += show_part(held_->parts.front(), true);
+        stats.uploaded_bricks += show_part(held_->parts.front(), true, commands);
     const uint32_t band = tile_rows_per_submission(*device_, scene, data.volume.grid());
     for (uint32_t row = 0; row < rows; row += band) {
         if (row > 0)
-            submissions.emplace_back(*device_);
-        Commands& commands = submissions.back();
+            commands.flush();
         RayPass pass = full_pass(scene);
         // Every tile is marched, also those that see nothing: what lies there is replaced.
         record_tiles(commands, pass, eye_count(scene), gpu::kListAll, first_row + row,
                      std::min(band, rows - row));
         record_ray_cast(commands, pass, scene);
-        held_->sent(commands.submit());
     }
-    for (Commands& commands : submissions)
-        add_times(stats.passes, commands.finish());
+    commands.submit();
+    add_times(stats.passes, commands.finish());
     stats.wall_ms = timer.ms();
     tell_residency(stats);
     return stats;

@@ -12,10 +12,6 @@ namespace palpate {
 
 namespace {
 
-// Room for the bricks of an edit, and for those of the edit before while the GPU still reads them:
-// a quarter is 32 bricks of 16 bits.
-constexpr uint64_t kUploadRingBytes = uint64_t{8} << 20;
-
 ImageShape carry_shape(const Scene& scene) {
     return {.format = VK_FORMAT_R32G32B32A32_SFLOAT,
             .size = {scene.size_px, 1},
@@ -36,11 +32,13 @@ Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, const char*
     if (held && held->suits(volume, wish)) {
         if (volume.is_same_as(held->snapshot()))
             return size_t{0};
-        held->update(volume, changed, commands, held_->ring());
+        held->update(volume, changed, commands);
         return held->is_atlas() ? 0 : changed.size();
     }
+    if (held)
+        finish(commands);
     held.reset();
-    Result<GpuVolume> made = GpuVolume::make(*device_, name, volume, wish);
+    Result<GpuVolume> made = GpuVolume::make(*device_, name, volume, wish, commands);
     if (!made)
         return pass_on(made);
     held.emplace(std::move(*made));
@@ -50,22 +48,10 @@ Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, const char*
 
 // What is left of the limit beside all that is on the device, `apart` excepted.
 uint64_t Renderer::free_bytes(std::optional<GpuVolume>& apart) const {
-    uint64_t used = 0;
-    for (const ResourceInfo& resource : device_->resources())
-        used += resource.bytes;
+    uint64_t used = device_->resource_bytes();
     if (apart)
         used -= apart->bytes();
     return options_.memory_limit_bytes - std::min(options_.memory_limit_bytes, used);
-}
-
-// What an edit travels through is made when the first one comes, and only of memory that nothing
-// else has: a scene that just fits is drawn all the same, its edits in submissions of their own.
-void Renderer::keep_ring(bool same_volume, bool edited) {
-    if (!same_volume)
-        held_->uploads.reset(); // the next volume takes what it needs first
-    std::optional<GpuVolume> nothing;
-    if (edited && !held_->uploads && free_bytes(nothing) >= kUploadRingBytes)
-        held_->uploads.emplace(*device_, kUploadRingBytes);
 }
 
 Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data,
@@ -82,7 +68,6 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data,
     const std::vector<ChangedBrick> changed = changed_since(held_->volume, data.volume);
     const std::vector<ChangedBrick> changed_labels =
         data.labels ? changed_since(held_->labels, *data.labels) : std::vector<ChangedBrick>{};
-    keep_ring(same_kind(held_->volume, data.volume), !changed.empty() || !changed_labels.empty());
     size_t uploaded = 0;
     if (data.labels) {
         const Result<size_t> more =
@@ -105,8 +90,7 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data,
     if (scene.ray_cast && !held_->cells)
         held_->cells.emplace(*device_, data.volume);
     if (scene.ray_cast && scene.ray_cast->mode != RayMode::mip)
-        held_->cells->show(*scene.ray_cast, 1.0f, 0.0f, commands,
-                           held_->ring()); // distances alone
+        held_->cells->show(*scene.ray_cast, 1.0f, 0.0f, commands); // distances alone
     held_->cell_map_ms = timer.ms();
 
     find_needed_bricks(scene, data.volume);
@@ -124,23 +108,26 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data,
     if (scene.ray_cast) {
         const Timer again;
         held_->cells->show(*scene.ray_cast, held_->volume->value_scale(),
-                           held_->volume->value_bias(), commands, held_->ring());
+                           held_->volume->value_bias(), commands);
         held_->cell_map_ms += again.ms();
     }
-    keep_gradients(scene, data.volume);
+    keep_gradients(scene, data.volume, commands);
     return uploaded + *more;
 }
 
 // After the volume, for shaded alpha: fills what its rays may read.
-void Renderer::keep_gradients(const Scene& scene, const Volume& volume) {
+void Renderer::keep_gradients(const Scene& scene, const Volume& volume, Commands& commands) {
     held_->gradients_ms = 0;
     std::optional<GradientImage>& held = held_->gradients;
     const bool wanted = options_.stored_gradients && scene.ray_cast &&
                         scene.ray_cast->mode == RayMode::alpha && scene.ray_cast->shading &&
                         !held_->volume->is_atlas() && options_.sampling == Sampling::device;
     if (!wanted || (held && (held->snapshot().size() != volume.size() ||
-                             held->snapshot().type() != volume.type())))
+                             held->snapshot().type() != volume.type()))) {
+        if (held)
+            finish(commands);
         held.reset();
+    }
     if (!wanted)
         return;
     std::optional<GpuVolume> nothing;
@@ -157,7 +144,7 @@ void Renderer::keep_gradients(const Scene& scene, const Volume& volume) {
     const std::pair filled_for(*scene.ray_cast, step_factor_);
     if (held_->gradients_filled_for == filled_for)
         return;
-    held->fill(bricks_for_rays(*scene.ray_cast, volume, *held_->cells, step_factor_));
+    held->fill(bricks_for_rays(*scene.ray_cast, volume, *held_->cells, step_factor_), commands);
     held_->gradients_filled_for = filled_for;
     held_->gradients_ms = timer.ms();
 }
@@ -226,17 +213,16 @@ void Renderer::bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t fr
     if (!held_->volume->is_atlas())
         return;
     bound.push_back(bind_sampled(pages, held_->volume->atlas().table(), nearest_));
-    bound.push_back(bind_uniform(frame, held_->atlas_frame.get()));
+    bound.push_back(bind_uniform(frame, *held_->atlas_frame));
 }
 
-size_t Renderer::show_part(const Part& part, bool first) {
+size_t Renderer::show_part(const Part& part, bool first, Commands& commands) {
     if (!held_->volume->is_atlas())
         return 0;
-    const size_t uploaded = held_->volume->make_resident(part.bricks);
+    const size_t uploaded = held_->volume->make_resident(part.bricks, commands);
     BrickAtlas& atlas = held_->volume->atlas();
-    held_->atlas_frame.hold(
-        *device_, "atlas frame",
-        bytes_of(make_atlas_frame(atlas, held_->volume->snapshot(), part, first)));
+    held_->atlas_frame =
+        commands.upload(bytes_of(make_atlas_frame(atlas, held_->volume->snapshot(), part, first)));
     return uploaded;
 }
 

@@ -1,29 +1,14 @@
 #include "engine/render/surface_mesh.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "engine/base/assert.h"
 #include "shaders/shared/surface.h"
 
 namespace palpate {
 
-namespace {
-
-void upload(GpuDevice& device, std::optional<Buffer>& buffer, const std::string& name,
-            std::span<const std::byte> bytes) {
-    buffer.emplace(device, name, bytes.size(), Memory::device);
-    Buffer staging(device, name + " staging", bytes.size(), Memory::upload);
-    std::memcpy(staging.mapped().data(), bytes.data(), bytes.size());
-    Commands commands(device);
-    commands.copy(staging, *buffer);
-    commands.submit();
-}
-
-} // namespace
-
 Result<GpuMesh> GpuMesh::make(GpuDevice& device, const std::string& name,
-                              std::shared_ptr<const Mesh> source) {
+                              std::shared_ptr<const Mesh> source, Commands& commands) {
     const Mesh& mesh = *source;
     PALPATE_ASSERT(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
     PALPATE_ASSERT(mesh.labels.empty() || mesh.labels.size() == mesh.triangles.size());
@@ -36,6 +21,11 @@ Result<GpuMesh> GpuMesh::make(GpuDevice& device, const std::string& name,
         if (count > most)
             return fail("{}: expected at most {} {}, which the device's buffers hold, found {}",
                         name, most, what, count);
+    const auto upload = [&](std::optional<Buffer>& to, const char* what, const auto& values) {
+        const auto bytes = std::as_bytes(std::span(values));
+        to.emplace(device, name + what, bytes.size(), Memory::device);
+        commands.upload(bytes, *to);
+    };
     GpuMesh made(std::move(source));
     made.triangle_count_ = static_cast<uint32_t>(mesh.triangles.size());
     if (mesh.triangles.empty())
@@ -44,10 +34,10 @@ Result<GpuMesh> GpuMesh::make(GpuDevice& device, const std::string& name,
     for (const glm::uvec3 t : mesh.triangles)
         last = std::max({last, t.x, t.y, t.z});
     PALPATE_ASSERT_CMP(size_t{last}, <, mesh.positions.size());
-    upload(device, made.positions_, name + " positions", std::as_bytes(std::span(mesh.positions)));
-    upload(device, made.triangles_, name + " triangles", std::as_bytes(std::span(mesh.triangles)));
+    upload(made.positions_, " positions", mesh.positions);
+    upload(made.triangles_, " triangles", mesh.triangles);
     if (!mesh.normals.empty())
-        upload(device, made.normals_, name + " normals", std::as_bytes(std::span(mesh.normals)));
+        upload(made.normals_, " normals", mesh.normals);
     for (const auto* labels : {&mesh.labels, &mesh.outer_labels})
         if (!labels->empty())
             made.largest_label_ = std::max<uint32_t>(
@@ -56,7 +46,7 @@ Result<GpuMesh> GpuMesh::make(GpuDevice& device, const std::string& name,
         std::vector<uint32_t> labels(mesh.labels.begin(), mesh.labels.end());
         for (size_t i = 0; i < mesh.outer_labels.size(); ++i)
             labels[i] |= uint32_t{mesh.outer_labels[i]} << 16;
-        upload(device, made.labels_, name + " labels", std::as_bytes(std::span(labels)));
+        upload(made.labels_, " labels", labels);
     }
     return made;
 }

@@ -17,7 +17,7 @@ class GpuMesh {
     // Fails with a sentence where the mesh is larger than the device's buffers. Every index of a
     // triangle is below the number of positions.
     static Result<GpuMesh> make(GpuDevice& device, const std::string& name,
-                                std::shared_ptr<const Mesh> mesh);
+                                std::shared_ptr<const Mesh> mesh, Commands& commands);
 
     const std::shared_ptr<const Mesh>& source() const { return source_; }
     uint32_t triangle_count() const { return triangle_count_; }

@@ -43,24 +43,24 @@ gpu::SurfaceClip clip_block(const CameraSpace& camera, const ClipPlane& plane) {
 } // namespace
 
 Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data,
-                                  std::span<const View> views) {
-    if (Result<void> kept = keep_meshes(data); !kept)
+                                  std::span<const View> views, Commands& commands) {
+    if (Result<void> kept = keep_meshes(data, commands); !kept)
         return kept;
-    if (Result<void> kept = keep_styles(scene); !kept)
+    if (Result<void> kept = keep_styles(scene, commands); !kept)
         return kept;
     keep_scratch(scene);
-    keep_frames(scene, views);
+    keep_frames(scene, views, commands);
     return {};
 }
 
-Result<void> SurfacePass::keep_meshes(const SceneData& data) {
+Result<void> SurfacePass::keep_meshes(const SceneData& data, Commands& commands) {
     meshes_.resize(data.meshes.size());
     for (size_t i = 0; i < meshes_.size(); ++i) {
         if (meshes_[i] && meshes_[i]->source() == data.meshes[i])
             continue;
         meshes_[i].reset();
         Result<GpuMesh> made =
-            GpuMesh::make(*device_, fmt::format("surface {}", i + 1), data.meshes[i]);
+            GpuMesh::make(*device_, fmt::format("surface {}", i + 1), data.meshes[i], commands);
         if (!made)
             return pass_on(made);
         meshes_[i].emplace(std::move(*made));
@@ -68,7 +68,7 @@ Result<void> SurfacePass::keep_meshes(const SceneData& data) {
     return {};
 }
 
-Result<void> SurfacePass::keep_styles(const Scene& scene) {
+Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
     std::vector<gpu::SurfaceStyleEntry> entries;
     first_styles_.clear();
     style_counts_.clear();
@@ -97,7 +97,7 @@ Result<void> SurfacePass::keep_styles(const Scene& scene) {
         return fail("surfaces: expected labels that add up to less than {} over all, found {}",
                     gpu::kSurfaceStyleMask, entries.size());
     see_through_ = std::find(has_through_.begin(), has_through_.end(), true) != has_through_.end();
-    styles_.hold(*device_, "surface styles", std::as_bytes(std::span(entries)));
+    styles_.hold(*device_, "surface styles", std::as_bytes(std::span(entries)), commands);
     return {};
 }
 
@@ -144,11 +144,11 @@ void SurfacePass::keep_scratch(const Scene& scene) {
     }
 }
 
-void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views) {
+void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views, Commands& commands) {
     size_px_ = scene.size_px;
     const uint32_t step = rows_at_a_time(scene);
     const uint32_t bands = (scene.size_px.y + step - 1) / step;
-    rows_.resize(views.size() * bands);
+    rows_.clear();
     for (uint32_t eye = 0; eye < views.size(); ++eye) {
         const View& view = views[eye];
         const CameraSpace camera(view);
@@ -175,16 +175,15 @@ void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views) {
         frame.clip_count = static_cast<uint32_t>(scene.clip_planes.size());
         frame.depth = scene.surface_depth;
         for (uint32_t band = 0; band < bands; ++band) {
-            Rows& rows = rows_[eye * bands + band];
             frame.first_row = band * step;
-            frame.rows = rows.count = std::min(step, scene.size_px.y - frame.first_row);
-            rows.frame.hold(*device_, "surfaces", bytes_of(frame));
+            frame.rows = std::min(step, scene.size_px.y - frame.first_row);
+            rows_.push_back({frame.rows, commands.upload(bytes_of(frame))});
         }
     }
 }
 
 // What every stage over pixels needs, in the order of their bindings.
-std::vector<Bound> SurfacePass::pixel_bindings(Buffer& frame, bool through, bool styles) {
+std::vector<Bound> SurfacePass::pixel_bindings(BufferSlice frame, bool through, bool styles) {
     std::vector<Bound> bound{bind_uniform(gpu::kSurfaceFrame, frame)};
     if (styles)
         bound.push_back(bind_storage(gpu::kSurfaceStyles, styles_.get()));
@@ -201,7 +200,7 @@ void SurfacePass::start_work(Commands& commands, uint32_t mesh, uint32_t turn) {
 }
 
 // The opaque triangles of a mesh, or the see-through ones; `turn` as in gpu::SurfaceWork.
-void SurfacePass::draw(Commands& commands, Pipelines& pipelines, Buffer& frame, uint32_t mesh,
+void SurfacePass::draw(Commands& commands, Pipelines& pipelines, BufferSlice frame, uint32_t mesh,
                        bool through, uint32_t turn) {
     GpuMesh& drawn = *meshes_[mesh];
     const SurfaceVariant variant{
@@ -230,8 +229,8 @@ void SurfacePass::draw(Commands& commands, Pipelines& pipelines, Buffer& frame, 
 void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images& images) {
     const bool clips = scratch_->clips;
     commands.begin_pass("surfaces");
-    for (Rows& rows : rows_) {
-        Buffer& frame = rows.frame.get();
+    for (const Rows& rows : rows_) {
+        const BufferSlice frame = rows.frame;
         const glm::uvec3 pixels((size_px_.x + 63) / 64, rows.count, 1);
         const SurfaceVariant all{see_through_, clips, images.layers != nullptr,
                                  images.values != nullptr};

@@ -25,8 +25,9 @@ class SurfacePass {
 
     // Brings meshes and styles in line with the scene: data.meshes[i] belongs to
     // scene.surfaces[i], and one that is the same object as before is not uploaded again. Fails
-    // with a sentence where the device cannot draw them.
-    Result<void> prepare(const Scene& scene, const SceneData& data, std::span<const View> views);
+    // with a sentence where the device cannot draw them. record() belongs into the same commands.
+    Result<void> prepare(const Scene& scene, const SceneData& data, std::span<const View> views,
+                         Commands& commands);
 
     bool has_see_through() const { return see_through_; }
 
@@ -49,14 +50,14 @@ class SurfacePass {
         std::optional<Buffer> through, kept, counts;
     };
 
-    Result<void> keep_meshes(const SceneData& data);
-    Result<void> keep_styles(const Scene& scene);
-    void keep_frames(const Scene& scene, std::span<const View> views);
+    Result<void> keep_meshes(const SceneData& data, Commands& commands);
+    Result<void> keep_styles(const Scene& scene, Commands& commands);
+    void keep_frames(const Scene& scene, std::span<const View> views, Commands& commands);
     void keep_scratch(const Scene& scene);
     uint32_t rows_at_a_time(const Scene& scene) const;
-    void draw(Commands& commands, Pipelines& pipelines, Buffer& frame, uint32_t mesh, bool through,
-              uint32_t turn);
-    std::vector<Bound> pixel_bindings(Buffer& frame, bool through, bool styles);
+    void draw(Commands& commands, Pipelines& pipelines, BufferSlice frame, uint32_t mesh,
+              bool through, uint32_t turn);
+    std::vector<Bound> pixel_bindings(BufferSlice frame, bool through, bool styles);
     void start_work(Commands& commands, uint32_t mesh, uint32_t turn);
 
     GpuDevice* device_;
@@ -68,9 +69,9 @@ class SurfacePass {
     bool see_through_ = false;
     struct Rows {
         uint32_t count;
-        MirroredBuffer frame;
+        BufferSlice frame;
     };
-    std::deque<Rows> rows_; // each eye's
+    std::vector<Rows> rows_; // each eye's, of this frame
     glm::uvec2 size_px_{0};
     std::optional<Scratch> scratch_;
 };

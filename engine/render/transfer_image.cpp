@@ -1,7 +1,6 @@
 #include "engine/render/transfer_image.h"
 
 #include <cmath>
-#include <cstring>
 
 #include "shaders/shared/ray_cast.h"
 
@@ -9,15 +8,18 @@ namespace palpate {
 
 static_assert(kTransferTableSize == gpu::kTableEntries);
 
-TransferImage::TransferImage(GpuDevice& device, std::string name, const TransferFunction& function,
-                             double step_mm)
-    : function_(function),
-      step_mm_(step_mm),
-      image_(device, std::move(name),
+TransferImage::TransferImage(GpuDevice& device, std::string name)
+    : image_(device, std::move(name),
              {.type = VK_IMAGE_TYPE_1D,
               .format = VK_FORMAT_R32G32B32A32_SFLOAT,
               .size = {gpu::kTableEntries, 1, 1},
-              .layers = gpu::kTableRows}) {
+              .layers = gpu::kTableRows}) {}
+
+void TransferImage::hold(const TransferFunction& function, double step_mm, Commands& commands) {
+    if (function_ == function && step_mm_ == step_mm)
+        return;
+    function_ = function;
+    step_mm_ = step_mm;
     const TransferTable table = make_table(function);
     low_ = table.low;
     high_ = table.high;
@@ -42,16 +44,11 @@ TransferImage::TransferImage(GpuDevice& device, std::string name, const Transfer
         texels[gpu::kTableRowIntegral * gpu::kTableEntries + i] =
             table.integrals[i] * static_cast<float>(gpu::kTableEntries - 1);
     }
-    Buffer staging(device, "transfer upload", texels.size() * sizeof(glm::vec4), Memory::upload);
-    std::memcpy(staging.mapped().data(), texels.data(), staging.bytes());
-    Commands commands(device);
     const Commands::Region region{.buffer_offset = 0,
                                   .image_offset = {},
                                   .size = image_.shape().size,
                                   .layers = gpu::kTableRows};
-    commands.copy(staging, image_, std::span(&region, 1));
-    commands.submit();
-    commands.finish();
+    commands.copy(commands.upload(std::as_bytes(std::span(texels))), image_, std::span(&region, 1));
 }
 
 } // namespace palpate

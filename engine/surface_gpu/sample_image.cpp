@@ -8,7 +8,6 @@ namespace palpate {
 
 namespace {
 
-constexpr uint64_t kStagingBytes = uint64_t{16} << 20; // at most, at once
 constexpr uint32_t kBlockSamples = kBlockSide * kBlockSide * kBlockSide;
 
 VkFormat format_of(ScalarType type) {
@@ -66,47 +65,35 @@ Result<void> SampleImage::fits(const GpuDevice& device, const Volume& volume) {
 }
 
 SampleImage::SampleImage(GpuDevice& device, const Volume& volume)
-    : device_(&device),
-      type_(volume.type()),
+    : type_(volume.type()),
       image_(
           device, "samples of a surface",
           {.type = VK_IMAGE_TYPE_3D, .format = format_of(volume.type()), .size = volume.size()}) {
-    upload_all(volume);
+    const uint64_t brick_bytes = kBrickSamples * bytes_per_sample(type_);
+    const glm::uvec3 count = volume.brick_count();
+    Commands commands(device);
+    commands.upload(image_, size_t{count.x} * count.y * count.z, brick_bytes,
+                    [&](size_t first, size_t bricks, std::span<std::byte> to) {
+                        std::vector<Commands::Region> regions;
+                        for (size_t i = 0; i < bricks; ++i) {
+                            const size_t n = first + i;
+                            const glm::uvec3 at(n % count.x, n / count.x % count.y,
+                                                n / (size_t{count.x} * count.y));
+                            stage_cube(volume.brick(at), glm::uvec3(0), kBrickSide,
+                                       to.data() + i * brick_bytes);
+                            regions.push_back({i * brick_bytes, at * kBrickSide,
+                                               volume.valid_in_brick(at), kBrickSide, kBrickSide});
+                        }
+                        return regions;
+                    });
+    commands.submit();
+    commands.finish();
 }
 
 int SampleImage::bias() const {
     if (type_ == ScalarType::i8)
         return 128;
     return type_ == ScalarType::i16 ? 32768 : 0;
-}
-
-std::byte* SampleImage::staged(uint64_t bytes) {
-    if (!staging_ || staging_->bytes() < bytes)
-        staging_.emplace(*device_, "samples to upload", std::bit_ceil(bytes), Memory::upload);
-    return staging_->mapped().data();
-}
-
-void SampleImage::upload_all(const Volume& volume) {
-    const uint64_t brick_bytes = kBrickSamples * bytes_per_sample(type_);
-    const uint64_t at_once = std::max<uint64_t>(1, kStagingBytes / brick_bytes);
-    const glm::uvec3 count = volume.brick_count();
-    const uint64_t bricks = uint64_t{count.x} * count.y * count.z;
-    std::byte* const to = staged(std::min(at_once, bricks) * brick_bytes);
-    for (uint64_t first = 0; first < bricks; first += at_once) {
-        std::vector<Commands::Region> regions;
-        for (uint64_t i = first; i < std::min(first + at_once, bricks); ++i) {
-            const glm::uvec3 at(i % count.x, i / count.x % count.y,
-                                i / (uint64_t{count.x} * count.y));
-            const uint64_t offset = (i - first) * brick_bytes;
-            stage_cube(volume.brick(at), glm::uvec3(0), kBrickSide, to + offset);
-            regions.push_back(
-                {offset, at * kBrickSide, volume.valid_in_brick(at), kBrickSide, kBrickSide});
-        }
-        Commands commands(*device_);
-        commands.copy(*staging_, image_, regions);
-        commands.submit();
-        commands.finish();
-    }
 }
 
 void SampleImage::bring_changes(Commands& commands, const Volume& after,
@@ -123,28 +110,19 @@ void SampleImage::bring_changes(Commands& commands, const Volume& after,
                 blocks.push_back(at);
         }
     const uint64_t block_bytes = kBlockSamples * bytes_per_sample(type_);
-    const uint64_t at_once = kStagingBytes / block_bytes;
-    std::byte* const to = staged(std::min<uint64_t>(at_once, blocks.size()) * block_bytes);
-    for (uint64_t first = 0; first < blocks.size(); first += at_once) {
-        const uint64_t count = std::min<uint64_t>(at_once, blocks.size() - first);
-        std::vector<Commands::Region> regions;
-        for (uint64_t i = 0; i < count; ++i) {
-            const glm::uvec3 at = blocks[first + i];
-            stage_cube(after.brick(at / kBrickSide), at % kBrickSide, kBlockSide,
-                       to + i * block_bytes);
-            regions.push_back({i * block_bytes, at,
-                               glm::min(glm::uvec3(kBlockSide), after.size() - at), kBlockSide,
-                               kBlockSide});
-        }
-        if (first + count == blocks.size()) {
-            commands.copy(*staging_, image_, regions);
-            break;
-        }
-        Commands alone(*device_);
-        alone.copy(*staging_, image_, regions);
-        alone.submit();
-        alone.finish();
-    }
+    commands.upload(image_, blocks.size(), block_bytes,
+                    [&](size_t first, size_t count, std::span<std::byte> to) {
+                        std::vector<Commands::Region> regions;
+                        for (size_t i = 0; i < count; ++i) {
+                            const glm::uvec3 at = blocks[first + i];
+                            stage_cube(after.brick(at / kBrickSide), at % kBrickSide, kBlockSide,
+                                       to.data() + i * block_bytes);
+                            regions.push_back({i * block_bytes, at,
+                                               glm::min(glm::uvec3(kBlockSide), after.size() - at),
+                                               kBlockSide, kBlockSide});
+                        }
+                        return regions;
+                    });
 }
 
 } // namespace palpate

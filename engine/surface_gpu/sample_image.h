@@ -19,8 +19,7 @@ class SampleImage {
     // does not suffice, and what reading a brick of a source throws.
     SampleImage(GpuDevice& device, const Volume& volume);
 
-    // Brings the changed blocks of `after` up: the last of them, mostly all, by a copy recorded
-    // into `commands`, which holds nothing of the image yet and is done before the next call.
+    // Brings the changed blocks of `after` up, by copies recorded into `commands`.
     void bring_changes(Commands& commands, const Volume& after,
                        std::span<const ChangedBrick> changed);
 
@@ -29,13 +28,8 @@ class SampleImage {
     int bias() const; // a texel less this is the sample
 
  private:
-    void upload_all(const Volume& volume);
-    std::byte* staged(uint64_t bytes);
-
-    GpuDevice* device_;
     ScalarType type_;
     GpuImage image_;
-    std::optional<Buffer> staging_;
 };
 
 } // namespace palpate

@@ -294,18 +294,12 @@ TEST_F(AtlasTest, HoldsWhatCanBeSeenAndKeepsToItsBudget) {
     const SceneData data = phantom();
     Scene scene = scene_of(data, RayMode::iso, kViews[0]);
     scene.ray_cast->isos = {{1000.0}}; // inner skull
-    const auto bytes = [&] {
-        uint64_t sum = 0;
-        for (const ResourceInfo& resource : device().resources())
-            sum += resource.bytes;
-        return sum;
-    };
-    const uint64_t before = bytes();
+    const uint64_t before = device().resource_bytes();
     for (const uint64_t budget : {uint64_t{64} << 20, uint64_t{16} << 20, uint64_t{9} << 20}) {
         Renderer renderer(device(), {.memory_limit_bytes = before + budget});
         const Result<Frame> frame = renderer.render(scene, data);
         ASSERT_TRUE(frame) << frame.error().message;
-        EXPECT_LE(bytes() - before, budget);
+        EXPECT_LE(device().resource_bytes() - before, budget);
         EXPECT_LT(frame->stats.needed_bricks, 75u);
         EXPECT_FALSE(frame->stats.residency_reason.empty());
     }
@@ -321,13 +315,7 @@ TEST_F(AtlasTest, LargePicturesOnSmallDevicesAreDrawnOrRefused) {
     Scene scene = scene_of(data, RayMode::iso, kViews[0]);
     scene.size_px = {1100, 900};
     scene.value_and_depth = false;
-    const auto bytes = [&] {
-        uint64_t sum = 0;
-        for (const ResourceInfo& resource : device().resources())
-            sum += resource.bytes;
-        return sum;
-    };
-    const uint64_t before = bytes();
+    const uint64_t before = device().resource_bytes();
     bool fitted = false;
     for (uint64_t budget = uint64_t{18} << 20; budget <= uint64_t{60} << 20;
          budget += uint64_t{7} << 20) {
@@ -337,7 +325,7 @@ TEST_F(AtlasTest, LargePicturesOnSmallDevicesAreDrawnOrRefused) {
         if (!drawn)
             EXPECT_NE(drawn.error().message.find("limit"), std::string::npos);
         else
-            EXPECT_LE(bytes() - before, budget);
+            EXPECT_LE(device().resource_bytes() - before, budget);
         fitted = fitted || drawn;
     }
     EXPECT_TRUE(fitted);

@@ -1,7 +1,5 @@
 // What an edit costs a frame, and that a frame after many edits is the frame of a fresh renderer.
 
-#include <algorithm>
-#include <memory>
 #include <random>
 
 #include "engine/render/cell_map.h"
@@ -72,7 +70,7 @@ TEST_F(EditPath, FramesAreThoseOfAFreshRenderer) {
         for (int i = 0; i < 8; ++i) {
             now = dab(now, random, i % 2 ? -1000.0 : 1100.0);
             if (i == 5)
-                for (int k = 0; k < 40; ++k) // more bricks than the upload ring takes at once
+                for (int k = 0; k < 40; ++k) // more bricks than one submission takes
                     now = dab(now, random, 700.0);
             const Result<Frame> edited = renderer.render(scene, {now, std::nullopt});
             Renderer fresh(device());
@@ -91,12 +89,11 @@ TEST_F(EditPath, PatchedDistancesAreSafeAndSettle) {
     std::mt19937 random(3);
     Volume now = phantom(), before = now;
     const Scene scene = iso_scene();
-    UploadRing ring(device(), uint64_t{8} << 20);
     CellMap patched(device(), now);
     const auto show = [&](CellMap& cells) {
         Commands commands(device());
-        cells.show(*scene.ray_cast, 1.0f, 0.0f, commands, &ring);
-        ring.sent(commands.submit());
+        cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
+        commands.submit();
         commands.finish();
         return cells.distances();
     };
@@ -123,80 +120,6 @@ TEST_F(EditPath, PatchedDistancesAreSafeAndSettle) {
         }
     }
     EXPECT_GT(lower, 0u); // not everything was worked out anew
-}
-
-// Each room is read by a submission that has much to copy first: what is written to a room before
-// the GPU has read what lay there shows in the copy.
-TEST_F(EditPath, TheRingGivesRoomAgainOnlyBehindTheGpu) {
-    constexpr uint64_t kBytes = 4096;
-    UploadRing ring(device(), kBytes);
-    Buffer much(device(), "much", uint64_t{16} << 20, Memory::device);
-    Buffer more(device(), "more", much.bytes(), Memory::device);
-    struct Sent {
-        UploadRing::Room room;
-        std::byte value;
-        std::unique_ptr<Buffer> out;
-        std::unique_ptr<Commands> commands;
-    };
-    std::vector<Sent> all;
-    std::mt19937 random(4);
-    for (int i = 0; i < 60; ++i) {
-        const uint64_t bytes = 1 + random() % (i % 3 ? kBytes / 2 : kBytes / 8);
-        Sent sent{ring.take(bytes), std::byte(i + 1),
-                  std::make_unique<Buffer>(device(), "out", kBytes, Memory::read_back),
-                  std::make_unique<Commands>(device())};
-        ASSERT_EQ(sent.room.bytes.size(), bytes);
-        ASSERT_LE(sent.room.offset + bytes, ring.capacity());
-        std::fill(sent.room.bytes.begin(), sent.room.bytes.end(), sent.value);
-        sent.commands->copy(much, more);
-        sent.commands->copy(ring.buffer(), *sent.out);
-        ring.sent(sent.commands->submit());
-        all.push_back(std::move(sent));
-    }
-    for (const Sent& sent : all) {
-        sent.commands->finish();
-        const auto read = sent.out->mapped().subspan(sent.room.offset, sent.room.bytes.size());
-        EXPECT_TRUE(std::all_of(read.begin(), read.end(), [&](std::byte byte) {
-            return byte == sent.value;
-        })) << int(sent.value);
-    }
-}
-
-// A scene that leaves no room for the ring is drawn all the same, and stays in its budget.
-TEST_F(EditPath, WithoutRoomForTheRingFramesAreTheSame) {
-    std::mt19937 random(5);
-    Volume now = phantom();
-    const Scene scene = iso_scene();
-    const auto bytes = [&] {
-        uint64_t sum = 0;
-        for (const ResourceInfo& resource : device().resources())
-            sum += resource.bytes;
-        return sum;
-    };
-    const auto has_ring = [&] {
-        for (const ResourceInfo& resource : device().resources())
-            if (resource.name == "upload ring")
-                return true;
-        return false;
-    };
-    Renderer roomy(device());
-    const uint64_t before = bytes();
-    ASSERT_TRUE(roomy.draw(scene, {now, std::nullopt}));
-    EXPECT_FALSE(has_ring()); // no edit has come
-    const uint64_t needed = bytes() - before;
-    // As much again for the second renderer, and less than a ring's 8 MiB besides.
-    Renderer tight(device(), {.memory_limit_bytes = bytes() + needed + (uint64_t{4} << 20)});
-    ASSERT_TRUE(tight.draw(scene, {now, std::nullopt}));
-    for (int i = 0; i < 3; ++i) {
-        now = dab(now, random, i % 2 ? -1000.0 : 1100.0);
-        const Result<Frame> in_tight = tight.render(scene, {now, std::nullopt});
-        ASSERT_TRUE(in_tight);
-        EXPECT_FALSE(i == 0 && has_ring());
-        const Result<Frame> in_roomy = roomy.render(scene, {now, std::nullopt});
-        ASSERT_TRUE(in_roomy);
-        EXPECT_TRUE(has_ring());
-        EXPECT_EQ(in_tight->eyes[0].samples, in_roomy->eyes[0].samples);
-    }
 }
 
 } // namespace

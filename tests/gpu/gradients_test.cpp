@@ -162,9 +162,7 @@ TEST_F(GradientsTest, AreFilledWhereSomethingBecomesVisible) {
 
 TEST_F(GradientsTest, AreLeftOutWhereTheyDoNotFit) {
     const Volume volume = soft_ball();
-    uint64_t used = 0;
-    for (const ResourceInfo& resource : device().resources())
-        used += resource.bytes;
+    const uint64_t used = device().resource_bytes();
     Renderer small(device(),
                    {.memory_limit_bytes = used + (uint64_t{4} << 20), .stored_gradients = true});
     ASSERT_TRUE(small.render(scene_of(volume), {volume, std::nullopt}));
