@@ -4,7 +4,9 @@ include(CMakePackageConfigHelpers)
 get_property(libraries GLOBAL PROPERTY PALPATE_LIBRARIES)
 install(TARGETS palpate_options ${libraries} EXPORT palpate-targets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-install(TARGETS palpate RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(TARGET palpate)
+    install(TARGETS palpate RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
 install(DIRECTORY engine haptics shaders DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate
         FILES_MATCHING PATTERN "*.h")
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)

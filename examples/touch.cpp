@@ -7,7 +7,8 @@
 
 #include "engine/volume/synthetic.h"
 #include "haptics/device/simulated.h"
-#include "haptics/proxy/field.h"
+#include "haptics/field/field.h"
+#include "haptics/proxy/algorithms.h"
 #include "haptics/servo/servo.h"
 
 using namespace palpate;

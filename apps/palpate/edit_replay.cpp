@@ -14,10 +14,10 @@ namespace {
 
 // Where a tool may reach along its way.
 WorldBox box_of(const Stroke& stroke) {
-    WorldBox box{stroke.poses.front().tip_mm, stroke.poses.front().tip_mm};
-    for (const ToolPose& pose : stroke.poses) {
-        box.low = glm::min(box.low, pose.tip_mm);
-        box.high = glm::max(box.high, pose.tip_mm);
+    WorldBox box{stroke.poses.front().tool.position_mm, stroke.poses.front().tool.position_mm};
+    for (const StrokePose& pose : stroke.poses) {
+        box.low = glm::min(box.low, pose.tool.position_mm);
+        box.high = glm::max(box.high, pose.tool.position_mm);
     }
     double reach = 0.0; // of a point
     if (const ShapePtr& shape = stroke.tool.shape)

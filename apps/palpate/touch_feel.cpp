@@ -16,8 +16,8 @@
 #include "engine/edit/stroke.h"
 #include "engine/io/mesh_io.h"
 #include "engine/volume/extent.h"
-#include "haptics/proxy/coupling.h"
-#include "haptics/proxy/field.h"
+#include "haptics/field/coupling.h"
+#include "haptics/field/field.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "haptics/proxy/tool_points.h"
 

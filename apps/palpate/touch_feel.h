@@ -9,7 +9,7 @@
 #include "apps/palpate/named_files.h"
 #include "engine/io/scene_data.h"
 #include "engine/session/session.h"
-#include "haptics/proxy/algorithm.h"
+#include "haptics/proxy/algorithms.h"
 
 namespace palpate {
 

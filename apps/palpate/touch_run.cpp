@@ -9,6 +9,7 @@
 
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
+#include "haptics/core/clock.h"
 
 namespace palpate {
 

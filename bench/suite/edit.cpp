@@ -121,7 +121,7 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     for (size_t i = 0; i < places.size(); ++i) {
         if (bench.options().stop.stop_requested())
             return fail("interrupted");
-        const ToolPose pose{0.0, places[i], {1, 0, 0, 0}};
+        const StrokePose pose{0.0, {places[i], {1, 0, 0, 0}}};
         const Timer since_hand;
         auto run = StrokeRun::start(now, ball, cut);
         (*run)->add({&pose, 1});
@@ -167,7 +167,7 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     }
     // And to pixels of the interactive mode, in places further on.
     for (const glm::dvec3 place : places) {
-        const ToolPose pose{0.0, place + glm::dvec3(3.0 * sample_mm(now)), {1, 0, 0, 0}};
+        const StrokePose pose{0.0, {place + glm::dvec3(3.0 * sample_mm(now)), {1, 0, 0, 0}}};
         const Timer since_hand;
         now = *apply_stroke(now, ball, cut, {&pose, 1});
         const auto frame = renderer.draw_coarse(scene, {now, std::nullopt}, {});

@@ -64,7 +64,7 @@ Result<Value> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
             lag.feels(hand_reader.pin()->snapshot);
             const double t = std::chrono::duration<double>(due - begin).count();
             const auto kind = number == 0 ? EditInput::Kind::down : EditInput::Kind::move;
-            const ToolPose pose{t, along(path_mm, t / seconds), {1, 0, 0, 0}};
+            const StrokePose pose{t, {along(path_mm, t / seconds), {1, 0, 0, 0}}};
             const bool taken = editor.push({kind, pose, number + 1, profile::now_ns()});
             number += taken;
             refused += !taken;

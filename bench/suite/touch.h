@@ -5,6 +5,7 @@
 #include "bench/suite/suites.h"
 #include "bench/touch/figures.h"
 #include "bench/touch/scenes.h"
+#include "haptics/proxy/algorithms.h"
 
 // The parts of `palpate bench touch`.
 namespace palpate::bench {

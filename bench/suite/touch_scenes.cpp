@@ -10,7 +10,7 @@
 #include "bench/touch/special_cases.h"
 #include "engine/base/log.h"
 #include "engine/io/volume_io.h"
-#include "haptics/proxy/field.h"
+#include "haptics/field/field.h"
 #include "haptics/proxy/swept_mesh.h"
 
 namespace palpate::bench {

@@ -5,6 +5,7 @@
 
 #include "bench/touch/open_loop.h"
 #include "engine/base/assert.h"
+#include "haptics/proxy/algorithms.h"
 #include "haptics/safety/chain.h"
 
 namespace palpate::touch {

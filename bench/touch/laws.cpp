@@ -6,7 +6,7 @@
 #include "bench/touch/open_loop.h"
 #include "engine/base/assert.h"
 #include "engine/surface/marching_cubes.h"
-#include "haptics/proxy/field.h"
+#include "haptics/field/field.h"
 #include "haptics/proxy/swept_mesh.h"
 
 namespace palpate::touch {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "bench/touch/closed_loop.h"
+#include "haptics/proxy/algorithms.h"
 
 namespace palpate::touch {
 

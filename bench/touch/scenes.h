@@ -7,7 +7,7 @@
 
 #include "bench/touch/solid.h"
 #include "engine/base/error.h"
-#include "haptics/proxy/algorithm.h"
+#include "haptics/field/algorithm.h"
 
 namespace palpate::touch {
 

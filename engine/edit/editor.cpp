@@ -148,7 +148,7 @@ bool Editor::take_inputs() {
 Result<std::unique_ptr<StrokeRun>> Editor::begin_stroke(const EditInput& down) {
     if (!setup_)
         return fail("a stroke began before there was a tool");
-    if (Result<ToolPose> pose = checked_pose(down.pose); !pose)
+    if (Result<StrokePose> pose = checked_pose(down.pose); !pose)
         return pass_on(pose);
     for (const std::string* name : {&setup_->on, &setup_->guide})
         if (!name->empty())
@@ -220,7 +220,7 @@ void Editor::feed() {
         }
         next_input();
         lifted_ = input.kind == EditInput::Kind::up;
-        Result<ToolPose> pose = checked_pose(input.pose);
+        Result<StrokePose> pose = checked_pose(input.pose);
         if (!pose) {
             refusal_ =
                 fmt::format("input {} is passed over: {}", input.number, pose.error().message);

@@ -23,7 +23,7 @@ namespace palpate {
 struct EditInput {
     enum class Kind : uint8_t { down, move, up };
     Kind kind = Kind::move;
-    ToolPose pose;
+    StrokePose pose;
     uint64_t number = 0;   // of this input; rises by one
     int64_t pushed_ns = 0; // profile::now_ns() when it was pushed: latencies count from here
 };
@@ -184,7 +184,7 @@ class Editor {
     std::deque<EditInput> waiting_;
     uint64_t fed_ = 0; // how many inputs have left waiting_
     std::unique_ptr<StrokeRun> stroke_;
-    std::vector<ToolPose> poses_; // of it
+    std::vector<StrokePose> poses_; // of it
     bool lifted_ = false;
     EditInput last_fed_, last_done_;
     uint64_t published_ = 0, commands_done_ = 0;

@@ -25,7 +25,7 @@ Result<Volume> stroked(const Document& now, const JournalEntry& entry, uint64_t&
         return pass_on(run);
     // In portions, which change no byte, so that a long way is not laid out at once.
     const auto go_on = [&] { return !stop.stop_requested(); };
-    for (std::span<const ToolPose> left(entry.stroke.poses); !left.empty();) {
+    for (std::span<const StrokePose> left(entry.stroke.poses); !left.empty();) {
         const size_t n = std::min(kPosesAtOnce, left.size());
         (*run)->add(left.first(n));
         left = left.subspan(n);

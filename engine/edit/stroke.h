@@ -17,7 +17,7 @@ struct Stroke {
     Json shape; // as written; what `tool` was made from
     Tool tool;
     Operation operation;
-    std::vector<ToolPose> poses; // at least one; time never falls
+    std::vector<StrokePose> poses; // at least one; time never falls
 };
 
 // Stroke files are JSON lines (docs/carve.md lists every key): a header line
@@ -36,6 +36,6 @@ Operation read_operation(const JsonValue& in);
 Json operation_json(const Operation& operation);
 
 // A stroke by hand; `shape` must be a shape that read_tool() takes.
-Stroke make_stroke(Json shape, Operation operation, std::vector<ToolPose> poses);
+Stroke make_stroke(Json shape, Operation operation, std::vector<StrokePose> poses);
 
 } // namespace palpate

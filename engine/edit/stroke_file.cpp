@@ -25,18 +25,18 @@ glm::dquat read_turn(const JsonValue& in) {
     return turn.value_or(glm::dquat(1, 0, 0, 0));
 }
 
-ToolPose read_pose(const JsonValue& in) {
+StrokePose read_pose(const JsonValue& in) {
     in.only_keys({"t_s", "p_mm", "q"});
-    ToolPose pose;
+    StrokePose pose;
     const auto t = in.find("t_s"), p = in.find("p_mm");
     if (!p)
         in.complain("expected a pose with \"p_mm\", a list of three numbers");
     else
-        pose.tip_mm = p->vector(-kFarthest_mm, kFarthest_mm);
+        pose.tool.position_mm = p->vector(-kFarthest_mm, kFarthest_mm);
     if (t)
         pose.time_s = t->number(-kLongest_s, kLongest_s);
     if (const auto q = in.find("q"))
-        pose.turn = read_turn(*q);
+        pose.tool.rotation = read_turn(*q);
     return pose;
 }
 
@@ -220,8 +220,8 @@ Result<std::vector<Stroke>> parse_strokes(std::string_view text, const std::stri
             return fail("{}:{}: expected a header with \"stroke\": 1 before the first pose", name,
                         line);
         } else {
-            std::vector<ToolPose>& poses = strokes.back().poses;
-            const ToolPose pose = read_pose(value);
+            std::vector<StrokePose>& poses = strokes.back().poses;
+            const StrokePose pose = read_pose(value);
             if (!errors.first && !poses.empty() && pose.time_s < poses.back().time_s)
                 return fail(
                     "{}:{}: expected a time of at least {} s, that of the pose before, "
@@ -245,9 +245,10 @@ std::string stroke_text(const Stroke& stroke) {
                                                {"shape", stroke.shape},
                                                {"operation", operation_json(stroke.operation)}})) +
                        "\n";
-    for (const ToolPose& pose : stroke.poses) {
-        Json line = Json::object({{"t_s", Json::of(pose.time_s)}, {"p_mm", list_of(pose.tip_mm)}});
-        if (const glm::dquat q = pose.turn; q != glm::dquat(1, 0, 0, 0))
+    for (const StrokePose& pose : stroke.poses) {
+        Json line = Json::object(
+            {{"t_s", Json::of(pose.time_s)}, {"p_mm", list_of(pose.tool.position_mm)}});
+        if (const glm::dquat q = pose.tool.rotation; q != glm::dquat(1, 0, 0, 0))
             line.members.emplace_back(
                 "q", Json::array({Json::of(q.w), Json::of(q.x), Json::of(q.y), Json::of(q.z)}));
         text += json_line(line) + "\n";
@@ -255,7 +256,7 @@ std::string stroke_text(const Stroke& stroke) {
     return text;
 }
 
-Stroke make_stroke(Json shape, Operation operation, std::vector<ToolPose> poses) {
+Stroke make_stroke(Json shape, Operation operation, std::vector<StrokePose> poses) {
     JsonErrors errors{"shape", {}};
     Stroke stroke;
     stroke.tool = read_tool(JsonValue(shape, "", errors));

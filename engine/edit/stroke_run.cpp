@@ -115,10 +115,11 @@ StrokeRun::StrokeRun(Volume before, Tool tool, Operation operation, std::optiona
 
 StrokeRun::~StrokeRun() = default;
 
-void StrokeRun::add(std::span<const ToolPose> poses) {
+void StrokeRun::add(std::span<const StrokePose> poses) {
     PALPATE_ASSERT(!lifted_);
-    for (const ToolPose& pose : poses) {
-        const bool still = last_ && pose.tip_mm == last_->tip_mm && pose.turn == last_->turn;
+    for (const StrokePose& pose : poses) {
+        const bool still = last_ && pose.tool.position_mm == last_->tool.position_mm &&
+                           pose.tool.rotation == last_->tool.rotation;
         if (still && operation_.kind != OperationKind::mill) { // holds nothing new
             last_ = pose;
             continue;
@@ -129,7 +130,7 @@ void StrokeRun::add(std::span<const ToolPose> poses) {
     }
 }
 
-void StrokeRun::add_segment(const ToolPose& from, const ToolPose& to) {
+void StrokeRun::add_segment(const StrokePose& from, const StrokePose& to) {
     const auto segment =
         std::make_shared<const Segment>(Segment{from, to, Sweep(tool_, before_.grid(), from, to)});
     const BrickRange range = bricks_of(segment->sweep, before_.grid());
@@ -232,10 +233,10 @@ void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segme
     const glm::dvec3 first(brick.position * kBrickSide);
     const glm::dmat3 mm_from_index(grid.world_from_index);
     const glm::dvec3 origin(grid.world_from_index[3]);
-    const Parts near = parts_near(grid, brick.position, segment.from.tip_mm - origin,
-                                  segment.to.tip_mm - origin, reach, parts);
+    const Parts near = parts_near(grid, brick.position, segment.from.tool.position_mm - origin,
+                                  segment.to.tool.position_mm - origin, reach, parts);
     for (double part = near.first; part <= near.last && !stop.stop_requested(); ++part) {
-        const ToolPose pose = pose_between(segment.from, segment.to, (part + 0.5) / parts);
+        const StrokePose pose = pose_between(segment.from, segment.to, (part + 0.5) / parts);
         const Sweep still(tool_, grid, pose, pose);
         SampleMask inside;
         add_samples(inside, still, grid, brick.position, before_.valid_in_brick(brick.position),
@@ -401,7 +402,7 @@ Volume StrokeRun::publish() {
 }
 
 Result<Volume> apply_stroke(const Volume& before, const Tool& tool, const Operation& operation,
-                            std::span<const ToolPose> poses, std::optional<Volume> guide) {
+                            std::span<const StrokePose> poses, std::optional<Volume> guide) {
     Result<std::unique_ptr<StrokeRun>> run =
         StrokeRun::start(before, tool, operation, std::move(guide));
     if (!run)

@@ -30,7 +30,7 @@ class StrokeRun {
     ~StrokeRun();
 
     // Poses after those already added. A stroke of one pose is a dab.
-    void add(std::span<const ToolPose> poses);
+    void add(std::span<const StrokePose> poses);
 
     // Tool-up: no pose follows, and fill and islands may begin.
     void lift() { lifted_ = true; }
@@ -52,12 +52,12 @@ class StrokeRun {
 
  private:
     struct Segment { // between two poses
-        ToolPose from, to;
+        StrokePose from, to;
         Sweep sweep;
     };
     struct Touched;
     StrokeRun(Volume before, Tool tool, Operation operation, std::optional<Volume> guide);
-    void add_segment(const ToolPose& from, const ToolPose& to);
+    void add_segment(const StrokePose& from, const StrokePose& to);
     void work_on(std::span<Touched* const> bricks, const std::stop_token& stop);
     void find_samples(Touched& brick, SampleMask& fresh, const std::stop_token& stop) const;
     void add_dose(Touched& brick, SampleMask& fresh, const Segment& segment,
@@ -72,7 +72,7 @@ class StrokeRun {
     Operation operation_;
     std::optional<Volume> guide_;
     std::vector<uint8_t> free_; // by label
-    std::optional<ToolPose> last_;
+    std::optional<StrokePose> last_;
     bool lifted_ = false;
     bool stopped_ = false; // somewhere within a slice
     std::unordered_map<uint64_t, std::unique_ptr<Touched>> bricks_;
@@ -84,6 +84,6 @@ class StrokeRun {
 
 // A whole stroke at once.
 Result<Volume> apply_stroke(const Volume& before, const Tool& tool, const Operation& operation,
-                            std::span<const ToolPose> poses, std::optional<Volume> guide = {});
+                            std::span<const StrokePose> poses, std::optional<Volume> guide = {});
 
 } // namespace palpate

@@ -44,28 +44,30 @@ Result<glm::dquat> unit_turn(glm::dquat turn) {
     return std::abs(square - 1.0) < 1e-14 ? turn : turn / std::sqrt(square);
 }
 
-Result<ToolPose> checked_pose(const ToolPose& pose) {
-    const glm::dvec3 at = glm::abs(pose.tip_mm);
+Result<StrokePose> checked_pose(const StrokePose& pose) {
+    const glm::dvec3 at = glm::abs(pose.tool.position_mm);
     if (!(at.x <= kFarthest_mm && at.y <= kFarthest_mm && at.z <= kFarthest_mm)) // or not a number
         return fail("expected a tip within {:g} mm, found ({}, {}, {})", kFarthest_mm,
-                    pose.tip_mm.x, pose.tip_mm.y, pose.tip_mm.z);
+                    pose.tool.position_mm.x, pose.tool.position_mm.y, pose.tool.position_mm.z);
     if (!(std::abs(pose.time_s) <= kLongest_s))
         return fail("expected a time within {:g} s, found {}", kLongest_s, pose.time_s);
-    Result<glm::dquat> turn = unit_turn(pose.turn);
+    Result<glm::dquat> turn = unit_turn(pose.tool.rotation);
     if (!turn)
         return pass_on(turn);
-    return ToolPose{pose.time_s, pose.tip_mm, *turn};
+    return StrokePose{pose.time_s, {pose.tool.position_mm, *turn}};
 }
 
-ToolPose pose_between(const ToolPose& from, const ToolPose& to, double t) {
+StrokePose pose_between(const StrokePose& from, const StrokePose& to, double t) {
     return {from.time_s + t * (to.time_s - from.time_s),
-            from.tip_mm + t * (to.tip_mm - from.tip_mm),
-            turn_between(from.turn, in_hemisphere_of(to.turn, from.turn), t)};
+            {from.tool.position_mm + t * (to.tool.position_mm - from.tool.position_mm),
+             turn_between(from.tool.rotation,
+                          in_hemisphere_of(to.tool.rotation, from.tool.rotation), t)}};
 }
 
-double travel_mm(const ToolPose& from, const ToolPose& to, double reach_mm) {
-    return glm::length(to.tip_mm - from.tip_mm) +
-           reach_mm * largest_angle(from.turn, in_hemisphere_of(to.turn, from.turn));
+double travel_mm(const StrokePose& from, const StrokePose& to, double reach_mm) {
+    return glm::length(to.tool.position_mm - from.tool.position_mm) +
+           reach_mm * largest_angle(from.tool.rotation,
+                                    in_hemisphere_of(to.tool.rotation, from.tool.rotation));
 }
 
 double Sweep::tolerance_for(const Grid& grid) {
@@ -73,12 +75,12 @@ double Sweep::tolerance_for(const Grid& grid) {
     return std::min({spacing.x, spacing.y, spacing.z}) / 16.0;
 }
 
-Sweep::Sweep(const Tool& tool, const Grid& grid, const ToolPose& from, const ToolPose& to)
+Sweep::Sweep(const Tool& tool, const Grid& grid, const StrokePose& from, const StrokePose& to)
     : shape_(tool.shape.get()), marks_(tool.marks_origin) {
     const glm::dvec3 origin(grid.world_from_index[3]);
     const glm::dmat3 to_index = glm::inverse(glm::dmat3(grid.world_from_index));
-    from_ = from.tip_mm - origin;
-    to_ = to.tip_mm - origin;
+    from_ = from.tool.position_mm - origin;
+    to_ = to.tool.position_mm - origin;
     from_index_ = to_index * from_;
     to_index_ = to_index * to_;
     low_ = glm::dvec3(std::numeric_limits<double>::infinity());
@@ -87,8 +89,8 @@ Sweep::Sweep(const Tool& tool, const Grid& grid, const ToolPose& from, const Too
         box_ = shape_->bounds();
         reach_ = box_.reach_mm();
         ball_ = shape_->ball_radius_mm().value_or(-1.0);
-        from_turn_ = from.turn;
-        to_turn_ = in_hemisphere_of(to.turn, from.turn);
+        from_turn_ = from.tool.rotation;
+        to_turn_ = in_hemisphere_of(to.tool.rotation, from.tool.rotation);
         turn_ = glm::mat3_cast(from_turn_);
         speed_ = travel_mm(from, to, reach_);
         tolerance_ = ball_ < 0.0 && speed_ > 0.0 ? tolerance_for(grid) : 0.0;

@@ -4,6 +4,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "engine/base/error.h"
+#include "engine/base/tool_pose.h"
 #include "engine/edit/shape.h"
 #include "engine/volume/grid.h"
 
@@ -17,13 +18,12 @@ struct Tool {
     bool marks_origin = false;
 };
 
-// Where the hand holds the tool.
-struct ToolPose {
-    double time_s = 0.0;           // never falls along a stroke
-    glm::dvec3 tip_mm{0.0};        // world: where the tool's origin is
-    glm::dquat turn{1.0, 0, 0, 0}; // world from tool; of unit length
+// Where the hand holds the tool at a moment of a stroke.
+struct StrokePose {
+    double time_s = 0.0; // never falls along a stroke
+    ToolPose tool;
 
-    friend bool operator==(const ToolPose&, const ToolPose&) = default;
+    friend bool operator==(const StrokePose&, const StrokePose&) = default;
 };
 
 constexpr double kFarthest_mm = 1e8, kLongest_s = 1e9; // of poses, to each side of 0
@@ -34,7 +34,7 @@ Result<glm::dquat> unit_turn(glm::dquat turn);
 
 // A pose from a device or a program as a stroke may hold it: its turn of unit length, and no number
 // that is not finite or too far.
-Result<ToolPose> checked_pose(const ToolPose& pose);
+Result<StrokePose> checked_pose(const StrokePose& pose);
 
 // The space a tool passes through from one pose to the next.
 //
@@ -52,7 +52,7 @@ Result<ToolPose> checked_pose(const ToolPose& pose);
 // that does not move is its shape, without the tolerance.
 class Sweep {
  public:
-    Sweep(const Tool& tool, const Grid& grid, const ToolPose& from, const ToolPose& to);
+    Sweep(const Tool& tool, const Grid& grid, const StrokePose& from, const StrokePose& to);
 
     // Whether a point is inside, and how far all points say the same as it. p_mm: from the grid's
     // origin, along the world's axes.
@@ -93,9 +93,9 @@ class Sweep {
 };
 
 // The pose between two, as a sweep takes it; t from 0 to 1.
-ToolPose pose_between(const ToolPose& from, const ToolPose& to, double t);
+StrokePose pose_between(const StrokePose& from, const StrokePose& to, double t);
 
 // The most that any point of a tool of this reach moves from one pose to the next, mm.
-double travel_mm(const ToolPose& from, const ToolPose& to, double reach_mm);
+double travel_mm(const StrokePose& from, const StrokePose& to, double reach_mm);
 
 } // namespace palpate

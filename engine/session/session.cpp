@@ -214,10 +214,10 @@ void Session::follow(const ServoTick& tick) noexcept {
                       : pressed ? EditInput::Kind::move
                                 : EditInput::Kind::up;
     // The tool is where it is held out of the material; the hand may be far inside.
-    const palpate::ToolPose pose =
-        pressed ? palpate::ToolPose{1e-9 * static_cast<double>(tick.now_ns),
-                                    tick.touched.proxy.position_mm, tick.tool.rotation}
-                : last_pose_;
+    const StrokePose pose = pressed
+                                ? StrokePose{1e-9 * static_cast<double>(tick.now_ns),
+                                             {tick.touched.proxy.position_mm, tick.tool.rotation}}
+                                : last_pose_;
     const uint64_t number = pushed_.load(std::memory_order_relaxed) + 1;
     if (!editor_.push({kind, pose, number, profile::now_ns()}))
         return; // full: tried again with the next tick's pose, and the sweep leaves no gap

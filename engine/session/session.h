@@ -14,6 +14,7 @@
 #include "engine/edit/editor.h"
 #include "engine/scene/scene.h"
 #include "engine/surface/block_surface.h"
+#include "haptics/proxy/algorithms.h"
 #include "haptics/servo/brick_lock.h"
 #include "haptics/servo/servo_thread.h"
 
@@ -160,7 +161,7 @@ class Session {
     // The servo's thread's own, while there is one.
     uint32_t button_ = 0;
     bool down_ = false;
-    ToolPose last_pose_;
+    StrokePose last_pose_;
     std::atomic<uint64_t> pushed_{0}; // for settle()
     bool running_ = false;            // a device; the interface's
 

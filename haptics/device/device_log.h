@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "haptics/device/device.h"
+#include "haptics/core/device.h"
 
 namespace palpate::haptics {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
-#include "haptics/proxy/algorithm.h"
+#include "engine/base/tool_pose.h"
 
 namespace palpate::haptics {
 

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "engine/base/ring.h"
+#include "haptics/core/workspace.h"
 #include "haptics/device/device_log.h"
 #include "haptics/device/hand_path.h"
-#include "haptics/device/workspace.h"
 
 namespace palpate::haptics {
 

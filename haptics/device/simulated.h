@@ -7,10 +7,10 @@
 #include <span>
 #include <string_view>
 
-#include "haptics/device/device.h"
+#include "haptics/core/device.h"
+#include "haptics/core/workspace.h"
 #include "haptics/device/hand_path.h"
 #include "haptics/device/velocity.h"
-#include "haptics/device/workspace.h"
 
 namespace palpate::haptics {
 

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "engine/volume/cubic_weights.h"
-#include "haptics/proxy/samples.h"
+#include "haptics/field/samples.h"
 
 namespace palpate::haptics {
 

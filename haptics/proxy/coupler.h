@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "haptics/proxy/coupling.h"
+#include "haptics/field/coupling.h"
 #include "haptics/proxy/effects.h"
 
 namespace palpate::haptics {

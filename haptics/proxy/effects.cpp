@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "haptics/proxy/coupling.h"
+#include "haptics/field/coupling.h"
 
 namespace palpate::haptics {
 

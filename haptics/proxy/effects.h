@@ -2,7 +2,7 @@
 
 #include <glm/glm.hpp>
 
-#include "haptics/proxy/algorithm.h"
+#include "haptics/field/algorithm.h"
 
 // What is added to a proxy's spring, the same for every repaired algorithm.
 namespace palpate::haptics {

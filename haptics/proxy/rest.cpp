@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "haptics/proxy/coupling.h"
+#include "haptics/field/coupling.h"
 #include "haptics/proxy/planes.h"
 
 namespace palpate::haptics {

@@ -2,7 +2,7 @@
 
 #include <glm/glm.hpp>
 
-#include "haptics/proxy/triangles.h"
+#include "haptics/field/triangles.h"
 
 namespace palpate::haptics {
 

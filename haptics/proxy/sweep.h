@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/proxy/field.h"
+#include "haptics/field/field.h"
 
 // How a point moves through a field without missing what is in its way.
 namespace palpate::haptics {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "haptics/field/patch.h"
 #include "haptics/proxy/coupler.h"
-#include "haptics/proxy/patch.h"
 #include "haptics/proxy/rest.h"
 
 namespace palpate::haptics {

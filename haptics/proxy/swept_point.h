@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/proxy/algorithm.h"
+#include "haptics/field/algorithm.h"
 
 namespace palpate::haptics {
 

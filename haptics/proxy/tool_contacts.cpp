@@ -6,7 +6,7 @@
 #include <numbers>
 #include <utility>
 
-#include "haptics/proxy/coupling.h"
+#include "haptics/field/coupling.h"
 
 namespace palpate::haptics {
 

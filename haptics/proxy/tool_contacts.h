@@ -7,10 +7,10 @@
 #include <optional>
 #include <span>
 
-#include "haptics/proxy/algorithm.h"
-#include "haptics/proxy/field.h"
+#include "haptics/field/algorithm.h"
+#include "haptics/field/field.h"
+#include "haptics/field/sphere_samples.h"
 #include "haptics/proxy/groove.h"
-#include "haptics/proxy/sphere_samples.h"
 #include "haptics/proxy/tool_hold.h"
 #include "haptics/proxy/tool_points.h"
 

@@ -7,8 +7,8 @@
 
 #include "engine/surface/marching_cubes.h"
 #include "engine/volume/builder.h"
-#include "haptics/proxy/field.h"
-#include "haptics/proxy/fine_samples.h"
+#include "haptics/field/field.h"
+#include "haptics/field/fine_samples.h"
 #include "haptics/proxy/swept_mesh.h"
 
 namespace palpate::haptics {

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "haptics/device/device.h"
+#include "haptics/core/device.h"
 #include "haptics/safety/limits.h"
 
 // The stages of the safety chain that have something to remember, each a plain state and a function

@@ -8,7 +8,7 @@
 #include <mutex>
 
 #include "engine/base/assert.h"
-#include "haptics/servo/telemetry.h"
+#include "haptics/core/clock.h"
 
 namespace palpate::haptics {
 

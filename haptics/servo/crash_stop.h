@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/device/device.h"
+#include "haptics/core/device.h"
 
 namespace palpate::haptics {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "haptics/core/clock.h"
+
 namespace palpate::haptics {
 
 namespace {

@@ -4,8 +4,8 @@
 
 #include "engine/base/mailbox.h"
 #include "engine/base/ring.h"
-#include "haptics/device/workspace.h"
-#include "haptics/proxy/algorithm.h"
+#include "haptics/core/workspace.h"
+#include "haptics/field/algorithm.h"
 #include "haptics/safety/chain.h"
 #include "haptics/safety/write_gate.h"
 #include "haptics/servo/parameter_slew.h"

@@ -3,21 +3,15 @@
 #include <sched.h>
 #include <string.h>
 #include <sys/mman.h>
-#include <time.h>
 
 #include <thread>
 
 #include "engine/base/assert.h"
+#include "haptics/core/clock.h"
 
 namespace palpate::haptics {
 
 namespace {
-
-void sleep_until(int64_t due_ns) {
-    const timespec due{.tv_sec = due_ns / 1'000'000'000, .tv_nsec = due_ns % 1'000'000'000};
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) == EINTR) {
-    }
-}
 
 // Writes to every page below, so that none is new when a tick needs it.
 [[gnu::noinline]] void touch_stack(size_t bytes) {

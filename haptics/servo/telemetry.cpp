@@ -1,7 +1,6 @@
 #include "haptics/servo/telemetry.h"
 
 #include <sys/resource.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <fstream>
@@ -12,12 +11,6 @@
 namespace palpate::haptics {
 
 namespace {
-
-int64_t read_clock(clockid_t clock) {
-    timespec now{};
-    clock_gettime(clock, &now);
-    return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
-}
 
 Json percentiles(const Histogram& histogram, double unit) {
     const auto at = [&](double share) {
@@ -50,13 +43,6 @@ ThreadUse thread_use() noexcept {
     rusage use{};
     getrusage(RUSAGE_THREAD, &use);
     return {use.ru_minflt + use.ru_majflt, use.ru_nivcsw};
-}
-
-int64_t thread_cpu_ns() noexcept {
-    return read_clock(CLOCK_THREAD_CPUTIME_ID);
-}
-int64_t monotonic_ns() noexcept {
-    return read_clock(CLOCK_MONOTONIC);
 }
 
 int64_t steal_ns() {

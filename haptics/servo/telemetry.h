@@ -32,8 +32,6 @@ struct ThreadUse {
     int64_t page_faults = 0, involuntary_switches = 0;
 };
 ThreadUse thread_use() noexcept;
-int64_t thread_cpu_ns() noexcept;
-int64_t monotonic_ns() noexcept;
 // Time that the hypervisor gave to others while we wanted to run, since boot, all processors; 0
 // where /proc/stat does not say.
 int64_t steal_ns();

@@ -1,22 +1,16 @@
 #include "haptics/servo/watchdog.h"
 
 #include <pthread.h>
-#include <time.h>
 
 #include <algorithm>
-#include <cerrno>
+
+#include "haptics/core/clock.h"
 
 namespace palpate::haptics {
 
 namespace {
 
 constexpr int64_t kMostSleep_ns = 20'000'000; // so that it ends soon when told to
-
-void sleep_until(int64_t due_ns) {
-    const timespec due{.tv_sec = due_ns / 1'000'000'000, .tv_nsec = due_ns % 1'000'000'000};
-    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, nullptr) == EINTR) {
-    }
-}
 
 } // namespace
 

@@ -58,9 +58,9 @@ class KilledEdit : public ProgramTest {
             op.kind = i % 2 ? OperationKind::mill : OperationKind::cut;
             op.to_value = i % 3 ? -1000 : 1500;
             op.rates = {{0, 30000}};
-            std::vector<ToolPose> poses;
+            std::vector<StrokePose> poses;
             for (int k = 0; k < 20; ++k)
-                poses.push_back({0.01 * k, glm::dvec3(-60 + 5 * k, 8 * i - 50, 3 * i), kUpright});
+                poses.push_back({0.01 * k, {glm::dvec3(-60 + 5 * k, 8 * i - 50, 3 * i), kUpright}});
             strokes_.push_back(make_stroke(
                 *parse_json(R"({"kind": "capsule", "radius_mm": 8, "length_mm": 20})", ""), op,
                 poses));
@@ -211,9 +211,9 @@ TEST_F(KilledEdit, ALongSweepEndsWhenAskedTo) {
     op.kind = OperationKind::mill;
     op.to_value = 0;
     op.rates = {{0, 1}};
-    std::vector<ToolPose> poses;
+    std::vector<StrokePose> poses;
     for (int k = 0; k < 4000; ++k) // across one brick and back, each way some sixty places
-        poses.push_back({0.01 * k, glm::dvec3(k % 2 ? 31 : 0, 15, 15), kUpright});
+        poses.push_back({0.01 * k, {glm::dvec3(k % 2 ? 31 : 0, 15, 15), kUpright}});
     write("strokes.jsonl",
           stroke_text(make_stroke(
               *parse_json(R"({"kind": "burr", "radius_mm": 9, "flutes": 12})", ""), op, poses)));

@@ -39,10 +39,10 @@ class EditCommand : public ProgramTest {
             op.to_value = -1000;
             op.falloff_mm = 2;
             op.rates = {{0, 60000}, {1000, 20000}};
-            std::vector<ToolPose> poses;
+            std::vector<StrokePose> poses;
             for (int k = 0; k < 40; ++k)
                 poses.push_back(
-                    {0.01 * k, glm::dvec3(-80 + 2 * k, 10 * (i % 7), 5 * (i % 5)), kUpright});
+                    {0.01 * k, {glm::dvec3(-80 + 2 * k, 10 * (i % 7), 5 * (i % 5)), kUpright}});
             strokes.push_back(make_stroke(
                 *parse_json(R"({"kind": "burr", "radius_mm": 9, "flutes": 4})", ""), op, poses));
         }
@@ -115,8 +115,8 @@ TEST_F(EditCommand, DoesStrokesAndTakesThemBack) {
 TEST_F(EditCommand, AStrokeThatMissesIsAStrokeToTakeBack) {
     save_input();
     std::vector<Stroke> strokes = grey_strokes(2);
-    for (ToolPose& pose : strokes[1].poses)
-        pose.tip_mm.x += 5000;
+    for (StrokePose& pose : strokes[1].poses)
+        pose.tool.position_mm.x += 5000;
     write("strokes.jsonl", text_of(strokes));
     for (const size_t undo : {0u, 1u, 2u}) {
         const ProgramRun done = edit({strokes_path(), "--undo", std::to_string(undo)});

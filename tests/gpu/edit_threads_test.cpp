@@ -69,8 +69,8 @@ class EditThreads : public GpuTest {
                 return;
             if (edge)
                 left_ = 3 + static_cast<int>(random_() % 60);
-            const ToolPose pose{1e-9 * static_cast<double>(tick.now_ns), tick.tool.position_mm,
-                                tick.tool.rotation};
+            const StrokePose pose{1e-9 * static_cast<double>(tick.now_ns),
+                                  {tick.tool.position_mm, tick.tool.rotation}};
             if (!editor_.push({kind, pose, number_ + 1, profile::now_ns()}))
                 return; // full: tried again with the next tick's pose
             ++number_;

@@ -177,7 +177,7 @@ TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
     Editor editor(first, {.ring_inputs = 64, .slice_ms = 0.01});
     auto reader = editor.add_reader();
     const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 60})", "");
-    const Stroke stroke = make_stroke(ball, {}, {{0, glm::dvec3(80), kUpright}});
+    const Stroke stroke = make_stroke(ball, {}, {{0, {glm::dvec3(80), kUpright}}});
     ASSERT_TRUE(editor.use(stroke.shape, stroke.tool, stroke.operation));
     constexpr uint64_t kInputs = 2000; // many more than the ring has room for
     uint64_t number = 0;
@@ -209,7 +209,7 @@ TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
     const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 6})", "");
     std::vector<Stroke> strokes;
     for (int i = 0; i < 3; ++i)
-        strokes.push_back(make_stroke(ball, {}, {{0, glm::dvec3(10 + 10 * i), kUpright}}));
+        strokes.push_back(make_stroke(ball, {}, {{0, {glm::dvec3(10 + 10 * i), kUpright}}}));
     ASSERT_TRUE(editor.use(ball, strokes[0].tool, {}));
     uint64_t number = 0;
     const auto dab = [&](const Stroke& stroke) {
@@ -250,7 +250,7 @@ TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
     ASSERT_EQ(kept->entries.size(), 2u);
     for (const int i : {0, 1}) // an input is a pose each: down and up
         EXPECT_EQ(kept->entries[size_t(i)].stroke.poses,
-                  std::vector<ToolPose>(2, strokes[size_t(2 * i)].poses[0]));
+                  std::vector<StrokePose>(2, strokes[size_t(2 * i)].poses[0]));
 }
 
 // The second brick is in no file any more: strokes that meet it are refused, others are done.
@@ -265,7 +265,7 @@ TEST(Editor, OutlivesSamplesThatCannotBeRead) {
     uint64_t number = 0;
     const auto dab = [&](double x) {
         for (const auto kind : {EditInput::Kind::down, EditInput::Kind::up})
-            ASSERT_TRUE(editor.push({kind, {0, {x, 16, 16}, kUpright}, ++number, 0}));
+            ASSERT_TRUE(editor.push({kind, {0, {{x, 16, 16}, kUpright}}, ++number, 0}));
         while (reader.pin()->inputs_done != number)
             std::this_thread::yield();
     };
@@ -301,7 +301,7 @@ TEST(Editor, SaysWhyItDidNothing) {
     EXPECT_TRUE(refusal("nothing is left to undo"));
     ASSERT_TRUE(editor.push({EditInput::Kind::down, {}, 2, 0}));
     EXPECT_TRUE(refusal("expected labels stored as u8 or u16, found i16"));
-    ASSERT_TRUE(editor.push({EditInput::Kind::down, {0, {}, {0, 0, 0, 0}}, 3, 0}));
+    ASSERT_TRUE(editor.push({EditInput::Kind::down, {0, {{}, {0, 0, 0, 0}}}, 3, 0}));
     EXPECT_TRUE(refusal("expected a unit quaternion [w, x, y, z], found length 0"));
 }
 
@@ -313,14 +313,14 @@ TEST(Editor, PassesOverWhatIsNoPose) {
     const Json capsule = *parse_json(R"({"kind": "capsule", "radius_mm": 3, "length_mm": 9})", "");
     const glm::dquat lying(std::sqrt(0.5), std::sqrt(0.5), 0, 0), nearly = 1.0004 * lying;
     const double nan = std::numeric_limits<double>::quiet_NaN(), far = 1e300;
-    const std::vector<ToolPose> pushed{
-        {0, {8, 20, 20}, kUpright},    {1, {20, 20, 20}, {0, 0, 0, 0}},
-        {2, {nan, 20, 20}, kUpright},  {3, {far, 20, 20}, kUpright},
-        {nan, {20, 20, 20}, kUpright}, {5, {20, 20, 20}, {1, nan, 0, 0}},
-        {6, {30, 20, 20}, nearly},     {7, {9, 9, 9}, {0, 0, 0, 0}}};
+    const std::vector<StrokePose> pushed{
+        {0, {{8, 20, 20}, kUpright}},    {1, {{20, 20, 20}, {0, 0, 0, 0}}},
+        {2, {{nan, 20, 20}, kUpright}},  {3, {{far, 20, 20}, kUpright}},
+        {nan, {{20, 20, 20}, kUpright}}, {5, {{20, 20, 20}, {1, nan, 0, 0}}},
+        {6, {{30, 20, 20}, nearly}},     {7, {{9, 9, 9}, {0, 0, 0, 0}}}};
     Editor editor(first);
     auto reader = editor.add_reader();
-    const Stroke stroke = make_stroke(capsule, {}, {pushed[0], {6, {30, 20, 20}, lying}});
+    const Stroke stroke = make_stroke(capsule, {}, {pushed[0], {6, {{30, 20, 20}, lying}}});
     ASSERT_TRUE(editor.use(stroke.shape, stroke.tool, stroke.operation));
     for (size_t i = 0; i < pushed.size(); ++i) {
         const auto kind = i == 0                   ? EditInput::Kind::down
@@ -335,10 +335,10 @@ TEST(Editor, PassesOverWhatIsNoPose) {
     EXPECT_EQ(pin->refusal,
               "input 8 is passed over: expected a unit quaternion [w, x, y, z], "
               "found length 0");
-    const glm::dquat unit = checked_pose(pushed[6])->turn;
+    const glm::dquat unit = checked_pose(pushed[6])->tool.rotation;
     EXPECT_LT(glm::length(unit - lying), 1e-15);
-    std::vector<ToolPose> poses = stroke.poses;
-    poses[1].turn = unit;
+    std::vector<StrokePose> poses = stroke.poses;
+    poses[1].tool.rotation = unit;
     EXPECT_EQ(content_hash(pin->volume()),
               content_hash(*apply_stroke(first, stroke.tool, {}, poses)));
     EXPECT_NE(content_hash(pin->volume()), content_hash(first));

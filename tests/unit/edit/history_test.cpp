@@ -96,7 +96,7 @@ TEST_F(HistoryTest, AStepCostsWhatItChanged) {
     });
     Operation draw;
     draw.label = 7;
-    const ToolPose pose{0, glm::dvec3(64), kUpright};
+    const StrokePose pose{0, {glm::dvec3(64), kUpright}};
     const Volume after = *apply_stroke(before, {make_ball(5.0)}, draw, {&pose, 1});
     ASSERT_EQ(changed_bricks(before, after).size(), 8u);
     uint64_t touched = 0;
@@ -124,10 +124,10 @@ TEST_F(HistoryTest, AThousandDabsTakeLessThan16MB) {
     for (int i = 0; i < 1000; ++i) {
         Operation draw;
         draw.label = uint16_t(1 + i % 9);
-        const ToolPose pose{0,
-                            glm::dvec3(uniform(random, 20, 230), uniform(random, 20, 230),
-                                       uniform(random, 20, 230)),
-                            {}};
+        const StrokePose pose{0,
+                              {glm::dvec3(uniform(random, 20, 230), uniform(random, 20, 230),
+                                          uniform(random, 20, 230)),
+                               {}}};
         const Volume next = *apply_stroke(now, {make_ball(5.0)}, draw, {&pose, 1});
         history.record(now, next);
         now = next;

@@ -13,7 +13,7 @@ namespace {
 const Tool kEverywhere{make_ball(1e4)};
 
 Volume apply(const Volume& before, const Tool& tool, const Operation& op,
-             std::vector<ToolPose> poses = {{}}) {
+             std::vector<StrokePose> poses = {{}}) {
     const Result<Volume> after = apply_stroke(before, tool, op, poses);
     EXPECT_TRUE(after) << after.error().message;
     return *after;
@@ -99,9 +99,9 @@ TEST_P(Morphology, OpeningIsIdempotentAndShrinks) {
 TEST_P(Morphology, OnePressPeelsOneLayer) {
     const Volume v = only(labels(4), 1);
     const Tool ball{make_ball(30.0)};
-    std::vector<ToolPose> rubbing; // to and fro over the same place, for long
+    std::vector<StrokePose> rubbing; // to and fro over the same place, for long
     for (int i = 0; i < 50; ++i)
-        rubbing.push_back({0.01 * i, glm::dvec3(20 + i % 5, 18, 60), {1, 0, 0, 0}});
+        rubbing.push_back({0.01 * i, {glm::dvec3(20 + i % 5, 18, 60), {1, 0, 0, 0}}});
     const Volume once = apply(v, kEverywhere, erode(1)), rubbed = apply(v, ball, erode(1), rubbing);
     EXPECT_FALSE(same(rubbed, v));
     EXPECT_TRUE(within(once, rubbed, 1)); // nothing beyond the first layer is gone
@@ -116,10 +116,10 @@ TEST(Stroke, LeavesNoGapAtAnySpeed) {
     const Volume empty = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 0.0; });
     for (const ShapePtr& shape : {make_ball(2.0), make_box({3, 3, 3}), make_burr(2.5, 4, 0.5)})
         for (const int steps : {1, 10}) {
-            std::vector<ToolPose> poses;
+            std::vector<StrokePose> poses;
             for (int i = 0; i <= steps; ++i)
                 poses.push_back(
-                    {0.01 * i / steps, glm::dvec3(4 + 200.0 * i / steps, 10, 10), kUpright});
+                    {0.01 * i / steps, {glm::dvec3(4 + 200.0 * i / steps, 10, 10), kUpright}});
             const Volume drawn =
                 apply(empty, Tool{shape}, label_operation(OperationKind::draw, 1, 6), poses);
             for (uint32_t x = 8; x <= 408; ++x) // and as wide everywhere as at its middle
@@ -150,7 +150,7 @@ TEST_P(Portions, OfPosesSlicesAndThreadsChangeNoByte) {
                           : op.on_labels() ? random_labels(random, grid, ScalarType::u8)
                                            : random_greys(random, grid, ScalarType::i16);
     for (const Tool& tool : {Tool{make_ball(4.0)}, Tool{make_burr(4.0, 3, 1.0), true}}) {
-        const std::vector<ToolPose> poses = random_path(random, grid, 30);
+        const std::vector<StrokePose> poses = random_path(random, grid, 30);
         std::optional<Volume> first;
         for (const size_t portion : {1u, 7u, 1000u})
             for (const size_t threads : {1u, 4u})
@@ -193,7 +193,7 @@ TEST(Stroke, TouchesOnlyTheBricksOfItsTool) {
     const Volume before = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 0.0; });
     const Volume after =
         apply(before, Tool{make_ball(5.0)}, label_operation(OperationKind::draw, 1, 6),
-              {{0, glm::dvec3(64), kUpright}});
+              {{0, {glm::dvec3(64), kUpright}}});
     EXPECT_EQ(changed_bricks(before, after).size(), 8u); // 64 mm is where eight bricks meet
 }
 
@@ -208,7 +208,7 @@ TEST(Mill, TakesByTimeDepthAndMaterial) {
     const Tool ball{make_ball(4.0)};
     const auto after = [&](double seconds) {
         return apply(soft, ball, mill,
-                     {{0, glm::dvec3(8), kUpright}, {seconds, glm::dvec3(8), kUpright}});
+                     {{0, {glm::dvec3(8), kUpright}}, {seconds, {glm::dvec3(8), kUpright}}});
     };
     EXPECT_EQ(after(0.1).value({16, 16, 16}), -10.0f);
     EXPECT_EQ(after(0.2).value({16, 16, 16}), -320.0f);
@@ -227,9 +227,9 @@ TEST(Mill, SlowRatesAreNotLostToRounding) {
     mill.kind = OperationKind::mill;
     mill.to_value = 0;
     mill.rates = {{0, 100}}; // 0.1 a pose
-    std::vector<ToolPose> poses;
+    std::vector<StrokePose> poses;
     for (int i = 0; i <= 1000; ++i)
-        poses.push_back({i / 1000.0, glm::dvec3(8), kUpright});
+        poses.push_back({i / 1000.0, {glm::dvec3(8), kUpright}});
     EXPECT_EQ(apply(v, Tool{make_ball(2.0)}, mill, poses).value({8, 8, 8}), 100.0f);
 }
 
@@ -243,16 +243,17 @@ TEST(Mill, ALeapCostsWhatItMeets) {
     mill.kind = OperationKind::mill;
     mill.rates = {{0, 20}};
     const Tool ball{make_ball(4.1)};
-    const ToolPose start{0, {-3, 16.13, 20}, kUpright};
+    const StrokePose start{0, {{-3, 16.13, 20}, kUpright}};
     const auto after = [&](double mm) {
-        return apply(v, ball, mill, {start, {mm, start.tip_mm + glm::dvec3(mm, 0, 0), kUpright}});
+        return apply(v, ball, mill,
+                     {start, {mm, {start.tool.position_mm + glm::dvec3(mm, 0, 0), kUpright}}});
     };
     const Volume leap = after(1e8 - 64.0);
     EXPECT_TRUE(same(leap, after(128.0)));
     EXPECT_LT(leap.value({35, 16, 20}), 935.0f - 20.0f * 7.0f); // 8.2 mm at 1 mm/s
     // A leap past the volume meets none of it, though its box does.
     const Volume past =
-        apply(v, ball, mill, {{0, {-1e8, 0, 60}, kUpright}, {1, {1e8, 1e8, -60}, kUpright}});
+        apply(v, ball, mill, {{0, {{-1e8, 0, 60}, kUpright}}, {1, {{1e8, 1e8, -60}, kUpright}}});
     EXPECT_TRUE(same(past, v));
 }
 
@@ -281,8 +282,8 @@ TEST(Stroke, StopsWithinASlice) {
                                           [](glm::uvec3) { return 100.0; });
         auto run = StrokeRun::start(before, {shape}, op);
         ASSERT_TRUE(run) << run.error().message;
-        (*run)->add(
-            std::vector<ToolPose>{{0, glm::dvec3(0), kUpright}, {1, glm::dvec3(1), kUpright}});
+        (*run)->add(std::vector<StrokePose>{{0, {glm::dvec3(0), kUpright}},
+                                            {1, {glm::dvec3(1), kUpright}}});
         (*run)->lift();
         EXPECT_FALSE((*run)->work([] { return true; }, stop.get_token()));
         // One brick is one thread's work; a row has 32 samples, and of mill each has two looks.

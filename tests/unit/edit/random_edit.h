@@ -60,21 +60,21 @@ inline Grid random_grid(Random& random, glm::uvec3 size) {
 }
 
 // Somewhere in the volume, or a little beyond.
-inline ToolPose random_pose(Random& random, const Grid& grid, double time_s = 0.0) {
+inline StrokePose random_pose(Random& random, const Grid& grid, double time_s = 0.0) {
     const glm::dvec3 last = glm::dvec3(grid.size) - 1.0;
     const glm::dvec3 index(uniform(random, -0.1, 1.1) * last.x, uniform(random, -0.1, 1.1) * last.y,
                            uniform(random, -0.1, 1.1) * last.z);
-    return {time_s, world_point(grid, index), random_turn(random)};
+    return {time_s, {world_point(grid, index), random_turn(random)}};
 }
 
-inline std::vector<ToolPose> random_path(Random& random, const Grid& grid, int poses) {
-    std::vector<ToolPose> path{random_pose(random, grid)};
+inline std::vector<StrokePose> random_path(Random& random, const Grid& grid, int poses) {
+    std::vector<StrokePose> path{random_pose(random, grid)};
     while (int(path.size()) < poses) {
-        ToolPose next = path.back();
+        StrokePose next = path.back();
         next.time_s += uniform(random, 0.0, 0.01);
-        next.tip_mm += uniform(random, 0.0, 5.0) * random_direction(random);
+        next.tool.position_mm += uniform(random, 0.0, 5.0) * random_direction(random);
         if (pick(random, 0, 1))
-            next.turn = random_turn(random);
+            next.tool.rotation = random_turn(random);
         path.push_back(next);
     }
     return path;
@@ -115,9 +115,10 @@ inline Tool random_tool(Random& random) {
 }
 
 // Whether the segment between two tips meets the cell of a sample, by clipping its three slabs.
-inline bool passes_cell(const Grid& grid, const ToolPose& from, const ToolPose& to,
+inline bool passes_cell(const Grid& grid, const StrokePose& from, const StrokePose& to,
                         glm::dvec3 index) {
-    const glm::dvec3 a = index_point(grid, from.tip_mm), d = index_point(grid, to.tip_mm) - a;
+    const glm::dvec3 a = index_point(grid, from.tool.position_mm),
+                     d = index_point(grid, to.tool.position_mm) - a;
     double first = 0.0, last = 1.0;
     for (int axis = 0; axis < 3; ++axis) {
         const double low = index[axis] - 0.5 - a[axis], high = index[axis] + 0.5 - a[axis];

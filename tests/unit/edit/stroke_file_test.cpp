@@ -40,9 +40,9 @@ TEST(StrokeFile, ReadsHeadersAndPoses) {
     EXPECT_EQ(first.operation.neighbours, 26);
     EXPECT_EQ(first.tool.shape->ball_radius_mm(), 3.0);
     ASSERT_EQ(first.poses.size(), 2u);
-    EXPECT_EQ(first.poses[0].tip_mm, glm::dvec3(1, 2.5, -3));
+    EXPECT_EQ(first.poses[0].tool.position_mm, glm::dvec3(1, 2.5, -3));
     EXPECT_EQ(first.poses[0].time_s, 0.5);
-    EXPECT_EQ(first.poses[1].turn, glm::dquat(0, 0, 0, 1));
+    EXPECT_EQ(first.poses[1].tool.rotation, glm::dquat(0, 0, 0, 1));
     EXPECT_TRUE(strokes->back().tool.marks_origin);
     EXPECT_FALSE(strokes->back().tool.shape);
 }

@@ -21,12 +21,12 @@ std::vector<std::pair<const char*, ShapePtr>> shapes() {
 }
 
 // The least of the shape's function over very many poses between two.
-double least(const Shape& shape, const ToolPose& from, const ToolPose& to, glm::dvec3 p,
+double least(const Shape& shape, const StrokePose& from, const StrokePose& to, glm::dvec3 p,
              double* to_bounds = nullptr) {
     double value = 1e300;
     for (int i = 0; i <= 2000; ++i) {
-        const ToolPose pose = pose_between(from, to, i / 2000.0);
-        const glm::dvec3 q = glm::inverse(pose.turn) * (p - pose.tip_mm);
+        const StrokePose pose = pose_between(from, to, i / 2000.0);
+        const glm::dvec3 q = glm::inverse(pose.tool.rotation) * (p - pose.tool.position_mm);
         value = std::min(
             value, std::max(shape.signed_mm(q), to_bounds ? shape.bounds().signed_mm(q) : -1e9));
     }
@@ -41,17 +41,18 @@ TEST(Sweep, HoldsTheSweptShapeAndAtMostTheToleranceMore) {
         int inside = 0, near = 0;
         for (int motion = 0; motion < 12; ++motion) {
             const Grid grid = random_grid(random, glm::uvec3(40));
-            ToolPose from = random_pose(random, grid), to = from;
-            to.tip_mm += 6.0 * random_direction(random);
+            StrokePose from = random_pose(random, grid), to = from;
+            to.tool.position_mm += 6.0 * random_direction(random);
             if (motion % 3)
-                to.turn = random_turn(random);
+                to.tool.rotation = random_turn(random);
             const Sweep sweep(tool, grid, from, to);
             const glm::dvec3 origin(grid.world_from_index[3]);
             // Truth is found at poses a 2000th apart: it may be too high by half of that motion.
             const double coarse = travel_mm(from, to, shape->bounds().reach_mm()) / 4000.0;
             for (int i = 0; i < 60; ++i) {
-                const ToolPose on = pose_between(from, to, uniform(random, 0, 1));
-                const glm::dvec3 p = on.tip_mm + uniform(random, 0, 5) * random_direction(random);
+                const StrokePose on = pose_between(from, to, uniform(random, 0, 1));
+                const glm::dvec3 p =
+                    on.tool.position_mm + uniform(random, 0, 5) * random_direction(random);
                 const bool found = sweep.at(p - origin).inside;
                 double bounds = 0;
                 const double truth = least(*shape, from, to, p, &bounds);
@@ -79,17 +80,18 @@ TEST(Sweep, VerdictsHoldAsFarAsTheySay) {
         int told = 0;
         for (int motion = 0; motion < 12; ++motion) {
             const Grid grid = random_grid(random, glm::uvec3(40));
-            const ToolPose from = random_pose(random, grid);
-            ToolPose to = from;
+            const StrokePose from = random_pose(random, grid);
+            StrokePose to = from;
             if (motion % 4)
-                to.tip_mm += 8.0 * random_direction(random);
+                to.tool.position_mm += 8.0 * random_direction(random);
             if (motion % 2)
-                to.turn = random_turn(random);
+                to.tool.rotation = random_turn(random);
             const Sweep sweep(tool, grid, from, to);
             const glm::dvec3 origin(grid.world_from_index[3]);
             for (int i = 0; i < 100; ++i) {
-                const glm::dvec3 p = pose_between(from, to, uniform(random, 0, 1)).tip_mm - origin +
-                                     uniform(random, 0, 8) * random_direction(random);
+                const glm::dvec3 p =
+                    pose_between(from, to, uniform(random, 0, 1)).tool.position_mm - origin +
+                    uniform(random, 0, 8) * random_direction(random);
                 const Sweep::Verdict verdict = sweep.at(p);
                 told += verdict.same_within_mm > 0.1;
                 const double r = (verdict.same_within_mm - 1e-6) * uniform(random, 0, 1);
@@ -108,11 +110,12 @@ TEST(Sweep, OfABallIsTheCapsule) {
     const Tool tool{make_ball(3.0)};
     for (int i = 0; i < 2000; ++i) {
         const Grid grid = random_grid(random, glm::uvec3(40));
-        const ToolPose from = random_pose(random, grid), to = random_pose(random, grid);
-        const glm::dvec3 p = random_pose(random, grid).tip_mm;
-        const glm::dvec3 d = to.tip_mm - from.tip_mm;
-        const double t = std::clamp(glm::dot(p - from.tip_mm, d) / glm::dot(d, d), 0.0, 1.0);
-        const double distance = glm::length(p - from.tip_mm - t * d) - 3.0;
+        const StrokePose from = random_pose(random, grid), to = random_pose(random, grid);
+        const glm::dvec3 p = random_pose(random, grid).tool.position_mm;
+        const glm::dvec3 d = to.tool.position_mm - from.tool.position_mm;
+        const double t =
+            std::clamp(glm::dot(p - from.tool.position_mm, d) / glm::dot(d, d), 0.0, 1.0);
+        const double distance = glm::length(p - from.tool.position_mm - t * d) - 3.0;
         if (std::abs(distance) < 1e-9) // rounding may turn it
             continue;
         EXPECT_EQ(Sweep(tool, grid, from, to).at(p - glm::dvec3(grid.world_from_index[3])).inside,
@@ -127,8 +130,8 @@ TEST(Sweep, RowsAreWhatEverySampleSays) {
         for (int motion = 0; motion < 4; ++motion) {
             const Grid grid = random_grid(random, {45, 40, 35});
             const Tool tool{shape, motion % 2 == 0};
-            const ToolPose from = random_pose(random, grid);
-            ToolPose to = random_pose(random, grid);
+            const StrokePose from = random_pose(random, grid);
+            StrokePose to = random_pose(random, grid);
             if (motion == 3)
                 to = from;
             const Sweep sweep(tool, grid, from, to);
@@ -166,7 +169,7 @@ TEST(Sweep, APointMarksEveryCellItPasses) {
     const Tool point{nullptr, true};
     for (int i = 0; i < 50; ++i) {
         const Grid grid = random_grid(random, glm::uvec3(32));
-        const ToolPose from = random_pose(random, grid), to = random_pose(random, grid);
+        const StrokePose from = random_pose(random, grid), to = random_pose(random, grid);
         SampleMask mask;
         add_samples(mask, Sweep(point, grid, from, to), grid, glm::uvec3(0), glm::uvec3(32));
         for (uint32_t s = 0; s < kBrickSamples; ++s) {
@@ -174,8 +177,8 @@ TEST(Sweep, APointMarksEveryCellItPasses) {
             ASSERT_EQ(mask.has(local), passes_cell(grid, from, to, glm::dvec3(local)));
         }
         for (int k = 0; k <= 1000; ++k) { // wherever the tip is, its sample is marked
-            const glm::dvec3 at =
-                glm::round(index_point(grid, glm::mix(from.tip_mm, to.tip_mm, k / 1000.0)));
+            const glm::dvec3 at = glm::round(index_point(
+                grid, glm::mix(from.tool.position_mm, to.tool.position_mm, k / 1000.0)));
             if (glm::all(glm::greaterThanEqual(at, glm::dvec3(0))) &&
                 glm::all(glm::lessThan(at, glm::dvec3(32)))) {
                 EXPECT_TRUE(mask.has(glm::uvec3(at)));
@@ -188,14 +191,14 @@ TEST(Sweep, WholeMillimetresOfOffsetChangeNothing) {
     Random random(12);
     const Tool tool{make_burr(3.0, 3, 0.5)};
     Grid grid = make_grid(glm::uvec3(32), {0.75, 0.5, 2.5});
-    ToolPose from{0, {8.25, 7.5, 30.5}, random_turn(random)},
-        to{1, {12, 9, 40}, random_turn(random)};
+    StrokePose from{0, {{8.25, 7.5, 30.5}, random_turn(random)}},
+        to{1, {{12, 9, 40}, random_turn(random)}};
     SampleMask here, far;
     add_samples(here, Sweep(tool, grid, from, to), grid, glm::uvec3(0), glm::uvec3(32));
     const glm::dvec3 offset(9999999, -5000000, 1234567);
     grid.world_from_index[3] += glm::dvec4(offset, 0);
-    from.tip_mm += offset;
-    to.tip_mm += offset;
+    from.tool.position_mm += offset;
+    to.tool.position_mm += offset;
     add_samples(far, Sweep(tool, grid, from, to), grid, glm::uvec3(0), glm::uvec3(32));
     EXPECT_FALSE(here.empty());
     EXPECT_EQ(here.rows, far.rows);

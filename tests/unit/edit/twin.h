@@ -38,7 +38,7 @@ struct FlatVolume {
 
 // Whether a tool that moves holds a sample. The ball's sweep is worked out here; of other shapes it
 // is asked of the sweep, whose own tests hold it against their motion.
-inline bool holds(const Tool& tool, const Grid& grid, const ToolPose& from, const ToolPose& to,
+inline bool holds(const Tool& tool, const Grid& grid, const StrokePose& from, const StrokePose& to,
                   glm::ivec3 index) {
     if (tool.marks_origin && passes_cell(grid, from, to, glm::dvec3(index)))
         return true;
@@ -47,7 +47,8 @@ inline bool holds(const Tool& tool, const Grid& grid, const ToolPose& from, cons
     const glm::dvec3 origin(grid.world_from_index[3]);
     const glm::dvec3 p = glm::dmat3(grid.world_from_index) * glm::dvec3(index);
     if (const auto radius = tool.shape->ball_radius_mm()) {
-        const glm::dvec3 a = from.tip_mm - origin, d = to.tip_mm - from.tip_mm;
+        const glm::dvec3 a = from.tool.position_mm - origin,
+                         d = to.tool.position_mm - from.tool.position_mm;
         const double dd = glm::dot(d, d);
         const double t = dd > 0.0 ? std::clamp(glm::dot(p - a, d) / dd, 0.0, 1.0) : 0.0;
         return glm::length(p - a - t * d) <= *radius;
@@ -55,17 +56,17 @@ inline bool holds(const Tool& tool, const Grid& grid, const ToolPose& from, cons
     return Sweep(tool, grid, from, to).at(p).inside;
 }
 
-inline double depth(const Tool& tool, const Grid& grid, const ToolPose& pose, glm::ivec3 index) {
+inline double depth(const Tool& tool, const Grid& grid, const StrokePose& pose, glm::ivec3 index) {
     if (tool.marks_origin && passes_cell(grid, pose, pose, glm::dvec3(index)))
         return std::numeric_limits<double>::infinity();
     if (!tool.shape)
         return -1.0;
     const glm::dvec3 p = world_point(grid, glm::dvec3(index));
-    return -tool.shape->signed_mm((p - pose.tip_mm) * glm::mat3_cast(pose.turn));
+    return -tool.shape->signed_mm((p - pose.tool.position_mm) * glm::mat3_cast(pose.tool.rotation));
 }
 
 inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Operation& op,
-                              const std::vector<ToolPose>& poses, const Volume* guide) {
+                              const std::vector<StrokePose>& poses, const Volume* guide) {
     const FlatVolume s(before);
     FlatVolume out = s;
     const auto rounded = [&](double v) {
@@ -94,7 +95,7 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
             const double n =
                 std::max(1.0, std::ceil(travel_mm(poses[k - 1], poses[k], reach) / half));
             for (double part = 0; part < n; ++part) {
-                const ToolPose pose = pose_between(poses[k - 1], poses[k], (part + 0.5) / n);
+                const StrokePose pose = pose_between(poses[k - 1], poses[k], (part + 0.5) / n);
                 s.for_each([&](glm::ivec3 i) {
                     dose[s.at(i)] +=
                         depth_weight(depth(tool, s.grid, pose, i), op.falloff_mm) * (seconds / n);

@@ -28,7 +28,7 @@ TEST_P(EditTwin, EqualsTheDefinition) {
         Tool tool = random_tool(random);
         if (op.by_region() && pick(random, 0, 3)) // components are closed in large tools only
             tool.shape = make_ball(uniform(random, 5.0, 20.0));
-        const std::vector<ToolPose> poses = random_path(random, grid, pick(random, 1, 6));
+        const std::vector<StrokePose> poses = random_path(random, grid, pick(random, 1, 6));
         const FlatVolume expected = brute_force(before, tool, op, poses, &guide);
 
         const Result<Volume> found = apply_stroke(before, tool, op, poses, guide);

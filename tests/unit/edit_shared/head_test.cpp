@@ -18,9 +18,9 @@ class CarvedHead : public SharedData {
     static Volume head() { return loaded("ct_head/dicom_axial_64").volume; }
 
     // A press from outside the head towards its middle, turning, until well within the bone.
-    static std::vector<ToolPose> drilling(const Volume& volume, glm::dvec3 from_index) {
+    static std::vector<StrokePose> drilling(const Volume& volume, glm::dvec3 from_index) {
         const glm::dvec3 middle = 0.5 * (glm::dvec3(volume.size()) - 1.0);
-        std::vector<ToolPose> poses;
+        std::vector<StrokePose> poses;
         for (int i = 0; i <= 12; ++i) {
             const glm::dvec3 index = glm::mix(from_index, middle, 0.05 * i);
             const double half = 0.15 * i;

@@ -1,4 +1,4 @@
-#include "haptics/device/workspace.h"
+#include "haptics/core/workspace.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/proxy/algorithm.h"
+#include "haptics/proxy/algorithms.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "haptics/proxy/field.h"
+#include "haptics/field/field.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 #include "engine/volume/edit.h"
 #include "engine/volume/sample.h"
 #include "engine/volume/synthetic.h"
-#include "haptics/proxy/samples.h"
+#include "haptics/field/samples.h"
 
 namespace palpate::haptics {
 namespace {

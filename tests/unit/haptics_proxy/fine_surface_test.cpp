@@ -5,7 +5,7 @@
 #include <memory>
 #include <random>
 
-#include "haptics/proxy/fine_samples.h"
+#include "haptics/field/fine_samples.h"
 #include "haptics/proxy/rest.h"
 #include "tests/unit/haptics_proxy/run.h"
 

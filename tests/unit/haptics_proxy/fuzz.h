@@ -10,7 +10,7 @@
 #include "engine/surface/marching_cubes.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
-#include "haptics/proxy/algorithm.h"
+#include "haptics/proxy/algorithms.h"
 #include "haptics/proxy/swept_mesh.h"
 
 namespace palpate::haptics {

@@ -5,8 +5,8 @@
 
 #include "engine/surface/marching_cubes.h"
 #include "engine/volume/edit.h"
-#include "haptics/proxy/papers_mesh.h"
-#include "haptics/proxy/patch.h"
+#include "haptics/field/patch.h"
+#include "haptics/papers/papers_mesh.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "tests/unit/haptics_proxy/run.h"
 

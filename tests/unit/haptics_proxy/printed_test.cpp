@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "engine/volume/builder.h"
-#include "haptics/proxy/papers.h"
+#include "haptics/papers/papers.h"
 #include "tests/unit/haptics_proxy/run.h"
 
 namespace palpate::touch {

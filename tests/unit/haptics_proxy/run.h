@@ -6,7 +6,8 @@
 
 #include "bench/touch/open_loop.h"
 #include "engine/volume/edit.h"
-#include "haptics/proxy/field.h"
+#include "haptics/field/field.h"
+#include "haptics/proxy/algorithms.h"
 
 namespace palpate::touch {
 

@@ -1,4 +1,4 @@
-#include "haptics/proxy/sphere_samples.h"
+#include "haptics/field/sphere_samples.h"
 
 #include <gtest/gtest.h>
 

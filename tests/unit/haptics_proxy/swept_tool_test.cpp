@@ -10,8 +10,8 @@
 
 #include "engine/edit/shape.h"
 #include "engine/volume/builder.h"
-#include "haptics/proxy/field.h"
-#include "haptics/proxy/sphere_samples.h"
+#include "haptics/field/field.h"
+#include "haptics/field/sphere_samples.h"
 #include "haptics/proxy/tool_points.h"
 #include "tests/unit/haptics_proxy/run.h"
 

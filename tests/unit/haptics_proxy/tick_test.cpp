@@ -7,7 +7,7 @@
 #include "bench/touch/closed_loop.h"
 #include "engine/surface/marching_cubes.h"
 #include "engine/volume/builder.h"
-#include "haptics/proxy/field.h"
+#include "haptics/field/field.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "tests/unit/haptics_proxy/run.h"
 

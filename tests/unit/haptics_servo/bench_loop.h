@@ -4,8 +4,10 @@
 #include <memory>
 
 #include "engine/volume/synthetic.h"
+#include "haptics/core/clock.h"
 #include "haptics/device/recorded.h"
 #include "haptics/device/simulated.h"
+#include "haptics/proxy/algorithms.h"
 #include "haptics/servo/servo.h"
 
 // A servo with everything it needs, on a virtual clock, for tests.

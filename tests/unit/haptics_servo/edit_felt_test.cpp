@@ -47,8 +47,8 @@ TEST(EditFelt, AStrokeIsPublishedWithinAMillisecondAndFeltInTheFirstTickAfter) {
         ToolStamp stamp;
         ASSERT_TRUE(loop.poses.pop(stamp));
         const int64_t began = thread_cpu_ns();
-        const palpate::ToolPose pose{1e-9 * static_cast<double>(stamp.time_ns),
-                                     stamp.tool.position_mm, stamp.tool.rotation};
+        const StrokePose pose{1e-9 * static_cast<double>(stamp.time_ns),
+                              {stamp.tool.position_mm, stamp.tool.rotation}};
         (*stroke)->add(std::span(&pose, 1));
         (*stroke)->work();
         const Volume now = (*stroke)->publish();

@@ -13,7 +13,7 @@
 #include "engine/edit/stroke_run.h"
 #include "engine/io/volume_io.h"
 #include "engine/volume/sample.h"
-#include "haptics/proxy/patch.h"
+#include "haptics/field/patch.h"
 #include "haptics/servo/servo_thread.h"
 #include "tests/support/paths.h"
 #include "tests/support/tick_guard.h"
@@ -163,8 +163,8 @@ void measure(const AlgorithmEntry& entry, const Place& place, uint32_t samples, 
             auto stroke = StrokeRun::start(place.volume, burr, cut);
             for (int i = 0; i < 200 && !done; ++i, ++step) {
                 const HandPose pose = path.at(static_cast<double>(step % 10'000) * 1e-3);
-                const palpate::ToolPose at{
-                    1e-3 * i, pose.tool.position_mm + glm::dvec3(8, 0, 0), {1, 0, 0, 0}};
+                const StrokePose at{1e-3 * i,
+                                    {pose.tool.position_mm + glm::dvec3(8, 0, 0), {1, 0, 0, 0}}};
                 (*stroke)->add(std::span(&at, 1));
                 (*stroke)->work();
                 const Volume now = (*stroke)->publish();

@@ -8,7 +8,7 @@
 #include "bench/touch/laws.h"
 #include "bench/touch/open_loop.h"
 #include "engine/volume/synthetic.h"
-#include "haptics/proxy/field.h"
+#include "haptics/field/field.h"
 
 namespace palpate::touch {
 namespace {

@@ -1,0 +1,171 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <memory>
+#include <optional>
+#include <type_traits>
+
+#include "engine/base/tool_pose.h"
+#include "engine/mesh/mesh.h"
+#include "engine/volume/volume.h"
+
+// What every way of touching a volume has in common.
+//
+// Positions are millimetres of the world, velocities mm/s, forces newtons on the hand, torques
+// newton metres about the tool, stiffness N/m: lengths are divided by 1000 where a force is made,
+// and nowhere else.
+namespace palpate::haptics {
+
+struct ToolPoints; // tool_points.h
+struct TouchMesh;  // swept_mesh.h
+
+// What can be felt: a value, published whole through a Mailbox and never changed after. Whatever a
+// tick needs beyond the samples (smoothed distances, bounds, a local surface) is made before it is
+// published and hangs here too.
+struct TouchScene {
+    std::optional<Volume> grey;                 // V of the papers: values, HU say
+    std::optional<Volume> labels;               // S of the papers: whole numbers, 0 is free
+    std::array<std::optional<Volume>, 3> field; // a vector field's x, y, z in world axes
+    std::shared_ptr<const Mesh> mesh;
+    std::shared_ptr<const TouchMesh> touch_mesh; // of swept-mesh
+    std::shared_ptr<const ToolPoints> tool;      // of swept-tool; null is a sphere
+    uint64_t version = 0;                        // rises with every publication
+};
+
+// Which part of a scene is felt.
+enum class TouchSource : uint8_t { grey, labels };
+
+// How strong a constraint is where the grey value is I: the haptic transfer functions of Nystroem
+// et al. (WISH). Sigmoid: strength_n / (1 + exp(-(I - center) / width)); width 0 is a constant.
+// Table: straight between points of rising value, level beyond them.
+struct HapticTransfer {
+    double strength_n = 0.0; // A: the largest force
+    double center = 0.0;     // beta, in value units
+    double width = 0.0;      // alpha, in value units
+    static constexpr uint32_t kMostPoints = 8;
+    uint32_t point_count = 0; // above 0: the table, not the sigmoid
+    std::array<double, kMostPoints> values{}, forces_n{};
+
+    friend bool operator==(const HapticTransfer&, const HapticTransfer&) = default;
+};
+// Finite for every finite value.
+double strength_n(const HapticTransfer& transfer, double value);
+
+// What one label feels like, where labels are felt.
+struct LabelTouch {
+    uint32_t label = 0;
+    double stiffness_n_per_m = 500.0;
+    double friction_static = 0.0, friction_dynamic = 0.0;
+    double yield_n = 0.0;
+
+    friend bool operator==(const LabelTouch&, const LabelTouch&) = default;
+};
+
+// What a person sets. Algorithms read what they know and leave the rest.
+struct TouchParameters {
+    static constexpr uint32_t kMostLabels = 16;
+
+    double iso = 0.5;                 // grey values at or above it are solid
+    double tool_radius_mm = 0.0;      // 0 is a point
+    uint32_t tool_samples = 340;      // of sampled tools
+    double stiffness_n_per_m = 500.0; // of the coupling between tool and proxy
+    double damping_n_s_per_m = 0.0;   // of the coupling
+    double friction_static = 0.0;     // Coulomb coefficients; 0 is frictionless
+    double friction_dynamic = 0.0;    // at most the static one
+    double yield_n = 0.0;             // T0: the force above which material yields; 0 is never
+    double viscosity_n_s_per_m = 0.0; // inside of what can be entered
+    double vibration_n = 0.0;         // amplitude while material is removed
+    TouchSource source = TouchSource::grey;
+    // Normals are taken from samples blurred by this many samples: 1 for noise of 10 % of the
+    // contrast, 0.6 for 5 %, 0 for clean data. See normal_blur_for().
+    double normal_blur_samples = 1.0;
+    // Grey values far from the surface on its free and its solid side, for data without noise: the
+    // blurred step between them is straightened before it is interpolated. Equal: not known. See
+    // tune().
+    double free_value = 0.0, solid_value = 0.0;
+    std::array<HapticTransfer, 3> transfer{}; // of the axes of the local frame, for motion rules
+    HapticTransfer opacity{};        // of local surfaces: applied to samples where it is a table
+    double surface_delay_s = 0.03;   // of a local surface that another thread makes
+    double drill_threshold_mm = 2.0; // depth at which drilling begins
+    uint32_t label_count = 0;        // of `labels`; others feel as the fields above say
+    std::array<LabelTouch, kMostLabels> labels{};
+};
+
+// The most that parameters may be, each 0 at least. Beyond that nothing is felt: every tick answers
+// Contact::unknown.
+struct MostTouch {
+    static constexpr double radius_mm = 1e4, stiffness_n_per_m = 1e6, damping_n_s_per_m = 1e5,
+                            friction = 100.0, force_n = 1e4, value = 1e30, drill_mm = 1e4,
+                            delay_s = 10.0;
+    static constexpr uint32_t samples = 4096;
+};
+
+struct TickInput {
+    ToolPose tool;                               // where the hand holds the device, in world
+    glm::dvec3 velocity_mm_per_s{0.0};           // of the tool
+    double dt_s = 1e-3;                          // since the tick before; > 0
+    uint32_t buttons = 0;                        // bit b: button b is pressed
+    bool removing = false;                       // the tool removes or adds material now
+    const TouchScene* scene = nullptr;           // never null; lives until the tick returns
+    const TouchParameters* parameters = nullptr; // likewise
+};
+
+enum class Contact : uint8_t {
+    free,      // nothing is touched; force may be left where the proxy is behind the hand
+    touching,  // held out by a surface
+    yielding,  // pushed into material beyond T0
+    submerged, // inside material, and no way out is known
+    unknown,   // samples are missing or without data: force fades
+};
+
+struct TickOutput {
+    ToolPose proxy;          // where the tool would be if it could not enter; finite
+    glm::dvec3 force_n{0.0}; // on the hand; the safety chain bounds it afterwards
+    glm::dvec3 torque_nm{0.0};
+    Contact contact = Contact::free;
+    glm::dvec3 normal{0.0};  // unit length, out of the material; 0 where none is known
+    double depth_mm = 0.0;   // distance from tool to proxy
+    double confidence = 1.0; // of the normal, 0 .. 1
+    uint32_t label = 0;      // what is touched; 0 is none
+    uint32_t iterations = 0; // of whatever the algorithm repeats
+    uint32_t contacts = 0;   // constraints or samples that held the proxy
+};
+
+// One way of touching, made by name outside the servo thread with all memory it will ever use.
+//
+// reset() and tick() neither allocate, throw, lock nor print, take bounded time, and are functions
+// of the state and the input alone: no clock, no random device, no global. Samples of bricks that
+// are not in memory (Brick::is_in_source()) are never fetched: they count as missing. An input that
+// is not finite gives force 0 and Contact::unknown, and leaves the state as it was.
+class Algorithm {
+ public:
+    virtual ~Algorithm() = default;
+    // Forgets contact: the proxy is at the tool.
+    virtual void reset(const TickInput& input) noexcept = 0;
+    virtual TickOutput tick(const TickInput& input) noexcept = 0;
+};
+
+// An Algorithm out of a plain state and a function of it:
+//     TickOutput milling_tick(MillingState& state, const TickInput& input) noexcept;
+// A state that starts empty is one whose first tick puts the proxy at the tool.
+template <class State, TickOutput (*Tick)(State&, const TickInput&) noexcept>
+class StatefulAlgorithm final : public Algorithm {
+    static_assert(std::is_trivially_copyable_v<State>);
+
+ public:
+    void reset(const TickInput&) noexcept override { state_ = State{}; }
+    TickOutput tick(const TickInput& input) noexcept override { return Tick(state_, input); }
+
+ private:
+    State state_{};
+};
+
+template <class State, TickOutput (*Tick)(State&, const TickInput&) noexcept>
+std::unique_ptr<Algorithm> make_algorithm_of() {
+    return std::make_unique<StatefulAlgorithm<State, Tick>>();
+}
+
+} // namespace palpate::haptics

@@ -1,0 +1,113 @@
+#include "haptics/field/patch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "haptics/field/coupling.h"
+#include "haptics/field/samples.h"
+
+namespace palpate::haptics {
+
+namespace {
+
+constexpr double kBulge = 0.25; // of the lattice, at most
+
+} // namespace
+
+glm::dmat4 Patch::mesh_from_world(const Volume& volume) {
+    return glm::inverse(world_from_mesh(volume.grid()));
+}
+
+void Patch::extract(const Volume& volume, glm::dvec3 world_mm, const TouchParameters& p) {
+    const glm::dvec3 index = glm::clamp(index_point(volume.grid(), world_mm), -1e6, 1e6);
+    const glm::ivec3 first = glm::ivec3(glm::round(index - 0.5 * (side_ - 1.0)));
+    const float lowest = std::min(volume.range().empty() ? 0.0f : volume.range().min,
+                                  static_cast<float>(p.iso) - 1.0f);
+    lacked_brick_ = copy_resident(volume, first, glm::ivec3(side_), lowest, samples_.data());
+    const size_t count = size_t(side_) * size_t(side_) * size_t(side_);
+    const bool labels = p.source == TouchSource::labels;
+    for (size_t i = 0; i < count; ++i) {
+        if (labels)
+            samples_[i] = samples_[i] > 0.0f ? 1.0f : 0.0f;
+        else if (p.opacity.point_count > 0)
+            samples_[i] = static_cast<float>(strength_n(p.opacity, double{samples_[i]}));
+    }
+    const glm::dvec3 spacing = spacing_mm(volume.grid());
+    low_ = glm::dvec3(first) * spacing;
+    high_ = low_ + (side_ - 1.0) * spacing;
+    const LocalSurface::Patch made =
+        surface_.extract(std::span<const float>(samples_.data(), count), glm::vec3(spacing),
+                         glm::vec3(low_), labels ? 0.5f : static_cast<float>(p.iso));
+    span_ = {made.positions, made.normals, made.triangles};
+    is_solid_amid_ = samples_[count / 2] >= (labels ? 0.5f : static_cast<float>(p.iso));
+}
+
+void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm) {
+    const double finer = samples.finer();
+    const glm::dvec3 index = glm::clamp(index_point(volume.grid(), world_mm), -1e6, 1e6) * finer;
+    const glm::ivec3 first = glm::ivec3(glm::round(index - 0.5 * (side_ - 1.0)));
+    const glm::dvec3 spacing = spacing_mm(volume.grid()) / finer;
+    low_ = glm::dvec3(first) * spacing;
+    high_ = low_ + (side_ - 1.0) * spacing;
+    span_ = {};
+    lacked_brick_ = is_solid_amid_ = false;
+    const FineSamples::Matter matter = samples.matter(first, first + side_ - 1);
+    is_solid_amid_ = matter == FineSamples::Matter::solid;
+    if (matter != FineSamples::Matter::unknown)
+        return;
+    const size_t count = size_t(side_) * size_t(side_) * size_t(side_);
+    const FineSamples::Box sharp = samples.sharp(first, side_);
+    lacked_brick_ = sharp.lacks_brick;
+    is_solid_amid_ = sharp.values[count / 2] >= samples.threshold();
+    const LocalSurface::Patch made =
+        surface_.extract(std::span<const float>(sharp.values, count), glm::vec3(spacing),
+                         glm::vec3(low_), samples.threshold());
+    span_ = {made.positions, made.normals, made.triangles,
+             kBulge * std::max({spacing.x, spacing.y, spacing.z})};
+    if (made.positions.empty() || made.positions.size() > kMostPositions)
+        return;
+    const int read = side_ + 4; // two points more on every side
+    const FineSamples::Box smooth = samples.smooth(first - 2, read);
+    // Every vertex lies on an edge of the lattice: means of the differences at its ends, which are
+    // exact for polynomials of the fourth degree.
+    const int last = side_ - 1;
+    const auto slope = [&](glm::ivec3 p) {
+        const float* v = smooth.values + (p.x + 2 + read * (p.y + 2 + read * (p.z + 2)));
+        const auto d = [&](int s) { return 8.0f * (v[s] - v[-s]) - (v[2 * s] - v[-2 * s]); };
+        return glm::vec3(d(1), d(read), d(read * read)) / glm::vec3(spacing);
+    };
+    for (size_t i = 0; i < made.positions.size(); ++i) {
+        const glm::vec3 place((glm::dvec3(made.positions[i]) - low_) / spacing);
+        const glm::vec3 off = glm::abs(place - glm::round(place));
+        const int axis = off.x > off.y ? (off.x > off.z ? 0 : 2) : off.y > off.z ? 1 : 2;
+        glm::ivec3 a = glm::clamp(glm::ivec3(glm::round(place)), glm::ivec3(0), glm::ivec3(last));
+        a[axis] = std::clamp(static_cast<int>(std::floor(place[axis])), 0, last - 1);
+        glm::ivec3 b = a;
+        ++b[axis];
+        const float share = std::clamp(place[axis] - static_cast<float>(a[axis]), 0.0f, 1.0f);
+        const glm::vec3 mean = glm::mix(slope(a), slope(b), share);
+        const float length = glm::length(mean);
+        normals_[i] = length > 0.0f ? -mean / length : made.normals[i]; // a NaN is not above 0
+    }
+    span_.normals = {normals_.data(), made.positions.size()};
+}
+
+void Patch::mean_filter() {
+    const size_t count = span_.positions.size();
+    if (count > kMostPositions)
+        return;
+    std::copy(span_.positions.begin(), span_.positions.end(), filtered_.begin());
+    std::fill(weights_.begin(), weights_.begin() + static_cast<long>(count), 1.0f);
+    for (const glm::uvec3 t : span_.triangles)
+        for (int k = 0; k < 3; ++k) {
+            const uint32_t a = t[k], b = t[(k + 1) % 3];
+            // Each inner edge is met twice, once from either side: once for either end.
+            filtered_[a] += span_.positions[b];
+            weights_[a] += 1.0f;
+        }
+    for (size_t i = 0; i < count; ++i)
+        filtered_[i] /= weights_[i];
+    span_.positions = {filtered_.data(), count};
+}
+
+} // namespace palpate::haptics

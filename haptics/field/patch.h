@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+
+#include "engine/surface/local_surface.h"
+#include "haptics/field/algorithm.h"
+#include "haptics/field/fine_samples.h"
+#include "haptics/field/triangles.h"
+
+namespace palpate::haptics {
+
+// The marching-cubes surface about a point, from bricks in memory, with the transfer function
+// applied first. In mesh space: the volume's axes in millimetres (engine/mesh/mesh.h). Allocates
+// nothing after it is made.
+class Patch {
+ public:
+    static constexpr int kMostSide = 9;
+    explicit Patch(uint32_t side) : side_(static_cast<int>(side)), surface_(side) {}
+
+    // The window of side^3 samples whose middle is nearest to a world point.
+    void extract(const Volume& volume, glm::dvec3 world_mm, const TouchParameters& parameters);
+
+    // The same with the points of a finer lattice for samples, and as many of these; normals are
+    // those of the smooth view, and triangles bulge. side >= 6.
+    void extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm);
+
+    bool is_empty() const { return span_.triangles.empty(); }
+    const TriangleSpan& span() const { return span_; }
+    glm::dvec3 low_mm() const { return low_; } // of the window, mesh space
+    glm::dvec3 high_mm() const { return high_; }
+    bool lacked_brick() const { return lacked_brick_; }
+    bool is_solid_amid() const { return is_solid_amid_; } // the middle of the window
+
+    // Mesh space and back. Rigid or mirrored: lengths stay.
+    static glm::dmat4 mesh_from_world(const Volume& volume);
+
+    // Moves every vertex to the mean of itself and its neighbours in the window, once.
+    void mean_filter();
+
+ private:
+    static constexpr size_t kMostPositions = 2048;
+    int side_;
+    LocalSurface surface_;
+    TriangleSpan span_;
+    glm::dvec3 low_{0.0}, high_{0.0};
+    bool lacked_brick_ = false, is_solid_amid_ = false;
+    std::array<float, kMostSide * kMostSide * kMostSide> samples_;
+    std::array<glm::vec3, kMostPositions> filtered_, normals_;
+    std::array<float, kMostPositions> weights_;
+};
+
+} // namespace palpate::haptics
