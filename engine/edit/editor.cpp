@@ -155,6 +155,7 @@ Result<std::unique_ptr<StrokeRun>> Editor::begin_stroke(const EditInput& down) {
             if (Result<void> there = expect_volume(now_, *name); !there)
                 return pass_on(there);
     const Volume* guide = setup_->guide.empty() ? nullptr : now_.find(setup_->guide);
+    setup_->operation = settled(std::move(setup_->operation), edited()); // as it is kept
     return StrokeRun::start(edited(), setup_->tool, setup_->operation,
                             guide ? std::optional(*guide) : std::nullopt);
 }

@@ -32,8 +32,8 @@ Result<void> check_values(const Operation& op) {
     if (op.kind == OperationKind::islands && !(op.smallest_mm3 >= 0.0))
         return fail("{}: expected a smallest volume of at least 0 mm3, found {}", name,
                     op.smallest_mm3);
-    if (!op.on_labels() && !std::isfinite(op.to_value))
-        return fail("{}: expected a number as to_value, found {}", name, op.to_value);
+    if (!op.on_labels() && op.to_value && !std::isfinite(*op.to_value))
+        return fail("{}: expected a number as to_value, found {}", name, *op.to_value);
     if (op.kind != OperationKind::mill)
         return {};
     if (!(op.falloff_mm >= 0.0))
@@ -62,6 +62,14 @@ bool Operation::is_free(uint32_t value) const {
     return !over || std::find(over->begin(), over->end(), value) != over->end();
 }
 
+Operation settled(Operation operation, const Volume& volume) {
+    if (operation.on_labels() || operation.to_value)
+        return operation;
+    const ValueRange range = volume.range();
+    operation.to_value = range.empty() ? 0.0 : double{range.min};
+    return operation;
+}
+
 Result<void> check(const Operation& operation, const Volume& volume, const Volume* guide) {
     const char* name = name_of(operation.kind);
     const ScalarType type = volume.type();
@@ -79,16 +87,16 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
             if (const Result<void> serves = check_guide(*guide, volume); !serves)
                 return fail("{}: {}", name, serves.error().message);
     }
-    if (!operation.on_labels()) {
+    if (!operation.on_labels() && operation.to_value) {
         const auto [least, most] = visit_scalar(type, [](auto t) {
             using Limits = std::numeric_limits<decltype(t)>;
             return std::pair(double{Limits::lowest()}, double{Limits::max()});
         });
-        if (!(operation.to_value >= least && operation.to_value <= most))
+        if (!(*operation.to_value >= least && *operation.to_value <= most))
             return fail(
                 "{}: expected a to_value within {:g} .. {:g}, which the volume's type {} holds, "
                 "found {:g}",
-                name, least, most, name_of(type), operation.to_value);
+                name, least, most, name_of(type), *operation.to_value);
     }
     if (operation.kind == OperationKind::smooth) {
         const glm::dvec3 spacing = spacing_mm(volume.grid());

@@ -63,8 +63,8 @@ struct Operation {
     double radius_mm = 1.0;                    // of smooth
     double smallest_mm3 = 1.0;                 // of islands
     std::optional<std::pair<double, double>> only_values;
-    double to_value = -1000.0;    // of cut and mill; within the range of the volume's type
-    double falloff_mm = 0.0;      // of mill; >= 0
+    std::optional<double> to_value; // of cut and mill; within the range of the volume's type
+    double falloff_mm = 0.0;        // of mill; >= 0
     std::vector<RatePoint> rates; // of mill: rising values, at least one; constant beyond the ends
 
     bool on_labels() const { return kind != OperationKind::cut && kind != OperationKind::mill; }
@@ -76,6 +76,11 @@ struct Operation {
 };
 
 const char* name_of(OperationKind kind);
+
+// The operation with a to_value: where it has none, the lowest value of the volume that it begins
+// on, as a tool that takes matter away leaves behind (0 where no sample has data). What keeps a
+// stroke keeps it settled, so that doing it again gives the same bytes.
+Operation settled(Operation operation, const Volume& volume);
 
 // Why an operation cannot be done on a volume: a member out of the ranges above, the volume's type,
 // or (for only_values on labels) a guide that is missing or does not serve (check_guide()).

@@ -178,7 +178,8 @@ Json operation_json(const Operation& op) {
     if (op.only_values)
         add(true, "only_values",
             Json::array({Json::of(op.only_values->first), Json::of(op.only_values->second)}));
-    add(!op.on_labels(), "to_value", Json::of(op.to_value));
+    if (op.to_value)
+        add(!op.on_labels(), "to_value", Json::of(*op.to_value));
     add(k == mill, "falloff_mm", Json::of(op.falloff_mm));
     Json rates = Json::array();
     for (const RatePoint& point : op.rates)

@@ -98,6 +98,7 @@ Result<std::unique_ptr<StrokeRun>> StrokeRun::start(Volume before, Tool tool, Op
                                                     std::optional<Volume> guide) {
     if (Result<void> fits = check(operation, before, guide ? &*guide : nullptr); !fits)
         return pass_on(fits);
+    operation = settled(std::move(operation), before);
     return std::unique_ptr<StrokeRun>(
         new StrokeRun(std::move(before), std::move(tool), std::move(operation), std::move(guide)));
 }
@@ -317,13 +318,13 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
             return for_all([&](T v, glm::ivec3) { return is_free(v) ? T{0} : v; });
         case OperationKind::cut:
             return for_all(
-                [&](T v, glm::ivec3) { return has_data(v) ? stored<T>(op.to_value) : v; });
+                [&](T v, glm::ivec3) { return has_data(v) ? stored<T>(*op.to_value) : v; });
         case OperationKind::mill:
             return for_all([&](T v, glm::ivec3 p) {
                 if (!has_data(v))
                     return v;
                 const double dose = brick.dose[offset_in_brick(glm::uvec3(p))];
-                return stored<T>(milled(v, rate_at(op.rates, v), dose, op.to_value));
+                return stored<T>(milled(v, rate_at(op.rates, v), dose, *op.to_value));
             });
         case OperationKind::erode:
         case OperationKind::dilate: {

@@ -24,7 +24,8 @@ class RegionSearch;
 // any number of threads. One thread calls this; work() uses all cores.
 class StrokeRun {
  public:
-    // Fails as check(operation, ...) does. A guide serves only_values on labels.
+    // Fails as check(operation, ...) does, and does it settled(). A guide serves only_values on
+    // labels.
     static Result<std::unique_ptr<StrokeRun>> start(Volume before, Tool tool, Operation operation,
                                                     std::optional<Volume> guide = {});
     ~StrokeRun();

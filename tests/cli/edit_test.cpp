@@ -313,12 +313,38 @@ TEST_F(EditCommand, RefusesBeforeTheWorkWhatItCouldNotWrite) {
     };
     EXPECT_THAT(refused("o.vtk"), HasSubstr("o.vtk: legacy VTK holds only axes towards left"));
     EXPECT_THAT(refused("o.txt"), HasSubstr("o.txt: expected an extension .nii"));
-    // A value that no sample of this type can hold; the default of to_value is one for u8.
+    // A value that no sample of this type can hold.
     ASSERT_TRUE(save_volume(file("in.nrrd"), make_volume(phantom().grid(), ScalarType::u8,
                                                          [](glm::uvec3 i) { return i.x; })));
     EXPECT_THAT(refused("o.nrrd"),
                 HasSubstr("mill: expected a to_value within 0 .. 255, which the volume's type u8 "
                           "holds, found -1000"));
+}
+
+TEST_F(EditCommand, WithoutAValueToolsLeaveTheLowestOfTheVolume) {
+    for (const ScalarType type : {ScalarType::u8, ScalarType::u16, ScalarType::i16}) {
+        const double lowest = type == ScalarType::i16 ? -120 : 3;
+        const Volume before = make_volume(phantom().grid(), type,
+                                          [&](glm::uvec3 i) { return lowest + (i.x + i.y) % 100; });
+        ASSERT_TRUE(save_volume(file("in.nrrd"), before));
+        std::vector<Stroke> strokes = grey_strokes(), unsaid;
+        for (Stroke& stroke : strokes) {
+            stroke.operation.to_value.reset();
+            unsaid.push_back(stroke);
+            stroke.operation.to_value = lowest;
+        }
+        write("strokes.jsonl", text_of(unsaid));
+        ASSERT_EQ(bytes_of("strokes.jsonl").find("to_value"), std::string::npos);
+        const uint64_t expected = content_hash(after(before, strokes, 3));
+        ProgramRun done = edit({strokes_path()});
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        EXPECT_EQ(hash_of("out.nrrd"), expected);
+        // A journal says the value, and belongs to the strokes that do not.
+        leave_journal(strokes, 2);
+        done = edit({strokes_path(), "--recover"});
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        EXPECT_EQ(hash_of("out.nrrd"), expected);
+    }
 }
 
 TEST_F(EditCommand, SaysThatLabelsAreNeeded) {

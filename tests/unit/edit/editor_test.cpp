@@ -198,6 +198,31 @@ TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
               content_hash(*apply_stroke(first, stroke.tool, {}, stroke.poses)));
 }
 
+TEST_F(JournalledEditor, SaysTheValueThatAToolWithoutOneLeaves) {
+    const Volume first = make_volume(make_grid(glm::uvec3(16), glm::dvec3(1)), ScalarType::u8,
+                                     [](glm::uvec3 i) { return 5.0 + i.x; });
+    const Journal::Base base = Journal::base_of(first);
+    {
+        Editor editor(first, {.journal = *Journal::create(file("j"), base)});
+        auto reader = editor.add_reader();
+        const Json shape = *parse_json(R"({"kind": "ball", "radius_mm": 3})", "");
+        Operation cut;
+        cut.kind = OperationKind::cut;
+        JsonErrors errors{"", {}};
+        ASSERT_TRUE(editor.use(shape, read_tool(JsonValue(shape, "", errors)), cut));
+        const ToolPose pose{0, glm::dvec3(8), kUpright};
+        ASSERT_TRUE(editor.push({EditInput::Kind::down, pose, 1}));
+        ASSERT_TRUE(editor.push({EditInput::Kind::up, pose, 2}));
+        while (reader.pin()->inputs_done < 2)
+            std::this_thread::yield();
+        EXPECT_EQ(reader.pin()->volume().value({8, 8, 8}), 5.0f);
+    }
+    const Result<Journal::Found> found = Journal::open(file("j"), base);
+    ASSERT_TRUE(found) << found.error().message;
+    ASSERT_EQ(found->entries.size(), 1u);
+    EXPECT_EQ(found->entries[0].stroke.operation.to_value, 5.0);
+}
+
 // What the journal holds is what is seen, while the disk is full (the limit on the size of files
 // stands for it) and after.
 TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {

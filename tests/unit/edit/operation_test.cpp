@@ -241,6 +241,7 @@ TEST(Mill, ALeapCostsWhatItMeets) {
     const Volume v = make_volume(grid, ScalarType::i16, [](glm::uvec3 i) { return 900.0 + i.x; });
     Operation mill;
     mill.kind = OperationKind::mill;
+    mill.to_value = 0;
     mill.rates = {{0, 20}};
     const Tool ball{make_ball(4.1)};
     const StrokePose start{0, {{-3, 16.13, 20}, kUpright}};
@@ -289,6 +290,28 @@ TEST(Stroke, StopsWithinASlice) {
         // One brick is one thread's work; a row has 32 samples, and of mill each has two looks.
         EXPECT_LE(looks, 1000 + 2 * 32);
     }
+}
+
+TEST(Operation, IsSettledByTheLowestValueOfTheVolume) {
+    const Grid grid = make_grid(glm::uvec3(8), glm::dvec3(1));
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const auto lowest_of = [&](ScalarType type, auto value) {
+        Operation op;
+        op.kind = OperationKind::cut;
+        const Volume v = make_volume(grid, type, value);
+        EXPECT_TRUE(check(settled(op, v), v, nullptr));
+        return settled(op, v).to_value;
+    };
+    EXPECT_EQ(lowest_of(ScalarType::u16, [](glm::uvec3 i) { return 40.0 + i.x; }), 40.0);
+    EXPECT_EQ(lowest_of(ScalarType::i16, [](glm::uvec3 i) { return i.x - 1024.0; }), -1024.0);
+    EXPECT_EQ(lowest_of(ScalarType::f32, [&](glm::uvec3 i) { return i.x < 4 ? nan : i.x; }), 4.0);
+    EXPECT_EQ(lowest_of(ScalarType::f32, [&](glm::uvec3) { return nan; }), 0.0);
+    Operation said;
+    said.kind = OperationKind::mill;
+    said.to_value = 7;
+    const Volume v = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 5.0; });
+    EXPECT_EQ(settled(said, v), said);
+    EXPECT_EQ(settled(Operation{}, v), Operation{}); // on labels
 }
 
 TEST(Operation, RefusesValuesThatNoFileHolds) {

@@ -115,8 +115,8 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
                     rate = v >= v1 ? r1 : r0 + (v - v0) / (v1 - v0) * (r1 - r0);
             }
             const double by = rate * dose[s.at(i)];
-            out.values[s.at(i)] = rounded(v > op.to_value ? std::max(op.to_value, v - by)
-                                                          : std::min(op.to_value, v + by));
+            out.values[s.at(i)] = rounded(v > *op.to_value ? std::max(*op.to_value, v - by)
+                                                           : std::min(*op.to_value, v + by));
         });
         return out;
     }
@@ -156,7 +156,7 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
             case OperationKind::erase:
                 return is_free(v) ? 0.0 : v;
             case OperationKind::cut:
-                return std::isnan(v) ? v : rounded(op.to_value);
+                return std::isnan(v) ? v : rounded(*op.to_value);
             case OperationKind::erode: {
                 bool at_edge = false;
                 for (const glm::ivec3 n : neighbours(i))
