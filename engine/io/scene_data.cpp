@@ -37,6 +37,7 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
         volume_options.frame = file.frame;
     if (!file.series.empty())
         volume_options.series = file.series;
+    volume_options.resample_slices |= file.resample_slices;
     Result<LoadedVolume> volume = load_named(file, file.volume, false, volume_options);
     if (!volume)
         return pass_on(volume);

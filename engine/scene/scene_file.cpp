@@ -271,9 +271,10 @@ StereoSettings read_stereo(const JsonValue& in) {
 }
 
 void read_scene(const JsonValue& in, SceneFile& file) {
-    if (!in.only_keys({"volume", "labels", "frame", "series", "size_px", "background", "camera",
-                       "stereo", "ray_cast", "slices", "slice_transfer", "clip_planes",
-                       "label_layer", "surfaces", "surface_depth", "value_and_depth"}))
+    if (!in.only_keys({"volume", "labels", "frame", "series", "resample_slices", "size_px",
+                       "background", "camera", "stereo", "ray_cast", "slices", "slice_transfer",
+                       "clip_planes", "label_layer", "surfaces", "surface_depth",
+                       "value_and_depth"}))
         return;
     Scene& scene = file.scene;
     if (const auto volume = in.find("volume"))
@@ -284,6 +285,8 @@ void read_scene(const JsonValue& in, SceneFile& file) {
         file.frame = frame->whole_number(0, 1'000'000);
     if (const auto series = in.find("series"))
         file.series = series->text();
+    if (const auto resample = in.find("resample_slices"))
+        file.resample_slices = resample->boolean();
     if (const auto size = in.find("size_px")) {
         const std::vector<JsonValue> sides = size->items(2, 2);
         if (sides.size() == 2)

@@ -40,6 +40,7 @@ struct SceneFile {
     std::vector<SurfaceSource> surfaces; // one a surface of the scene
     uint32_t frame = 0;                  // which volume of a 4-D file
     std::string series;                  // DICOM: the series' UID; empty for the largest
+    bool resample_slices = false;        // DICOM: slices at uneven distances are interpolated
 
     // What the file leaves to the volume: see resolved_scene().
     std::optional<Framing> framing;

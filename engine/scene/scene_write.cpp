@@ -153,6 +153,8 @@ std::string write_scene(const SceneFile& file) {
     add("frame", Json::of(static_cast<double>(file.frame)));
     if (!file.series.empty())
         add("series", Json::of(file.series));
+    if (file.resample_slices)
+        add("resample_slices", Json::of(true));
     add("size_px", Json::array({Json::of(static_cast<double>(scene.size_px.x)),
                                 Json::of(static_cast<double>(scene.size_px.y))}));
     add("background", vector_json(scene.background));
