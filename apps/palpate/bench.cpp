@@ -3,6 +3,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_checks.h"
 #include "bench/suite/page.h"
 #include "bench/suite/suites.h"
 #include "engine/scene/scene_file.h"
@@ -61,7 +62,10 @@ Result<void> run_bench(const BenchOptions& options) {
 
 Command add_bench(CLI::App& app) {
     auto o = std::make_shared<BenchOptions>();
-    app.add_option("SUITE", o->suite, suite_list())->required();
+    std::vector<std::string> suites{"page"};
+    for (const bench::Suite& suite : bench::suites())
+        suites.emplace_back(suite.name);
+    app.add_option("SUITE", o->suite, suite_list())->required()->check(one_of(suites));
     app.add_option("-o,--out", o->out, "Folder for results, index.html, pictures and cached truth")
         ->capture_default_str();
     auto* brief = app.add_flag("--short", o->brief, "About 10 minutes on 2 cores (default)");
@@ -88,6 +92,13 @@ Command add_bench(CLI::App& app) {
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
+    refuse_where_wrong(app, [o]() -> Result<void> {
+        if (!o->only.empty() && o->suite != "render" && o->suite != "surface" &&
+            o->suite != "touch")
+            return fail("--only: expected the suite render, surface or touch, found '{}'",
+                        o->suite);
+        return {};
+    });
     return {[o] { return run_bench(*o); }, [o] { return files_of(*o); }};
 }
 

@@ -2,6 +2,8 @@
 
 #include <charconv>
 
+#include "apps/palpate/option_texts.h"
+
 namespace palpate {
 
 void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
@@ -15,6 +17,7 @@ void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
            "--gpu-memory", options.gpu_memory,
            "Most memory of the device to use for everything, as 512M, 1G or bytes (default: "
            "three quarters of it)")
+        ->check(readable(parse_bytes))
         ->type_name("BYTES");
     app.add_option("--sampling", options.sampling,
                    "Who interpolates: the device's sampler (device), or the shader in fp32 (fp32; "
@@ -29,8 +32,8 @@ void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
         ->check(CLI::IsMember({"auto", "taps", "stored"}));
 }
 
-Result<void> apply(const DeviceMemoryOptions& options, const GpuDevice& device, bool many_frames,
-                   RendererOptions& renderer) {
+void apply(const DeviceMemoryOptions& options, const GpuDevice& device, bool many_frames,
+           RendererOptions& renderer) {
     renderer.residency = options.residency == "dense"   ? Residency::dense
                          : options.residency == "atlas" ? Residency::atlas
                                                         : Residency::automatic;
@@ -38,13 +41,8 @@ Result<void> apply(const DeviceMemoryOptions& options, const GpuDevice& device, 
     renderer.stored_gradients =
         options.gradients == "stored" ||
         (options.gradients == "auto" && many_frames && device.info().is_cpu());
-    if (!options.gpu_memory.empty()) {
-        const Result<uint64_t> bytes = parse_bytes(options.gpu_memory);
-        if (!bytes)
-            return fail("--gpu-memory: {}", bytes.error().message);
-        renderer.memory_limit_bytes = *bytes;
-    }
-    return {};
+    if (!options.gpu_memory.empty())
+        renderer.memory_limit_bytes = parse_bytes(options.gpu_memory).value();
 }
 
 Result<uint64_t> parse_bytes(const std::string& text) {

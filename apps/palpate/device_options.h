@@ -16,10 +16,10 @@ struct DeviceMemoryOptions {
 // Adds --residency, --gpu-memory, --sampling and --gradients.
 void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options);
 
-// Fills the fields of `renderer` that they stand for; an error names the option. `many_frames` says
-// that what takes as long as some frames to make still pays.
-Result<void> apply(const DeviceMemoryOptions& options, const GpuDevice& device, bool many_frames,
-                   RendererOptions& renderer);
+// Fills the fields of `renderer` that they stand for. `many_frames` says that what takes as long as
+// some frames to make still pays.
+void apply(const DeviceMemoryOptions& options, const GpuDevice& device, bool many_frames,
+           RendererOptions& renderer);
 
 // Bytes of "512M", "1.5G" or "2000000000": K, M, G and T are powers of 1024.
 Result<uint64_t> parse_bytes(const std::string& text);

@@ -211,10 +211,13 @@ Result<void> run_edit(const EditOptions& options) {
     Document document(volume, labels ? VolumeKind::labels : VolumeKind::grey);
     if (guide)
         document = with_volume(document, {"guide", VolumeKind::grey, *guide});
-    for (const JournalEntry& entry : *wanted) // before anything is begun
-        if (entry.kind == JournalEntry::Kind::stroke)
-            if (const Result<void> fits = check(entry.stroke.operation, volume, guide); !fits)
-                return fail("{}: {}", options.strokes, fits.error().message);
+    for (JournalEntry& entry : *wanted) { // before anything is begun
+        if (entry.kind != JournalEntry::Kind::stroke)
+            continue;
+        if (const Result<void> fits = check(entry.stroke.operation, volume, guide); !fits)
+            return fail("{}: {}", options.strokes, fits.error().message);
+        entry.stroke.operation = settled(std::move(entry.stroke.operation), volume);
+    }
 
     Result<Journal::Found> found = find_journal(options, journal_path, Journal::base_of(document));
     if (!found)
@@ -274,8 +277,10 @@ Result<void> run_edit(const EditOptions& options) {
 Command add_edit(CLI::App& app) {
     auto options = std::make_shared<EditOptions>();
     add_read_flags(app, options->read);
-    app.add_option("STROKES", options->strokes,
-                   "Strokes to do, JSON lines (docs/carve.md); places in mm (LPS), times in s");
+    app.add_option(
+        "STROKES", options->strokes,
+        "Strokes to do, JSON lines (docs/carve.md); places in mm (LPS), times in s; cut and "
+        "mill without to_value leave V's lowest value");
     app.add_option("-o,--output", options->out,
                    "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv. While the edit "
                    "goes on, FILE.journal keeps its strokes")
@@ -303,9 +308,10 @@ Command add_edit(CLI::App& app) {
                                  "end; STROKES, if given, must begin with them");
     app.add_flag("--discard", options->discard, "Drop the steps in FILE.journal")
         ->excludes(recover);
-    app.final_callback([options] {
+    refuse_where_wrong(app, [options]() -> Result<void> {
         if (options->strokes.empty() && !options->recover)
-            throw CLI::ValidationError("edit", "expected STROKES, or --recover");
+            return fail("edit: expected STROKES, or --recover");
+        return {};
     });
     return {[options] { return run_edit(*options); }, [options] { return files_of(*options); }};
 }

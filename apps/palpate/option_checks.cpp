@@ -65,6 +65,13 @@ void refuse_not_finite(CLI::App& app) {
         refuse_not_finite(*sub);
 }
 
+void refuse_where_wrong(CLI::App& app, std::function<Result<void>()> check) {
+    app.final_callback([check = std::move(check)] {
+        if (const Result<void> right = check(); !right)
+            throw CLI::ValidationError(right.error().message);
+    });
+}
+
 void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all) {
     std::string idle;
     for (const IdleOptions& some : all)

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <map>
 #include <span>
 #include <string>
@@ -19,6 +20,10 @@ CLI::Validator within(double least, double most);
 // Lets no option of `app` or its sub-commands that holds a floating-point number take one that is
 // not finite.
 void refuse_not_finite(CLI::App& app);
+
+// Has the command line refused, as wrong usage, where `check` fails once all options of `app` are
+// read: for what one option's value alone does not show. One a command.
+void refuse_where_wrong(CLI::App& app, std::function<Result<void>()> check);
 
 // One of some names, in help and errors as they are typed.
 CLI::Validator one_of(const std::vector<std::string>& names);

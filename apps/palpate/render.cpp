@@ -114,6 +114,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
         file->frame = static_cast<uint32_t>(options.read.frame);
     if (!options.read.series.empty())
         file->series = options.read.series;
+    file->resample_slices |= options.read.resample_slices;
     Result<LoadedScene> loaded = load_scene_data(*file, read_options(options.read, interrupt));
     if (!loaded)
         return fail("{}", loaded.error().message);
@@ -140,9 +141,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     GpuDevice device({.select = options.device, .validation = options.validate});
     RendererOptions renderer_options{.volume_format = options.format,
                                      .skipping = !options.no_skipping};
-    if (auto applied = apply(options.memory, device, options.frames.frames > 1, renderer_options);
-        !applied)
-        return applied;
+    apply(options.memory, device, options.frames.frames > 1, renderer_options);
     if (auto met = meet_error(options, device, renderer_options, loaded->data, *scene); !met)
         return met;
 

@@ -273,17 +273,20 @@ std::string with_name(std::string sentence, const std::string& unnamed, const st
     return sentence;
 }
 
+// What is wrong with the options whatever the volume.
+Result<void> check_together(const SurfaceCommand& o) {
+    if (o.smoothing == Smoothing::bounded && !(o.labels && o.walls == Walls::shared))
+        return fail("--smooth bounded: expected --labels with shared walls, found {}",
+                    o.labels ? "--walls separate" : "--iso");
+    if (o.labels && o.on == ExtractOn::gpu)
+        return fail("--on gpu: expected --iso, found --labels, which the processor extracts");
+    return {};
+}
+
 Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
     if (!has_mesh_extension(options.out))
         return fail("{}: expected an extension .ply, .stl, .obj or .vtp, found \"{}\"", options.out,
                     std::filesystem::path(options.out).extension().string());
-    if (options.smoothing == Smoothing::bounded &&
-        !(options.labels && options.walls == Walls::shared))
-        return fail(
-            "--smooth bounded: expected --labels with shared walls, found neither cells to "
-            "stay within");
-    if (options.labels && options.on == ExtractOn::gpu)
-        return fail("--on gpu: expected --iso, found --labels, which the processor extracts");
     warn_of_idle_options(options, app);
     const Interrupt interrupt;
     Stages stages(interrupt);
@@ -427,6 +430,7 @@ Command add_surface(CLI::App& app) {
                    "JSON with counts, Euler number, faults, mm^2, mm^3, and ms by stage; - is "
                    "standard output (default: none)")
         ->type_name("FILE");
+    refuse_where_wrong(app, [o] { return check_together(*o); });
     return {[o, &app] { return run_surface(*o, app); },
             [o] {
                 std::vector<NamedFile> files;

@@ -253,6 +253,17 @@ Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::st
     return done;
 }
 
+// What is wrong with the options whatever the scene.
+Result<void> check_together(const TouchOptions& o) {
+    if (o.friction.size() > 1 && o.friction[1] > o.friction[0])
+        return fail(
+            "--friction: expected a dynamic coefficient of at most the static {:g}, found {:g}",
+            o.friction[0], o.friction[1]);
+    if (Result<void> path = check_together(o.motion); !path)
+        return path;
+    return check_together(o.feel, o.algorithm);
+}
+
 Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (!o.output.empty())
         if (Result<void> named = expect_volume_name(o.output); !named)
@@ -261,10 +272,6 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
         if (Result<void> voxels = expect_no_mesh(volume); !voxels)
             return voxels;
     const AlgorithmEntry* algorithm = haptics::find_algorithm(o.algorithm);
-    if (o.friction.size() > 1 && o.friction[1] > o.friction[0])
-        return fail(
-            "--friction: expected a dynamic coefficient of at most the static {:g}, found {:g}",
-            o.friction[0], o.friction[1]);
     const Interrupt interrupt;
     Result<LoadedScene> scene = load_touched(o, interrupt);
     if (!scene)
@@ -397,6 +404,7 @@ Command add_touch(CLI::App& app) {
     app.add_flag("--journal", o->keep_journal,
                  "Leave FILE.journal, from which `palpate edit SCENE --recover --undo N -o FILE` "
                  "takes strokes back");
+    refuse_where_wrong(app, [o] { return check_together(*o); });
     return {[o, &app] { return run_touch(*o, app); }, [o] { return files_of(*o); }};
 }
 

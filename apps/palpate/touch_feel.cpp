@@ -3,13 +3,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <memory>
 #include <string_view>
 
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/option_texts.h"
 #include "apps/palpate/surface_labels.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
@@ -32,32 +32,15 @@ using haptics::TouchSource;
 
 constexpr double kManyGrains = 0.5; // a share of the surface
 
-// "1,2.5" with ',' is {1, 2.5}; nothing where a piece is no finite number.
-std::optional<std::vector<double>> numbers_of(std::string_view text, char separator) {
-    std::vector<double> numbers;
-    for (;;) {
-        const size_t end = std::min(text.find(separator), text.size());
-        double number = NAN;
-        const auto [rest, error] = std::from_chars(text.data(), text.data() + end, number);
-        if (error != std::errc{} || rest != text.data() + end || !std::isfinite(number))
-            return {};
-        numbers.push_back(number);
-        if (end == text.size())
-            return numbers;
-        text.remove_prefix(end + 1);
-    }
-}
-
 // VALUE:FORCE pairs of rising value, or with `sigmoid` A or A,CENTER,WIDTH.
-Result<HapticTransfer> read_transfer(const char* option, const std::string& text, bool sigmoid) {
+Result<HapticTransfer> read_pairs(const std::string& text, bool sigmoid) {
     HapticTransfer transfer;
     if (text.empty())
         return transfer;
     if (sigmoid && text.find(':') == std::string::npos) {
         const auto n = numbers_of(text, ',');
         if (!n || (n->size() != 1 && n->size() != 3))
-            return fail("{}: expected A or A,CENTER,WIDTH or VALUE:FORCE pairs, found '{}'", option,
-                        text);
+            return fail("expected A or A,CENTER,WIDTH or VALUE:FORCE pairs, found '{}'", text);
         transfer.strength_n = n->front();
         if (n->size() == 3) {
             transfer.center = (*n)[1];
@@ -70,18 +53,30 @@ Result<HapticTransfer> read_transfer(const char* option, const std::string& text
         const std::string_view pair = std::string_view(text).substr(begin, end - begin);
         const auto n = numbers_of(pair, ':');
         if (!n || n->size() != 2)
-            return fail("{}: expected a VALUE:NUMBER pair, found '{}'", option, pair);
+            return fail("expected a VALUE:NUMBER pair, found '{}'", pair);
         if (transfer.point_count == HapticTransfer::kMostPoints)
-            return fail("{}: expected at most {} pairs, found more", option,
-                        HapticTransfer::kMostPoints);
+            return fail("expected at most {} pairs, found more", HapticTransfer::kMostPoints);
         if (transfer.point_count > 0 && n->front() <= transfer.values[transfer.point_count - 1])
-            return fail("{}: expected values that rise from pair to pair, found '{}'", option,
-                        text);
+            return fail("expected values that rise from pair to pair, found '{}'", text);
         transfer.values[transfer.point_count] = n->front();
         transfer.forces_n[transfer.point_count++] = n->back();
         begin = end + 1;
     }
     return transfer;
+}
+
+Result<HapticTransfer> read_transfer(const std::string& text, bool sigmoid) {
+    Result<HapticTransfer> transfer = read_pairs(text, sigmoid);
+    if (transfer && !haptics::is_sane(*transfer))
+        return fail("expected numbers of at most {:g}, at values within {:g}, found '{}'",
+                    MostTouch::force_n, MostTouch::value, text);
+    return transfer;
+}
+Result<HapticTransfer> read_force(const std::string& text) {
+    return read_transfer(text, true);
+}
+Result<HapticTransfer> read_opacity(const std::string& text) {
+    return read_transfer(text, false);
 }
 
 // LABEL,STIFFNESS[,FRICTION[,T0]]
@@ -91,18 +86,20 @@ Result<LabelTouch> read_label(const std::string& text) {
         n && n->front() >= 0.0 && n->front() <= 65535.0 && n->front() == std::floor(n->front());
     if (!whole || n->size() < 2 || n->size() > 4 ||
         std::any_of(n->begin(), n->end(), [](double v) { return v < 0.0; }))
-        return fail("--label-feel: expected LABEL,STIFFNESS[,FRICTION[,T0]], found '{}'", text);
+        return fail("expected LABEL,STIFFNESS[,FRICTION[,T0]], found '{}'", text);
     LabelTouch touch{.label = static_cast<uint32_t>(n->front()), .stiffness_n_per_m = (*n)[1]};
     if (n->size() > 2)
         touch.friction_static = touch.friction_dynamic = (*n)[2];
     if (n->size() > 3)
         touch.yield_n = (*n)[3];
     if (!haptics::is_sane(touch))
-        return fail(
-            "--label-feel: expected at most {:g} N/m, a friction of {:g} and {:g} N, "
-            "found '{}'",
-            MostTouch::stiffness_n_per_m, MostTouch::friction, MostTouch::force_n, text);
+        return fail("expected at most {:g} N/m, a friction of {:g} and {:g} N, found '{}'",
+                    MostTouch::stiffness_n_per_m, MostTouch::friction, MostTouch::force_n, text);
     return touch;
+}
+
+bool is_json(const std::string& text) {
+    return text.find('{') != std::string::npos;
 }
 
 // JSON itself, or the file that holds it, and what it says.
@@ -112,17 +109,15 @@ struct Said {
     T value;
 };
 template <class T>
-Result<Said<T>> read_json(const char* option, const std::string& text,
-                          T (*read)(const JsonValue&)) {
+Result<Said<T>> read_json(const std::string& text, T (*read)(const JsonValue&)) {
     std::string content = text;
-    const bool is_file = text.find('{') == std::string::npos;
-    if (is_file) {
+    if (!is_json(text)) {
         Result<std::string> content_of_file = load_text(text);
         if (!content_of_file)
             return pass_on(content_of_file);
         content = std::move(*content_of_file);
     }
-    const std::string name = is_file ? text : option;
+    const std::string name = is_json(text) ? "JSON" : text;
     Result<Json> json = parse_json(content, name);
     if (!json)
         return pass_on(json);
@@ -131,6 +126,29 @@ Result<Said<T>> read_json(const char* option, const std::string& text,
     if (errors.first)
         return tl::unexpected(*errors.first);
     return Said<T>{std::move(*json), std::move(value)};
+}
+Result<Said<Tool>> read_touch_tool(const std::string& text) {
+    return read_json(text, read_tool);
+}
+Result<Said<Operation>> read_touch_operation(const std::string& text) {
+    Result<Said<Operation>> operation = read_json(text, read_operation);
+    if (operation && operation->value.by_region())
+        return fail("'{}' happens after the stroke and cannot be felt",
+                    name_of(operation->value.kind));
+    return operation;
+}
+
+// Refuses JSON that is wrong; files are read later.
+template <class T>
+CLI::Validator readable_json(Result<Said<T>> (*read)(const std::string&)) {
+    return readable([read](const std::string& text) -> Result<void> {
+        if (!is_json(text))
+            return {};
+        Result<Said<T>> value = read(text);
+        if (!value)
+            return pass_on(value);
+        return {};
+    });
 }
 
 Result<Volume> load_component(const std::string& name, std::stop_token stop) {
@@ -161,28 +179,22 @@ Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& fee
     edit.emplace();
     if (o.drill_mm > 0.0) {
         edit->operation.kind = OperationKind::cut;
-        edit->operation.to_value = double{feel.scene.grey->range().min};
         edit->tool.shape = make_ball(o.drill_mm);
         edit->shape =
             Json::object({{"kind", Json::of("ball")}, {"radius_mm", Json::of(o.drill_mm)}});
     } else {
-        Result<Said<Operation>> operation = read_json("--edit", o.edit, read_operation);
+        Result<Said<Operation>> operation = read_touch_operation(o.edit);
         if (!operation)
-            return pass_on(operation);
+            return fail("--edit: {}", operation.error().message);
         edit->operation = std::move(operation->value);
-        if (edit->operation.by_region())
-            return fail("--edit: '{}' happens after the stroke and cannot be felt",
-                        name_of(edit->operation.kind));
     }
     if (!o.tool.empty()) {
-        Result<Said<Tool>> tool = read_json("--tool", o.tool, read_tool);
+        Result<Said<Tool>> tool = read_touch_tool(o.tool);
         if (!tool)
             return pass_on(tool);
         edit->shape = std::move(tool->json);
         edit->tool = std::move(tool->value);
     }
-    if (!edit->tool.shape)
-        return fail("--edit: expected a --tool to do it with, found none");
     const bool labels = edit->operation.on_labels();
     if (labels && !feel.scene.labels)
         return fail("--edit: '{}' is for labels; expected --labels, or labels as SCENE",
@@ -191,7 +203,20 @@ Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& fee
                                   labels ? &*feel.scene.grey : nullptr);
     if (!possible)
         return fail("--edit: {}", possible.error().message);
+    edit->operation = settled(std::move(edit->operation), *feel.scene.grey);
     return edit;
+}
+
+// One line where a label map's samples lie elsewhere than the volume's.
+void tell_of_places(const Volume& labels, const Volume& volume) {
+    const std::string apart = apart_text("the label map", labels.grid(), volume.grid());
+    if (!apart.empty())
+        log::warning("{}", apart);
+    else if (!check_guide(labels, volume))
+        log::info(
+            "the label map's samples lie elsewhere than the volume's: each is felt and changed "
+            "where it lies in the patient, within {} and {} (LPS)",
+            text_of(world_box(labels.grid())), text_of(world_box(volume.grid())));
 }
 
 // One line where labels are told how to feel that are nowhere.
@@ -239,7 +264,8 @@ constexpr TextOption kTextOptions[] = {
      "Shape that --edit is done with, likewise (default: the ball of --drill)"},
     {"--edit", &FeelOptions::edit, "JSON",
      "What the tool does while button 0 is pressed: JSON or a file of it, as a stroke's "
-     "\"operation\" (default: nothing)"},
+     "\"operation\"; cut and mill without to_value leave the volume's lowest value (default: "
+     "nothing)"},
 };
 
 } // namespace
@@ -250,7 +276,7 @@ void append_files(const FeelOptions& o, std::vector<NamedFile>& files) {
         files.push_back({"--field", component});
     for (const auto& [option, value] :
          {std::pair("--felt-tool", &o.felt_tool), {"--tool", &o.tool}, {"--edit", &o.edit}})
-        if (value->find('{') == std::string::npos)
+        if (!is_json(*value))
             files.push_back({option, *value});
 }
 
@@ -262,6 +288,7 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
     app.add_option("--label-feel", o.label_feel,
                    "How one label feels: LABEL,STIFFNESS[,FRICTION[,T0]], N/m and N; may be "
                    "repeated, others feel as --stiffness, --friction and --yield say")
+        ->check(readable(read_label))
         ->type_name("L,K,MU,T0");
     app.add_option("--field", o.field,
                    "Of wish-2008-vector: the volumes of x, y and z (default: the gradient)")
@@ -270,11 +297,30 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
         ->type_name("VX,VY,VZ");
     for (const TextOption& option : kTextOptions)
         app.add_option(option.name, o.*option.value, option.help)->type_name(option.type);
-    app.add_option("--drill", o.drill_mm,
-                   "Short for a cut with a ball of this radius, mm; 0: do not cut")
+    for (const char* force : {"--transfer", "--transfer-across"})
+        app.get_option(force)->check(readable(read_force));
+    app.get_option("--opacity")->check(readable(read_opacity));
+    for (const char* tool : {"--tool", "--felt-tool"})
+        app.get_option(tool)->check(readable_json(read_touch_tool));
+    app.get_option("--edit")->check(readable_json(read_touch_operation));
+    app.add_option(
+           "--drill", o.drill_mm,
+           "Short for a cut with a ball of this radius, mm, which leaves the volume's lowest "
+           "value; 0: do not cut")
         ->check(non_negative())
         ->excludes(app.get_option("--edit"))
         ->capture_default_str();
+}
+
+Result<void> check_together(const FeelOptions& o, const std::string& algorithm) {
+    if (o.label_feel.size() > haptics::TouchParameters::kMostLabels)
+        return fail("--label-feel: expected at most {}, found {}",
+                    haptics::TouchParameters::kMostLabels, o.label_feel.size());
+    if (!o.edit.empty() && o.tool.empty())
+        return fail("--edit: expected a --tool to do it with, found none");
+    if ((!o.edit.empty() || o.drill_mm > 0.0) && algorithm == "swept-mesh")
+        return fail("--edit: swept-mesh feels a mesh, which an edit of the volume leaves");
+    return {};
 }
 
 Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
@@ -292,23 +338,13 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     if (!edit)
         return pass_on(edit);
     feel.edit = std::move(*edit);
-    if (o.label_feel.size() > haptics::TouchParameters::kMostLabels)
-        return fail("--label-feel: expected at most {}, found {}",
-                    haptics::TouchParameters::kMostLabels, o.label_feel.size());
-    for (const std::string& text : o.label_feel) {
-        Result<LabelTouch> label = read_label(text);
-        if (!label)
-            return pass_on(label);
-        feel.parameters.labels[feel.parameters.label_count++] = *label;
-    }
+    for (const std::string& text : o.label_feel)
+        feel.parameters.labels[feel.parameters.label_count++] = read_label(text).value();
     feel.parameters.source = source_of(o, feel.edit);
     if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
         return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
     if (loaded.data.labels)
-        if (const std::string apart =
-                apart_text("the label map", loaded.data.labels->grid(), loaded.data.volume.grid());
-            !apart.empty())
-            log::warning("{}", apart);
+        tell_of_places(*loaded.data.labels, loaded.data.volume);
     if (feel.parameters.source == TouchSource::labels && feel.parameters.label_count > 0)
         warn_of_absent_labels(feel);
     if (feel.parameters.source == TouchSource::grey) {
@@ -325,20 +361,9 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
                                      feel.parameters.free_value, feel.parameters.solid_value));
     }
 
-    Result<HapticTransfer> along = read_transfer("--transfer", o.transfer, true);
-    Result<HapticTransfer> across = read_transfer("--transfer-across", o.transfer_across, true);
-    Result<HapticTransfer> opacity = read_transfer("--opacity", o.opacity, false);
-    for (const auto& [option, transfer] : {std::pair("--transfer", &along),
-                                           {"--transfer-across", &across},
-                                           {"--opacity", &opacity}}) {
-        if (!*transfer)
-            return pass_on(*transfer);
-        if (!haptics::is_sane(**transfer))
-            return fail("{}: expected numbers of at most {:g}, at values within {:g}", option,
-                        MostTouch::force_n, MostTouch::value);
-    }
-    feel.parameters.transfer = {*along, *across, *across};
-    feel.parameters.opacity = *opacity;
+    const HapticTransfer across = read_force(o.transfer_across).value();
+    feel.parameters.transfer = {read_force(o.transfer).value(), across, across};
+    feel.parameters.opacity = read_opacity(o.opacity).value();
 
     for (size_t axis = 0; axis < o.field.size(); ++axis) {
         Result<Volume> component = load_component(o.field[axis], stop);
@@ -347,15 +372,13 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         feel.scene.field[axis] = std::move(*component);
     }
     if (name == "swept-tool" && !o.felt_tool.empty()) {
-        Result<Said<Tool>> tool = read_json("--felt-tool", o.felt_tool, read_tool);
+        Result<Said<Tool>> tool = read_touch_tool(o.felt_tool);
         if (!tool)
             return pass_on(tool);
         feel.scene.tool = std::make_shared<const haptics::ToolPoints>(
             haptics::sample_tool(*tool->value.shape, feel.parameters.tool_samples));
     }
     if (name == "swept-mesh") {
-        if (feel.edit)
-            return fail("--edit: swept-mesh feels a mesh, which an edit of the volume leaves");
         Result<std::shared_ptr<const Mesh>> mesh = felt_mesh(o, feel);
         if (!mesh)
             return pass_on(mesh);

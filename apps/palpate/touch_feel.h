@@ -22,6 +22,9 @@ struct FeelOptions {
 };
 void add_feel_options(CLI::App& app, FeelOptions& options);
 
+// What is wrong with the options whatever the scene.
+Result<void> check_together(const FeelOptions& options, const std::string& algorithm);
+
 // The files they name, for each_its_own().
 void append_files(const FeelOptions& options, std::vector<NamedFile>& files);
 

@@ -104,14 +104,20 @@ void add_path_options(CLI::App& app, PathOptions& o) {
         ->capture_default_str();
 }
 
+Result<void> check_together(const PathOptions& o) {
+    if (o.direction.empty())
+        return {};
+    const double length = glm::length(glm::dvec3(o.direction[0], o.direction[1], o.direction[2]));
+    if (!(length > 0.0 && std::isfinite(length)))
+        return fail("--direction: expected a direction, found a length of {:g}", length);
+    return {};
+}
+
 Result<HandPath> hand_path(const CLI::App& app, const PathOptions& o, const Grid& grid) {
     TrajectoryShape shape = o.shape;
     shape.at_mm = o.at.empty() ? center_mm(grid) : glm::dvec3(o.at[0], o.at[1], o.at[2]);
     if (!o.direction.empty())
         shape.direction = {o.direction[0], o.direction[1], o.direction[2]};
-    if (const double length = glm::length(shape.direction);
-        !(length > 0.0 && std::isfinite(length)))
-        return fail("--direction: expected a direction, found a length of {:g}", length);
     Result<HandPath> path = o.path.empty() ? haptics::find_trajectory(o.trajectory)->make(shape)
                                            : haptics::load_hand_path(o.path);
     if (path)

@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "bench/suite/page.h"
+#include "engine/base/assert.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
@@ -50,14 +51,7 @@ std::span<const Suite> suites() {
 Result<void> run_suite(const std::string& name, const Options& options) {
     const auto suite = std::find_if(kSuites.begin(), kSuites.end(),
                                     [&](const Suite& s) { return name == s.name; });
-    if (suite == kSuites.end()) {
-        std::string known;
-        for (const Suite& s : kSuites)
-            known += fmt::format("{}{}", known.empty() ? "" : ", ", s.name);
-        return fail("bench: expected a suite ({}), found '{}'", known, name);
-    }
-    if (!options.only.empty() && name != "render" && name != "surface" && name != "touch")
-        return fail("--only: expected the suite render, surface or touch, found '{}'", name);
+    PALPATE_ASSERT(suite != kSuites.end());
     std::error_code error;
     fs::create_directories(options.out, error);
     if (error)

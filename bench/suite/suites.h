@@ -24,9 +24,9 @@ Result<Report> run_upload(Bench& bench);
 
 std::span<const Suite> suites();
 
-// Runs a suite by name and writes OUT/NAME.json and OUT/index.html, which shows every suite whose
-// result lies in OUT. The error is the first of the report's failures and how many there are; files
-// are written even so.
+// Runs a suite by its name, one of suites(), and writes OUT/NAME.json and OUT/index.html, which
+// shows every suite whose result lies in OUT. The error is the first of the report's failures and
+// how many there are; files are written even so.
 Result<void> run_suite(const std::string& name, const Options& options);
 
 } // namespace palpate::bench

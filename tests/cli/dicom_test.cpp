@@ -124,6 +124,21 @@ TEST_F(DicomCommands, UnevenSlicesAreRefusedInWordsAndResampledOnRequest) {
     EXPECT_EQ(Json::parse(ran.output)["size"], Json({8, 4, 7}));
 }
 
+TEST_F(DicomCommands, AWrittenSceneKeepsThatSlicesAreResampled) {
+    write_slices({4, 8, 12, 13.5, 19.5, 25.5});
+    const auto draw = [&](std::vector<std::string> words) {
+        words.insert(words.begin(), "render");
+        const ProgramRun ran = run(words);
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+    };
+    const std::string scene = file("scene.json").string();
+    draw({file("ct").string(), "--resample-slices", "--mode", "mip", "--size", "16,12", "-o",
+          file("a.exr").string(), "--write-scene", scene});
+    EXPECT_EQ(Json::parse(bytes_of("scene.json"))["resample_slices"], true);
+    draw({scene, "-o", file("b.exr").string()});
+    EXPECT_TRUE(bytes_of("a.exr") == bytes_of("b.exr"));
+}
+
 TEST_F(DicomCommands, ResamplingOfOtherVolumesIsSaidToDoNothing) {
     const Volume volume = make_volume(make_grid({3, 3, 3}, {1, 1, 1}), ScalarType::i16,
                                       [](glm::uvec3 i) { return i.x; });

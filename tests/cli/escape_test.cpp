@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program.h"
+#include "tests/unit/io_formats/sample_files.h"
 
 namespace palpate {
 namespace {
@@ -56,6 +57,30 @@ TEST_F(Escapes, OfHeaders) {
           "\\u001b]0;owned\\u0007\\u001b[31m"
           "\"}");
     expect_none({"render", file("s.json").string(), "-o", file("p.png").string()}, 1);
+}
+
+// The text fields of NIfTI-1 and the bytes that name its kind and types.
+TEST_F(Escapes, OfNiftiHeaders) {
+    const std::string good = io::NiftiBytes(1).with(std::string(24, 'x'));
+    for (const auto& [at, length] : {std::pair<size_t, size_t>{4, 10}, // data_type
+                                     {14, 18},                         // db_name
+                                     {148, 80},                        // descrip
+                                     {228, 24},                        // aux_file
+                                     {328, 16}}) {                     // intent_name
+        std::string bytes = good;
+        const std::string text = (kEscape + kEscape).substr(0, length);
+        bytes.replace(at, text.size(), text);
+        write("v.nii", bytes);
+        expect_none({"info", file("v.nii").string()}, 0, "3 x 2 x 2");
+    }
+    for (const size_t at : {0, 40, 70, 72, 76, 108, 123, 252, 344}) { // what is looked at
+        std::string bytes = good;
+        bytes.replace(at, 4, kEscape.substr(0, 4));
+        write("v.nii", bytes);
+        const ProgramRun ran = run({"info", file("v.nii").string()});
+        EXPECT_THAT(ran.output + ran.messages, Not(HasSubstr("\x1b"))) << at;
+        EXPECT_LE(ran.exit_code, 1) << at;
+    }
 }
 
 TEST_F(Escapes, OfTheModality) {

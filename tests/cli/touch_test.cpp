@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,68 +9,16 @@
 #include <glm/glm.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <tuple>
 
+#include "tests/cli/touch_command.h"
 #include "tests/support/kill.h"
-#include "tests/support/program.h"
 
 namespace palpate {
 namespace {
 
 using nlohmann::json;
-using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-class TouchCommand : public ProgramTest {
- protected:
-    // The report's columns by name; those that are no numbers are left out.
-    std::map<std::string, std::vector<double>> table(const std::string& name) const {
-        std::istringstream text(bytes_of(name));
-        std::string line, cell;
-        std::getline(text, line);
-        std::vector<std::string> names;
-        for (std::istringstream head(line); std::getline(head, cell, ',');)
-            names.push_back(cell);
-        std::map<std::string, std::vector<double>> columns;
-        while (std::getline(text, line)) {
-            std::istringstream row(line);
-            for (size_t c = 0; std::getline(row, cell, ','); ++c)
-                if (names.at(c) != "contact" && names.at(c) != "faults")
-                    columns[names.at(c)].push_back(std::stod(cell));
-        }
-        return columns;
-    }
-    void write_path() const {
-        // Down onto a ball of 35 mm radius from 8 mm above it, 3 mm deep, and up again.
-        write("path.csv",
-              "time_s,x_mm,y_mm,z_mm,button\n0,0,0,43,0\n0.4,0,0,32,0\n0.6,0,0,32,1\n1,0,0,43,0\n");
-    }
-    // NRRD of 24^3 samples of 1 mm about the origin.
-    template <class Value>
-    void write_nrrd(const std::string& name, const char* type, const Value& value) const {
-        std::string text = std::string("NRRD0004\ntype: ") + type +
-                           "\ndimension: 3\nsizes: 24 24 24\nspace: left-posterior-superior\n"
-                           "space directions: (1,0,0) (0,1,0) (0,0,1)\n"
-                           "space origin: (-12,-12,-12)\nencoding: ascii\n\n";
-        for (int z = -12; z < 12; ++z)
-            for (int y = -12; y < 12; ++y)
-                for (int x = -12; x < 12; ++x)
-                    text += std::to_string(value(x, z)) + (x == 11 ? "\n" : " ");
-        write(name, text);
-    }
-    void write_two_labels() const {
-        write_nrrd("labels.nrrd", "uint8", [](int x, int z) { return z >= 0 ? 0 : x < 0 ? 1 : 2; });
-    }
-    std::vector<std::string> arguments(const std::string& algorithm) const {
-        return {"touch",       "synthetic:ball?size=64",
-                "--path",      file("path.csv").string(),
-                "--iso",       "500",
-                "--report",    file("r.csv").string(),
-                "--device",    "exact",
-                "--algorithm", algorithm};
-    }
-};
 
 TEST_F(TouchCommand, WritesTheColumnsThatProgramsRelyOn) {
     write_path();
@@ -218,6 +165,38 @@ TEST_F(TouchCommand, LabelsAreFeltEachInItsOwnWay) {
         EXPECT_NEAR(depth_mm, 0.5, 0.4) << tick;
         EXPECT_NEAR(t.at("force_z_n")[i], 1e-3 * stiffness * depth_mm, 1e-3) << tick;
     }
+}
+
+// A label map with samples of its own, turned and finer, over another volume: what it shows lies
+// where it says, and so do changes of it.
+TEST_F(TouchCommand, LabelsOnAnotherGridAreFeltWhereTheyLie) {
+    // x runs backwards and z by half millimetres: solid below z = 10.25 mm.
+    std::string text =
+        "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 20 20 40\nspace: left-posterior-superior\n"
+        "space directions: (-1,0,0) (0,1,0) (0,0,0.5)\nspace origin: (10,-10,0)\n"
+        "encoding: ascii\n\n";
+    for (int z = 0; z < 40; ++z)
+        for (int i = 0; i < 400; ++i)
+            text += z <= 20 ? "1 " : "0 ";
+    write("labels.nrrd", text);
+    write("path.csv",
+          "time_s,x_mm,y_mm,z_mm,button\n0,0,0,16,0\n0.4,0,0,9,0\n0.6,0,0,9,1\n1,0,0,9,1\n");
+    std::vector<std::string> command = arguments("swept-point");
+    command.insert(command.end(),
+                   {"--labels", file("labels.nrrd").string(), "--source", "labels", "--edit",
+                    R"({"kind": "erase"})", "--tool", R"({"kind": "ball", "radius_mm": 4})", "-o",
+                    file("out.nrrd").string()});
+    const ProgramRun done = run(command);
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_THAT(done.messages, HasSubstr("the label map's samples lie elsewhere than the volume's: "
+                                         "each is felt and changed where it lies"));
+    const auto t = table("r.csv");
+    // Within 0.4 of a sample of the middle between those at 10 mm and 10.5.
+    EXPECT_NEAR(t.at("proxy_z_mm")[450], 10.25, 0.2);
+    EXPECT_NEAR(t.at("force_z_n")[450], 0.5 * 1.25, 0.1); // 500 N/m
+    EXPECT_EQ(t.at("force_z_n").back(), 0.0);             // erased
+    const json info = json::parse(run({"info", "--json", file("out.nrrd").string()}).output);
+    EXPECT_EQ(info["size"], json({20, 20, 40}));
 }
 
 TEST_F(TouchCommand, ALabelYieldsAtItsOwnThreshold) {
@@ -459,184 +438,6 @@ TEST_F(CarvingTouch, ThatIsKilledLosesNoStrokeThatHadEnded) {
         });
     for (const auto& [count, times] : kept)
         std::printf("    %zu strokes kept: %d times\n", count, times);
-}
-
-TEST_F(TouchCommand, SaysWhatCannotBeFelt) {
-    write_path();
-    const auto message = [&](const char* algorithm, const std::vector<std::string>& more) {
-        std::vector<std::string> command = arguments(algorithm);
-        command.insert(command.end(), more.begin(), more.end());
-        const ProgramRun bad = run(command);
-        EXPECT_EQ(bad.exit_code, 1);
-        return bad.messages;
-    };
-    EXPECT_THAT(message("swept-point", {"--source", "labels"}),
-                HasSubstr("--source: expected --labels"));
-    EXPECT_THAT(message("swept-point", {"--label-feel", "1"}),
-                HasSubstr("expected LABEL,STIFFNESS[,FRICTION[,T0]], found '1'"));
-    EXPECT_THAT(message("swept-point", {"--transfer", "1:2,1:3"}),
-                HasSubstr("--transfer: expected values that rise"));
-    EXPECT_THAT(message("swept-point", {"--edit", R"({"kind": "hop"})"}),
-                HasSubstr("--edit:1: kind: expected"));
-    EXPECT_THAT(message("swept-point", {"--edit", R"({"kind": "cut", "to_value": 0})"}),
-                HasSubstr("expected a --tool"));
-    EXPECT_THAT(message("swept-mesh", {"--drill", "2"}), HasSubstr("swept-mesh feels a mesh"));
-}
-
-TEST_F(TouchCommand, SaysWhatIsWrong) {
-    write_path();
-    EXPECT_EQ(run({"touch", "synthetic:ball"}).exit_code, 2); // no motion
-    EXPECT_EQ(run({"touch", "synthetic:ball", "--path", "a", "--trajectory", "press"}).exit_code,
-              2);
-    std::vector<std::string> command = arguments("none");
-    command.insert(command.end(), {"--friction", "0.1,0.3"});
-    ProgramRun bad = run(command);
-    EXPECT_EQ(bad.exit_code, 1);
-    EXPECT_THAT(bad.messages,
-                HasSubstr("--friction: expected a dynamic coefficient of at most the static 0.1, "
-                          "found 0.3"));
-    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,zero,0\n");
-    bad = run(arguments("none"));
-    EXPECT_EQ(bad.exit_code, 1);
-    EXPECT_THAT(bad.messages, HasSubstr("path.csv:2: y_mm: expected a number, found 'zero'"));
-}
-
-// Before the run, not after an hour of it.
-TEST_F(TouchCommand, RefusesWhatCannotBeWritten) {
-    write_path();
-    std::vector<std::string> named = arguments("none");
-    named.insert(named.end(), {"-o", file("drilled.foo").string()});
-    const ProgramRun unknown = run(named);
-    EXPECT_EQ(unknown.exit_code, 1);
-    EXPECT_THAT(unknown.messages, HasSubstr("drilled.foo: expected an extension .nii"));
-    EXPECT_FALSE(std::filesystem::exists(file("r.csv")));
-    write_path();
-    for (const char* option : {"--report", "--page", "--record", "-o"})
-        for (const char* path : {"no/such/folder.csv", "-", "/dev/stdout"}) {
-            if (option == std::string("--report") && path == std::string("-"))
-                continue; // standard output, in place of the summary
-            const ProgramRun bad =
-                run({"touch", "synthetic:ball?size=8", "--trajectory", "press", option, path});
-            EXPECT_EQ(bad.exit_code, 1) << option << " " << path;
-            EXPECT_EQ(bad.output, "");
-            EXPECT_EQ(std::count(bad.messages.begin(), bad.messages.end(), '\n'), 1)
-                << bad.messages;
-        }
-    EXPECT_FALSE(std::filesystem::exists("-"));
-    EXPECT_TRUE(std::filesystem::is_symlink("/dev/stdout"));
-}
-
-TEST_F(TouchCommand, RefusesWhatIsBeyondAllBounds) {
-    write_path();
-    const std::vector<std::pair<std::vector<std::string>, int>> cases{
-        {{"--friction", "-1"}, 2},
-        {{"--friction", "0.3,101"}, 2},
-        {{"--stiffness", "1.1e6"}, 2},
-        {{"--yield", "1e5"}, 2},
-        {{"--viscosity", "1e30"}, 2},
-        {{"--damping", "1e6"}, 2},
-        {{"--radius", "1e9"}, 2},
-        {{"--samples", "0"}, 2},
-        {{"--iso", "1e31"}, 2},
-        {{"--label-feel", "5,1e30"}, 1},
-        {{"--transfer-across", "1e9"}, 1},
-        {{"--opacity", "0:0,1e31:1"}, 1},
-    };
-    for (const auto& [more, code] : cases) {
-        std::vector<std::string> command = arguments("swept-point");
-        command.insert(command.end(), more.begin(), more.end());
-        const ProgramRun bad = run(command);
-        EXPECT_EQ(bad.exit_code, code) << more[0] << bad.messages;
-        EXPECT_THAT(bad.messages, HasSubstr(more[0] + ": ")) << more[1];
-    }
-    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n1e9,0,0,30\n");
-    const ProgramRun long_one = run(arguments("none"));
-    EXPECT_EQ(long_one.exit_code, 1);
-    EXPECT_THAT(long_one.messages, HasSubstr("expected one that fits into memory"));
-}
-
-TEST_F(TouchCommand, SaysWhatChangesNothingAndThatNothingWasFelt) {
-    write_path();
-    const auto said = [&](const char* algorithm, const std::vector<std::string>& more) {
-        std::vector<std::string> command = arguments(algorithm);
-        command.insert(command.end(), more.begin(), more.end());
-        const ProgramRun ran = run(command);
-        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
-        return ran.messages;
-    };
-    EXPECT_THAT(said("swept-point", {"--radius", "5", "--mesh", "no.ply", "--depth", "3"}),
-                AllOf(HasSubstr("without effect here: --radius (of swept-tool, vidholm-2004 and "
-                                "eriksson-2006), --mesh (of swept-mesh)\n"),
-                      HasSubstr("without effect here: --depth (without --trajectory)\n")));
-    EXPECT_THAT(said("swept-tool", {"--radius", "1"}),
-                testing::Not(HasSubstr("without effect here")));
-    EXPECT_THAT(said("wish-2008-surface", {}), HasSubstr("nothing was felt: expected --transfer"));
-    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,0,40\n");
-    EXPECT_THAT(said("swept-point", {}), HasSubstr("nothing was touched"));
-    EXPECT_EQ(said("none", {}),
-              "palpate: warning: without effect here: --iso (with --algorithm none)\n");
-    const auto phantom = [&](const char* iso) {
-        return run({"touch", "synthetic:phantom?size=64", "--trajectory", "touch", "--duration",
-                    "0.1", "--iso", iso})
-            .messages;
-    };
-    EXPECT_THAT(phantom("45"), HasSubstr("its surface is of grains")); // amid the tissue's noise
-    EXPECT_THAT(phantom("300"), testing::Not(HasSubstr("grains")));
-}
-
-// Which options make a trajectory is not listed anywhere: those that leave the path as it is have
-// no effect.
-TEST_F(TouchCommand, SaysWhichOptionsATrajectoryDoesNotTake) {
-    const auto idle = [&](const char* trajectory) {
-        const ProgramRun ran = run({"touch",        "synthetic:ball?size=16",
-                                    "--trajectory", trajectory,
-                                    "--algorithm",  "none",
-                                    "--direction",  "0,1,0",
-                                    "--depth",      "2",
-                                    "--distance",   "3",
-                                    "--speed",      "5",
-                                    "--frequency",  "50",
-                                    "--duration",   "0.05",
-                                    "--seed",       "4"});
-        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
-        return ran.messages;
-    };
-    EXPECT_THAT(idle("press"),
-                HasSubstr("here: --frequency (not of press), --seed (not of press)\n"));
-    EXPECT_THAT(idle("cross"),
-                HasSubstr("here: --depth (not of cross), --frequency (not of cross), "
-                          "--duration (not of cross), --seed (not of cross)\n"));
-    EXPECT_THAT(idle("walk"), HasSubstr("here: --direction (not of walk), --depth (not of walk), "
-                                        "--speed (not of walk), --frequency (not of walk)\n"));
-    EXPECT_THAT(idle("reach"), HasSubstr("here: --frequency (not of reach)\n"));
-}
-
-TEST_F(TouchCommand, SaysWhatIsNowhereOrTooFar) {
-    write_two_labels();
-    const std::string labels = file("labels.nrrd").string();
-    const ProgramRun felt = run({"touch", labels, "--trajectory", "press", "--duration", "0.01",
-                                 "--label-feel", "2,300", "--label-feel", "7,500"});
-    EXPECT_EQ(felt.exit_code, 0);
-    EXPECT_THAT(felt.messages,
-                HasSubstr("--label-feel: nothing feels as label 7, of which no sample is"));
-    const ProgramRun wide =
-        run({"touch", "synthetic:ball?size=32", "--trajectory", "press", "--duration", "0.01",
-             "--algorithm", "vidholm-2004", "--radius", "500", "--iso", "500"});
-    EXPECT_THAT(wide.messages,
-                HasSubstr("the 340 --samples of a --radius of 500 mm lie about 96 mm "
-                          "apart, and what is smaller may pass between them"));
-    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,1e30,40\n");
-    const ProgramRun far = run(arguments("none"));
-    EXPECT_EQ(far.exit_code, 1);
-    EXPECT_THAT(far.messages,
-                HasSubstr("path.csv:3: x_mm, y_mm, z_mm: expected a place within 1e+08 mm"));
-    EXPECT_EQ(
-        run({"touch", "synthetic:ball", "--trajectory", "press", "--at", "0,0,1e30"}).exit_code, 2);
-    write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.1,0,0,30\n");
-    std::vector<std::string> command = arguments("swept-point");
-    command.insert(command.end(), {"--drill", "3"});
-    EXPECT_THAT(run(command).messages,
-                HasSubstr("--edit or --drill changed no sample: the path presses no button 0"));
 }
 
 } // namespace

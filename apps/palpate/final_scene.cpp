@@ -1,0 +1,222 @@
+// The options applied to a scene whose volumes are loaded.
+
+#include <fmt/ranges.h>
+
+#include <filesystem>
+
+#include "apps/palpate/default_scene.h"
+#include "apps/palpate/option_texts.h"
+#include "apps/palpate/scene_options.h"
+#include "engine/base/log.h"
+#include "engine/scene/presets.h"
+
+namespace palpate {
+
+namespace {
+
+void apply_slices(const SceneOptions& options, const Grid& grid, Scene& scene) {
+    if (!options.slices.empty())
+        scene.slices.clear();
+    for (const std::string& text : options.slices)
+        scene.slices.push_back(read_slice(text, center_mm(grid)).value());
+    for (SliceLayer& slice : scene.slices) {
+        slice.interpolation = options.interpolation.value_or(slice.interpolation);
+        slice.slab_mode = options.slab_mode.value_or(slice.slab_mode);
+        if (options.slab_mm > 0)
+            slice.slab_mm = options.slab_mm;
+    }
+}
+
+Result<void> apply_clips(const SceneOptions& options, Scene& scene) {
+    for (const std::string& text : options.clips)
+        scene.clip_planes.push_back(read_clip(text).value());
+    if (scene.clip_planes.size() > kMaxClipPlanes)
+        return fail("--clip: expected at most {} planes, found {}", kMaxClipPlanes,
+                    scene.clip_planes.size());
+    return {};
+}
+
+bool has_transfer(const SceneOptions& options) {
+    return !options.window.empty() || !options.window_level.empty() || !options.transfer.empty();
+}
+
+Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedScene& loaded,
+                                     RayMode mode) {
+    const Grid& grid = loaded.data.volume.grid();
+    const double max_opacity = mode == RayMode::mip ? 1.0 : 0.1;
+    if (!options.window.empty()) {
+        const double low = options.window[0], high = options.window[1];
+        return window_function(low, high, max_opacity, preset_unit_mm(grid));
+    }
+    if (!options.window_level.empty()) {
+        const double level = options.window_level[0], width = options.window_level[1];
+        return window_function(level - 0.5 * width, level + 0.5 * width, max_opacity,
+                               preset_unit_mm(grid));
+    }
+    if (const auto found = preset(options.transfer))
+        return fitted(*found, options.transfer, loaded);
+    std::error_code error;
+    if (!std::filesystem::exists(options.transfer, error))
+        return fail("--tf: expected a preset ({}) or a JSON file, found '{}'",
+                    fmt::join(preset_names(), ", "), options.transfer);
+    Result<TransferFunction> read = load_transfer_function(options.transfer);
+    return read ? sized(*read, grid) : read;
+}
+
+Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& loaded, Scene& scene) {
+    const bool wanted = options.mode || !options.isos.empty();
+    if (!wanted && !scene.ray_cast)
+        return {};
+    const RayMode mode =
+        options.mode.value_or(scene.ray_cast ? scene.ray_cast->mode : RayMode::iso);
+    if (!scene.ray_cast || scene.ray_cast->mode != mode)
+        scene.ray_cast = default_ray_cast(mode, loaded);
+    RayCastLayer& layer = *scene.ray_cast;
+    layer.integrator = options.integrator.value_or(layer.integrator);
+    if (has_transfer(options)) {
+        auto found = transfer_of(options, loaded, mode);
+        if (!found)
+            return pass_on(found);
+        layer.transfer = *found;
+    }
+    if (!options.isos.empty())
+        layer.isos = iso_surfaces(options.isos);
+    if (options.step_mm >= 0)
+        layer.step_mm = options.step_mm;
+    if (options.sub_steps > 0)
+        layer.sub_steps = options.sub_steps;
+    if (options.jitter_seed)
+        layer.jitter_seed = options.jitter_seed;
+    if (options.min_transmittance >= 0)
+        layer.min_transmittance = options.min_transmittance;
+    if (options.shade)
+        layer.shading = Shading{};
+    if (options.no_shade)
+        layer.shading.reset();
+    return {};
+}
+
+Result<void> apply_camera(const SceneOptions& options, const Grid& grid, Scene& scene) {
+    const bool sets_distance = (options.fill || options.view_angle_deg) &&
+                               scene.camera.projection == Projection::perspective;
+    if (!options.camera.empty()) {
+        const auto& v = options.camera;
+        scene.camera.eye_mm = {v[0], v[1], v[2]};
+        scene.camera.target_mm = {v[3], v[4], v[5]};
+        if (v.size() == 9)
+            scene.camera.up = {v[6], v[7], v[8]};
+        scene.camera.view_angle_deg = options.view_angle_deg.value_or(30.0);
+        const glm::dvec3 forward = scene.camera.target_mm - scene.camera.eye_mm;
+        if (!(glm::length(glm::cross(forward, scene.camera.up)) > 1e-9 * glm::length(forward)))
+            return fail(
+                "--camera: expected a target apart from the eye and an up that is not the "
+                "view direction");
+    } else if (!options.view.empty() || (sets_distance && !is_scene_file(options.input))) {
+        const std::optional<ViewDirection> view =
+            view_direction(options.view.empty() ? "oblique" : options.view);
+        scene.camera = frame_volume(grid, view->towards, view->up, options.fill.value_or(0.8),
+                                    options.view_angle_deg.value_or(30.0));
+    } else if (options.view_angle_deg) {
+        scene.camera.view_angle_deg = *options.view_angle_deg;
+    }
+    scene.camera.projection = options.projection.value_or(scene.camera.projection);
+    return {};
+}
+
+void apply_stereo(const SceneOptions& options, Scene& scene) {
+    if (options.stereo && !scene.stereo) {
+        // A comfortable pair: the eyes converge on the target, 1/30 of the distance apart.
+        const double distance = glm::length(scene.camera.target_mm - scene.camera.eye_mm);
+        scene.stereo = StereoSettings{{distance / 30.0, distance}, *options.stereo};
+    }
+    if (options.stereo)
+        scene.stereo->layout = *options.stereo;
+    if (scene.stereo && options.eye_separation_mm > 0)
+        scene.stereo->rig.eye_separation_mm = options.eye_separation_mm;
+    if (scene.stereo && options.convergence_mm > 0)
+        scene.stereo->rig.convergence_mm = options.convergence_mm;
+}
+
+bool asks_for_nothing(const SceneOptions& o) {
+    return o.slices.empty() && !o.mode && o.isos.empty() && o.surfaces.empty();
+}
+
+} // namespace
+
+bool fill_counts(const SceneOptions& options, const SceneFile& file, const Scene& scene) {
+    if (!options.camera.empty() || !options.view.empty())
+        return options.camera.empty();
+    return is_scene_file(options.input) ? file.framing.has_value()
+                                        : scene.ray_cast || scene.slices.size() != 1;
+}
+
+void show_labels_by_default(const SceneOptions& options, SceneFile& file, LoadedScene& loaded) {
+    const Scene& scene = file.scene;
+    if (scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty() ||
+        !file.labels.empty() || !asks_for_nothing(options) || has_transfer(options) ||
+        !is_label_map(loaded))
+        return;
+    log::info(
+        "{}: a label map, by its values, so the surfaces of its labels are drawn (--mode "
+        "alpha draws its numbers)",
+        file.volume);
+    file.labels = file.volume;
+    file.surfaces = {SurfaceSource{.mesh = {}, .iso = {}, .labels = true}};
+    file.scene.surfaces = {SurfaceLayer{}};
+    file.scene.labels = LabelLayer{};
+    loaded.data.labels = loaded.data.volume;
+}
+
+Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const LoadedScene& loaded) {
+    const Grid& grid = loaded.data.volume.grid();
+    const bool own_surfaces = file.scene.surfaces.empty() || !options.surfaces.empty();
+    const bool from_volume = !file.scene.ray_cast && file.scene.slices.empty() && own_surfaces;
+    if (file.framing) {
+        file.framing->fill = options.fill.value_or(file.framing->fill);
+        file.framing->view_angle_deg =
+            options.view_angle_deg.value_or(file.framing->view_angle_deg);
+    }
+    Scene scene = resolved_scene(file, grid);
+    if (options.size_px.size() == 2)
+        scene.size_px = {options.size_px[0], options.size_px[1]};
+    if (options.background.size() == 3)
+        scene.background = {options.background[0], options.background[1], options.background[2]};
+    scene.value_and_depth = scene.value_and_depth || options.values;
+    const bool nothing_asked = from_volume && asks_for_nothing(options);
+    const std::optional<SliceLayer> plane = nothing_asked ? only_slice(grid) : std::nullopt;
+    if (plane) {
+        log::info("{}: one sample thick, so it is drawn as a slice (--mode alpha draws a volume)",
+                  file.volume);
+        scene.slices = {*plane};
+    } else if (nothing_asked) {
+        scene.ray_cast = default_ray_cast(RayMode::alpha, loaded);
+    }
+    const ValueRange range = loaded.data.volume.range();
+    if (nothing_asked && !(range.min < range.max))
+        log::warning(
+            "{}: {}, so there is nothing to see", file.volume,
+            range.empty() ? "no sample has data" : fmt::format("all samples are {:g}", range.min));
+    if (from_volume && is_ct_without_offset(loaded))
+        log::info("{}: a CT without values below -200, taken as HU + 1024", file.volume);
+    if (auto done = apply_ray_cast(options, loaded, scene); !done)
+        return pass_on(done);
+    apply_slices(options, grid, scene);
+    if (!scene.slices.empty() && scene.slice_transfer.colors.empty())
+        scene.slice_transfer = default_slice_transfer(loaded);
+    if (!scene.slices.empty() && has_transfer(options)) {
+        auto found = transfer_of(options, loaded, RayMode::mip);
+        if (!found)
+            return pass_on(found);
+        scene.slice_transfer = *found;
+    }
+    if (!is_scene_file(options.input))
+        scene.camera = default_camera(scene, loaded.data);
+    if (auto done = apply_clips(options, scene); !done)
+        return pass_on(done);
+    if (auto done = apply_camera(options, grid, scene); !done)
+        return pass_on(done);
+    apply_stereo(options, scene);
+    return scene;
+}
+
+} // namespace palpate
