@@ -111,8 +111,8 @@ Result<void> VoxelSink::reserve(const std::string& name, uint64_t bytes) {
     return {};
 }
 
-void VoxelSink::alive(const std::string& file) const {
-    write_report(report_fd_, alive_report(file));
+void VoxelSink::alive(const fs::path& file) const {
+    write_report(report_fd_, alive_report(file.string()));
 }
 
 Result<uint32_t> choose_frame(const DecodeRequest& request, uint32_t frames,

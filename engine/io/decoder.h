@@ -61,6 +61,9 @@ struct DecodeRequest {
     std::optional<uint32_t> frame;
     std::optional<std::string> series;
     bool resample_slices = false; // DICOM: to even spacing, without shear
+    // DICOM: files in which a reader has died, to be passed over with a warning. Others do not heed
+    // it.
+    std::vector<std::filesystem::path> without{};
 };
 
 // physical value = slope * stored value + intercept, computed in double by the parent.
@@ -115,8 +118,8 @@ class VoxelSink {
     Result<void> reserve(const std::string& name, uint64_t bytes);
 
     // Tells the parent that work goes on, so that it waits; once per file of a series, say, which
-    // is then named should the reader crash in it.
-    void alive(const std::string& file = {}) const;
+    // is then named, or passed over, should the reader crash in it.
+    void alive(const std::filesystem::path& file = {}) const;
 
     const std::optional<VoxelClaim>& claim() const { return claim_; }
 

@@ -66,7 +66,7 @@ Failures copy_pixels(const Files& files, const DicomStack& stack, ComponentType 
                             slice_bytes / sizeof(double), std::nan(""));
             continue;
         }
-        sink.alive(path.filename().string());
+        sink.alive(path);
         const DicomFile& file = files.at(path);
         const Result<std::vector<char>> pixels = read_dicom_pixels(file);
         if (!pixels) {
@@ -90,7 +90,7 @@ Failures resample_pixels(const Files& files, const DicomStack& stack, std::span<
     fs::path last, decoded;
     std::vector<char> pixels; // of that file, which may hold several frames
     const auto values_of = [&](const DicomFrame& frame) -> Result<std::vector<double>> {
-        sink.alive(frame.file.filename().string());
+        sink.alive(frame.file);
         last = frame.file;
         const DicomFile& file = files.at(frame.file);
         if (frame.file != decoded) {
@@ -157,7 +157,7 @@ void set_damaged_aside(DicomFiles& found, DicomSeries& series, const VoxelSink& 
         return;
     Failures damaged;
     for (const fs::path& path : paths) {
-        sink.alive(path.filename().string());
+        sink.alive(path);
         if (const Result<uint32_t> checked = check_codestreams(found.files.at(path)); !checked)
             damaged.emplace(path, checked.error().message);
     }
@@ -203,6 +203,7 @@ VoxelClaim claim_of(const Files& files, const DicomStack& stack, Decoded& decode
 Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
     Result<DicomFiles> found = read_dicom_headers(request, sink);
+    sink.alive(); // in no file
     if (!found)
         return pass_on(found);
     std::vector<DicomFrame> frames;
@@ -231,6 +232,7 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
     std::vector<std::string> warnings;
     warn_of_other_planes(name, all, *chosen, warnings);
     set_damaged_aside(*found, series, sink);
+    sink.alive();
     for (;;) { // until the codecs take every file that is left
         Decoded decoded;
         decoded.notes = notes;
@@ -253,6 +255,7 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
         const Failures failures =
             stack->resampled ? resample_pixels(found->files, *stack, *voxels, sink)
                              : copy_pixels(found->files, *stack, claim.type, *voxels, sink);
+        sink.alive();
         if (failures.empty())
             return decoded;
         if (!set_aside(*found, series, failures))

@@ -2,6 +2,7 @@
 
 #include <gdcmReader.h>
 
+#include <algorithm>
 #include <fstream>
 
 #include "engine/io/dicom_elements.h"
@@ -105,8 +106,12 @@ std::optional<std::vector<fs::path>> files_of_directory(const fs::path& path,
     return files;
 }
 
-void read_header(const fs::path& path, const VoxelSink& sink, DicomFiles& found) {
-    sink.alive(path.filename().string());
+void read_header(const fs::path& path, const DecodeRequest& request, const VoxelSink& sink,
+                 DicomFiles& found) {
+    const auto& without = request.without;
+    if (std::find(without.begin(), without.end(), path) != without.end())
+        return set_aside(found, path, "the reader crashed or got nowhere in it");
+    sink.alive(path);
     Result<DicomFile> file = read_dicom_header(path);
     if (file)
         found.files.emplace(path, std::move(*file));
@@ -114,7 +119,8 @@ void read_header(const fs::path& path, const VoxelSink& sink, DicomFiles& found)
         set_aside(found, path, file.error().message);
 }
 
-Result<DicomFiles> read_one(const fs::path& path, const VoxelSink& sink) {
+Result<DicomFiles> read_one(const DecodeRequest& request, const VoxelSink& sink) {
+    const fs::path& path = request.path;
     DicomFiles found;
     Result<DicomFile> file = read_dicom_header(path);
     if (!file)
@@ -127,7 +133,7 @@ Result<DicomFiles> read_one(const fs::path& path, const VoxelSink& sink) {
     if (!named)
         return fail("{}: {}", path.string(), file->refusal);
     for (const fs::path& one : *named)
-        read_header(one, sink, found);
+        read_header(one, request, sink, found);
     if (found.files.empty())
         return fail("{}: none of the files that it names can be read{}", path.string(),
                     found.warnings.empty() ? "" : "; " + found.warnings.front());
@@ -159,13 +165,13 @@ void set_aside(DicomFiles& found, const fs::path& path, const std::string& why) 
 Result<DicomFiles> read_dicom_headers(const DecodeRequest& request, const VoxelSink& sink) {
     const std::string name = request.path.string();
     if (!fs::is_directory(request.path))
-        return read_one(request.path, sink);
+        return read_one(request, sink);
     DicomFiles found;
     size_t others = 0;
     std::string example;
     const std::string limited = walk(request.path, sink, [&](const fs::path& path) {
         if (looks_like_dicom_file(path)) {
-            read_header(path, sink, found);
+            read_header(path, request, sink, found);
         } else if (const std::string file = path.lexically_relative(request.path).string();
                    ++others == 1 || file < example) {
             example = file;

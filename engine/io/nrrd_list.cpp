@@ -81,7 +81,7 @@ Result<void> read_file_list(const Payload& payload, const std::vector<fs::path>&
     if (!voxels)
         return pass_on(voxels);
     for (size_t i = 0; i < files.size(); ++i) {
-        sink.alive(files[i].string());
+        sink.alive(files[i]);
         const uint64_t skip = payload.skip.value_or(fs::file_size(files[i]) - each);
         Result<ByteSource> source = ByteSource::open(files[i], Packing::none, skip);
         if (!source)

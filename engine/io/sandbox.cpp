@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -30,8 +31,7 @@ namespace {
 
 constexpr int kPollMs = 20;
 constexpr size_t kMostReportBytes = 64 << 20;
-constexpr size_t kMostWordsBytes = 1 << 16; // of a pipe
-constexpr size_t kMostQuoted = 200;
+constexpr size_t kMostStarts = 9; // of readers for one volume, each without a file more
 constexpr double kWallPerCpu = 10.0;
 constexpr double kSlowestBytesPerSecond = 4e6;      // decoded
 constexpr double kSlowestFileBytesPerSecond = 20e6; // read, and unpacked to be counted
@@ -60,8 +60,7 @@ class Fd {
 // A running child; killed and waited for when it goes out of scope, so that none is left over.
 class Child {
  public:
-    Child(pid_t pid, Fd reports, Fd messages)
-        : pid_(pid), reports_(std::move(reports)), messages_(std::move(messages)) {}
+    Child(pid_t pid, Fd reports) : pid_(pid), reports_(std::move(reports)) {}
     ~Child() {
         if (pid_ > 0) {
             ::kill(pid_, SIGKILL);
@@ -69,9 +68,7 @@ class Child {
         }
     }
     Child(Child&& other) noexcept
-        : pid_(std::exchange(other.pid_, 0)),
-          reports_(std::move(other.reports_)),
-          messages_(std::move(other.messages_)) {}
+        : pid_(std::exchange(other.pid_, 0)), reports_(std::move(other.reports_)) {}
 
     int reports() const { return reports_.get(); }
 
@@ -82,21 +79,6 @@ class Child {
         if (::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &time) != 0)
             return 0;
         return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-    }
-
-    // The last line that it wrote to standard error; empty where there is none.
-    std::string last_words() const {
-        std::string text(kMostWordsBytes, '\0');
-        const ssize_t got = ::read(messages_.get(), text.data(), text.size());
-        text.resize(got > 0 ? static_cast<size_t>(got) : 0);
-        constexpr const char* white = " \t\r\n";
-        text.resize(text.find_last_not_of(white) + 1);
-        const size_t start = text.find_last_of('\n') + 1;
-        text.erase(0, std::min(text.size(), text.find_first_not_of(white, start)));
-        constexpr std::string_view what = "what():"; // of an exception that nobody caught
-        if (text.starts_with(what))
-            text.erase(0, std::min(text.size(), text.find_first_not_of(white, what.size())));
-        return text.substr(0, kMostQuoted);
     }
 
     // The exit status, as of waitpid.
@@ -110,7 +92,7 @@ class Child {
 
  private:
     pid_t pid_;
-    Fd reports_, messages_;
+    Fd reports_;
 };
 
 Result<Child> start_child(const DecodeRequest& request, const ReadOptions& options,
@@ -127,19 +109,12 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
     Fd from_child(ends[0]);
     const Fd low_end(ends[1]);
     const Fd to_parent = low_end.moved_up();
-    // What does not fit into this pipe is lost rather than waited for.
-    if (::pipe2(ends, O_CLOEXEC | O_NONBLOCK) != 0)
-        return fail("{}: no pipe to a decoder: {}", request.path.string(), std::strerror(errno));
-    Fd messages(ends[0]);
-    const Fd low_messages_end(ends[1]);
-    const Fd messages_end = low_messages_end.moved_up();
-
     posix_spawn_file_actions_t actions;
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
     ::posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
     if (!std::getenv("PALPATE_DECODER_NOISE")) // for those who look into a reader's messages
-        ::posix_spawn_file_actions_adddup2(&actions, messages_end.get(), 2);
+        ::posix_spawn_file_actions_addopen(&actions, 2, "/dev/null", O_WRONLY, 0);
     ::posix_spawn_file_actions_adddup2(&actions, memory.get(), kMemoryFd);
     ::posix_spawn_file_actions_adddup2(&actions, to_parent.get(), kReportFd);
     ::posix_spawn_file_actions_addclosefrom_np(&actions, kReportFd + 1);
@@ -155,14 +130,16 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
     ::posix_spawnattr_setflags(
         &attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
 
-    const std::vector<std::string> words{program.string(),
-                                         "__decode",
-                                         std::to_string(::getpid()),
-                                         std::to_string(options.max_memory_bytes),
-                                         request.path.string(),
-                                         request.frame ? std::to_string(*request.frame) : "-",
-                                         request.series ? "=" + *request.series : "-",
-                                         request.resample_slices ? "resample" : "-"};
+    std::vector<std::string> words{program.string(),
+                                   "__decode",
+                                   std::to_string(::getpid()),
+                                   std::to_string(options.max_memory_bytes),
+                                   request.path.string(),
+                                   request.frame ? std::to_string(*request.frame) : "-",
+                                   request.series ? "=" + *request.series : "-",
+                                   request.resample_slices ? "resample" : "-"};
+    for (const fs::path& path : request.without)
+        words.push_back(path.string());
     std::vector<char*> argv;
     for (const std::string& word : words)
         argv.push_back(const_cast<char*>(word.c_str()));
@@ -175,20 +152,20 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
     if (failed)
         return fail("{}: cannot be decoded, because {} does not start: {}", request.path.string(),
                     program.string(), std::strerror(failed));
-    return Child(pid, std::move(from_child), std::move(messages));
+    return Child(pid, std::move(from_child));
 }
 
-// Why a child ended without a result: how far it had come, how it ended, and what it said.
-std::string cause_of(int status, const Reported& reported, const std::string& last_words) {
+// Why a child ended without a result: how far it had come, and how it ended. What libraries print
+// then is about their code, not the file.
+std::string cause_of(int status, const Reported& reported) {
     const std::string how =
         WIFSIGNALED(status) && WTERMSIG(status) == SIGABRT ? "its reader gave up"
         : WIFSIGNALED(status) ? fmt::format("the reader crashed (signal {}, {})", WTERMSIG(status),
                                             ::strsignal(WTERMSIG(status)))
                               : fmt::format("the reader ended without a result (exit status {})",
                                             WEXITSTATUS(status));
-    return fmt::format("the {} damaged or not as its format demands: {}{}",
-                       reported.claim ? "voxels are" : "header is", how,
-                       last_words.empty() ? "" : fmt::format(", saying \"{}\"", last_words));
+    return fmt::format("the {} damaged or not as its format demands: {}",
+                       reported.claim ? "voxels are" : "header is", how);
 }
 
 Result<void> check_decoded(const Decoded& decoded, const VoxelClaim& claim) {
@@ -242,8 +219,7 @@ Result<void> listen(Child& child, const ReadOptions& options, double file_s, Rep
         if (got < 0 && errno == EINTR)
             continue;
         if (got <= 0) {
-            const int status = child.wait();
-            return fail("{}", cause_of(status, reported, child.last_words()));
+            return fail("{}", cause_of(child.wait(), reported));
         }
         total += static_cast<size_t>(got);
         if (total > kMostReportBytes)
@@ -291,7 +267,11 @@ fs::path decoder_program() {
     return {};
 }
 
-Result<DecodedVoxels> decode_in_child(const DecodeRequest& request, const ReadOptions& options) {
+namespace {
+
+// Decodes in one child. `at` becomes the file that it worked on when it died or got nowhere.
+Result<DecodedVoxels> decode_once(const DecodeRequest& request, const ReadOptions& options,
+                                  fs::path& at) {
     const std::string name = request.path.string();
     const Fd low(::memfd_create("palpate-voxels", MFD_CLOEXEC));
     const Fd memory = low.moved_up();
@@ -303,9 +283,11 @@ Result<DecodedVoxels> decode_in_child(const DecodeRequest& request, const ReadOp
         if (!child)
             return pass_on(child);
         if (Result<void> heard = listen(*child, options, seconds_to_read(request.path), reported);
-            !heard)
+            !heard) {
+            at = reported.at;
             return fail("{}: {}{}", name, heard.error().message,
-                        reported.at.empty() ? "" : ", while it read " + reported.at);
+                        at.empty() ? "" : ", while it read " + at.filename().string());
+        }
     } // the child is gone: nobody can shrink the memory under the mapping
     if (reported.error)
         return fail("{}", *reported.error);
@@ -329,6 +311,24 @@ Result<DecodedVoxels> decode_in_child(const DecodeRequest& request, const ReadOp
                              static_cast<const std::byte*>(mapped), [length](const std::byte* p) {
                                  ::munmap(const_cast<std::byte*>(p), length);
                              })};
+}
+
+} // namespace
+
+Result<DecodedVoxels> decode_in_child(const DecodeRequest& request, const ReadOptions& options) {
+    DecodeRequest wanted = request;
+    for (;;) {
+        fs::path at;
+        Result<DecodedVoxels> decoded = decode_once(wanted, options, at);
+        const bool again =
+            !decoded && !at.empty() && at != request.path &&
+            wanted.without.size() + 1 < kMostStarts &&
+            std::find(wanted.without.begin(), wanted.without.end(), at) == wanted.without.end() &&
+            !options.stop.stop_requested();
+        if (!again)
+            return decoded;
+        wanted.without.push_back(at);
+    }
 }
 
 } // namespace palpate::io

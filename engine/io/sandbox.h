@@ -12,9 +12,8 @@
 //
 // The child is the program `palpate`, run with the sub-command in serve.h. It inherits two file
 // descriptors: shared memory for the voxels, and a pipe for its reports; nothing else of the
-// parent's is open in it. What it prints is thrown away; when it dies, the error quotes the last
-// line on its standard error. It is killed when it overruns its limits, when it has said its last
-// word, and when the parent dies.
+// parent's is open in it. What it prints is thrown away. It is killed when it overruns its limits,
+// when it has said its last word, and when the parent dies.
 namespace palpate::io {
 
 constexpr int kMemoryFd = 3;
@@ -34,7 +33,9 @@ struct DecodedVoxels {
 // program, where the library was installed, or on $PATH, in this order. Empty if there is none.
 std::filesystem::path decoder_program();
 
-// Decodes in a child process. An error is one sentence naming the file, whatever the child did.
+// Decodes in a child process. An error is one sentence naming the file, whatever the child did. A
+// child that dies or gets nowhere in one file of several is started again without that file
+// (DecodeRequest::without), up to eight times.
 Result<DecodedVoxels> decode_in_child(const DecodeRequest& request, const ReadOptions& options);
 
 } // namespace palpate::io

@@ -90,7 +90,7 @@ Result<void> read_pictures(const std::string& name, const Slices& slices, VoxelS
         return fail("{}: has {} pages, expected one page a slice", slices.files.front().string(),
                     first->size.z);
     for (const fs::path& file : slices.files) {
-        sink.alive(file.filename().string());
+        sink.alive(file);
         const Result<PictureHeader> header = read_picture_header(file);
         if (!header)
             return fail("{}", header.error().message);
@@ -114,7 +114,7 @@ Result<void> read_pictures(const std::string& name, const Slices& slices, VoxelS
         return fail("{}", voxels.error().message);
     const size_t slice_bytes = voxels->size() / slices.files.size();
     for (size_t i = 0; i < slices.files.size(); ++i) {
-        sink.alive(slices.files[i].filename().string());
+        sink.alive(slices.files[i]);
         if (Result<void> read =
                 read_picture(slices.files[i], voxels->subspan(i * slice_bytes, slice_bytes));
             !read)
@@ -139,7 +139,7 @@ Result<void> read_raw(const std::string& name, const Slices& slices, VoxelSink& 
     const size_t slice_bytes = voxels->size() / slices.files.size();
     std::string longer;
     for (size_t i = 0; i < slices.files.size(); ++i) {
-        sink.alive(slices.files[i].filename().string());
+        sink.alive(slices.files[i]);
         const std::span<std::byte> slice = voxels->subspan(i * slice_bytes, slice_bytes);
         std::ifstream in(slices.files[i], std::ios::binary);
         in.seekg(static_cast<std::streamoff>(sidecar.header_bytes));

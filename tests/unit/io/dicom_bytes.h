@@ -112,4 +112,21 @@ inline std::string words_16(const std::vector<int>& values) {
     return bytes;
 }
 
+// One axial CT slice of 0.5 x 0.75 mm, value = x + 10 y + 100 z - 1000 HU.
+inline std::string dicom_slice(int z, double step_mm = 2.5, uint16_t columns = 8,
+                               uint16_t rows = 4) {
+    DicomData data = samples(columns, rows, 16, 16, true);
+    data.put(8, 0x60, "CS", "CT").put(8, 0x103e, "LO", "head");
+    data.put(0x20, 0x0d, "UI", "1.2.3").put(0x20, 0x0e, "UI", "1.2.3.4");
+    data.put(0x20, 0x13, "IS", std::to_string(z + 1));
+    place(data, "-10\\20\\" + std::to_string(step_mm * z), "1\\0\\0\\0\\1\\0", "0.75\\0.5");
+    data.put(0x28, 0x1052, "DS", "-1000").put(0x28, 0x1053, "DS", "1");
+    std::vector<int> values;
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < columns; ++x)
+            values.push_back(x + 10 * y + 100 * z);
+    data.put(0x7fe0, 0x10, "OW", words_16(values));
+    return data.file(kCtClass, "1.2.3.4." + std::to_string(z + 1));
+}
+
 } // namespace palpate::test

@@ -31,18 +31,6 @@ class DicomStructures : public testing::Test {
     test::Folder folder_{"structure"};
 };
 
-// An image of 8 x 8 samples x + 100 z.
-std::string slice_of(int z) {
-    DicomData data = test::samples(8, 8, 16, 16, false);
-    std::vector<int> values;
-    for (int i = 0; i < 64; ++i)
-        values.push_back(i % 8 + 100 * z);
-    data.put(0x20, 0x0e, "UI", "1.2.5").put(0x20, 0x13, "IS", std::to_string(z));
-    test::place(data, "0\\0\\" + std::to_string(2 * z), "1\\0\\0\\0\\1\\0", "1\\1");
-    data.put(0x7fe0, 0x10, "OW", test::words_16(values));
-    return data.file(test::kCtClass, "1.2.5." + std::to_string(z + 1));
-}
-
 // Where an element of an explicit little-endian file begins.
 size_t place_of(const std::string& file, uint16_t group, uint16_t number) {
     return file.find(test::little(group, 2) + test::little(number, 2));
@@ -140,7 +128,8 @@ TEST_F(DicomStructures, EveryWayOfWritingIsFollowed) {
 TEST_F(DicomStructures, AFileThatItsCodecDoesNotDecodeIsPassedOver) {
     for (const bool resample : {false, true}) {
         for (int z = 0; z < 5; ++z) {
-            std::string file = test::encoded(slice_of(z), test::kJpegLsLossless);
+            std::string file =
+                test::encoded(test::dicom_slice(z, 2.5, 8, 8), test::kJpegLsLossless);
             const size_t at = file.find(test::kJpegLsLossless);
             ASSERT_NE(at, std::string::npos);
             if (z == 2) // named JPEG 2000, second part: a codestream of JPEG-LS is none
@@ -153,16 +142,16 @@ TEST_F(DicomStructures, AFileThatItsCodecDoesNotDecodeIsPassedOver) {
         EXPECT_THAT(loaded->warnings, Contains(AllOf(HasSubstr("s2: is passed over"),
                                                      HasSubstr("cannot be decoded"))));
         ASSERT_EQ(loaded->volume.size(), glm::uvec3(8, 8, 5));
-        EXPECT_EQ(loaded->volume.value({3, 2, 1}), 103.0f);
-        EXPECT_EQ(loaded->volume.value({3, 2, 3}), 303.0f);
+        EXPECT_EQ(loaded->volume.value({3, 2, 1}), -877.0f);
+        EXPECT_EQ(loaded->volume.value({3, 2, 3}), -677.0f);
         if (resample)
-            EXPECT_EQ(loaded->volume.value({3, 2, 2}), 203.0f);
+            EXPECT_EQ(loaded->volume.value({3, 2, 2}), -777.0f);
         else
             EXPECT_TRUE(std::isnan(loaded->volume.value({3, 2, 2})));
     }
     // Where none is decoded, the refusal names one and why.
     for (int z = 0; z < 5; ++z) {
-        std::string file = test::encoded(slice_of(z), test::kJpegLsLossless);
+        std::string file = test::encoded(test::dicom_slice(z, 2.5, 8, 8), test::kJpegLsLossless);
         file.replace(file.find(test::kJpegLsLossless), 22, "1.2.840.10008.1.2.4.92");
         test::write(folder_ / ("s" + std::to_string(z)), file);
     }

@@ -1,4 +1,4 @@
-// PNG and JPEG: what is whole is read to the bit, what is not is refused with the byte.
+// PNG, JPEG, TIFF and BMP: what is whole is read to the bit, what is not is refused with the byte.
 
 #include <gmock/gmock.h>
 #include <zlib.h>
@@ -100,6 +100,70 @@ TEST(Jpeg, OtherProcessesAreRefusedByName) {
     EXPECT_THAT(changed(9, 3), HasSubstr("components"));
     EXPECT_THAT(changed(11, '\x70'), HasSubstr("sampling factors"));
     EXPECT_THAT(outcome("a.jpg", "\xff\xd8\xff\xd9"), HasSubstr("no pixels"));
+}
+
+// Every truncation of a file names the byte at which it ends.
+void expect_truncations_refused(const std::string& name, const std::string& good) {
+    EXPECT_EQ(outcome(name, good), "read");
+    for (size_t length = 0; length < good.size(); length += length < 60 ? 9 : 97)
+        EXPECT_THAT(outcome(name, good.substr(0, length)),
+                    HasSubstr(fmt::format("the end of the file at byte {}", length)));
+}
+
+TEST(Bmp, IsReadOrRefusedWithACause) {
+    const std::vector<std::vector<uint8_t>> rows{{1, 2, 3, 4, 5}, {60, 70, 80, 90, 255}};
+    for (const bool runs : {false, true}) {
+        const std::string good = test::bmp(rows, runs);
+        expect_truncations_refused("a.bmp", good);
+        const Folder folder("picture");
+        test::write(folder / "a.bmp", good);
+        const Result<LoadedVolume> loaded = load_volume(folder / "a.bmp");
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_EQ(loaded->volume.size(), glm::uvec3(5, 2, 1));
+        for (uint32_t y = 0; y < 2; ++y)
+            for (uint32_t x = 0; x < 5; ++x)
+                EXPECT_EQ(loaded->volume.value({x, y, 0}), rows[y][x]) << runs;
+    }
+    const auto changed = [&](size_t at, char value, bool runs = false) {
+        std::string bytes = test::bmp(rows, runs);
+        bytes[at] = value;
+        return outcome("a.bmp", bytes);
+    };
+    EXPECT_THAT(changed(0, 'X'), HasSubstr("begins with BM"));
+    EXPECT_THAT(changed(14, 12), HasSubstr("a header of 40 to 124 bytes, found 12"));
+    EXPECT_THAT(changed(18, 0), HasSubstr("at least 1 x 1, found 0 x 2"));
+    EXPECT_THAT(changed(22, 9), HasSubstr("expected 5 x 9 pixels in bytes 1078 to 1150"));
+    EXPECT_THAT(changed(28, 4), HasSubstr("8, 24 or 32 bits a pixel, found 4"));
+    EXPECT_THAT(changed(30, 3), HasSubstr("found compression 3"));
+    EXPECT_THAT(changed(1078, 9, true), HasSubstr("runs within 5 x 2 pixels, found one beyond"));
+}
+
+TEST(Tiff, IsReadOrRefusedWithACause) {
+    const std::vector<std::vector<uint16_t>> rows{{1, 2, 3}, {600, 700, 65535}, {7, 8, 9}};
+    for (const bool big_endian : {false, true}) {
+        const std::string good = test::tiff(rows, big_endian);
+        expect_truncations_refused("a.tif", good);
+        const Folder folder("picture");
+        test::write(folder / "a.tif", good);
+        const Result<LoadedVolume> loaded = load_volume(folder / "a.tif");
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        ASSERT_EQ(loaded->volume.size(), glm::uvec3(3, 3, 1));
+        for (uint32_t y = 0; y < 3; ++y)
+            for (uint32_t x = 0; x < 3; ++x)
+                EXPECT_EQ(loaded->volume.value({x, y, 0}), rows[y][x]) << big_endian;
+    }
+    const std::string good = test::tiff(rows);
+    const size_t tags = good.size() - 9 * 12 - 4;
+    const auto changed = [&](size_t at, char value) {
+        std::string bytes = good;
+        bytes[at] = value;
+        return outcome("a.tif", bytes);
+    };
+    EXPECT_THAT(changed(2, 41), HasSubstr("begins with II or MM and 42"));
+    EXPECT_THAT(changed(tags + 8, 0), HasSubstr("above 0 as its width (tag 256), found 0"));
+    EXPECT_THAT(changed(tags + 5 * 12, 99), HasSubstr("expected the places of its pixels"));
+    EXPECT_THAT(changed(8 + 18 + 2, 99), HasSubstr("expected pixels in bytes"));
+    EXPECT_THAT(changed(good.size() - 4, static_cast<char>(tags - 2)), HasSubstr("twice"));
 }
 
 } // namespace

@@ -43,6 +43,57 @@ std::string png(const std::vector<std::vector<uint16_t>>& rows) {
            png_chunk("IEND", "");
 }
 
+std::string bmp(const std::vector<std::vector<uint8_t>>& rows, bool runs) {
+    std::string palette, pixels;
+    for (int i = 0; i < 256; ++i)
+        palette += std::string(3, static_cast<char>(i)) + '\0';
+    for (size_t y = rows.size(); y-- > 0;) { // from the bottom up
+        std::string row;
+        for (const uint8_t value : rows[y]) {
+            if (runs)
+                row.push_back(1);
+            row.push_back(static_cast<char>(value));
+        }
+        row.resize(runs ? row.size() + 2 : (row.size() + 3) / 4 * 4); // 0 0 ends the line
+        pixels += row;
+    }
+    if (runs)
+        pixels += std::string("\0\1", 2);
+    const size_t begin = 54 + palette.size();
+    return "BM" + little(begin + pixels.size(), 4) + little(0, 4) + little(begin, 4) +
+           little(40, 4) + little(rows[0].size(), 4) + little(rows.size(), 4) + little(1, 2) +
+           little(8, 2) + little(runs, 4) + little(pixels.size(), 4) + little(2835, 4) +
+           little(2835, 4) + little(256, 4) + little(0, 4) + palette + pixels;
+}
+
+std::string tiff(const std::vector<std::vector<uint16_t>>& rows, bool big_endian) {
+    const auto number = [&](uint64_t value, int bytes) {
+        std::string text = little(value, bytes);
+        return big_endian ? std::string(text.rbegin(), text.rend()) : text;
+    };
+    const size_t row_bytes = 2 * rows[0].size(), a_strip = (rows.size() + 1) / 2,
+                 first = a_strip * row_bytes, all = rows.size() * row_bytes;
+    std::string pixels;
+    for (const auto& row : rows)
+        for (const uint16_t value : row)
+            pixels += number(value, 2);
+    const bool two = all > first; // places and sizes of two strips do not fit into a tag
+    const std::string lists =
+        two ? number(8, 4) + number(8 + first, 4) + number(first, 4) + number(all - first, 4) : "";
+    const auto tag = [&](int id, int type, uint64_t count, uint64_t value) {
+        const std::string text = number(value, type == 3 ? 2 : 4); // at the left of four bytes
+        return number(static_cast<uint64_t>(id), 2) + number(static_cast<uint64_t>(type), 2) +
+               number(count, 4) + text + std::string(4 - text.size(), '\0');
+    };
+    const size_t lists_at = 8 + all, directory_at = lists_at + lists.size();
+    return (big_endian ? "MM" : "II") + number(42, 2) + number(directory_at, 4) + pixels + lists +
+           number(9, 2) + tag(256, 3, 1, rows[0].size()) + tag(257, 3, 1, rows.size()) +
+           tag(258, 3, 1, 16) + tag(259, 3, 1, 1) + tag(262, 3, 1, 1) +
+           tag(273, 4, two ? 2 : 1, two ? lists_at : 8) + tag(277, 3, 1, 1) +
+           tag(278, 3, 1, a_strip) + tag(279, 4, two ? 2 : 1, two ? lists_at + 8 : all) +
+           number(0, 4);
+}
+
 // ITU-T T.81 with tables of our own: a step of 8 for all coefficients, so that the first one is the
 // block's value less 128; codes of four bits for its nine categories; one bit for "no others".
 std::string jpeg(const std::vector<std::vector<int>>& blocks, int restart) {

@@ -40,39 +40,6 @@ inline std::string little(uint64_t value, int bytes) {
     return text;
 }
 
-// One axial CT slice of 8 x 4 samples, explicit little-endian, value = x + 10 y + 100 z - 1000 HU.
-inline std::string dicom_slice(int z, double step_mm = 2.5) {
-    const auto element = [](uint16_t group, uint16_t number, const std::string& vr,
-                            std::string value) {
-        if (value.size() % 2)
-            value.push_back(vr == "UI" ? '\0' : ' ');
-        const bool is_long = vr == "OW" || vr == "OB";
-        return little(group, 2) + little(number, 2) + vr +
-               (is_long ? little(0, 2) + little(value.size(), 4) : little(value.size(), 2)) + value;
-    };
-    const std::string kind = "1.2.840.10008.5.1.4.1.1.2";
-    const std::string instance = "1.2.3.4." + std::to_string(z + 1);
-    const std::string meta = element(2, 2, "UI", kind) + element(2, 3, "UI", instance) +
-                             element(2, 0x10, "UI", "1.2.840.10008.1.2.1");
-    std::string pixels;
-    for (int y = 0; y < 4; ++y)
-        for (int x = 0; x < 8; ++x)
-            pixels += little(static_cast<uint64_t>(x + 10 * y + 100 * z), 2);
-    return std::string(128, '\0') + "DICM" + element(2, 0, "UL", little(meta.size(), 4)) + meta +
-           element(8, 0x16, "UI", kind) + element(8, 0x18, "UI", instance) +
-           element(8, 0x60, "CS", "CT") + element(8, 0x103e, "LO", "head") +
-           element(0x20, 0x0d, "UI", "1.2.3") + element(0x20, 0x0e, "UI", "1.2.3.4") +
-           element(0x20, 0x13, "IS", std::to_string(z + 1)) +
-           element(0x20, 0x32, "DS", "-10\\20\\" + std::to_string(step_mm * z)) +
-           element(0x20, 0x37, "DS", "1\\0\\0\\0\\1\\0") + element(0x28, 2, "US", little(1, 2)) +
-           element(0x28, 4, "CS", "MONOCHROME2") + element(0x28, 0x10, "US", little(4, 2)) +
-           element(0x28, 0x11, "US", little(8, 2)) + element(0x28, 0x30, "DS", "0.75\\0.5") +
-           element(0x28, 0x100, "US", little(16, 2)) + element(0x28, 0x101, "US", little(16, 2)) +
-           element(0x28, 0x102, "US", little(15, 2)) + element(0x28, 0x103, "US", little(1, 2)) +
-           element(0x28, 0x1052, "DS", "-1000") + element(0x28, 0x1053, "DS", "1") +
-           element(0x7fe0, 0x10, "OW", pixels);
-}
-
 inline std::string legacy_vtk(bool ascii) {
     std::string text = "# vtk DataFile Version 3.0\ntitle\n" +
                        std::string(ascii ? "ASCII" : "BINARY") +
@@ -99,6 +66,12 @@ inline std::string vti() {
 
 // A grey PNG of 16 bits; rows of values.
 std::string png(const std::vector<std::vector<uint16_t>>& rows);
+
+// A grey BMP of 8 bits by a palette; as runs of one value each with `runs`. Rows of values.
+std::string bmp(const std::vector<std::vector<uint8_t>>& rows, bool runs = false);
+
+// A grey TIFF of 16 bits in two strips at most; rows of values.
+std::string tiff(const std::vector<std::vector<uint16_t>>& rows, bool big_endian = false);
 
 // A chunk of PNG with its length and checksum.
 std::string png_chunk(const std::string& kind, const std::string& data);

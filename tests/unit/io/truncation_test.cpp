@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include "engine/io/volume_io.h"
+#include "tests/unit/io/dicom_bytes.h"
 #include "tests/unit/io/sample_files.h"
 
 namespace palpate {
