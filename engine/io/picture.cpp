@@ -23,7 +23,7 @@ using Io = itk::ImageIOBase;
 
 struct Kind {
     std::string_view extension;
-    Result<void> (*check)(const fs::path& path); // whether it is whole; may be null
+    Result<void> (*check)(const fs::path& path); // whether it is whole
     Io::Pointer (*make)();                       // null for JPEG, which is read without ITK
 };
 
@@ -34,11 +34,11 @@ Io::Pointer make_io() {
 
 constexpr Kind kKinds[] = {
     {".png", check_png, make_io<itk::PNGImageIO>},
-    {".tif", nullptr, make_io<itk::TIFFImageIO>},
-    {".tiff", nullptr, make_io<itk::TIFFImageIO>},
+    {".tif", check_tiff, make_io<itk::TIFFImageIO>},
+    {".tiff", check_tiff, make_io<itk::TIFFImageIO>},
     {".jpg", check_jpeg, nullptr},
     {".jpeg", check_jpeg, nullptr},
-    {".bmp", nullptr, make_io<itk::BMPImageIO>},
+    {".bmp", check_bmp, make_io<itk::BMPImageIO>},
 };
 
 std::optional<ComponentType> component_type(Io::IOComponentType type) {
@@ -75,16 +75,19 @@ const Kind* kind_of(const fs::path& path) {
 Result<Io::Pointer> open(const fs::path& path, const Kind& kind) {
     Io::Pointer io = kind.make();
     if (!io->CanReadFile(path.c_str()))
-        return fail("{}: is no {} file, though its name says so", path.string(),
-                    kind.extension.substr(1));
+        return fail("{}: expected a {} file that ITK reads, found one that it does not take",
+                    path.string(), kind.extension.substr(1));
     io->SetFileName(path.string());
     io->ReadImageInformation();
     return io;
 }
 
+// What ITK says, without the address of the object that says it.
 std::string reason(const itk::ExceptionObject& error) {
     std::string text = error.GetDescription();
     std::replace(text.begin(), text.end(), '\n', ' ');
+    if (const size_t at = text.find("): "); text.starts_with("ITK ERROR: ") && at != text.npos)
+        text.erase(0, at + 3);
     return text;
 }
 
@@ -101,7 +104,7 @@ Result<PictureHeader> read_picture_header(const fs::path& path) try {
         return fail("{}: is no PNG, TIFF, JPEG or BMP file by its name", path.string());
     if (Result<uint64_t> bytes = regular_file_bytes(path); !bytes)
         return fail("{}", bytes.error().message);
-    if (Result<void> checked = kind->check ? kind->check(path) : Result<void>(); !checked)
+    if (Result<void> checked = kind->check(path); !checked)
         return pass_on(checked);
     if (!kind->make)
         return read_jpeg_header(path);

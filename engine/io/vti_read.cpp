@@ -32,7 +32,6 @@ struct Header {
     std::string format; // "ascii", "binary", "appended"
     std::string text;   // of the array, for the first two
     uint64_t offset = 0;
-    bool appended_base64 = false;
 };
 
 Result<void> take_grid(const std::string& name, const pugi::xml_node& image, Header& header) {
@@ -67,17 +66,12 @@ Result<void> take_grid(const std::string& name, const pugi::xml_node& image, Hea
     return {};
 }
 
-Result<Header> parse(const std::string& name, const std::string& xml) {
+Result<Header> parse(const std::string& name, const VtkXml& split) {
     pugi::xml_document document;
-    const pugi::xml_parse_result parsed = document.load_buffer(xml.data(), xml.size());
-    if (!parsed)
-        return fail("{}: is damaged XML: {} at byte {}", name, parsed.description(), parsed.offset);
-    const pugi::xml_node file = document.child("VTKFile");
-    const std::string kind = file.attribute("type").value();
-    if (kind != "ImageData")
-        return fail("{}: is a VTK file of kind {}, expected ImageData (a volume)", name,
-                    kind.empty() ? "none" : kind);
-    const pugi::xml_node image = file.child("ImageData");
+    Result<pugi::xml_node> file = parse_vtk(name, split, "ImageData", "a volume", document);
+    if (!file)
+        return pass_on(file);
+    const pugi::xml_node image = file->child("ImageData");
     if (!image.child("Piece") || image.child("Piece").next_sibling("Piece"))
         return fail("{}: expected one piece", name);
     Header header;
@@ -100,11 +94,9 @@ Result<Header> parse(const std::string& name, const std::string& xml) {
     header.format = array.attribute("format").as_string("ascii");
     header.text = array.text().get();
     header.offset = array.attribute("offset").as_ullong(0);
-    header.appended_base64 =
-        std::string_view(file.child("AppendedData").attribute("encoding").value()) == "base64";
-    const Result<VtkLayout> layout = vtk_layout(name, file);
+    Result<VtkLayout> layout = vtk_layout(name, *file);
     if (!layout)
-        return fail("{}", layout.error().message);
+        return pass_on(layout);
     header.layout = *layout;
     return header;
 }
@@ -124,7 +116,7 @@ Result<Decoded> decode_vti(const DecodeRequest& request, VoxelSink& sink) {
     if (!in)
         return fail("{}: cannot be read whole", name);
     const VtkXml split = split_appended(text);
-    Result<Header> parsed = parse(name, split.xml);
+    Result<Header> parsed = parse(name, split);
     if (!parsed)
         return pass_on(parsed);
     const Header& header = *parsed;
@@ -151,8 +143,8 @@ Result<Decoded> decode_vti(const DecodeRequest& request, VoxelSink& sink) {
         if (header.offset > split.appended.size())
             return fail("{}: its data begin at byte {} of {}", name, header.offset,
                         split.appended.size());
-        filled = fill({split.appended.substr(header.offset), header.appended_base64}, header.layout,
-                      *voxels);
+        filled = fill({split.appended.substr(header.offset), header.layout.appended_base64},
+                      header.layout, *voxels);
     } else {
         filled = fill({header.text, true}, header.layout, *voxels);
     }

@@ -129,6 +129,20 @@ VtkXml split_appended(std::string_view text) {
     return {std::string(text.substr(0, open)) + "/></VTKFile>", text.substr(start + 1)};
 }
 
+Result<pugi::xml_node> parse_vtk(const std::string& name, const VtkXml& split,
+                                 std::string_view kind, const char* words,
+                                 pugi::xml_document& document) {
+    const pugi::xml_parse_result parsed = document.load_buffer(split.xml.data(), split.xml.size());
+    if (!parsed)
+        return fail("{}: is damaged XML: {} at byte {}", name, parsed.description(), parsed.offset);
+    const pugi::xml_node file = document.child("VTKFile");
+    const std::string_view found = file.attribute("type").value();
+    if (found != kind)
+        return fail("{}: is a VTK file of kind {}, expected {} ({})", name,
+                    found.empty() ? "none" : found.substr(0, 40), kind, words);
+    return file;
+}
+
 Result<VtkLayout> vtk_layout(const std::string& name, const pugi::xml_node& file) {
     const std::string compressor = file.attribute("compressor").value();
     if (!compressor.empty() && compressor != "vtkZLibDataCompressor")
@@ -138,6 +152,8 @@ Result<VtkLayout> vtk_layout(const std::string& name, const pugi::xml_node& file
     layout.packed = !compressor.empty();
     layout.big_endian = std::string_view(file.attribute("byte_order").value()) == "BigEndian";
     layout.word_bytes = std::string_view(file.attribute("header_type").value()) == "UInt64" ? 8 : 4;
+    layout.appended_base64 =
+        std::string_view(file.child("AppendedData").attribute("encoding").value()) == "base64";
     return layout;
 }
 

@@ -9,11 +9,12 @@
 #include "engine/io/decoder.h"
 
 namespace pugi {
+class xml_document;
 class xml_node;
-}
+} // namespace pugi
 
 // What the XML files of VTK share ("XML File Formats" of the VTK User's Guide): arrays of numbers
-// as text, base64 or appended bytes, packed by zlib or not. Errors here name no file.
+// as text, base64 or appended bytes, packed by zlib or not. Errors name no file but where said.
 namespace palpate::io {
 
 // Of "UInt8" .. "Float64".
@@ -26,11 +27,18 @@ struct VtkXml {
 };
 VtkXml split_appended(std::string_view text); // which must outlive it
 
+// Parses a document of one kind, such as "ImageData", which errors call `words` ("a volume");
+// returns <VTKFile>, which `document` holds. Errors name the file.
+Result<pugi::xml_node> parse_vtk(const std::string& name, const VtkXml& split,
+                                 std::string_view kind, const char* words,
+                                 pugi::xml_document& document);
+
 // How arrays that are not text are written.
 struct VtkLayout {
     bool big_endian = false;
     size_t word_bytes = 4; // of the sizes before the data
     bool packed = false;
+    bool appended_base64 = false;
 };
 
 // From the attributes of <VTKFile>; an error names the file, and compressors that are not read.

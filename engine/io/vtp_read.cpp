@@ -17,13 +17,9 @@ constexpr uint64_t kNodeBytes = 96;
 
 class VtpReader {
  public:
-    VtpReader(const VtkXml& split, const VtkLayout& layout, bool appended_base64,
-              const std::string& name, uint64_t limit_bytes)
-        : split_(split),
-          layout_(layout),
-          appended_base64_(appended_base64),
-          name_(name),
-          limit_bytes_(limit_bytes) {}
+    VtpReader(const VtkXml& split, const VtkLayout& layout, const std::string& name,
+              uint64_t limit_bytes)
+        : split_(split), layout_(layout), name_(name), limit_bytes_(limit_bytes) {}
 
     Result<LoadedMesh> read(const pugi::xml_node& poly_data) {
         for (const pugi::xml_node& piece : poly_data.children("Piece"))
@@ -88,7 +84,8 @@ class VtpReader {
                     "{}: expected {} from a byte up to {} of the appended data, found \"{}\"",
                     name_, what, split_.appended.size(),
                     std::string_view(array.attribute("offset").value()).substr(0, 40));
-            source = {split_.appended.substr(static_cast<size_t>(*offset)), appended_base64_};
+            source = {split_.appended.substr(static_cast<size_t>(*offset)),
+                      layout_.appended_base64};
         }
         const size_t each = bytes_per_component(*type);
         const double most = is_text          ? (source.text.size() + 1) / 2.0 * double(each)
@@ -277,7 +274,6 @@ class VtpReader {
 
     const VtkXml& split_;
     const VtkLayout layout_;
-    const bool appended_base64_;
     const std::string& name_;
     uint64_t limit_bytes_; // what is left of it
     LoadedMesh loaded_;
@@ -296,23 +292,16 @@ Result<LoadedMesh> parse_vtp(std::string_view text, const std::string& name, uin
         return fail("{}: expected XML that fits {} bytes, as memory allows, found it to need {}",
                     name, limit_bytes, needed);
     pugi::xml_document document;
-    const pugi::xml_parse_result parsed = document.load_buffer(split.xml.data(), split.xml.size());
-    if (!parsed)
-        return fail("{}: is damaged XML: {} at byte {}", name, parsed.description(), parsed.offset);
-    const pugi::xml_node file = document.child("VTKFile");
-    const std::string_view kind = file.attribute("type").value();
-    if (kind != "PolyData")
-        return fail("{}: is a VTK file of kind {}, expected PolyData (a mesh)", name,
-                    kind.empty() ? "none" : kind.substr(0, 40));
-    const pugi::xml_node poly_data = file.child("PolyData");
+    Result<pugi::xml_node> file = parse_vtk(name, split, "PolyData", "a mesh", document);
+    if (!file)
+        return pass_on(file);
+    const pugi::xml_node poly_data = file->child("PolyData");
     if (!poly_data.child("Piece"))
         return fail("{}: expected a mesh with a piece, found none", name);
-    const Result<VtkLayout> layout = vtk_layout(name, file);
+    Result<VtkLayout> layout = vtk_layout(name, *file);
     if (!layout)
-        return fail("{}", layout.error().message);
-    const bool base64 =
-        std::string_view(file.child("AppendedData").attribute("encoding").value()) == "base64";
-    return VtpReader(split, *layout, base64, name, limit_bytes - needed).read(poly_data);
+        return pass_on(layout);
+    return VtpReader(split, *layout, name, limit_bytes - needed).read(poly_data);
 }
 
 } // namespace palpate::io

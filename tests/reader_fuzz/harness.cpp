@@ -49,12 +49,14 @@ std::string number(Random& random) {
     return bytes;
 }
 
-void change(std::string& bytes, Random& random) {
+constexpr uint64_t kChanges = 8; // kinds of them
+
+void change(std::string& bytes, uint64_t kind, Random& random) {
     if (bytes.empty())
         return;
     const size_t at = place(random, bytes.size());
     const size_t run = 1 + random.below(16);
-    switch (random.below(8)) {
+    switch (kind) {
         case 0:
             bytes[at] = static_cast<char>(random.below(256));
             break;
@@ -119,14 +121,16 @@ bool has_died(const std::string& message) {
 std::string damaged(const std::string& bytes, uint64_t seed) {
     Random random(seed);
     std::string changed = bytes;
-    const bool cut = random.one_in(3);
-    if (cut)
+    const uint64_t kind = seed % (kChanges + 1); // the last: cut short, no more
+    if (kind == kChanges || random.one_in(4))
         changed.resize(random.one_in(4)
                            ? changed.size() - std::min<size_t>(changed.size(), random.below(20))
                            : place(random, changed.size()));
-    if (!cut || random.one_in(4))
-        for (uint64_t n = 1 + random.below(4); n > 0; --n)
-            change(changed, random);
+    if (kind == kChanges)
+        return changed;
+    change(changed, kind, random);
+    for (uint64_t n = random.below(4); n > 0; --n)
+        change(changed, random.below(kChanges), random);
     return changed;
 }
 

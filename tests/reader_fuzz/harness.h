@@ -24,7 +24,7 @@ struct Reader {
     std::function<std::string(std::string)> sign = {};
     // Whether the child process that reads may die of a damaged file, with a cause.
     bool may_die = false;
-    bool in_child = false; // every file starts a child: a third as many
+    bool in_child = false; // every file starts a child: fewer of them
 };
 
 struct Outcomes {
@@ -34,7 +34,8 @@ struct Outcomes {
     std::map<std::string, std::string> examples; // one message each
 };
 
-// A valid file with 1 to 4 changes, or cut short; sometimes both. A function of its arguments.
+// A valid file with 1 to 4 changes, or cut short; sometimes both. A function of its arguments: of
+// nine seeds one after another, each begins with a kind of damage of its own.
 std::string damaged(const std::string& bytes, uint64_t seed);
 
 // What is wrong with the message of an error; empty when it is one printable sentence that names
