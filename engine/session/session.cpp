@@ -77,6 +77,17 @@ bool Session::use(EditSetup setup) {
     return true;
 }
 
+Result<Document> Session::change_journal(Journal journal) {
+    if (!threaded_ && down_)
+        return fail("expected no stroke under way, found one");
+    std::future<Document> reached = editor_.change_journal(std::move(journal));
+    if (!reached.valid())
+        return fail("too many commands at once; try again");
+    if (!threaded_)
+        editor_.settle();
+    return reached.get();
+}
+
 void Session::feel(const TouchParameters& parameters) {
     parameters_.publish(std::make_unique<const TouchParameters>(parameters));
 }
@@ -165,7 +176,9 @@ void Session::settle() {
     const auto is_done = [&] {
         const auto pin = interface_states_.pin();
         return pin->inputs_done >= inputs && pin->commands_done >= commands &&
-               bridged_ >= pin->snapshot;
+               bridged_ >= pin->snapshot &&
+               (!mesher_thread_.joinable() ||
+                (meshed_ >= pin->snapshot && meshed_iso_ == mesh_iso_));
     };
     while (!is_done())
         std::this_thread::sleep_for(kNap);
@@ -266,22 +279,25 @@ void Session::bridge(const std::stop_token& stop) {
 
 // False: nothing new.
 bool Session::update_mesh() {
-    const float iso = mesh_iso_.load();
-    const EditState state = *mesher_states_.pin();
-    const std::optional<Volume> volume = volume_of(state.document, grey_);
-    const std::scoped_lock held(mesh_mutex_);
-    const bool is_new =
-        volume && !(surface_ && surface_->iso() == iso && surface_->volume().is_same_as(*volume));
-    if (std::isnan(iso) || !is_new)
+    const float iso = mesh_iso_;
+    if (std::isnan(iso))
         return false;
-    const bool goes_on = surface_ && surface_->iso() == iso &&
-                         surface_->volume().grid() == volume->grid() &&
-                         surface_->volume().type() == volume->type();
-    if (goes_on)
-        surface_->update(*volume);
-    else
-        surface_.emplace(*volume, iso);
+    const EditState state = *mesher_states_.pin();
+    if (surface_ && meshed_ == state.snapshot && meshed_iso_ == iso)
+        return false;
+    if (const std::optional<Volume> volume = volume_of(state.document, grey_)) {
+        const std::scoped_lock held(mesh_mutex_);
+        const bool goes_on = surface_ && surface_->iso() == iso &&
+                             surface_->volume().grid() == volume->grid() &&
+                             surface_->volume().type() == volume->type();
+        if (!goes_on)
+            surface_.emplace(*volume, iso);
+        else if (!surface_->volume().is_same_as(*volume))
+            surface_->update(*volume);
+    }
     lag_.reached(EditLag::Reader::mesh, state, profile::now_ns());
+    meshed_iso_ = iso;
+    meshed_ = state.snapshot;
     return true;
 }
 

@@ -73,9 +73,9 @@ class Session {
         return editor_.put(std::move(volume), std::move(title), std::move(parameters));
     }
     bool remove(std::string volume) { return editor_.remove(std::move(volume)); }
-    std::future<Document> change_journal(Journal journal) {
-        return editor_.change_journal(std::move(journal));
-    }
+    // What the document is between two strokes; what is done after that is kept in this journal.
+    // Waits for the end of a stroke under way, which without threads is refused.
+    Result<Document> change_journal(Journal journal);
 
     // Takes effect with the next tick; amounts (stiffness, friction, iso, radius) move to it in
     // steps that a hand does not feel.
@@ -97,7 +97,7 @@ class Session {
 
     // Without threads: one tick, what it carves, and what the next one will feel of it.
     haptics::ServoTick tick(int64_t now_ns, int64_t due_ns);
-    // Waits until all that was pushed and commanded before is done, and can be felt.
+    // Waits until all that was pushed and commanded before is done, felt and meshed.
     void settle();
 
     EditState state(); // the newest
@@ -174,7 +174,9 @@ class Session {
 
     std::mutex mesh_mutex_; // of what follows
     std::optional<BlockSurface> surface_;
-    std::atomic<float> mesh_iso_;
+    std::atomic<float> mesh_iso_;         // NaN: no mesh
+    std::atomic<uint64_t> meshed_{0};     // the snapshot that surface_ has got to
+    std::atomic<float> meshed_iso_{0.0f}; // and its iso-value
 
     std::jthread bridge_thread_, mesher_thread_; // last: end before the rest goes
 };

@@ -1,37 +1,48 @@
-// Everything that lives while a volume is carved, at once: the servo's thread feels the newest
-// snapshot and pushes poses, the editor cuts, one thread meshes what changed and one draws it.
+// Everything that lives while a volume is carved, at once, on one session: the servo's thread feels
+// the newest snapshot by a real proxy and carves, the editor cuts and keeps a journal, one thread
+// meshes what changed and one draws it, while tools, parameters and iso-values change, strokes are
+// taken back and done again, volumes come and go, and devices are stopped and started.
 // PALPATE_SECONDS is how long the random work lasts at least; it also lasts until every thread has
 // met edits, however slow the machine. Meant for the thread sanitizer.
 
+#include <unistd.h>
+
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 #include <random>
 #include <thread>
 
 #include "engine/base/profile.h"
-#include "engine/edit/edit_lag.h"
-#include "engine/edit/editor.h"
+#include "engine/edit/replay.h"
 #include "engine/edit/stroke.h"
-#include "engine/surface/block_surface.h"
+#include "engine/session/session.h"
 #include "engine/surface/marching_cubes.h"
+#include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
-#include "haptics/servo/servo_thread.h"
+#include "engine/volume/synthetic.h"
+#include "haptics/device/recorded.h"
 #include "tests/gpu/gpu_fixture.h"
-#include "tests/unit/haptics_servo/bench_loop.h"
 
 namespace palpate {
 namespace {
 
 using Reader = EditLag::Reader;
 
-constexpr float kIso = 250.0f;
+constexpr double kIso = 250.0;
 constexpr size_t kFewestFrames = 12;   // of each kind of drawing some, by random
 constexpr size_t kFewestSnapshots = 3; // seen by the picture and by the mesh
 constexpr double kLongest_s = 240.0;   // of the hand's path; the test is ended soon after
 
 class EditThreads : public GpuTest {
  protected:
-    static Volume ball() { return *haptics::ball_scene(72).grey; }
+    ~EditThreads() override { std::filesystem::remove(journal_); }
+
+    static Volume ball() {
+        const Grid grid = make_grid(glm::uvec3(PALPATE_SAMPLES), glm::dvec3(40.0 / PALPATE_SAMPLES),
+                                    glm::dvec3(-20.0 + 20.0 / PALPATE_SAMPLES));
+        return synthetic::sample(synthetic::sphere({0, 0, 0}, 10.0, 0.5), grid, ScalarType::i16);
+    }
 
     static Scene iso_scene() {
         Scene scene;
@@ -44,166 +55,195 @@ class EditThreads : public GpuTest {
         return scene;
     }
 
-    // A hand that wanders in and about the ball.
-    static haptics::HandPath wandering(double seconds) {
-        std::mt19937 random(1);
+    // A hand that wanders in and about the ball and presses a button now and then.
+    static std::unique_ptr<haptics::HapticDevice> wandering(uint64_t seed) {
+        std::mt19937 random(static_cast<uint32_t>(seed));
         std::uniform_real_distribution<double> place(-13.0, 13.0);
         std::vector<haptics::HandPose> poses;
-        for (double t = 0; t <= seconds; t += 0.1)
-            poses.push_back(
-                {.time_s = t,
-                 .tool = {.position_mm = {place(random), place(random), place(random)}}});
-        return haptics::HandPath(std::move(poses));
+        for (double t = 0; t <= PALPATE_SECONDS + kLongest_s; t += 0.1)
+            poses.push_back({.time_s = t,
+                             .tool = {.position_mm = {place(random), place(random), place(random)}},
+                             .buttons = static_cast<uint32_t>(random() % 3 > 0)});
+        return std::make_unique<haptics::RecordedDevice>(
+            haptics::DeviceCapabilities{.workspace_m = glm::dvec3(0.05)},
+            records_of_path(haptics::HandPath(std::move(poses)), haptics::Workspace({0, 0, 0}, 1),
+                            1'000'000),
+            profile::now_ns());
     }
 
-    // Presses and lifts the tool at random ticks; on the servo's thread.
-    class Pusher {
-     public:
-        explicit Pusher(Editor& editor) : editor_(editor) {}
-        void operator()(const haptics::ServoTick& tick) {
-            const bool edge = --left_ <= 0;
-            const auto kind = !down_ ? EditInput::Kind::down
-                              : edge ? EditInput::Kind::up
-                                     : EditInput::Kind::move;
-            if (!down_ && !edge)
-                return;
-            if (edge)
-                left_ = 3 + static_cast<int>(random_() % 60);
-            const StrokePose pose{1e-9 * static_cast<double>(tick.now_ns),
-                                  {tick.tool.position_mm, tick.tool.rotation}};
-            if (!editor_.push({kind, pose, number_ + 1, profile::now_ns()}))
-                return; // full: tried again with the next tick's pose
-            ++number_;
-            if (edge)
-                down_ = !down_;
-        }
-        bool down() const { return down_; }
-        uint64_t pushed() const { return number_; }
+    void start(Session& session, uint64_t seed) {
+        stop(session);
+        ++devices_;
+        device_ = wandering(seed);
+        const Result<void> started = session.start({*device_,
+                                                    *haptics::find_algorithm("swept-point"),
+                                                    haptics::Workspace({0, 0, 0}, 1),
+                                                    {},
+                                                    {},
+                                                    {}});
+        ASSERT_TRUE(started) << started.error().message;
+        ticking_ = true;
+    }
 
-     private:
-        Editor& editor_;
-        std::mt19937 random_{2};
-        bool down_ = false;
-        int left_ = 5;
-        uint64_t number_ = 0;
-    };
+    void stop(Session& session) {
+        session.stop();
+        if (session.servo())
+            ticks_ +=
+                std::exchange(ticking_, false) ? session.servo()->telemetry().ticks.load() : 0;
+    }
 
-    static void use_some_tool(Editor& editor, std::mt19937& random) {
+    static void use_some_tool(Session& session, std::mt19937& random) {
         static const char* const kShapes[] = {
             R"({"kind": "ball", "radius_mm": 2})",
             R"({"kind": "burr", "radius_mm": 3, "flutes": 6})",
             R"({"kind": "capsule", "radius_mm": 1, "length_mm": 4})"};
-        Json shape = *parse_json(kShapes[random() % 3], "");
         Operation operation;
         operation.kind = random() % 2 ? OperationKind::cut : OperationKind::mill;
         operation.to_value = random() % 2 ? 0.0 : 500.0; // removes, or adds
         operation.rates = {{0.0, 20000.0}};
-        const Stroke stroke = make_stroke(std::move(shape), operation, {{}});
-        (void)editor.use(stroke.shape, stroke.tool, stroke.operation); // full: the next one then
+        const Stroke stroke = make_stroke(*parse_json(kShapes[random() % 3], ""), operation, {{}});
+        // Full: the next one then.
+        (void)session.use({stroke.shape, stroke.tool, stroke.operation, "ball", ""});
     }
+
+    // What a person does beside touching.
+    void do_something(Session& session, std::mt19937& random) {
+        if (random() % 3 == 0)
+            use_some_tool(session, random);
+        switch (random() % 40) {
+            case 0:
+            case 1:
+            case 2:
+                (void)session.undo();
+                break;
+            case 10:
+            case 11:
+                (void)session.redo();
+                break;
+            case 3:
+                (void)session.put(
+                    {"mask", VolumeKind::labels,
+                     make_volume(make_grid(glm::uvec3(40), glm::dvec3(1)), ScalarType::u8,
+                                 [n = random() % 7](glm::uvec3 i) {
+                                     return double((i.x + i.y) % (2 + n));
+                                 })},
+                    "threshold");
+                break;
+            case 4:
+                start(session, random());
+                break;
+            case 5: {
+                haptics::TouchParameters parameters = session.parameters();
+                parameters.stiffness_n_per_m = 200.0 + 100.0 * double(random() % 4);
+                session.feel(parameters);
+                break;
+            }
+            case 6:
+                session.set_iso(kIso + 20.0 * double(random() % 3));
+                break;
+            default:
+                break;
+        }
+    }
+
+    std::filesystem::path journal_ =
+        std::filesystem::path(testing::TempDir()) / fmt::format("threads.{}.journal", ::getpid());
+    std::unique_ptr<haptics::HapticDevice> device_; // outlives the session
+    size_t devices_ = 0;
+    uint64_t ticks_ = 0; // of all devices
+    bool ticking_ = false;
 };
 
-TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
-    const Volume first = ball();
-    const double seconds = PALPATE_SECONDS;
-    haptics::Loop loop{{.grey = first, .version = 0},
-                       {.iso = kIso},
-                       std::make_unique<haptics::WallAlgorithm>(),
-                       std::make_unique<haptics::RecordedDevice>(
-                           haptics::DeviceCapabilities{.workspace_m = glm::dvec3(0.05)},
-                           records_of_path(wandering(seconds + kLongest_s),
-                                           haptics::Workspace({0, 0, 0}, 1), haptics::kTick_ns),
-                           profile::now_ns())};
-    Editor editor(first, {.slice_ms = 1.0});
-    auto mesh_reader = editor.add_reader(), frame_reader = editor.add_reader();
-    EditLag lag;
-    std::mt19937 random(3);
-    use_some_tool(editor, random);
+std::string all_of(const Document& document) {
+    std::string text;
+    for (const NamedVolume& v : document.volumes)
+        text += fmt::format("{} {:016x}\n", v.name, content_hash(v.volume));
+    return text;
+}
 
-    Pusher pusher(editor);
-    std::atomic<bool> stopping = false;
-    haptics::ServoThread servo(loop.servo, {.after = [&](const haptics::ServoTick& tick) {
-                                   haptics::ToolStamp stamp;
-                                   loop.poses.pop(stamp);
-                                   lag.feels(tick.scene_version);
-                                   if (!stopping || pusher.down())
-                                       pusher(tick);
-                                   return !stopping || pusher.down(); // never mid-stroke
-                               }});
-    // Hands each snapshot to the servo, and meshes what changed.
-    BlockSurface surface(first, kIso);
-    std::jthread mesher([&](const std::stop_token& stop) {
-        for (uint64_t done = 0; !stop.stop_requested();) {
-            const auto pin = mesh_reader.pin();
-            if (pin->snapshot == done) {
-                std::this_thread::yield();
-                continue;
-            }
-            done = pin->snapshot;
-            loop.scenes.publish(std::make_unique<const haptics::TouchScene>(
-                haptics::TouchScene{.grey = pin->volume(), .version = done}));
-            surface.update(pin->volume());
-            lag.reached(Reader::mesh, *pin, profile::now_ns());
-        }
-    });
+TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
+    const Document first({{"ball", VolumeKind::grey, ball()}});
+    std::filesystem::remove(journal_);
+    std::mt19937 random(3);
+    auto session = std::make_unique<Session>(SessionSetup{
+        .document = first,
+        .grey = "ball",
+        .labels = "",
+        .scene = iso_scene(),
+        .parameters = {.iso = kIso},
+        .mesh_iso = static_cast<float>(kIso),
+        .edit = {.slice_ms = 1.0, .journal = *Journal::create(journal_, Journal::base_of(first))}});
+    use_some_tool(*session, random);
+    start(*session, 1);
+    auto eye = session->add_eye();
 
     Renderer renderer(device());
-    const Scene scene = iso_scene();
-    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
+    using Clock = std::chrono::steady_clock;
+    const auto end = Clock::now() + std::chrono::duration<double>(PALPATE_SECONDS);
     size_t frames = 0;
     bool edited = false; // a picture has shown another volume than the first
     const auto has_met = [&](Reader reader) {
-        return lag.latency_ms(reader).count >= kFewestSnapshots;
+        return session->lag().latency_ms(reader).count >= kFewestSnapshots;
     };
-    while ((std::chrono::steady_clock::now() < end || frames < kFewestFrames || !edited ||
+    while ((Clock::now() < end || frames < kFewestFrames || !edited || devices_ < 2 ||
             !has_met(Reader::picture) || !has_met(Reader::mesh)) &&
            !HasFailure()) {
-        const auto pin = frame_reader.pin();
-        const SceneData data{pin->volume(), std::nullopt};
+        const Session::Eye::Sight sight = eye.look();
         switch (random() % 4) {
             case 0: {
-                const uint32_t rows = Renderer::tile_rows(scene);
-                ASSERT_TRUE(
-                    renderer.refine(scene, data, static_cast<uint32_t>(random() % rows), 1));
+                const uint32_t rows = Renderer::tile_rows(sight.scene);
+                ASSERT_TRUE(renderer.refine(sight.scene, sight.data,
+                                            static_cast<uint32_t>(random() % rows), 1));
                 break;
             }
             case 1:
-                ASSERT_TRUE(renderer.draw_coarse(scene, data, {}));
+                ASSERT_TRUE(renderer.draw_coarse(sight.scene, sight.data, {}));
                 break;
             default:
-                ASSERT_TRUE(renderer.draw(scene, data));
+                ASSERT_TRUE(renderer.draw(sight.scene, sight.data));
         }
-        lag.reached(Reader::picture, *pin, profile::now_ns());
+        eye.reached(Reader::picture, sight, profile::now_ns());
         ++frames;
-        edited = edited || content_hash(pin->volume()) != content_hash(first);
-        if (random() % 3 == 0)
-            use_some_tool(editor, random);
-        if (random() % 8 == 0)
-            (void)(random() % 2 ? editor.undo() : editor.redo());
+        edited = edited || (sight.state.strokes_done > 0 &&
+                            content_hash(sight.data.volume) != content_hash(first.first()));
+        if (devices_ < 2 && frames >= kFewestFrames)
+            start(*session, 2);
+        do_something(*session, random);
     }
-    stopping = true;
-    while (!servo.ended())
-        std::this_thread::yield();
-    servo.stop();
-    while (frame_reader.pin()->inputs_done < pusher.pushed())
-        std::this_thread::yield();
-    mesher.request_stop();
-    mesher.join();
+    stop(*session);
+    session->settle();
 
     // What each of them holds at the end is what one who begins now would hold.
-    const Volume last = frame_reader.pin()->volume();
-    surface.update(last);
-    const Mesh mesh = surface.mesh(), fresh_mesh = marching_cubes(last, kIso);
+    const Session::Eye::Sight last = eye.look();
+    const auto iso = static_cast<float>(session->parameters().iso);
+    const Mesh mesh = session->mesh(), fresh_mesh = marching_cubes(last.data.volume, iso);
+    EXPECT_FALSE(mesh.positions.empty());
     EXPECT_EQ(mesh.positions, fresh_mesh.positions);
     EXPECT_EQ(mesh.triangles, fresh_mesh.triangles);
+    const haptics::TouchScene felt = session->felt();
+    ASSERT_TRUE(felt.grey);
+    EXPECT_TRUE(felt.grey->is_same_as(last.data.volume));
     Renderer fresh(device());
-    const Result<Frame> picture = renderer.render(scene, {last, std::nullopt});
-    const Result<Frame> expected = fresh.render(scene, {last, std::nullopt});
+    const Result<Frame> picture = renderer.render(last.scene, last.data);
+    const Result<Frame> expected = fresh.render(last.scene, last.data);
     ASSERT_TRUE(picture && expected);
     EXPECT_EQ(picture->eyes[0].samples, expected->eyes[0].samples);
-    std::printf("    %zu ticks, %zu inputs, %zu frames, %zu strokes standing; %s\n",
-                size_t(loop.servo.telemetry().ticks.load()), size_t(pusher.pushed()), frames,
-                frame_reader.pin()->strokes_done, json_line(lag.json()).c_str());
+    const std::string lag = json_line(session->lag().json());
+
+    // And the journal, done again, gives the same.
+    const Journal::Contents kept = *Journal::peek(journal_);
+    EXPECT_FALSE(kept.cut || kept.damage);
+    Document again = first;
+    History history;
+    for (const JournalEntry& entry : kept.entries) {
+        const auto done = replay(again, history, entry, {});
+        ASSERT_TRUE(done) << done.error().message;
+    }
+    EXPECT_EQ(all_of(again), all_of(last.state.document));
+    EXPECT_EQ(history.stats().undo_steps, last.state.undo_steps);
+    std::printf("    %zu ticks, %zu frames, %zu devices, %zu entries, %zu steps standing; %s\n",
+                size_t(ticks_), frames, devices_, kept.entries.size(), last.state.strokes_done,
+                lag.c_str());
 }
 
 } // namespace

@@ -210,7 +210,7 @@ TEST_F(JournalledEditor, SaysTheValueThatAToolWithoutOneLeaves) {
         cut.kind = OperationKind::cut;
         JsonErrors errors{"", {}};
         ASSERT_TRUE(editor.use(shape, read_tool(JsonValue(shape, "", errors)), cut));
-        const ToolPose pose{0, glm::dvec3(8), kUpright};
+        const StrokePose pose{0, {glm::dvec3(8), kUpright}};
         ASSERT_TRUE(editor.push({EditInput::Kind::down, pose, 1}));
         ASSERT_TRUE(editor.push({EditInput::Kind::up, pose, 2}));
         while (reader.pin()->inputs_done < 2)

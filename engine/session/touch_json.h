@@ -1,0 +1,15 @@
+#pragma once
+
+#include "engine/base/json_value.h"
+#include "engine/session/session.h"
+
+namespace palpate {
+
+// Haptic parameters as JSON, all of them under the names of their members: what
+// read_touch_parameters() turns into the same again, to the bit.
+Json touch_parameters_json(const haptics::TouchParameters& parameters);
+
+// What is left out keeps its default; unknown keys and values beyond haptics::MostTouch are errors.
+haptics::TouchParameters read_touch_parameters(const JsonValue& in);
+
+} // namespace palpate

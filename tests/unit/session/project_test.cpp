@@ -1,0 +1,328 @@
+// Projects are opened again to the byte, and lose no step that had ended, whenever the process that
+// works on them is killed. PALPATE_KILLS is how often: few in `quick`.
+
+#include "engine/session/project.h"
+
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <map>
+#include <set>
+
+#include "tests/support/kill.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/session/session_work.h"
+
+namespace palpate {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kActs = 12; // of the process that is killed
+// After these it saves. No undo leads beyond: who opens a project has the steps since its save.
+bool saves_after(int n) {
+    return n == 4 || n == 6 || n == 11;
+}
+
+ProjectContents contents() {
+    ProjectContents all{head_and_organs(), "head", "organs", {}, {}};
+    all.scene.volume = "head.nrrd";
+    all.scene.scene.ray_cast.emplace();
+    all.scene.scene.ray_cast->mode = RayMode::iso;
+    all.scene.scene.ray_cast->isos = {{300.0}};
+    all.scene.scene.labels.emplace();
+    all.touch.iso = 0.1;
+    all.touch.stiffness_n_per_m = 321.0;
+    all.touch.source = haptics::TouchSource::labels;
+    all.touch.transfer[1] = {.strength_n = 0.3, .point_count = 2, .values = {1, 2}};
+    all.touch.label_count = 1;
+    all.touch.labels[0] = {.label = 3, .stiffness_n_per_m = 99.0, .friction_static = 0.25};
+    return all;
+}
+
+// Opens it and does acts `from` to `to`, saving after some; tells `told` how many had ended, after
+// each.
+Result<void> work(const fs::path& folder, int from, int to, const std::function<void(int)>& told) {
+    Result<Project::Opened> opened = Project::open(folder);
+    if (!opened)
+        return pass_on(opened);
+    opened->setup.edit.threaded = false;
+    Session session(std::move(opened->setup));
+    told(from);
+    for (int n = from; n < to; ++n) {
+        act(session, n);
+        told(n + 1);
+        if (saves_after(n))
+            if (Result<void> saved = opened->project.save(session); !saved)
+                return saved;
+    }
+    return {};
+}
+
+// The document after 0, 1, .. acts, without any project.
+const std::vector<std::string>& expected() {
+    static const std::vector<std::string> all = [] {
+        Session session({.document = head_and_organs(),
+                         .grey = "head",
+                         .labels = "organs",
+                         .scene = {},
+                         .touch = {},
+                         .parameters = {},
+                         .mesh_iso = {},
+                         .edit = {.threaded = false}});
+        std::vector<std::string> states{all_of(session.state().document)};
+        for (int n = 0; n < kActs; ++n) {
+            act(session, n);
+            states.push_back(all_of(session.state().document));
+        }
+        return states;
+    }();
+    return all;
+}
+
+class ProjectTest : public TemporaryFolder {
+ protected:
+    void make() const {
+        fs::remove_all(file("p"));
+        const Result<void> made = Project::create(file("p"), contents());
+        ASSERT_TRUE(made) << made.error().message;
+    }
+    // At once, for one who may be killed meanwhile.
+    void take_away() const {
+        fs::remove_all(file("old"));
+        if (fs::exists(file("p")))
+            fs::rename(file("p"), file("old"));
+    }
+    std::string what_is_there() const {
+        const Result<Project::Opened> opened = Project::open(file("p"));
+        return opened ? all_of(opened->setup.document) : opened.error().message;
+    }
+    std::string error() const {
+        const Result<Project::Opened> opened = Project::open(file("p"));
+        return opened ? "" : opened.error().message;
+    }
+    std::set<std::string> files() const {
+        std::set<std::string> names;
+        for (const auto& entry : fs::directory_iterator(file("p")))
+            names.insert(entry.path().filename().string());
+        return names;
+    }
+};
+
+TEST_F(ProjectTest, IsOpenedAgainToTheByte) {
+    make();
+    EXPECT_FALSE(Project::create(file("p"), contents())); // it is there
+    Result<Project::Opened> opened = Project::open(file("p"));
+    ASSERT_TRUE(opened) << opened.error().message;
+    EXPECT_TRUE(opened->notes.empty());
+    EXPECT_EQ(all_of(opened->setup.document), all_of(head_and_organs()));
+    EXPECT_EQ(opened->setup.grey, "head");
+    EXPECT_EQ(opened->setup.labels, "organs");
+    EXPECT_EQ(opened->setup.scene,
+              resolved_scene(contents().scene, head_and_organs().first().grid()));
+    const haptics::TouchParameters touch = opened->setup.parameters, wanted = contents().touch;
+    EXPECT_EQ(touch.iso, wanted.iso);
+    EXPECT_EQ(touch.stiffness_n_per_m, wanted.stiffness_n_per_m);
+    EXPECT_EQ(touch.source, wanted.source);
+    EXPECT_EQ(touch.transfer, wanted.transfer);
+    EXPECT_EQ(touch.label_count, wanted.label_count);
+    EXPECT_EQ(touch.labels, wanted.labels);
+    EXPECT_EQ(files(),
+              (std::set<std::string>{"project.json", "journal-1", "head-1.pbv", "organs-1.pbv"}));
+}
+
+TEST_F(ProjectTest, GoesOnFromWhereItWasLeftWithOrWithoutASave) {
+    for (int step = 1; step < kActs; ++step) {
+        make();
+        for (int from = 0; from < kActs; from += step) {
+            const int to = std::min(from + step, kActs);
+            const Result<void> done = work(file("p"), from, to, [](int) {});
+            ASSERT_TRUE(done) << done.error().message;
+            ASSERT_EQ(what_is_there(), expected()[size_t(to)]) << from << " to " << to;
+        }
+        // Of four saves, only what the last one needs is there.
+        EXPECT_TRUE(files().contains("journal-4"));
+        for (const std::string& name : files())
+            EXPECT_TRUE(name == "journal-4" || !name.starts_with("journal")) << name;
+    }
+}
+
+// What a person did before a save can be taken back after it, in the session and from the journal.
+TEST_F(ProjectTest, UndoGoesBeyondASave) {
+    make();
+    {
+        Result<Project::Opened> opened = Project::open(file("p"));
+        opened->setup.edit.threaded = false;
+        Session session(std::move(opened->setup));
+        act(session, 0);
+        act(session, 1);
+        ASSERT_TRUE(opened->project.save(session));
+        session.undo();
+        session.undo();
+        session.redo();
+        session.settle();
+        EXPECT_EQ(all_of(session.state().document), expected()[1]);
+        EXPECT_EQ(session.state().undo_steps, 1u);
+    }
+    EXPECT_EQ(what_is_there(), expected()[1]);
+}
+
+TEST_F(ProjectTest, KeepsWhatAnUnchangedVolumeLiesInAndFilesOfOthers) {
+    make();
+    write("p/notes.txt", "mine");
+    write("p/scan-1.pbv", "mine, too");
+    const auto before = fs::last_write_time(file("p/organs-1.pbv"));
+    {
+        Result<Project::Opened> opened = Project::open(file("p"));
+        opened->setup.edit.threaded = false;
+        Session session(std::move(opened->setup));
+        stroke(session, 2); // of the head
+        haptics::TouchParameters softer = session.parameters();
+        softer.stiffness_n_per_m = 55.0;
+        session.feel(softer);
+        ASSERT_TRUE(opened->project.save(session));
+    }
+    EXPECT_EQ(files(), (std::set<std::string>{"project.json", "journal-2", "head-2.pbv",
+                                              "organs-1.pbv", "notes.txt", "scan-1.pbv"}));
+    EXPECT_EQ(fs::last_write_time(file("p/organs-1.pbv")), before);
+    EXPECT_EQ(Project::open(file("p"))->setup.parameters.stiffness_n_per_m, 55.0);
+}
+
+TEST_F(ProjectTest, OneProcessHasItOpen) {
+    make();
+    const Result<Project::Opened> opened = Project::open(file("p"));
+    ASSERT_TRUE(opened);
+    EXPECT_THAT(error(), HasSubstr("found one that is running"));
+}
+
+TEST_F(ProjectTest, BadOnesAreRefusedInASentence) {
+    make();
+    const std::string good = bytes_of("p/project.json");
+    const auto with = [&](const std::string& what, const std::string& other) {
+        std::string text = good;
+        const size_t at = text.find(what);
+        EXPECT_NE(at, text.npos) << what;
+        write("p/project.json", text.replace(at, what.size(), other));
+        return error();
+    };
+    EXPECT_THAT(
+        with("\"project\": 1", "\"project\": 2"),
+        AllOf(HasSubstr("project.json:"), HasSubstr("expected version 1"), HasSubstr("found 2")));
+    EXPECT_THAT(with("\"project\"", "\"picture\""), HasSubstr("expected a project"));
+    EXPECT_THAT(with("\"file\": \"head-1.pbv\"", "\"file\": \"../head-1.pbv\""),
+                HasSubstr("expected the name of a file in the project's folder"));
+    EXPECT_THAT(with("\"file\": \"head-1.pbv\"", "\"file\": \"nose-1.pbv\""),
+                HasSubstr("nose-1.pbv"));
+    EXPECT_THAT(with("\"kind\": \"grey\"", "\"kind\": \"gray\""), HasSubstr("labels"));
+    EXPECT_THAT(with("\"name\": \"organs\"", "\"name\": \"head\""), HasSubstr("names that differ"));
+    EXPECT_THAT(with("\"grey\": \"head\"", "\"grey\": \"nose\""), HasSubstr("one of the volumes"));
+    EXPECT_THAT(with("\"stiffness_n_per_m\": 321", "\"stiffness_n_per_m\": -1"),
+                HasSubstr("touch.stiffness_n_per_m: expected"));
+    EXPECT_THAT(with("\"mode\": \"iso\"", "\"mode\": \"isa\""), HasSubstr("project.json: scene"));
+    EXPECT_THAT(with("\"save\": 1", "\"save\": 4"), HasSubstr("journal-4"));
+    for (size_t size = 0; size < good.size(); size += 97) {
+        write("p/project.json", good.substr(0, size));
+        EXPECT_THAT(error(), HasSubstr("project.json"));
+    }
+    write("p/project.json", good);
+    write("p/head-1.pbv", "no volume");
+    EXPECT_THAT(error(), HasSubstr("head-1.pbv"));
+    fs::remove_all(file("p"));
+    EXPECT_THAT(error(), HasSubstr("project.json"));
+}
+
+// A child has the threads it makes, so it is this program again.
+int become_worker(const char* job, const fs::path& folder, int told) {
+    ::setenv("PALPATE_JOB", job, 1);
+    ::setenv("PALPATE_FOLDER", folder.c_str(), 1);
+    ::setenv("PALPATE_TOLD", std::to_string(told).c_str(), 1);
+    ::dup2(::open("/dev/null", O_RDWR), STDOUT_FILENO);
+    return ::execl("/proc/self/exe", "test", "--gtest_also_run_disabled_tests",
+                   "--gtest_filter=ProjectWorker.*", static_cast<char*>(nullptr));
+}
+
+TEST(ProjectWorker, DISABLED_Works) {
+    const char *job = std::getenv("PALPATE_JOB"), *folder = std::getenv("PALPATE_FOLDER");
+    ASSERT_TRUE(job && folder);
+    const int told = std::atoi(std::getenv("PALPATE_TOLD"));
+    if (job == std::string("create")) {
+        const Result<void> made = Project::create(folder, contents());
+        ASSERT_TRUE(made) << made.error().message;
+        return;
+    }
+    const Result<void> done = work(folder, 0, kActs, [&](int n) {
+        const auto byte = static_cast<uint8_t>(1 + n);
+        ASSERT_EQ(::write(told, &byte, 1), 1);
+    });
+    ASSERT_TRUE(done) << done.error().message;
+}
+
+TEST_F(ProjectTest, LosesNoStepThatHadEndedWheneverItIsKilled) {
+    make();
+    fs::copy(file("p"), file("fresh"), fs::copy_options::recursive);
+    (void)expected();
+    int told[2];
+    ASSERT_EQ(::pipe2(told, O_NONBLOCK), 0);
+    std::map<uint64_t, int> saves;
+    kill_at_many_moments(
+        PALPATE_KILLS,
+        [&] {
+            if (::write(told[1], "", 1) != 1) // 0: nothing is opened yet
+                return 1;
+            take_away();
+            fs::remove_all(file("copy"));
+            fs::copy(file("fresh"), file("copy"), fs::copy_options::recursive);
+            fs::rename(file("copy"), file("p"));
+            return become_worker("work", file("p"), told[1]);
+        },
+        [&] {
+            uint8_t last = 0; // 1 + how many acts had ended
+            for (uint8_t n = 0; ::read(told[0], &n, 1) == 1;)
+                last = n;
+            if (last == 0)
+                return;
+            const size_t done = last - 1u;
+            {
+                const Result<Project::Opened> opened = Project::open(file("p"));
+                ASSERT_TRUE(opened) << opened.error().message;
+                const std::string there = all_of(opened->setup.document);
+                ASSERT_TRUE(there == expected()[done] ||
+                            (done < size_t(kActs) && there == expected()[done + 1]))
+                    << done << " acts had ended";
+                ++saves[opened->project.saves()];
+            }
+            // And it can be gone on with, through another save.
+            const Result<void> on = work(file("p"), 4, 6, [](int) {});
+            ASSERT_TRUE(on) << on.error().message;
+        });
+    for (const auto& [save, times] : saves)
+        std::printf("    killed after save %d: %d times\n", int(save), times);
+    ::close(told[0]);
+    ::close(told[1]);
+}
+
+TEST_F(ProjectTest, IsMadeWholeOrNotAtAll) {
+    int whole = 0, none = 0;
+    kill_at_many_moments(
+        PALPATE_KILLS,
+        [&] {
+            take_away();
+            return become_worker("create", file("p"), 2);
+        },
+        [&] {
+            if (fs::exists(file("p"))) {
+                ASSERT_EQ(what_is_there(), all_of(head_and_organs()));
+                ++whole;
+            } else {
+                ++none;
+            }
+        });
+    std::printf("    whole %d, none %d\n", whole, none);
+}
+
+} // namespace
+} // namespace palpate
