@@ -22,6 +22,7 @@ Command add_convert(CLI::App& app);
 Command add_edit(CLI::App& app);
 Command add_render(CLI::App& app);
 Command add_compare(CLI::App& app);
+Command add_devices(CLI::App& app);
 Command add_doctor(CLI::App& app);
 Command add_bench(CLI::App& app);
 Command add_surface(CLI::App& app);

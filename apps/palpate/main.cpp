@@ -32,6 +32,7 @@ struct Entry {
 constexpr Entry kCommands[] = {
     {"compare", "Measure how two pictures, meshes, volumes or label maps differ",
      palpate::add_compare},
+    {"devices", "List haptic devices, and home or calibrate one", palpate::add_devices},
     {"doctor", "Say what this machine offers: Vulkan devices, memory, real-time policy",
      palpate::add_doctor},
     {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "engine/base/log.h"
+#include "haptics/device/registry.h"
 
 namespace palpate {
 
@@ -52,6 +53,15 @@ CLI::Validator one_of(const std::vector<std::string>& names) {
                        ? std::string()
                        : fmt::format("expected one of {}, found '{}'", fmt::join(names, ", "),
                                      text);
+        },
+        "");
+}
+
+CLI::Validator device_name() {
+    return CLI::Validator(
+        [](const std::string& text) {
+            const Result<haptics::DeviceEntry> found = haptics::find_device(text);
+            return found ? std::string() : found.error().message;
         },
         "");
 }

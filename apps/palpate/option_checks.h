@@ -45,6 +45,9 @@ CLI::Validator one_of(const std::map<std::string, Value>& table) {
         "{" + names + "}");
 }
 
+// A haptic device as haptics::find_device() takes it.
+CLI::Validator device_name();
+
 // Options of a command that change nothing together with others: one warning names those of them
 // that were given, and why: "--slab (without --slice)".
 struct IdleOptions {

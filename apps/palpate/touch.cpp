@@ -118,13 +118,16 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
     if (edits(o) && !o.output.empty())
         files.push_back({"the journal of -o", journal_of(o).string(), FileUse::write});
     append_files(o.feel, files);
+    if (const Result<haptics::DeviceEntry> device = haptics::find_device(o.device))
+        files.push_back({"--device", device->argument});
     if (is_scene_file(o.scene))
         if (const Result<SceneFile> scene = load_scene(o.scene)) // else it is told later
             append_files(*scene, files);
     return files;
 }
 
-void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::TouchSource source) {
+void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::TouchSource source,
+                          const haptics::DeviceEntry& device) {
     const std::string_view name = o.algorithm;
     const bool is_tool = name == "swept-tool", is_sphere = is_tool || name == "vidholm-2004",
                has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
@@ -151,7 +154,9 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
          {"--samples"},
          "a --radius of 0 is a point"},
         {!o.feel.felt_tool.empty() && is_tool, {"--radius"}, "with --felt-tool"},
-        {o.device == "exact", {"--grip", "--delay"}, "with --device exact"}};
+        {device.driver != std::string_view("simulated"),
+         {"--grip", "--delay"},
+         "of simulated devices"}};
     warn_of_idle(app, idle);
 }
 
@@ -272,6 +277,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
         if (Result<void> voxels = expect_no_mesh(volume); !voxels)
             return voxels;
     const AlgorithmEntry* algorithm = haptics::find_algorithm(o.algorithm);
+    const Result<haptics::DeviceEntry> device = haptics::find_device(o.device); // was checked
     const Interrupt interrupt;
     Result<LoadedScene> scene = load_touched(o, interrupt);
     if (!scene)
@@ -284,7 +290,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
         make_feel(o.feel, *scene, parameters_of(o, *scene), *algorithm, interrupt.token());
     if (!feel)
         return pass_on(feel);
-    warn_of_idle_options(app, o, feel->parameters.source);
+    warn_of_idle_options(app, o, feel->parameters.source, *device);
     SessionSetup session = session_setup(*feel);
     const Volume before = session.document.first();
     if (!o.output.empty())
@@ -302,7 +308,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
                         .edit = std::move(feel->edit),
                         .algorithm = *algorithm,
                         .path = *path,
-                        .device = o.device,
+                        .device = *device,
                         .hand = o.hand,
                         .rate_hz = o.rate_hz,
                         .scale = o.scale,
@@ -335,13 +341,9 @@ Command add_touch(CLI::App& app) {
            fmt::format("How it is touched: {}", fmt::join(names_of(haptics::algorithms()), ", ")))
         ->check(one_of(names_of(haptics::algorithms())))
         ->capture_default_str();
-    std::vector<std::string> devices = names_of(haptics::device_presets());
-    devices.emplace_back("exact");
-    app.add_option(
-           "--device", o->device,
-           fmt::format("Simulated device: {} (the tool follows the path whatever the force)",
-                       fmt::join(devices, ", ")))
-        ->check(one_of(devices))
+    app.add_option("--device", o->device,
+                   "Device by its name or number among those of `palpate devices`")
+        ->check(device_name())
         ->capture_default_str();
     using Most = haptics::MostTouch;
     app.add_option(

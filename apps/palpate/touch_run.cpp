@@ -52,16 +52,6 @@ Workspace workspace_for(const HandPath& path, const DeviceCapabilities& device, 
     return Workspace(0.5 * (low + high), scale);
 }
 
-std::unique_ptr<HapticDevice> make_device(const TouchRunSetup& setup, const DevicePreset& preset,
-                                          const HandPath& path, const Workspace& workspace,
-                                          int64_t start_ns) {
-    if (setup.device == "exact")
-        return std::make_unique<RecordedDevice>(
-            preset.capabilities,
-            records_of_path(path, workspace, std::llround(1e9 / setup.rate_hz)), start_ns);
-    return std::make_unique<SimulatedDevice>(preset, setup.hand, path, workspace, start_ns);
-}
-
 // Ticks on the wall clock until `count` are done.
 Result<void> run_by_clock(Session& session, SessionDevice device, std::vector<ServoTick>& ticks,
                           size_t count, const std::stop_token& stop,
@@ -123,17 +113,8 @@ Result<void> run_by_ticks(Session& session, const SessionDevice& device, TouchRu
 
 Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
                                 const std::function<void(double share)>& progress) {
-    const DevicePreset* found =
-        find_device_preset(setup.device == "exact" ? "ideal" : setup.device);
-    if (!found)
-        return fail("expected a simulated device, found '{}'", setup.device);
-    DevicePreset preset = *found;
-    preset.plant.delay_ticks = setup.delay_ticks;
     const HandPath path = with_lead(setup.path);
-    const Workspace workspace = workspace_for(path, preset.capabilities, setup.scale);
-    if (setup.device == "exact") // no hand, no reach, no speed: the path is what is tested
-        preset.capabilities.workspace_m = glm::dvec3(10.0);
-
+    const Workspace workspace = workspace_for(path, setup.device.capabilities, setup.scale);
     const auto period_ns = std::llround(1e9 / setup.rate_hz);
     // All ticks are kept, and as text in the end; the device may have the path as well.
     constexpr double kBytes = sizeof(ServoTick) + 2 * sizeof(DeviceRecord) + 1024;
@@ -144,9 +125,16 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
             path.end_s() - kLead_s, setup.rate_hz, needed * 0x1p-30);
     const auto count = static_cast<size_t>(path.end_s() * setup.rate_hz) + 1;
     const int64_t begin_ns = setup.real_time ? monotonic_ns() + period_ns : 0;
-    const std::unique_ptr<HapticDevice> device =
-        make_device(setup, preset, path, workspace, begin_ns);
-    RecordingDevice recorder(*device, setup.real_time ? count + 16 : 16);
+    Result<std::unique_ptr<HapticDevice>> device =
+        open_device(setup.device, {.path = path,
+                                   .workspace = workspace,
+                                   .hand = setup.hand,
+                                   .delay_ticks = setup.delay_ticks,
+                                   .rate_hz = setup.rate_hz,
+                                   .start_ns = begin_ns});
+    if (!device)
+        return pass_on(device);
+    RecordingDevice recorder(**device, setup.real_time ? count + 16 : 16);
     setup.session.edit.threaded = setup.real_time;
     TouchRun run{.volume = setup.session.document.first()};
     run.start_ns = begin_ns + std::llround(kLead_s * 1e9);

@@ -10,7 +10,7 @@
 #include "engine/base/json.h"
 #include "engine/session/session.h"
 #include "haptics/device/recorded.h"
-#include "haptics/device/simulated.h"
+#include "haptics/device/registry.h"
 
 namespace palpate {
 
@@ -20,7 +20,7 @@ struct TouchRunSetup {
     std::optional<EditSetup> edit; // while button 0 is pressed
     const haptics::AlgorithmEntry& algorithm;
     haptics::HandPath path;
-    std::string device; // a preset, or "exact"
+    haptics::DeviceEntry device;
     haptics::HandModel hand;
     double rate_hz = 1000.0;
     double scale = 0.0; // 0: what the path needs

@@ -5,6 +5,8 @@
 #include <glm/gtc/quaternion.hpp>
 #include <string>
 
+#include "engine/base/error.h"
+
 // What a haptic device is to the servo: where the hand is, and a force on it.
 //
 // Everything here is SI and in the device's own axes: metres, newtons, seconds; the origin is the
@@ -25,7 +27,7 @@ struct DeviceCapabilities {
     double delay_s = 0.0;             // from write() to force beyond the tick's own
     uint32_t buttons = 0;             // how many there are
     bool senses_rotation = false;
-    bool needs_homing = false;
+    bool needs_homing = false; // read() answers not_homed until home() has been called and is done
 };
 
 enum class DeviceStatus : uint8_t {
@@ -51,13 +53,20 @@ struct Wrench {
     friend bool operator==(const Wrench&, const Wrench&) = default;
 };
 
-// One device. read() and write() are the servo thread's: they neither allocate, throw nor lock,
-// and wait for no longer than the device's transport needs. Read, compute and write lie in one
-// tick: each further tick of delay costs about five times the stiffness that stays stable.
+// One device. home() and calibrate() are for whoever opened it, while no servo runs. read() and
+// write() are the servo thread's: they neither allocate, throw nor lock, and wait for no longer
+// than the device's transport needs. Read, compute and write lie in one tick: each further tick of
+// delay costs about five times the stiffness that stays stable.
 class HapticDevice {
  public:
     virtual ~HapticDevice() = default;
     virtual const DeviceCapabilities& capabilities() const noexcept = 0;
+    // Begins to look for the ends of the axes, by which encoders that count from where they woke up
+    // learn where they are. Until it is done read() answers not_homed. An error: it has no homing.
+    virtual Result<void> home();
+    // The handle rests where its maker says that it is to be calibrated: takes that for the place
+    // it is known to be. An error: it has no calibration.
+    virtual Result<void> calibrate();
     // The newest sample. What is not ok leaves `sample` as it was, but its time.
     virtual DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept = 0;
     // The force from now on, until the next write. Beyond its limits a device scales it down and

@@ -46,6 +46,8 @@ class RecordingDevice final : public HapticDevice {
     const DeviceCapabilities& capabilities() const noexcept override {
         return device_.capabilities();
     }
+    Result<void> home() override { return device_.home(); }
+    Result<void> calibrate() override { return device_.calibrate(); }
     DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
     DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
     void halt(int64_t now_ns) noexcept override { device_.halt(now_ns); }

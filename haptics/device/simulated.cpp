@@ -32,6 +32,7 @@ SimulatedDevice::SimulatedDevice(const DevicePreset& preset, const HandModel& ha
       hand_(hand),
       path_(path),
       device_from_world_(glm::conjugate(workspace.rotation())),
+      is_homed_(!preset.capabilities.needs_homing),
       start_ns_(start_ns),
       time_ns_(start_ns),
       estimator_(preset.plant.encoder_step_m),
@@ -45,6 +46,19 @@ SimulatedDevice::SimulatedDevice(const DevicePreset& preset, const HandModel& ha
     for (const HandPose& pose : path.poses())
         intents_.push_back({pose.time_s, workspace.device_position_m(pose.tool.position_mm)});
     position_m_ = intents_.front().position_m;
+}
+
+Result<void> SimulatedDevice::home() {
+    if (!capabilities_.needs_homing)
+        return HapticDevice::home();
+    is_homed_ = true;
+    return {};
+}
+
+Result<void> SimulatedDevice::calibrate() {
+    zero_m_ = position_m_;
+    estimator_.reset();
+    return {};
 }
 
 void SimulatedDevice::step(double time_s) noexcept {
@@ -97,9 +111,11 @@ void SimulatedDevice::advance(int64_t to_ns) noexcept {
 DeviceStatus SimulatedDevice::read(int64_t now_ns, DeviceSample& sample) noexcept {
     advance(now_ns);
     sample.time_ns = now_ns;
-    glm::dvec3 seen_m = position_m_;
+    if (!is_homed_)
+        return DeviceStatus::not_homed;
+    glm::dvec3 seen_m = position_m_ - zero_m_;
     if (plant_.encoder_step_m > 0.0)
-        seen_m = glm::floor(position_m_ / plant_.encoder_step_m + 0.5) * plant_.encoder_step_m;
+        seen_m = glm::floor(seen_m / plant_.encoder_step_m + 0.5) * plant_.encoder_step_m;
     sample.position_m = seen_m;
     if (now_ns > sampled_ns_ || now_ns == start_ns_) {
         // The first sample has none before it, so its step is never divided by.

@@ -64,6 +64,10 @@ class SimulatedDevice final : public HapticDevice {
                     const Workspace& workspace, int64_t start_ns = 0);
 
     const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
+    // The encoders find their zero at once where the device needs homing.
+    Result<void> home() override;
+    // The handle is in the middle of the workspace: its place now reads as 0.
+    Result<void> calibrate() override;
     DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
     DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
     // Acts from now_ns on, wherever the equation has got to.
@@ -94,6 +98,8 @@ class SimulatedDevice final : public HapticDevice {
     std::vector<Intent> intents_; // the path's poses in the device's space
     size_t intent_ = 0;           // the last at or before now
     glm::dquat device_from_world_;
+    bool is_homed_;
+    glm::dvec3 zero_m_{0.0}; // what the encoders show in the middle
 
     int64_t start_ns_, time_ns_;
     glm::dvec3 position_m_{0.0}, velocity_m_per_s_{0.0};

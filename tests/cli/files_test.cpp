@@ -226,9 +226,11 @@ TEST_F(EveryCommand, WritesReportsToStandardOutput) {
 TEST_F(EveryCommand, SaysWhatIsExpectedInPlaceOfAWordItDoesNotKnow) {
     ProgramRun wrong = run({"stats", "x"});
     EXPECT_EQ(wrong.exit_code, 2);
-    EXPECT_THAT(wrong.messages,
-                HasSubstr("expected a command, one of compare, doctor, info, edit, convert, bench, "
-                          "render, surface, touch, found 'stats'"));
+    EXPECT_THAT(
+        wrong.messages,
+        HasSubstr(
+            "expected a command, one of compare, devices, doctor, info, edit, convert, bench, "
+            "render, surface, touch, found 'stats'"));
     wrong = run({});
     EXPECT_EQ(wrong.exit_code, 2);
     EXPECT_THAT(wrong.messages, HasSubstr("found none"));
@@ -243,7 +245,7 @@ TEST_F(EveryCommand, SaysWhatIsExpectedInPlaceOfAWordItDoesNotKnow) {
              Case{{"touch", volume, "--trajectory", "hop"},
                   "--trajectory: expected one of press, touch"},
              Case{{"touch", volume, "--trajectory", "press", "--device", "toaster"},
-                  "--device: expected one of falcon, touch, omega"},
+                  "--device: expected a device, one of falcon, touch, omega"},
              Case{{"render", volume, "-o", "p.png", "--view", "inside"},
                   "--view: expected one of oblique, front"},
              Case{{"render", volume, "-o", "p.png", "--stereo", "3d"}, "--stereo: expected one of"},

@@ -1,0 +1,125 @@
+#include "haptics/device/registry.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "engine/base/assert.h"
+#include "haptics/device/recorded.h"
+
+namespace palpate::haptics {
+
+namespace {
+
+using Opened = Result<std::unique_ptr<HapticDevice>>;
+
+std::vector<DeviceEntry> list_simulated() {
+    std::vector<DeviceEntry> entries;
+    for (const DevicePreset& preset : device_presets())
+        entries.push_back({.name = preset.name, .capabilities = preset.capabilities});
+    return entries;
+}
+
+Opened open_simulated(const DeviceEntry& entry, const DeviceSetup& setup) {
+    DevicePreset preset = *find_device_preset(entry.name);
+    preset.plant.delay_ticks = setup.delay_ticks;
+    return std::make_unique<SimulatedDevice>(preset, setup.hand, setup.path, setup.workspace,
+                                             setup.start_ns);
+}
+
+// Without a hand there is no reach and no limit but those of the safety chain.
+DeviceCapabilities boundless(const char* name) {
+    DeviceCapabilities capabilities = find_device_preset("ideal")->capabilities;
+    capabilities.name = name;
+    capabilities.workspace_m = glm::dvec3(10.0);
+    return capabilities;
+}
+
+std::vector<DeviceEntry> list_exact() {
+    return {{.name = "exact", .capabilities = boundless("follows the path whatever the force")}};
+}
+
+Opened open_exact(const DeviceEntry& entry, const DeviceSetup& setup) {
+    return std::make_unique<RecordedDevice>(
+        entry.capabilities,
+        records_of_path(setup.path, setup.workspace, std::llround(1e9 / setup.rate_hz)),
+        setup.start_ns);
+}
+
+std::vector<DeviceEntry> list_recorded() {
+    return {{.name = "recorded", .capabilities = boundless("plays what was recorded")}};
+}
+
+Opened open_recorded(const DeviceEntry& entry, const DeviceSetup& setup) {
+    Result<std::vector<DeviceRecord>> records = load_device_log(entry.argument);
+    if (!records)
+        return pass_on(records);
+    if (records->empty())
+        return fail("{}: expected at least one record, found none", entry.argument);
+    return std::make_unique<RecordedDevice>(entry.capabilities, std::move(*records),
+                                            setup.start_ns);
+}
+
+constexpr DeviceDriver kDrivers[] = {
+    {"simulated", "a mass with a hand on it", "", list_simulated, open_simulated},
+    {"exact", "a hand that no force moves", "", list_exact, open_exact},
+    {"recorded", "what `palpate touch --record` wrote", "FILE", list_recorded, open_recorded},
+};
+
+const DeviceDriver& driver_of(const DeviceEntry& entry) {
+    const auto found = std::find_if(
+        std::begin(kDrivers), std::end(kDrivers),
+        [&](const DeviceDriver& driver) { return std::string_view(driver.name) == entry.driver; });
+    PALPATE_ASSERT(found != std::end(kDrivers));
+    return *found;
+}
+
+} // namespace
+
+std::span<const DeviceDriver> device_drivers() {
+    return kDrivers;
+}
+
+std::vector<DeviceEntry> list_devices() {
+    std::vector<DeviceEntry> all;
+    for (const DeviceDriver& driver : kDrivers)
+        for (DeviceEntry& entry : driver.list()) {
+            entry.driver = driver.name;
+            all.push_back(std::move(entry));
+        }
+    return all;
+}
+
+Result<DeviceEntry> find_device(std::string_view text) {
+    const size_t colon = text.find(':');
+    const std::string_view name = text.substr(0, colon);
+    std::vector<DeviceEntry> all = list_devices();
+    size_t number = all.size();
+    if (const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
+        error != std::errc() || end != name.data() + name.size())
+        number = all.size();
+    std::vector<std::string> names;
+    for (size_t i = 0; i < all.size(); ++i) {
+        const std::string argument = driver_of(all[i]).argument;
+        const std::string usage = all[i].name + (argument.empty() ? "" : ":") + argument;
+        names.push_back(usage);
+        if (i != number && all[i].name != name)
+            continue;
+        if (argument.empty() != (colon == text.npos) || (colon + 1 == text.size()))
+            return fail("expected the device {}, found '{}'", usage, text);
+        if (colon != text.npos)
+            all[i].argument = text.substr(colon + 1);
+        return all[i];
+    }
+    return fail("expected a device, one of {} or its number, found '{}'", fmt::join(names, ", "),
+                text);
+}
+
+Result<std::unique_ptr<HapticDevice>> open_device(const DeviceEntry& entry,
+                                                  const DeviceSetup& setup) {
+    return driver_of(entry).open(entry, setup);
+}
+
+} // namespace palpate::haptics
