@@ -49,6 +49,8 @@ std::string limits_text(const DeviceCapabilities& c) {
         text += ", senses rotation";
     if (c.needs_homing)
         text += ", needs homing";
+    if (c.paces)
+        text += ", sets the pace";
     return text;
 }
 
@@ -70,7 +72,8 @@ Json json_of(const DeviceEntry& entry, size_t number) {
                          {"delay_ms", Json::of(1e3 * c.delay_s)},
                          {"buttons", Json::of(static_cast<double>(c.buttons))},
                          {"senses_rotation", Json::of(c.senses_rotation)},
-                         {"needs_homing", Json::of(c.needs_homing)}});
+                         {"needs_homing", Json::of(c.needs_homing)},
+                         {"sets_pace", Json::of(c.paces)}});
 }
 
 Result<void> list(const std::vector<DeviceEntry>& entries, size_t first, bool as_json) {

@@ -16,6 +16,12 @@ int64_t read_clock(clockid_t clock) {
     return int64_t{now.tv_sec} * kNsPerS + now.tv_nsec;
 }
 
+class Monotonic final : public Clock {
+ public:
+    int64_t now_ns() noexcept override { return monotonic_ns(); }
+    void sleep_until(int64_t due_ns) noexcept override { haptics::sleep_until(due_ns); }
+};
+
 } // namespace
 
 int64_t monotonic_ns() noexcept {
@@ -30,6 +36,11 @@ void sleep_until(int64_t due_ns) noexcept {
 
 int64_t thread_cpu_ns() noexcept {
     return read_clock(CLOCK_THREAD_CPUTIME_ID);
+}
+
+Clock& monotonic_clock() noexcept {
+    static Monotonic clock;
+    return clock;
 }
 
 } // namespace palpate::haptics

@@ -12,4 +12,8 @@ Result<void> HapticDevice::calibrate() {
                 capabilities().name);
 }
 
+bool HapticDevice::wait(int64_t) noexcept {
+    return false;
+}
+
 } // namespace palpate::haptics

@@ -27,6 +27,7 @@ struct DeviceCapabilities {
     double delay_s = 0.0;             // from write() to force beyond the tick's own
     uint32_t buttons = 0;             // how many there are
     bool senses_rotation = false;
+    bool paces = false;        // wait() tells when a sample is there, and the servo ticks with it
     bool needs_homing = false; // read() answers not_homed until home() has been called and is done
 };
 
@@ -53,10 +54,10 @@ struct Wrench {
     friend bool operator==(const Wrench&, const Wrench&) = default;
 };
 
-// One device. home() and calibrate() are for whoever opened it, while no servo runs. read() and
-// write() are the servo thread's: they neither allocate, throw nor lock, and wait for no longer
-// than the device's transport needs. Read, compute and write lie in one tick: each further tick of
-// delay costs about five times the stiffness that stays stable.
+// One device. home() and calibrate() are for whoever opened it, while no servo runs. wait(), read()
+// and write() are the servo thread's: they neither allocate, throw nor lock, and read() and write()
+// wait for no longer than the device's transport needs. Read, compute and write lie in one tick:
+// each further tick of delay costs about five times the stiffness that stays stable.
 class HapticDevice {
  public:
     virtual ~HapticDevice() = default;
@@ -67,6 +68,10 @@ class HapticDevice {
     // The handle rests where its maker says that it is to be calibrated: takes that for the place
     // it is known to be. An error: it has no calibration.
     virtual Result<void> calibrate();
+    // Of a device that sets the pace: waits until there is a sample that read() has not given yet,
+    // or until it is until_ns on the clock of the ticks. True: there is one, and read() gives it
+    // without waiting. False at once where the device is gone.
+    virtual bool wait(int64_t until_ns) noexcept;
     // The newest sample. What is not ok leaves `sample` as it was, but its time.
     virtual DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept = 0;
     // The force from now on, until the next write. Beyond its limits a device scales it down and

@@ -48,6 +48,7 @@ class RecordingDevice final : public HapticDevice {
     }
     Result<void> home() override { return device_.home(); }
     Result<void> calibrate() override { return device_.calibrate(); }
+    bool wait(int64_t until_ns) noexcept override { return device_.wait(until_ns); }
     DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override;
     DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept override;
     void halt(int64_t now_ns) noexcept override { device_.halt(now_ns); }

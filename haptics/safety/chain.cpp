@@ -92,6 +92,10 @@ SafetyChain::Begun SafetyChain::begin(int64_t now_ns, int64_t due_ns, DeviceStat
         late_ns = std::max(late_ns, now_ns - last_ns_ - period_ns_);
     last_ns_ = now_ns;
     has_last_ = true;
+    // Nor does a tick without the sample that it waited for come in time.
+    silence_ns_ =
+        device_.paces && status == DeviceStatus::stale ? input_.silence_ns(device_, now_ns) : 0;
+    late_ns = std::max(late_ns, silence_ns_);
 
     if (std::exchange(halted_, false) || late_ns > limits_.too_late_ns) { // 9
         faults_ |= kFaultTooLate;
@@ -178,6 +182,10 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
     fade_ = std::clamp(
         faults_ & kFaultLate ? fade_ - dt_s_ / limits_.trip_ramp_s : fade_ + dt_s_ / kFadeIn_s, 0.0,
         1.0);
+    if (silence_ns_ > limits_.late_ns) // evenly to nothing where it would be too late
+        fade_ = std::clamp(static_cast<double>(limits_.too_late_ns - silence_ns_) /
+                               static_cast<double>(limits_.too_late_ns - limits_.late_ns),
+                           0.0, fade_);
     sent.force_n *= fade_;
     sent.torque_nm *= fade_;
 

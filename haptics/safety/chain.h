@@ -100,7 +100,8 @@ class SafetyChain {
     ImpulseLimit impulse_;
     Heat heat_;
     uint32_t faults_ = 0;
-    double fade_ = 1.0; // of a velocity trip or a late tick
+    double fade_ = 1.0;      // of a late tick, and of samples that do not come
+    int64_t silence_ns_ = 0; // of a device that sets the pace: the next sample was due so long ago
     double damping_n_ = 0.0;
     bool ready_ = false, usable_ = false;
     double dt_s_;

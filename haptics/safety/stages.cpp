@@ -33,6 +33,14 @@ InputCheck::Verdict InputCheck::check(const SafetyLimits& limits, const DeviceCa
         has_good_ = false;
         return Verdict::absent;
     }
+    if (status == DeviceStatus::stale && device.paces && has_good_) {
+        // Nothing wrong came, but nothing: force fades meanwhile (chain.h).
+        if (silence_ns(device, now_ns) > limits.too_late_ns) {
+            has_good_ = false;
+            return Verdict::absent;
+        }
+        return hold(now_ns, sample);
+    }
     bool good = status == DeviceStatus::ok && finite(sample.position_m) &&
                 finite(sample.velocity_m_per_s) && is_unit(sample.rotation);
     for (int axis = 0; good && axis < 3; ++axis)
@@ -54,10 +62,19 @@ InputCheck::Verdict InputCheck::check(const SafetyLimits& limits, const DeviceCa
         return Verdict::absent;
     if (now_ns < good_.time_ns || now_ns - good_.time_ns > limits.hold_ns)
         return Verdict::lost;
+    return hold(now_ns, sample);
+}
+
+InputCheck::Verdict InputCheck::hold(int64_t now_ns, DeviceSample& sample) const noexcept {
     sample = good_;
     sample.time_ns = now_ns;
     sample.velocity_m_per_s = glm::dvec3(0.0); // of a hand that is not seen, nothing is known
     return Verdict::held;
+}
+
+int64_t InputCheck::silence_ns(const DeviceCapabilities& device, int64_t now_ns) const noexcept {
+    const auto period_ns = static_cast<int64_t>(kNsPerS / device.rate_hz);
+    return has_good_ ? std::max<int64_t>(0, now_ns - good_.time_ns - period_ns) : 0;
 }
 
 void SoftStart::again() noexcept {

@@ -11,7 +11,8 @@
 namespace palpate::haptics {
 
 // 1 Believes a sample that is finite, within reach and not faster than a hand; else the last good
-// one stands in for a while.
+// one stands in for a while. For samples that a device which sets the pace leaves out it stands in
+// for limits.too_late_ns, and then nothing is known until the next one.
 class InputCheck {
  public:
     enum class Verdict : uint8_t {
@@ -24,8 +25,12 @@ class InputCheck {
     Verdict check(const SafetyLimits& limits, const DeviceCapabilities& device, int64_t now_ns,
                   DeviceStatus status, DeviceSample& sample) noexcept;
     void reset() noexcept { has_good_ = false; }
+    // Since the next sample after the last good one was due; 0 where there is none.
+    int64_t silence_ns(const DeviceCapabilities& device, int64_t now_ns) const noexcept;
 
  private:
+    Verdict hold(int64_t now_ns, DeviceSample& sample) const noexcept;
+
     bool has_good_ = false;
     DeviceSample good_;
 };

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "engine/base/assert.h"
-#include "haptics/core/clock.h"
+#include "haptics/servo/pace.h"
 
 namespace palpate::haptics {
 
@@ -109,25 +109,19 @@ void* ServoThread::enter(void* self) {
 
 void ServoThread::run() {
     touch_stack(stack_.size() / 2);
-    const auto period_ns = static_cast<int64_t>(1e9 / servo_.options().rate_hz);
-    int64_t due_ns = monotonic_ns() + period_ns;
+    Pace pace(servo_.device(), servo_.options().rate_hz, monotonic_clock());
     ThreadUse began = thread_use();
     bool first = true;
     while (!stopping_.load(std::memory_order_acquire)) {
-        sleep_until(due_ns);
-        const ServoTick tick = servo_.tick(monotonic_ns(), due_ns);
+        const Pace::Beat beat = pace.next();
+        servo_.telemetry().skipped.fetch_add(static_cast<uint64_t>(beat.skipped),
+                                             std::memory_order_relaxed);
+        const ServoTick tick = servo_.tick(beat.now_ns, beat.due_ns);
         if (options_.after && !options_.after(tick))
             break;
         if (first) // pages of code and data that no tick had needed before
             began = thread_use();
         first = false;
-        due_ns += period_ns;
-        if (const int64_t late_ns = monotonic_ns() - due_ns; late_ns > 0) {
-            const int64_t missed = late_ns / period_ns;
-            servo_.telemetry().skipped.fetch_add(static_cast<uint64_t>(missed),
-                                                 std::memory_order_relaxed);
-            due_ns += missed * period_ns;
-        }
     }
     const ThreadUse end = thread_use();
     use_ = {end.page_faults - began.page_faults,

@@ -33,10 +33,10 @@ struct ServoThreadState {
     std::string why;     // one sentence for each thing that was refused; empty where none was
 };
 
-// Ticks a servo on a thread of its own, on the monotonic clock, at its rate.
+// Ticks a servo on a thread of its own, on the monotonic clock, at its rate or with its device's
+// samples (pace.h).
 //
-// It sleeps until absolute times, so that it does not drift; ticks that were missed are skipped and
-// counted, never made up for. The policy is asked for and then read back; without permission
+// The policy is asked for and then read back; without permission
 // (RLIMIT_RTPRIO, CAP_SYS_NICE) it goes on as an ordinary thread and says so. Locked in memory are
 // its stack, the servo and what is named, not the whole address space. A watchdog of one priority
 // more looks after it, and where the process dies its device is halted.
