@@ -51,6 +51,7 @@ std::string limits_text(const DeviceCapabilities& c) {
         text += ", needs homing";
     if (c.paces)
         text += ", sets the pace";
+    add(1e-6 * static_cast<double>(c.watchdog_ns), "own watchdog", "ms");
     return text;
 }
 
@@ -73,7 +74,8 @@ Json json_of(const DeviceEntry& entry, size_t number) {
                          {"buttons", Json::of(static_cast<double>(c.buttons))},
                          {"senses_rotation", Json::of(c.senses_rotation)},
                          {"needs_homing", Json::of(c.needs_homing)},
-                         {"sets_pace", Json::of(c.paces)}});
+                         {"sets_pace", Json::of(c.paces)},
+                         {"watchdog_ms", Json::of(1e-6 * static_cast<double>(c.watchdog_ns))}});
 }
 
 Result<void> list(const std::vector<DeviceEntry>& entries, size_t first, bool as_json) {

@@ -27,6 +27,9 @@ struct DeviceCapabilities {
     double delay_s = 0.0;             // from write() to force beyond the tick's own
     uint32_t buttons = 0;             // how many there are
     bool senses_rotation = false;
+    // A device that is not written to for so long gives no force by itself; 0: it keeps the last
+    // one for ever, and nothing ends it where the program is killed.
+    int64_t watchdog_ns = 0;
     bool paces = false;        // wait() tells when a sample is there, and the servo ticks with it
     bool needs_homing = false; // read() answers not_homed until home() has been called and is done
 };
@@ -78,9 +81,11 @@ class HapticDevice {
     // keeps the direction; values that are not finite count as 0.
     virtual DeviceStatus write(int64_t now_ns, const Wrench& wrench) noexcept = 0;
     // No force from now on until the next write() that begins after this. From any thread at any
-    // time, also while read() or write() run or hang, and from a signal's handler: it neither
-    // allocates, throws, locks nor waits. What a write() that is under way sends after this is
-    // taken back by calling it again (write_gate.h); more than one thread may.
+    // time, also while wait(), read() or write() run or hang, and from a signal's handler: it
+    // calls nothing but what such a handler may, neither allocates, throws nor locks, and waits for
+    // no more than a few milliseconds of the kernel's. A driver whose library locks sends past it
+    // (raw_halt.h). Called again it does no harm, and takes back what a write() that was under way
+    // has sent meanwhile (write_gate.h); more than one thread may call it at once.
     virtual void halt(int64_t now_ns) noexcept = 0;
 };
 

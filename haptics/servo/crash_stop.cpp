@@ -1,5 +1,6 @@
 #include "haptics/servo/crash_stop.h"
 
+#include <poll.h>
 #include <signal.h>
 
 #include <array>
@@ -20,10 +21,26 @@ std::array<std::atomic<HapticDevice*>, 8> devices;
 static_assert(std::atomic<HapticDevice*>::is_always_lock_free); // signal handlers read them
 std::array<struct sigaction, kSignals.size()> before;
 
-void halt_all() {
+std::atomic<bool> is_dying{false};
+
+bool halt_each() {
+    bool any = false;
     for (std::atomic<HapticDevice*>& device : devices)
-        if (HapticDevice* const now = device.load())
+        if (HapticDevice* const now = device.load()) {
             now->halt(monotonic_ns());
+            any = true;
+        }
+    return any;
+}
+
+// The servo may be between its look at dying() and the end of its write. All of this is for a
+// signal's handler: poll() waits there, and sleeps by clock may not.
+void halt_all() {
+    is_dying.store(true);
+    if (!halt_each())
+        return;
+    poll(nullptr, 0, 2);
+    halt_each();
 }
 
 // Halts, puts back who handled the signal before, and lets it come again.
@@ -47,6 +64,10 @@ void set_handlers() {
 }
 
 } // namespace
+
+bool CrashStop::dying() noexcept {
+    return is_dying.load();
+}
 
 CrashStop::CrashStop(HapticDevice& device) {
     static std::once_flag once;

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "haptics/core/clock.h"
+#include "haptics/servo/crash_stop.h"
 
 namespace palpate::haptics {
 
@@ -26,9 +27,10 @@ Servo::Servo(const Parts& parts, const Workspace& workspace, const Options& opti
       scenes_(parts.scenes.add_reader()),
       parameters_(parts.parameters.add_reader()) {}
 
-// False: a watchdog has halted the device since the tick began, and nothing goes out.
+// False: a watchdog has halted the device since the tick began, or the process dies, and nothing
+// goes out.
 bool Servo::write(int64_t now_ns, const Wrench& wrench) noexcept {
-    if (!gate_.begin_write())
+    if (CrashStop::dying() || !gate_.begin_write())
         return false;
     parts_.device.write(now_ns, wrench);
     if (gate_.end_write(now_ns))
