@@ -10,7 +10,8 @@
 // What a haptic device is to the servo: where the hand is, and a force on it.
 //
 // Everything here is SI and in the device's own axes: metres, newtons, seconds; the origin is the
-// middle of the workspace. World millimetres begin behind workspace.h.
+// middle of the workspace, x points to the right, y up, and z towards the person. World millimetres
+// begin behind workspace.h.
 namespace palpate::haptics {
 
 // Capabilities are data: the servo and the safety chain read limits here and know no device by

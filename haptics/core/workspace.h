@@ -7,6 +7,19 @@
 
 namespace palpate::haptics {
 
+// What a person sets of a workspace while it runs.
+struct WorkspaceSettings {
+    double scale = 1.0;                      // mm of the world per mm of the hand; > 0
+    glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // world_from_device, unit length
+    bool clutched = false;
+
+    friend bool operator==(const WorkspaceSettings&, const WorkspaceSettings&) = default;
+};
+
+// The rotation by which the hand moves as a view shows it: the device's x axis is the view's right,
+// its y axis the view's up, and z comes towards the person. Both of unit length, at right angles.
+glm::dquat aligned_with_view(glm::dvec3 right, glm::dvec3 up) noexcept;
+
 // How a device's metres become the world's millimetres, and forces the other way.
 //
 //     position_mm = offset_mm + rotation * (1000 * scale * position_m)
@@ -14,8 +27,10 @@ namespace palpate::haptics {
 // scale is millimetres of the world per millimetre of the hand. A force is turned and not scaled,
 // so what is rendered with k newtons a world metre feels like k * scale to the hand.
 //
-// Scale, rotation and clutch can change at any time: the tool then stays where it is, the offset
-// gives way, and neither pose nor force jumps.
+// Scale, rotation and clutch change while it runs: the tool then stays where it is, the offset
+// gives way, and neither pose nor force jumps. Scale and rotation move to new settings at a bounded
+// rate, so that what the hand feels does not turn or stiffen at once; the clutch fades the force
+// out and in.
 class Workspace {
  public:
     // The middle of the device's workspace shows center_mm. scale > 0; rotation (world_from_device)
@@ -33,14 +48,21 @@ class Workspace {
     // The inverse of tool() without clutch: where a device has to be for a tool to be there.
     glm::dvec3 device_position_m(glm::dvec3 tool_mm) const noexcept;
 
-    // While pressed, the hand moves and the tool stays; when released, it goes on from there.
-    // Call it with every sample, before tool().
-    void set_clutch(bool pressed, const DeviceSample& sample) noexcept;
+    // Moves towards `wanted`; call it with every sample, before tool(). While clutched, the hand
+    // moves and the tool stays; when released, it goes on from there. Settings that are none (see
+    // there) leave scale and rotation as they are.
+    static constexpr double kScaleRate_per_s = 10.0; // of the scale: 1 % a millisecond
+    static constexpr double kTurnRate_rad_per_s = 3.0;
+    void follow(const WorkspaceSettings& wanted, const DeviceSample& sample, double dt_s) noexcept;
     bool clutched() const noexcept { return clutched_; }
-    // The tool at `sample` stays where it is. Not while clutched.
-    void set_scale(double scale, const DeviceSample& sample) noexcept;
+
+    // Of the force: 0 some time after the clutch was pressed, 1 some time after it was released.
+    static constexpr double kClutchOut_s = 0.020, kClutchIn_s = 0.100;
+    double force_share() const noexcept { return force_share_; }
 
  private:
+    void set_clutch(bool pressed, const DeviceSample& sample) noexcept;
+    void move(double scale, glm::dquat rotation, const DeviceSample& sample) noexcept;
     void anchor(const ToolPose& tool, const DeviceSample& sample) noexcept;
 
     double scale_;
@@ -48,6 +70,7 @@ class Workspace {
     glm::dvec3 offset_mm_;
     glm::dquat tool_turn_{1.0, 0.0, 0.0, 0.0}; // of the tool in the hand, after clutching
     bool clutched_ = false;
+    double force_share_ = 1.0;
     ToolPose held_;
 };
 

@@ -25,7 +25,18 @@ Servo::Servo(const Parts& parts, const Workspace& workspace, const Options& opti
       options_(options),
       safety_(options.limits, parts.device.capabilities(), options.rate_hz),
       scenes_(parts.scenes.add_reader()),
-      parameters_(parts.parameters.add_reader()) {}
+      parameters_(parts.parameters.add_reader()) {
+    if (parts.workspace)
+        settings_.emplace(parts.workspace->add_reader());
+}
+
+void Servo::move_workspace(const DeviceSample& sample, double dt_s) noexcept {
+    WorkspaceSettings wanted{.scale = workspace_.scale(), .rotation = workspace_.rotation()};
+    if (settings_)
+        wanted = *settings_->pin();
+    wanted.clutched = wanted.clutched || pressed(sample.buttons, options_.clutch_button);
+    workspace_.follow(wanted, sample, dt_s);
+}
 
 // False: a watchdog has halted the device since the tick began, or the process dies, and nothing
 // goes out.
@@ -83,7 +94,7 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
     double stiffness_n_per_m = 0.0;
     if (begun.usable) {
         t.buttons = begun.sample.buttons;
-        workspace_.set_clutch(pressed(t.buttons, options_.clutch_button), begun.sample);
+        move_workspace(begun.sample, dt_s);
         t.tool = workspace_.tool(begun.sample);
         t.velocity_mm_per_s = workspace_.velocity_mm_per_s(begun.sample);
         const auto parameters = parameters_.pin();
@@ -99,9 +110,9 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
             parts_.algorithm.reset(input);
         t.touched = parts_.algorithm.tick(input);
         telemetry_.iterations.add(t.touched.iterations);
-        if (!workspace_.clutched())
-            wanted = workspace_.to_device({t.touched.force_n, t.touched.torque_nm});
-        stiffness_n_per_m = now.stiffness_n_per_m * workspace_.scale();
+        const double share = workspace_.force_share();
+        wanted = workspace_.to_device({share * t.touched.force_n, share * t.touched.torque_nm});
+        stiffness_n_per_m = share * now.stiffness_n_per_m * workspace_.scale();
         if (was_usable_)
             energy_mj_ += 1e3 * glm::dot(last_sent_n_, begun.sample.position_m - last_position_m_);
         last_position_m_ = begun.sample.position_m;

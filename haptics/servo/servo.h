@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <optional>
 
 #include "engine/base/mailbox.h"
 #include "engine/base/ring.h"
@@ -45,8 +46,9 @@ struct ServoTick {
 // compute and write lie in the same tick.
 //
 // tick() belongs to one thread; it neither allocates, throws, locks nor prints, and what it does is
-// a function of what it is given: the clock comes in as now_ns. Scenes and parameters come through
-// mailboxes, which it reads once a tick; poses leave through a ring; it frees nothing.
+// a function of what it is given: the clock comes in as now_ns. Scenes, parameters and settings of
+// the workspace come through mailboxes, which it reads once a tick; poses leave through a ring; it
+// frees nothing.
 class Servo {
  public:
     struct Parts { // all outlive the servo
@@ -55,6 +57,8 @@ class Servo {
         Mailbox<TouchScene>& scenes;
         Mailbox<TouchParameters>& parameters;
         Ring<ToolStamp>* poses = nullptr; // may be null
+        // May be null: the workspace stays as it is, but for the clutch's button.
+        Mailbox<WorkspaceSettings>* workspace = nullptr;
     };
     struct Options {
         double rate_hz = 1000.0;
@@ -90,6 +94,7 @@ class Servo {
  private:
     enum class Command : uint32_t { none, arm, disarm };
     bool write(int64_t now_ns, const Wrench& wrench) noexcept;
+    void move_workspace(const DeviceSample& sample, double dt_s) noexcept;
 
     Parts parts_;
     Workspace workspace_;
@@ -97,6 +102,7 @@ class Servo {
     SafetyChain safety_;
     Mailbox<TouchScene>::Reader scenes_;
     Mailbox<TouchParameters>::Reader parameters_;
+    std::optional<Mailbox<WorkspaceSettings>::Reader> settings_;
     ParameterSlew slew_;
     std::atomic<Command> command_{Command::none};
     Telemetry telemetry_;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 namespace palpate::haptics {
 namespace {
 
@@ -48,16 +51,16 @@ TEST(Workspace, ClutchHoldsTheToolWhileTheHandMovesBack) {
     Workspace workspace({0, 0, 0}, 1.0, kTurn);
     const DeviceSample far = at({0.04, 0, 0});
     const ToolPose before = workspace.tool(far);
-    workspace.set_clutch(true, far);
+    workspace.follow({.rotation = kTurn, .clutched = true}, far, 1e-3);
     for (const double x : {0.04, 0.02, 0.0, -0.04}) {
         const DeviceSample moved = at({x, 0.01, 0}, kTurn);
-        workspace.set_clutch(true, moved);
+        workspace.follow({.rotation = kTurn, .clutched = true}, moved, 1e-3);
         EXPECT_EQ(workspace.tool(moved).position_mm, before.position_mm);
         EXPECT_EQ(workspace.tool(moved).rotation, before.rotation);
         EXPECT_EQ(workspace.velocity_mm_per_s({.velocity_m_per_s = {1, 1, 1}}), glm::dvec3(0));
     }
     const DeviceSample back = at({-0.04, 0.01, 0}, kTurn);
-    workspace.set_clutch(false, back);
+    workspace.follow({.rotation = kTurn}, back, 1e-3);
     const ToolPose after = workspace.tool(back);
     expect_near(after.position_mm, before.position_mm, 1e-12);
     EXPECT_NEAR(std::abs(glm::dot(after.rotation, before.rotation)), 1.0, 1e-14);
@@ -66,14 +69,71 @@ TEST(Workspace, ClutchHoldsTheToolWhileTheHandMovesBack) {
     expect_near(on - after.position_mm, {0, 10, 0}, 1e-12);
 }
 
-TEST(Workspace, AnotherScaleLeavesTheToolWhereItIs) {
-    Workspace workspace({1, 2, 3}, 1.0);
-    const DeviceSample sample = at({0.03, -0.01, 0.02});
-    const ToolPose before = workspace.tool(sample);
-    workspace.set_scale(0.25, sample);
-    expect_near(workspace.tool(sample).position_mm, before.position_mm, 1e-12);
-    const glm::dvec3 on = workspace.tool(at({0.034, -0.01, 0.02})).position_mm;
-    expect_near(on - before.position_mm, {1, 0, 0}, 1e-12);
+TEST(Workspace, AnotherScaleAndTurnAreReachedSlowlyAndLeaveTheToolWhereItIs) {
+    for (const double scale : {4.0, 1.0, 0.25}) {
+        for (const bool clutched : {false, true}) {
+            Workspace workspace({1, 2, 3}, 1.0);
+            const DeviceSample sample = at({0.03, -0.01, 0.02}, kTurn);
+            const ToolPose before = workspace.tool(sample);
+            const WorkspaceSettings wanted{scale, kTurn, clutched};
+            int ms = 0;
+            while (workspace.scale() != scale || workspace.rotation() != kTurn) {
+                const double was = workspace.scale();
+                const glm::dquat turn = workspace.rotation();
+                workspace.follow(wanted, sample, 1e-3);
+                ASSERT_LE(std::abs(workspace.scale() / was - 1.0), 0.01 + 1e-12);
+                // acos near 1 keeps half of the digits.
+                ASSERT_LE(2.0 * std::acos(std::min(1.0, glm::dot(turn, workspace.rotation()))),
+                          0.003 + 1e-7);
+                expect_near(workspace.tool(sample).position_mm, before.position_mm, 1e-10);
+                ASSERT_NEAR(std::abs(glm::dot(workspace.tool(sample).rotation, before.rotation)),
+                            1.0, 1e-12);
+                ASSERT_LT(++ms, 1000);
+            }
+            EXPECT_NEAR(ms, 524, 1); // a quarter turn at 3 rad/s; the scale takes less
+            workspace.follow({scale, kTurn}, sample, 1e-3);
+            expect_near(workspace.tool(sample).position_mm, before.position_mm, 1e-10);
+            // From here on the hand moves as it was asked for: x goes to y.
+            const glm::dvec3 on = workspace.tool(at({0.034, -0.01, 0.02}, kTurn)).position_mm;
+            expect_near(on - before.position_mm, {0, 4 * scale, 0}, 1e-10);
+        }
+    }
+}
+
+TEST(Workspace, SettingsThatAreNoneChangeNothing) {
+    Workspace workspace({1, 2, 3}, 2.0);
+    const DeviceSample sample = at({0.01, 0, 0});
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    for (const WorkspaceSettings& none :
+         {WorkspaceSettings{.scale = 0.0}, WorkspaceSettings{.scale = -1.0},
+          WorkspaceSettings{.scale = nan}, WorkspaceSettings{.rotation = {2, 0, 0, 0}},
+          WorkspaceSettings{.rotation = {nan, 0, 0, 0}}}) {
+        workspace.follow(none, sample, 1e-3);
+        EXPECT_EQ(workspace.scale(), 2.0);
+        EXPECT_EQ(workspace.rotation(), glm::dquat(1, 0, 0, 0));
+    }
+}
+
+TEST(Workspace, TheClutchFadesForceOutAndIn) {
+    Workspace workspace({0, 0, 0}, 1.0);
+    EXPECT_EQ(workspace.force_share(), 1.0);
+    for (int ms = 1; ms <= 30; ++ms) {
+        workspace.follow({.clutched = true}, at({0, 0, 0}), 1e-3);
+        EXPECT_NEAR(workspace.force_share(), std::max(0.0, 1.0 - ms / 20.0), 1e-12);
+    }
+    for (int ms = 1; ms <= 120; ++ms) {
+        workspace.follow({}, at({0, 0, 0}), 1e-3);
+        EXPECT_NEAR(workspace.force_share(), std::min(1.0, ms / 100.0), 1e-12);
+    }
+}
+
+TEST(Workspace, InAViewTheHandMovesAsThePictureShowsIt) {
+    // Looking along +y of the patient, from the front, head up: right in the picture is +x.
+    const Workspace workspace({0, 0, 0}, 1.0, aligned_with_view({1, 0, 0}, {0, 0, 1}));
+    expect_near(workspace.tool(at({0.01, 0, 0})).position_mm, {10, 0, 0}, 1e-12);
+    expect_near(workspace.tool(at({0, 0.01, 0})).position_mm, {0, 0, 10}, 1e-12);
+    expect_near(workspace.tool(at({0, 0, 0.01})).position_mm, {0, -10, 0}, 1e-12); // to the person
+    expect_near(workspace.to_device({{0, -1, 0}, {}}).force_n, {0, 0, 1}, 1e-12);
 }
 
 } // namespace
