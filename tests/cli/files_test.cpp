@@ -12,8 +12,8 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::vector<std::string> kCommands{"compare", "doctor", "info",    "edit", "convert",
-                                         "bench",   "render", "surface", "touch"};
+const std::vector<std::string> kCommands{"compare", "devices", "doctor", "info",    "edit",
+                                         "convert", "bench",   "render", "surface", "touch"};
 
 using EveryCommand = ProgramTest;
 
