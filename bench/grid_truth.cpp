@@ -52,7 +52,7 @@ Result<void> run(const Options& options) {
 int main(int argc, char** argv) {
     CLI::App app("Draws the exact picture of a scene's trilinear field for every S-th pixel.");
     palpate::Options options;
-    app.add_option("scene", options.scene, "Scene file (docs/scene.md)")->required();
+    app.add_option("scene", options.scene, "Scene file (docs/reference/scene.md)")->required();
     app.add_option("-o,--output", options.output, "EXR to write, 32-bit floats")->required();
     app.add_option("--stride", options.pixels.step, "Pixels from one ray to the next")
         ->capture_default_str()

@@ -1,6 +1,6 @@
 # Shaders: GLSL is compiled to SPIR-V, validated, and embedded in the library as words. spirv-opt would
 # make pipelines sooner and is left out: llvmpipe 22.3 then draws volumes in parts wrong
-# (docs/performance.md).
+# (docs/log/rendering.md).
 
 find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
 find_program(SPIRV_VAL spirv-val REQUIRED)

@@ -71,7 +71,7 @@ Command add_bench(CLI::App& app) {
     auto* brief = app.add_flag("--short", o->brief, "About 10 minutes on 2 cores (default)");
     auto* full =
         app.add_flag("--full", o->full, "Hours: finer, larger, more frames")->excludes(brief);
-    app.add_flag("--tiny", o->tiny, "Seconds: sizes that prove the bench works and nothing else")
+    app.add_flag("--tiny", o->tiny, "Seconds: small sizes that test only that the bench works")
         ->excludes(brief)
         ->excludes(full);
     app.add_option("--ct", o->head_ct, "The head CT: any volume in HU")
@@ -88,7 +88,7 @@ Command add_bench(CLI::App& app) {
                    "all) and open_loop, patients (the scenes A11), closed_loop, times, laws, "
                    "z_width (none named, but an algorithm: open_loop; default: all)")
         ->delimiter(',');
-    app.add_flag("--no-peers", o->no_peers, "Do not ask VTK");
+    app.add_flag("--no-peers", o->no_peers, "Do not run VTK");
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");

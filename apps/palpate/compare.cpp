@@ -41,26 +41,25 @@ struct CompareOptions {
     double pixels_per_degree = kFlipPixelsPerDegree;
     double max_memory_mib = 0.0; // 0: the default of reading
     std::vector<Tolerance> tolerances{
-        {"--max", "the largest difference", false,
-         "Most that a sample may differ, in its own units"},
+        {"--max", "the largest difference", false, "Largest difference of a sample, in its units"},
         {"--share", "the share beyond the bound", false,
-         "Most pixels or voxels that may differ by more than the bound, as a share 0 .. 1"},
+         "Largest share of pixels or voxels that differ by more than the bound, 0 .. 1"},
         {"--rmse", "the root mean square", false,
          "Largest root mean square of the differences, in the samples' units"},
         {"--mean", "the mean difference", false,
          "Largest mean of B - A in either direction, in the samples' units"},
         {"--flip", "FLIP", false, "Pictures: largest mean FLIP difference, 0 .. 1"},
         {"--neighborhood", "the share that matches nearby", true,
-         "Pictures: fewest pixels that match one of the 3x3 pixels around, within the bound, as a "
-         "share 0 .. 1"},
+         "Pictures: smallest share of pixels that match one of the 3x3 pixels around within the "
+         "bound, 0 .. 1"},
         {"--hausdorff", "the upper bound of the Hausdorff distance", false,
-         "Meshes: most mm that a point of one may be from the other"},
+         "Meshes: largest Hausdorff distance, in mm"},
         {"--rms-distance", "the RMS distance", false,
          "Meshes: largest root mean square of the distances of all points, in mm"},
         {"--normal-angle", "the RMS angle between normals", false,
          "Meshes: largest root mean square of the angle between normals, in degrees"},
         {"--dice", "the least Dice coefficient", true,
-         "Labels: least Dice coefficient of any label, 0 .. 1"},
+         "Labels: smallest Dice coefficient of a label, 0 .. 1"},
     };
     double geometry_mm = 0.001;
 };
@@ -395,8 +394,8 @@ Command add_compare(CLI::App& app) {
     app.add_flag("--labels", options->labels,
                  "Volumes: compare as label maps (default: grey values)");
     app.add_option("--bound", options->bound,
-                   "Differences up to this do not count in shares, in the samples' units; for "
-                   "colours 1 is white; for meshes mm")
+                   "Differences up to this do not count in shares; in the samples' units (colours: "
+                   "1 is white; meshes: mm)")
         ->check(non_negative())
         ->capture_default_str();
     app.add_option("--pixels-per-degree", options->pixels_per_degree,
@@ -404,7 +403,7 @@ Command add_compare(CLI::App& app) {
         ->check(positive())
         ->capture_default_str();
     app.add_option("--geometry", options->geometry_mm,
-                   "Volumes: most mm that like corners may lie apart")
+                   "Volumes: largest distance of equal corners, in mm")
         ->check(non_negative())
         ->capture_default_str();
     app.add_option(

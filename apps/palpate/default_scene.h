@@ -8,7 +8,7 @@
 #include "engine/io/scene_data.h"
 #include "engine/scene/scene.h"
 
-// What a volume is shown as when nobody says how.
+// The default scene of a volume.
 namespace palpate {
 
 // Whether a CT's values lack their offset: they are HU + 1024, and are shown so.

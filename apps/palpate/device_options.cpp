@@ -7,27 +7,26 @@
 namespace palpate {
 
 void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
-    app.add_option("--residency", options.residency,
-                   "How the volume lies on the device: dense (one image), atlas (the bricks that "
-                   "can be seen, in several parts where they do not fit), or auto (dense where it "
-                   "fits and pays)")
+    app.add_option(
+           "--residency", options.residency,
+           "Storage of the volume on the device: dense (one image), atlas (the bricks that can be "
+           "seen, in several parts if they do not fit), or auto (dense if it fits and is faster)")
         ->capture_default_str()
         ->check(CLI::IsMember({"auto", "dense", "atlas"}));
-    app.add_option(
-           "--gpu-memory", options.gpu_memory,
-           "Most memory of the device to use for everything, as 512M, 1G or bytes (default: "
-           "three quarters of it)")
+    app.add_option("--gpu-memory", options.gpu_memory,
+                   "Limit on device memory, as 512M, 1G or bytes (default: three quarters of the "
+                   "device's memory)")
         ->check(readable(parse_bytes))
         ->type_name("BYTES");
     app.add_option("--sampling", options.sampling,
-                   "Who interpolates: the device's sampler (device), or the shader in fp32 (fp32; "
-                   "several times slower, the same bits however the volume lies)")
+                   "Interpolation: by the device's sampler (device), or in the shader (fp32: "
+                   "several times slower, the same bits for dense and atlas)")
         ->capture_default_str()
         ->check(CLI::IsMember({"device", "fp32"}));
     app.add_option("--gradients", options.gradients,
-                   "Shaded alpha: six samples for each gradient (taps), one of gradients kept "
-                   "beside the volume in 8 bytes a sample (stored), or auto: stored on devices "
-                   "without a hardware sampler when several frames are drawn, where they fit")
+                   "Gradients of shaded alpha: from six samples each (taps), stored beside the "
+                   "volume with 8 bytes a sample (stored), or auto: stored on devices without a "
+                   "hardware sampler when several frames are drawn, if they fit")
         ->capture_default_str()
         ->check(CLI::IsMember({"auto", "taps", "stored"}));
 }

@@ -104,8 +104,8 @@ Result<Journal::Contents> look_at_journal(const EditOptions& options, const fs::
         return Journal::Contents();
     if (!options.recover)
         return fail(
-            "{}: holds strokes of an edit that did not end; --recover does them, "
-            "--discard drops them",
+            "{}: holds strokes of an interrupted edit; --recover applies them, --discard drops "
+            "them",
             path.string());
     Result<Journal::Contents> found = Journal::peek(path);
     if (found && found->entries.empty() && options.strokes.empty()) {
@@ -114,7 +114,7 @@ Result<Journal::Contents> look_at_journal(const EditOptions& options, const fs::
                 "{}: damaged at byte {}, before its first step has ended: {}; it stays as it is, "
                 "with {} later ones that could be read",
                 path.string(), found->damage->at_byte, found->damage->what, found->damage->later);
-        return fail("{}: holds no step, so there is nothing to recover", path.string());
+        return fail("{}: holds no stroke, so there is nothing to recover", path.string());
     }
     return found;
 }
@@ -142,8 +142,8 @@ void tell(const Journal::Found& found, const fs::path& path) {
                   found.cut ? ", and one that had not ended is dropped" : "");
     if (const auto& damage = found.damage)
         log::warning(
-            "{}: damaged at byte {}: {}; {} step{} behind it could be read and {} left out, for "
-            "each stands on those before it; all of it is kept in {}",
+            "{}: damaged at byte {}: {}; {} later step{} could be read and {} left out, because "
+            "each depends on the steps before it; the whole journal is kept in {}",
             path.string(), damage->at_byte, damage->what, damage->later,
             damage->later == 1 ? "" : "s", damage->later == 1 ? "is" : "are",
             damage->kept_as.string());
@@ -232,13 +232,13 @@ Result<void> run_edit(const EditOptions& options) {
         for (size_t i = 0; i < kept; ++i)
             if (i >= wanted->size() || entries[i].text() != (*wanted)[i].text())
                 return fail(
-                    "{}: expected the beginning of {}, found another step {}; --recover "
-                    "without STROKES does what the journal holds",
+                    "{}: expected the beginning of {}, found another step {}; --recover without "
+                    "STROKES applies the journal",
                     journal_path.string(), options.strokes, i + 1);
         entries = std::move(*wanted);
     }
     const auto keep_journal = [&](const Error& why) {
-        return fail("{}; the steps done so far are in {}, and --recover does them", why.message,
+        return fail("{}; the finished strokes are in {}, and --recover applies them", why.message,
                     journal_path.string());
     };
     const Timer timer;
@@ -277,36 +277,36 @@ Result<void> run_edit(const EditOptions& options) {
 Command add_edit(CLI::App& app) {
     auto options = std::make_shared<EditOptions>();
     add_read_flags(app, options->read);
-    app.add_option(
-        "STROKES", options->strokes,
-        "Strokes to do, JSON lines (docs/carve.md); places in mm (LPS), times in s; cut and "
-        "mill without to_value leave V's lowest value");
+    app.add_option("STROKES", options->strokes,
+                   "Strokes, JSON lines (docs/reference/strokes.md); positions in mm (LPS), times "
+                   "in s; cut and "
+                   "mill without to_value leave V's lowest value");
     app.add_option("-o,--output", options->out,
-                   "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv. While the edit "
-                   "goes on, FILE.journal keeps its strokes")
+                   "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv. During the "
+                   "edit, FILE.journal keeps its strokes")
         ->required()
         ->type_name("FILE");
     app.add_option("--guide", options->guide,
                    "Grey values for only_values of strokes on labels; of V's size (default: none)")
         ->type_name("VOLUME");
-    app.add_option("--undo", options->undo, "Then take back the last N strokes (default: 0)")
+    app.add_option("--undo", options->undo, "Take back the last N strokes at the end (default: 0)")
         ->type_name("N");
     app.add_option("--history-memory", options->history_memory_mib,
-                   "Most memory for steps that can be undone, in MiB (default: 512)")
+                   "Memory limit for the undo history, in MiB (default: 512)")
         ->check(non_negative())
         ->type_name("MIB");
     app.add_option("--history-folder", options->history_folder,
-                   "Where older steps go that need more (default: they are dropped)")
+                   "Folder for older undo steps beyond that limit (default: they are dropped)")
         ->check(CLI::ExistingDirectory)
         ->type_name("FOLDER");
     app.add_option("--report", options->report,
-                   "Write what each stroke changed and took, in ms, as JSON; - is standard output "
+                   "JSON with the changes and the time of each stroke, in ms; - is standard output "
                    "(default: none)")
         ->type_name("FILE");
     auto* recover = app.add_flag("--recover", options->recover,
-                                 "Begin with the steps in FILE.journal, of an edit that did not "
-                                 "end; STROKES, if given, must begin with them");
-    app.add_flag("--discard", options->discard, "Drop the steps in FILE.journal")
+                                 "Continue an interrupted edit from FILE.journal; STROKES, if "
+                                 "given, must begin with its strokes");
+    app.add_flag("--discard", options->discard, "Drop the strokes in FILE.journal")
         ->excludes(recover);
     refuse_where_wrong(app, [options]() -> Result<void> {
         if (options->strokes.empty() && !options->recover)

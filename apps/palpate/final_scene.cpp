@@ -109,8 +109,8 @@ Result<void> apply_camera(const SceneOptions& options, const Grid& grid, Scene& 
         const glm::dvec3 forward = scene.camera.target_mm - scene.camera.eye_mm;
         if (!(glm::length(glm::cross(forward, scene.camera.up)) > 1e-9 * glm::length(forward)))
             return fail(
-                "--camera: expected a target apart from the eye and an up that is not the "
-                "view direction");
+                "--camera: expected a target that differs from the eye, and an up vector that is "
+                "not parallel to the view direction");
     } else if (!options.view.empty() || (sets_distance && !is_scene_file(options.input))) {
         const std::optional<ViewDirection> view =
             view_direction(options.view.empty() ? "oblique" : options.view);

@@ -30,18 +30,18 @@ struct Entry {
 };
 
 constexpr Entry kCommands[] = {
-    {"compare", "Measure how two pictures, meshes, volumes or label maps differ",
-     palpate::add_compare},
+    {"compare", "Compare two pictures, meshes, volumes or label maps", palpate::add_compare},
     {"devices", "List haptic devices, and home or calibrate one", palpate::add_devices},
-    {"doctor", "Say what this machine offers: Vulkan devices, memory, real-time policy",
+    {"doctor", "List what this machine offers: Vulkan devices, memory, real-time policy",
      palpate::add_doctor},
-    {"info", "Say what a volume is: size, spacing, orientation, type, range", palpate::add_info},
-    {"edit", "Do strokes of tools on labels or grey values", palpate::add_edit},
+    {"info", "Describe a volume: size, spacing, orientation, type, range", palpate::add_info},
+    {"edit", "Apply strokes of tools to labels or grey values", palpate::add_edit},
     {"convert", "Read a volume in any format and write it in another", palpate::add_convert},
     {"bench", "Measure speed beside error", palpate::add_bench},
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},
-    {"surface", "Extract a surface or those of all labels as a mesh", palpate::add_surface},
-    {"touch", "Run the servo loop on a simulated hand and device", palpate::add_touch},
+    {"surface", "Extract an iso-surface, or the surfaces of labels, as a mesh",
+     palpate::add_surface},
+    {"touch", "Run the haptic loop with a simulated hand and device", palpate::add_touch},
 };
 
 // Runs a command; where a trace is asked for and the command succeeds, writes it.
@@ -97,12 +97,12 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
     app.set_version_flag("--version", version_text, "Print version and commit, and exit");
     bool verbose = false, quiet = false;
-    app.add_flag("--verbose", verbose, "Say more");
-    app.add_flag("--quiet", quiet, "Say only what went wrong");
+    app.add_flag("--verbose", verbose, "Print more messages");
+    app.add_flag("--quiet", quiet, "Print errors and warnings only");
     std::string trace;
-    app.add_option("--profile", trace,
-                   "Write what the run does, and when, for ui.perfetto.dev or chrome://tracing "
-                   "(default: none)")
+    app.add_option(
+           "--profile", trace,
+           "Write a trace of the run for ui.perfetto.dev or chrome://tracing (default: none)")
         ->type_name("FILE");
 
     std::vector<std::pair<CLI::App*, Command>> commands;
@@ -145,7 +145,7 @@ int main(int argc, char** argv) {
                 return 1;
             }
     } catch (const std::bad_alloc&) {
-        palpate::log::error("expected more memory than there is");
+        palpate::log::error("out of memory");
     } catch (const std::exception& error) {
         palpate::log::error("{}", error.what());
     }

@@ -69,7 +69,7 @@ Result<SliceLayer> read_slice(const std::string& text, glm::dvec3 center_mm) {
     }
     if (text.find(',') == std::string::npos)
         return fail(
-            "expected axial, coronal or sagittal, with :MM if wanted, or px,py,pz,nx,ny,nz; found "
+            "expected axial, coronal or sagittal, optionally with :MM, or px,py,pz,nx,ny,nz; found "
             "'{}'",
             text);
     Result<Plane> plane = read_plane(text);

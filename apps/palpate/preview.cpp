@@ -31,8 +31,7 @@ void say_residency(const FrameStats& stats) {
     if (!stats.atlas)
         return;
     log::info(
-        "the volume lies in a brick atlas, because {}: {} bricks can be seen, there is room "
-        "for {}",
+        "the volume is stored in a brick atlas, because {}: {} bricks can be seen, and {} fit",
         stats.residency_reason, stats.needed_bricks, stats.room_for_bricks);
     if (stats.parts > 1)
         log::info("it was marched in {} parts, one after the other", stats.parts);

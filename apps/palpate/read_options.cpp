@@ -27,9 +27,9 @@ void add_read_limits(CLI::App& app, ReadFlags& flags) {
         ->type_name("NAME");
     app.add_flag("--resample-slices", flags.resample_slices,
                  "DICOM: interpolate unevenly spaced or tilted slices linearly to even spacing "
-                 "along their normal (default: uneven ones are refused, tilt is kept)");
+                 "along their normal (default: uneven spacing is refused, tilt is kept)");
     app.add_option("--max-memory", flags.max_memory_mib,
-                   "Most memory for reading, in MiB (default: 75 % of this machine's)")
+                   "Memory limit for reading, in MiB (default: 75 % of this machine's memory)")
         ->check(positive())
         ->type_name("MIB");
 }

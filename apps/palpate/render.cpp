@@ -222,36 +222,33 @@ Command add_render(CLI::App& app) {
     add_read_limits(app, o->read);
     app.add_option("-o,--output", o->output, "Picture to write: .png (8 bit) or .exr")->required();
     app.add_flag("--half", o->half, "EXR: 16-bit samples (default: 32-bit)");
-    app.add_option(
-           "--frames", o->frames.frames,
-           "Frames to time, after one that warms up; the last is written. 1: the first frame, "
-           "with pipelines and uploads, is the one that is timed")
+    app.add_option("--frames", o->frames.frames,
+                   "Frames to time, after one to warm up; the last is written. 1 times the first "
+                   "frame, with pipelines and uploads")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));
-    app.add_option("--orbit-deg", o->frames.orbit_deg, "Turn between frames, in degrees about up")
+    app.add_option("--orbit-deg", o->frames.orbit_deg,
+                   "Turn of the camera between frames, in degrees about up")
         ->capture_default_str();
     CLI::Option* budget =
-        app.add_option(
-               "--frame-ms", o->frames.frame_ms,
-               "Hold this time a frame while the camera turns: fewer rays, longer steps; the "
-               "error is estimated in --stats (default: full quality always)")
+        app.add_option("--frame-ms", o->frames.frame_ms,
+                       "Time budget a frame in ms while the camera turns, kept by fewer rays and "
+                       "longer steps; --stats has an error estimate (default: full quality)")
             ->check(positive());
     app.add_flag("--settle", o->frames.settle,
-                 "With --frame-ms: let the last frame rest until it is of full quality")
+                 "With --frame-ms: refine the last frame to full quality")
         ->needs(budget);
     CLI::Option* error =
-        app.add_option(
-               "--error", o->error,
-               "Largest RMSE of colour, 0 .. 1, beside an exact picture of the field; picks "
-               "integrator and step by trying them on fewer pixels (default: as given)")
+        app.add_option("--error", o->error,
+                       "Largest RMSE of colour, 0 .. 1, against an exact picture of the trilinear "
+                       "field; chooses integrator and step (default: as given)")
             ->check(positive());
     for (const char* given : {"--integrator", "--step", "--sub-steps", "--frame-ms"})
         error->excludes(app.get_option(given));
     app.add_option("--stats", o->stats,
                    "Write times, passes and resources as JSON to a file, or - (default: none)");
-    app.add_option(
-        "--write-scene", o->write_scene,
-        "Write the scene that is drawn, all options applied, to a file, or - (default: none)");
+    app.add_option("--write-scene", o->write_scene,
+                   "Write the scene with all options applied to a file, or - (default: none)");
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
@@ -263,8 +260,9 @@ Command add_render(CLI::App& app) {
                    "Voxels on the device; auto: r32f on CPU devices (default: auto)")
         ->transform(one_of(kTexelFormats));
     app.add_flag("--no-skipping", o->no_skipping,
-                 "March through empty space, too; the picture is the same, bit for bit");
-    app.add_flag("--validate", o->validate, "Run under Vulkan validation; a message is a failure");
+                 "Sample empty space as well; the picture is the same, to the bit");
+    app.add_flag("--validate", o->validate,
+                 "Run under Vulkan validation; a validation message is a failure");
     return {[o, &app] { return run_render(*o, app); }, [o] { return files_of(*o); }};
 }
 

@@ -88,7 +88,7 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
     }
     while (interactive && options.settle && !timing.interactive->complete) {
         if (stop.stop_requested())
-            return fail("interrupted while the picture settled");
+            return fail("interrupted during --settle");
         if (auto drawn = draw_once(renderer, interactive, scene, data, timing); !drawn)
             return pass_on(drawn);
     }

@@ -40,8 +40,9 @@ Result<void> apply_surfaces(const SceneOptions& options, SceneFile& file) {
     }
     const size_t count = file.scene.surfaces.size();
     if (options.surface_colors.size() > count || options.surface_opacities.size() > count)
-        return fail("--surface-color, --surface-opacity: expected at most one a surface, found {}",
-                    std::max(options.surface_colors.size(), options.surface_opacities.size()));
+        return fail(
+            "--surface-color, --surface-opacity: expected at most one for each --surface, found {}",
+            std::max(options.surface_colors.size(), options.surface_opacities.size()));
     for (size_t i = 0; i < options.surface_colors.size(); ++i)
         file.scene.surfaces[i].style.color = read_color(options.surface_colors[i]).value();
     for (size_t i = 0; i < options.surface_opacities.size(); ++i)
@@ -69,8 +70,9 @@ Result<void> check_together(const SceneOptions& o) {
     if (!v.empty() && v.size() != 6 && v.size() != 9)
         return fail("--camera: expected 6 or 9 numbers, found {}", v.size());
     if (!v.empty() && v[0] == v[3] && v[1] == v[4] && v[2] == v[5])
-        return fail("--camera: expected a target apart from the eye, found both at {:g},{:g},{:g}",
-                    v[0], v[1], v[2]);
+        return fail(
+            "--camera: expected a target that differs from the eye, found both at {:g},{:g},{:g}",
+            v[0], v[1], v[2]);
     return {};
 }
 
@@ -88,85 +90,86 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--labels", o.labels, "Label map shown with the volume (default: none)")
         ->type_name("FILE");
     app.add_option("--mode", o.mode,
-                   "How rays see the volume (default: alpha; none with --slice alone; a label "
-                   "map's surfaces; a volume one sample thick as its slice)")
+                   "Ray-casting mode (default: alpha; no ray casting with --slice alone; surfaces "
+                   "for a label map; a slice for a volume one sample thick)")
         ->transform(named<RayMode>());
     app.add_option("--iso", o.isos,
-                   "Iso-values, in the volume's units (default: 300 HU for CT, else by the values)")
+                   "Iso-values, in the volume's units (default: 300 HU for CT, else chosen from "
+                   "the values)")
         ->delimiter(',');
     CLI::Option* transfer =
         app.add_option("--tf", o.transfer,
-                       fmt::format("Transfer function: a preset ({}) or a JSON file (default: by "
-                                   "modality and values; see docs/scene.md)",
+                       fmt::format("Transfer function: a preset ({}) or a JSON file (default: "
+                                   "chosen from modality and values, see docs/reference/scene.md)",
                                    fmt::join(preset_names(), ", ")));
     CLI::Option* window =
         app.add_option("--window", o.window,
-                       "Grey from LOW to HIGH, in the volume's units, instead of --tf")
+                       "Grey ramp from LOW to HIGH, in the volume's units, instead of --tf")
             ->delimiter(',')
             ->expected(2)
             ->excludes(transfer);
-    app.add_option("--window-level", o.window_level,
-                   "The same as radiologists say it: LEVEL,WIDTH is LEVEL - WIDTH/2 to LEVEL + "
-                   "WIDTH/2")
+    app.add_option(
+           "--window-level", o.window_level,
+           "Window by LEVEL,WIDTH: LEVEL - WIDTH/2 to LEVEL + WIDTH/2, in the volume's units")
         ->delimiter(',')
         ->expected(2)
         ->excludes(transfer)
         ->excludes(window);
-    app.add_option("--integrator", o.integrator, "Of the rays (default: fast)")
+    app.add_option("--integrator", o.integrator, "Integrator of the rays (default: fast)")
         ->transform(named<Integrator>());
     app.add_option("--sub-steps", o.sub_steps,
-                   "Exact, alpha: pieces of a cell's part of a ray at most (default: 8)")
+                   "exact, alpha: maximum sub-steps per voxel cell (default: 8)")
         ->check(CLI::Range(1u, kMaxSubSteps));
     app.add_option("--jitter", o.jitter_seed,
-                   "Fast, preintegrated: move each ray's samples by a share of a step that a hash "
-                   "of its pixel and this seed gives (default: none)");
-    app.add_option(
-           "--step", o.step_mm,
-           "Distance between samples in mm; 0 is the smallest spacing (default: half of that for "
-           "alpha, else 0)")
+                   "fast, preintegrated: shift each ray's samples by a random share of a step, a "
+                   "hash of its pixel and this seed (default: none)");
+    app.add_option("--step", o.step_mm,
+                   "Distance between samples in mm; 0 is the smallest spacing (default: half the "
+                   "smallest spacing for alpha, else 0)")
         ->check(non_negative());
     CLI::Option* shade =
         app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");
     app.add_flag("--no-shade", o.no_shade, "Alpha: no gradient shading")->excludes(shade);
     app.add_option("--min-transmittance", o.min_transmittance,
-                   "A ray stops when less light comes through, 0 .. 1 (default: 1/1024)")
+                   "Transmittance below which a ray stops, 0 .. 1 (default: 1/1024)")
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--slice", o.slices,
-                   "A slice: axial, coronal or sagittal, with :MM for its place in mm (LPS), or "
-                   "px,py,pz,nx,ny,nz (default place: the centre); repeatable")
+                   "A slice: axial, coronal or sagittal, with :MM for its position in mm (LPS), or "
+                   "point and normal px,py,pz,nx,ny,nz (default position: the centre); repeatable")
         ->check(readable([](const std::string& text) { return read_slice(text); }));
-    app.add_option("--interpolation", o.interpolation, "Slices (default: linear)")
+    app.add_option("--interpolation", o.interpolation, "Interpolation in slices (default: linear)")
         ->transform(named<Interpolation>());
     app.add_option("--slab", o.slab_mm, "Slices: thickness in mm (default: 0)")
         ->check(non_negative());
-    app.add_option("--slab-mode", o.slab_mode, "Slabs (default: mean)")
+    app.add_option("--slab-mode", o.slab_mode, "How a slab combines its samples (default: mean)")
         ->transform(named<SlabMode>());
-    app.add_option("--surface", o.surfaces,
-                   "A mesh in the picture: a PLY, STL, OBJ or VTP file, iso=VALUE for the volume's "
-                   "surface at "
-                   "that value, or labels for those of the label map; repeatable (default: none)")
+    app.add_option(
+           "--surface", o.surfaces,
+           "A mesh in the picture: a PLY, STL, OBJ or VTP file, iso=VALUE for the volume's surface "
+           "at that value, or labels for the surfaces of the label map; repeatable (default: none)")
         ->check(readable(read_surface))
         ->type_name("SOURCE");
     app.add_option("--surface-color", o.surface_colors,
-                   "Surfaces, in their order: r,g,b, 0 .. 1; repeatable (default: bone, skin, ..)")
+                   "Colours of the surfaces, in their order: r,g,b, 0 .. 1; repeatable (default: "
+                   "bone, skin, ..)")
         ->check(readable(read_color));
-    app.add_option("--surface-opacity", o.surface_opacities,
-                   "Surfaces, in their order: 0 .. 1, apart by commas (default: 1)")
+    app.add_option(
+           "--surface-opacity", o.surface_opacities,
+           "Opacities of the surfaces, in their order: 0 .. 1, separated by commas (default: 1)")
         ->delimiter(',')
         ->check(CLI::Range(0.0, 1.0));
     app.add_option("--surface-depth", o.surface_depth,
-                   "How many see-through triangles are blended at a pixel; those behind them are "
-                   "left out (default: 8)")
+                   "Maximum number of translucent triangles blended at a pixel; triangles behind "
+                   "them are left out (default: 8)")
         ->check(CLI::Range(1u, kMaxSurfaceDepth));
     app.add_option("--clip", o.clips,
-                   "Keep the side of a plane its normal points to: px,py,pz,nx,ny,nz in mm "
-                   "(LPS); "
-                   "repeatable")
+                   "Clip plane by point and normal, px,py,pz,nx,ny,nz in mm (LPS); the side of the "
+                   "normal is kept; repeatable")
         ->check(readable(read_clip));
     app.add_option("--view", o.view,
                    fmt::format("Camera: {} (default: oblique)", fmt::join(view_names(), ", ")))
         ->check(one_of(view_names()));
-    app.add_option("--fill", o.fill, "--view: below 1 comes closer (default: 0.8)")
+    app.add_option("--fill", o.fill, "Distance of --view; below 1 is closer (default: 0.8)")
         ->check(positive());
     app.add_option("--view-angle", o.view_angle_deg,
                    "Perspective: angle from bottom to top in degrees (default: 30)")
@@ -180,13 +183,13 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         ->delimiter(',')
         ->expected(2)
         ->check(CLI::Range(1, 16384));
-    app.add_option("--stereo", o.stereo, "How both eyes lie in the picture (default: one eye)")
+    app.add_option("--stereo", o.stereo, "Stereo layout (default: one eye)")
         ->transform(named<StereoLayout>());
     app.add_option("--eye-separation", o.eye_separation_mm,
                    "Stereo: mm between the eyes (default: 1/30 of the distance)")
         ->check(positive());
     app.add_option("--convergence", o.convergence_mm,
-                   "Stereo: mm to where both eyes meet (default: the target)")
+                   "Stereo: convergence distance in mm (default: that of the target)")
         ->check(positive());
     app.add_option("--background", o.background, "Colour r,g,b, 0 .. 1 (default: black)")
         ->delimiter(',')

@@ -367,47 +367,43 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
 Command add_surface(CLI::App& app) {
     auto o = std::make_shared<SurfaceCommand>();
     add_read_flags(app, o->read);
-    app.add_option("-o,--out", o->out,
-                   "Mesh to write, in world mm (LPS): .ply, .stl, .obj or .vtp (default: none, "
-                   "it must be given)")
+    app.add_option("-o,--out", o->out, "Mesh to write, in world mm (LPS): .ply, .stl, .obj or .vtp")
         ->required();
     CLI::Option_group* what = app.add_option_group("what", "One of these");
     what->add_option("--iso", o->iso,
-                     "Surface where values equal this, in the volume's units, HU for CT (default: "
-                     "none)");
+                     "Iso-value of the surface, in the volume's units, HU for CT (default: none)");
     what->add_flag("--labels", o->label_text,
-                   "Surfaces of a label map, 0 is background: of every label, or with --labels=5,7 "
-                   "of these alone, as if all others were background (default: no)")
+                   "Surfaces of all labels of a label map (0 is background), or of some: "
+                   "--labels=5,7 treats all others as background (default: no)")
         ->check([o](const std::string& text) { return read_labels(text, *o); }, "");
     what->require_option(1);
     app.add_option("--topology", o->topology,
-                   "With --iso: how ambiguous cells are closed: classic, or correct as the "
-                   "trilinear interpolant is (default: classic)")
+                   "With --iso, topology of ambiguous cells: classic, or correct (that of the "
+                   "trilinear interpolant) (default: classic)")
         ->transform(one_of(kTopologies));
     app.add_option("--normals", o->normals,
                    "With --iso: none, gradient (of the values) or triangles (default: gradient)")
         ->transform(one_of(kNormals));
     app.add_flag("--closed", o->closed,
                  "With --iso: close the surface at the volume's border (default: it ends there)");
-    app.add_option(
-           "--walls", o->walls,
-           "With --labels: shared (one wall between two labels, of all at once) or separate "
-           "(each label on its own, by surface tracking) (default: shared)")
+    app.add_option("--walls", o->walls,
+                   "With --labels: shared (one wall between two labels) or separate (each label by "
+                   "itself, by surface tracking) (default: shared)")
         ->transform(one_of(kWalls));
     app.add_option("--smooth", o->smoothing,
-                   "Filter of the vertices: none, mean, taubin, sinc (windowed), or with shared "
-                   "walls bounded, by 0.375 samples an axis (default: none)")
+                   "Smoothing filter: none, mean, taubin, sinc (windowed), or, with shared walls, "
+                   "bounded (at most 0.375 samples an axis) (default: none)")
         ->transform(one_of(kSmoothings));
-    app.add_option("--passes", o->passes, "Of --smooth; for sinc the number of terms")
+    app.add_option("--passes", o->passes, "Passes of --smooth; the number of terms for sinc")
         ->check(CLI::Range(1u, 10000u))
         ->capture_default_str();
     app.add_option("--decimate", o->decimate_mm,
-                   "Fewer triangles: no point of either surface farther from the other than this "
-                   "many mm (default: all)")
+                   "Fewer triangles, with no point of either surface farther from the other than "
+                   "this, in mm (default: all triangles)")
         ->check(positive());
     app.add_option("--decimate-to", o->decimate_to,
-                   "Fewer triangles: this share of them, such as 50%, or this many, at the least "
-                   "distance; with --decimate no fewer than these (default: all)")
+                   "Fewer triangles: a share such as 50%, or a number, at the smallest distance; "
+                   "with --decimate a lower limit (default: all triangles)")
         ->type_name("SHARE%|COUNT")
         ->check([](const std::string& text) {
             return triangle_count(text, 100)
@@ -417,17 +413,16 @@ Command add_surface(CLI::App& app) {
                              "above 0, found '{}'",
                              text);
         });
-    app.add_option(
-           "--on", o->on,
-           "With --iso: who extracts: cpu, gpu, or auto, the graphics device unless it runs "
-           "on the processor (default: auto)")
+    app.add_option("--on", o->on,
+                   "With --iso, where to extract: cpu, gpu, or auto (the graphics device unless it "
+                   "is a software driver) (default: auto)")
         ->transform(one_of(kExtractOn));
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
     app.add_flag("--ascii", o->ascii, "PLY and STL as text (default: binary)");
     app.add_option("--report", o->report,
-                   "JSON with counts, Euler number, faults, mm^2, mm^3, and ms by stage; - is "
+                   "JSON with counts, Euler number, faults, area, volume, and ms by stage; - is "
                    "standard output (default: none)")
         ->type_name("FILE");
     refuse_where_wrong(app, [o] { return check_together(*o); });

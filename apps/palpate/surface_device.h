@@ -14,7 +14,7 @@ namespace palpate {
 
 enum class ExtractOn { automatic, cpu, gpu };
 
-// Who extracts a surface, and why.
+// Whether processor or graphics device extracts a surface, and why.
 struct Extractor {
     std::unique_ptr<GpuDevice> device; // null: the CPU
     std::string why;

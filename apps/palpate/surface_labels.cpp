@@ -28,10 +28,8 @@ Result<Volume> with_labels(const Volume& volume, std::span<const uint16_t> label
     const std::map<uint16_t, uint64_t> voxels = count_labels(volume);
     for (const uint16_t label : labels)
         if (!voxels.contains(label))
-            return fail(
-                "--labels: expected labels that are there, up to {}, found {}, of which no "
-                "sample is",
-                voxels.rbegin()->first, label);
+            return fail("--labels: no sample has label {1}; the largest label is {0}",
+                        voxels.rbegin()->first, label);
     return make_volume(volume.grid(), volume.type(), [&](glm::uvec3 at) {
         const double label = volume.value(at);
         return std::find(labels.begin(), labels.end(), label) != labels.end() ? label : 0.0;

@@ -174,22 +174,18 @@ std::string sample_gap_text(const TouchOptions& o) {
 void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
     if (s.began_s > 0.0 && std::isfinite(s.began_s))
         log::warning(
-            "force began {:.3f} s into the path: until then the soft start waited for a hand that "
-            "is "
-            "free",
+            "force began {:.3f} s into the path: the soft start waited until the hand was free",
             s.began_s);
     if ((s.contact_ticks > 0 && s.most_force_n > 0.0) || o.algorithm == "none")
         return;
     if (o.algorithm.starts_with("wish-2008-") && o.feel.transfer.empty() &&
         o.feel.transfer_across.empty())
-        log::warning("nothing was felt: expected --transfer, which is 0");
+        log::warning("nothing was felt: --transfer is 0");
     else if (s.contact_ticks == 0)
-        log::warning(
-            "nothing was touched: on the path is nothing that is solid at --iso, or nothing but "
-            "that{}",
-            sample_gap_text(o));
+        log::warning("nothing was touched: the path meets no surface at --iso{}",
+                     sample_gap_text(o));
     else
-        log::warning("nothing was felt: force was 0 all the time");
+        log::warning("nothing was felt: the force was always 0");
 }
 
 void warn_of_idle_edit(const Volume& before, const Volume& after, const haptics::HandPath& path) {
@@ -221,8 +217,8 @@ Result<std::optional<Journal>> begin_journal(const TouchOptions& o, const Docume
     std::error_code error;
     if (fs::exists(journal_of(o), error))
         return fail(
-            "{}: holds strokes of a touch or an edit that did not end, or that were kept; `palpate "
-            "edit SCENE --recover -o {}` does them; remove it to begin anew",
+            "{}: holds strokes of an interrupted touch or edit, or of --journal; `palpate edit "
+            "SCENE --recover -o {}` applies them; remove the file to start again",
             journal_of(o).string(), o.output);
     Result<Journal> made = Journal::create(journal_of(o), Journal::base_of(document));
     if (!made)
@@ -240,8 +236,7 @@ Result<void> end_journal(const TouchOptions& o, Result<void> done) {
     if (done || empty)
         return done;
     return fail(
-        "{}; the strokes that had ended are in {}, and `palpate edit SCENE --recover -o {}` "
-        "does them",
+        "{}; the finished strokes are in {}, and `palpate edit SCENE --recover -o {}` applies them",
         done.error().message, journal_of(o).string(), o.output);
 }
 
@@ -338,7 +333,7 @@ Command add_touch(CLI::App& app) {
     add_path_options(app, o->motion);
     app.add_option(
            "--algorithm", o->algorithm,
-           fmt::format("How it is touched: {}", fmt::join(names_of(haptics::algorithms()), ", ")))
+           fmt::format("Haptic algorithm: {}", fmt::join(names_of(haptics::algorithms()), ", ")))
         ->check(one_of(names_of(haptics::algorithms())))
         ->capture_default_str();
     app.add_option("--device", o->device,
@@ -346,15 +341,16 @@ Command add_touch(CLI::App& app) {
         ->check(device_name())
         ->capture_default_str();
     using Most = haptics::MostTouch;
-    app.add_option(
-           "--iso", o->iso,
-           "Values at or above it are solid (default: 300 HU for CT, else half of the range)")
+    app.add_option("--iso", o->iso,
+                   "Values at or above it are solid, in the volume's units (default: 300 HU for "
+                   "CT, else half of the range)")
         ->check(within(-Most::value, Most::value));
     app.add_option("--radius", o->radius_mm,
-                   "Of the tool of swept-tool, vidholm-2004 and eriksson-2006, mm; 0 is a point")
+                   "Tool radius of swept-tool, vidholm-2004 and eriksson-2006, mm; 0 is a point")
         ->check(within(0.0, Most::radius_mm))
         ->capture_default_str();
-    app.add_option("--samples", o->samples, "Of the tool of swept-tool and vidholm-2004")
+    app.add_option("--samples", o->samples,
+                   "Samples of the point shell of swept-tool and vidholm-2004")
         ->check(CLI::Range(1u, Most::samples))
         ->capture_default_str();
     app.add_option("--stiffness", o->stiffness, "N/m")
@@ -368,7 +364,8 @@ Command add_touch(CLI::App& app) {
         ->delimiter(',')
         ->expected(1, 2)
         ->check(within(0.0, Most::friction));
-    app.add_option("--yield", o->yield_n, "T0: force above which material yields, N; 0 is never")
+    app.add_option("--yield", o->yield_n,
+                   "T0, the force above which material yields, N; 0 is never")
         ->check(within(0.0, Most::force_n))
         ->capture_default_str();
     app.add_option("--viscosity", o->viscosity, "N s/m")
@@ -377,35 +374,37 @@ Command add_touch(CLI::App& app) {
     app.add_option("--rate", o->rate_hz, "Ticks a second, Hz")
         ->check(CLI::Range(100.0, 20000.0))
         ->capture_default_str();
-    app.add_option("--scale", o->scale,
-                   "mm of the world a mm of the device; 0: as much as the path needs, 1 at least")
+    app.add_option(
+           "--scale", o->scale,
+           "Scale, mm of the world per mm of the device; 0: as large as the path needs, at least 1")
         ->check(non_negative())
         ->capture_default_str();
-    app.add_option("--delay", o->delay, "Of the simulated device, ticks")
+    app.add_option("--delay", o->delay, "Delay of the simulated device, ticks")
         ->check(CLI::Range(0, 2))
         ->capture_default_str();
-    app.add_option("--grip", o->hand.grip, "Of the hand: 0 is nobody, 1 relaxed, 3 firm")
+    app.add_option("--grip", o->hand.grip, "Grip of the hand: 0 no hand, 1 relaxed, 3 firm")
         ->check(non_negative())
         ->capture_default_str();
     add_feel_options(app, o->feel);
     app.add_flag("--real-time", o->real_time,
-                 "On the wall clock, in a real-time thread where permitted");
-    app.add_option("--report", o->report,
-                   "Every tick as CSV; - is standard output, in place of the summary (default: "
-                   "none)")
+                 "Run on the wall clock, in a real-time thread if permitted");
+    app.add_option(
+           "--report", o->report,
+           "Every tick as CSV; - is standard output, instead of the summary (default: none)")
         ->type_name("FILE.csv");
     app.add_option("--page", o->page, "Plots over time as one HTML page (default: none)")
         ->type_name("FILE.html");
     app.add_option("--record", o->record,
-                   "What passed between servo and device: .csv, else compact (default: none)")
+                   "Record of samples and forces of the device: .csv, else a compact format "
+                   "(default: none)")
         ->type_name("FILE");
     app.add_option("-o,--output", o->output,
-                   "The volume as it is at the end, or its labels where --edit changes those "
-                   "(default: none). While the tool edits, FILE.journal keeps its strokes")
+                   "The volume after the edit, or its labels if --edit changes labels (default: "
+                   "none). During the edit, FILE.journal keeps its strokes")
         ->type_name("FILE");
     app.add_flag("--journal", o->keep_journal,
-                 "Leave FILE.journal, from which `palpate edit SCENE --recover --undo N -o FILE` "
-                 "takes strokes back");
+                 "Keep FILE.journal at the end; `palpate edit SCENE --recover --undo N -o FILE` "
+                 "then takes strokes back");
     refuse_where_wrong(app, [o] { return check_together(*o); });
     return {[o, &app] { return run_touch(*o, app); }, [o] { return files_of(*o); }};
 }

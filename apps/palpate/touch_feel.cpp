@@ -133,7 +133,7 @@ Result<Said<Tool>> read_touch_tool(const std::string& text) {
 Result<Said<Operation>> read_touch_operation(const std::string& text) {
     Result<Said<Operation>> operation = read_json(text, read_operation);
     if (operation && operation->value.by_region())
-        return fail("'{}' happens after the stroke and cannot be felt",
+        return fail("'{}' takes effect after the stroke and cannot be felt",
                     name_of(operation->value.kind));
     return operation;
 }
@@ -228,8 +228,7 @@ void warn_of_absent_labels(const Feel& feel) {
             label == 0 || !there.contains(static_cast<uint16_t>(label)))
             absent.push_back(label);
     if (!absent.empty())
-        log::warning("--label-feel: nothing feels as label {}, of which no sample is",
-                     fmt::join(absent, ", "));
+        log::warning("--label-feel: no sample has label {}", fmt::join(absent, ", "));
 }
 
 // Vidholm & Agmund: while drawing the hand feels V, while it erases, erodes or dilates S.
@@ -249,21 +248,21 @@ struct TextOption {
 };
 constexpr TextOption kTextOptions[] = {
     {"--transfer", &FeelOptions::transfer, "TF",
-     "Of wish-2008-*: strength along the normal, N: A, or A,CENTER,WIDTH (a sigmoid of the value), "
-     "or VALUE:FORCE,... (default: 0)"},
+     "Haptic transfer function of wish-2008-* along the normal, N: A, or A,CENTER,WIDTH (a sigmoid "
+     "of the value), or VALUE:FORCE,... (default: 0)"},
     {"--transfer-across", &FeelOptions::transfer_across, "TF", "The same across it (default: 0)"},
     {"--opacity", &FeelOptions::opacity, "TF",
-     "Of koerner-1999, swept-local and swept-mesh: VALUE:OPACITY,... applied to samples before "
-     "--iso (default: none)"},
+     "Opacity of koerner-1999, swept-local and swept-mesh: VALUE:OPACITY,..., applied to samples "
+     "before --iso (default: none)"},
     {"--mesh", &FeelOptions::mesh, "FILE",
-     "Of swept-mesh: .ply or .stl (default: the surface at --iso, or of what is labelled)"},
+     "Mesh of swept-mesh: .ply or .stl (default: the surface at --iso, or of all labels)"},
     {"--felt-tool", &FeelOptions::felt_tool, "JSON",
-     "Of swept-tool: its shape, JSON or a file of it, as a stroke's \"shape\" (docs/carve.md; "
-     "default: a ball of --radius)"},
+     "Tool shape of swept-tool, JSON or a JSON file, as a stroke's \"shape\" "
+     "(docs/reference/strokes.md; default: a ball of --radius)"},
     {"--tool", &FeelOptions::tool, "JSON",
-     "Shape that --edit is done with, likewise (default: the ball of --drill)"},
+     "Tool shape of --edit, likewise (default: the ball of --drill)"},
     {"--edit", &FeelOptions::edit, "JSON",
-     "What the tool does while button 0 is pressed: JSON or a file of it, as a stroke's "
+     "Operation of the tool while button 0 is pressed: JSON or a JSON file, as a stroke's "
      "\"operation\"; cut and mill without to_value leave the volume's lowest value (default: "
      "nothing)"},
 };
@@ -282,16 +281,17 @@ void append_files(const FeelOptions& o, std::vector<NamedFile>& files) {
 
 void add_feel_options(CLI::App& app, FeelOptions& o) {
     app.add_option("--source", o.source,
-                   "What is felt: grey or labels (default: labels with --label-feel and while they "
-                   "are edited but by draw, else grey)")
+                   "Felt data: grey or labels (default: labels with --label-feel and while they "
+                   "are edited, except by draw; else grey)")
         ->check(CLI::IsMember({"grey", "labels"}));
     app.add_option("--label-feel", o.label_feel,
-                   "How one label feels: LABEL,STIFFNESS[,FRICTION[,T0]], N/m and N; may be "
-                   "repeated, others feel as --stiffness, --friction and --yield say")
+                   "Properties of one label: LABEL,STIFFNESS[,FRICTION[,T0]], N/m and N; "
+                   "repeatable; other labels take --stiffness, --friction and --yield")
         ->check(readable(read_label))
         ->type_name("L,K,MU,T0");
-    app.add_option("--field", o.field,
-                   "Of wish-2008-vector: the volumes of x, y and z (default: the gradient)")
+    app.add_option(
+           "--field", o.field,
+           "Vector field of wish-2008-vector: the volumes of x, y and z (default: the gradient)")
         ->delimiter(',')
         ->expected(3)
         ->type_name("VX,VY,VZ");
@@ -305,8 +305,7 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
     app.get_option("--edit")->check(readable_json(read_touch_operation));
     app.add_option(
            "--drill", o.drill_mm,
-           "Short for a cut with a ball of this radius, mm, which leaves the volume's lowest "
-           "value; 0: do not cut")
+           "Cut with a ball of this radius, mm, to the volume's lowest value; 0: do not cut")
         ->check(non_negative())
         ->excludes(app.get_option("--edit"))
         ->capture_default_str();
@@ -317,9 +316,9 @@ Result<void> check_together(const FeelOptions& o, const std::string& algorithm) 
         return fail("--label-feel: expected at most {}, found {}",
                     haptics::TouchParameters::kMostLabels, o.label_feel.size());
     if (!o.edit.empty() && o.tool.empty())
-        return fail("--edit: expected a --tool to do it with, found none");
+        return fail("--edit: needs a --tool");
     if ((!o.edit.empty() || o.drill_mm > 0.0) && algorithm == "swept-mesh")
-        return fail("--edit: swept-mesh feels a mesh, which an edit of the volume leaves");
+        return fail("--edit: swept-mesh feels a mesh, which an edit of the volume does not change");
     return {};
 }
 
@@ -351,8 +350,8 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         const haptics::Tuning tuning = haptics::tune(feel.parameters, *feel.scene.grey);
         if (tuning.grains > kManyGrains)
             log::warning(
-                "--iso {:g}: {:.0f} % of its surface is of grains of up to three samples, as amid "
-                "noise; what is felt there is them",
+                "--iso {:g}: {:.0f} % of its surface belongs to grains of up to three samples, as "
+                "in noise; the hand feels these grains",
                 feel.parameters.iso, 100.0 * tuning.grains);
         log::debug("normals blurred by {} samples{}", feel.parameters.normal_blur_samples,
                    feel.parameters.free_value == feel.parameters.solid_value

@@ -64,43 +64,42 @@ void add_path_options(CLI::App& app, PathOptions& o) {
     std::vector<std::string> names;
     for (const haptics::TrajectoryEntry& entry : haptics::trajectories())
         names.emplace_back(entry.name);
-    auto* motion = app.add_option_group("motion", "Where the hand means to be");
+    auto* motion = app.add_option_group("motion", "Intended positions of the hand");
     motion->require_option(1);
-    motion->add_option("--path", o.path,
-                       "CSV with the columns time_s,x_mm,y_mm,z_mm (LPS) and perhaps "
-                       "qw,qx,qy,qz,button");
+    motion->add_option(
+        "--path", o.path,
+        "CSV with the columns time_s,x_mm,y_mm,z_mm (LPS) and optionally qw,qx,qy,qz,button");
     motion
         ->add_option("--trajectory", o.trajectory,
                      fmt::format("A motion by name: {}", fmt::join(names, ", ")))
         ->check(one_of(names));
     const CLI::Validator place = within(-haptics::kFarthestHand_mm, haptics::kFarthestHand_mm);
-    app.add_option("--at", o.at,
-                   "Of a trajectory: the point approached, mm (LPS; default: the centre)")
+    app.add_option("--at", o.at, "Trajectory: target point, mm (LPS; default: the centre)")
         ->delimiter(',')
         ->expected(3)
         ->check(place);
     app.add_option("--direction", o.direction,
-                   "Of a trajectory: into the material (LPS; default 0,0,-1)")
+                   "Trajectory: direction into the material (LPS; default 0,0,-1)")
         ->delimiter(',')
         ->expected(3);
-    app.add_option("--depth", o.shape.depth_mm, "Of a trajectory: beyond the point, mm")
+    app.add_option("--depth", o.shape.depth_mm, "Trajectory: depth beyond the point, mm")
         ->check(place)
         ->capture_default_str();
     app.add_option("--distance", o.shape.distance_mm,
-                   "Of a trajectory: from where, or how wide, mm")
+                   "Trajectory: distance of approach, or width, mm")
         ->check(positive())
         ->check(place)
         ->capture_default_str();
-    app.add_option("--speed", o.shape.speed_mm_per_s, "Of a trajectory: mm/s")
+    app.add_option("--speed", o.shape.speed_mm_per_s, "Trajectory: speed, mm/s")
         ->check(positive())
         ->capture_default_str();
-    app.add_option("--frequency", o.shape.frequency_hz, "Of a trajectory: Hz")
+    app.add_option("--frequency", o.shape.frequency_hz, "Trajectory: frequency, Hz")
         ->check(positive())
         ->capture_default_str();
-    app.add_option("--duration", o.shape.duration_s, "Of a trajectory: s")
+    app.add_option("--duration", o.shape.duration_s, "Trajectory: duration, s")
         ->check(CLI::Range(0.001, 3600.0))
         ->capture_default_str();
-    app.add_option("--seed", o.shape.seed, "Of a trajectory: of what is random")
+    app.add_option("--seed", o.shape.seed, "Trajectory: seed of random motion")
         ->capture_default_str();
 }
 

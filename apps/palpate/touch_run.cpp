@@ -45,8 +45,8 @@ Workspace workspace_for(const HandPath& path, const DeviceCapabilities& device, 
         scale = std::max({1.0, need.x, need.y, need.z});
         if (scale > 1.0)
             log::info(
-                "the path needs {:.3g} mm of the world a mm of the device; a stiffness of k "
-                "feels like {:.3g} k",
+                "the path needs a scale of {:.3g} mm of the world per mm of the device; a "
+                "stiffness of k feels like {:.3g} k",
                 scale, scale);
     }
     return Workspace(0.5 * (low + high), scale);
@@ -121,7 +121,7 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
     const double needed = path.end_s() * setup.rate_hz * kBytes;
     if (!(needed < 0.75 * static_cast<double>(physical_memory_bytes())))
         return fail(
-            "a path of {:g} s at {:g} Hz: expected one that fits into memory, found {:.3g} GiB",
+            "a path of {:g} s at {:g} Hz needs {:.3g} GiB: more than 75 % of this machine's memory",
             path.end_s() - kLead_s, setup.rate_hz, needed * 0x1p-30);
     const auto count = static_cast<size_t>(path.end_s() * setup.rate_hz) + 1;
     const int64_t begin_ns = setup.real_time ? monotonic_ns() + period_ns : 0;

@@ -19,7 +19,7 @@ struct Choices {
     friend bool operator==(const Choices&, const Choices&) = default;
 };
 
-// Who draws the scenes of a hard case.
+// The renderer of a hard case's scenes.
 class Painter {
  public:
     virtual ~Painter() = default;

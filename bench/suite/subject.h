@@ -86,7 +86,7 @@ struct Setting {
 // integrator must be known.
 void apply(const Setting& setting, const Volume& volume, RayCastLayer& layer);
 
-// What the program does where nobody says otherwise.
+// The program's default settings.
 Setting default_setting();
 
 // The settings that make up a front: every integrator that differs in this mode, at steps of 2 to

@@ -34,7 +34,7 @@ struct RayCost {
 };
 std::span<const RayCost> ray_costs();
 
-// How much is looked at before something is granted.
+// Sizes of the samples that an estimate is based on.
 struct AccuracySampling {
     uint32_t side_px = 96; // of the longer side of the pictures by which settings are passed by
     uint32_t truth_pixels = 512; // of a picture by `exact`, compared with grid truth
@@ -86,8 +86,8 @@ struct AccuracyChoice {
 };
 
 // The fastest setting whose estimate, of the whole picture, is at most `error`. Settings that miss
-// it in a smaller picture (sampling.side_px) are passed by. Fails with a sentence that says the
-// best that can be had. scene.ray_cast is there.
+// it in a smaller picture (sampling.side_px) are passed by. Fails with a sentence that states the
+// smallest error available. scene.ray_cast is there.
 Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, const SceneData& data,
                                       double error, AccuracySampling sampling = {});
 

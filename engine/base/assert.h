@@ -6,13 +6,13 @@
 
 namespace palpate {
 
-// Prints the broken condition and its place, then aborts.
+// Prints the failed condition and its source line, then aborts.
 [[noreturn]] void assertion_failed(const char* condition, const std::string& values,
                                    const char* file, int line);
 
 } // namespace palpate
 
-// Our own mistakes. Stays on in every build type: it is never put inside an inner loop.
+// For faults of this code. Stays on in every build type; not for inner loops.
 #define PALPATE_ASSERT(condition)                                            \
     do {                                                                     \
         if (!(condition)) [[unlikely]]                                       \

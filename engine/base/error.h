@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// What the world did wrong: a file, a header, an argument.
+// An error of the outside world: a file, a header, an argument.
 //
 // `message` is one sentence without a final line break. It names the file or key, what was
 // expected and what was found, so that a person can act on it without reading code.
@@ -16,7 +16,7 @@ struct Error {
     std::string message;
 };
 
-// A value, or the reason why there is none. Our own mistakes are PALPATE_ASSERT instead, and
+// A value, or the reason why there is none. Faults of this code are PALPATE_ASSERT instead;
 // failures of the graphics device are exceptions (engine/gpu/error.h).
 template <class T>
 using Result = tl::expected<T, Error>;

@@ -5,9 +5,9 @@
 
 namespace palpate {
 
-// Which of a number of things hang together: a forest over their numbers, 0 and on, in which the
-// smallest of a tree is its root. `Parents` is a container of whole numbers, such as
-// std::vector<uint32_t> or std::array<uint8_t, 12>; at most as many things as its values can count.
+// Connected components of things numbered from 0: a forest in which the smallest number of a tree
+// is its root. `Parents` is a container of whole numbers, such as std::vector<uint32_t> or
+// std::array<uint8_t, 12>; at most as many things as its values can count.
 template <class Parents>
 class Forest {
  public:
@@ -18,7 +18,7 @@ class Forest {
         std::iota(parent_.begin(), parent_.end(), Number{0});
     }
 
-    // The smallest of those that hang together with v. Shortens the way there.
+    // The smallest number connected with v. Shortens the path to it.
     Number root(Number v) {
         while (parent_[v] != v)
             v = parent_[v] = parent_[parent_[v]];

@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// A JSON value that knows on which line of its text it stood, so that whoever reads meaning into it
-// can say where that meaning is wrong. Values made by the program have line 0.
+// A JSON value with its line in the text, so that error messages about its meaning can name the
+// line. Values made by the program have line 0.
 struct Json {
     enum class Kind { null, boolean, number, string, array, object };
     Kind kind = Kind::null;
@@ -34,9 +34,9 @@ struct Json {
 // "a number", "a text", "an object", ... for messages.
 const char* kind_name(Json::Kind kind);
 
-// `name` is the file's, for messages. Refused: what is no JSON (RFC 8259), a key that an object has
-// twice, nesting deeper than 64, numbers that overflow a double. first_line: where in the file the
-// text begins.
+// `name` is the file's, for messages. Refused: text that is not JSON (RFC 8259), a duplicate key in
+// an object, nesting deeper than 64, numbers that overflow a double. first_line: where in the file
+// the text begins.
 Result<Json> parse_json(std::string_view text, const std::string& name, int first_line = 1);
 
 // Readable text with two spaces per level and a final line break; arrays of plain values stay on

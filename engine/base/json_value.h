@@ -12,15 +12,15 @@
 
 namespace palpate {
 
-// The first thing wrong with a JSON file. Readers carry on after it with default values, so that
-// reading code needs no check after every value: it asks once, at the end.
+// The first error of a JSON file. Readers continue after it with default values, so that code
+// checks once at the end instead of after every value.
 struct JsonErrors {
     std::string file; // for messages
     std::optional<Error> first;
 };
 
-// A value and its place, such as ray_cast.isos[1].value. Every accessor that finds something else
-// than it was asked for records "FILE:LINE: PLACE: expected ..., found ..." and returns a default.
+// A value and its place, such as ray_cast.isos[1].value. An accessor that finds another kind or
+// range of value records "FILE:LINE: PLACE: expected ..., found ..." and returns a default.
 class JsonValue {
  public:
     // `json` and `errors` must outlive it. `place` is empty for the root.
@@ -69,8 +69,8 @@ class JsonValue {
     JsonErrors* errors_;
 };
 
-// The entry of `known` with the smallest edit distance to `name`, if that is small enough to be a
-// slip of the pen (at most a third of its letters); else empty.
+// The entry of `known` with the smallest edit distance to `name`, if it is small enough for a
+// typing error (at most a third of its letters); else empty.
 std::string_view nearest_name(std::string_view name, const std::vector<std::string_view>& known);
 
 } // namespace palpate

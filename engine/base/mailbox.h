@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// Hands the newest of a row of immutable values from one writer to a few readers.
+// Passes the newest immutable value from one writer to a few readers.
 //
 //     Mailbox<Snapshot> box(std::make_unique<Snapshot>(first));
 //     box.publish(std::make_unique<Snapshot>(next));      // the writer's thread
@@ -21,16 +21,16 @@ namespace palpate {
 //
 // Reading is wait-free: pin() is two loads and one store, and neither repeats, locks, allocates nor
 // frees. A pinned value stays whole until the pin ends, however much is published meanwhile, and is
-// at least as new as what publish() had returned for when pin() began. What was replaced is freed
-// by the writer, in publish() and collect(), once no reader can hold it. A reader that never ends
-// its pin makes the writer keep everything from then on: waiting() tells.
+// at least as new as what publish() had returned for when pin() began. The writer frees a replaced
+// value in publish() and collect(), once no reader can hold it. A reader that never ends its pin
+// makes the writer keep all later values: waiting() counts them.
 //
-// How: values are counted by an epoch. A reader writes the epoch it begins in to its own slot, then
-// takes the root; the writer replaces the root, raises the epoch, then looks into the slots. What
-// was replaced when the epoch became e is free once every slot is empty or holds e or more. The
-// store to the slot must come before the load of the root in the one order of all sequentially
-// consistent operations; weaker, the writer may look between them, find the slot empty, and free
-// what the reader is about to take (K. Fraser, Practical lock freedom, 2004, section 5.2.3).
+// Method: an epoch counts the values. A reader writes the epoch to its slot, then takes the root;
+// the writer replaces the root, raises the epoch, then reads the slots. A value replaced when the
+// epoch became e is free once every slot is empty or holds e or more. The store to the slot must
+// come before the load of the root in the one order of all sequentially consistent operations;
+// weaker, the writer may read the slot between them, find it empty, and free the value that the
+// reader is about to take (K. Fraser, Practical lock freedom, 2004, section 5.2.3).
 //
 // Atomic is std::atomic but in the test that runs every interleaving.
 template <class T, template <class> class Atomic = std::atomic>
@@ -60,7 +60,7 @@ class Mailbox {
         Pin& operator=(const Pin&) = delete;
         const T& operator*() const noexcept { return *value_; }
         const T* operator->() const noexcept { return value_; }
-        // epoch() when the pin began; what is pinned is that value or a newer one.
+        // epoch() when the pin began; the pinned value is that one or newer.
         uint64_t epoch() const noexcept { return epoch_; }
 
      private:

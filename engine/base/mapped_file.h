@@ -12,8 +12,8 @@ namespace palpate {
 
 // A regular file mapped into memory for reading.
 //
-// Reading a part that the file no longer has, because somebody cut it short meanwhile, ends the
-// process (SIGBUS): ask is_whole() before touching pages.
+// Reading beyond the end of a file that another process truncated ends this process (SIGBUS): call
+// is_whole() before touching pages.
 class MappedFile {
  public:
     // An error names the file. A file of 0 bytes maps to nothing.

@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-// Bytes of memory this process may hope for: the machine's RAM, or less where a control group
+// Bytes of memory available to this process: the machine's RAM, or less where a control group
 // limits it.
 uint64_t physical_memory_bytes();
 

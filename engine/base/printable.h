@@ -6,7 +6,7 @@
 namespace palpate {
 
 // Text for a terminal. Names and headers of files may hold escape sequences, which would move the
-// cursor, hide text or rename the window; here they are shown as they are written.
+// cursor, hide text or rename the window; here they are escaped.
 //
 // Control characters (C0, DEL, and C1, which are U+0080 .. U+009F), characters that turn the
 // direction of writing (U+202A .. U+202E, U+2066 .. U+2069) or end a line (U+2028, U+2029), and

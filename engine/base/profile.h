@@ -11,8 +11,8 @@
 #include "engine/base/error.h"
 #include "engine/base/json.h"
 
-// What a run does, and when: spans of time on the threads of the CPU and on tracks of the graphics
-// device, written as a trace that ui.perfetto.dev and chrome://tracing open.
+// Records spans of time on CPU threads and on tracks of the graphics device, and writes a trace for
+// ui.perfetto.dev and chrome://tracing.
 //
 //     profile::start();
 //     { const profile::Scope scope("load"); ... }
@@ -45,10 +45,10 @@ Result<void> save(const std::filesystem::path& path);
 // Facts shown beside a span.
 using Arguments = std::vector<std::pair<std::string, Json>>;
 
-// How the calling thread is called in the trace; else "thread N".
+// Names the calling thread in the trace; default "thread N".
 void name_thread(std::string name);
 
-// Tracks that are no thread of the CPU.
+// Tracks beside the CPU threads.
 enum class Track {
     passes,  // of the graphics device, by its own timestamps
     copies,  // uploads and read-backs, likewise
@@ -73,7 +73,7 @@ class Scope {
     Scope& operator=(const Scope&) = delete;
 
     bool recorded() const { return name_ != nullptr; }
-    // Call it behind recorded(), so that nothing is made for nobody.
+    // Call it only if recorded(), so that no text is made in vain.
     void tell(std::string key, Json value) {
         arguments_.emplace_back(std::move(key), std::move(value));
     }

@@ -14,8 +14,8 @@ namespace palpate {
 // order. push() and pop() are wait-free: neither repeats, locks, allocates nor frees, so either end
 // may be the servo's.
 //
-// A full ring refuses: push() returns false and the producer knows. Poses of a tool are pushed so:
-// when one is refused, the sweep from the last accepted pose to the next still leaves no gap.
+// push() on a full ring returns false. Tool poses are pushed this way: after a refused pose, the
+// sweep from the last accepted pose to the next still leaves no gap.
 //
 // Atomic is std::atomic but in the test that runs every interleaving.
 template <class T, template <class> class Atomic = std::atomic>

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// What the samples of a volume mean.
+// The meaning of a volume's samples.
 enum class VolumeKind : uint8_t { grey, labels, other };
 const char* name_of(VolumeKind kind); // "grey", "labels" or "other"
 VolumeKind read_volume_kind(const JsonValue& in);

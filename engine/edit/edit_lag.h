@@ -12,7 +12,7 @@ namespace palpate {
 
 struct EditState;
 
-// How far those who read an edit are behind the hand that makes it.
+// Latency of the readers of an edit behind the hand.
 //
 // Each reader says which snapshot it has got to, and when; latencies count from the moment the
 // newest input within that snapshot was pushed, once a snapshot and reader: a picture drawn again

@@ -19,7 +19,7 @@
 
 namespace palpate {
 
-// What the hand does: one entry a tick while the tool is down.
+// Input of the hand: one entry a tick while the tool is down.
 struct EditInput {
     enum class Kind : uint8_t { down, move, up };
     Kind kind = Kind::move;
@@ -28,7 +28,7 @@ struct EditInput {
     int64_t pushed_ns = 0; // profile::now_ns() when it was pushed: latencies count from here
 };
 
-// What everybody else sees of an edit.
+// The published state of an edit.
 struct EditState {
     Document document;
     size_t edited = 0;           // which volume of it strokes work on
@@ -40,8 +40,8 @@ struct EditState {
     size_t strokes_done = 0; // and other changes, and not undone
     size_t undo_steps = 0, redo_steps = 0;
     size_t refusals = 0; // so far
-    // Why the last stroke, command or step did nothing, or passed over a pose; else empty. A stroke
-    // that met samples which cannot be read is taken back whole.
+    // Why the last stroke, command or step had no effect, or left out a pose; else empty. A stroke
+    // that meets unreadable samples is taken back whole.
     std::string refusal;
 
     const Volume& volume() const { return document.volumes[edited].volume; }
@@ -53,12 +53,12 @@ struct EditorOptions {
     HistoryOptions history;
     // Steps that led to the document, of the entries in `journal` (replay.h); null: none.
     std::unique_ptr<History> begun;
-    // Each stroke, undo and redo is on disk before it counts as done. One that cannot be written,
-    // to a full disk say, is taken back and told; the next is tried anew. So what is published
-    // between strokes is what the journal gives, whatever happens.
+    // Each stroke, undo and redo is on disk before it counts as done. A step that cannot be
+    // written, to a full disk say, is taken back and reported in `refusal`; the next is tried
+    // again. So the published state between strokes always equals the journal.
     std::optional<Journal> journal;
-    // Without a thread of its own nothing happens but in settle(), and all is a function of what
-    // was pushed and commanded.
+    // Without a thread, work happens in settle() only, and the result is a function of the inputs
+    // and commands.
     bool threaded = true;
 };
 
@@ -74,12 +74,12 @@ struct EditSetup {
 // The one writer of a document: a thread that turns poses into snapshots.
 //
 // Poses come through a ring from one thread, the servo, which waits for nothing; a full ring
-// refuses, and the sweep to the next accepted pose leaves no gap. A pose that is none (a zero
-// quaternion, a number that is not finite) is passed over in the same way and told; at tool-down it
-// refuses the stroke. Commands come through a second ring from one other thread, the frame's.
-// Snapshots leave through a wait-free mailbox. The editor empties the ring at least once a slice,
-// whatever it is doing, and publishes between slices: a stroke that takes long appears piece by
-// piece. What it publishes at the end of each stroke is what apply_stroke() gives.
+// refuses, and the sweep to the next accepted pose leaves no gap. An invalid pose (a zero
+// quaternion, a number that is not finite) is left out and reported; at tool-down it refuses the
+// stroke. Commands come through a second ring from one other thread, the frame's. Snapshots leave
+// through a wait-free mailbox. The editor empties the ring at least once a slice and publishes
+// between slices: a long stroke appears piece by piece. The state published at the end of a stroke
+// equals apply_stroke().
 class Editor {
  public:
     using Readers = Mailbox<EditState>;
@@ -189,8 +189,8 @@ class Editor {
     EditInput last_fed_, last_done_;
     uint64_t published_ = 0, commands_done_ = 0;
     size_t strokes_done_ = 0;
-    // How many of the next steps back and forth are those that one who does the journal's entries
-    // would take; others are kept as differences.
+    // How many of the next undo and redo steps equal those of replaying the journal; others are
+    // kept as differences.
     size_t undos_in_journal_ = 0, redos_in_journal_ = 0;
     size_t refusals_ = 0;
     std::string refusal_;

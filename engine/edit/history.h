@@ -15,18 +15,18 @@ struct HistoryOptions {
     uint64_t memory_bytes = uint64_t{512} << 20;
     // Where steps go that no longer fit; empty: the oldest are dropped.
     std::filesystem::path spill_folder;
-    // Told once when steps begin to be dropped, once when spilling fails and once when a step
-    // cannot be packed; a sentence. From the thread that calls record().
+    // Called with a sentence, once each: when steps begin to be dropped, when spilling fails, and
+    // when a step cannot be packed. From the thread that calls record().
     std::function<void(const std::string&)> notice;
 };
 
 // Steps back and forth between states of a document: strokes, and volumes that come, go or are
 // replaced.
 //
-// A step (step.h) holds the bricks that an edit replaced and where they lie; never a table, and
-// never what snapshots share. In the background it becomes the packed difference of its changed
-// 8x8x8 blocks. When all steps together need more than memory_bytes, the oldest are moved to a
-// file, or dropped.
+// A step (step.h) holds the bricks that an edit replaced, with their positions; never a table, and
+// never bricks that snapshots share. In the background it becomes the packed difference of its
+// changed 8x8x8 blocks. When all steps together need more than memory_bytes, the oldest are moved
+// to a file, or dropped.
 //
 // One thread calls this; a worker of its own packs. A step is exact: undo gives the same samples,
 // in volumes with new versions (of a step that changed nothing, in those that are there).
@@ -37,8 +37,8 @@ class History {
     History(const History&) = delete;
     History& operator=(const History&) = delete;
 
-    // After an edit from `before`, the present, to `after`. Steps that could be redone are gone.
-    // An edit that changes nothing is a step too, an empty one: who takes back N steps takes back N
+    // After an edit from `before`, the present, to `after`. Steps that could be redone are
+    // gone. An edit without changes is a step as well, so that N steps of undo are N
     // edits.
     void record(const Document& before, const Document& after);
 

@@ -44,8 +44,8 @@ Result<JournalEntry> parse_entry(std::string_view text, const std::string& name)
 // there, and writers go on from there. They do so, too, where bytes have changed since they were
 // written, for strokes stand on those before them; the whole is then kept under another name.
 //
-// Who has a journal open for writing holds a lock on it (flock), which ends with the process
-// however that ends: nobody else opens or discards it meanwhile. A file system without locks gives
+// A journal open for writing is locked (flock) until the process ends, in whatever way:
+// no other process opens or discards it meanwhile. A file system without locks gives
 // none.
 class Journal {
  public:
@@ -87,10 +87,10 @@ class Journal {
     // What a journal holds, whatever volumes it belongs to; changes nothing, needs no lock.
     static Result<Contents> peek(const std::filesystem::path& path);
 
-    // An error where somebody has it open for writing.
+    // An error if another process has it open for writing.
     static Result<void> expect_ended(const std::filesystem::path& path);
 
-    // Takes one away that nobody has open for writing.
+    // Removes a journal that no process has open for writing.
     static Result<void> discard(const std::filesystem::path& path);
 
     ~Journal();
@@ -100,7 +100,7 @@ class Journal {
     // When this fails, a full disk say, the journal is what it was before, and may be tried again.
     Result<void> append(const JournalEntry& entry);
 
-    // Takes the file away: what it led to is safe elsewhere.
+    // Removes the file, once its result is saved elsewhere.
     void remove();
 
  private:

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// What a stroke does to the samples it passes over.
+// The effect of a stroke on the samples it passes over.
 //
 // Below, S' is the snapshot at tool-down, T the set of samples that the tool passed over from then
 // on (sweep.h), and every operation is a function of those two alone: S = op(S', T). So it does not
@@ -46,8 +46,8 @@ namespace palpate {
 // With `only_values` samples count as part of T only where a grey volume lies in this range, ends
 // included (threshold paint): a guide of the same size for labels, S' itself for grey values.
 //
-// Gradients are never stored: who shades, meshes or touches takes them from the snapshot it reads,
-// so the gradient near a change is new with the change.
+// Gradients are never stored: shading, meshing and touch compute them from the snapshot they read,
+// so gradients near a change are always current.
 enum class OperationKind { draw, erase, erode, dilate, smooth, fill, islands, cut, mill };
 
 struct RatePoint {
@@ -88,7 +88,7 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
 
 // Why a guide does not serve a volume: another size, or samples that lie elsewhere in the patient
 // by more than Sweep::tolerance_for(volume's grid), to which tools are swept. That is far more than
-// what formats round: 32-bit floats hold places of 10 m to 0.001 mm.
+// the rounding of formats: 32-bit floats hold positions of 10 m to 0.001 mm.
 Result<void> check_guide(const Volume& guide, const Volume& volume);
 
 double rate_at(const std::vector<RatePoint>& rates, double value);

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// What doing an entry of a journal took.
+// Cost of applying an entry of a journal.
 struct Replayed {
     uint64_t samples_seen = 0; // of a stroke: within its tool, each once
 };

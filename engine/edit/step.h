@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-// What an edit replaced: for each changed brick both sides, shared with the snapshots they are of.
+// The bricks that an edit replaced, before and after, shared with their snapshots.
 struct ReplacedBrick {
     ChangedBrick where;
     BrickPtr before, after;

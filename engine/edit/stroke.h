@@ -11,8 +11,8 @@
 
 namespace palpate {
 
-// One press of a tool: what it is, what it does, and the way it goes. A value: it can be kept,
-// written, and done again with the same result on any machine.
+// One press of a tool: its shape, its operation and its path. A value: it can be stored, written,
+// and applied again with the same result on any machine.
 struct Stroke {
     Json shape; // as written; what `tool` was made from
     Tool tool;
@@ -20,7 +20,7 @@ struct Stroke {
     std::vector<StrokePose> poses; // at least one; time never falls
 };
 
-// Stroke files are JSON lines (docs/carve.md lists every key): a header line
+// Stroke files are JSON lines (docs/reference/strokes.md lists every key): a header line
 //     {"stroke": 1, "units": "mm", "shape": {...}, "operation": {...}}
 // then one pose a line, in world millimetres (LPS) and seconds:
 //     {"t_s": 0.001, "p_mm": [1, 2, 3], "q": [1, 0, 0, 0]}

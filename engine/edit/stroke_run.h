@@ -18,10 +18,10 @@ class RegionSearch;
 
 // One stroke while it happens, from tool-down to tool-up.
 //
-// Poses are added as they come; work() does what they ask for, in slices; publish() makes a
-// snapshot of what has been done. What comes out at the end is a function of the snapshot at
-// tool-down and of the poses (operation.h): the same bytes for any portions of poses, any slices,
-// any number of threads. One thread calls this; work() uses all cores.
+// Poses are added as they arrive; work() applies them in slices; publish() makes a snapshot of the
+// work so far. The final result is a function of the snapshot at tool-down and of the poses
+// (operation.h): the same bytes for any portions of poses, any slices, any number of threads. One
+// thread calls this; work() uses all cores.
 class StrokeRun {
  public:
     // Fails as check(operation, ...) does, and does it settled(). A guide serves only_values on

@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// What cuts: a shape, a set of samples, or both.
+// The cutting part of a tool: a shape, the sample at the origin, or both.
 struct Tool {
     ShapePtr shape; // null for a point
     // Affects every sample whose cell (half a sample to each side in index space) the tool's origin

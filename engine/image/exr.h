@@ -9,8 +9,8 @@
 
 namespace palpate {
 
-// How samples are stored. `half_float` keeps 11 significant bits and turns what exceeds 65504 into
-// infinity: enough for colours, too coarse for grey values and distances, which want `full_float`.
+// How samples are stored. `half_float` keeps 11 significant bits and turns values beyond 65504 into
+// infinity: enough for colours, too coarse for grey values and distances, which need `full_float`.
 enum class ExrPrecision { half_float, full_float };
 
 // Facts about a picture, kept in the file as string attributes. Names must not be those of the

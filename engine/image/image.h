@@ -36,8 +36,8 @@ Image make_image(glm::uvec2 size_px, std::vector<std::string> channels);
 // Where a channel of this name lies within a pixel, if there is one.
 std::optional<size_t> channel_index(const Image& image, std::string_view name);
 
-// What a picture read from a file may claim: 2^16 pixels on a side, 64 channels, and 1 GiB of
-// samples in all. Readers refuse more before they allocate.
+// Limits of a picture read from a file: 2^16 pixels on a side, 64 channels, and 1 GiB of samples in
+// all. Readers refuse more before they allocate.
 constexpr uint64_t kMaxImageSide = 65536;
 constexpr uint64_t kMaxImageChannels = 64;
 constexpr uint64_t kMaxImageBytes = uint64_t{1} << 30;

@@ -11,10 +11,10 @@
 #include "engine/volume/volume.h"
 
 // Brick files (.pbv): a volume as packed bricks with their ranges, coarser levels of it, and
-// checksums, read a brick at a time. The bytes are told in docs/brick-file.md.
+// checksums, read a brick at a time. The layout: docs/reference/brick-file.md.
 namespace palpate {
 
-// A volume to be written, of which no more need exist than the bricks being written.
+// A volume to be written brick by brick; only the bricks being written need to exist.
 struct BrickStream {
     Grid grid;
     ScalarType type{};
@@ -36,7 +36,7 @@ Result<void> save_brick_file(const std::filesystem::path& path, const BrickStrea
                              const BrickFileWriting& writing = {});
 
 // A brick file that is open. Its volumes fetch samples from it as they are read, and keep it open;
-// a reader of a brick that proves to be damaged gets a SourceError.
+// reading a damaged brick throws SourceError.
 struct BrickFile {
     Volume volume;
     std::vector<Volume> coarser; // level 1, 2, ..; each half as fine, the last one brick

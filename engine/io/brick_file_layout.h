@@ -10,8 +10,8 @@
 #include "engine/volume/brick.h"
 #include "engine/volume/grid.h"
 
-// The bytes of a brick file (docs/brick-file.md): header, packed bricks, index. All numbers are
-// little-endian.
+// The bytes of a brick file (docs/reference/brick-file.md): header, packed bricks, index. All
+// numbers are little-endian.
 namespace palpate::io {
 
 constexpr char kBrickFileMagic[8] = {'\x89', 'P', 'B', 'V', '\r', '\n', '\x1a', '\n'};

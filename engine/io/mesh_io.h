@@ -40,14 +40,14 @@ struct MeshReadOptions {
     uint64_t max_memory_bytes = physical_memory_bytes() / 2;
 };
 
-// A mesh read from a file, and what a person should know about it.
+// A mesh read from a file, with messages for people.
 struct LoadedMesh {
     Mesh mesh;
     std::vector<std::string> warnings;
 };
 
-// Reads a mesh. What the file is, is told from its beginning, and from its extension where that may
-// be anything. Polygons are cut into fans.
+// Reads a mesh. The format is recognised by the first bytes, or by the extension where those are
+// ambiguous. Polygons are cut into fans.
 //
 //   PLY  ascii, and binary of either byte order; any types
 //   STL  binary or ascii; corners of equal position become one vertex

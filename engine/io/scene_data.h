@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// The voxels a scene file names, and what a person should know about them.
+// The voxels that a scene file names, with messages for people.
 struct LoadedScene {
     SceneData data;
     std::string modality; // of the volume; empty where unknown

@@ -40,7 +40,7 @@ struct ReadOptions {
     std::stop_token stop; // asked to stop, loading ends with an error
 };
 
-// A volume read from a file, and what a person should know about it.
+// A volume read from a file, with messages for people.
 struct LoadedVolume {
     Volume volume;
     std::vector<std::string> warnings; // sentences: what was assumed, lost or odd
@@ -61,9 +61,9 @@ struct LoadedVolume {
 // A brick file (engine/io/brick_file.h) is opened, and its samples are fetched as they are read; a
 // reader that meets a damaged one gets a SourceError.
 //
-// Any other file is decoded in a child process with limits on memory and time (docs/decisions/3),
-// so that a damaged file ends in an error, whatever the libraries that read it do. An error names
-// the file.
+// Any other file is decoded in a child process with limits on memory and time (docs/decisions), so
+// that a damaged file ends in an error, whatever the libraries that read it do. An error names the
+// file.
 Result<LoadedVolume> load_volume(const std::filesystem::path& path,
                                  const ReadOptions& options = {});
 

@@ -27,15 +27,15 @@ struct Decimated {
 
 // A mesh of fewer triangles no farther from the original than error_mm.
 //
-// Edges collapse one after another, those first that move the surface least, and only where no
-// point of either surface comes to lie farther from the other (edge_collapse.h). New vertices lie
-// where the planes of the original's triangles are nearest, and take the original's normal there.
+// Edges collapse in order of least displacement of the surface, and only if no point of either
+// surface ends farther from the other than error_mm (edge_collapse.h). New vertices minimise the
+// distance to the planes of the original's triangles and take the original's normal there.
 // Distances hold for each patch of one label and one outer label against the same patch. They are
 // measured once more on the result.
 //
-// Every component keeps its Euler number, so none appears or goes, and no open edge or non-manifold
-// edge is added. Lines where walls between labels meet stay lines, and no wall comes apart. The
-// triangles keep their order and labels. Those that name a vertex twice are dropped.
+// Every component keeps its Euler number, so none appears or vanishes, and no open or non-manifold
+// edge is added. Lines where walls between labels meet stay lines, and no wall splits. The
+// triangles keep their order and labels. Triangles that name a vertex twice are dropped.
 //
 // An error where a position is not finite.
 Result<Decimated> decimate(const Mesh& mesh, const DecimateOptions& options);

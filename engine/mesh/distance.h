@@ -10,9 +10,9 @@
 namespace palpate {
 
 struct DistanceOptions {
-    double tolerance_mm = 1e-3; // > 0: how much farther the farthest point may be than what is told
+    double tolerance_mm = 1e-3; // > 0: true largest distance minus the reported one, at most
     uint32_t samples = 100'000; // about as many points, spread evenly by area, for mean and angle
-    std::stop_token stop;       // asked to stop, the result is too small and of no use
+    std::stop_token stop;       // after a stop request the result is invalid (too small)
 };
 
 // How far the points of one surface are from another. World millimetres; all 0 for an empty mesh,

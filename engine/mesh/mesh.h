@@ -10,8 +10,8 @@ namespace palpate {
 
 // Triangles that share vertices.
 //
-// Mesh space is millimetres; `world_from_mesh` places it in the patient and holds what floats
-// cannot: offsets of kilometres and directions. A mesh taken from a volume has the volume's index
+// Mesh space is millimetres; `world_from_mesh` places it in the patient and holds directions and
+// offsets of kilometres, which floats cannot. A mesh taken from a volume has the volume's index
 // axes, scaled to millimetres (world_from_mesh(grid)).
 //
 // A mesh with `outer_labels` has shared walls: where two labels meet, each triangle is there once,
@@ -30,7 +30,7 @@ struct Mesh {
 // the grid is sheared.
 glm::dmat4 world_from_mesh(const Grid& grid);
 
-// What encloses one label: its triangles, and those of which it is the outer label, turned over.
+// The surface of one label: its triangles, and those of which it is the outer label, turned over.
 // Positions (and normals) that these use keep their order; labels hold `label` alone.
 Mesh surface_of_label(const Mesh& mesh, uint16_t label);
 

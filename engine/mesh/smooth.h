@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// What smoothing did to a mesh, in world millimetres.
+// Effect of smoothing on a mesh, in world millimetres.
 struct SmoothReport {
     double volume_before_mm3 = 0.0, volume_after_mm3 = 0.0; // signed, as topology() gives them
     double area_before_mm2 = 0.0, area_after_mm2 = 0.0;
@@ -16,14 +16,14 @@ struct SmoothReport {
 
 // All filters below move every vertex towards or away from the mean of its neighbours (the vertices
 // it shares an edge with, weighted alike), all at once, so that the order of vertices and triangles
-// changes nothing but rounding. Vertices on open edges stay, and with them what joins meshes.
+// changes nothing but rounding. Vertices on open edges stay, so that joined meshes stay joined.
 // Triangles and labels are kept; a mesh that had normals gets them anew (vertex_normals()).
 //
-// What a filter does to a pattern is told by the pattern's frequency k: the mean of the neighbours
-// of a vertex is 1 - k times the vertex, k from 0 (all alike) to 2. It is multiplied by f(k).
+// A filter multiplies a pattern of frequency k by f(k). The mean of the neighbours of a vertex is 1
+// - k times the vertex, k from 0 (all alike) to 2.
 
 // f = (1 - share k)^passes. Drilling into volume data (the third paper, section 2, after KBSS01)
-// filters the extracted surface with share 1. Shrinks what is small.
+// filters the extracted surface with share 1. Shrinks small features.
 SmoothReport mean_filter(Mesh& mesh, uint32_t passes, double share = 1.0);
 
 // f = ((1 - lambda k) (1 - mu k))^passes, nearly 1 up to the pass band 1 / lambda + 1 / mu, 0.1 as
@@ -38,8 +38,8 @@ SmoothReport taubin_filter(Mesh& mesh, uint32_t passes, double lambda = 0.5,
 // pass_band, so that f is still 1 there. 0 < pass_band < 2; terms >= 1, each as dear as a pass.
 SmoothReport windowed_sinc_filter(Mesh& mesh, uint32_t terms = 20, double pass_band = 0.1);
 
-// Normals alone: each becomes the unit mean of itself and its neighbours', `passes` times. Lessens
-// the edges one sees and feels, and moves nothing. Normals are made first where there are none.
+// Normals alone: each becomes the unit mean of itself and its neighbours', `passes` times. Smooths
+// shading and touch without moving vertices. Normals are computed first if there are none.
 void mean_filter_normals(Mesh& mesh, uint32_t passes);
 
 // Coefficients of the windowed sinc: f(k) = sum of c[i] cos(i arccos(1 - k / 2)).

@@ -16,7 +16,7 @@ struct MeshComponent {
     double volume_mm3 = 0.0; // enclosed; negative where it is a hollow, its normals facing inward
 };
 
-// What a mesh is as a surface. Lengths are world millimetres, computed in double.
+// Topology and size of a mesh. Lengths are world millimetres, computed in double.
 //
 // Vertices are the same where their index is the same: weld() first where positions should count.
 // Triangles that name one vertex twice are counted in degenerate_triangles and otherwise left out.

@@ -73,7 +73,7 @@ struct CoarseSettings {
     // the root of the mean square between neighbours over the colour's channels (0 .. 1), and half
     // of what no mean of two rays fits: a - b - c + d of the channel where that is largest. Left
     // out, it is 0.06, and 0.115 between iso-surfaces, which are smooth from edge to edge, so that
-    // a mean errs less (docs/performance.md).
+    // a mean errs less (docs/log/rendering.md).
     // Of iso-surfaces (but with the exact integrator, or among see-through meshes) a ray between
     // four others begins two steps before the nearest of what these meet: what is thinner than two
     // pixels and lies in front of all that may be missed. refine() shows it; error_estimate counts

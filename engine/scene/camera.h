@@ -9,7 +9,7 @@ namespace palpate {
 
 enum class Projection { perspective, orthographic };
 
-// Where the viewer stands, in world millimetres.
+// Position and projection of the viewer, in world millimetres.
 struct Camera {
     Projection projection = Projection::perspective;
     glm::dvec3 eye_mm{0.0, -500.0, 0.0};
@@ -30,7 +30,7 @@ struct StereoRig {
     friend bool operator==(const StereoRig&, const StereoRig&) = default;
 };
 
-// One eye's picture as a bundle of rays: what ray caster, slices and reference all start from.
+// The rays of one eye's picture, shared by ray caster, slices and reference.
 //
 // A pixel (x, y), row 0 at the top, has its centre at (x + 0.5, y + 0.5). With u = (x + 0.5) /
 // width and v = (y + 0.5) / height, the point of the image plane is

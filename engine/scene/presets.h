@@ -26,8 +26,8 @@ const std::vector<std::string_view>& preset_names();
 // common size.
 std::optional<TransferFunction> preset(std::string_view name);
 
-// What presets use as opacity_unit_mm on a volume: 1 where the diagonal of its box of voxels is 200
-// to 2000 mm long, from a cropped head to a whole body; 1/200 of a shorter diagonal, 1/2000 of a
+// The opacity_unit_mm of presets on a volume: 1 where the diagonal of its box of voxels is 200 to
+// 2000 mm long, from a cropped head to a whole body; 1/200 of a shorter diagonal, 1/2000 of a
 // longer one. So a tooth, a mouse or a model in metres is as opaque as the same body at that size.
 double preset_unit_mm(const Grid& grid);
 
@@ -37,13 +37,13 @@ TransferFunction sized(TransferFunction function, const Grid& grid);
 // All values moved so that 0 .. 1000 becomes low .. high: fits `mr` to a volume. low < high.
 TransferFunction stretched(const TransferFunction& function, double low, double high);
 
-// A JSON file (docs/scene.md, "Transfer functions"), or the name of a preset. As
+// A JSON file (docs/reference/scene.md, "Transfer functions"), or the name of a preset. As
 // read_transfer_function().
 Result<TransferFunction> load_transfer_function(const std::filesystem::path& path);
 
 // Reads a transfer function where a scene has one: a preset's name, a file's name relative to
-// `folder`, a window, or the points themselves. A preset without a unit of its own has
-// opacity_unit_mm 0: the volume decides, see sized().
+// `folder`, a window, or the points themselves. A preset without a unit has opacity_unit_mm 0:
+// sized() chooses it from the volume.
 TransferFunction read_transfer_function(const JsonValue& value,
                                         const std::filesystem::path& folder);
 Json transfer_function_json(const TransferFunction& function);

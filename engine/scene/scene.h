@@ -37,9 +37,9 @@ struct Shading {
     friend bool operator==(const Shading&, const Shading&) = default;
 };
 
-// The volume seen along rays. Samples lie on one lattice: segment k of a ray covers the distances
-// [k, k + 1) * step_mm from its start, cut by the volume's box, the clip planes and the slices; a
-// segment is sampled at its middle. So nothing that skips or splits work changes a picture.
+// Ray casting. Samples lie on one lattice: segment k of a ray covers the distances [k, k + 1) *
+// step_mm from its start, cut by the volume's box, the clip planes and the slices; a segment is
+// sampled at its middle. So skipping space and splitting work change no picture.
 //
 // Integrator `exact` cuts each ray at the faces of the cells between samples instead, where the
 // trilinear field along it is one cubic, and uses no step: alpha integrates the transfer function
@@ -80,8 +80,8 @@ struct ClipPlane {
     friend bool operator==(const ClipPlane&, const ClipPlane&) = default;
 };
 constexpr uint32_t kMaxSubSteps = 64;
-// `exact`, alpha: what the colour of a pixel may be off by for one sub-step. One that would be off
-// by more, as in dense matter that changes its colour, is cut further.
+// `exact`, alpha: largest colour error of a pixel for one sub-step. A sub-step with a larger error,
+// as in dense matter that changes its colour, is divided further.
 constexpr double span_tolerance(uint32_t sub_steps) {
     return 0.01 / (static_cast<double>(sub_steps) * sub_steps);
 }
@@ -140,8 +140,8 @@ struct StereoSettings {
     friend bool operator==(const StereoSettings&, const StereoSettings&) = default;
 };
 
-// Everything that decides a picture, except the voxels. A value: it can be compared, hashed, read
-// from and written to JSON (engine/scene/scene_file.h).
+// All settings of a picture, without the voxels. A value: it can be compared, hashed, read from and
+// written to JSON (engine/scene/scene_file.h).
 struct Scene {
     glm::uvec2 size_px{512, 512}; // of one eye's picture
     Camera camera;
@@ -153,8 +153,8 @@ struct Scene {
     std::vector<ClipPlane> clip_planes; // at most kMaxClipPlanes; they cut all but slices
     std::optional<LabelLayer> labels;   // needs SceneData::labels
     std::vector<SurfaceLayer> surfaces; // at most kMaxSurfaces; one of SceneData::meshes each
-    // How many see-through triangles are blended at a pixel, 1 .. kMaxSurfaceDepth: the nearest
-    // ones, exactly; those behind them are left out.
+    // Maximum number of translucent triangles blended at a pixel, 1 .. kMaxSurfaceDepth: the
+    // nearest, exactly; triangles behind them are left out.
     uint32_t surface_depth = 8;
     // Also return, per pixel, the value behind it (MIP: the maximum; iso: the iso-value; meshes:
     // the label) and the distance in mm from the ray's start (iso, slices, meshes); NaN where there
@@ -185,7 +185,7 @@ SurfaceStyle style_of(const SurfaceLayer& layer, uint32_t label);
 double step_mm_of(const RayCastLayer& layer, const Grid& grid);
 
 // Fails where a ray along the diagonal of the volume would take more than 60000 steps: llvmpipe
-// ends any loop after 65535 turns, and the ray would stop there with what it has.
+// ends any loop after 65535 turns, which would cut the ray short.
 Result<void> check_steps(const RayCastLayer& layer, const Grid& grid);
 
 } // namespace palpate

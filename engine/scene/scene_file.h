@@ -32,7 +32,7 @@ struct SurfaceSource {
     friend bool operator==(const SurfaceSource&, const SurfaceSource&) = default;
 };
 
-// A scene and where its voxels come from: one JSON file. The keys are described in docs/scene.md.
+// A scene and the sources of its voxels: one JSON file. Keys: docs/reference/scene.md.
 struct SceneFile {
     Scene scene;
     std::string volume; // a file or folder relative to `folder`, or "synthetic:NAME?key=value"
@@ -42,7 +42,7 @@ struct SceneFile {
     std::string series;                  // DICOM: the series' UID; empty for the largest
     bool resample_slices = false;        // DICOM: slices at uneven distances are interpolated
 
-    // What the file leaves to the volume: see resolved_scene().
+    // Settings that depend on the volume: see resolved_scene().
     std::optional<Framing> framing;
     std::vector<size_t> centered_slices; // slices whose point is the volume's centre
     std::vector<size_t> centered_clips;  // and clip planes; both ascending
@@ -50,8 +50,8 @@ struct SceneFile {
     std::filesystem::path folder; // of the file; no part of what is written or hashed
 };
 
-// The scene with camera, slices, clip planes and the opacity of presets set as the volume's grid
-// decides.
+// The scene with camera, slices, clip planes and the opacity of presets set from the volume's
+// grid.
 Scene resolved_scene(const SceneFile& file, const Grid& grid);
 
 // True for "synthetic:...".
@@ -67,8 +67,8 @@ Result<SceneFile> parse_scene(std::string_view text, const std::string& name,
                               const std::filesystem::path& folder = {});
 Result<SceneFile> load_scene(const std::filesystem::path& path);
 
-// Text that parse_scene() turns into the same scene again. All values are written, transfer
-// functions as points, so that it depends on nothing outside.
+// Text that parse_scene() reads back as the same scene. All values are written, transfer functions
+// as points, so that it is self-contained.
 std::string write_scene(const SceneFile& file);
 
 // 16 hexadecimal digits of the written text (FNV-1a, 64 bits): the same on every machine.

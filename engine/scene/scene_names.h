@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// What the choices of a scene are called in files, options and messages.
+// Names of a scene's choices in files, options and messages.
 template <class Enum>
 struct Names;
 template <>

@@ -7,8 +7,8 @@ namespace palpate {
 
 // Colour and opacity as functions of the value; piecewise linear, constant beyond the end points.
 //
-// Opacity is what a slab of opacity_unit_mm hides: 0 .. 1. Along a ray it acts as optical depth,
-// tau = -ln(1 - opacity) / opacity_unit_mm per millimetre, so that spacing and step never change a
+// Opacity is that of a slab of opacity_unit_mm: 0 .. 1. Along a ray it acts as optical depth, tau =
+// -ln(1 - opacity) / opacity_unit_mm per millimetre, so that spacing and step never change a
 // picture. Colours are display values, 0 .. 1. Points are sorted by value; two points of equal
 // value make a step, whose upper side counts at the value itself.
 struct TransferFunction {
@@ -56,8 +56,8 @@ struct TransferTable {
     // (integral(b) - integral(a)) * (high - low) / (b - a). Exact to fp64 at the entries.
     std::vector<glm::vec4> integrals;
 };
-// Whether anything between an entry and the next has opacity: the table of a peak narrower than
-// that shows it in its integrals alone.
+// Whether the function has opacity between an entry and the next: a narrower peak shows only in the
+// table's integrals.
 bool shows_after(const TransferTable& table, size_t entry);
 
 constexpr size_t kTransferTableSize = 4096;

@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-// What the values of a volume are like: what pictures by default are chosen from.
+// Statistics of a volume's values, from which default pictures are chosen.
 //
 // Made from a regular subset of the samples, the same one every time: about 10^5 voxels, and every
 // sample along at most 48 x 48 grid lines of each axis. No-data counts nowhere.

@@ -50,8 +50,8 @@ struct SessionDevice {
 // While the device's remove button is pressed the tool follows the proxy and carves: one stroke a
 // press, so that operations that read the volume at tool-down take that of the press. The servo
 // feels each change of the document as soon as it is published; the mesh follows it on a thread of
-// its own; pictures take the newest state when they begin. Nobody waits for anybody. What each is
-// behind the hand, lag() says.
+// its own; pictures take the newest state when they begin. No thread waits for another. lag()
+// reports how far each is behind the hand.
 //
 // With threads (SessionSetup::edit.threaded) the servo ticks by the clock. Without them nothing
 // happens but in tick() and settle(), and all that comes out is a function of what goes in, bit for

@@ -17,11 +17,11 @@ class BlockReader;
 
 // The surface of a volume that is being edited, kept block by block of 8^3 samples.
 //
-// update() makes again the blocks that read a changed sample, and no others: a block reads its own
-// samples, the next two beyond (one without gradient normals), and the one before it (none
-// without). At every time mesh() is, to the bit, what marching_cubes() makes of the newest
-// snapshot. Between them the blocks share nothing, so that each can be drawn, uploaded or searched
-// on its own.
+// update() makes again the blocks that read a changed sample, and no others: a block
+// reads its own samples, the next two beyond (one without gradient normals), and the one
+// before it (none without). mesh() always equals marching_cubes() of the newest snapshot,
+// to the bit. Blocks share nothing, so that each can be drawn, uploaded or searched
+// alone.
 //
 // Normals of SurfaceNormals::triangles are made by mesh(); blocks have none then. For one thread at
 // a time; update() itself uses all cores where it pays.
@@ -37,14 +37,14 @@ class BlockSurface {
     const SurfaceOptions& options() const { return options_; }
 
     struct Update {
-        // Blocks that were made again, in rising order of z, y, x; what they hold may have become,
-        // or stayed, nothing. Block (0, 0, 0) begins with sample (0, 0, 0); with a closed border
-        // there are blocks from -1 on.
+        // Blocks that were made again, in rising order of z, y, x; they may be empty. Block
+        // (0, 0, 0) begins with sample (0, 0, 0); with a closed border there are blocks from
+        // -1 on.
         std::vector<glm::ivec3> blocks;
         uint64_t triangles = 0; // in these blocks, now
     };
-    // `after` has the size and type of volume(). The second form takes the list that
-    // changed_bricks() gives for volume() and `after`, for who has it already.
+    // `after` has the size and type of volume(). The second form takes the list of changed_bricks()
+    // for volume() and `after`, for callers that have it already.
     Update update(const Volume& after);
     Update update(const Volume& after, std::span<const ChangedBrick> changed);
 

@@ -13,7 +13,7 @@ namespace palpate {
 //
 // Everything is allocated by the constructor; extract() allocates nothing, takes no lock and does
 // not throw, unless bricks lie in a source (see Volume), and is bounded by the size of the window.
-// For one thread. What it returns stays valid until the next call.
+// For one thread. The result is valid until the next call.
 class LocalSurface {
  public:
     static constexpr uint32_t kMostSamples = 9; // on each axis of a window

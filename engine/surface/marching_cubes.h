@@ -30,11 +30,11 @@ struct SurfaceOptions {
     friend bool operator==(const SurfaceOptions&, const SurfaceOptions&) = default;
 };
 
-// The least and the most that a vertex may lie along its edge, as a share of it: so that no two
-// vertices coincide and no triangle is without area, on up to 2048 samples an axis.
+// Smallest distance of a vertex from the ends of its edge, as a share of the edge. So no two
+// vertices coincide and no triangle has zero area, on up to 2048 samples an axis.
 constexpr float kLeastFraction = 0x1p-12f;
 
-// What an extraction did, and how long it took.
+// Work and time of an extraction.
 struct SurfaceStages {
     uint64_t bricks = 0;         // of the volume
     uint64_t bricks_read = 0;    // whose samples were looked at
@@ -62,7 +62,7 @@ struct SurfaceStages {
 // from it along x, y, z, and the cell whose lowest corner it is. A block's vertices within cells
 // (mode `correct` alone) follow those on its edges.
 //
-// Throws std::length_error beyond 2^32 - 1 vertices, and what reading a brick of a source throws.
+// Throws std::length_error beyond 2^32 - 1 vertices, and SourceError where samples cannot be read.
 Mesh marching_cubes(const Volume& volume, float iso, const SurfaceOptions& options = {},
                     SurfaceStages* stages = nullptr);
 

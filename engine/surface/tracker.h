@@ -32,9 +32,9 @@ struct TrackerOptions {
 // seed, triangles in xyz order that skip by coverage, three new edges a cell, index caches, midway
 // vertices with normals from a table per case, and a local update of C, X- and X+.
 //
-// Two repairs of what is printed. X+ counts from 1, as 0 means "no cell on this line" and would
-// hide a cell at x = 0. The search looks at cells that have both a sample of the label and another
-// one: the lowest cell of the first such sample alone may lie wholly within the object.
+// Two faults of the print are repaired. X+ counts from 1, as 0 means "no cell on this line" and
+// would hide a cell at x = 0. The search looks at cells that have both a sample of the label and
+// another one: the lowest cell of the first such sample alone may lie wholly within the object.
 //
 // C takes a byte a cell whatever the object's size. One thread uses a tracker.
 class SurfaceTracker {
@@ -53,8 +53,8 @@ class SurfaceTracker {
     bool track(glm::uvec3 seed);
 
     // Takes an edited snapshot, of which samples low .. high (both included) may differ, and brings
-    // C, X- and X+ up to date there. What find_all() has found is then what it would find anew.
-    // After track() alone, surfaces that pass through the box are found whole.
+    // C, X- and X+ up to date there. The result equals a new find_all(). After track() alone,
+    // surfaces that pass through the box are found whole.
     void update(const Volume& edited, glm::uvec3 low, glm::uvec3 high);
 
     // The triangles of all cells found. Order: cells x fastest; a function of C alone.

@@ -21,14 +21,14 @@ namespace palpate {
 // blocks that read a changed sample, and no others; these are counted on the CPU, so that an
 // update is one submission.
 //
-// What a block holds is what BlockSurface makes of it: the same vertices in the same order, and the
-// same triangles. Which samples are inside is told from bits, and quotients and roots are put right
-// by integers (shaders/lib/exact_float.glsl), so positions and normals have the same bits too, on
-// every device but for the sign of zeros, as long as no number on the way is below 2^-126: what
-// devices may take for 0 there.
-// Two ends of an edge whose values differ by less then have their vertex 2^-12 from the lower end,
-// and normals whose square is beyond 1e-30 .. 1e30 per mm^2 lie within 2^-20 of those of the CPU,
-// or along their edge where the gradient is below 2^-126.
+// A block equals that of BlockSurface: the same vertices in the same order, and the same
+// triangles. Samples are compared by their bits, and integer arithmetic corrects quotients and
+// roots (shaders/lib/exact_float.glsl), so positions and normals have the same bits too, on
+// every device but for the sign of zeros, as long as no intermediate number is below 2^-126,
+// which devices may flush to 0. Two ends of an edge whose values differ by less then have
+// their vertex 2^-12 from the lower end, and normals whose square is beyond 1e-30 .. 1e30 per
+// mm^2 lie within 2^-20 of those of the CPU, or along their edge where the gradient is below
+// 2^-126.
 //
 // Topology is `classic`: the surfaces of mode `correct` depend on values of eight corners in double
 // precision, which devices need not have, and are left to the CPU. Normals of
@@ -45,7 +45,7 @@ class GpuSurface {
     static Result<void> supports(const GpuDevice& device, const Volume& volume,
                                  const SurfaceOptions& options);
 
-    // What supports() refuses must not come here. Keeps a reference to the pipelines.
+    // Only for settings that supports() accepts. Keeps a reference to the pipelines.
     GpuSurface(ExtractPipelines& pipelines, const Volume& volume, float iso,
                const SurfaceOptions& options = {});
 

@@ -54,8 +54,8 @@ class BrickSamples {
 
 // 32x32x32 samples of one type, immutable once made and shared between snapshots.
 //
-// What is known of the samples (type, ranges, no-data) is always in memory; the samples themselves
-// may lie in a BrickSource, a file say, and are then fetched when they are read.
+// Type, ranges and no-data count are always in memory. The samples may lie in a BrickSource, such
+// as a file, and are then fetched when they are read.
 //
 // A brick of one value stores that value once. Where a volume's size is no multiple of 32, the
 // samples beyond it repeat the nearest sample inside and count in no range. No-data is NaN.
@@ -68,14 +68,14 @@ class Brick {
     static std::shared_ptr<const Brick> make(std::span<const T> samples,
                                              glm::uvec3 valid = glm::uvec3(kBrickSide));
 
-    // make() of what an edit made of `before`: blocks that it left as they were keep their stamps.
-    // Null where it left all of them.
+    // make() for the result of an edit of `before`: unchanged blocks keep their stamps. Null if no
+    // block changed.
     template <class T>
     static std::shared_ptr<const Brick> make_after(const Brick& before, std::span<const T> samples,
                                                    glm::uvec3 valid);
 
-    // A brick that is not constant and whose samples lie in `source`, as its brick `key`. What is
-    // told of them must be what make() would find.
+    // A brick that is not constant, with samples in `source` under `key`. The ranges and counts
+    // passed must be those that make() would find.
     struct Known {
         ScalarType type;
         std::shared_ptr<const BlockRanges> block_ranges;
@@ -122,8 +122,8 @@ class Brick {
     ValueRange block_range(uint32_t block) const {
         return block_ranges_ ? (*block_ranges_)[block] : range_;
     }
-    // Where two bricks have the same stamp for a block they have the same samples there (not the
-    // other way round); never 0, and never used again. For caches that cannot hold on to bricks.
+    // Two bricks with the same stamp for a block have the same samples there (the converse need not
+    // hold). Never 0, never reused. For caches that cannot keep bricks alive.
     uint64_t block_stamp(uint32_t block) const {
         return block_stamps_ ? (*block_stamps_)[block] : stamp_;
     }

@@ -10,14 +10,14 @@
 namespace palpate {
 
 // The samples of bricks numbered 0 .. count - 1, up to a number of bytes; those used longest ago
-// are dropped first. What a reader holds stays alive until it lets go, dropped or not. Safe from
-// any number of threads; two that miss the same brick at once both load it, and share the first.
+// are dropped first. Samples that a reader holds stay alive, dropped or not. Safe from any number
+// of threads; two that miss the same brick at once both load it, and share the first.
 class BrickCache {
  public:
     // Each brick takes brick_bytes. At least one brick is kept, whatever the budget.
     BrickCache(uint64_t count, uint64_t brick_bytes, uint64_t budget_bytes);
 
-    // The brick's samples, by load() where they are not held. What load() throws passes through.
+    // The brick's samples, from load() if they are not cached. Exceptions of load() pass through.
     SamplesPtr get(uint64_t key, const std::function<SamplesPtr()>& load);
 
     struct Stats {

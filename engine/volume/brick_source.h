@@ -7,16 +7,16 @@
 
 namespace palpate {
 
-// The kBrickSamples samples of one brick, kept for as long as somebody reads them.
+// The kBrickSamples samples of one brick, kept while a reader holds them.
 using SamplesPtr = std::shared_ptr<const std::byte[]>;
 
-// Samples that were there when a volume was opened cannot be had any more: the file is damaged, was
-// cut meanwhile, or memory ran out. what() is one sentence that names the file.
+// Samples that existed when a volume was opened cannot be read: the file is damaged or was
+// truncated, or memory ran out. what() is one sentence that names the file.
 struct SourceError : std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-// Where bricks keep the samples they do not hold themselves. Safe from any number of threads.
+// Storage of samples that bricks do not hold themselves. Safe from any number of threads.
 class BrickSource {
  public:
     virtual ~BrickSource() = default;

@@ -12,9 +12,9 @@ struct SmoothSample {
     glm::dvec3 gradient; // value units per sample, as central_gradient()
 };
 
-// A smooth version of the volume, for normals that a hand can follow: the samples are blurred with
-// a Gaussian of one sample (seven taps on each axis) and approximated by the uniform cubic
-// B-spline, so value and gradient are continuous, and the gradient is the derivative of the value.
+// A smooth version of the volume, for haptic normals: the samples are blurred with a Gaussian of
+// one sample (seven taps on each axis) and approximated by the uniform cubic B-spline, so value and
+// gradient are continuous, and the gradient is the derivative of the value.
 //
 // It reproduces linear fields and it rounds: an edge is blurred by sqrt(4/3) = 1.15 samples, and a
 // structure thinner than about two samples fades. Decide inside or outside on trilinear(), and take
@@ -32,7 +32,7 @@ class SmoothCursor {
  public:
     explicit SmoothCursor(Volume volume);
 
-    // The same bits for a point, whatever was asked before.
+    // The result is a function of the point alone, to the bit.
     SmoothSample sample(glm::dvec3 index);
 
  private:

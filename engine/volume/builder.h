@@ -34,8 +34,8 @@ Volume make_volume(const Grid& grid, std::span<const T> samples);
 Volume make_volume(const Grid& grid, ScalarType type,
                    const std::function<double(glm::uvec3 index)>& value);
 
-// One brick of that volume, for who writes it away before making the next. position < size / 32
-// rounded up, on every axis.
+// One brick of that volume, for callers that write each brick before building the next. position <
+// size / 32 rounded up, on every axis.
 BrickPtr make_brick(const Grid& grid, ScalarType type,
                     const std::function<double(glm::uvec3 index)>& value, glm::uvec3 position);
 

@@ -26,7 +26,7 @@ struct CellRanges {
     size_t cells() const { return size_t{count.x} * count.y * count.z; }
 };
 
-// The side of the cells that pay best: 4 up to about 256^3 samples, 8 beyond.
+// The fastest side of cells: 4 up to about 256^3 samples, 8 beyond.
 uint32_t cell_side_for(glm::uvec3 size);
 
 // Reads every sample once or twice, on all cores. Where bricks keep their samples in a source and

@@ -15,9 +15,9 @@ struct ChangedBrick {
 
 // The bricks in which two snapshots of one volume differ, in x-fastest order.
 //
-// This is the one list of what is dirty: upload, meshing, min-max and touch all read it. Pages and
-// bricks that the snapshots share are skipped by pointer, so the cost follows the edit and not the
-// volume. Both must have the same size and type.
+// The only list of changes: upload, meshing, min-max and touch all read it. Pages and bricks that
+// the snapshots share are skipped by pointer, so the cost follows the edit, not the volume. Both
+// must have the same size and type.
 std::vector<ChangedBrick> changed_bricks(const Volume& before, const Volume& after);
 
 } // namespace palpate

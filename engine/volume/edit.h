@@ -47,8 +47,8 @@ struct PlacedBrick {
     BrickPtr brick;      // of the volume's type
 };
 
-// A later snapshot in which these bricks stand in for those of `base`, and all others are shared;
-// `base` itself where there are none. Each position at most once.
+// A later snapshot with these bricks in place of those of `base` and all others shared; `base`
+// itself for an empty list. Each position at most once.
 Volume with_bricks(const Volume& base, std::span<const PlacedBrick> bricks);
 
 } // namespace palpate

@@ -7,7 +7,7 @@
 
 #include "engine/volume/grid.h"
 
-// Where things lie in the patient, and whether they meet.
+// Positions of objects in the patient, and whether they overlap.
 namespace palpate {
 
 // A box along the world's axes, LPS mm.

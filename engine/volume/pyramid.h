@@ -20,8 +20,8 @@ Grid coarser_grid(const Grid& grid);
 // Levels of a volume of this size: 1 where it is one brick, else until it is.
 uint32_t level_count(glm::uvec3 size);
 
-// Writes what one brick becomes in the next level: its octant of a coarse brick's kBrickSamples
-// samples. position and valid are the fine brick's; T is the stored type of both.
+// Writes one brick's part of the next level: its octant of a coarse brick's kBrickSamples samples.
+// position and valid are the fine brick's; T is the stored type of both.
 template <class T>
 void reduce_brick(const Brick& fine, glm::uvec3 position, glm::uvec3 valid, Reduction reduction,
                   std::span<T> coarse);

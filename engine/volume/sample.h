@@ -20,7 +20,7 @@ std::array<float, 8> cell_corners(const Volume& volume, glm::uvec3 cell);
 // half as large, as in the ray caster). NaN where a sample is.
 glm::dvec3 central_gradient(const Volume& volume, glm::dvec3 index);
 
-// Makes repeated nearby samples cheap: keeps the last brick and the last cell's corners. Gives the
+// A fast sampler for nearby points: it keeps the last brick and the last cell's corners. Gives the
 // same bits as trilinear() and central_gradient(). For one thread; keeps the snapshot alive.
 class SampleCursor {
  public:

@@ -7,7 +7,7 @@
 
 #include "engine/base/error.h"
 
-// What a haptic device is to the servo: where the hand is, and a force on it.
+// The interface between a haptic device and the servo: the position of the hand, and a force on it.
 //
 // Everything here is SI and in the device's own axes: metres, newtons, seconds; the origin is the
 // middle of the workspace, x points to the right, y up, and z towards the person. World millimetres
@@ -23,7 +23,7 @@ struct DeviceCapabilities {
     double max_force_n = 0.0;         // in every direction; 0: the device gives no force
     double max_torque_nm = 0.0;       // 0: no torque
     double max_stiffness_n_per_m = 0; // closed loop, as its maker says; 0: unknown
-    double max_damping_n_s_per_m = 0; // that the device can render stably; 0: unknown
+    double max_damping_n_s_per_m = 0; // largest stable damping; 0: unknown
     double rate_hz = 1000.0;          // at which samples come
     double delay_s = 0.0;             // from write() to force beyond the tick's own
     uint32_t buttons = 0;             // how many there are
@@ -76,7 +76,7 @@ class HapticDevice {
     // or until it is until_ns on the clock of the ticks. True: there is one, and read() gives it
     // without waiting. False at once where the device is gone.
     virtual bool wait(int64_t until_ns) noexcept;
-    // The newest sample. What is not ok leaves `sample` as it was, but its time.
+    // The newest sample. Unless the status is ok, only the time of `sample` changes.
     virtual DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept = 0;
     // The force from now on, until the next write. Beyond its limits a device scales it down and
     // keeps the direction; values that are not finite count as 0.

@@ -25,7 +25,7 @@ glm::dquat aligned_with_view(glm::dvec3 right, glm::dvec3 up) noexcept;
 //     position_mm = offset_mm + rotation * (1000 * scale * position_m)
 //
 // scale is millimetres of the world per millimetre of the hand. A force is turned and not scaled,
-// so what is rendered with k newtons a world metre feels like k * scale to the hand.
+// so a stiffness of k newtons a world metre feels like k * scale to the hand.
 //
 // Scale, rotation and clutch change while it runs: the tool then stays where it is, the offset
 // gives way, and neither pose nor force jumps. Scale and rotation move to new settings at a bounded

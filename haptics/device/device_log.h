@@ -12,7 +12,7 @@
 
 namespace palpate::haptics {
 
-// What passed between servo and device in one tick.
+// The data exchanged between servo and device in one tick.
 struct DeviceRecord {
     DeviceSample sample;
     DeviceStatus status = DeviceStatus::ok;
@@ -33,7 +33,7 @@ struct DeviceRecord {
 std::string csv_text(std::span<const DeviceRecord> records);
 std::vector<std::byte> pack(std::span<const DeviceRecord> records);
 
-// Refused: what is neither, what is cut short or damaged, times that fall.
+// Refused: other formats, truncated or damaged files, falling times.
 Result<std::vector<DeviceRecord>> parse_device_log(std::string_view bytes, const std::string& name);
 
 // The form is CSV where the path ends in .csv, else compact.

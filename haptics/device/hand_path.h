@@ -17,7 +17,7 @@ struct HandPose {
     uint32_t buttons = 0;
 };
 
-// Where a hand means to be over time, in world millimetres: poses of rising time.
+// The intended positions of a hand over time, in world millimetres: poses of rising time.
 //
 // Between two poses the tool lies on the straight line between them and turns evenly enough (the
 // quaternions are blended and made unit length again); buttons are those of the earlier one. Before
@@ -40,14 +40,14 @@ class HandPath {
 };
 
 // Comma-separated text (csv.h) with the columns time_s, x_mm, y_mm, z_mm, and optionally qw, qx,
-// qy, qz (scaled to unit length; what is left out is of the rotation by nothing) and button (a
-// whole number, bit b for button b). Refused, with the line: times that do not rise, quaternions
-// near 0, places farther than kFarthestHand_mm.
+// qy, qz (scaled to unit length; default: no rotation) and button (a whole number, bit b for button
+// b). Refused, with the line: times that do not rise, quaternions near 0, places farther than
+// kFarthestHand_mm.
 constexpr double kFarthestHand_mm = 1e8; // from 0 along an axis, as of strokes
 Result<HandPath> parse_hand_path(const std::string& text, const std::string& name);
 Result<HandPath> load_hand_path(const std::filesystem::path& path);
 
-// What the named trajectories are made of.
+// Parameters of the named trajectories.
 struct TrajectoryShape {
     glm::dvec3 at_mm{0.0};                // the point that is approached
     glm::dvec3 direction{0.0, 0.0, -1.0}; // of approach, into the material; any length but 0

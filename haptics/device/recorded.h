@@ -10,7 +10,7 @@
 
 namespace palpate::haptics {
 
-// Plays what was recorded, with the status it had then. Forces go nowhere: the hand of a recording
+// Plays a recording, with its recorded status. Forces have no effect: the hand of a recording
 // feels nothing. Between two records the earlier one holds, and after the last the device has
 // ended.
 class RecordedDevice final : public HapticDevice {

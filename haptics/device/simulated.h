@@ -14,8 +14,8 @@
 
 namespace palpate::haptics {
 
-// What a device is made of, apart from what its capabilities say. Seen from the handle, the same on
-// each axis.
+// Mechanics of a device beside its capabilities, at the handle, the same on each
+// axis.
 struct DevicePlant {
     double mass_kg = 0.2;
     double damping_n_s_per_m = 0.5;
@@ -37,8 +37,8 @@ std::span<const DevicePreset> device_presets();
 const DevicePreset* find_device_preset(std::string_view name);
 
 // The hand that holds the device: its mass moves with the handle, and a spring and a damper pull it
-// to where the person means to be. grip scales all three: 0 is nobody, 1 a relaxed hand, 3 a firm
-// one. (Kuchenbecker, Park & Niemeyer, Characterizing the human wrist, 2003, find such orders.)
+// to its intended position. grip scales all three: 0 is no hand, 1 a relaxed hand, 3 a firm one.
+// (Kuchenbecker, Park & Niemeyer, Characterizing the human wrist, 2003, find such orders.)
 struct HandModel {
     double mass_kg = 0.1;
     double damping_n_s_per_m = 3.0;
@@ -75,12 +75,12 @@ class SimulatedDevice final : public HapticDevice {
         halted_ns_.store(now_ns, std::memory_order_release);
     }
 
-    // What only a simulation knows, at the time of the last read or write.
+    // The true state, at the time of the last read or write.
     glm::dvec3 true_position_m() const noexcept { return position_m_; }
     glm::dvec3 true_velocity_m_per_s() const noexcept { return velocity_m_per_s_; }
     glm::dvec3 acting_force_n() const noexcept { return acting_.force_n; }
     // The work of the motors on handle and hand since the start: the sum of force times way, which
-    // for held forces is exact. Above 0, the loop has made energy.
+    // for held forces is exact. Above 0: the loop added energy.
     double motor_work_j() const noexcept { return motor_work_j_; }
 
  private:

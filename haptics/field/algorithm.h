@@ -12,7 +12,7 @@
 #include "engine/mesh/mesh.h"
 #include "engine/volume/volume.h"
 
-// What every way of touching a volume has in common.
+// The common interface of all haptic algorithms.
 //
 // Positions are millimetres of the world, velocities mm/s, forces newtons on the hand, torques
 // newton metres about the tool, stiffness N/m: lengths are divided by 1000 where a force is made,
@@ -22,9 +22,9 @@ namespace palpate::haptics {
 struct ToolPoints; // tool_points.h
 struct TouchMesh;  // swept_mesh.h
 
-// What can be felt: a value, published whole through a Mailbox and never changed after. Whatever a
-// tick needs beyond the samples (smoothed distances, bounds, a local surface) is made before it is
-// published and hangs here too.
+// The data that can be felt: a value, published through a Mailbox and immutable afterwards. Data
+// that a tick needs beside the samples (smoothed distances, bounds, a local surface) is computed
+// before publishing and stored here.
 struct TouchScene {
     std::optional<Volume> grey;                 // V of the papers: values, HU say
     std::optional<Volume> labels;               // S of the papers: whole numbers, 0 is free
@@ -54,7 +54,7 @@ struct HapticTransfer {
 // Finite for every finite value.
 double strength_n(const HapticTransfer& transfer, double value);
 
-// What one label feels like, where labels are felt.
+// Haptic properties of one label.
 struct LabelTouch {
     uint32_t label = 0;
     double stiffness_n_per_m = 500.0;
@@ -64,7 +64,7 @@ struct LabelTouch {
     friend bool operator==(const LabelTouch&, const LabelTouch&) = default;
 };
 
-// What a person sets. Algorithms read what they know and leave the rest.
+// Parameters of touch. Each algorithm reads those that apply to it.
 struct TouchParameters {
     static constexpr uint32_t kMostLabels = 16;
 
@@ -94,8 +94,8 @@ struct TouchParameters {
     std::array<LabelTouch, kMostLabels> labels{};
 };
 
-// The most that parameters may be, each 0 at least. Beyond that nothing is felt: every tick answers
-// Contact::unknown.
+// Upper limits of parameters; lower limits are 0. Outside them every tick returns Contact::unknown
+// and no force.
 struct MostTouch {
     static constexpr double radius_mm = 1e4, stiffness_n_per_m = 1e6, damping_n_s_per_m = 1e5,
                             friction = 100.0, force_n = 1e4, value = 1e30, drill_mm = 1e4,

@@ -17,7 +17,7 @@ inline bool is_place(glm::dvec3 mm) {
     return is_finite(mm) && glm::length(mm) < 1e7;
 }
 
-// What a person sets is a number, and not beyond all bounds.
+// Whether the parameters are finite and within MostTouch.
 inline bool is_sane(const LabelTouch& l) {
     const auto within = [](double value, double most) { return value >= 0.0 && value <= most; };
     return within(l.stiffness_n_per_m, MostTouch::stiffness_n_per_m) &&

@@ -44,7 +44,7 @@ class FineSamples {
     float free_value() const { return free_value_; }
     // Whether a sample, as it was stored, is free; those that are not there are.
     bool is_free(glm::ivec3 sample) const;
-    // What ranges of blocks say of all points from `low` to `high`.
+    // Whether block ranges decide all points from `low` to `high`.
     enum class Matter { free, solid, unknown };
     Matter matter(glm::ivec3 low, glm::ivec3 high) const;
     bool is_clear(glm::ivec3 low, glm::ivec3 high) const {

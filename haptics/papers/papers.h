@@ -2,9 +2,9 @@
 
 #include "haptics/field/algorithm.h"
 
-// The algorithms of five papers as they are printed, with what is wrong with them. Tests named for
-// each fault keep it (tests/unit/haptics_proxy/printed_test.cpp); the repaired algorithms are in
-// swept_point.h, swept_tool.h and swept_mesh.h.
+// The algorithms of five papers as printed, with their faults. Tests named for each fault keep it
+// (tests/unit/haptics_proxy/printed_test.cpp); the repaired algorithms are in swept_point.h,
+// swept_tool.h and swept_mesh.h.
 namespace palpate::haptics {
 
 // Vidholm & Agmund, SIGRAD 2004: a sphere of tool_samples points; the normal is against the mean of
@@ -33,8 +33,8 @@ std::unique_ptr<Algorithm> make_wish_2008_vector();
 // go once the tool is behind it.
 std::unique_ptr<Algorithm> make_eriksson_2006();
 
-// The motion rules of one axis: what the proxy moves for a displacement d of the tool, with the
-// strength divided by the stiffness. Lengths in mm.
+// The motion rules of one axis: displacement of the proxy for a displacement d of the tool, with
+// the strength divided by the stiffness. Lengths in mm.
 double unilateral(double d, double yield_mm);            // free outwards, held inwards
 double unilateral_as_printed(double d, double yield_mm); // its second branch without the minus
 double bilateral(double d, double yield_mm);

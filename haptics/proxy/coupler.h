@@ -7,7 +7,7 @@
 
 namespace palpate::haptics {
 
-// What is felt at a place: the parameters, or means over labels.
+// Haptic properties at a position: the parameters, or means over labels.
 struct Feel {
     double stiffness_n_per_m = 0.0;
     double friction_static = 0.0, friction_dynamic = 0.0;
@@ -52,7 +52,7 @@ struct Felt {
     }
 };
 
-// What geometry found in a tick.
+// The geometric result of a tick.
 struct Geometry {
     glm::dvec3 proxy_mm{0.0};
     glm::dvec3 normal{0.0}; // out of what holds it; unit length where touching

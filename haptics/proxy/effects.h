@@ -4,7 +4,7 @@
 
 #include "haptics/field/algorithm.h"
 
-// What is added to a proxy's spring, the same for every repaired algorithm.
+// Effects added to a proxy's spring, the same for every repaired algorithm.
 namespace palpate::haptics {
 
 // Moves `current` towards `target` by at most 5 % of the larger a millisecond.

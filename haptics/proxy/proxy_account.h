@@ -6,12 +6,12 @@
 
 namespace palpate::haptics {
 
-// What a proxy's own motion has given to the spring between it and the hand. A proxy that yields to
-// the hand but for what it must not enter never lengthens the spring while the hand rests, so that
-// all work of the spring is the hand's. One whose geometry errs does: it sinks in and comes out
-// again, or, amid noise, is pushed from one place to the next, which makes energy from nothing for
-// as long as it goes on. Here it may give back what it took, which is forgotten with a time
-// constant of 0.1 s, and on top of that what the spring holds over slack_mm.
+// The energy that a proxy's own motion added to the virtual coupling. A proxy that yields to the
+// hand but for what it must not enter never lengthens the spring while the hand rests, so that all
+// work of the spring is the hand's. One whose geometry errs does: it sinks in and comes out again,
+// or, amid noise, is pushed from one place to the next, which makes energy from nothing for as long
+// as it goes on. Here it may give back what it took, which is forgotten with a time constant of 0.1
+// s, and on top of that what the spring holds over slack_mm.
 //
 // In squares of lengths: the spring's energy is k / 2 of that. The account is that of a passivity
 // observer in the time domain (Hannaford & Ryu 2002, see passivity.h), kept for one part of the

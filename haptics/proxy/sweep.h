@@ -2,7 +2,7 @@
 
 #include "haptics/field/field.h"
 
-// How a point moves through a field without missing what is in its way.
+// Motion of a point through a field without missing material on its path.
 namespace palpate::haptics {
 
 struct Sweep {

@@ -21,7 +21,7 @@ std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mes
 
 // The surface of a volume as it is felt with these parameters: marching cubes of the sharp view of
 // a Field (field.h), on a lattice up to four times as fine as the samples, of 2^26 points at most,
-// with normals of the smooth view; closed, for what lies beyond a volume is free. Not for the servo
+// with normals of the smooth view; closed, because space beyond a volume is free. Not for the servo
 // thread.
 Mesh touch_surface(const Volume& volume, const TouchParameters& parameters);
 

@@ -4,8 +4,8 @@
 
 namespace palpate::haptics {
 
-// A point held out of grey values or labels, whatever its speed: the repair of what the five papers
-// print.
+// A point proxy on grey values or labels, at any speed: the repair of the point algorithms that the
+// five papers print.
 //
 // The proxy moves along paths that are swept (sweep.h), so contact depends on the proxy's way and
 // never on where the tool is: nothing that the grid resolves is passed through. On the surface it

@@ -15,7 +15,7 @@ struct Touch {
     double turn_share = 0.0;
 };
 
-// What holds a tool there: a plane.
+// A contact constraint of a tool: a plane.
 struct Hold {
     Touch touch;
     glm::dvec3 normal{0.0};    // unit length, out of the material

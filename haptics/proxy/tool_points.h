@@ -9,7 +9,7 @@ class Shape;
 
 namespace palpate::haptics {
 
-// A tool as points on its surface, in tool space: what swept-tool moves through a volume.
+// A tool as a point shell, in tool space: the points that swept-tool moves through a volume.
 struct ToolPoints {
     std::vector<glm::dvec3> points_mm; // at most 4096 are used
 };

@@ -9,11 +9,11 @@
 
 namespace palpate::haptics {
 
-// Why force was taken away. Bits; all but late and held are latched until arm().
+// Reasons why force was removed. Bits; all but late and held are latched until arm().
 enum Fault : uint32_t {
-    kFaultInput = 1u << 0,     // samples that cannot be, for longer than they may be held
+    kFaultInput = 1u << 0,     // implausible samples, for longer than the hold time
     kFaultGone = 1u << 1,      // the device does not answer any more
-    kFaultNotFinite = 1u << 2, // what was rendered is not a force
+    kFaultNotFinite = 1u << 2, // the rendered force is not finite
     kFaultVelocity = 1u << 3,  // fast under much force
     kFaultHeld = 1u << 8,      // this tick goes on with the last good sample
     kFaultLate = 1u << 9,      // this tick came late: force fades
@@ -22,12 +22,12 @@ enum Fault : uint32_t {
 };
 std::string fault_text(uint32_t faults); // "input, velocity"; "none"
 
-// What the limits come to on a device.
+// The limits applied to a device.
 double most_force_n(const SafetyLimits& limits, const DeviceCapabilities& device) noexcept;
 Passivity::Settings passivity_settings(const SafetyLimits& limits,
                                        const DeviceCapabilities& device) noexcept;
 
-// One tick of the last second, for whoever asks why.
+// One tick of the last second, to explain a fault.
 struct SafetyRecord {
     int64_t now_ns = 0;
     DeviceStatus status = DeviceStatus::ok;
@@ -37,30 +37,30 @@ struct SafetyRecord {
     double share = 0.0; // of soft start
 };
 
-// Ten stages between what is rendered and what a hand feels, in this order:
+// Ten stages between the rendered force and the hand, in this order:
 //
-//   begin(): 9 lateness, 1 input, and what the tick goes on with
+//   begin(): 9 lateness, 1 input; returns the sample to use
 //   finish(): 3 not finite, 2 soft start, 4 passivity, 5 magnitude, 6 impulse and slew, 7 heat,
 //             8 velocity, 10 latch and history
 //
-// Whatever comes in, what goes out is finite, at most 0.8 of what the device gives, and 0 from the
-// tick of a latched fault on (after a velocity trip: 20 ms later) until somebody calls arm(). No
-// stage can be switched off. Everything is a function of what is passed in: the clock too. Nothing
-// allocates after construction. This is software for research and visualisation, no medical device.
+// For any input the output is finite, at most 0.8 of the device's limit, and 0 from the tick of a
+// latched fault (after a velocity trip: 20 ms later) until arm(). No stage can be switched off. The
+// output is a function of the arguments, time included. Nothing allocates after construction. This
+// is software for research and visualisation, no medical device.
 class SafetyChain {
  public:
     SafetyChain(const SafetyLimits& limits, const DeviceCapabilities& device,
                 double rate_hz = 1000.0);
 
-    // Somebody said yes: faults are forgotten, and a soft start begins.
+    // Clears latched faults and begins a soft start. Call it when a person has confirmed.
     void arm() noexcept;
     void disarm() noexcept { start_.disarm(); }
     // A watchdog has taken force away since the last tick (write_gate.h): the next one is too late.
     void halted() noexcept { halted_ = true; }
 
-    // The sample to go on with. `due_ns` is when the tick should have come; it is late, too, where
-    // the tick before began more than a period ago. usable false: there is
-    // none; the tick renders nothing.
+    // The sample to use. `due_ns` is when the tick should have come; it is late, too, where the
+    // tick before began more than a period ago. usable false: there is none; the tick renders
+    // nothing.
     struct Begun {
         bool usable = false;
         bool fresh = false; // it is not a held one
@@ -80,7 +80,7 @@ class SafetyChain {
     double heat() const noexcept { return heat_.level(); }
     const Passivity& passivity() const noexcept { return passivity_; }
     double most_force_n() const noexcept { return most_n_; }
-    // The size of what soft start and passivity added in the last tick, before the limits of force.
+    // Damping that soft start and passivity added in the last tick, before the force limits; N.
     double damping_n() const noexcept { return damping_n_; }
 
     // The last second, oldest first; the last entry is the tick of the fault where one is latched,

@@ -6,13 +6,13 @@ namespace palpate::haptics {
 
 // The numbers of the safety chain; SI. These are the defaults for a person with a desktop device.
 struct SafetyLimits {
-    // 1 Input: what is beyond these is not believed.
+    // 1 Input: samples beyond these limits are rejected.
     double outside_m = 0.020;      // beyond the device's workspace, on each axis
     double most_speed_m_per_s = 3; // as reported, and of the way since the last good sample
     int64_t hold_ns = 5'000'000;   // how long the last good sample stands in for bad ones
 
     // 2 Enable: soft start.
-    double start_force_n = 0.2;          // what is rendered must be below it ...
+    double start_force_n = 0.2;          // the rendered force must be below it ...
     uint32_t start_ticks = 4;            // ... for so many ticks before any force goes out
     double ramp_s = 2.0;                 // from none to all of it
     double ramp_damping_n_s_per_m = 3.0; // comes within the ramp's first tenth; fades with it

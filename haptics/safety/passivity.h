@@ -7,20 +7,20 @@ namespace palpate::haptics {
 // Passivity observer and controller, in the time domain, for a device that is pushed by held
 // forces.
 //
-// Observed is the energy the loop has made: the work W of the forces that went out, which for held
-// forces is exactly f . dx a tick, and what the virtual spring holds, V. W + V above 0 was made
-// from nothing. The controller takes it away with the damping that would eat it within a tick,
-// alpha = E / (T v^2), at most what the device renders well. A sampled spring makes k v^2 T^2 / 2 a
-// tick, so that alpha comes out as k T / 2: the bound of Colgate & Schenkel (1997). Up to three
-// times that, which a spring needs behind a tick of delay, comes and goes within 8 ticks. What is
-// more, as where a tool goes from one hollow to the next, comes and goes with slew_n_per_s, so that
-// it is no blow of its own; where it would push on, at a turn, it is gone at once, and what does
-// not oppose the motion of now, as at rest, fades within some 10 ms.
+// The observer tracks the energy that the loop generates: the work W of the sent forces, which for
+// held forces is exactly f . dx a tick, plus the energy V of the virtual spring. W + V above 0: the
+// simulation added energy. The controller dissipates it with the damping that would consume it
+// within a tick, alpha = E / (T v^2), at most the device's stable damping. A sampled spring makes k
+// v^2 T^2 / 2 a tick, so that alpha comes out as k T / 2: the bound of Colgate & Schenkel (1997).
+// Damping up to three times that, as a spring needs behind a tick of delay, changes within 8 ticks.
+// Larger damping, as where a tool moves between hollows, changes with slew_n_per_s, so that it is
+// no impact itself. Where it would push, at a reversal, it is released at once; force that does not
+// oppose the motion fades within some 10 ms.
 //
-// Energy that was dissipated (below 0) is lost with the time constant leak_s, so that long motion
-// in something thick does not pay for later mischief. Sources: B. Hannaford, J.-H. Ryu, Time-domain
-// passivity control of haptic interfaces, IEEE Trans. Robotics and Automation 18(1), 2002; the
-// stored energy as in J.-H. Ryu et al., 2004.
+// Dissipated energy (below 0) is forgotten with the time constant leak_s, so that long motion in
+// viscous material does not hide energy generated later. Sources: B. Hannaford, J.-H. Ryu,
+// Time-domain passivity control of haptic interfaces, IEEE Trans. Robotics and Automation 18(1),
+// 2002; the stored energy as in J.-H. Ryu et al., 2004.
 class Passivity {
  public:
     struct Settings {
@@ -34,7 +34,7 @@ class Passivity {
 
     void reset() noexcept { *this = Passivity(settings_); }
 
-    // The virtual spring: what it holds now, and how stiff it is to the hand.
+    // The virtual spring: its energy now, and its stiffness to the hand.
     struct Spring {
         double stored_j = 0.0, stiffness_n_per_m = 0.0;
     };
@@ -42,10 +42,10 @@ class Passivity {
     // all finite.
     //
     // Damping acts on the velocity that the device's driver estimates, not on the way of one tick:
-    // one encoder step of 50 um in a tick would read as 50 mm/s, and be answered with a blow.
+    // one encoder step of 50 um in a tick would read as 50 mm/s, and cause an impact.
     glm::dvec3 limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, glm::dvec3 force_n,
                      Spring spring, double dt_s) noexcept;
-    // What went out in the end, after the later stages; work is counted with it.
+    // The force sent after the later stages; work is counted with it.
     void sent(glm::dvec3 force_n) noexcept { sent_n_ = force_n; }
 
     double made_j() const noexcept { return made_j_; }   // E, see above

@@ -6,13 +6,13 @@
 #include "haptics/core/device.h"
 #include "haptics/safety/limits.h"
 
-// The stages of the safety chain that have something to remember, each a plain state and a function
-// of it, so that each is tested alone. chain.h puts them in order.
+// The stages of the safety chain with state. Each is a plain state and a function, tested alone.
+// chain.h puts them in order.
 namespace palpate::haptics {
 
-// 1 Believes a sample that is finite, within reach and not faster than a hand; else the last good
-// one stands in for a while. For samples that a device which sets the pace leaves out it stands in
-// for limits.too_late_ns, and then nothing is known until the next one.
+// 1 Accepts a sample that is finite, within reach and not faster than a hand; otherwise the last
+// good sample is used for a while. For samples that a device which sets the pace leaves out it
+// stands in for limits.too_late_ns, and then nothing is known until the next one.
 class InputCheck {
  public:
     enum class Verdict : uint8_t {
@@ -35,8 +35,8 @@ class InputCheck {
     DeviceSample good_;
 };
 
-// 2 Nothing goes out until somebody armed it, the device is ready and what is rendered is near 0
-// for some ticks; then it fades in.
+// 2 No force is sent until a person armed it, the device is ready and the rendered force is near 0
+// for some ticks; then force fades in.
 class SoftStart {
  public:
     enum class Mode : uint8_t { disarmed, waiting, ramping, running };

@@ -5,9 +5,9 @@
 
 namespace palpate::haptics {
 
-// Who may command force: the servo, until a watchdog takes that away because nothing was written
-// for too long. Then the servo may write again only after it has noticed, so that no force that was
-// worked out before a stall goes out after it.
+// The right to command force belongs to the servo until a watchdog revokes it because no write
+// ended for too long. The servo must then reopen the gate before it writes, so that no force
+// computed before a stall is sent after it.
 //
 //     servo's thread                              watchdog's thread
 //     if (gate.reopen(now))                       if (gate.close(now, limit))
@@ -19,10 +19,10 @@ namespace palpate::haptics {
 //             device.halt(now);
 //     }
 //
-// A write cannot be one step with the look at the gate before it, so a servo that is stopped
-// between the two may still send its old force. Both sides then take it back: the servo, because
-// end_write() says that the gate was closed meanwhile, and the watchdog, because close() stays true
-// until the gate is open. tests/unit/haptics_safety/write_gate_test.cpp runs all interleavings.
+// A write and the check of the gate before it are two steps, so a servo stopped between them may
+// still send its old force. Both sides then take it back: the servo, because end_write() reports
+// that the gate was closed meanwhile, and the watchdog, because close() stays true until the gate
+// is open. tests/unit/haptics_safety/write_gate_test.cpp runs all interleavings.
 //
 // All is wait-free and one word: the time of the last write that ended, whose two lowest bits are
 // the state. Times are of one clock, in ns; 0 is "never", and before the first write ends the
@@ -42,7 +42,7 @@ class BasicWriteGate {
         begun_ = word_.load(std::memory_order_acquire);
         return state_of(begun_) == kOpen && change(begun_, begun_ | kWriting);
     }
-    // False: it was closed during the write, and what was written must be taken back.
+    // False: the gate was closed during the write, and the force must be taken back.
     bool end_write(int64_t now_ns) noexcept { return change(begun_ | kWriting, at(now_ns, kOpen)); }
 
     // The watchdog's: true where the device is to be halted now. `limit_ns` without a write close

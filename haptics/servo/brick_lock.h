@@ -10,9 +10,9 @@ namespace palpate::haptics {
 
 // Keeps the samples round the tool in memory: locked against paging, and alive.
 //
-// Not the servo's: whoever publishes scenes, or a thread of its own, calls update() as the tool
-// moves. Bricks whose samples lie in a file are passed over; the servo takes them for missing.
-// Where the limit on locked memory (RLIMIT_MEMLOCK) is met, what is nearest has been locked first.
+// Not for the servo's thread: the publisher of scenes, or a thread of its own, calls update() as
+// the tool moves. Bricks with samples in a file are left out; the servo treats them as missing. The
+// nearest bricks are locked first, up to the limit on locked memory (RLIMIT_MEMLOCK).
 class BrickLock {
  public:
     BrickLock() = default;

@@ -4,9 +4,9 @@
 
 namespace palpate::haptics {
 
-// Lets what a person sets move in steps that a hand does not feel: from the values in force to new
-// ones in 20 ms, 5 % of the change a millisecond. What is no amount (counts, switches, tables)
-// changes at once.
+// Slews parameters in steps that a hand does not feel: from current to new values in
+// 20 ms, 5 % of the change a millisecond. Counts, switches and tables change at
+// once.
 class ParameterSlew {
  public:
     static constexpr double kWhole_s = 0.020;

@@ -14,7 +14,7 @@
 
 namespace palpate::haptics {
 
-// Where the tool was, for whoever edits what it touches. One a tick, lossless.
+// The tool's pose for the editor. One a tick, lossless.
 struct ToolStamp {
     int64_t time_ns = 0;
     ToolPose tool, proxy;
@@ -22,7 +22,7 @@ struct ToolStamp {
     uint64_t scene_version = 0; // that was felt
 };
 
-// All that one tick took and gave.
+// Input and output of one tick.
 struct ServoTick {
     int64_t now_ns = 0;
     DeviceStatus status = DeviceStatus::ok;
@@ -45,9 +45,9 @@ struct ServoTick {
 // One tick of touch as a line of functions: sample, sanity, snapshot, proxy, limits, device. Read,
 // compute and write lie in the same tick.
 //
-// tick() belongs to one thread; it neither allocates, throws, locks nor prints, and what it does is
-// a function of what it is given: the clock comes in as now_ns. Scenes, parameters and settings of
-// the workspace come through mailboxes, which it reads once a tick; poses leave through a ring; it
+// tick() belongs to one thread. It neither allocates, throws, locks nor prints, and its result is a
+// function of its inputs: time is the argument now_ns. Scenes, parameters and settings of the
+// workspace come through mailboxes, which it reads once a tick; poses leave through a ring; it
 // frees nothing.
 class Servo {
  public:

@@ -25,7 +25,7 @@ struct ServoThreadOptions {
     std::function<bool(const ServoTick&)> after;
 };
 
-// What was obtained of what was asked for, read back from the system.
+// The real-time settings obtained, read back from the system.
 struct ServoThreadState {
     std::string policy; // "SCHED_FIFO 45", "SCHED_OTHER"
     bool real_time = false;

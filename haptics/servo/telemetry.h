@@ -8,8 +8,8 @@
 
 namespace palpate::haptics {
 
-// What the servo says of itself, always on. Times are nanoseconds. The servo's thread writes, any
-// thread reads.
+// Statistics of the servo, always on. Times are nanoseconds. The servo's thread writes, any thread
+// reads.
 struct Telemetry {
     Histogram wake_ns;  // from when a tick was due to when it began
     Histogram cpu_ns;   // of the tick less the device, thread clock

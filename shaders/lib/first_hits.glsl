@@ -4,7 +4,7 @@
 // unless it would have met, and left again before that place, something nearer than all of them:
 // thinner than two pixels. Included by ray_cast.comp.
 
-const float kStepsBeforeHit = 2.0; // of 1.5 to 6 steps all take much the same time (docs/performance.md)
+const float kStepsBeforeHit = 2.0; // of 1.5 to 6 steps all take much the same time (docs/log/rendering.md)
 
 uint first_hit_number(uvec2 second_pixel, uint eye) {
     const uvec2 count = (frame.size_px + 1u) / 2u;

@@ -237,7 +237,7 @@ TEST_F(KilledEdit, ALongSweepEndsWhenAskedTo) {
     ::close(messages);
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 1);
-    EXPECT_THAT(bytes_of("messages"), testing::HasSubstr("interrupted; the steps done so far"));
+    EXPECT_THAT(bytes_of("messages"), testing::HasSubstr("interrupted; the finished strokes"));
     EXPECT_EQ(Journal::peek(file("out.nrrd.journal"))->entries.size(), 0u);
     EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
 }

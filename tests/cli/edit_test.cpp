@@ -161,7 +161,7 @@ TEST_F(EditCommand, GoesOnFromItsJournal) {
     leave_journal(strokes, 2);
     ProgramRun done = edit({strokes_path()});
     EXPECT_EQ(done.exit_code, 1);
-    EXPECT_THAT(done.messages, HasSubstr("--recover does them, --discard drops them"));
+    EXPECT_THAT(done.messages, HasSubstr("--recover applies them, --discard drops them"));
     EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
 
     done = edit({"--recover"}); // what is there and no more
@@ -393,7 +393,7 @@ TEST_F(EditCommand, AFolderThatTakesNothingIsASentenceAndLosesNothing) {
                                 "' 2> '" + file("messages").string() + "'";
     EXPECT_NE(std::system(command.c_str()), 0);
     EXPECT_THAT(bytes_of("messages"), HasSubstr("cannot be written"));
-    EXPECT_THAT(bytes_of("messages"), HasSubstr("--recover does them"));
+    EXPECT_THAT(bytes_of("messages"), HasSubstr("--recover applies them"));
     EXPECT_FALSE(std::filesystem::exists(file("out.nrrd")));
     const ProgramRun again = run({"edit", volume, "--recover", "-o", out});
     ASSERT_EQ(again.exit_code, 0) << again.messages;

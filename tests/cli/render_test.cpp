@@ -79,7 +79,7 @@ TEST_F(RenderCommand, DrawsSurfacesBesideRaysAndWritesThemIntoTheScene) {
     for (const auto& [wrong, sentence] :
          {std::pair<std::vector<std::string>, const char*>{{"--surface", "labels"}, "label map"},
           {{"--surface", "nowhere.ply"}, "nowhere.ply"},
-          {{"--surface-opacity", "0.5"}, "at most one a surface"}}) {
+          {{"--surface-opacity", "0.5"}, "at most one for each --surface"}}) {
         const ProgramRun refused = run(command(wrong));
         EXPECT_EQ(refused.exit_code, 1);
         EXPECT_THAT(refused.messages, HasSubstr(sentence));

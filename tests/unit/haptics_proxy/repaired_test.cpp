@@ -123,7 +123,7 @@ TEST(Repaired, StaysOutOfTheMeshOfANoisyVolumeOnLeaps) {
 }
 
 // A mesh that ends at the side of its volume has a rim, round which a leap leads; closed, it has
-// none. (See "A flat wall" in docs/haptics.md.)
+// none. (See "A flat wall" in docs/log/touch.md.)
 TEST(Repaired, OnlyTheRimOfAnOpenMeshIsAWayIn) {
     TouchCase body{.id = "A2", .name = "ball", .solid = ball({-4.65, -6.45, -12.75}, 15.0)};
     body.normal = glm::normalize(dvec3(0.31, 0.43, 0.85));

@@ -80,7 +80,7 @@ TEST(SweptTool, ABallTouchesBetweenItsSamples) {
 // step may end 0.1 samples, 0.05 mm, from where all were looked at: 0.05 N at 1 N/mm. Where the
 // ball comes to be seen as one that fits, the crease lies elsewhere than the field's rounded one
 // did: in corner/2x90 that takes 0.057 N in one tick, more than the step explains
-// (docs/haptics.md).
+// (docs/log/touch.md).
 TEST(SweptTool, StaysSpreadOverAHollowThatItFits) {
     for (const TouchCase& body : touch_cases({}, false)) {
         if (body.id != "A4" && body.id != "A6")
