@@ -79,5 +79,18 @@ def touch(example, folder):
     near("force", force, 0.6 * depth, 0.02)
 
 
+def session(example, folder):
+    begin, carved, undone = [numbers(line) for line in output_of(example).splitlines()]
+    ball = 4 / 3 * math.pi * 20**3
+    # Triangles with sides of up to h = 0.5 sqrt(3) lie up to h^2 / (8 r) within the ball.
+    near("volume at first", begin[2], ball, ball * 3 * 0.5**2 * 3 / (8 * 20**2))
+    assert begin[:2] == [0, 0] and undone[:2] == [0, 0], (begin, undone)
+    assert carved[0] == 1 and carved[1] > 0, carved
+    # A ball of 3 mm centred on the surface takes about half of itself, more where it sinks in.
+    cut = begin[2] - carved[2]
+    assert 0.4 * 113 < cut < 4 * 113, cut
+    assert undone[2] == begin[2], (begin, undone)
+
+
 with tempfile.TemporaryDirectory() as folder:
     globals()[sys.argv[1]](sys.argv[2], folder)
