@@ -229,7 +229,7 @@ TEST_F(EditCommand, NamesDamageAndKeepsAllOfIt) {
     EXPECT_THAT(done.messages, HasSubstr("2 steps recovered\n"));
     EXPECT_THAT(done.messages,
                 HasSubstr(fmt::format("damaged at byte {}: expected checksum ", at)));
-    EXPECT_THAT(done.messages, HasSubstr("1 step behind it could be read and is left out"));
+    EXPECT_THAT(done.messages, HasSubstr("1 later step could be read and is left out"));
     EXPECT_EQ(hash_of("out.nrrd"), content_hash(after(phantom(), strokes, 2)));
     EXPECT_FALSE(std::filesystem::exists(file("out.nrrd.journal")));
     EXPECT_EQ(bytes_of("out.nrrd.journal.damaged"), bytes);

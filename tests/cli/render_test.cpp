@@ -170,7 +170,7 @@ TEST_F(RenderCommand, RefusesWithOneSentenceAndWritesNothing) {
     const std::vector<std::pair<std::vector<std::string>, std::string>> cases{
         {{"--tf", "no-such-preset"}, "--tf: expected a preset (ct-bone, "},
         {{"--labels", "no/such/file.nii"}, "no/such/file.nii"},
-        {{"--camera", "0,0,9,0,0,0,0,0,1"}, "an up that is not the view direction"},
+        {{"--camera", "0,0,9,0,0,0,0,0,1"}, "up vector that is not parallel to the view direction"},
         {{"--device", "no such device"}, "is not 'no such device'"},
         {{"--step", "1e-4"}, "60000 steps along"},
         {{"--stats", file("picture.exr").string()}, "-o and --stats: expected a file for each"},

@@ -273,7 +273,7 @@ TEST_F(Said, SurfacesOfSomeLabels) {
         EXPECT_FALSE(std::filesystem::exists(file("n.ply")));
         return ran.messages;
     };
-    EXPECT_THAT(refused("--labels=6", 1), HasSubstr("found 6, of which no sample is"));
+    EXPECT_THAT(refused("--labels=6", 1), HasSubstr("no sample has label 6"));
     for (const char* wrong : {"--labels=bone", "--labels=5,", "--labels=0", "--labels=65536"})
         EXPECT_THAT(refused(wrong, 2), HasSubstr("expected labels from 1 to 65535"));
 }
