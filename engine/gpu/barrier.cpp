@@ -30,11 +30,23 @@ Access access_of(Use use) {
         case Use::clear_target:
             return {VK_PIPELINE_STAGE_2_CLEAR_BIT | VK_PIPELINE_STAGE_2_COPY_BIT,
                     VK_ACCESS_2_TRANSFER_WRITE_BIT, VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, true};
+        case Use::color_attachment:
+            return {VK_PIPELINE_STAGE_2_COLOR_ATTACHMENT_OUTPUT_BIT,
+                    VK_ACCESS_2_COLOR_ATTACHMENT_READ_BIT | VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
+                    VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL, true};
+        case Use::present: // which the semaphore that is signalled makes visible
+            return {VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE,
+                    VK_IMAGE_LAYOUT_PRESENT_SRC_KHR, false};
         case Use::host_read:
             return {VK_PIPELINE_STAGE_2_HOST_BIT, VK_ACCESS_2_HOST_READ_BIT,
                     VK_IMAGE_LAYOUT_GENERAL, false};
     }
     return {};
+}
+
+void UseTracker::forget() {
+    last_ = {VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, VK_ACCESS_2_NONE, VK_IMAGE_LAYOUT_UNDEFINED,
+             true};
 }
 
 std::optional<Dependency> UseTracker::advance(Use next) {

@@ -16,8 +16,10 @@ enum class Use {
     indirect,      // read as the group counts of a dispatch
     copy_source,
     copy_target,
-    clear_target, // filled by a command
-    host_read,    // by the CPU after the submission is over
+    clear_target,     // filled by a command
+    color_attachment, // drawn to by a graphics pipeline
+    present,          // shown by a window; forget() comes before the next use
+    host_read,        // by the CPU after the submission is over
 };
 
 struct Access {
@@ -40,6 +42,9 @@ class UseTracker {
  public:
     // The dependency that `next` needs, or nothing: two reads in one layout need none.
     std::optional<Dependency> advance(Use next);
+    // What the resource holds is not needed any more, and something else used it last: as an image
+    // that a window gives. The next use begins after the semaphore that the submission waits for.
+    void forget();
 
  private:
     Access last_{}; // merged over reads that follow one another

@@ -121,6 +121,7 @@ void Commands::begin_pass(const std::string& name) {
         vkCmdBeginDebugUtilsLabelEXT(handle(), &label);
     }
     begin_stamp(name);
+    ++pass_count_;
     in_pass_ = true;
 }
 
@@ -399,7 +400,7 @@ BufferSlice Commands::read_back(GpuImage& from, std::span<const Region> regions,
     return to;
 }
 
-void Commands::flush() {
+void Commands::submit_open(std::span<const SemaphoreUse> signals) {
     PALPATE_ASSERT(!in_pass_);
     if (!recorded_->is_open())
         return;
@@ -407,12 +408,13 @@ void Commands::flush() {
     check(vkEndCommandBuffer(part.slot->commands()), "ending commands");
     if (profile::on())
         part.submitted_ns = profile::now_ns();
-    part.value = device_->submit(*part.slot);
+    part.value = device_->submit(*part.slot, waits_, signals);
+    waits_.clear();
 }
 
 uint64_t Commands::submit() {
     slot(); // also of nothing
-    flush();
+    submit_open(signals_);
     recorded_->submitted = true;
     recorded_->uploads.give(*device_, recorded_->parts.back().value);
     return recorded_->parts.back().value;
@@ -430,9 +432,14 @@ bool Ticket::ready() const {
     return recorded_->submitted && value() <= recorded_->device->passed();
 }
 
+void Ticket::wait() const {
+    if (recorded_->submitted)
+        recorded_->device->wait(value());
+}
+
 std::vector<PassTime> Ticket::times() const {
     PALPATE_ASSERT(recorded_->submitted);
-    recorded_->device->wait(value());
+    wait();
     std::vector<PassTime> times;
     for (Recorded::Part& part : recorded_->parts) {
         recorded_->read_times(part);

@@ -53,6 +53,7 @@ class Ticket {
     // Of the timeline, which tells that all is done; 0 before submit().
     uint64_t value() const;
     bool ready() const; // never waits
+    void wait() const;  // for what was submitted by submit(); for nothing before that
     // After submit(): waits where not ready(), and returns the time of each pass. While a profile
     // is recorded, the first call tells it of the passes, and of every copy as one more.
     std::vector<PassTime> times() const;
@@ -135,17 +136,25 @@ class Commands {
     BufferSlice read_back(Buffer& from);
     BufferSlice read_back(GpuImage& from, std::span<const Region> regions, uint64_t bytes);
 
+    // The next submission of these commands waits for a semaphore, and their last one signals one:
+    // as a window's picture needs it. A binary semaphore is waited for once.
+    void wait_for(const SemaphoreUse& semaphore) { waits_.push_back(semaphore); }
+    void signal(const SemaphoreUse& semaphore) { signals_.push_back(semaphore); }
+
     // Hands what was recorded so far to the device; recording goes on. Outside of passes.
-    void flush();
+    void flush() { submit_open({}); }
     // Hands the work over and returns at once; the timeline value to wait for.
     uint64_t submit();
     Ticket ticket() const { return Ticket(recorded_); }
+    // Passes begun so far: what is recorded next has this place in Ticket::times().
+    size_t pass_count() const { return pass_count_; }
     // ticket().times() after submit().
     std::vector<PassTime> finish();
 
  private:
     VkCommandBuffer handle();
     CommandSlot& slot();
+    void submit_open(std::span<const SemaphoreUse> signals);
     void bind(const ComputePipeline& pipeline, std::span<const Bound> bound);
     void barrier(const VkDependencyInfo& info);
     void begin_stamp(std::string name, uint64_t copied_bytes = 0);
@@ -157,6 +166,8 @@ class Commands {
 
     GpuDevice* device_;
     std::shared_ptr<Recorded> recorded_;
+    std::vector<SemaphoreUse> waits_, signals_;
+    size_t pass_count_ = 0;
     bool in_pass_ = false;     // between begin_pass() and end_pass()
     bool timing_copy_ = false; // between begin_copy() and end_copy(), where those stamp
 };

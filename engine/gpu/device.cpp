@@ -40,11 +40,53 @@ bool selects(const std::string& select, const DeviceInfo& info) {
     return lower(info.name).find(lower(select)) != std::string::npos;
 }
 
-Instance::Candidate choose(const Instance& instance, const std::string& select) {
-    const auto candidates = instance.candidates();
+std::vector<VkQueueFamilyProperties> queue_families(VkPhysicalDevice device) {
+    uint32_t count = 0;
+    vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+    std::vector<VkQueueFamilyProperties> families(count);
+    vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+    return families;
+}
+
+// The first that computes and, where that is asked for, presents.
+std::optional<uint32_t> find_queue_family(const Instance& instance, VkPhysicalDevice device,
+                                          const DeviceOptions& options) {
+    const std::vector<VkQueueFamilyProperties> families = queue_families(device);
+    for (uint32_t i = 0; i < families.size(); ++i)
+        if ((families[i].queueFlags & VK_QUEUE_COMPUTE_BIT) &&
+            (!options.can_present || options.can_present(instance.handle(), device, i)))
+            return i;
+    return std::nullopt;
+}
+
+bool has_extension(VkPhysicalDevice device, std::string_view name) {
+    uint32_t count = 0;
+    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
+    std::vector<VkExtensionProperties> extensions(count);
+    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
+    return std::any_of(extensions.begin(), extensions.end(),
+                       [&](const auto& extension) { return extension.extensionName == name; });
+}
+
+// Of a device that could be used otherwise; empty if it has what the caller asks for.
+std::string refusal_of(const Instance& instance, VkPhysicalDevice device,
+                       const DeviceOptions& options) {
+    for (const std::string& name : options.device_extensions)
+        if (!has_extension(device, name))
+            return fmt::format("the extension {} is missing", name);
+    if (!find_queue_family(instance, device, options))
+        return "no queue both computes and presents";
+    return "";
+}
+
+Instance::Candidate choose(const Instance& instance, const std::string& select,
+                           const DeviceOptions& options) {
+    auto candidates = instance.candidates();
     const Instance::Candidate* best = nullptr;
     std::string reasons;
-    for (const auto& candidate : candidates) {
+    for (auto& candidate : candidates) {
+        if (candidate.info.refusal.empty())
+            candidate.info.refusal = refusal_of(instance, candidate.handle, options);
         if (!selects(select, candidate.info))
             reasons += fmt::format("; {} is not '{}'", candidate.info.name, select);
         else if (!candidate.info.refusal.empty())
@@ -60,16 +102,9 @@ Instance::Candidate choose(const Instance& instance, const std::string& select) 
 
 // The device reads its clock together with CLOCK_MONOTONIC, which profile::now_ns() counts in.
 bool can_calibrate(VkPhysicalDevice device) {
-    uint32_t count = 0;
-    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
-    std::vector<VkExtensionProperties> extensions(count);
-    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
-    const bool known = std::any_of(extensions.begin(), extensions.end(), [](const auto& extension) {
-        return std::string_view(extension.extensionName) ==
-               VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME;
-    });
-    if (!known)
+    if (!has_extension(device, VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME))
         return false;
+    uint32_t count = 0;
     vkGetPhysicalDeviceCalibrateableTimeDomainsEXT(device, &count, nullptr);
     std::vector<VkTimeDomainEXT> domains(count);
     vkGetPhysicalDeviceCalibrateableTimeDomainsEXT(device, &count, domains.data());
@@ -77,6 +112,16 @@ bool can_calibrate(VkPhysicalDevice device) {
         return std::find(domains.begin(), domains.end(), domain) != domains.end();
     };
     return has(VK_TIME_DOMAIN_DEVICE_EXT) && has(VK_TIME_DOMAIN_CLOCK_MONOTONIC_EXT);
+}
+
+// Whether graphics pipelines need no render pass: what windows are drawn with.
+VkBool32 can_draw_dynamically(VkPhysicalDevice device) {
+    VkPhysicalDeviceVulkan13Features v13{.sType =
+                                             VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES};
+    VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
+                                       .pNext = &v13};
+    vkGetPhysicalDeviceFeatures2(device, &features);
+    return v13.dynamicRendering;
 }
 
 // Whether shaders may count and compare 64 bits at a time in storage buffers.
@@ -91,11 +136,12 @@ bool can_do_int64_atomics(VkPhysicalDevice device) {
 
 } // namespace
 
-GpuDevice::GpuDevice(const DeviceOptions& options) : instance_(options.validation) {
+GpuDevice::GpuDevice(const DeviceOptions& options)
+    : instance_(options.validation, options.instance_extensions) {
     std::string select = options.select;
     if (const char* wish = std::getenv("PALPATE_DEVICE"); select.empty() && wish)
         select = wish;
-    const Instance::Candidate chosen = choose(instance_, select);
+    const Instance::Candidate chosen = choose(instance_, select, options);
     physical_ = chosen.handle;
     info_ = chosen.info;
     VkPhysicalDeviceProperties properties;
@@ -103,13 +149,7 @@ GpuDevice::GpuDevice(const DeviceOptions& options) : instance_(options.validatio
     limits_ = properties.limits;
     vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
 
-    uint32_t count = 0;
-    vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, nullptr);
-    std::vector<VkQueueFamilyProperties> families(count);
-    vkGetPhysicalDeviceQueueFamilyProperties(physical_, &count, families.data());
-    for (uint32_t i = count; i-- > 0;) // the first that computes
-        if (families[i].queueFlags & VK_QUEUE_COMPUTE_BIT)
-            queue_family_ = i;
+    queue_family_ = *find_queue_family(instance_, physical_, options);
 
     const float priority = 1.0f;
     const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
@@ -119,6 +159,7 @@ GpuDevice::GpuDevice(const DeviceOptions& options) : instance_(options.validatio
     VkPhysicalDeviceVulkan13Features v13{
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
         .synchronization2 = VK_TRUE,
+        .dynamicRendering = options.can_present ? can_draw_dynamically(physical_) : VK_FALSE,
         .maintenance4 = VK_TRUE};
     int64_atomics_ = options.int64_atomics && can_do_int64_atomics(physical_);
     const VkPhysicalDeviceFeatures core{.shaderInt64 = int64_atomics_};
@@ -129,21 +170,61 @@ GpuDevice::GpuDevice(const DeviceOptions& options) : instance_(options.validatio
         .scalarBlockLayout = VK_TRUE,
         .timelineSemaphore = VK_TRUE};
     calibrates_ = can_calibrate(physical_);
-    const char* const calibration = VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME;
-    const VkDeviceCreateInfo create{.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
-                                    .pNext = &v12,
-                                    .queueCreateInfoCount = 1,
-                                    .pQueueCreateInfos = &queue,
-                                    .enabledExtensionCount = calibrates_ ? 1u : 0u,
-                                    .ppEnabledExtensionNames = &calibration,
-                                    .pEnabledFeatures = &core};
+    std::vector<const char*> extensions;
+    for (const std::string& name : options.device_extensions)
+        extensions.push_back(name.c_str());
+    if (calibrates_)
+        extensions.push_back(VK_EXT_CALIBRATED_TIMESTAMPS_EXTENSION_NAME);
+    const VkDeviceCreateInfo create{
+        .sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO,
+        .pNext = &v12,
+        .queueCreateInfoCount = 1,
+        .pQueueCreateInfos = &queue,
+        .enabledExtensionCount = static_cast<uint32_t>(extensions.size()),
+        .ppEnabledExtensionNames = extensions.data(),
+        .pEnabledFeatures = &core};
     {
         const profile::Scope scope("create the device");
         check(vkCreateDevice(physical_, &create, nullptr, &handle_),
               "creating a device on " + info_.name);
     }
     vkGetDeviceQueue(handle_, queue_family_, 0, &queue_);
+    make_timeline();
+}
 
+GpuDevice::GpuDevice(const AdoptedDevice& adopted)
+    : instance_(adopted.instance),
+      info_(describe(adopted.physical, 0)),
+      physical_(adopted.physical),
+      handle_(adopted.device),
+      queue_(adopted.queue),
+      queue_family_(adopted.queue_family),
+      owned_(false) {
+    const auto refuse = [&](const std::string& why) {
+        throw GpuError(fmt::format("the device {} that was handed over: {}", info_.name, why));
+    };
+    if (!info_.refusal.empty())
+        refuse(info_.refusal);
+    if (const char* name = missing_feature(*adopted.features))
+        refuse(fmt::format("expected the feature {}, found it not enabled", name));
+    const auto families = queue_families(physical_);
+    if (queue_family_ >= families.size() ||
+        !(families[queue_family_].queueFlags & VK_QUEUE_COMPUTE_BIT))
+        refuse(fmt::format("expected a queue that computes, found family {}", queue_family_));
+    for (auto* next = static_cast<const VkBaseInStructure*>(adopted.features->pNext); next;
+         next = next->pNext)
+        if (next->sType == VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES)
+            int64_atomics_ = adopted.features->features.shaderInt64 &&
+                             reinterpret_cast<const VkPhysicalDeviceVulkan12Features*>(next)
+                                 ->shaderBufferInt64Atomics;
+    VkPhysicalDeviceProperties properties;
+    vkGetPhysicalDeviceProperties(physical_, &properties);
+    limits_ = properties.limits;
+    vkGetPhysicalDeviceMemoryProperties(physical_, &memory_);
+    make_timeline();
+}
+
+void GpuDevice::make_timeline() {
     const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
                                          .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
     const VkSemaphoreCreateInfo semaphore{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
@@ -153,7 +234,7 @@ GpuDevice::GpuDevice(const DeviceOptions& options) : instance_(options.validatio
 }
 
 GpuDevice::~GpuDevice() {
-    vkDeviceWaitIdle(handle_);
+    vkQueueWaitIdle(queue_);
     idle_slots_.clear();
     staging_.reset();
     while (!retired_.empty()) {
@@ -161,7 +242,8 @@ GpuDevice::~GpuDevice() {
         retired_.pop_front();
     }
     vkDestroySemaphore(handle_, timeline_, nullptr);
-    vkDestroyDevice(handle_, nullptr);
+    if (owned_)
+        vkDestroyDevice(handle_, nullptr);
 }
 
 bool GpuDevice::can_filter_linearly(VkFormat format) const {
@@ -195,18 +277,28 @@ void GpuDevice::give_slot(std::unique_ptr<CommandSlot> slot, uint64_t value) {
     idle_slots_.insert(at, {std::move(slot), value});
 }
 
-uint64_t GpuDevice::submit(CommandSlot& slot) {
+uint64_t GpuDevice::submit(CommandSlot& slot, std::span<const SemaphoreUse> waits,
+                           std::span<const SemaphoreUse> signals) {
+    const auto info_of = [](const SemaphoreUse& use) {
+        return VkSemaphoreSubmitInfo{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
+                                     .semaphore = use.semaphore,
+                                     .value = use.value,
+                                     .stageMask = use.stages};
+    };
+    std::vector<VkSemaphoreSubmitInfo> before, after{info_of({timeline_, submitted_ + 1})};
+    for (const SemaphoreUse& use : waits)
+        before.push_back(info_of(use));
+    for (const SemaphoreUse& use : signals)
+        after.push_back(info_of(use));
     const VkCommandBufferSubmitInfo buffer{.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_SUBMIT_INFO,
                                            .commandBuffer = slot.commands()};
-    const VkSemaphoreSubmitInfo signal{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_SUBMIT_INFO,
-                                       .semaphore = timeline_,
-                                       .value = submitted_ + 1,
-                                       .stageMask = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT};
     const VkSubmitInfo2 submit{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
+                               .waitSemaphoreInfoCount = static_cast<uint32_t>(before.size()),
+                               .pWaitSemaphoreInfos = before.data(),
                                .commandBufferInfoCount = 1,
                                .pCommandBufferInfos = &buffer,
-                               .signalSemaphoreInfoCount = 1,
-                               .pSignalSemaphoreInfos = &signal};
+                               .signalSemaphoreInfoCount = static_cast<uint32_t>(after.size()),
+                               .pSignalSemaphoreInfos = after.data()};
     const profile::Scope scope("submit");
     check(vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE), "submitting work");
     ++submitted_;

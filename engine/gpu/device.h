@@ -7,6 +7,7 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +23,30 @@ struct DeviceOptions {
     std::string select;
     bool validation = false;   // Khronos validation with synchronisation validation
     bool int64_atomics = true; // false: as on a device that lacks them
+    // For a window: what its library asks for, and whether a queue family of a device serves it.
+    // Devices without these are passed over.
+    std::vector<std::string> instance_extensions{}, device_extensions{};
+    std::function<bool(VkInstance, VkPhysicalDevice, uint32_t family)> can_present{};
+};
+
+// A device that the caller made, for Vulkan 1.3, and destroys after the GpuDevice that uses it.
+// Nobody else submits to the queue at the same time.
+struct AdoptedDevice {
+    VkInstance instance;
+    VkPhysicalDevice physical;
+    VkDevice device;
+    VkQueue queue;
+    uint32_t queue_family; // which computes
+    // What the device was made with, and the features chained to it.
+    const VkPhysicalDeviceFeatures2* features;
+};
+
+// A semaphore that a submission waits for or signals.
+struct SemaphoreUse {
+    VkSemaphore semaphore;
+    uint64_t value = 0; // of a timeline
+    // What waits, or is done before the signal.
+    VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
 };
 
 class CommandSlot;
@@ -39,6 +64,8 @@ class GpuDevice {
  public:
     // Throws GpuError with the reason for each device refused.
     explicit GpuDevice(const DeviceOptions& options);
+    // Throws GpuError where the device was made without what the engine needs.
+    explicit GpuDevice(const AdoptedDevice& adopted);
     ~GpuDevice(); // waits for the queue
     GpuDevice(const GpuDevice&) = delete;
     GpuDevice& operator=(const GpuDevice&) = delete;
@@ -46,6 +73,8 @@ class GpuDevice {
     const DeviceInfo& info() const { return info_; }
     VkDevice handle() const { return handle_; }
     VkPhysicalDevice physical() const { return physical_; }
+    VkInstance instance() const { return instance_.handle(); }
+    VkQueue queue() const { return queue_; } // for a window to present with
     uint32_t queue_family() const { return queue_family_; }
     const VkPhysicalDeviceLimits& limits() const { return limits_; }
     bool can_filter_linearly(VkFormat format) const;
@@ -57,7 +86,8 @@ class GpuDevice {
     // timeline has passed its submission. Commands does all this.
     std::unique_ptr<CommandSlot> take_slot();
     // Hands what was recorded to the queue; returns the timeline value it will signal.
-    uint64_t submit(CommandSlot& slot);
+    uint64_t submit(CommandSlot& slot, std::span<const SemaphoreUse> waits = {},
+                    std::span<const SemaphoreUse> signals = {});
     // `value` is that of the slot's submission; 0 where there was none.
     void give_slot(std::unique_ptr<CommandSlot> slot, uint64_t value);
     // Mapped memory that commands share.
@@ -111,6 +141,7 @@ class GpuDevice {
     uint64_t resource_bytes() const;
 
  private:
+    void make_timeline();
     void run_retired();
 
     Instance instance_;
@@ -140,6 +171,7 @@ class GpuDevice {
     std::vector<uint64_t> open_recordings_; // neither submitted nor given back
     Traffic traffic_;
     Created created_;
+    bool owned_ = true;
     bool calibrates_ = false; // the driver tells its clock beside ours
     bool int64_atomics_ = false;
 };

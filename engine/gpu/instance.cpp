@@ -1,6 +1,5 @@
 #include "engine/gpu/instance.h"
 
-#include <array>
 #include <cstring>
 #define VOLK_IMPLEMENTATION
 #include <volk.h>
@@ -55,15 +54,8 @@ std::string refusal_of(VkPhysicalDevice device, uint32_t api_version) {
     VkPhysicalDeviceFeatures2 features{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_FEATURES_2,
                                        .pNext = &v12};
     vkGetPhysicalDeviceFeatures2(device, &features);
-    const std::array<std::pair<VkBool32, const char*>, 4> needed{{
-        {v12.timelineSemaphore, "timelineSemaphore"},
-        {v12.scalarBlockLayout, "scalarBlockLayout"},
-        {v13.synchronization2, "synchronization2"},
-        {v13.maintenance4, "maintenance4"},
-    }};
-    for (const auto& [present, name] : needed)
-        if (!present)
-            return fmt::format("the feature {} is missing", name);
+    if (const char* name = missing_feature(features))
+        return fmt::format("the feature {} is missing", name);
     uint32_t count = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
@@ -73,6 +65,8 @@ std::string refusal_of(VkPhysicalDevice device, uint32_t api_version) {
             return "";
     return "no queue can compute";
 }
+
+} // namespace
 
 DeviceInfo describe(VkPhysicalDevice device, uint32_t index) {
     VkPhysicalDeviceDriverProperties driver{
@@ -95,7 +89,43 @@ DeviceInfo describe(VkPhysicalDevice device, uint32_t index) {
     return info;
 }
 
-} // namespace
+const char* missing_feature(const VkPhysicalDeviceFeatures2& features) {
+    bool timeline = false, scalar = false, synchronization = false, maintenance = false;
+    const auto* next = static_cast<const VkBaseInStructure*>(features.pNext);
+    for (; next; next = next->pNext) {
+        const auto as = [&]<class T>(T) { return reinterpret_cast<const T*>(next); };
+        switch (next->sType) {
+            case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_2_FEATURES:
+                timeline |= as(VkPhysicalDeviceVulkan12Features{})->timelineSemaphore != 0;
+                scalar |= as(VkPhysicalDeviceVulkan12Features{})->scalarBlockLayout != 0;
+                break;
+            case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES:
+                synchronization |= as(VkPhysicalDeviceVulkan13Features{})->synchronization2 != 0;
+                maintenance |= as(VkPhysicalDeviceVulkan13Features{})->maintenance4 != 0;
+                break;
+            case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_TIMELINE_SEMAPHORE_FEATURES:
+                timeline |= as(VkPhysicalDeviceTimelineSemaphoreFeatures{})->timelineSemaphore != 0;
+                break;
+            case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SCALAR_BLOCK_LAYOUT_FEATURES:
+                scalar |= as(VkPhysicalDeviceScalarBlockLayoutFeatures{})->scalarBlockLayout != 0;
+                break;
+            case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SYNCHRONIZATION_2_FEATURES:
+                synchronization |=
+                    as(VkPhysicalDeviceSynchronization2Features{})->synchronization2 != 0;
+                break;
+            case VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_MAINTENANCE_4_FEATURES:
+                maintenance |= as(VkPhysicalDeviceMaintenance4Features{})->maintenance4 != 0;
+                break;
+            default:
+                break;
+        }
+    }
+    return !timeline          ? "timelineSemaphore"
+           : !scalar          ? "scalarBlockLayout"
+           : !synchronization ? "synchronization2"
+           : !maintenance     ? "maintenance4"
+                              : nullptr;
+}
 
 const char* name_of(VkResult result) {
     switch (result) {
@@ -134,7 +164,16 @@ void check(VkResult result, const std::string& what) {
                                    static_cast<int>(result)));
 }
 
-Instance::Instance(bool validation) {
+Instance::Instance(VkInstance adopted) : handle_(adopted), owned_(false) {
+    if (volkInitialize() != VK_SUCCESS)
+        throw GpuError("no Vulkan loader (libvulkan.so.1) was found");
+    // The loader's functions serve every instance. Those loaded before stay, for an instance
+    // without an extension has no functions of it.
+    if (volkGetLoadedInstance() == VK_NULL_HANDLE)
+        volkLoadInstance(adopted);
+}
+
+Instance::Instance(bool validation, std::span<const std::string> wanted) {
     const profile::Scope scope("load the graphics driver");
     if (volkInitialize() != VK_SUCCESS)
         throw GpuError(
@@ -169,6 +208,11 @@ Instance::Instance(bool validation) {
         extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
     if (validation)
         extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+    for (const std::string& name : wanted) {
+        if (!has_instance_extension(name.c_str(), nullptr))
+            throw GpuError(fmt::format("the Vulkan loader: the extension {} is missing", name));
+        extensions.push_back(name.c_str());
+    }
     const VkInstanceCreateInfo create{
         .sType = VK_STRUCTURE_TYPE_INSTANCE_CREATE_INFO,
         .pNext = validation ? &features : nullptr,
@@ -185,6 +229,8 @@ Instance::Instance(bool validation) {
 }
 
 Instance::~Instance() {
+    if (!owned_)
+        return;
     if (messenger_)
         vkDestroyDebugUtilsMessengerEXT(handle_, messenger_, nullptr);
     vkDestroyInstance(handle_, nullptr);

@@ -3,6 +3,7 @@
 #include <vulkan/vulkan_core.h>
 
 #include <mutex>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,9 +25,11 @@ struct DeviceInfo {
 // system.
 class Instance {
  public:
-    // validation: load the Khronos layer with synchronisation validation; throws GpuError where
-    // the layer is not installed.
-    explicit Instance(bool validation);
+    // validation: load the Khronos layer with synchronisation validation; throws GpuError where the
+    // layer is not installed. `extensions` that the loader does not have are told by a GpuError.
+    explicit Instance(bool validation, std::span<const std::string> extensions = {});
+    // One that the caller made and destroys; for Vulkan 1.3.
+    explicit Instance(VkInstance adopted);
     ~Instance();
     Instance(const Instance&) = delete;
     Instance& operator=(const Instance&) = delete;
@@ -52,11 +55,19 @@ class Instance {
                                           const VkDebugUtilsMessengerCallbackDataEXT*, void*);
 
     VkInstance handle_ = VK_NULL_HANDLE;
+    bool owned_ = true;
     VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
     bool has_debug_utils_ = false, labels_commands_ = false;
     mutable std::mutex mutex_;
     std::vector<std::string> messages_;
 };
+
+// What is known of a device, among it why the engine cannot use it.
+DeviceInfo describe(VkPhysicalDevice device, uint32_t index);
+
+// The first feature that the engine needs and that is not there; null where all are. As queried, or
+// as a device was made with: what the chain does not hold is not there.
+const char* missing_feature(const VkPhysicalDeviceFeatures2& features);
 
 // Every Vulkan device of this machine, usable or not. Throws GpuError where there is no loader.
 std::vector<DeviceInfo> list_devices();

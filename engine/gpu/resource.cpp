@@ -94,7 +94,8 @@ GpuImage::GpuImage(GpuDevice& device, std::string name, const ImageShape& shape)
         .tiling = VK_IMAGE_TILING_OPTIMAL,
         .usage = VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_SRC_BIT |
                  VK_IMAGE_USAGE_TRANSFER_DST_BIT |
-                 (shape.storage ? VkImageUsageFlags{VK_IMAGE_USAGE_STORAGE_BIT} : 0u)};
+                 (shape.storage ? VkImageUsageFlags{VK_IMAGE_USAGE_STORAGE_BIT} : 0u) |
+                 (shape.attachment ? VkImageUsageFlags{VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT} : 0u)};
     check(vkCreateImage(device.handle(), &create, nullptr, &handle_), "creating image " + name);
     VkMemoryRequirements needs;
     vkGetImageMemoryRequirements(device.handle(), handle_, &needs);
@@ -106,23 +107,35 @@ GpuImage::GpuImage(GpuDevice& device, std::string name, const ImageShape& shape)
         throw;
     }
     check(vkBindImageMemory(device.handle(), handle_, memory_, 0), "binding image " + name);
+    make_view();
+    ++device.created().objects;
+    device.name_object(VK_OBJECT_TYPE_IMAGE, reinterpret_cast<uint64_t>(handle_), name);
+    entry_ = device.enter({std::move(name), "image", needs.size});
+}
+
+GpuImage::GpuImage(GpuDevice& device, const ImageShape& shape, VkImage existing)
+    : device_(&device), shape_(shape), owned_(false), handle_(existing) {
+    make_view();
+    tracker_.forget();
+}
+
+void GpuImage::make_view() {
     const VkImageViewCreateInfo view{
         .sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO,
         .image = handle_,
-        .viewType = is_3d                            ? VK_IMAGE_VIEW_TYPE_3D
-                    : shape.type == VK_IMAGE_TYPE_1D ? VK_IMAGE_VIEW_TYPE_1D_ARRAY
-                                                     : VK_IMAGE_VIEW_TYPE_2D_ARRAY,
-        .format = shape.format,
+        .viewType = shape_.type == VK_IMAGE_TYPE_3D   ? VK_IMAGE_VIEW_TYPE_3D
+                    : shape_.type == VK_IMAGE_TYPE_1D ? VK_IMAGE_VIEW_TYPE_1D_ARRAY
+                                                      : VK_IMAGE_VIEW_TYPE_2D_ARRAY,
+        .format = shape_.format,
         .subresourceRange = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, VK_REMAINING_ARRAY_LAYERS}};
-    check(vkCreateImageView(device.handle(), &view, nullptr, &view_), "viewing image " + name);
-    device.created().objects += 2;
-    device.name_object(VK_OBJECT_TYPE_IMAGE, reinterpret_cast<uint64_t>(handle_), name);
-    entry_ = device.enter({std::move(name), "image", needs.size});
+    check(vkCreateImageView(device_->handle(), &view, nullptr, &view_), "viewing an image");
+    ++device_->created().objects;
 }
 
 GpuImage::GpuImage(GpuImage&& other) noexcept
     : device_(other.device_),
       shape_(other.shape_),
+      owned_(other.owned_),
       handle_(std::exchange(other.handle_, VK_NULL_HANDLE)),
       view_(other.view_),
       memory_(other.memory_),
@@ -133,6 +146,12 @@ GpuImage::GpuImage(GpuImage&& other) noexcept
 GpuImage::~GpuImage() {
     if (!handle_)
         return;
+    if (!owned_) {
+        device_->retire([device = device_->handle(), view = view_] {
+            vkDestroyImageView(device, view, nullptr);
+        });
+        return;
+    }
     device_->leave(entry_);
     device_->retire([device = device_->handle(), image = handle_, view = view_, memory = memory_] {
         vkDestroyImageView(device, view, nullptr);

@@ -68,15 +68,19 @@ std::span<const std::byte> bytes_of(const T& value) {
 struct ImageShape {
     VkImageType type = VK_IMAGE_TYPE_2D;
     VkFormat format = VK_FORMAT_R32_SFLOAT;
-    glm::uvec3 size{1};   // texels; z counts for 3D images only
-    uint32_t layers = 1;  // of a 1D or 2D image; a view always sees them as an array
-    bool storage = false; // written by shaders
+    glm::uvec3 size{1};      // texels; z counts for 3D images only
+    uint32_t layers = 1;     // of a 1D or 2D image; a view always sees them as an array
+    bool storage = false;    // written by shaders
+    bool attachment = false; // drawn to by graphics pipelines
 };
 
 // An image with one view of all of it and one mip level.
 class GpuImage {
  public:
     GpuImage(GpuDevice& device, std::string name, const ImageShape& shape);
+    // One that somebody else made and destroys, as a window's. Nothing is known of what it holds:
+    // tracker().forget() where it comes from somebody else.
+    GpuImage(GpuDevice& device, const ImageShape& shape, VkImage existing);
     ~GpuImage();
     GpuImage(GpuImage&& other) noexcept;
     GpuImage& operator=(GpuImage&&) = delete;
@@ -88,8 +92,11 @@ class GpuImage {
     UseTracker& tracker() { return tracker_; }
 
  private:
+    void make_view();
+
     GpuDevice* device_;
     ImageShape shape_;
+    bool owned_ = true;
     VkImage handle_ = VK_NULL_HANDLE;
     VkImageView view_ = VK_NULL_HANDLE;
     VkDeviceMemory memory_ = VK_NULL_HANDLE;

@@ -26,7 +26,8 @@ bool takes_slabs(const RayCastVariant& variant);
 size_t slab_bytes(const Scene& scene);
 
 // Adds the times of passes to those of the same name.
-void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times);
+void add_time(std::vector<PassTime>& sums, const PassTime& time);
+void add_times(std::vector<PassTime>& sums, const std::vector<PassTime>& times);
 
 // Gives a variable another value for as long as this lives.
 template <class T>

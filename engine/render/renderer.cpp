@@ -58,15 +58,18 @@ bool pays_in_slabs(const gpu::Frame& frame) {
 
 } // namespace
 
-void add_times(std::vector<PassTime>& sums, std::vector<PassTime> times) {
-    for (PassTime& time : times) {
-        const auto same = std::find_if(sums.begin(), sums.end(),
-                                       [&](const PassTime& p) { return p.name == time.name; });
-        if (same != sums.end())
-            same->gpu_ms += time.gpu_ms;
-        else
-            sums.push_back(std::move(time));
-    }
+void add_time(std::vector<PassTime>& sums, const PassTime& time) {
+    const auto same = std::find_if(sums.begin(), sums.end(),
+                                   [&](const PassTime& p) { return p.name == time.name; });
+    if (same != sums.end())
+        same->gpu_ms += time.gpu_ms;
+    else
+        sums.push_back(time);
+}
+
+void add_times(std::vector<PassTime>& sums, const std::vector<PassTime>& times) {
+    for (const PassTime& time : times)
+        add_time(sums, time);
 }
 
 uint64_t count_segments(const Scene& scene, const Grid& grid) {
@@ -204,7 +207,6 @@ void Renderer::drop_volumes() {
 Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Commands& commands) {
     const profile::Scope scope("prepare");
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
-    const uint64_t before = device_->last_submitted();
     if (scene.ray_cast)
         if (Result<void> checked = check_steps(*scene.ray_cast, data.volume.grid()); !checked)
             return pass_on(checked);
@@ -282,7 +284,14 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
     if (held_->volume->is_atlas())
         if (Result<void> planned = plan_atlas(scene, data); !planned)
             return pass_on(planned);
-    if (device_->last_submitted() > before)
+    return uploaded;
+}
+
+Result<size_t> Renderer::prepare_and_wait(const Scene& scene, const SceneData& data,
+                                          Commands& commands) {
+    const uint64_t before = device_->last_submitted();
+    Result<size_t> uploaded = prepare(scene, data, commands);
+    if (uploaded && device_->last_submitted() > before)
         finish(commands);
     return uploaded;
 }
@@ -395,40 +404,86 @@ Result<size_t> Renderer::draw_rays(const Scene& scene, const SceneData& data, Co
     return uploaded;
 }
 
+FrameStats FrameTicket::stats() const {
+    FrameStats stats = known_;
+    const std::vector<PassTime> times = ticket_.times();
+    for (size_t i = first_; i < last_; ++i)
+        add_time(stats.passes, times[i]);
+    return stats;
+}
+
+void Renderer::begin_frame(const Commands& commands) {
+    while (in_flight_.size() >= std::max<size_t>(1, options_.frames_in_flight)) {
+        in_flight_.front().wait();
+        in_flight_.pop_front();
+    }
+    in_flight_.push_back(commands.ticket());
+}
+
+Result<RecordedFrame> Renderer::record(Commands& commands, const Scene& scene,
+                                       const SceneData& data) {
+    return or_from_nothing([&] { return record_frame(commands, scene, data); });
+}
+
+Result<RecordedFrame> Renderer::record_frame(Commands& commands, const Scene& scene,
+                                             const SceneData& data) {
+    const profile::Scope scope("record a frame");
+    begin_frame(commands);
+    const size_t first = commands.pass_count();
+    Result<size_t> uploaded = prepare(scene, data, commands);
+    if (!uploaded)
+        return pass_on(uploaded);
+    Result<FrameStats> known = record_passes(commands, scene, data, *uploaded);
+    if (!known)
+        return pass_on(known);
+    Targets& targets = *held_->targets;
+    return RecordedFrame{
+        &*targets.color, targets.return_values ? &*targets.values : nullptr,
+        FrameTicket(commands.ticket(), std::move(*known), first, commands.pass_count())};
+}
+
+Result<FrameStats> Renderer::record_passes(Commands& commands, const Scene& scene,
+                                           const SceneData& data, size_t uploaded) {
+    PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
+    FrameStats stats;
+    stats.uploaded_bricks = uploaded;
+    if (scene.ray_cast) {
+        stats.cell_map_ms = held_->cell_map_ms;
+        stats.gradients_ms = held_->gradients_ms;
+    }
+    stats.uploaded_bricks += draw_behind(scene, data, commands);
+    Result<size_t> more = scene.ray_cast ? draw_rays(scene, data, commands) : size_t{0};
+    if (!more)
+        return pass_on(more);
+    stats.uploaded_bricks += *more;
+    tell_residency(stats);
+    return stats;
+}
+
 Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
     return or_from_nothing([&] { return draw_frame(scene, data); });
 }
 
 Result<FrameStats> Renderer::draw_frame(const Scene& scene, const SceneData& data) {
-    PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
-    FrameStats stats;
     profile::Scope frame("frame");
     listed_.clear();
     Commands commands(*device_);
-    Result<size_t> uploaded = prepare(scene, data, commands);
-    if (!uploaded) {
-        commands.submit(); // what is recorded is taken for done
-        return pass_on(uploaded);
-    }
-    stats.uploaded_bricks = *uploaded;
-    if (scene.ray_cast) {
-        stats.cell_map_ms = held_->cell_map_ms;
-        stats.gradients_ms = held_->gradients_ms;
-    }
-
+    begin_frame(commands);
+    Result<size_t> uploaded = prepare_and_wait(scene, data, commands);
     const Timer timer;
-    stats.uploaded_bricks += draw_behind(scene, data, commands);
-    Result<size_t> more = scene.ray_cast ? draw_rays(scene, data, commands) : size_t{0};
-    commands.submit(); // also of a frame that was stopped: images are as tracked
-    if (!more)
-        return pass_on(more);
-    stats.uploaded_bricks += *more;
-    add_times(stats.passes, commands.finish());
+    Result<FrameStats> stats = FrameStats{};
+    if (uploaded)
+        stats = record_passes(commands, scene, data, *uploaded);
+    else
+        stats = pass_on(uploaded);
+    commands.submit(); // also of a frame that failed: images are as tracked
+    if (!stats)
+        return stats;
+    add_times(stats->passes, commands.finish());
+    stats->wall_ms = timer.ms();
     samples_ = read_sample_counts();
-    stats.wall_ms = timer.ms();
-    tell_residency(stats);
     if (frame.recorded())
-        frame.tell("wall_ms", Json::of(stats.wall_ms));
+        frame.tell("wall_ms", Json::of(stats->wall_ms));
     return stats;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -26,12 +27,16 @@ enum class Sampling {
 
 struct RendererOptions {
     TexelFormat volume_format = TexelFormat::automatic;
-    // For all that is kept on the device; 0 is three quarters of the device's memory.
+    // For all that is kept on the device; 0 is three quarters of the device's memory. Mapped memory
+    // that uploads and read-backs travel through does not count: mostly one to three times 4 MiB,
+    // and what a picture takes that is read back.
     uint64_t memory_limit_bytes = 0;
     bool skipping = true; // jump over empty space; changes no bit of a picture
     Residency residency = Residency::automatic;
     size_t most_resident_bricks = 0; // of an atlas, beside what fits; 0: no other limit
     Sampling sampling = Sampling::device;
+    // >= 1: record() waits until the device is past the frame so many before.
+    size_t frames_in_flight = 2;
     // Shaded alpha: keep the gradients beside a dense volume (8 bytes a sample), where that fits,
     // so that shading takes one sample and not six. Filling it takes as long as some frames.
     // Colours differ by up to 1e-3, because gradients are then rounded to 11 bits.
@@ -56,6 +61,31 @@ struct FrameStats {
     bool atlas = false;
     std::string residency_reason;
     size_t needed_bricks = 0, room_for_bricks = 0, parts = 1;
+};
+
+// What a recorded frame will have cost. It must not outlive the device.
+class FrameTicket {
+ public:
+    bool ready() const { return ticket_.ready(); } // never waits
+    // After the commands were submitted: waits where not ready(). wall_ms is 0: who submits knows
+    // when the work began.
+    FrameStats stats() const;
+
+ private:
+    friend class Renderer;
+    FrameTicket(Ticket ticket, FrameStats known, size_t first, size_t last)
+        : ticket_(std::move(ticket)), known_(std::move(known)), first_(first), last_(last) {}
+    Ticket ticket_;
+    FrameStats known_;
+    size_t first_, last_; // its passes among those of the commands
+};
+
+// A frame that was recorded. The images stay the renderer's and hold the frame for what is recorded
+// into the same commands before the renderer's next frame.
+struct RecordedFrame {
+    GpuImage* picture; // RGBA in linear colour, a layer an eye
+    GpuImage* values;  // value and depth; null where the scene does not ask for them
+    FrameTicket ticket;
 };
 
 // One eye's picture: R, G, B, A and, where the scene asks for them, "value" and "depth".
@@ -106,6 +136,12 @@ class Renderer {
     explicit Renderer(GpuDevice& device, RendererOptions options = {});
     ~Renderer();
 
+    // Records one frame and waits for nothing but RendererOptions::frames_in_flight. Uploads beyond
+    // 4 MiB, long dispatches on a device with a watchdog and the parts of an atlas are submitted on
+    // the way; the caller submits the rest, also where this fails, before the next frame is
+    // recorded into other commands.
+    Result<RecordedFrame> record(Commands& commands, const Scene& scene, const SceneData& data);
+
     // Draws one frame and leaves it on the GPU; `stats` says what that took. Fails with a sentence
     // where the volume does not fit the device.
     Result<FrameStats> draw(const Scene& scene, const SceneData& data);
@@ -144,13 +180,19 @@ class Renderer {
     template <class Draw>
     auto or_from_nothing(const Draw& draw) -> decltype(draw());
     Result<FrameStats> draw_frame(const Scene& scene, const SceneData& data);
+    Result<RecordedFrame> record_frame(Commands& commands, const Scene& scene,
+                                       const SceneData& data);
+    // After prepare(), which uploaded so many bricks: all passes, and what is known of them so far.
+    Result<FrameStats> record_passes(Commands& commands, const Scene& scene, const SceneData& data,
+                                     size_t uploaded);
+    // Before anything is recorded: waits for frames in flight.
+    void begin_frame(const Commands& commands);
     Result<CoarseStats> draw_coarse_frame(const Scene& asked, const SceneData& data,
                                           const CoarseSettings& settings);
     Result<FrameStats> refine_rows(const Scene& asked, const SceneData& data, uint32_t first_row,
                                    uint32_t rows);
     // Brings what is kept in line with the scene, by copies recorded into `commands`, which are
-    // submitted even where this fails; the number of bricks uploaded. Where more is to be uploaded
-    // than an edit is, this waits until the device has it.
+    // submitted even where this fails; the number of bricks uploaded.
     Result<size_t> prepare(const Scene& scene, const SceneData& data, Commands& commands);
     Result<size_t> prepare_interactive(const Scene& scene, const SceneData& data,
                                        double step_factor, Commands& commands);
@@ -161,6 +203,9 @@ class Renderer {
     void keep_gradients(const Scene& scene, const Volume& volume, Commands& commands);
     // Waits until what is recorded is done: what is dropped then makes room at once.
     void finish(Commands& commands);
+    // prepare() for frames that are timed: where uploads did not fit the frame's own submission, it
+    // waits until the device has them.
+    Result<size_t> prepare_and_wait(const Scene& scene, const SceneData& data, Commands& commands);
     uint64_t free_bytes(std::optional<GpuVolume>& apart) const;
     uint64_t room_for_volume(const Scene& scene);
     void find_needed_bricks(const Scene& scene, const Volume& volume);
@@ -208,6 +253,7 @@ class Renderer {
     uint64_t samples_ = 0;
     Pipelines pipelines_;
     Sampler linear_, nearest_, label_sampler_;
+    std::deque<Ticket> in_flight_; // the last frames, oldest first
     std::unique_ptr<Held> held_;
 };
 

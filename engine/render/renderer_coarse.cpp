@@ -172,7 +172,7 @@ void Renderer::record_judgement(Commands& commands) {
 Result<size_t> Renderer::prepare_interactive(const Scene& scene, const SceneData& data,
                                              double step_factor, Commands& commands) {
     const Restored restored(step_factor_, step_factor);
-    Result<size_t> uploaded = prepare(scene, data, commands);
+    Result<size_t> uploaded = prepare_and_wait(scene, data, commands);
     if (uploaded && held_->parts.size() > 1)
         return fail(
             "an interactive frame: expected room on the device for the {} bricks that can be seen, "

@@ -46,5 +46,23 @@ TEST(UseTracker, WriteAfterWriteIsOrdered) {
     EXPECT_TRUE(tracker.advance(Use::storage_write));
 }
 
+// A window's image: acquired (by a semaphore that the submission waits for), drawn to, shown.
+TEST(UseTracker, WhatAWindowGivesIsDrawnToAndShown) {
+    UseTracker tracker;
+    for (int frame = 0; frame < 2; ++frame) {
+        tracker.forget();
+        const auto drawn = tracker.advance(Use::color_attachment);
+        ASSERT_TRUE(drawn);
+        EXPECT_EQ(drawn->before.layout, VK_IMAGE_LAYOUT_UNDEFINED);
+        EXPECT_NE(drawn->before.stages, VK_PIPELINE_STAGE_2_NONE) << "the semaphore's wait";
+        EXPECT_EQ(drawn->after.layout, VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL);
+        const auto shown = tracker.advance(Use::present);
+        ASSERT_TRUE(shown);
+        EXPECT_EQ(shown->before.access & VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT,
+                  VK_ACCESS_2_COLOR_ATTACHMENT_WRITE_BIT);
+        EXPECT_EQ(shown->after.layout, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+    }
+}
+
 } // namespace
 } // namespace palpate

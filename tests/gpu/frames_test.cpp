@@ -1,4 +1,5 @@
-// Frames like the ones before make no Vulkan object and allocate no device memory.
+// Frames like the ones before make no Vulkan object and allocate no device memory; and one is
+// recorded while the one before is drawn.
 
 #include <array>
 #include <functional>
@@ -126,7 +127,7 @@ class FramesTest : public GpuTest {
         volume = edit.commit();
     }
 
-    static constexpr int kWarm = 3, kMore = 5;
+    static constexpr int kWarm = 3, kMore = 2;
     const Grid grid_ = make_grid({100, 100, 100}, glm::dvec3(2), glm::dvec3(-99));
     const Volume volume_ = synthetic::sample_ct_phantom(grid_);
     const Volume labels_ =
@@ -173,7 +174,7 @@ TEST_F(FramesTest, CreateNothingWhileTheVolumeIsEdited) {
 TEST_F(FramesTest, CreateNothingWhileTheyAreInteractive) {
     for (const Case& one : cases()) {
         const Scene first = scene_of(one, 0);
-        if (!first.ray_cast || one.options.most_resident_bricks > 0)
+        if (!first.ray_cast || one.meshes || one.labels || one.options.most_resident_bricks > 0)
             continue;
         SCOPED_TRACE(one.name);
         const SceneData data = data_of(one);
@@ -208,6 +209,121 @@ TEST_F(FramesTest, CreateNothingForAnotherTransferFunction) {
     for (int frame = kWarm; frame < kWarm + kMore; ++frame)
         draw(frame);
     EXPECT_EQ(created.count(), 0u);
+}
+
+// What record() leaves, copied to the CPU by the same commands.
+struct Recording {
+    explicit Recording(GpuDevice& device) : commands(device) {}
+    void record(Renderer& renderer, const Scene& scene, const SceneData& data) {
+        Result<RecordedFrame> recorded = renderer.record(commands, scene, data);
+        ASSERT_TRUE(recorded) << recorded.error().message;
+        const ImageShape& shape = recorded->picture->shape();
+        const Commands::Region all{
+            .buffer_offset = 0, .image_offset = {}, .size = shape.size, .layers = shape.layers};
+        out = commands.read_back(*recorded->picture, {&all, 1},
+                                 sizeof(glm::vec4) * shape.size.x * shape.size.y * shape.layers);
+        ticket = recorded->ticket;
+    }
+    // R, G, B, A of an eye, as Renderer::read_back() gives them.
+    std::vector<float> eye(uint32_t number, uint32_t eyes) const {
+        const auto* floats = reinterpret_cast<const float*>(out->mapped().data());
+        const size_t count = out->bytes / sizeof(float) / eyes;
+        return {floats + number * count, floats + (number + 1) * count};
+    }
+    Commands commands;
+    std::optional<BufferSlice> out;
+    std::optional<FrameTicket> ticket;
+};
+
+VkSemaphore make_timeline(GpuDevice& device) {
+    const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
+                                         .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
+    const VkSemaphoreCreateInfo create{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
+                                       .pNext = &type};
+    VkSemaphore made = VK_NULL_HANDLE;
+    EXPECT_EQ(vkCreateSemaphore(device.handle(), &create, nullptr, &made), VK_SUCCESS);
+    return made;
+}
+
+// The first frame is held back by a semaphore until the second one is recorded and submitted, each
+// of another snapshot: nothing waits, and nothing that the first one reads is written over.
+TEST_F(FramesTest, AreRecordedWhileTheOneBeforeIsDrawn) {
+    for (const Case& one : cases()) {
+        SCOPED_TRACE(one.name);
+        SceneData data = data_of(one);
+        Renderer renderer(device(), one.options);
+        Renderer waiting(device(), one.options);
+        ASSERT_TRUE(renderer.draw(scene_of(one, 0), data));
+        const uint32_t eyes = scene_of(one, 0).stereo ? 2 : 1;
+        const auto expect_same = [&](const Recording& recording, const SceneData& of, int frame) {
+            Scene scene = scene_of(one, frame);
+            scene.value_and_depth = false;
+            const Result<Frame> expected = waiting.render(scene, of);
+            ASSERT_TRUE(expected);
+            for (uint32_t eye = 0; eye < eyes; ++eye)
+                EXPECT_EQ(recording.eye(eye, eyes), expected->eyes[eye].samples) << frame;
+        };
+        const VkSemaphore go = make_timeline(device());
+        Recording first(device()), second(device());
+        first.commands.wait_for({go, 1});
+        SceneData before = data;
+        first.record(renderer, scene_of(one, 1), before);
+        const uint64_t first_value = first.commands.submit();
+        dab(data.volume, 2);
+        EXPECT_LT(device().passed(), first_value) << "recording begins before the frame ends";
+        second.record(renderer, scene_of(one, 2), data);
+        EXPECT_LT(device().passed(), first_value) << "nor does it end after it";
+        const uint64_t second_value = second.commands.submit();
+        EXPECT_GT(second_value, first_value);
+        EXPECT_FALSE(first.ticket->ready() || second.ticket->ready());
+        const VkSemaphoreSignalInfo signal{
+            .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = go, .value = 1};
+        vkSignalSemaphore(device().handle(), &signal);
+        EXPECT_FALSE(second.ticket->stats().passes.empty());
+        EXPECT_TRUE(first.ticket->ready());
+        EXPECT_FALSE(first.ticket->stats().passes.empty());
+        expect_same(first, before, 1);
+        expect_same(second, data, 2);
+        vkDestroySemaphore(device().handle(), go, nullptr);
+    }
+}
+
+// Two views of one submission, each with its own statistics.
+TEST_F(FramesTest, TicketsTellOfTheirOwnPasses) {
+    const Case& rays = cases()[1];
+    const SceneData data = data_of(rays);
+    Renderer first(device()), second(device());
+    Scene slices = scene_of(rays, 0);
+    slices.ray_cast.reset();
+    with_slices(slices);
+    Commands commands(device());
+    const Result<RecordedFrame> a = first.record(commands, scene_of(rays, 0), data);
+    const Result<RecordedFrame> b = second.record(commands, slices, data);
+    ASSERT_TRUE(a && b);
+    commands.submit();
+    const auto has = [](const FrameStats& stats, const std::string& name) {
+        return std::any_of(stats.passes.begin(), stats.passes.end(),
+                           [&](const PassTime& pass) { return pass.name == name; });
+    };
+    EXPECT_TRUE(has(a->ticket.stats(), "ray cast"));
+    EXPECT_FALSE(has(a->ticket.stats(), "slices"));
+    EXPECT_TRUE(has(b->ticket.stats(), "slices"));
+    EXPECT_FALSE(has(b->ticket.stats(), "ray cast"));
+}
+
+// The third frame waits for the first, and for no other.
+TEST_F(FramesTest, NoMoreAreInFlightThanAskedFor) {
+    const Case& one = cases()[1];
+    const SceneData data = data_of(one);
+    Renderer renderer(device());
+    std::vector<uint64_t> values;
+    for (int frame = 0; frame < 8; ++frame) {
+        Commands commands(device());
+        ASSERT_TRUE(renderer.record(commands, scene_of(one, frame), data));
+        const uint64_t one_but_last = frame < 2 ? 0 : values[frame - 2];
+        EXPECT_GE(device().passed(), one_but_last);
+        values.push_back(commands.submit());
+    }
 }
 
 } // namespace

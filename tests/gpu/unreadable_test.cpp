@@ -93,8 +93,7 @@ TEST_F(UnreadableTest, FramesOfEveryKindBeginAnewAfterwards) {
     }
 }
 
-// An edit's bricks go through a ring: a room of it that was taken and never filled must not keep
-// the frames after from theirs.
+// Upload memory that was taken and never filled must not keep the frames after from theirs.
 TEST_F(UnreadableTest, AnEditThatCannotBeReadLeavesTheNextOnesRight) {
     source->broken = false;
     Renderer renderer(device());
