@@ -4,8 +4,8 @@
     links.py CHECKOUT [--self-test]
 
 Every relative link leads to a file, and where it has one, to a heading of it. Every file that a text
-or an example names by its path from the checkout exists, and every page is reached by links from
-README.md. Files named in docs/decisions and docs/log may be gone: those pages say how things were.
+or an example names by its path from the checkout exists, as does every page that a source names, and every
+page is reached by links from README.md. Files named in docs/decisions and docs/log may be gone: those pages say how things were.
 --self-test: finds one fault of each kind in pages made for it.
 """
 
@@ -17,6 +17,7 @@ import tempfile
 
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 FOLDERS = "apps|bench|cmake|docs|engine|examples|golden|haptics|python|scripts|shaders|tests"
+SOURCES = "apps|bench|cmake|engine|examples|haptics|python|scripts|shaders|tests"
 NAMED = re.compile(r"(?<![\w./-])((?:\.ci|%s)/[\w.*?/{},-]*[\w*}])" % FOLDERS)
 
 
@@ -67,6 +68,13 @@ def faults_of(root):
             for name in names_of(named):
                 if not glob.glob(os.path.join(root, name)):
                     faults.append(f"{page}: names {name}, which is not there")
+    for folder in SOURCES.split("|"):
+        for path in sorted(glob.glob(f"{root}/{folder}/**/*.*", recursive=True)):
+            if os.path.isfile(path) and not path.endswith("links.py"):
+                text = open(path, encoding="utf-8", errors="replace").read()
+                for page in sorted(set(re.findall(r"docs/[\w/.-]+\.md", text))):
+                    if not os.path.exists(os.path.join(root, page)):
+                        faults.append(f"{os.path.relpath(path, root)}: names {page}, which is not there")
     reached, left = set(), ["README.md"]
     while left:
         page = left.pop()
@@ -84,7 +92,7 @@ def self_test():
         "CONTRIBUTING.md": "# A: heading\n[here](#a-heading) see engine/x.{h,cpp}\n",
         "docs/a.md": "# Some heading\n`scripts/y` [r](../README.md)\n",
         "docs/alone.md": "",
-        "engine/x.h": "",
+        "engine/x.h": "// docs/a.md, docs/b.md",
     }
     with tempfile.TemporaryDirectory() as root:
         for name, text in pages.items():
@@ -96,6 +104,7 @@ def self_test():
         "README.md: the link to docs/gone.md leads nowhere",
         "CONTRIBUTING.md: names engine/x.cpp, which is not there",
         "docs/a.md: names scripts/y, which is not there",
+        "engine/x.h: names docs/b.md, which is not there",
         "docs/alone.md: no link from README.md leads here",
     ]
     return [] if found == expected else [f"expected {expected}, found {found}"]
