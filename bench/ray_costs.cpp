@@ -126,7 +126,7 @@ struct Measured {
 };
 
 Result<void> measure(Measured& out) {
-    GpuDevice device({});
+    GpuDevice device(DeviceOptions{});
     log::info("on {}, {}", device.info().name, device.info().driver);
     Renderer renderer(device);
     for (const RaySetting& setting : settings())
@@ -200,7 +200,7 @@ int main(int argc, char** argv) {
             palpate::log::error("{}", done.error().message);
             return 1;
         }
-        palpate::GpuDevice device({});
+        palpate::GpuDevice device(palpate::DeviceOptions{});
         const std::string text =
             palpate::written(measured, device.info().name + ", " + device.info().driver);
         if (auto saved = palpate::save_bytes(output, std::as_bytes(std::span(text))); !saved) {
