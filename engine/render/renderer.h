@@ -83,7 +83,7 @@ class FrameTicket {
 // A frame that was recorded. The images stay the renderer's and hold the frame for what is recorded
 // into the same commands before the renderer's next frame.
 struct RecordedFrame {
-    GpuImage* picture; // RGBA in linear colour, a layer an eye
+    GpuImage* picture; // RGBA, display values (image.h), a layer an eye
     GpuImage* values;  // value and depth; null where the scene does not ask for them
     FrameTicket ticket;
 };
