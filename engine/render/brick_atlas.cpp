@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <utility>
 
@@ -15,7 +16,7 @@ namespace {
 
 constexpr size_t kSlotTexels =
     size_t{BrickAtlas::kSlotSide} * BrickAtlas::kSlotSide * BrickAtlas::kSlotSide;
-constexpr size_t kBricksPerBatch = 64; // about what Commands::upload() sends at once
+constexpr size_t kBricksPerBatch = 64;
 
 // Slots on each axis, about a cube, for `bricks` of them.
 glm::uvec3 slots_for(size_t bricks, uint32_t most_a_side) {
@@ -98,6 +99,7 @@ BrickAtlas::BrickAtlas(GpuDevice& device, const std::string& name, const Volume&
     : storage_(storage),
       brick_count_(volume.brick_count()),
       slot_count_(slots),
+      places_(count_of(brick_count_)),
       slots_(count_of(slots)),
       image_(device, name + " atlas",
              {.type = VK_IMAGE_TYPE_3D, .format = storage.format, .size = slots * kSlotSide}),
@@ -105,24 +107,26 @@ BrickAtlas::BrickAtlas(GpuDevice& device, const std::string& name, const Volume&
              {.type = VK_IMAGE_TYPE_3D,
               .format = VK_FORMAT_R32G32B32A32_SFLOAT,
               .size = brick_count_}) {
-    entries_.reserve(count_of(brick_count_));
+    entries_.reserve(places_.size());
     for_each_brick(volume, [&](glm::uvec3 position) {
         entries_.push_back(absent_entry(volume.brick(position)));
     });
+    for (uint32_t slot = 0; slot < slots_.size(); ++slot)
+        slots_[slot].idle = idle_.insert(idle_.end(), slot);
 }
 
-uint64_t BrickAtlas::key_of(glm::uvec3 brick) const {
-    return brick.x + brick_count_.x * (brick.y + uint64_t{brick_count_.y} * brick.z);
+size_t BrickAtlas::index_of(glm::uvec3 brick) const {
+    return brick.x + brick_count_.x * (brick.y + size_t{brick_count_.y} * brick.z);
 }
 
-glm::uvec3 BrickAtlas::brick_of(uint64_t key) const {
-    return {key % brick_count_.x, key / brick_count_.x % brick_count_.y,
-            key / (uint64_t{brick_count_.x} * brick_count_.y)};
+glm::uvec3 BrickAtlas::brick_of(size_t index) const {
+    return {index % brick_count_.x, index / brick_count_.x % brick_count_.y,
+            index / (size_t{brick_count_.x} * brick_count_.y)};
 }
 
-glm::uvec3 BrickAtlas::origin_of(size_t slot) const {
+glm::uvec3 BrickAtlas::origin_of(uint32_t slot) const {
     return kSlotSide * glm::uvec3(slot % slot_count_.x, slot / slot_count_.x % slot_count_.y,
-                                  slot / (size_t{slot_count_.x} * slot_count_.y));
+                                  slot / (slot_count_.x * slot_count_.y));
 }
 
 glm::vec4 BrickAtlas::absent_entry(const Brick& brick) const {
@@ -131,95 +135,142 @@ glm::vec4 BrickAtlas::absent_entry(const Brick& brick) const {
     return {kNotResident, 0, 0, lowest};
 }
 
-size_t BrickAtlas::make_resident(const Volume& volume, std::span<const glm::uvec3> wanted,
-                                 Commands& commands) {
-    PALPATE_ASSERT_CMP(wanted.size(), <=, capacity());
-    ++calls_;
-    std::vector<uint64_t> missing;
-    for (const glm::uvec3 brick : wanted) {
-        const auto found = slot_of_brick_.find(key_of(brick));
-        if (found == slot_of_brick_.end())
-            missing.push_back(key_of(brick));
-        else
-            slots_[found->second].wanted_at = calls_;
-    }
-    if (missing.empty()) {
-        write_table(commands);
-        return 0;
-    }
-    std::vector<size_t> free; // slots to take, those wanted longest ago first
-    for (size_t slot = 0; slot < slots_.size(); ++slot)
-        if (slots_[slot].wanted_at < calls_)
-            free.push_back(slot);
-    std::stable_sort(free.begin(), free.end(),
-                     [&](size_t a, size_t b) { return slots_[a].wanted_at < slots_[b].wanted_at; });
-    std::vector<std::pair<uint64_t, size_t>> uploads; // (brick, slot)
-    for (size_t i = 0; i < missing.size(); ++i) {
-        empty_slot(volume, free[i]);
-        slots_[free[i]] = {missing[i], calls_};
-        slot_of_brick_[missing[i]] = free[i];
-        entries_[missing[i]] = {glm::vec3(origin_of(free[i])) + 0.5f, 0.0f};
-        uploads.emplace_back(missing[i], free[i]);
-    }
-    table_is_stale_ = true;
-    try {
-        upload(volume, uploads, commands);
-    } catch (...) { // samples that could not be read
-        for (const auto& [brick, slot] : uploads)
-            empty_slot(volume, slot);
-        throw;
-    }
-    write_table(commands);
-    return uploads.size();
-}
-
-void BrickAtlas::empty_slot(const Volume& volume, size_t slot) {
-    const uint64_t brick = std::exchange(slots_[slot].brick, kNobody);
-    if (brick == kNobody)
+void BrickAtlas::set_entry(size_t brick, glm::vec4 entry) {
+    if (std::memcmp(&entries_[brick], &entry, sizeof entry) == 0)
         return;
-    slot_of_brick_.erase(brick);
-    entries_[brick] = absent_entry(volume.brick(brick_of(brick)));
+    entries_[brick] = entry;
+    if (!all_dirty_)
+        dirty_.push_back(brick);
+    if (dirty_.size() > entries_.size() / 8)
+        all_dirty_ = true;
 }
 
-void BrickAtlas::drop(const Volume& next, std::span<const ChangedBrick> changed) {
+void BrickAtlas::want(glm::uvec3 brick, bool wanted) {
+    Place& place = places_[index_of(brick)];
+    if (place.wanted == wanted)
+        return;
+    place.wanted = wanted;
+    if (place.slot == kNone) {
+        if (wanted && !std::exchange(place.listed, true))
+            missing_.push_back(index_of(brick));
+        return;
+    }
+    Slot& slot = slots_[place.slot];
+    if (wanted)
+        busy_.splice(busy_.end(), idle_, slot.idle);
+    else if (place.listed) // what it holds is out of date
+        idle_.splice(idle_.begin(), busy_, slot.idle);
+    else
+        idle_.splice(idle_.end(), busy_, slot.idle);
+}
+
+void BrickAtlas::want_only(std::span<const glm::uvec3> bricks) {
+    for (const size_t brick : missing_) // of those without a slot
+        if (places_[brick].slot == kNone)
+            places_[brick].wanted = false;
+    const std::vector<uint32_t> busy(busy_.begin(), busy_.end());
+    for (const uint32_t slot : busy)
+        want(brick_of(slots_[slot].brick), false);
+    for (const glm::uvec3 brick : bricks)
+        want(brick, true);
+}
+
+void BrickAtlas::empty_slot(const Volume& volume, uint32_t slot) {
+    if (!std::exchange(slots_[slot].used, false))
+        return;
+    const size_t brick = slots_[slot].brick;
+    places_[brick].slot = kNone;
+    set_entry(brick, absent_entry(volume.brick(brick_of(brick))));
+}
+
+void BrickAtlas::update(const Volume& next, std::span<const ChangedBrick> changed) {
     for (const ChangedBrick& brick : changed) {
         for (uint32_t corner = 0; corner < 8; ++corner) { // itself, and those below it
             const glm::uvec3 below(corner & 1, corner >> 1 & 1, corner >> 2);
             if (glm::any(glm::lessThan(brick.position, below)))
                 continue;
-            const auto found = slot_of_brick_.find(key_of(brick.position - below));
-            if (found != slot_of_brick_.end())
-                empty_slot(next, found->second);
+            const size_t index = index_of(brick.position - below);
+            Place& place = places_[index];
+            if (place.slot == kNone)
+                continue;
+            if (!place.wanted) {
+                idle_.splice(idle_.begin(), idle_, slots_[place.slot].idle);
+                empty_slot(next, place.slot);
+            } else if (!std::exchange(place.listed, true)) {
+                missing_.push_back(index);
+            }
         }
-        if (slot_of_brick_.count(key_of(brick.position)) == 0)
-            entries_[key_of(brick.position)] = absent_entry(next.brick(brick.position));
+        const size_t index = index_of(brick.position);
+        if (places_[index].slot == kNone)
+            set_entry(index, absent_entry(next.brick(brick.position)));
     }
-    table_is_stale_ = table_is_stale_ || !changed.empty();
 }
 
-void BrickAtlas::upload(const Volume& volume, std::span<const std::pair<uint64_t, size_t>> bricks,
-                        Commands& commands) {
+size_t BrickAtlas::upload_wanted(const Volume& volume, Commands& commands) {
+    std::vector<size_t> bricks;
+    for (const size_t brick : std::exchange(missing_, {})) {
+        Place& place = places_[brick];
+        place.listed = false;
+        if (!place.wanted) {
+            if (place.slot != kNone)
+                empty_slot(volume, place.slot);
+            continue;
+        }
+        bricks.push_back(brick);
+        if (place.slot != kNone)
+            continue; // the same place, anew
+        PALPATE_ASSERT(!idle_.empty());
+        place.slot = idle_.front();
+        empty_slot(volume, place.slot);
+        Slot& slot = slots_[place.slot];
+        slot.brick = brick;
+        slot.used = true;
+        busy_.splice(busy_.end(), idle_, slot.idle);
+        set_entry(brick, {glm::vec3(origin_of(place.slot)) + 0.5f, 0.0f});
+    }
     const uint64_t bytes = slot_bytes(storage_);
-    commands.upload(image_, bricks.size(), bytes,
-                    [&](size_t first, size_t count, std::span<std::byte> to) {
-                        std::vector<Commands::Region> regions;
-                        for (size_t i = 0; i < count; ++i)
-                            regions.push_back({.buffer_offset = i * bytes,
-                                               .image_offset = origin_of(bricks[first + i].second),
-                                               .size = glm::uvec3(kSlotSide)});
-                        tbb::parallel_for(size_t{0}, count, [&](size_t i) {
-                            fill_slot(volume, brick_of(bricks[first + i].first), storage_.format,
-                                      to.data() + i * bytes);
-                        });
-                        return regions;
-                    });
+    commands.upload(
+        image_, bricks.size(), bytes, [&](size_t first, size_t count, std::span<std::byte> to) {
+            tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+                fill_slot(volume, brick_of(bricks[first + i]), storage_.format,
+                          to.data() + i * bytes);
+            });
+            std::vector<Commands::Region> regions;
+            for (size_t i = 0; i < count; ++i)
+                regions.push_back({.buffer_offset = i * bytes,
+                                   .image_offset = origin_of(places_[bricks[first + i]].slot),
+                                   .size = glm::uvec3(kSlotSide)});
+            return regions;
+        });
+    write_table(commands);
+    return bricks.size();
 }
 
 void BrickAtlas::write_table(Commands& commands) {
-    if (!std::exchange(table_is_stale_, false))
+    if (!all_dirty_ && dirty_.empty())
         return;
-    const Commands::Region all{.buffer_offset = 0, .image_offset = {}, .size = brick_count_};
-    commands.copy(commands.upload(std::as_bytes(std::span(entries_))), table_, std::span(&all, 1));
+    glm::uvec3 size(1); // of what is copied at a time: an entry, or a layer
+    if (std::exchange(all_dirty_, false)) {
+        size = {brick_count_.x, brick_count_.y, 1};
+        dirty_.clear();
+        for (size_t layer = 0; layer < brick_count_.z; ++layer)
+            dirty_.push_back(layer * size.x * size.y);
+    }
+    std::sort(dirty_.begin(), dirty_.end());
+    dirty_.erase(std::unique(dirty_.begin(), dirty_.end()), dirty_.end());
+    const size_t bytes = size_t{size.x} * size.y * sizeof(glm::vec4);
+    commands.upload(
+        table_, dirty_.size(), bytes, [&](size_t first, size_t count, std::span<std::byte> to) {
+            std::vector<Commands::Region> regions;
+            for (size_t i = 0; i < count; ++i) {
+                const size_t entry = dirty_[first + i];
+                std::memcpy(to.data() + i * bytes, &entries_[entry], bytes);
+                regions.push_back(
+                    {.buffer_offset = i * bytes, .image_offset = brick_of(entry), .size = size});
+            }
+            return regions;
+        });
+    dirty_.clear();
 }
 
 } // namespace palpate

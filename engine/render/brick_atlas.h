@@ -1,8 +1,8 @@
 #pragma once
 
+#include <list>
 #include <span>
 #include <string>
-#include <unordered_map>
 #include <vector>
 
 #include "engine/base/error.h"
@@ -38,15 +38,20 @@ class BrickAtlas {
 
     size_t capacity() const { return slots_.size(); } // bricks
 
-    // Makes every one of `wanted` resident, each once and no more than capacity(), for what is
-    // recorded into `commands` from here on; drops others where there is no room, those wanted
-    // longest ago first. Returns how many were uploaded.
-    size_t make_resident(const Volume& volume, std::span<const glm::uvec3> wanted,
-                         Commands& commands);
+    // Says whether a brick is wanted on the device. One that no longer is stays there until its
+    // slot is needed: those wanted longest ago go first.
+    void want(glm::uvec3 brick, bool wanted);
+    void want_only(std::span<const glm::uvec3> bricks);
 
-    // Drops what a later snapshot changed: the bricks, and those that hold a sample of theirs.
-    // make_resident() comes before the next use.
-    void drop(const Volume& next, std::span<const ChangedBrick> changed);
+    // Tells of a later snapshot: where it differs, bricks that are wanted are to be uploaded anew,
+    // and those that hold a sample of theirs; others go.
+    void update(const Volume& next, std::span<const ChangedBrick> changed);
+
+    // Uploads the bricks that are wanted and not there as the snapshot has them, capacity() of them
+    // at most, and what changed of the table. To be called before anything samples. Returns how
+    // many bricks were uploaded. Where it throws, as for samples that cannot be read, the atlas is
+    // of no use any more.
+    size_t upload_wanted(const Volume& volume, Commands& commands);
 
     GpuImage& image() { return image_; }
     // RGBA32F, a texel a brick. Resident: xyz is the middle of the slot's first texel, in texels of
@@ -57,27 +62,35 @@ class BrickAtlas {
  private:
     BrickAtlas(GpuDevice& device, const std::string& name, const Volume& volume,
                TexelStorage storage, glm::uvec3 slots);
-    void upload(const Volume& volume, std::span<const std::pair<uint64_t, size_t>> bricks,
-                Commands& commands);
-    void empty_slot(const Volume& volume, size_t slot);
+    void empty_slot(const Volume& volume, uint32_t slot);
+    void set_entry(size_t brick, glm::vec4 entry);
     void write_table(Commands& commands);
     glm::vec4 absent_entry(const Brick& brick) const;
-    glm::uvec3 origin_of(size_t slot) const;
-    uint64_t key_of(glm::uvec3 brick) const;
-    glm::uvec3 brick_of(uint64_t key) const;
+    glm::uvec3 origin_of(uint32_t slot) const;
+    size_t index_of(glm::uvec3 brick) const;
+    glm::uvec3 brick_of(size_t index) const;
 
-    static constexpr uint64_t kNobody = ~uint64_t{0};
+    static constexpr uint32_t kNone = ~uint32_t{0};
+    struct Place { // of a brick
+        uint32_t slot = kNone;
+        bool wanted = false;
+        bool listed = false; // in missing_
+    };
     struct Slot {
-        uint64_t brick = kNobody;
-        uint64_t wanted_at = 0; // the call that last asked for it
+        size_t brick = 0;
+        bool used = false;
+        std::list<uint32_t>::iterator idle; // where it is in idle_, or where it would be
     };
     TexelStorage storage_;
     glm::uvec3 brick_count_, slot_count_;
+    std::vector<Place> places_; // of bricks, x fastest
     std::vector<Slot> slots_;
-    std::unordered_map<uint64_t, size_t> slot_of_brick_;
+    std::list<uint32_t> idle_;       // slots of bricks not wanted, and empty ones: the next first
+    std::list<uint32_t> busy_;       // the others
+    std::vector<size_t> missing_;    // bricks to be uploaded, if they are still wanted
     std::vector<glm::vec4> entries_; // of the table
-    bool table_is_stale_ = true;     // on the device
-    uint64_t calls_ = 0;
+    std::vector<size_t> dirty_;      // entries that the device does not have, some twice
+    bool all_dirty_ = true;
     GpuImage image_, table_;
 };
 

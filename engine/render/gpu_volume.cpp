@@ -136,7 +136,7 @@ bool GpuVolume::suits(const Volume& next, const GpuVolumeWish& wish) const {
 void GpuVolume::update(const Volume& next, std::span<const ChangedBrick> changed,
                        Commands& commands) {
     if (atlas_)
-        atlas_->drop(next, changed);
+        atlas_->update(next, changed);
     else
         upload(next, changed, commands);
     snapshot_ = next;

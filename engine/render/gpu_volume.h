@@ -43,7 +43,8 @@ class GpuVolume {
                                   const GpuVolumeWish& wish, Commands& commands);
 
     // Uploads the bricks in which `next` differs from the snapshot held now (changed_bricks() tells
-    // them), and holds `next`. Size and type must be those of the first snapshot.
+    // them), and holds `next`. Size and type must be those of the first snapshot. An atlas uploads
+    // its bricks when it is asked (BrickAtlas::upload_wanted()).
     void update(const Volume& next, std::span<const ChangedBrick> changed, Commands& commands);
 
     // Whether this is what make() would give for such a volume and wish, or serves as well.
@@ -51,10 +52,6 @@ class GpuVolume {
 
     bool is_atlas() const { return atlas_.has_value(); }
     BrickAtlas& atlas() { return *atlas_; }
-    // Brings bricks of the snapshot into the atlas; how many were uploaded.
-    size_t make_resident(std::span<const glm::uvec3> bricks, Commands& commands) {
-        return atlas_->make_resident(snapshot_, bricks, commands);
-    }
 
     GpuImage& image() { return image_ ? *image_ : atlas_->image(); } // or the atlas's
     uint64_t bytes() {

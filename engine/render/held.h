@@ -4,8 +4,8 @@
 
 #include "engine/render/gradient_image.h"
 #include "engine/render/mirrored_buffer.h"
+#include "engine/render/needed_bricks.h"
 #include "engine/render/renderer.h"
-#include "engine/render/residency.h"
 #include "engine/render/surface_pass.h"
 #include "engine/render/transfer_image.h"
 #include "shaders/shared/frame.h"
@@ -14,6 +14,7 @@
 namespace palpate {
 
 uint32_t eye_count(const Scene& scene);
+uint32_t all_eyes(const Scene& scene); // bit e: eye e
 glm::uvec2 tile_count(glm::uvec2 rays);
 std::vector<View> views_of(const Scene& scene);
 
@@ -95,13 +96,14 @@ struct Renderer::Held {
     gpu::Frame block;                                                   // what `frame` holds
     std::optional<BufferSlice> frame, slice_frame, planes, atlas_frame; // of this frame
     MirroredBuffer styles;
+    std::optional<std::pair<LabelLayer, uint32_t>> styles_of; // up to which label
     std::optional<SurfacePass> surfaces;
     std::optional<Targets> targets;
     std::optional<Coarse> coarse;
     RayCastVariant variant;
     // Of a volume in an atlas:
-    BrickMask seen;                 // by the ray caster
-    std::vector<glm::uvec3> sliced; // bricks that slices run through
+    std::optional<NeededBricks> needed; // also for stored gradients
+    bool all_fit = false;               // the atlas has room for all that is needed, and holds it
     size_t needed_bricks = 0;
     std::vector<Part> parts;
 };

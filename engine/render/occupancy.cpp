@@ -88,9 +88,7 @@ std::vector<uint8_t> occupied_cells(const CellRanges& ranges, const VisibleValue
     std::vector<uint8_t> cells(ranges.cells());
     tbb::parallel_for(tbb::blocked_range<size_t>(0, cells.size(), 16384), [&](const auto& part) {
         for (size_t i = part.begin(); i < part.end(); ++i)
-            cells[i] = ranges.low[i] <= ranges.high[i] &&
-                       ((gaps_matter && ranges.gaps[i]) ||
-                        visible.any(ranges.low[i] - margin, ranges.high[i] + margin));
+            cells[i] = is_occupied(ranges, i, visible, margin, gaps_matter);
     });
     return cells;
 }

@@ -34,8 +34,16 @@ class VisibleValues {
 // share of a neighbouring value, which lies within the volume's range.
 double range_margin(const Volume& volume);
 
-// For each cell 1 where something in it can be seen, 0 elsewhere. With `gaps_matter` a cell with
-// data and gaps counts as seen: what crosses a surface there depends on where the gap is.
+// Whether something in a cell can be seen. With `gaps_matter` a cell with data and gaps counts as
+// seen: what crosses a surface there depends on where the gap is. It needs ranges.gaps.
+inline bool is_occupied(const CellRanges& ranges, size_t cell, const VisibleValues& visible,
+                        double margin, bool gaps_matter) {
+    return ranges.low[cell] <= ranges.high[cell] &&
+           ((gaps_matter && ranges.gaps[cell]) ||
+            visible.any(ranges.low[cell] - margin, ranges.high[cell] + margin));
+}
+
+// For each cell 1 where is_occupied(), 0 elsewhere; ranges.gaps may be missing.
 std::vector<uint8_t> occupied_cells(const CellRanges& ranges, const VisibleValues& visible,
                                     double margin, bool gaps_matter);
 

@@ -25,6 +25,10 @@ uint32_t eye_count(const Scene& scene) {
     return scene.stereo ? 2 : 1;
 }
 
+uint32_t all_eyes(const Scene& scene) {
+    return (1u << eye_count(scene)) - 1u;
+}
+
 glm::uvec2 tile_count(glm::uvec2 rays) {
     return (rays + (gpu::kTileSide - 1)) / gpu::kTileSide;
 }

@@ -154,8 +154,10 @@ void Renderer::drop_volumes() {
     held_->coarse.reset();
     held_->transfer.reset();
     held_->slice_transfer.reset();
+    held_->needed.reset();
     held_->parts.clear();
     held_->styles.drop();
+    held_->styles_of.reset();
 }
 
 Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Commands& commands) {
@@ -180,11 +182,16 @@ Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Comm
     inputs.value_bias = held_->volume->value_bias();
     if (data.labels) {
         const auto largest = static_cast<uint32_t>(std::max(0.0f, data.labels->range().max));
-        const auto styles = make_label_styles(*scene.labels, largest);
-        inputs.style_count = static_cast<uint32_t>(styles.size());
-        held_->styles.hold(*device_, "label styles", std::as_bytes(std::span(styles)), commands);
+        if (std::pair wanted(*scene.labels, largest); held_->styles_of != wanted) {
+            const auto styles = make_label_styles(*scene.labels, largest);
+            held_->styles.hold(*device_, "label styles", std::as_bytes(std::span(styles)),
+                               commands);
+            held_->styles_of = std::move(wanted);
+        }
+        inputs.style_count = largest + 1;
     } else {
         held_->styles.drop();
+        held_->styles_of.reset();
     }
 
     const std::vector<View> views = views_of(scene);
@@ -287,8 +294,10 @@ Renderer::RayPass Renderer::full_pass(const Scene& scene) {
 size_t Renderer::draw_behind(const Scene& scene, const SceneData& data, Commands& commands) {
     size_t uploaded = 0;
     if (!scene.slices.empty()) {
-        uploaded = show_part({glm::uvec3(0), data.volume.brick_count(), 3u, held_->sliced}, true,
-                             commands);
+        Part part{glm::uvec3(0), data.volume.brick_count(), all_eyes(scene), {}};
+        if (held_->volume->is_atlas() && !held_->all_fit)
+            part.bricks = held_->needed->sliced();
+        uploaded = show_part(part, true, commands);
         record_slices(commands, scene);
     }
     if (!scene.surfaces.empty())

@@ -197,7 +197,7 @@ class Renderer {
     Result<size_t> prepare_interactive(const Scene& scene, const SceneData& data,
                                        double step_factor, Commands& commands);
     Result<size_t> keep_volume(std::optional<GpuVolume>& held, const char* name,
-                               const Volume& volume, const GpuVolumeWish& wish,
+                               const Volume& volume, GpuVolumeWish wish,
                                std::span<const ChangedBrick> changed, Commands& commands);
     Result<size_t> keep_volumes(const Scene& scene, const SceneData& data, Commands& commands);
     void keep_gradients(const Scene& scene, const Volume& volume, Commands& commands);
@@ -208,7 +208,10 @@ class Renderer {
     Result<size_t> prepare_and_wait(const Scene& scene, const SceneData& data, Commands& commands);
     uint64_t free_bytes(std::optional<GpuVolume>& apart) const;
     uint64_t room_for_volume(const Scene& scene);
-    void find_needed_bricks(const Scene& scene, const Volume& volume);
+    void find_needed_bricks(const Scene& scene, const Volume& volume,
+                            std::span<const ChangedBrick> changed);
+    size_t show_needed(Commands& commands);
+    bool wants_gradients(const Scene& scene) const;
     Result<void> plan_atlas(const Scene& scene, const SceneData& data);
     void bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t frame);
     // Of an atlas: brings a part's bricks into it, for passes recorded from here on. Returns how

@@ -27,7 +27,7 @@ uint64_t carry_bytes(const Scene& scene) {
 } // namespace
 
 Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, const char* name,
-                                     const Volume& volume, const GpuVolumeWish& wish,
+                                     const Volume& volume, GpuVolumeWish wish,
                                      std::span<const ChangedBrick> changed, Commands& commands) {
     if (held && held->suits(volume, wish)) {
         if (volume.is_same_as(held->snapshot()))
@@ -37,11 +37,14 @@ Result<size_t> Renderer::keep_volume(std::optional<GpuVolume>& held, const char*
     }
     if (held)
         finish(commands);
+    if (held && held->is_atlas()) // one that edits fill is not made anew for each of them
+        wish.needed_bricks += wish.needed_bricks / 4;
     held.reset();
     Result<GpuVolume> made = GpuVolume::make(*device_, name, volume, wish, commands);
     if (!made)
         return pass_on(made);
     held.emplace(std::move(*made));
+    held_->all_fit = false;
     const glm::uvec3 bricks = volume.brick_count();
     return held->is_atlas() ? 0 : size_t{bricks.x} * bricks.y * bricks.z;
 }
@@ -81,19 +84,20 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data,
         held_->labels.reset();
     }
     const Timer timer;
+    if (!same_kind(held_->volume, data.volume))
+        held_->needed.reset();
     if (!scene.ray_cast || !same_kind(held_->volume, data.volume))
         held_->cells.reset();
     else if (held_->cells && !data.volume.is_same_as(held_->volume->snapshot()))
         held_->cells->update(data.volume, changed);
-    else if (held_->cells)
-        held_->cells->settle();
     if (scene.ray_cast && !held_->cells)
         held_->cells.emplace(*device_, data.volume);
-    if (scene.ray_cast && scene.ray_cast->mode != RayMode::mip)
-        held_->cells->show(*scene.ray_cast, 1.0f, 0.0f, commands); // distances alone
+    const bool maxima = scene.ray_cast && scene.ray_cast->mode == RayMode::mip;
+    if (scene.ray_cast && !maxima) // which bricks are needed depends on distances
+        held_->cells->show(*scene.ray_cast, 1.0f, 0.0f, commands);
     held_->cell_map_ms = timer.ms();
 
-    find_needed_bricks(scene, data.volume);
+    find_needed_bricks(scene, data.volume, changed);
     const uint64_t carried = scene.ray_cast && !held_->targets->carry ? carry_bytes(scene) : 0;
     const Result<size_t> more = keep_volume(held_->volume, "volume", data.volume,
                                             {.format = options_.volume_format,
@@ -105,23 +109,29 @@ Result<size_t> Renderer::keep_volumes(const Scene& scene, const SceneData& data,
                                             changed, commands);
     if (!more)
         return more;
-    if (scene.ray_cast) {
+    if (maxima) { // and these on how the volume is stored
         const Timer again;
         held_->cells->show(*scene.ray_cast, held_->volume->value_scale(),
                            held_->volume->value_bias(), commands);
         held_->cell_map_ms += again.ms();
     }
+    uploaded += *more;
+    if (held_->volume->is_atlas())
+        uploaded += show_needed(commands);
     keep_gradients(scene, data.volume, commands);
-    return uploaded + *more;
+    return uploaded;
+}
+
+bool Renderer::wants_gradients(const Scene& scene) const {
+    return options_.stored_gradients && scene.ray_cast && scene.ray_cast->mode == RayMode::alpha &&
+           scene.ray_cast->shading && options_.sampling == Sampling::device;
 }
 
 // After the volume, for shaded alpha: fills what its rays may read.
 void Renderer::keep_gradients(const Scene& scene, const Volume& volume, Commands& commands) {
     held_->gradients_ms = 0;
     std::optional<GradientImage>& held = held_->gradients;
-    const bool wanted = options_.stored_gradients && scene.ray_cast &&
-                        scene.ray_cast->mode == RayMode::alpha && scene.ray_cast->shading &&
-                        !held_->volume->is_atlas() && options_.sampling == Sampling::device;
+    const bool wanted = wants_gradients(scene) && !held_->volume->is_atlas();
     if (!wanted || (held && (held->snapshot().size() != volume.size() ||
                              held->snapshot().type() != volume.type()))) {
         if (held)
@@ -144,7 +154,7 @@ void Renderer::keep_gradients(const Scene& scene, const Volume& volume, Commands
     const std::pair filled_for(*scene.ray_cast, step_factor_);
     if (held_->gradients_filled_for == filled_for)
         return;
-    held->fill(bricks_for_rays(*scene.ray_cast, volume, *held_->cells, step_factor_), commands);
+    held->fill(held_->needed->seen(), commands);
     held_->gradients_filled_for = filled_for;
     held_->gradients_ms = timer.ms();
 }
@@ -160,50 +170,72 @@ uint64_t Renderer::room_for_volume(const Scene& scene) {
     return free - std::min(free, kept);
 }
 
-void Renderer::find_needed_bricks(const Scene& scene, const Volume& volume) {
-    held_->seen.clear();
-    held_->sliced.clear();
+void Renderer::find_needed_bricks(const Scene& scene, const Volume& volume,
+                                  std::span<const ChangedBrick> changed) {
     held_->parts.clear();
     held_->needed_bricks = 0;
     const glm::uvec3 size = volume.size();
     const bool fits = std::max({size.x, size.y, size.z}) <= device_->limits().maxImageDimension3D &&
                       sample_count(volume.grid()) * sizeof(float) <= room_for_volume(scene) / 2;
     const bool in_atlas = held_->volume && held_->volume->is_atlas(); // and may stay there
-    if (options_.residency == Residency::dense ||
-        (options_.residency == Residency::automatic && fits && !in_atlas))
-        return; // dense, whatever can be seen
-    if (scene.ray_cast)
-        held_->seen = bricks_for_rays(*scene.ray_cast, volume, *held_->cells, step_factor_);
-    if (!scene.slices.empty())
-        held_->sliced = bricks_for_slices(scene, volume);
-    held_->needed_bricks =
-        std::max(static_cast<size_t>(std::count(held_->seen.begin(), held_->seen.end(), 1)),
-                 held_->sliced.size());
+    const bool dense = options_.residency == Residency::dense ||      // whatever can be seen
+                       (options_.residency == Residency::automatic && fits && !in_atlas);
+    if (dense && !wants_gradients(scene)) {
+        held_->needed.reset();
+        return;
+    }
+    if (!held_->needed) {
+        held_->needed.emplace(volume);
+        held_->all_fit = false;
+    }
+    held_->needed->update(scene, volume, changed, held_->cells ? &*held_->cells : nullptr,
+                          step_factor_);
+    if (!dense)
+        held_->needed_bricks = held_->needed->count();
+}
+
+// Of an atlas: brings what came to be needed into it, where it has room for all that is.
+size_t Renderer::show_needed(Commands& commands) {
+    BrickAtlas& atlas = held_->volume->atlas();
+    NeededBricks& needed = *held_->needed;
+    const bool in_step = held_->all_fit;
+    const std::vector<glm::uvec3> turned = needed.take_turned();
+    held_->all_fit = needed.count() <= atlas.capacity();
+    if (!held_->all_fit)
+        return 0;
+    if (in_step)
+        for (const glm::uvec3 brick : turned)
+            atlas.want(brick, needed.needs(brick));
+    else
+        atlas.want_only(needed.all());
+    return atlas.upload_wanted(held_->volume->snapshot(), commands);
 }
 
 Result<void> Renderer::plan_atlas(const Scene& scene, const SceneData& data) {
     const size_t room = held_->volume->atlas().capacity();
-    if (held_->sliced.size() > room)
+    if (held_->needed->sliced_count() > room)
         return fail("the volume: its slices run through {} bricks, and the device has room for {}",
-                    held_->sliced.size(), room);
+                    held_->needed->sliced_count(), room);
     if (!scene.ray_cast)
         return {};
-    const bool maxima = scene.ray_cast->mode == RayMode::mip && held_->targets->layers.has_value();
-    std::vector<Viewpoint> viewpoints;
-    for (const View& view : views_of(scene))
-        viewpoints.push_back(viewpoint_of(view, data.volume.grid()));
-    Result<std::vector<Part>> parts =
-        plan_parts(data.volume.brick_count(), held_->seen, room,
-                   reach_samples(*scene.ray_cast, data.volume.grid(), step_factor_), viewpoints);
-    if (!parts)
-        return pass_on(parts);
-    if (maxima && parts->size() > 1)
-        return fail(
-            "the volume: a MIP behind see-through surfaces needs all of it on the device, which "
-            "has "
-            "room for {} of the {} bricks that can be seen",
-            room, held_->needed_bricks);
-    held_->parts = std::move(*parts);
+    if (held_->all_fit) {
+        held_->parts = {{glm::uvec3(0), data.volume.brick_count(), all_eyes(scene), {}}};
+    } else {
+        std::vector<Viewpoint> viewpoints;
+        for (const View& view : views_of(scene))
+            viewpoints.push_back(viewpoint_of(view, data.volume.grid()));
+        Result<std::vector<Part>> parts = plan_parts(
+            data.volume.brick_count(), held_->needed->seen(), room,
+            reach_samples(*scene.ray_cast, data.volume.grid(), step_factor_), viewpoints);
+        if (!parts)
+            return pass_on(parts);
+        if (parts->size() > 1 && scene.ray_cast->mode == RayMode::mip && held_->targets->layers)
+            return fail(
+                "the volume: a MIP behind see-through surfaces needs all of it on the device, "
+                "which has room for {} of the {} bricks that can be seen",
+                room, held_->needed->seen_count());
+        held_->parts = std::move(*parts);
+    }
     if (!held_->targets->carry)
         held_->targets->carry.emplace(*device_, "carried by rays", carry_shape(scene));
     return {};
@@ -219,8 +251,12 @@ void Renderer::bind_atlas(std::vector<Bound>& bound, uint32_t pages, uint32_t fr
 size_t Renderer::show_part(const Part& part, bool first, Commands& commands) {
     if (!held_->volume->is_atlas())
         return 0;
-    const size_t uploaded = held_->volume->make_resident(part.bricks, commands);
     BrickAtlas& atlas = held_->volume->atlas();
+    size_t uploaded = 0;
+    if (!held_->all_fit) {
+        atlas.want_only(part.bricks);
+        uploaded = atlas.upload_wanted(held_->volume->snapshot(), commands);
+    }
     held_->atlas_frame =
         commands.upload(bytes_of(make_atlas_frame(atlas, held_->volume->snapshot(), part, first)));
     return uploaded;

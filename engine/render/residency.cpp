@@ -82,38 +82,31 @@ class Planner {
 
 } // namespace
 
-BrickMask needed_bricks(glm::uvec3 brick_count, std::span<const uint8_t> distances,
-                        glm::uvec3 cells, uint32_t side, double reach_samples) {
+bool is_near_occupied(glm::uvec3 brick, std::span<const uint8_t> distances, glm::uvec3 cells,
+                      uint32_t side, uint32_t reach) {
     PALPATE_ASSERT_CMP(distances.size(), ==, count_of(cells));
-    const auto reach = static_cast<uint32_t>(std::ceil(std::max(0.0, reach_samples) / side));
-    BrickMask needed(count_of(brick_count), 0);
-    for_each_in(glm::uvec3(0), cells, [&](glm::uvec3 cell) {
-        if (distances[cell.x + cells.x * (cell.y + size_t{cells.y} * cell.z)] > reach)
-            return;
-        // The cell's samples, both faces included, may lie in two bricks.
-        const glm::uvec3 low = glm::min(cell * side / kBrickSide, brick_count - 1u);
-        const glm::uvec3 high = glm::min((cell + 1u) * side / kBrickSide, brick_count - 1u);
-        for_each_in(low, high + 1u, [&](glm::uvec3 p) {
-            needed[p.x + brick_count.x * (p.y + size_t{brick_count.y} * p.z)] = 1;
-        });
-    });
-    return needed;
+    // The brick's first sample lies in the cell below, too, where a cell begins with it.
+    const glm::uvec3 first = (brick * kBrickSide + (side - 1)) / side;
+    const glm::uvec3 low = first - glm::min(first, glm::uvec3(reach + 1));
+    const glm::uvec3 high =
+        glm::min(((brick + 1u) * kBrickSide + (side - 1)) / side + reach, cells);
+    for (uint32_t z = low.z; z < high.z; ++z)
+        for (uint32_t y = low.y; y < high.y; ++y)
+            if (low.x < high.x &&
+                std::memchr(&distances[low.x + cells.x * (y + size_t{cells.y} * z)], 0,
+                            high.x - low.x) != nullptr)
+                return true;
+    return false;
 }
 
-BrickMask needed_bricks(const Volume& volume) {
-    const glm::uvec3 count = volume.brick_count();
-    BrickMask needed;
-    needed.reserve(count_of(count));
-    for_each_brick(volume, [&](glm::uvec3 p) {
-        bool same = volume.brick(p).is_constant();
-        const glm::uvec3 last = glm::min(p + 1u, count - 1u);
-        if (same)
-            for_each_in(p, last + 1u, [&](glm::uvec3 above) {
-                same = same && same_constant(volume.brick(p), volume.brick(above));
-            });
-        needed.push_back(!same);
-    });
-    return needed;
+bool varies(const Volume& volume, glm::uvec3 brick) {
+    const Brick& held = volume.brick(brick);
+    if (!held.is_constant())
+        return true;
+    bool same = true;
+    for_each_in(brick, glm::min(brick + 2u, volume.brick_count()),
+                [&](glm::uvec3 above) { same = same && same_constant(held, volume.brick(above)); });
+    return !same;
 }
 
 Viewpoint viewpoint_of(const View& view, const Grid& grid) {

@@ -22,14 +22,15 @@ enum class Residency {
 // The bricks in which rays of a scene may take samples that matter, x fastest; 1 where needed.
 using BrickMask = std::vector<uint8_t>;
 
-// From distances between macro-cells (occupancy.h): bricks with a cell that lies within
-// reach_samples of an occupied cell.
-BrickMask needed_bricks(glm::uvec3 brick_count, std::span<const uint8_t> cell_distances,
-                        glm::uvec3 cell_count, uint32_t cell_side, double reach_samples);
+// Whether a macro-cell that shares a sample with a brick, or one up to `reach` cells from such a
+// one, is occupied. `distances` are those between the cells (occupancy.h), x fastest, `side`
+// samples a side.
+bool is_near_occupied(glm::uvec3 brick, std::span<const uint8_t> distances, glm::uvec3 cell_count,
+                      uint32_t side, uint32_t reach);
 
-// Where any value may matter (maximum intensity, slices): all bricks but those of one value whose
-// upper neighbours have the same one.
-BrickMask needed_bricks(const Volume& volume);
+// Whether interpolation may find more than one value in a brick: it holds several, or its upper
+// neighbours hold others.
+bool varies(const Volume& volume, glm::uvec3 brick);
 
 // A box of bricks that is marched with its own bricks resident, before the next.
 struct Part {

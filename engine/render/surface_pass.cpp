@@ -69,6 +69,12 @@ Result<void> SurfacePass::keep_meshes(const SceneData& data, Commands& commands)
 }
 
 Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
+    StyledFor wanted{scene.surfaces, {}};
+    for (const auto& mesh : meshes_)
+        wanted.labels.emplace_back(mesh->has_labels(), mesh->largest_label());
+    if (styled_for_ == wanted)
+        return {};
+    styled_for_.reset();
     std::vector<gpu::SurfaceStyleEntry> entries;
     first_styles_.clear();
     style_counts_.clear();
@@ -98,6 +104,7 @@ Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
                     gpu::kSurfaceStyleMask, entries.size());
     see_through_ = std::find(has_through_.begin(), has_through_.end(), true) != has_through_.end();
     styles_.hold(*device_, "surface styles", std::as_bytes(std::span(entries)), commands);
+    styled_for_ = std::move(wanted);
     return {};
 }
 

@@ -64,6 +64,12 @@ class SurfacePass {
     const Sampler* nearest_;
     std::deque<std::optional<GpuMesh>> meshes_;
     MirroredBuffer styles_;
+    struct StyledFor { // what the styles were made from
+        std::vector<SurfaceLayer> layers;
+        std::vector<std::pair<bool, uint32_t>> labels; // of each mesh: any, and the largest
+        friend bool operator==(const StyledFor&, const StyledFor&) = default;
+    };
+    std::optional<StyledFor> styled_for_;
     std::vector<uint32_t> first_styles_, style_counts_;
     std::vector<bool> has_opaque_, has_through_; // of each mesh
     bool see_through_ = false;

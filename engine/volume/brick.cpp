@@ -193,6 +193,12 @@ size_t Brick::bytes() const {
 
 uint64_t differing_blocks(const Brick& a, const Brick& b) {
     PALPATE_ASSERT(a.type() == b.type());
+    uint64_t mask = 0;
+    for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
+        if (a.block_stamp(block) != b.block_stamp(block)) // and perhaps the same samples
+            mask |= uint64_t{1} << block;
+    if (mask == 0)
+        return 0;
     return visit_scalar(a.type(), [&](auto t) {
         using T = decltype(t);
         const BrickSamples<T> samples_a = a.samples<T>(), samples_b = b.samples<T>();
@@ -206,14 +212,19 @@ uint64_t differing_blocks(const Brick& a, const Brick& b) {
                     return false;
             return true;
         };
-        uint64_t mask = 0;
-        for (uint32_t z = 0; z < kBrickSide; ++z)
-            for (uint32_t y = 0; y < kBrickSide; ++y)
-                for (uint32_t x0 = 0; x0 < kBrickSide; x0 += kBlockSide) {
-                    const uint64_t bit = uint64_t{1} << block_of({x0, y, z});
-                    if (!(mask & bit) && !same_row(offset_in_brick({x0, y, z})))
-                        mask |= bit;
-                }
+        const auto same_block = [&](glm::uvec3 low) {
+            for (uint32_t z = low.z; z < low.z + kBlockSide; ++z)
+                for (uint32_t y = low.y; y < low.y + kBlockSide; ++y)
+                    if (!same_row(offset_in_brick({low.x, y, z})))
+                        return false;
+            return true;
+        };
+        for (uint32_t block = 0; block < kBlocksPerBrick; ++block) {
+            const glm::uvec3 at(block % kBlocksPerSide, block / kBlocksPerSide % kBlocksPerSide,
+                                block / (kBlocksPerSide * kBlocksPerSide));
+            if ((mask >> block & 1) && same_block(at * kBlockSide))
+                mask &= ~(uint64_t{1} << block);
+        }
         return mask;
     });
 }

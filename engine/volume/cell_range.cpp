@@ -137,10 +137,10 @@ CellRanges make_cell_ranges(const Volume& volume, uint32_t side) {
 
 void update_cell_ranges(CellRanges& ranges, const Volume& volume,
                         std::span<const ChangedBrick> changed) {
-    if (ranges.gaps.empty() != (volume.no_data_count() == 0)) { // the first gap, or the last
-        ranges = make_cell_ranges(volume, ranges.side);
-        return;
-    }
+    if (volume.no_data_count() == 0) // gone with the last gap
+        ranges.gaps.clear();
+    else if (ranges.gaps.empty()) // all of them lie where the edit was
+        ranges.gaps.resize(ranges.cells());
     for (const ChangedBrick& brick : changed) {
         glm::uvec3 low(kBrickSide), high(0); // samples of the brick that may have changed
         for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
@@ -158,27 +158,6 @@ void update_cell_ranges(CellRanges& ranges, const Volume& volume,
              {glm::min(below / ranges.side, ranges.count - 1u),
               glm::min(last / ranges.side + 1u, ranges.count)});
     }
-}
-
-CellRanges coarser(const CellRanges& fine) {
-    CellRanges coarse;
-    coarse.side = 2 * fine.side;
-    coarse.count = (fine.count + 1u) / 2u;
-    coarse.low.assign(coarse.cells(), kInfinity);
-    coarse.high.assign(coarse.cells(), -kInfinity);
-    coarse.gaps.resize(fine.gaps.empty() ? 0 : coarse.cells());
-    size_t i = 0;
-    for (uint32_t z = 0; z < fine.count.z; ++z)
-        for (uint32_t y = 0; y < fine.count.y; ++y)
-            for (uint32_t x = 0; x < fine.count.x; ++x, ++i) {
-                const size_t cell =
-                    x / 2 + coarse.count.x * (y / 2 + size_t{coarse.count.y} * (z / 2));
-                coarse.low[cell] = std::min(coarse.low[cell], fine.low[i]);
-                coarse.high[cell] = std::max(coarse.high[cell], fine.high[i]);
-                if (!fine.gaps.empty())
-                    coarse.gaps[cell] |= fine.gaps[i];
-            }
-    return coarse;
 }
 
 } // namespace palpate

@@ -41,7 +41,4 @@ CellRanges make_cell_ranges(const Volume& volume, uint32_t side);
 void update_cell_ranges(CellRanges& ranges, const Volume& volume,
                         std::span<const ChangedBrick> changed);
 
-// Ranges of cells twice as wide, from those of `ranges`.
-CellRanges coarser(const CellRanges& ranges);
-
 } // namespace palpate

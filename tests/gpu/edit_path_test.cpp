@@ -84,7 +84,7 @@ TEST_F(EditPath, FramesAreThoseOfAFreshRenderer) {
         }
 }
 
-// Distances are never too large, and exact again after a frame without an edit.
+// Distances are never too large, and exact again after some frames without an edit.
 TEST_F(EditPath, PatchedDistancesAreSafeAndSettle) {
     std::mt19937 random(3);
     Volume now = phantom(), before = now;
@@ -98,7 +98,6 @@ TEST_F(EditPath, PatchedDistancesAreSafeAndSettle) {
         return cells.distances();
     };
     show(patched);
-    size_t lower = 0;
     for (int i = 0; i < 12; ++i) {
         // Bone somewhere, and then taken away again: its cells are empty as before.
         const Volume next = i % 2 ? before : dab(now, random, 1100.0);
@@ -112,14 +111,14 @@ TEST_F(EditPath, PatchedDistancesAreSafeAndSettle) {
         for (size_t cell = 0; cell < found.size(); ++cell) {
             ASSERT_LE(found[cell], exact[cell]);
             ASSERT_EQ(found[cell] == 0, exact[cell] == 0);
-            lower += found[cell] < exact[cell];
         }
         if (i % 4 == 3) {
-            patched.settle();
-            EXPECT_EQ(show(patched), exact);
+            for (int frame = 0; frame < 100; ++frame) // 8 tiles of 8 each, up to 15 times
+                show(patched);
+            EXPECT_EQ(patched.distances(), exact);
         }
     }
-    EXPECT_GT(lower, 0u); // not everything was worked out anew
+    EXPECT_EQ(patched.generation(), 1u); // nothing was worked out anew
 }
 
 } // namespace

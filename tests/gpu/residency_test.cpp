@@ -127,22 +127,34 @@ TEST(Residency, NeededIsWhatLiesInReachOfAnOccupiedCell) {
     // them for cell 3 occupied.
     const glm::uvec3 cells(8, 4, 4);
     std::vector<uint8_t> distances(128);
+    const auto near = [&](uint32_t reach) {
+        return std::pair(is_near_occupied({0, 0, 0}, distances, cells, 8, reach),
+                         is_near_occupied({1, 0, 0}, distances, cells, 8, reach));
+    };
     for (uint32_t z = 0; z < 4; ++z)
         for (uint32_t y = 0; y < 4; ++y)
             for (uint32_t x = 0; x < 8; ++x)
                 distances[x + 8 * (y + 4 * z)] = static_cast<uint8_t>(
                     std::max({x > 3 ? x - 3 : 3 - x, y > 1 ? y - 1 : 1 - y, z}));
-    EXPECT_EQ(needed_bricks({2, 1, 1}, distances, cells, 8, 2.0), (BrickMask{1, 1}));
-    for (uint32_t i = 0; i < 128; ++i) // occupied at 0 instead
+    EXPECT_EQ(near(0), std::pair(true, true)); // it shares a layer of samples with the second
+    for (uint32_t i = 0; i < 128; ++i)         // occupied at 0 instead
         distances[i] = static_cast<uint8_t>(std::max({i % 8, i / 8 % 4, i / 32}));
-    EXPECT_EQ(needed_bricks({2, 1, 1}, distances, cells, 8, 2.0), (BrickMask{1, 0}));
-    EXPECT_EQ(needed_bricks({2, 1, 1}, distances, cells, 8, 30.0), (BrickMask{1, 1}));
+    EXPECT_EQ(near(1), std::pair(true, false));
+    EXPECT_EQ(near(2), std::pair(true, false));
+    EXPECT_EQ(near(3), std::pair(true, true));
+    for (uint32_t i = 0; i < 128; ++i) // and in the second brick's middle
+        distances[i] =
+            static_cast<uint8_t>(std::max({i % 8 > 6 ? i % 8 - 6 : 6 - i % 8, i / 8 % 4, i / 32}));
+    EXPECT_EQ(near(2), std::pair(false, true));
+    EXPECT_EQ(near(3), std::pair(true, true));
 }
 
-TEST(Residency, AConstantBrickIsNeededWhereItMeetsAnotherValue) {
+TEST(Residency, AConstantBrickVariesWhereItMeetsAnotherValue) {
     const Volume volume = make_volume(make_grid({96, 32, 32}, {1, 1, 1}), ScalarType::u8,
                                       [](glm::uvec3 i) { return i.x < 64 ? 3.0 : 4.0; });
-    EXPECT_EQ(needed_bricks(volume), (BrickMask{0, 1, 0}));
+    EXPECT_FALSE(varies(volume, {0, 0, 0}));
+    EXPECT_TRUE(varies(volume, {1, 0, 0}));
+    EXPECT_FALSE(varies(volume, {2, 0, 0}));
 }
 
 } // namespace

@@ -73,13 +73,6 @@ TEST(CellRanges, AreThoseOfTheirSamples) {
         }
 }
 
-TEST(CellRanges, WiderCellsHoldTheSameSamples) {
-    const Volume volume =
-        make_volume(make_grid({70, 33, 65}, glm::dvec3(1.0)), ScalarType::f32, hashed);
-    expect_same(coarser(make_cell_ranges(volume, 4)), by_definition(volume, 8));
-    expect_same(coarser(coarser(make_cell_ranges(volume, 4))), by_definition(volume, 16));
-}
-
 TEST(CellRanges, AfterEditsAreThoseOfTheNewSnapshot) {
     Volume volume =
         make_volume(make_grid({70, 45, 65}, glm::dvec3(1.0)), ScalarType::f32, without_gaps);

@@ -1,0 +1,339 @@
+// Frames after edits are those of a fresh renderer, to the bit, and what they cost follows the edit
+// and not the volume.
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+
+#include "engine/render/cell_map.h"
+#include "engine/render/needed_bricks.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/changes.h"
+#include "engine/volume/edit.h"
+#include "tests/gpu/gpu_fixture.h"
+
+namespace palpate {
+namespace {
+
+// Distances after random changes of occupancy, with and without time to settle, on grids that are
+// no multiple of a tile.
+TEST(CellDistances, AreSafeAtOnceAndExactWhenRaised) {
+    std::mt19937 random(11);
+    for (const glm::uvec3 count : {glm::uvec3(40, 21, 33), {16, 16, 16}, {70, 3, 1}, {5, 50, 17}}) {
+        std::vector<uint8_t> occupied(size_t{count.x} * count.y * count.z);
+        std::bernoulli_distribution some(0.003);
+        for (uint8_t& cell : occupied)
+            cell = some(random);
+        CellDistances distances(occupied, count);
+        std::vector<uint8_t> told = distances.values(); // as an image that follows the boxes has it
+        const auto tell = [&](const CellBox& box) {
+            for (uint32_t z = box.low.z; z < box.high.z; ++z)
+                for (uint32_t y = box.low.y; y < box.high.y; ++y)
+                    for (uint32_t x = box.low.x; x < box.high.x; ++x)
+                        told[x + count.x * (y + size_t{count.y} * z)] = distances.at({x, y, z});
+        };
+        size_t lower = 0;
+        for (int turn = 0; turn < 40; ++turn) {
+            CellBox box;
+            for (int axis = 0; axis < 3; ++axis) {
+                const auto a = static_cast<uint32_t>(random() % count[axis]);
+                const auto n = static_cast<uint32_t>(random() % 12);
+                box.low[axis] = a;
+                box.high[axis] = std::min(a + 1 + n, count[axis]);
+            }
+            std::vector<uint8_t> now;
+            std::bernoulli_distribution fills(turn % 3 == 0 ? 0.1 : 0.0); // mostly they are emptied
+            for (uint32_t z = box.low.z; z < box.high.z; ++z)
+                for (uint32_t y = box.low.y; y < box.high.y; ++y)
+                    for (uint32_t x = box.low.x; x < box.high.x; ++x) {
+                        now.push_back(fills(random));
+                        occupied[x + count.x * (y + size_t{count.y} * z)] = now.back();
+                    }
+            tell(distances.update(box, now));
+            if (turn % 4 == 1)
+                distances.raise(3);
+            for (const CellBox& raised : distances.take_raised(2))
+                tell(raised);
+            std::vector<uint8_t> exact = occupied;
+            chebyshev_distances(exact, count);
+            const bool settles = turn % 10 == 9;
+            if (settles) {
+                while (distances.raise(5) > 0) {
+                }
+                for (int i = 0; i < 1000; ++i)
+                    for (const CellBox& raised : distances.take_raised(2))
+                        tell(raised);
+            }
+            for (size_t cell = 0; cell < exact.size(); ++cell) {
+                ASSERT_EQ(distances.values()[cell] == 0, exact[cell] == 0);
+                ASSERT_LE(distances.values()[cell], exact[cell]);
+                ASSERT_LE(told[cell], exact[cell]);
+                ASSERT_TRUE(!settles || told[cell] == exact[cell]);
+                lower += told[cell] < exact[cell];
+            }
+        }
+        EXPECT_GT(lower, 0u);
+    }
+}
+
+class GrowthTest : public GpuTest {
+ protected:
+    // A ball with an edge 6 samples wide in the first corner of a volume, whatever its size; the
+    // rest of it is empty.
+    static Volume ball(uint32_t side) {
+        const Grid grid = make_grid(glm::uvec3(side), glm::dvec3(1.0));
+        VolumeBuilder builder(grid, ScalarType::u16);
+        const glm::uvec3 bricks(3);
+        for (uint32_t z = 0; z < bricks.z; ++z)
+            for (uint32_t y = 0; y < bricks.y; ++y)
+                for (uint32_t x = 0; x < bricks.x; ++x)
+                    builder.set_brick(
+                        {x, y, z}, make_brick(grid, ScalarType::u16,
+                                              [](glm::uvec3 i) {
+                                                  const double r =
+                                                      glm::length(glm::dvec3(i) - glm::dvec3(47.0));
+                                                  return std::clamp(500.0 + (30.0 - r) * 160.0, 0.0,
+                                                                    1000.0);
+                                              },
+                                              {x, y, z}));
+        return builder.finish();
+    }
+
+    static Volume dab(const Volume& volume, glm::ivec3 center, double value, int radius = 5) {
+        VolumeEdit edit(volume);
+        for (int z = -radius; z <= radius; ++z)
+            for (int y = -radius; y <= radius; ++y)
+                for (int x = -radius; x <= radius; ++x) {
+                    const glm::ivec3 at = center + glm::ivec3(x, y, z);
+                    if (x * x + y * y + z * z <= radius * radius &&
+                        glm::all(glm::greaterThanEqual(at, glm::ivec3(0))) &&
+                        glm::all(glm::lessThan(at, glm::ivec3(volume.size()))))
+                        edit.set(glm::uvec3(at), value);
+                }
+        return edit.commit();
+    }
+
+    static Scene scene_of(RayMode mode) {
+        Scene scene;
+        scene.size_px = {48, 40};
+        scene.camera.target_mm = glm::dvec3(47.0);
+        scene.camera.eye_mm = {-130, -100, 90};
+        scene.camera.view_angle_deg = 35.0;
+        scene.value_and_depth = true;
+        scene.ray_cast.emplace();
+        scene.ray_cast->mode = mode;
+        scene.ray_cast->isos = {{500.0}};
+        scene.ray_cast->transfer = window_function(mode == RayMode::mip ? 0 : 200, 1000, 0.2);
+        return scene;
+    }
+};
+
+bool same_bits(const Frame& a, const Frame& b) {
+    for (size_t eye = 0; eye < a.eyes.size(); ++eye)
+        if (std::memcmp(a.eyes[eye].samples.data(), b.eyes[eye].samples.data(),
+                        a.eyes[eye].samples.size() * sizeof(float)) != 0)
+            return false;
+    return a.eyes.size() == b.eyes.size();
+}
+
+// By hand, because the device's sampler rounds by where a brick lies in the atlas.
+TEST_F(GrowthTest, AfterRandomEditsPicturesAreThoseOfAFreshRenderer) {
+    std::mt19937 random(5);
+    std::uniform_int_distribution<int> place(0, 95);
+    for (const Residency residency : {Residency::dense, Residency::atlas})
+        for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
+            SCOPED_TRACE(testing::Message() << "mode " << static_cast<int>(mode) << ", residency "
+                                            << static_cast<int>(residency));
+            const RendererOptions options{.residency = residency, .sampling = Sampling::by_hand};
+            Renderer renderer(device(), options);
+            Volume now = ball(96), before = now;
+            Volume labels = make_volume(now.grid(), ScalarType::u16, [](glm::uvec3 i) {
+                return static_cast<double>((i.x / 16 + i.y / 16 + i.z / 16) % 3);
+            });
+            Scene scene = scene_of(mode);
+            scene.labels = LabelLayer{};
+            scene.slices = {{glm::dvec3(47.0), {0, 0.3, 1}, Interpolation::linear, 2.0}};
+            scene.slice_transfer = window_function(0, 1000, 1.0);
+            for (int turn = 0; turn < 8; ++turn) {
+                const Volume then = now;
+                if (turn == 5)
+                    now = before; // undone
+                else
+                    for (int i = 0; i < 1 + turn % 3; ++i) // some of them far apart
+                        now = dab(now, {place(random), place(random), place(random)},
+                                  turn % 2 ? 0.0 : 900.0 + 60.0 * turn);
+                before = then;
+                if (turn % 3 == 1)
+                    labels =
+                        dab(labels, {place(random), place(random), place(random)}, 400.0 + turn);
+                if (turn == 6)
+                    scene.slices[0].point_mm.z += 20.0;
+                const SceneData data{now, labels};
+                scene.camera = orbit(scene.camera, 7.0);
+                const Result<Frame> edited = renderer.render(scene, data);
+                ASSERT_TRUE(edited) << edited.error().message;
+                EXPECT_EQ(edited->stats.atlas, residency == Residency::atlas);
+                if (turn != 2 && turn != 5 && turn != 7)
+                    continue;
+                Renderer fresh(device(), options);
+                const Result<Frame> expected = fresh.render(scene, data);
+                ASSERT_TRUE(expected);
+                ASSERT_TRUE(same_bits(*edited, *expected)) << turn;
+            }
+        }
+}
+
+// An atlas with room for what rays and slices need uploads it once.
+TEST_F(GrowthTest, SlicesAndRaysTogetherAreUploadedOnce) {
+    Renderer renderer(device(), {.residency = Residency::atlas});
+    Scene scene = scene_of(RayMode::alpha);
+    scene.slices = {{glm::dvec3(47.0), {0, 0, 1}}, {glm::dvec3(47.0), {1, 0, 0}}};
+    scene.slice_transfer = window_function(0, 1000, 1.0);
+    const SceneData data{ball(160), std::nullopt};
+    ASSERT_TRUE(renderer.draw(scene, data));
+    const uint64_t before = device().last_submitted();
+    for (int i = 0; i < 3; ++i) {
+        scene.camera = orbit(scene.camera, 10.0);
+        const Result<FrameStats> stats = renderer.draw(scene, data);
+        ASSERT_TRUE(stats);
+        EXPECT_EQ(stats->uploaded_bricks, 0u);
+    }
+    EXPECT_EQ(device().last_submitted(), before + 3);
+}
+
+// The same dabs in volumes that differ in what lies about the ball: the same bytes travel, dense as
+// in an atlas. Sizes beyond 320^3, because smaller volumes have smaller cells.
+TEST_F(GrowthTest, BytesOfADabDoNotGrowWithTheVolume) {
+    for (const Residency residency : {Residency::dense, Residency::atlas})
+        for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
+            std::vector<std::vector<uint64_t>> bytes; // of each volume, frame by frame
+            for (const uint32_t side : {352u, 416u}) {
+                Renderer renderer(device(), {.residency = residency});
+                Volume now = ball(side);
+                const Scene scene = scene_of(mode);
+                for (int i = 0; i < 2; ++i)
+                    ASSERT_TRUE(renderer.draw(scene, {now, std::nullopt}));
+                bytes.emplace_back();
+                for (int i = 0; i < 12; ++i) {
+                    if (i < 8) // then quiet frames, in which distances are raised
+                        now = dab(now, {47 + 4 * i, 47, 17}, i % 2 ? 0.0 : 900.0);
+                    const uint64_t before = device().traffic().uploaded_bytes;
+                    ASSERT_TRUE(renderer.draw(scene, {now, std::nullopt}));
+                    bytes.back().push_back(device().traffic().uploaded_bytes - before);
+                }
+            }
+            EXPECT_EQ(bytes[0], bytes[1]) << static_cast<int>(mode);
+            EXPECT_GT(bytes[0][0], 0u);
+            EXPECT_LT(bytes[0][0], uint64_t{3} << 20);
+        }
+}
+
+// What is looked at for a dab, counted: cells, and bricks that may be needed.
+TEST_F(GrowthTest, CellsAndBricksLookedAtDoNotGrowWithTheVolume) {
+    for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
+        std::vector<std::vector<uint64_t>> counts;
+        for (const uint32_t side : {352u, 512u}) {
+            Volume now = ball(side);
+            Scene scene = scene_of(mode);
+            scene.slices = {{glm::dvec3(47.0), {0, 0, 1}}};
+            CellMap cells(device(), now);
+            NeededBricks needed(now);
+            counts.emplace_back();
+            for (int i = 0; i < 12; ++i) {
+                Volume next = now;
+                if (i > 0 && i < 8)
+                    next = dab(now, {47 + 4 * i, 47, 17}, i % 2 ? 0.0 : 900.0);
+                const std::vector<ChangedBrick> changed = changed_bricks(now, next);
+                now = next;
+                const uint64_t before = cells.cells_visited() + needed.bricks_visited();
+                cells.update(now, changed);
+                Commands commands(device());
+                cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
+                commands.submit();
+                commands.finish();
+                needed.update(scene, now, changed, &cells, 1.0);
+                if (i > 0)
+                    counts.back().push_back(cells.cells_visited() + needed.bricks_visited() -
+                                            before);
+            }
+        }
+        EXPECT_EQ(counts[0], counts[1]) << static_cast<int>(mode);
+        EXPECT_GT(counts[0][0], 0u);
+        EXPECT_EQ(counts[0].size(), 11u);
+    }
+}
+
+// After edits, other slices, other layers: what would be found from nothing.
+TEST_F(GrowthTest, NeededBricksAreThoseFoundFromNothing) {
+    std::mt19937 random(9);
+    std::uniform_int_distribution<int> place(0, 139);
+    Volume now = with_grid(
+        ball(140), make_grid(glm::uvec3(140), {1.0, 0.8, 2.5}, glm::dvec3(-50.0, 20.0, 1000.0)));
+    CellMap cells(device(), now);
+    NeededBricks needed(now);
+    std::vector<uint8_t> wanted(5 * 5 * 5, 0); // by what is told to have turned
+    for (int turn = 0; turn < 40; ++turn) {
+        Scene scene = scene_of(turn % 13 < 4   ? RayMode::iso
+                               : turn % 13 < 9 ? RayMode::alpha
+                                               : RayMode::mip);
+        if (turn % 7 == 6)
+            scene.ray_cast.reset();
+        if (turn % 5 > 1)
+            scene.slices = {{world_point(now.grid(), glm::dvec3(60.0 + turn / 10)),
+                             {0.1 * (turn / 10), 0.2, 1}}};
+        if (turn % 5 > 3)
+            scene.slices.push_back({world_point(now.grid(), {20, 20, 20}), {1, 0, 0}, {}, 30.0});
+        const Volume next =
+            dab(now, {place(random), place(random), place(random)}, turn % 2 ? 0.0 : 900.0, 7);
+        const std::vector<ChangedBrick> changed = changed_bricks(now, next);
+        now = next;
+        cells.update(now, changed);
+        CellMap fresh_cells(device(), now);
+        const double factor = turn % 4 == 3 ? 9.0 : 1.0;
+        if (scene.ray_cast) {
+            Commands commands(device());
+            cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
+            fresh_cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
+            commands.submit();
+            commands.finish();
+        }
+        needed.update(scene, now, changed, &cells, factor);
+        NeededBricks fresh(now);
+        fresh.update(scene, now, {}, &fresh_cells, factor);
+        ASSERT_EQ(needed.seen(), fresh.seen()) << turn;
+        ASSERT_EQ(needed.sliced(), fresh.sliced()) << turn;
+        ASSERT_EQ(needed.count(), fresh.all().size());
+        ASSERT_EQ(needed.sliced_count(), fresh.sliced().size());
+        for (const glm::uvec3 brick : needed.take_turned())
+            wanted[brick.x + 5 * (brick.y + 5 * brick.z)] = needed.needs(brick);
+        ASSERT_EQ(static_cast<size_t>(std::count(wanted.begin(), wanted.end(), 1)), needed.count());
+        // A slice runs through the bricks with a point in its slab, and reads three samples beyond.
+        if (scene.slices.size() == 1) {
+            const glm::dvec3 normal = glm::normalize(scene.slices[0].normal);
+            const std::vector<glm::uvec3> sliced = needed.sliced();
+            for_each_brick(now, [&](glm::uvec3 p) {
+                if (!varies(now, p))
+                    return;
+                double least = 1e9, most = -1e9;
+                for (int corner = 0; corner < 8; ++corner) {
+                    const glm::dvec3 at(p + glm::uvec3(corner & 1, corner >> 1 & 1, corner >> 2));
+                    const double d = glm::dot(
+                        normal, world_point(now.grid(), 32.0 * at) - scene.slices[0].point_mm);
+                    least = std::min(least, d);
+                    most = std::max(most, d);
+                }
+                const bool is_there = std::find(sliced.begin(), sliced.end(), p) != sliced.end();
+                if (least <= 0.0 && most >= 0.0) {
+                    EXPECT_TRUE(is_there);
+                }
+                // the spacing's diagonal is 2.81 mm
+                if (least > 3 * 2.82 || most < -3 * 2.82) {
+                    EXPECT_FALSE(is_there);
+                }
+            });
+        }
+    }
+}
+
+} // namespace
+} // namespace palpate
