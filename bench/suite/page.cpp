@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "bench/suite/page_edit.h"
+#include "bench/suite/page_suites.h"
 #include "bench/suite/page_template.h"
 #include "bench/suite/page_touch.h"
 #include "engine/base/file.h"
@@ -46,7 +47,7 @@ void put_pictures_inside(Value& value, const fs::path& folder) {
 
 } // namespace
 
-std::string page_html(const Value& results) {
+std::string page_of(std::string_view script, const Value& results) {
     // "</script" and "<!--" must not appear inside a script element.
     std::string data;
     for (const char c : results.dump())
@@ -55,9 +56,13 @@ std::string page_html(const Value& results) {
     const auto put = [&](std::string_view place, const std::string& text) {
         page.replace(page.find(place), place.size(), text);
     };
-    put("@PARTS@", std::string(kPageTouch) + kPageEdit);
+    put("@SCRIPT@", std::string(script));
     put("@RESULTS@", data); // last: it may hold any text
     return page;
+}
+
+std::string page_html(const Value& results) {
+    return page_of(std::string(kPageTouch) + kPageEdit + kPageSuites, results);
 }
 
 Result<void> write_page(const fs::path& folder) {

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "bench/suite/environment.h"
 #include "engine/base/error.h"
@@ -12,7 +13,11 @@ namespace palpate::bench {
 // in the folder. Pictures they name are put inside.
 Result<void> write_page(const std::filesystem::path& folder);
 
-// The page for results at hand, pictures already inside as data addresses.
+// One file that needs nothing else: what `script` draws of `results`, with the functions of
+// page.html.
+std::string page_of(std::string_view script, const Value& results);
+
+// The page of the suites for results at hand, pictures already inside as data addresses.
 std::string page_html(const Value& results);
 
 } // namespace palpate::bench

@@ -6,7 +6,7 @@ const touchColors = { true: "var(--c1)", false: "var(--c0)" }; // as printed or 
 function touchPlot(parent, points, xTitle, yTitle) {
   const svg = draw(parent, "svg", { viewBox: "0 0 400 300", role: "img", "aria-label": yTitle });
   const box = { left: 52, right: 392, top: 20, bottom: 262 };
-  const axes = logAxes(svg, box, points.map(p => p.x), points.map(p => p.y), xTitle, yTitle);
+  const axes = plotAxes(svg, box, points.map(p => p.x), points.map(p => p.y), xTitle, yTitle);
   // Where names and marks stand, so that no name covers another.
   const taken = points.map(p => ({ x: axes.x(p.x) - 6, y: axes.y(p.y) + 4, width: 12 }));
   for (const p of [...points].sort((a, b) => a.x - b.x)) {

@@ -30,9 +30,4 @@ struct TouchSummary {
 };
 TouchSummary summarise(std::span<const ServoTick> ticks, int64_t start_ns);
 
-// One page that needs nothing else: position, force, energy and penetration over time. Each pixel
-// column shows the least and the largest of its ticks, so that no peak is lost.
-std::string touch_page(std::span<const ServoTick> ticks, int64_t start_ns,
-                       const std::string& title);
-
 } // namespace palpate::haptics
