@@ -45,7 +45,7 @@ bool report_devices() {
         if (!usable)
             fmt::print("  Without a GPU, the package mesa-vulkan-drivers brings lavapipe.\n");
         else
-            fmt::print("  chosen by default: {}\n", GpuDevice({}).info().name);
+            fmt::print("  chosen by default: {}\n", GpuDevice(DeviceOptions{}).info().name);
     } catch (const GpuError& error) {
         fmt::print("Vulkan devices: {}\n", error.what());
     }
