@@ -45,25 +45,41 @@ uint64_t other_bytes(const Volume& volume, const TexelStorage& storage) {
            2 * kBricksPerBatch * slot_bytes(storage);
 }
 
-// One brick with its upper neighbours' first samples, as texels of a slot.
-void fill_slot(const Volume& volume, glm::uvec3 position, VkFormat format, std::byte* out) {
-    constexpr uint32_t side = BrickAtlas::kSlotSide;
-    const glm::uvec3 count = volume.brick_count();
+// Texels [low, high) of a slot: one brick with its upper neighbours' first samples.
+void fill_slot(const Volume& volume, glm::uvec3 position, VkFormat format, glm::uvec3 low,
+               glm::uvec3 high, std::byte* out) {
+    const glm::uvec3 count = volume.brick_count(), size = high - low;
     for (uint32_t part = 0; part < 8; ++part) {
         const glm::uvec3 beyond(part & 1, part >> 1 & 1, part >> 2); // axes on which it is above
-        glm::uvec3 brick = position, low(0), high(kBrickSide);
+        const glm::uvec3 first = glm::max(low, beyond * kBrickSide);
+        const glm::uvec3 end = glm::min(high, beyond + kBrickSide);
+        if (glm::any(glm::greaterThanEqual(first, end)))
+            continue;
+        glm::uvec3 brick = position, from = first;
         for (int axis = 0; axis < 3; ++axis) {
             if (beyond[axis] == 0)
                 continue;
             const bool is_last = position[axis] + 1 == count[axis];
             brick[axis] += is_last ? 0 : 1;
-            low[axis] = is_last ? kBrickSide - 1 : 0; // padding repeats the last sample
-            high[axis] = low[axis] + 1;
+            from[axis] = is_last ? kBrickSide - 1 : 0; // padding repeats the last sample
         }
-        const glm::uvec3 at = beyond * kBrickSide;
-        store_texels(volume.brick(brick), format, low, high, side, side,
-                     out + (at.x + side * (at.y + size_t{side} * at.z)) * texel_bytes(format));
+        const glm::uvec3 at = first - low;
+        store_texels(volume.brick(brick), format, from, from + (end - first), size.x, size.y,
+                     out + (at.x + size.x * (at.y + size_t{size.y} * at.z)) * texel_bytes(format));
     }
+}
+
+// Samples [low, high) of the blocks of a brick that changed.
+std::pair<glm::uvec3, glm::uvec3> changed_samples(const ChangedBrick& brick) {
+    glm::uvec3 low(kBlocksPerSide), high(0);
+    for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
+        if (brick.blocks >> block & 1) {
+            const glm::uvec3 at(block % kBlocksPerSide, block / kBlocksPerSide % kBlocksPerSide,
+                                block / (kBlocksPerSide * kBlocksPerSide));
+            low = glm::min(low, at);
+            high = glm::max(high, at + 1u);
+        }
+    return {low * kBlockSide, high * kBlockSide};
 }
 
 } // namespace
@@ -185,9 +201,21 @@ void BrickAtlas::empty_slot(const Volume& volume, uint32_t slot) {
 
 void BrickAtlas::update(const Volume& next, std::span<const ChangedBrick> changed) {
     for (const ChangedBrick& brick : changed) {
+        const auto [low, high] = changed_samples(brick);
         for (uint32_t corner = 0; corner < 8; ++corner) { // itself, and those below it
             const glm::uvec3 below(corner & 1, corner >> 1 & 1, corner >> 2);
-            if (glm::any(glm::lessThan(brick.position, below)))
+            glm::uvec3 first = low, end = high; // texels of the slot
+            bool reads = true;
+            for (int axis = 0; axis < 3; ++axis)
+                if (below[axis] == 1) {
+                    reads = reads && brick.position[axis] > 0 && low[axis] == 0;
+                    first[axis] = kBrickSide;
+                    end[axis] = kSlotSide;
+                } else if (high[axis] == kBrickSide &&
+                           brick.position[axis] + 1 == brick_count_[axis]) {
+                    end[axis] = kSlotSide; // the last sample once more
+                }
+            if (!reads)
                 continue;
             const size_t index = index_of(brick.position - below);
             Place& place = places_[index];
@@ -196,9 +224,12 @@ void BrickAtlas::update(const Volume& next, std::span<const ChangedBrick> change
             if (!place.wanted) {
                 idle_.splice(idle_.begin(), idle_, slots_[place.slot].idle);
                 empty_slot(next, place.slot);
-            } else if (!std::exchange(place.listed, true)) {
-                missing_.push_back(index);
+                continue;
             }
+            place.low = glm::min(place.low, glm::u8vec3(first));
+            place.high = glm::max(place.high, glm::u8vec3(end));
+            if (!std::exchange(place.listed, true))
+                missing_.push_back(index);
         }
         const size_t index = index_of(brick.position);
         if (places_[index].slot == kNone)
@@ -207,18 +238,26 @@ void BrickAtlas::update(const Volume& next, std::span<const ChangedBrick> change
 }
 
 size_t BrickAtlas::upload_wanted(const Volume& volume, Commands& commands) {
-    std::vector<size_t> bricks;
+    struct Piece {
+        size_t brick;
+        glm::uvec3 low, high; // texels of its slot
+    };
+    std::vector<Piece> bricks;
     for (const size_t brick : std::exchange(missing_, {})) {
         Place& place = places_[brick];
         place.listed = false;
+        const glm::uvec3 low(std::exchange(place.low, glm::u8vec3(kSlotSide)));
+        const glm::uvec3 high(std::exchange(place.high, glm::u8vec3(0)));
         if (!place.wanted) {
             if (place.slot != kNone)
                 empty_slot(volume, place.slot);
             continue;
         }
-        bricks.push_back(brick);
-        if (place.slot != kNone)
-            continue; // the same place, anew
+        if (place.slot != kNone) { // the same place, anew
+            bricks.push_back({brick, low, high});
+            continue;
+        }
+        bricks.push_back({brick, glm::uvec3(0), glm::uvec3(kSlotSide)});
         PALPATE_ASSERT(!idle_.empty());
         place.slot = idle_.front();
         empty_slot(volume, place.slot);
@@ -228,18 +267,23 @@ size_t BrickAtlas::upload_wanted(const Volume& volume, Commands& commands) {
         busy_.splice(busy_.end(), idle_, slot.idle);
         set_entry(brick, {glm::vec3(origin_of(place.slot)) + 0.5f, 0.0f});
     }
-    const uint64_t bytes = slot_bytes(storage_);
     commands.upload(
-        image_, bricks.size(), bytes, [&](size_t first, size_t count, std::span<std::byte> to) {
-            tbb::parallel_for(size_t{0}, count, [&](size_t i) {
-                fill_slot(volume, brick_of(bricks[first + i]), storage_.format,
-                          to.data() + i * bytes);
-            });
+        image_, bricks.size(), slot_bytes(storage_) + 3,
+        [&](size_t first, size_t count, std::span<std::byte> to) {
             std::vector<Commands::Region> regions;
-            for (size_t i = 0; i < count; ++i)
-                regions.push_back({.buffer_offset = i * bytes,
-                                   .image_offset = origin_of(places_[bricks[first + i]].slot),
-                                   .size = glm::uvec3(kSlotSide)});
+            uint64_t at = 0;
+            for (const Piece& piece : std::span(bricks).subspan(first, count)) {
+                regions.push_back({.buffer_offset = at,
+                                   .image_offset = origin_of(places_[piece.brick].slot) + piece.low,
+                                   .size = piece.high - piece.low});
+                at += count_of(regions.back().size) * texel_bytes(storage_.format);
+                at = (at + 3) / 4 * 4; // of what a copy may begin at
+            }
+            tbb::parallel_for(size_t{0}, count, [&](size_t i) {
+                const Piece& piece = bricks[first + i];
+                fill_slot(volume, brick_of(piece.brick), storage_.format, piece.low, piece.high,
+                          to.data() + regions[i].buffer_offset);
+            });
             return regions;
         });
     write_table(commands);

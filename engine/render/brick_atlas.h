@@ -1,5 +1,6 @@
 #pragma once
 
+#include <glm/gtc/type_precision.hpp>
 #include <list>
 #include <span>
 #include <string>
@@ -44,7 +45,7 @@ class BrickAtlas {
     void want_only(std::span<const glm::uvec3> bricks);
 
     // Tells of a later snapshot: where it differs, bricks that are wanted are to be uploaded anew,
-    // and those that hold a sample of theirs; others go.
+    // and those that hold a sample of theirs, in the box that changed; others go.
     void update(const Volume& next, std::span<const ChangedBrick> changed);
 
     // Uploads the bricks that are wanted and not there as the snapshot has them, capacity() of them
@@ -74,7 +75,8 @@ class BrickAtlas {
     struct Place { // of a brick
         uint32_t slot = kNone;
         bool wanted = false;
-        bool listed = false; // in missing_
+        bool listed = false;                 // in missing_
+        glm::u8vec3 low{kSlotSide}, high{0}; // texels of the slot that are out of date: [low, high)
     };
     struct Slot {
         size_t brick = 0;
