@@ -1,18 +1,90 @@
 #include "engine/render/surface_mesh.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "engine/base/assert.h"
 #include "shaders/shared/surface.h"
 
 namespace palpate {
 
+namespace {
+
+constexpr const char* kNames[] = {" positions", " triangles", " normals", " labels"};
+
+// What is compared, and uploaded where it differs; where more than this differs in all, the whole
+// is uploaded.
+constexpr size_t kPieceBytes = 4096;
+constexpr uint64_t kMostInPieces = uint64_t{4} << 20;
+
+void upload_changes(std::span<const std::byte> before, std::span<const std::byte> now, Buffer& to,
+                    Commands& commands) {
+    std::vector<Commands::Bytes> pieces;
+    uint64_t total = 0;
+    for (size_t at = 0; at < now.size(); at += kPieceBytes) {
+        const size_t count = std::min(kPieceBytes, now.size() - at);
+        if (at + count <= before.size() &&
+            std::memcmp(before.data() + at, now.data() + at, count) == 0)
+            continue;
+        if (!pieces.empty() && pieces.back().to + pieces.back().count == at)
+            pieces.back().count += count;
+        else
+            pieces.push_back({total, at, count});
+        total += count;
+    }
+    if (pieces.empty())
+        return;
+    if (total > kMostInPieces) {
+        commands.upload(now, to);
+        return;
+    }
+    const BufferSlice from = commands.staging(total);
+    for (Commands::Bytes& piece : pieces) {
+        std::memcpy(from.mapped().data() + piece.from, now.data() + piece.to, piece.count);
+        piece.from += from.offset;
+    }
+    commands.begin_pass("upload");
+    commands.copy(*from.buffer, to, pieces);
+    commands.end_pass();
+}
+
+} // namespace
+
+// What lies on the device of a mesh; empty where it has nothing of a kind.
+struct GpuMesh::Arrays {
+    explicit Arrays(const Mesh& mesh) {
+        PALPATE_ASSERT(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
+        PALPATE_ASSERT(mesh.labels.empty() || mesh.labels.size() == mesh.triangles.size());
+        PALPATE_ASSERT(mesh.outer_labels.empty() || mesh.outer_labels.size() == mesh.labels.size());
+        if (mesh.triangles.empty())
+            return;
+        uint32_t last = 0;
+        for (const glm::uvec3 t : mesh.triangles)
+            last = std::max({last, t.x, t.y, t.z});
+        PALPATE_ASSERT_CMP(size_t{last}, <, mesh.positions.size());
+        for (const auto* some : {&mesh.labels, &mesh.outer_labels})
+            if (!some->empty())
+                largest_label = std::max<uint32_t>(largest_label,
+                                                   *std::max_element(some->begin(), some->end()));
+        if (largest_label > 0)
+            labels.assign(mesh.labels.begin(), mesh.labels.end());
+        for (size_t i = 0; i < std::min(labels.size(), mesh.outer_labels.size()); ++i)
+            labels[i] |= uint32_t{mesh.outer_labels[i]} << 16;
+        bytes = {std::as_bytes(std::span(mesh.positions)), std::as_bytes(std::span(mesh.triangles)),
+                 std::as_bytes(std::span(mesh.normals)), std::as_bytes(std::span(labels))};
+    }
+    Arrays(const Arrays&) = delete;
+    Arrays& operator=(const Arrays&) = delete;
+
+    uint32_t largest_label = 0;
+    std::vector<uint32_t> labels; // packed
+    std::array<std::span<const std::byte>, kArrays> bytes;
+};
+
 Result<GpuMesh> GpuMesh::make(GpuDevice& device, const std::string& name,
-                              std::shared_ptr<const Mesh> source, Commands& commands) {
+                              std::shared_ptr<const Mesh> source, bool room_to_grow,
+                              Commands& commands) {
     const Mesh& mesh = *source;
-    PALPATE_ASSERT(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
-    PALPATE_ASSERT(mesh.labels.empty() || mesh.labels.size() == mesh.triangles.size());
-    PALPATE_ASSERT(mesh.outer_labels.empty() || mesh.outer_labels.size() == mesh.labels.size());
     const uint64_t largest = device.limits().maxStorageBufferRange;
     const uint64_t most =
         std::min<uint64_t>(largest / sizeof(glm::uvec3), uint64_t{1} << gpu::kSurfaceMeshShift);
@@ -21,34 +93,36 @@ Result<GpuMesh> GpuMesh::make(GpuDevice& device, const std::string& name,
         if (count > most)
             return fail("{}: expected at most {} {}, which the device's buffers hold, found {}",
                         name, most, what, count);
-    const auto upload = [&](std::optional<Buffer>& to, const char* what, const auto& values) {
-        const auto bytes = std::as_bytes(std::span(values));
-        to.emplace(device, name + what, bytes.size(), Memory::device);
-        commands.upload(bytes, *to);
-    };
+    const Arrays arrays(mesh);
     GpuMesh made(std::move(source));
     made.triangle_count_ = static_cast<uint32_t>(mesh.triangles.size());
-    if (mesh.triangles.empty())
-        return made;
-    uint32_t last = 0;
-    for (const glm::uvec3 t : mesh.triangles)
-        last = std::max({last, t.x, t.y, t.z});
-    PALPATE_ASSERT_CMP(size_t{last}, <, mesh.positions.size());
-    upload(made.positions_, " positions", mesh.positions);
-    upload(made.triangles_, " triangles", mesh.triangles);
-    if (!mesh.normals.empty())
-        upload(made.normals_, " normals", mesh.normals);
-    for (const auto* labels : {&mesh.labels, &mesh.outer_labels})
-        if (!labels->empty())
-            made.largest_label_ = std::max<uint32_t>(
-                made.largest_label_, *std::max_element(labels->begin(), labels->end()));
-    if (made.largest_label_ > 0) {
-        std::vector<uint32_t> labels(mesh.labels.begin(), mesh.labels.end());
-        for (size_t i = 0; i < mesh.outer_labels.size(); ++i)
-            labels[i] |= uint32_t{mesh.outer_labels[i]} << 16;
-        upload(made.labels_, " labels", labels);
+    made.largest_label_ = arrays.largest_label;
+    for (size_t k = 0; k < kArrays; ++k) {
+        const uint64_t bytes = arrays.bytes[k].size();
+        if (bytes == 0)
+            continue;
+        const uint64_t spare = room_to_grow ? bytes / 8 / sizeof(glm::vec3) * sizeof(glm::vec3) : 0;
+        made.buffers_[k].emplace(device, name + kNames[k], std::min(bytes + spare, largest),
+                                 Memory::device);
+        commands.upload(arrays.bytes[k], *made.buffers_[k]);
     }
     return made;
+}
+
+bool GpuMesh::update(const std::shared_ptr<const Mesh>& next, Commands& commands) {
+    const Arrays now(*next);
+    for (size_t k = 0; k < kArrays; ++k)
+        if (now.bytes[k].empty() == buffers_[k].has_value() ||
+            (buffers_[k] && now.bytes[k].size() > buffers_[k]->bytes()))
+            return false;
+    const Arrays before(*source_);
+    for (size_t k = 0; k < kArrays; ++k)
+        if (buffers_[k])
+            upload_changes(before.bytes[k], now.bytes[k], *buffers_[k], commands);
+    source_ = next;
+    triangle_count_ = static_cast<uint32_t>(next->triangles.size());
+    largest_label_ = now.largest_label;
+    return true;
 }
 
 } // namespace palpate

@@ -58,9 +58,12 @@ Result<void> SurfacePass::keep_meshes(const SceneData& data, Commands& commands)
     for (size_t i = 0; i < meshes_.size(); ++i) {
         if (meshes_[i] && meshes_[i]->source() == data.meshes[i])
             continue;
+        const bool changes = meshes_[i].has_value();
+        if (changes && meshes_[i]->update(data.meshes[i], commands))
+            continue;
         meshes_[i].reset();
-        Result<GpuMesh> made =
-            GpuMesh::make(*device_, fmt::format("surface {}", i + 1), data.meshes[i], commands);
+        Result<GpuMesh> made = GpuMesh::make(*device_, fmt::format("surface {}", i + 1),
+                                             data.meshes[i], /*room_to_grow=*/changes, commands);
         if (!made)
             return pass_on(made);
         meshes_[i].emplace(std::move(*made));
