@@ -4,11 +4,11 @@
 
 #include <filesystem>
 
-#include "apps/palpate/default_scene.h"
 #include "apps/palpate/option_texts.h"
 #include "apps/palpate/scene_options.h"
 #include "engine/base/log.h"
 #include "engine/scene/presets.h"
+#include "engine/session/default_scene.h"
 
 namespace palpate {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <filesystem>
 
-#include "apps/palpate/default_scene.h"
 #include "apps/palpate/option_checks.h"
+#include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
 
 namespace palpate {

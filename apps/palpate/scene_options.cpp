@@ -7,11 +7,11 @@
 #include <map>
 #include <tuple>
 
-#include "apps/palpate/default_scene.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/option_texts.h"
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
+#include "engine/session/default_scene.h"
 
 namespace palpate {
 

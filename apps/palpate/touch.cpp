@@ -92,10 +92,7 @@ Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interru
 
 TouchParameters parameters_of(const TouchOptions& o, const LoadedScene& scene) {
     TouchParameters p;
-    const ValueRange range = scene.data.volume.range();
-    p.iso = !std::isnan(o.iso)       ? o.iso
-            : scene.modality == "CT" ? 300.0
-                                     : 0.5 * (double{range.min} + double{range.max});
+    p.iso = std::isnan(o.iso) ? default_iso(scene) : o.iso;
     p.tool_radius_mm = o.radius_mm;
     p.tool_samples = o.samples;
     p.stiffness_n_per_m = o.stiffness;

@@ -18,7 +18,6 @@
 #include "engine/volume/extent.h"
 #include "haptics/field/coupling.h"
 #include "haptics/field/field.h"
-#include "haptics/proxy/swept_mesh.h"
 #include "haptics/proxy/tool_points.h"
 
 namespace palpate {
@@ -160,18 +159,6 @@ Result<Volume> load_component(const std::string& name, std::stop_token stop) {
     return std::move(loaded->data.volume);
 }
 
-Result<std::shared_ptr<const Mesh>> felt_mesh(const FeelOptions& o, const Feel& feel) {
-    if (!o.mesh.empty()) {
-        Result<LoadedMesh> loaded = load_mesh(o.mesh);
-        if (!loaded)
-            return pass_on(loaded);
-        return std::make_shared<const Mesh>(std::move(loaded->mesh));
-    }
-    const bool labels = feel.parameters.source == TouchSource::labels;
-    return std::make_shared<const Mesh>(
-        haptics::touch_surface(labels ? *feel.scene.labels : *feel.scene.grey, feel.parameters));
-}
-
 Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& feel) {
     std::optional<EditSetup> edit;
     if (o.edit.empty() && o.drill_mm == 0.0)
@@ -229,15 +216,6 @@ void warn_of_absent_labels(const Feel& feel) {
             absent.push_back(label);
     if (!absent.empty())
         log::warning("--label-feel: no sample has label {}", fmt::join(absent, ", "));
-}
-
-// Vidholm & Agmund: while drawing the hand feels V, while it erases, erodes or dilates S.
-TouchSource source_of(const FeelOptions& o, const std::optional<EditSetup>& edit) {
-    if (!o.source.empty())
-        return o.source == "labels" ? TouchSource::labels : TouchSource::grey;
-    const bool changes_labels =
-        edit && edit->operation.on_labels() && edit->operation.kind != OperationKind::draw;
-    return changes_labels || !o.label_feel.empty() ? TouchSource::labels : TouchSource::grey;
 }
 
 struct TextOption {
@@ -326,20 +304,17 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
                        haptics::TouchParameters parameters,
                        const haptics::AlgorithmEntry& algorithm, std::stop_token stop) {
     const std::string_view name = algorithm.name;
-    Feel feel{.scene = {.grey = loaded.data.volume,
-                        .labels = loaded.data.labels,
-                        .version = loaded.data.volume.version()},
-              .parameters = std::move(parameters)};
-    const ScalarType type = loaded.data.volume.type();
-    if (!feel.scene.labels && (type == ScalarType::u8 || type == ScalarType::u16))
-        feel.scene.labels = loaded.data.volume; // SCENE may itself be a label map
+    Feel feel = felt_by_default(loaded);
+    feel.parameters = std::move(parameters);
     Result<std::optional<EditSetup>> edit = read_edit(o, feel);
     if (!edit)
         return pass_on(edit);
     feel.edit = std::move(*edit);
     for (const std::string& text : o.label_feel)
         feel.parameters.labels[feel.parameters.label_count++] = read_label(text).value();
-    feel.parameters.source = source_of(o, feel.edit);
+    feel.parameters.source = o.source.empty()       ? default_source(feel)
+                             : o.source == "labels" ? TouchSource::labels
+                                                    : TouchSource::grey;
     if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
         return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
     if (loaded.data.labels)
@@ -377,42 +352,15 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         feel.scene.tool = std::make_shared<const haptics::ToolPoints>(
             haptics::sample_tool(*tool->value.shape, feel.parameters.tool_samples));
     }
-    if (name == "swept-mesh") {
-        Result<std::shared_ptr<const Mesh>> mesh = felt_mesh(o, feel);
+    if (name == "swept-mesh" && !o.mesh.empty()) {
+        Result<LoadedMesh> mesh = load_mesh(o.mesh);
         if (!mesh)
             return pass_on(mesh);
-        const glm::dvec3 spacing = spacing_mm(loaded.data.volume.grid());
-        feel.scene.mesh = *mesh;
-        feel.scene.touch_mesh =
-            haptics::make_touch_mesh(*mesh, 0.5 * std::cbrt(spacing.x * spacing.y * spacing.z));
+        add_felt_mesh(feel, std::make_shared<const Mesh>(std::move(mesh->mesh)));
+    } else if (name == "swept-mesh") {
+        add_felt_mesh(feel);
     }
     return feel;
-}
-
-SessionSetup session_setup(Feel& feel) {
-    const Volume& grey = *feel.scene.grey;
-    const bool on_labels = feel.edit && feel.edit->operation.on_labels();
-    // Where SCENE itself is the label map, there is one volume.
-    const bool is_one = feel.scene.labels && feel.scene.labels->is_same_as(grey);
-    std::string grey_name = "volume", labels_name = feel.scene.labels ? "volume" : "";
-    Document document(on_labels ? *feel.scene.labels : grey,
-                      on_labels ? VolumeKind::labels : VolumeKind::grey);
-    if (on_labels && !is_one) {
-        grey_name = "guide";
-        document = with_volume(document, {grey_name, VolumeKind::grey, grey});
-    } else if (feel.scene.labels && !is_one) {
-        labels_name = "labels";
-        document = with_volume(document, {labels_name, VolumeKind::labels, *feel.scene.labels});
-    }
-    if (feel.edit) {
-        feel.edit->on = "volume";
-        feel.edit->guide = on_labels ? grey_name : "";
-    }
-    return {.document = std::move(document),
-            .grey = grey_name,
-            .labels = labels_name,
-            .touch = feel.scene,
-            .parameters = feel.parameters};
 }
 
 } // namespace palpate

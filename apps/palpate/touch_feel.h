@@ -1,14 +1,12 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
 
 #include "apps/palpate/named_files.h"
-#include "engine/io/scene_data.h"
-#include "engine/session/session.h"
+#include "engine/session/feel.h"
 #include "haptics/proxy/algorithms.h"
 
 namespace palpate {
@@ -28,20 +26,10 @@ Result<void> check_together(const FeelOptions& options, const std::string& algor
 // The files they name, for each_its_own().
 void append_files(const FeelOptions& options, std::vector<NamedFile>& files);
 
-struct Feel {
-    haptics::TouchScene scene;
-    haptics::TouchParameters parameters; // completed
-    std::optional<EditSetup> edit;       // what the tool does while button 0 is pressed
-};
-
 // Makes all of it from what was loaded. `parameters` are those that need no more; `algorithm` says
 // which of the parts are needed. An error names the option.
 Result<Feel> make_feel(const FeelOptions& options, const LoadedScene& loaded,
                        haptics::TouchParameters parameters,
                        const haptics::AlgorithmEntry& algorithm, std::stop_token stop);
-
-// A session on what is felt. Its first volume, "volume", is the one that is edited, and the setup
-// of the edit says so; without an edit it is the grey one.
-SessionSetup session_setup(Feel& feel);
 
 } // namespace palpate

@@ -1,4 +1,4 @@
-#include "apps/palpate/default_scene.h"
+#include "engine/session/default_scene.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/palpate/default_scene.h"
+#include "engine/session/default_scene.h"
 
 namespace palpate {
 

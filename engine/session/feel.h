@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "engine/io/scene_data.h"
+#include "engine/session/session.h"
+
+namespace palpate {
+
+// What of a scene a hand feels, and what its tool changes.
+struct Feel {
+    haptics::TouchScene scene;           // with values; labels are those of a label map
+    haptics::TouchParameters parameters; // by what is felt: see the functions below
+    std::optional<EditSetup> edit;       // what the tool does while the button is pressed
+};
+
+// What is felt of a scene by default: its values, solid from default_iso() on, and its labels. A
+// volume without labels that may be a label map itself (u8, u16) stands for both.
+Feel felt_by_default(const LoadedScene& loaded);
+
+// 300 HU for a CT, half of the range else: above air and fat, below bone.
+double default_iso(const LoadedScene& loaded);
+
+// Vidholm & Agmund: while drawing the hand feels the values, V of the paper; while the tool erases,
+// erodes or dilates labels it feels those, S. So it does where labels are told how to feel.
+haptics::TouchSource default_source(const Feel& feel);
+
+// What algorithms that feel a mesh need: this one, or (null) the surface of what is felt.
+void add_felt_mesh(Feel& feel, std::shared_ptr<const Mesh> mesh = nullptr);
+
+// A session on what is felt. Its first volume, "volume", is the one that is edited, and the setup
+// of the edit says so; without an edit it is the grey one.
+SessionSetup session_setup(Feel& feel);
+
+} // namespace palpate
