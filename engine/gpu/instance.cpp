@@ -56,6 +56,15 @@ std::string refusal_of(VkPhysicalDevice device, uint32_t api_version) {
     vkGetPhysicalDeviceFeatures2(device, &features);
     if (const char* name = missing_feature(features))
         return fmt::format("the feature {} is missing", name);
+    VkPhysicalDeviceSubgroupProperties subgroups{
+        .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_SUBGROUP_PROPERTIES};
+    VkPhysicalDeviceProperties2 properties{.sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_PROPERTIES_2,
+                                           .pNext = &subgroups};
+    vkGetPhysicalDeviceProperties2(device, &properties);
+    if (const std::string why =
+            subgroup_refusal(subgroups.supportedStages, subgroups.supportedOperations);
+        !why.empty())
+        return why;
     uint32_t count = 0;
     vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
     std::vector<VkQueueFamilyProperties> families(count);
@@ -125,6 +134,19 @@ const char* missing_feature(const VkPhysicalDeviceFeatures2& features) {
            : !synchronization ? "synchronization2"
            : !maintenance     ? "maintenance4"
                               : nullptr;
+}
+
+std::string subgroup_refusal(VkShaderStageFlags stages, VkSubgroupFeatureFlags operations) {
+    if (!(stages & VK_SHADER_STAGE_COMPUTE_BIT))
+        return "compute shaders cannot use subgroups";
+    for (const auto& [operation, name] :
+         {std::pair(VK_SUBGROUP_FEATURE_BASIC_BIT, "basic operations"),
+          {VK_SUBGROUP_FEATURE_VOTE_BIT, "votes"},
+          {VK_SUBGROUP_FEATURE_ARITHMETIC_BIT, "arithmetic"},
+          {VK_SUBGROUP_FEATURE_BALLOT_BIT, "ballots"}})
+        if (!(operations & operation))
+            return fmt::format("{} of subgroups are missing", name);
+    return "";
 }
 
 const char* name_of(VkResult result) {

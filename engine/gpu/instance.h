@@ -21,6 +21,15 @@ struct DeviceInfo {
     bool is_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 };
 
+// What shaders do among the lanes of a subgroup. A device that lacks one of these is refused.
+constexpr VkSubgroupFeatureFlags kSubgroupOperations =
+    VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_VOTE_BIT |
+    VK_SUBGROUP_FEATURE_ARITHMETIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
+
+// Why compute shaders cannot do them on a device with these operations in these stages; empty if
+// they can.
+std::string subgroup_refusal(VkShaderStageFlags stages, VkSubgroupFeatureFlags operations);
+
 // The Vulkan loader and what validation has said. One per GpuDevice; made without any window
 // system.
 class Instance {

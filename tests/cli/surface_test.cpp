@@ -306,7 +306,7 @@ TEST_F(SurfaceCommand, InterruptedItLeavesAllOrNothing) {
     const int messages = ::open(file("messages").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     for (const std::vector<std::string>& options :
          {std::vector<std::string>{"synthetic:gyroid?size=160", "--smooth", "sinc"},
-          {"synthetic:gyroid?size=40", "--decimate", "0.5"}}) // most of which is measuring
+          {"synthetic:gyroid?size=24", "--decimate", "0.5"}}) // most of which is measuring
         interrupt_at_many_moments(
             3,
             [&] {
