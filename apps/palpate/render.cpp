@@ -16,6 +16,7 @@
 #include "apps/palpate/scene_options.h"
 #include "engine/accuracy/accuracy.h"
 #include "engine/base/log.h"
+#include "engine/base/percentile.h"
 #include "engine/base/profile.h"
 #include "engine/loading/scene_meshes.h"
 

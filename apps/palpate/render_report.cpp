@@ -5,6 +5,7 @@
 
 #include "apps/palpate/preview.h"
 #include "engine/accuracy/accuracy.h"
+#include "engine/base/percentile.h"
 #include "engine/base/profile.h"
 
 namespace palpate {

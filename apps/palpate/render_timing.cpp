@@ -6,6 +6,7 @@
 #include <string>
 
 #include "engine/base/log.h"
+#include "engine/base/percentile.h"
 #include "engine/base/timer.h"
 
 namespace palpate {
@@ -25,11 +26,6 @@ Result<FrameStats> draw_once(Renderer& renderer, std::optional<Interactive>& int
 }
 
 } // namespace
-
-double percentile(std::vector<double> values, double share) {
-    std::sort(values.begin(), values.end());
-    return values[static_cast<size_t>(std::ceil(share * static_cast<double>(values.size()))) - 1];
-}
 
 void say_clocks(const Timing& timing) {
     if (timing.disagreement() > kClocksMayDiffer)

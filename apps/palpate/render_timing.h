@@ -16,9 +16,6 @@ struct FrameOptions {
     bool settle = false;    // with a budget: the last frame rests until it is of full quality
 };
 
-// The value that at least `share` of all are not above.
-double percentile(std::vector<double> values, double share);
-
 // What the frames of one run took.
 struct Timing {
     double first_frame_ms = 0;           // pipelines, uploads and the first frame

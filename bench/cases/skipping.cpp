@@ -9,6 +9,7 @@
 #include "bench/cases/scenes.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
+#include "engine/volume/extent.h"
 #include "engine/volume/synthetic.h"
 
 namespace palpate::cases {
@@ -216,9 +217,7 @@ void some_camera(Chance& chance, const Grid& grid, Scene& scene, std::string& na
 }
 
 void some_layer(Chance& chance, const Grid& grid, RayCastLayer& layer, std::string& name) {
-    const glm::dvec3 spacing = spacing_mm(grid);
-    const double least = std::min({spacing.x, spacing.y, spacing.z});
-    layer.step_mm = least * chance.of({0.0, 0.3, 1.0, 2.7, 9.0});
+    layer.step_mm = smallest_spacing_mm(grid) * chance.of({0.0, 0.3, 1.0, 2.7, 9.0});
     layer.min_transmittance = chance.of({0.0, 1.0 / 1024, 0.05});
     std::string transfer;
     layer.transfer = some_transfer(chance, transfer);

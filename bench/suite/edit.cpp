@@ -10,6 +10,7 @@
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/mailbox.h"
+#include "engine/base/percentile.h"
 #include "engine/edit/history.h"
 #include "engine/edit/stroke_run.h"
 #include "engine/render/cell_map.h"
@@ -17,6 +18,7 @@
 #include "engine/surface/block_surface.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/changes.h"
+#include "engine/volume/extent.h"
 #include "engine/volume/synthetic_name.h"
 
 namespace palpate::bench {
@@ -113,7 +115,7 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     }
     Mailbox<Volume> mailbox(std::make_unique<Volume>(now));
     History history;
-    const Tool ball{make_ball(10.0 * sample_mm(now))};
+    const Tool ball{make_ball(10.0 * smallest_spacing_mm(now.grid()))};
     Operation cut;
     cut.kind = OperationKind::cut;
     cut.to_value = kAir;
@@ -167,7 +169,8 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     }
     // And to pixels of the interactive mode, in places further on.
     for (const glm::dvec3 place : places) {
-        const StrokePose pose{0.0, {place + glm::dvec3(3.0 * sample_mm(now)), {1, 0, 0, 0}}};
+        const StrokePose pose{
+            0.0, {place + glm::dvec3(3.0 * smallest_spacing_mm(now.grid())), {1, 0, 0, 0}}};
         const Timer since_hand;
         now = *apply_stroke(now, ball, cut, {&pose, 1});
         const auto frame = renderer.draw_coarse(scene, {now, std::nullopt}, {});

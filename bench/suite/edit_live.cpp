@@ -5,6 +5,7 @@
 #include "engine/base/profile.h"
 #include "engine/edit/stroke.h"
 #include "engine/session/session.h"
+#include "engine/volume/extent.h"
 #include "haptics/core/clock.h"
 #include "haptics/device/recorded.h"
 
@@ -42,7 +43,7 @@ Result<Value> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
     Operation cut;
     cut.kind = OperationKind::cut;
     cut.to_value = kAir;
-    const double radius_mm = 10.0 * sample_mm(volume);
+    const double radius_mm = 10.0 * smallest_spacing_mm(volume.grid());
     const Json ball =
         Json::object({{"kind", Json::of("ball")}, {"radius_mm", Json::of(radius_mm)}});
     const Stroke stroke = make_stroke(ball, cut, {{}});

@@ -7,6 +7,7 @@
 
 #include "bench/suite/statistics.h"
 #include "engine/base/assert.h"
+#include "engine/base/percentile.h"
 #include "engine/image/flip.h"
 
 namespace palpate::bench {

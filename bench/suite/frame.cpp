@@ -7,6 +7,7 @@
 
 #include "bench/suite/suites.h"
 #include "engine/base/log.h"
+#include "engine/base/percentile.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
 

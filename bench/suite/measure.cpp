@@ -10,6 +10,7 @@
 #include "engine/image/exr.h"
 #include "engine/reference/truth.h"
 #include "engine/scene/scene_file.h"
+#include "engine/volume/extent.h"
 
 namespace palpate::bench {
 
@@ -62,11 +63,6 @@ Value spread_json(const std::vector<double>& values) {
 }
 
 } // namespace
-
-double sample_mm(const Volume& volume) {
-    const glm::dvec3 spacing = spacing_mm(volume.grid());
-    return std::min(spacing.x, std::min(spacing.y, spacing.z));
-}
 
 Image Sampling::of(const Image& picture) const {
     const PixelStride some = pixels();
@@ -149,7 +145,7 @@ Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
             return fail("{}, {}: {}", subject.name, setting.name(), frame.error().message);
         drawn.picture = sampling.of(frame->eyes[0]);
         drawn.errors = errors_of(drawn.picture, *true_picture, subject.metric,
-                                 sample_mm(subject.sample->volume));
+                                 smallest_spacing_mm(subject.sample->volume.grid()));
         all.push_back(std::move(drawn));
         scene.value_and_depth = false;
         scenes.push_back(std::move(scene));

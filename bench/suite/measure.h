@@ -85,7 +85,4 @@ class Bench {
     Timer since_;
 };
 
-// The smallest spacing of a volume: the unit of steps and of surface errors.
-double sample_mm(const Volume& volume);
-
 } // namespace palpate::bench

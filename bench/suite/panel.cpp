@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/image/png.h"
+#include "engine/volume/extent.h"
 
 namespace palpate::bench {
 
@@ -129,8 +130,8 @@ Value panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
 
 Result<Value> map_json(const Bench& bench, const std::string& title, const Image& picture,
                        const Image& truth, const Subject& subject, double scale) {
-    const std::vector<double> map =
-        difference_map(picture, truth, subject.metric, sample_mm(subject.sample->volume));
+    const std::vector<double> map = difference_map(
+        picture, truth, subject.metric, smallest_spacing_mm(subject.sample->volume.grid()));
     Image shown = make_image(truth.size_px, {"R", "G", "B"});
     for (size_t p = 0; p < map.size(); ++p) {
         // The root, so that small errors show beside large ones.

@@ -10,6 +10,7 @@
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
+#include "engine/volume/extent.h"
 
 namespace palpate::bench {
 
@@ -100,7 +101,7 @@ Value case_json(const Subject& subject, const std::vector<double>& steps) {
         v["iso"] = layer.isos[0].value;
     v["steps_mm"] = Value::array();
     for (const double step : steps)
-        v["steps_mm"].push_back(step * sample_mm(subject.sample->volume));
+        v["steps_mm"].push_back(step * smallest_spacing_mm(subject.sample->volume.grid()));
     return v;
 }
 
@@ -203,7 +204,8 @@ Result<void> Peers::score(PeerPoint& point, const std::string& file, const Subje
     const Result<Image> truth = bench_->truth(subject, sampling_);
     if (!truth)
         return fail("{}", truth.error().message);
-    point.errors = errors_of(*picture, *truth, subject.metric, sample_mm(subject.sample->volume));
+    point.errors = errors_of(*picture, *truth, subject.metric,
+                             smallest_spacing_mm(subject.sample->volume.grid()));
     point.picture = std::move(*picture);
     return {};
 }

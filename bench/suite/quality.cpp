@@ -7,6 +7,7 @@
 #include "bench/suite/suites.h"
 #include "engine/base/log.h"
 #include "engine/scene/presets.h"
+#include "engine/volume/extent.h"
 
 namespace palpate::bench {
 
@@ -48,7 +49,7 @@ TransferFunction smooth_transfer(double unit_mm) {
 
 Result<Value> convergence(Bench& bench, const Plan& plan) {
     const Sample sample = marschner_lobb(plan.convergence_side);
-    const double unit = 8.0 * sample_mm(sample.volume);
+    const double unit = 8.0 * smallest_spacing_mm(sample.volume.grid());
     std::vector<Subject> subjects{alpha_subject(sample, smooth_transfer(unit), "smooth"),
                                   alpha_subject(sample, peak(0.5, 0.02, 0.9, unit), "2 % peak")};
     Value all = Value::array();

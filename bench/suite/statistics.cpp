@@ -6,15 +6,9 @@
 #include <numeric>
 
 #include "engine/base/assert.h"
+#include "engine/base/percentile.h"
 
 namespace palpate::bench {
-
-double percentile(std::vector<double> values, double share) {
-    PALPATE_ASSERT(!values.empty());
-    std::sort(values.begin(), values.end());
-    const double rank = std::ceil(share * static_cast<double>(values.size()));
-    return values[static_cast<size_t>(std::max(rank, 1.0)) - 1];
-}
 
 Spread spread(const std::vector<double>& values) {
     PALPATE_ASSERT(!values.empty());

@@ -8,10 +8,6 @@
 // What a list of measurements says, and what it does not.
 namespace palpate::bench {
 
-// The smallest value that at least `share` of all are not above. values: one or more; 0 < share
-// <= 1.
-double percentile(std::vector<double> values, double share);
-
 // The median, and an interval that holds the true one in at least 95 of 100 runs: order statistics,
 // whatever the distribution (David & Nagaraja, Order Statistics, 2003, section 7.1). With fewer
 // than 6 values the interval is from the smallest to the largest, and holds it less often.

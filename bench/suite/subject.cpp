@@ -8,6 +8,7 @@
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/extent.h"
 #include "engine/volume/sample.h"
 #include "engine/volume/synthetic.h"
 
@@ -145,9 +146,8 @@ std::string Setting::name() const {
 void apply(const Setting& setting, const Volume& volume, RayCastLayer& layer) {
     const auto integrator = integrator_of(setting.integrator);
     PALPATE_ASSERT(integrator.has_value());
-    const glm::dvec3 spacing = spacing_mm(volume.grid());
     layer.integrator = *integrator;
-    layer.step_mm = setting.step_samples * std::min(spacing.x, std::min(spacing.y, spacing.z));
+    layer.step_mm = setting.step_samples * smallest_spacing_mm(volume.grid());
     if (setting.sub_steps > 0)
         layer.sub_steps = setting.sub_steps;
 }

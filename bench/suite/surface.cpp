@@ -13,6 +13,7 @@
 #include "bench/suite/surface_edits.h"
 #include "bench/suite/surface_peers.h"
 #include "engine/base/log.h"
+#include "engine/base/percentile.h"
 #include "engine/mesh/distance.h"
 #include "engine/mesh/topology.h"
 #include "engine/surface/local_surface.h"

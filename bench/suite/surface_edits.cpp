@@ -8,6 +8,7 @@
 #include <random>
 
 #include "engine/base/log.h"
+#include "engine/base/percentile.h"
 #include "engine/surface/block_surface.h"
 #include "engine/surface/tracker.h"
 #include "engine/surface_gpu/gpu_surface.h"

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "bench/suite/suites.h"
+#include "engine/base/percentile.h"
 #include "engine/base/timer.h"
 #include "engine/volume/edit.h"
 

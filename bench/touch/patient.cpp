@@ -4,6 +4,7 @@
 
 #include "bench/touch/special_cases.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/extent.h"
 #include "engine/volume/sample.h"
 
 namespace palpate::touch {
@@ -67,7 +68,7 @@ Scene patient_scene(const std::string& name, const Volume& volume, bool labels, 
 std::vector<Place> places_on(const Volume& volume, double iso, uint32_t count) {
     const dvec3 middle = center_mm(volume.grid()), spacing = spacing_mm(volume.grid());
     const double reach = glm::length(dvec3(volume.size()) * spacing) / 2.0;
-    const double step = 0.25 * std::min({spacing.x, spacing.y, spacing.z});
+    const double step = 0.25 * smallest_spacing_mm(volume.grid());
     std::vector<Place> places;
     for (uint32_t i = 0; i < count; ++i) {
         const double z = 0.9 - 0.9 * i / count, turn = 2.399963 * i; // a spiral of golden angles

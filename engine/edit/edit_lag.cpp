@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/percentile.h"
 #include "engine/base/profile.h"
 #include "engine/edit/editor.h"
 
@@ -14,15 +15,11 @@ namespace {
 constexpr std::array kKeys{"edit_to_texture_ms", "edit_to_mesh_ms", "edit_to_picture_ms"};
 constexpr const char* kLagKey = "hand_eye_lag_snapshots";
 
-EditLag::Figures figures_of(std::vector<double> values) {
+EditLag::Figures figures_of(const std::vector<double>& values) {
     if (values.empty())
         return {};
-    std::sort(values.begin(), values.end());
-    const auto at = [&](double share) {
-        return values[static_cast<size_t>(std::ceil(share * static_cast<double>(values.size()))) -
-                      1];
-    };
-    return {values.size(), at(0.5), at(0.99), values.back()};
+    return {values.size(), percentile(values, 0.5), percentile(values, 0.99),
+            percentile(values, 1.0)};
 }
 
 } // namespace

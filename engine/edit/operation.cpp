@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "engine/edit/sweep.h"
+#include "engine/volume/extent.h"
 
 namespace palpate {
 
@@ -99,8 +100,7 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
                 name, least, most, name_of(type), *operation.to_value);
     }
     if (operation.kind == OperationKind::smooth) {
-        const glm::dvec3 spacing = spacing_mm(volume.grid());
-        const double reach = operation.radius_mm / std::min({spacing.x, spacing.y, spacing.z});
+        const double reach = operation.radius_mm / smallest_spacing_mm(volume.grid());
         if (!(reach <= kMostSmoothReach))
             return fail(
                 "{}: expected a radius of at most {} samples, found {} mm, which are {:.3g}", name,

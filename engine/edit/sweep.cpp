@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/volume/extent.h"
+
 namespace palpate {
 
 namespace {
@@ -71,8 +73,7 @@ double travel_mm(const StrokePose& from, const StrokePose& to, double reach_mm) 
 }
 
 double Sweep::tolerance_for(const Grid& grid) {
-    const glm::dvec3 spacing = spacing_mm(grid);
-    return std::min({spacing.x, spacing.y, spacing.z}) / 16.0;
+    return smallest_spacing_mm(grid) / 16.0;
 }
 
 Sweep::Sweep(const Tool& tool, const Grid& grid, const StrokePose& from, const StrokePose& to)

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/volume/extent.h"
+
 namespace palpate::reference {
 
 namespace {
@@ -64,8 +66,7 @@ double Slices::value_at(const SliceLayer& slice, glm::dvec3 index) {
 }
 
 double Slices::slab_value(const SliceLayer& slice, glm::dvec3 normal, glm::dvec3 index) {
-    const glm::dvec3 spacing = spacing_mm(data_.volume.grid());
-    const double finest = std::min({spacing.x, spacing.y, spacing.z});
+    const double finest = smallest_spacing_mm(data_.volume.grid());
     const double samples = std::max(1.0, std::ceil(slice.slab_mm / finest));
     const glm::dvec3 step = rays_.index_from_local() * normal * (slice.slab_mm / samples);
     double sum = 0.0, count = 0.0, maximum = kNaN;

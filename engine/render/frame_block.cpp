@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/base/assert.h"
+#include "engine/volume/extent.h"
 #include "shaders/shared/ray_cast.h"
 
 namespace palpate {
@@ -174,8 +175,7 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
 
 std::vector<gpu::SliceIndex> make_slice_planes(const Scene& scene, const Grid& grid) {
     const IndexSpace space(grid);
-    const glm::dvec3 spacing = spacing_mm(grid);
-    const double finest = std::min({spacing.x, spacing.y, spacing.z});
+    const double finest = smallest_spacing_mm(grid);
     std::vector<gpu::SliceIndex> planes;
     for (const SliceLayer& layer : scene.slices) {
         const gpu::ClipPlaneIndex plane = space.plane(layer.point_mm, layer.normal);

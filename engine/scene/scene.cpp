@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/volume/extent.h"
+
 namespace palpate {
 
 LabelStyle style_of(const LabelLayer& layer, uint32_t label) {
@@ -39,10 +41,7 @@ double jitter_share(uint32_t seed, glm::uvec2 pixel, uint32_t eye) {
 }
 
 double step_mm_of(const RayCastLayer& layer, const Grid& grid) {
-    if (layer.step_mm > 0.0)
-        return layer.step_mm;
-    const glm::dvec3 spacing = spacing_mm(grid);
-    return std::min({spacing.x, spacing.y, spacing.z});
+    return layer.step_mm > 0.0 ? layer.step_mm : smallest_spacing_mm(grid);
 }
 
 Result<void> check_steps(const RayCastLayer& layer, const Grid& grid) {

@@ -87,9 +87,13 @@ std::string apart_text(const std::string& what, const Grid& grid, const Grid& vo
                        what, text_of(world_box(grid)), text_of(world_box(volume)));
 }
 
-double slack_mm(const Grid& grid) {
+double smallest_spacing_mm(const Grid& grid) {
     const glm::dvec3 spacing = spacing_mm(grid);
-    return 1e-4 * std::min({spacing.x, spacing.y, spacing.z});
+    return std::min({spacing.x, spacing.y, spacing.z});
+}
+
+double slack_mm(const Grid& grid) {
+    return 1e-4 * smallest_spacing_mm(grid);
 }
 
 } // namespace palpate

@@ -40,6 +40,9 @@ bool have_common_point(std::span<const HalfSpace> spaces, double slack_mm);
 // with `what` the first is. Empty where some do.
 std::string apart_text(const std::string& what, const Grid& grid, const Grid& volume);
 
+// Of the three along the index axes; > 0.
+double smallest_spacing_mm(const Grid& grid);
+
 // A ten-thousandth of the smallest spacing: what is nearer is taken as the same place.
 double slack_mm(const Grid& grid);
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "bench/suite/measure.h"
+#include "engine/volume/extent.h"
 #include "engine/volume/synthetic.h"
 
 namespace palpate::bench {
@@ -91,7 +92,8 @@ TEST(Subjects, ResamplingKeepsTheEndsAndTheExtent) {
     EXPECT_EQ(fine.volume.value({0, 0, 0}), coarse.volume.value({0, 0, 0}));
     EXPECT_EQ(fine.volume.value({32, 32, 32}), coarse.volume.value({16, 16, 16}));
     EXPECT_EQ(fine.volume.value({16, 16, 16}), coarse.volume.value({8, 8, 8}));
-    EXPECT_NEAR(sample_mm(fine.volume), 0.5 * sample_mm(coarse.volume), 1e-12);
+    EXPECT_NEAR(smallest_spacing_mm(fine.volume.grid()),
+                0.5 * smallest_spacing_mm(coarse.volume.grid()), 1e-12);
 }
 
 TEST(Settings, EveryFrontHoldsTheDefault) {
