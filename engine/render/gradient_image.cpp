@@ -6,6 +6,7 @@
 
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
+#include "engine/volume/box.h"
 
 namespace palpate {
 
@@ -39,23 +40,10 @@ float span_of(const Volume& volume) {
 } // namespace
 
 void store_gradients(const Volume& volume, glm::uvec3 brick, float scale, uint16_t* out) {
-    const glm::ivec3 last = glm::ivec3(volume.size()) - 1;
-    const glm::ivec3 first = glm::ivec3(brick * kBrickSide) - 1;
     thread_local std::vector<float> held(size_t{kSide} * kSide * kSide);
     float* const samples = held.data();
-    const int x0 = std::max(first.x, 0);
-    const int count = std::min(first.x + static_cast<int>(kSide) - 1, last.x) - x0 + 1;
-    for (uint32_t z = 0; z < kSide; ++z)
-        for (uint32_t y = 0; y < kSide; ++y) {
-            float* const row = samples + size_t{kSide} * (y + kSide * z);
-            const glm::ivec3 start = glm::clamp(first + glm::ivec3(0, y, z), glm::ivec3(0), last);
-            float* const inside = row + (x0 - first.x);
-            read_row(volume, glm::uvec3(x0, start.y, start.z), static_cast<uint32_t>(count),
-                     inside);
-            if (x0 > first.x)
-                row[0] = inside[0];
-            std::fill(inside + count, row + kSide, inside[count - 1]);
-        }
+    read_box(volume, glm::ivec3(brick * kBrickSide) - 1, glm::ivec3(kSide),
+             packed(glm::uvec3(kSide)), samples);
     constexpr size_t kRow = kSide, kPlane = size_t{kSide} * kSide;
     for (uint32_t z = 0; z < kBrickSide; ++z)
         for (uint32_t y = 0; y < kBrickSide; ++y) {

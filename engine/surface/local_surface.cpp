@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/assert.h"
+#include "engine/volume/box.h"
 
 namespace palpate {
 
@@ -11,44 +12,12 @@ namespace {
 
 using namespace block;
 
-// Reads samples first - 1 .. first + 9 of a volume, those beyond it as the nearest within. One
-// brick after the other, so that each is looked up once.
+// Reads samples first - 1 .. first + 9 of a volume, those beyond it as the nearest within.
 void read_window(const Volume& volume, glm::ivec3 first, Samples& samples) {
-    const glm::ivec3 last = glm::ivec3(volume.size()) - 1;
-    constexpr int kBricks = static_cast<int>(kBrickSide);
-    const glm::ivec3 low = glm::clamp(first - 1, glm::ivec3(0), last) / kBricks;
-    const glm::ivec3 high = glm::clamp(first + 9, glm::ivec3(0), last) / kBricks;
-    bool gaps = false;
-    for (int bz = low.z; bz <= high.z; ++bz)
-        for (int by = low.y; by <= high.y; ++by)
-            for (int bx = low.x; bx <= high.x; ++bx) {
-                const glm::ivec3 at(bx, by, bz);
-                const Brick& brick = volume.brick(glm::uvec3(at));
-                gaps = gaps || brick.no_data_count() > 0;
-                // Places in the window whose nearest sample within lies in this brick.
-                glm::ivec3 begin, end;
-                for (int a = 0; a < 3; ++a) {
-                    begin[a] = at[a] == low[a] ? -1 : at[a] * kBricks - first[a];
-                    end[a] = at[a] == high[a] ? 10 : (at[a] + 1) * kBricks - first[a];
-                }
-                visit_scalar(volume.type(), [&](auto t) {
-                    using T = decltype(t);
-                    const Brick::Pinned pinned = brick.pin();
-                    const T* in = reinterpret_cast<const T*>(pinned.bytes);
-                    const int stride = static_cast<int>(brick.stride());
-                    for (int z = begin.z; z < end.z; ++z)
-                        for (int y = begin.y; y < end.y; ++y)
-                            for (int x = begin.x; x < end.x; ++x) {
-                                const glm::ivec3 s =
-                                    glm::clamp(first + glm::ivec3(x, y, z), glm::ivec3(0), last) -
-                                    at * kBricks;
-                                samples.value[Samples::at(x, y, z)] = static_cast<float>(
-                                    in[stride * (s.x + kBricks * (s.y + kBricks * s.z))]);
-                            }
-                });
-            }
+    read_box(volume, first - 1, glm::ivec3(11), {Samples::kStride[1], Samples::kStride[2]},
+             samples.value.data());
     samples.has_gaps = false;
-    if (gaps)
+    if (volume.no_data_count() > 0)
         for (int z = -1; z < 10; ++z)
             for (int y = -1; y < 10; ++y)
                 for (int x = -1; x < 10; ++x)

@@ -7,6 +7,7 @@
 #include <cstring>
 
 #include "engine/base/assert.h"
+#include "engine/volume/box.h"
 
 namespace palpate {
 
@@ -30,30 +31,8 @@ void read_slice(const Volume& volume, int64_t z, Slice& slice) {
     slice.labels.assign(slice.stride * (size.y + size_t{2}), 0);
     if (z < 0 || z >= int64_t{size.z})
         return;
-    const auto above = static_cast<uint32_t>(z);
-    const glm::uvec3 bricks = volume.brick_count();
-    visit_scalar(volume.type(), [&](auto t) {
-        using T = decltype(t);
-        for (uint32_t by = 0; by < bricks.y; ++by)
-            for (uint32_t bx = 0; bx < bricks.x; ++bx) {
-                const glm::uvec3 position(bx, by, above / kBrickSide);
-                const Brick& brick = volume.brick(position);
-                const glm::uvec3 valid = volume.valid_in_brick(position);
-                const Brick::Pinned pinned = brick.pin();
-                const auto* samples = reinterpret_cast<const T*>(pinned.bytes);
-                for (uint32_t y = 0; y < valid.y; ++y) {
-                    uint16_t* out = &slice.labels[slice.stride * (by * kBrickSide + y + 1) +
-                                                  bx * kBrickSide + 1];
-                    if (brick.is_constant()) {
-                        std::fill_n(out, valid.x, static_cast<uint16_t>(samples[0]));
-                        continue;
-                    }
-                    const T* in = samples + offset_in_brick({0, y, above % kBrickSide});
-                    for (uint32_t x = 0; x < valid.x; ++x)
-                        out[x] = static_cast<uint16_t>(in[x]);
-                }
-            }
-    });
+    read_box(volume, {0, 0, int(z)}, {size.x, size.y, 1}, {slice.stride, 0},
+             &slice.labels[slice.stride + 1]);
 }
 
 uint64_t four(const uint16_t* at) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/volume/box.h"
 #include "engine/volume/cubic_weights.h"
 #include "engine/volume/sample.h"
 
@@ -68,7 +69,8 @@ SmoothSample SmoothCursor::sample(glm::dvec3 index) {
 void SmoothCursor::fill(glm::ivec3 origin) {
     origin_ = origin;
     is_filled_ = true;
-    read_samples();
+    read_box(volume_, origin_ - kReach, glm::ivec3(kRead), packed(glm::uvec3(kRead)),
+             samples_.data());
     lacks_data_ = std::any_of(samples_.begin(), samples_.end(), [](double v) { return v != v; });
     if (!lacks_data_) {
         blur(samples_, blurred_);
@@ -83,23 +85,6 @@ void SmoothCursor::fill(glm::ivec3 origin) {
     // A cell with data at its corners uses no blurred sample whose weights are all zero.
     for (size_t i = 0; i < blurred_.size(); ++i)
         blurred_[i] = weight_sums_[i] > 0.0 ? blurred_[i] / weight_sums_[i] : 0.0;
-}
-
-void SmoothCursor::read_samples() {
-    const glm::ivec3 start = origin_ - kReach;
-    const glm::ivec3 last = glm::ivec3(volume_.size()) - 1;
-    const int from = std::clamp(start.x, 0, last.x);
-    const int to = std::clamp(start.x + kRead - 1, 0, last.x);
-    std::array<float, kRead> row{};
-    for (int z = 0; z < kRead; ++z)
-        for (int y = 0; y < kRead; ++y) {
-            const glm::ivec3 p = glm::clamp(start + glm::ivec3(0, y, z), glm::ivec3(0), last);
-            read_row(volume_, glm::uvec3(from, p.y, p.z), static_cast<uint32_t>(to - from + 1),
-                     row.data());
-            for (int x = 0; x < kRead; ++x)
-                samples_[static_cast<size_t>(x + kRead * (y + kRead * z))] =
-                    row[static_cast<size_t>(std::clamp(start.x + x, from, to) - from)];
-        }
 }
 
 namespace {

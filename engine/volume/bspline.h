@@ -44,7 +44,6 @@ class SmoothCursor {
     using Blurred = std::array<double, kWindow * kWindow * kWindow>;
 
     void fill(glm::ivec3 origin);
-    void read_samples();
     void blur(const Samples& in, Blurred& out);
 
     Volume volume_;

@@ -2,6 +2,8 @@
 
 #include <unordered_set>
 
+#include "engine/volume/box.h"
+
 namespace palpate {
 
 size_t Volume::bytes() const {
@@ -19,20 +21,7 @@ size_t Volume::bytes() const {
 }
 
 void read_row(const Volume& volume, glm::uvec3 start, uint32_t count, float* out) {
-    for (uint32_t x = start.x; x < start.x + count;) {
-        const Brick& brick = volume.brick(glm::uvec3(x, start.y, start.z) / kBrickSide);
-        const uint32_t in_brick = x % kBrickSide;
-        const uint32_t n = std::min(kBrickSide - in_brick, start.x + count - x);
-        const uint32_t offset =
-            offset_in_brick({in_brick, start.y % kBrickSide, start.z % kBrickSide});
-        visit_scalar(brick.type(), [&](auto t) {
-            const auto samples = brick.samples<decltype(t)>();
-            for (uint32_t i = 0; i < n; ++i)
-                out[i] = static_cast<float>(samples[brick.stride() * (offset + i)]);
-        });
-        out += n;
-        x += n;
-    }
+    read_box(volume, glm::ivec3(start), {count, 1, 1}, {}, out);
 }
 
 } // namespace palpate
