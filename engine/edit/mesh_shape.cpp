@@ -5,6 +5,7 @@
 #include <map>
 
 #include "engine/edit/shape.h"
+#include "engine/mesh/triangle_tree.h"
 
 namespace palpate {
 
@@ -86,21 +87,7 @@ int winding_number(const Mesh& mesh, glm::dvec3 p) {
 }
 
 double triangle_distance(glm::dvec3 p, glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
-    const auto to_segment = [&](glm::dvec3 s, glm::dvec3 e) {
-        const glm::dvec3 d = e - s;
-        const double dd = glm::dot(d, d);
-        const double t = dd > 0.0 ? std::clamp(glm::dot(p - s, d) / dd, 0.0, 1.0) : 0.0;
-        return glm::length(p - s - t * d);
-    };
-    const double edges = std::min({to_segment(a, b), to_segment(b, c), to_segment(c, a)});
-    const glm::dvec3 n = glm::cross(b - a, c - a);
-    const double nn = glm::dot(n, n);
-    if (nn == 0.0)
-        return edges;
-    const bool above = glm::dot(glm::cross(b - a, p - a), n) >= 0.0 &&
-                       glm::dot(glm::cross(c - b, p - b), n) >= 0.0 &&
-                       glm::dot(glm::cross(a - c, p - c), n) >= 0.0;
-    return above ? std::min(edges, std::abs(glm::dot(p - a, n)) / std::sqrt(nn)) : edges;
+    return glm::length(p - nearest_point(p, {a, b, c}));
 }
 
 bool is_closed(const Mesh& mesh) {

@@ -312,35 +312,6 @@ SurfaceDistance distance_to_mesh(const TriangleTree& from, const TriangleTree& t
     return found;
 }
 
-std::vector<uint32_t> triangles_beyond(const TriangleTree& from, const TriangleTree& to,
-                                       double limit_mm, double tolerance_mm) {
-    PALPATE_ASSERT_CMP(tolerance_mm, >, 0.0);
-    std::vector<char> is_beyond(from.triangle_count(), to.triangle_count() == 0);
-    if (to.triangle_count() != 0)
-        tbb::parallel_for(uint32_t{0}, from.triangle_count(), [&](uint32_t n) {
-            const double near_mm = limit_mm - tolerance_mm;
-            Piece whole{from.corners(n), {}, 0};
-            for (int i = 0; i < 3; ++i) {
-                const Nearest nearest = to.nearest(whole.corners[size_t(i)]);
-                whole.nearest[i] = nearest.triangle;
-                is_beyond[n] |= nearest.distance_mm > near_mm;
-            }
-            whole.below = whole.nearest.x;
-            std::vector<Piece> pieces{whole};
-            while (!is_beyond[n] && !pieces.empty()) {
-                const Piece piece = pieces.back();
-                pieces.pop_back();
-                if (bound_of(piece, to) > limit_mm)
-                    is_beyond[n] = quarter(piece, to, pieces) > near_mm;
-            }
-        });
-    std::vector<uint32_t> list;
-    for (uint32_t n = 0; n < from.triangle_count(); ++n)
-        if (is_beyond[n])
-            list.push_back(n);
-    return list;
-}
-
 double MeshDistance::hausdorff_mm() const {
     return std::max(forward.largest_mm, backward.largest_mm);
 }

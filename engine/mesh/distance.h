@@ -37,12 +37,6 @@ struct SurfaceDistance {
 SurfaceDistance distance_to_mesh(const TriangleTree& from, const TriangleTree& to,
                                  const DistanceOptions& options = {});
 
-// The triangles of `from`, rising, that have a point farther than limit_mm from `to`, and some of
-// those that nearly do: none is left out, and none is named whose points are all nearer than
-// limit_mm - tolerance_mm.
-std::vector<uint32_t> triangles_beyond(const TriangleTree& from, const TriangleTree& to,
-                                       double limit_mm, double tolerance_mm);
-
 // Both ways. The Hausdorff distance is the larger `largest_mm`.
 struct MeshDistance {
     SurfaceDistance forward, backward; // first to second, second to first

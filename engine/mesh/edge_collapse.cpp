@@ -12,10 +12,6 @@ constexpr double kWorthAnotherPass = 0.01; // of the triangles
 constexpr int kMostPasses = 6;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-bool is_degenerate(glm::uvec3 t) {
-    return t.x == t.y || t.y == t.z || t.z == t.x;
-}
-
 } // namespace
 
 EdgeCollapse::EdgeCollapse(const CollapseSource& source, Options options)

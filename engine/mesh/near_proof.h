@@ -11,6 +11,11 @@ namespace palpate {
 
 using Corners = std::array<glm::dvec3, 3>; // of a triangle
 
+// Whether it names one vertex twice.
+inline bool is_degenerate(glm::uvec3 triangle) {
+    return triangle.x == triangle.y || triangle.y == triangle.z || triangle.z == triangle.x;
+}
+
 inline glm::dvec3 twice_area_normal(const Corners& c) {
     return glm::cross(c[1] - c[0], c[2] - c[0]);
 }

@@ -13,14 +13,11 @@
 
 #include "engine/base/assert.h"
 #include "engine/base/forest.h"
+#include "engine/mesh/near_proof.h"
 
 namespace palpate {
 
 namespace {
-
-bool is_degenerate(glm::uvec3 t) {
-    return t.x == t.y || t.y == t.z || t.z == t.x;
-}
 
 // Which vertices, or fans of one, hang together.
 using VertexForest = Forest<std::vector<uint32_t>>;
