@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
+#include <mutex>
 #include <sstream>
 #include <vector>
 
@@ -246,9 +247,28 @@ bool is_executable(const fs::path& path) {
     return fs::is_regular_file(path) && ::access(path.c_str(), X_OK) == 0;
 }
 
+struct SetProgram {
+    std::mutex mutex;
+    fs::path path;
+};
+SetProgram& set_program() {
+    static SetProgram program;
+    return program;
+}
+
 } // namespace
 
+void set_decoder_program(fs::path program) {
+    const std::lock_guard lock(set_program().mutex);
+    set_program().path = std::move(program);
+}
+
 fs::path decoder_program() {
+    {
+        const std::lock_guard lock(set_program().mutex);
+        if (!set_program().path.empty())
+            return set_program().path;
+    }
     if (const char* named = std::getenv("PALPATE_DECODER"))
         return named;
     std::vector<fs::path> folders;

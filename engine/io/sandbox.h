@@ -29,9 +29,12 @@ struct DecodedVoxels {
     }
 };
 
-// The program that decodes: $PALPATE_DECODER if set; else `palpate` in the folder of the running
-// program, where the library was installed, or on $PATH, in this order. Empty if there is none.
+// The program that decodes: what was set last, where a path was; $PALPATE_DECODER if set; else
+// `palpate` in the folder of the running program, where the library was installed, or on $PATH, in
+// this order. Empty if there is none.
 std::filesystem::path decoder_program();
+// For programs that embed the library. An empty path: found as above again.
+void set_decoder_program(std::filesystem::path program);
 
 // Decodes in a child process. An error is one sentence naming the file, whatever the child did. A
 // child that dies or gets nowhere in one file of several is started again without that file

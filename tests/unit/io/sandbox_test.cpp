@@ -185,5 +185,12 @@ TEST(DecoderProgram, IsPalpateBesideTheTests) {
     EXPECT_EQ(io::decoder_program(), kProgram);
 }
 
+TEST_F(Sandbox, TheDecoderThatAProgramSetsIsTheOneThatIsStarted) {
+    io::set_decoder_program("/elsewhere/palpate");
+    EXPECT_THAT(error_of("x.nii"), AllOf(HasSubstr("x.nii"), HasSubstr("/elsewhere/palpate")));
+    io::set_decoder_program({});
+    EXPECT_TRUE(load_volume("well"));
+}
+
 } // namespace
 } // namespace palpate
