@@ -69,23 +69,14 @@ Value tick_times(const TouchPlan& plan, const TouchParts& parts) {
 Value algorithms_json(const AllTotals& totals) {
     Value list = Value::array();
     for (const haptics::AlgorithmEntry& entry : haptics::algorithms()) {
-        const auto found = totals.find(entry.name);
-        if (found == totals.end())
+        if (!totals.contains(entry.name))
             continue;
-        const TouchTotals& t = found->second;
-        list.push_back({{"name", entry.name},
-                        {"purpose", entry.purpose},
-                        {"as_printed", entry.as_printed},
-                        {"cells", t.cells},
-                        {"ticks", t.ticks},
-                        {"outside_bounds", t.broken},
-                        {"pop_throughs", t.pop_throughs},
-                        {"pop_throughs_thin_walls", t.thin_pop_throughs},
-                        {"not_finite", t.not_finite},
-                        {"penetration_voxels", t.penetration},
-                        {"direction_p99_deg", t.direction},
-                        {"excess_jump_n", t.jump},
-                        {"edit_jump_n", t.edit_jump}});
+        list.push_back(
+            {{"name", entry.name}, {"purpose", entry.purpose}, {"as_printed", entry.as_printed}});
+        for (const char* key : {"cells", "ticks", "outside_bounds", "pop_throughs",
+                                "pop_throughs_thin_walls", "not_finite", "penetration_voxels",
+                                "direction_p99_deg", "excess_jump_n", "edit_jump_n"})
+            list.back()[key] = total_of(totals, entry.name, key);
     }
     return list;
 }

@@ -56,51 +56,33 @@ struct WorstCell {
     void keep(double value, const std::string& cell);
 };
 
-// What the repaired algorithms are held to, of grey values but for the passes through labels.
-struct TouchBounds {
-    uint64_t passed_grey = 0, passed_labels = 0;
-    WorstCell penetration, penetration_noise5;  // A1 - A6; A10 at 5 %; voxels
-    WorstCell jump_edit, jump_hollow;           // A13; A4 and A6; N
-    WorstCell jump_clean, jump_noise;           // A1 - A3; A10; N
-    WorstCell direction_clean, direction_noise; // p99 of a cell: A1 - A9; A10 at 10 %; degrees
-    // The same of all ticks of all those cells.
-    touch::Histogram pooled_clean{0.05}, pooled_noise{0.05};
-};
-
-// Of one algorithm over the whole grid; the largest of each.
+// Of one algorithm over the whole grid, by the names that touch_grid.cpp gives them: sums, the
+// largest figures, and the directions of all ticks, of which the worst cell's percentile says less.
 struct TouchTotals {
-    uint64_t cells = 0, broken = 0, ticks = 0, pop_throughs = 0, not_finite = 0, not_repeated = 0;
-    uint64_t thin_pop_throughs = 0; // of walls below 1.5 voxels, which are in no other figure
-    double penetration = 0, penetration_noise5 = 0;                // A1 - A6; A10 at 5 %
-    double direction = 0, direction_flat = 0, direction_noise = 0; // clean; A1 - A3; A10
-    double magnitude = 0;                                          // A1 - A3
-    double jump = 0, jump_noise = 0, edit_jump = 0, free_force = 0, field_force = 0;
-    double beyond_spring = 0; // A11
-    TouchBounds bounds;
+    std::map<std::string, uint64_t> counts;
+    std::map<std::string, WorstCell> worst;
+    std::map<std::string, touch::Histogram> pooled;
 };
 using AllTotals = std::map<std::string, TouchTotals>;
-// Of the closed loop, but for edits: what it made, of work done and held by the spring, in steps of
-// the encoder under the largest force sent, below which no observer sees.
-struct ClosedTotals {
-    WorstCell made_energy;
-};
-using AllClosedTotals = std::map<std::string, ClosedTotals>;
 
 // Open loop: every scene in every storage. Closed loop: on the first storage, and on all of them in
 // the long form; of A11 at one place.
 struct TouchGrid {
     Value open, closed;
-    AllClosedTotals closed_totals;
+    AllTotals closed_totals; // what it made, but for edits
 };
 Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, const Options& options,
                              Report& report, AllTotals& totals);
 
+// A sum or a largest figure of an algorithm; null where it was asked about no cell.
+Value total_of(const AllTotals& totals, const char* algorithm, const char* key);
 // The metrics of the plan, each with its gate, what the repaired algorithms reach, and what proves
 // it where it is no figure of this run. Null where a part was not run.
 Value touch_metrics(const AllTotals& totals, const Value& times, const Value& laws,
                     const Value& z_width);
-// TouchBounds of the repaired algorithms, a row for each thing asked, with the worst cells' names.
-Value touch_bounds(const AllTotals& totals, const AllClosedTotals& closed);
+// What the repaired algorithms are held to, a row for each thing asked, with the worst cells'
+// names.
+Value touch_bounds(const AllTotals& totals, const AllTotals& closed);
 Value touch_laws(const TouchParts& parts);
 Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_width);
 

@@ -99,82 +99,76 @@ bool is_within(const Figures& f, const Bound& bound) {
            !(f.closed_form_n > bound.field_force);
 }
 
-void keep(double& largest, double value) {
-    largest = std::max(largest, value);
+double direction(const Figures& f) {
+    return f.direction_deg.percentile(0.99);
+}
+double jump(const Figures& f) {
+    return f.excess_jump_n;
+}
+double penetration(const Figures& f) {
+    return f.penetration_voxels;
 }
 
-void add(TouchBounds& b, const Figures& f, const touch::Scene& scene, const std::string& cell) {
-    const std::string& id = scene.body.id;
-    if (id == "A11" || id == "A14" || scene.body.is_thin) // no truth of place, or nothing asked
-        return;
-    if (scene.storage.form == touch::Form::labels) {
-        b.passed_labels += f.pop_throughs;
-        return;
-    }
-    b.passed_grey += f.pop_throughs;
-    const double direction = f.direction_deg.percentile(0.99);
-    if (id == "A10") {
-        b.jump_noise.keep(f.excess_jump_n, cell);
-        if (scene.body.noise == 0.05)
-            b.penetration_noise5.keep(f.penetration_voxels, cell);
-        if (scene.body.noise == 0.1) {
-            b.direction_noise.keep(direction, cell);
-            b.pooled_noise.add(f.direction_deg);
-        }
-    } else if (id == "A13") {
-        b.jump_edit.keep(f.excess_jump_n, cell);
-    } else if (id != "A12") {
-        b.direction_clean.keep(direction, cell);
-        b.pooled_clean.add(f.direction_deg);
-        if (id <= "A6")
-            b.penetration.keep(f.penetration_voxels, cell);
-        if (id <= "A3")
-            b.jump_clean.keep(f.excess_jump_n, cell);
-        if (id == "A4" || id == "A6")
-            b.jump_hollow.keep(f.excess_jump_n, cell);
-    }
-}
+// A figure of the cells of scenes A<first> .. A<last>, as far as they have a true surface, grey
+// values and no thin walls.
+struct Gauge {
+    const char* key;
+    int first, last;
+    double (*figure)(const Figures& f);
+    double least_noise = 0.0, most_noise = 1.0; // of the scene
+    bool pools_directions = false;
+};
+constexpr Gauge kGauges[] = {
+    {"penetration_voxels", 1, 6, penetration},
+    {"penetration_noise", 10, 10, penetration, 0.0, 0.05},
+    {"penetration_noise5", 10, 10, penetration, 0.05, 0.05},
+    {"direction_p99_deg", 1, 9, direction},
+    {"direction_p99_deg", 12, 12, direction},
+    {"direction_flat", 1, 3, direction},
+    {"direction_clean", 1, 9, direction, 0.0, 1.0, true},
+    {"direction_noise", 10, 10, direction},
+    {"direction_noise10", 10, 10, direction, 0.1, 0.1, true},
+    {"magnitude", 1, 3, [](const Figures& f) { return f.magnitude_share.percentile(0.99); }},
+    {"excess_jump_n", 1, 9, jump},
+    {"excess_jump_n", 12, 12, jump},
+    {"jump_clean", 1, 3, jump},
+    {"jump_hollow", 4, 4, jump},
+    {"jump_hollow", 6, 6, jump},
+    {"jump_noise", 10, 10, jump},
+    {"jump_edit", 13, 13, jump},
+    {"edit_jump_n", 13, 13, jump},
+};
 
-void add(TouchTotals& t, const Figures& f, const touch::Scene& scene, const Bound& bound) {
-    const std::string& id = scene.body.id;
-    ++t.cells;
-    t.ticks += f.ticks;
-    t.not_finite += f.not_finite;
-    t.broken += !is_within(f, bound);
-    if (id == "A11") {
-        keep(t.beyond_spring, f.beyond_spring_n);
-        return;
-    }
-    keep(t.edit_jump, f.edit_jump_n);
-    if (bound.free_force == bound.free_force)
-        keep(t.free_force, f.free_force_n);
-    if (id == "A14") {
-        keep(t.field_force, f.closed_form_n);
-        return;
-    }
-    if (scene.body.is_thin)
-        t.thin_pop_throughs += f.pop_throughs;
-    if (scene.body.is_thin || scene.storage.form == touch::Form::labels)
-        return;
-    t.pop_throughs += f.pop_throughs;
-    const double direction = f.direction_deg.percentile(0.99);
-    if (id == "A10") {
-        keep(t.direction_noise, direction);
-        keep(t.jump_noise, f.excess_jump_n);
-        if (scene.body.noise <= 0.05)
-            keep(t.penetration_noise5, f.penetration_voxels);
-    } else if (id == "A13") {
-        keep(t.edit_jump, f.excess_jump_n);
-    } else {
-        keep(t.direction, direction);
-        keep(t.jump, f.excess_jump_n);
-        if (id <= "A6" && id != "A12")
-            keep(t.penetration, f.penetration_voxels);
-        if (id == "A1" || id == "A2" || id == "A3") {
-            keep(t.direction_flat, direction);
-            keep(t.magnitude, f.magnitude_share.percentile(0.99));
+void add(TouchTotals& t, const Figures& f, const touch::Scene& scene, const Bound& bound,
+         const std::string& cell) {
+    const int number = std::stoi(scene.body.id.substr(1));
+    const bool is_patient = number == 11, is_thin = scene.body.is_thin;
+    const bool is_labels = scene.storage.form == touch::Form::labels;
+    const char* passed = is_patient || number == 14 ? nullptr // no truth of place
+                         : is_thin                  ? "pop_throughs_thin_walls"
+                         : is_labels                ? "pop_throughs_labels"
+                                                    : "pop_throughs";
+    for (const std::string key : {"pop_throughs", "pop_throughs_labels", "pop_throughs_thin_walls"})
+        t.counts[key] += passed && key == passed ? f.pop_throughs : 0;
+    t.counts["cells"] += 1;
+    t.counts["ticks"] += f.ticks;
+    t.counts["not_finite"] += f.not_finite;
+    t.counts["outside_bounds"] += !is_within(f, bound);
+    for (const Gauge& gauge : kGauges) {
+        const bool counts = passed && !is_thin && !is_labels && number >= gauge.first &&
+                            number <= gauge.last && scene.body.noise >= gauge.least_noise &&
+                            scene.body.noise <= gauge.most_noise;
+        t.worst[gauge.key].keep(counts ? gauge.figure(f) : 0.0, cell);
+        if (gauge.pools_directions) {
+            const auto pooled = t.pooled.try_emplace(gauge.key, 0.05).first;
+            if (counts)
+                pooled->second.add(f.direction_deg);
         }
     }
+    t.worst["beyond_spring_n"].keep(is_patient ? f.beyond_spring_n : 0.0, cell);
+    t.worst["edit_jump_n"].keep(is_patient ? 0.0 : f.edit_jump_n, cell);
+    t.worst["free_force_n"].keep(is_patient || std::isnan(bound.free_force) ? 0.0 : f.free_force_n,
+                                 cell);
 }
 
 // One row of the grid for each trajectory of a scene, run on all cores; run(trajectory, entry)
@@ -241,11 +235,10 @@ class OpenLoop {
         cell["within_bounds"] = is_within(f, bound);
         const std::lock_guard lock(mutex_);
         TouchTotals& totals = totals_[entry.name];
-        add(totals, f, scene, bound);
-        add(totals.bounds, f, scene,
+        add(totals, f, scene, bound,
             fmt::format("{} {} ({}), {} {}", scene.body.id, scene.body.name, stored, path.id,
                         path.name));
-        totals.not_repeated += !repeats;
+        totals.counts["not_repeated"] += !repeats;
         const std::string where = fmt::format("{} on {} {} ({}), {}", entry.name, scene.body.id,
                                               scene.body.name, stored, path.name);
         // Only what no scene excuses makes the run fail.
@@ -293,16 +286,17 @@ std::vector<Intended> intended_paths(const touch::TouchCase& body, const TouchPl
     return intended;
 }
 
-void keep_energy(ClosedTotals& totals, const touch::LoopResult& found,
+// Of work done and held by the spring, in steps of the encoder under the largest force sent, below
+// which no observer sees.
+void keep_energy(TouchTotals& totals, const touch::LoopResult& found,
                  const haptics::DevicePreset& device, const std::string& cell) {
     const double step_mj = 1e3 * found.largest_sent_n * device.capabilities.resolution_m;
-    if (step_mj > 0.0)
-        totals.made_energy.keep((found.work_mj + found.held_mj) / step_mj, cell);
+    totals.worst["made_energy"].keep(
+        step_mj > 0.0 ? (found.work_mj + found.held_mj) / step_mj : 0.0, cell);
 }
 
 std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& stored,
-                               const TouchPlan& plan, const TouchParts& parts,
-                               AllClosedTotals& totals) {
+                               const TouchPlan& plan, const TouchParts& parts, AllTotals& totals) {
     const haptics::TouchParameters shared = touch_parameters(scene);
     const std::vector<Intended> intended = intended_paths(scene.body, plan);
     std::vector<touch::Trajectory> paths;

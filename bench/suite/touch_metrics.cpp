@@ -11,31 +11,12 @@ namespace {
 
 constexpr const char* kRepaired[] = {"swept-point", "swept-tool", "swept-local", "swept-mesh"};
 
-const TouchTotals* totals_of(const AllTotals& all, const char* name) {
-    const auto found = all.find(name);
-    return found == all.end() ? nullptr : &found->second;
-}
-
 // The row of an algorithm in a list of rows; null where there is none.
 Value row_of(const Value& rows, const char* algorithm, int samples = 0) {
     for (const Value& row : rows)
         if (row["algorithm"] == algorithm && (samples == 0 || row["samples"] == samples))
             return row;
     return {};
-}
-
-// `figure(name)` is null where there is none; `gate` as a sentence, `least` and `most` as numbers.
-template <class Figure>
-Value metric(const char* what, const char* gate, double least, double most, const Figure& figure) {
-    Value row{{"metric", what}, {"gate", gate}, {"figures", Value::object()}};
-    for (const char* name : kRepaired) {
-        const Value found = figure(name);
-        Value cell{{"figure", found}};
-        if (found.is_number() && std::isfinite(most))
-            cell["within"] = found.get<double>() <= most && found.get<double>() >= least;
-        row["figures"][name] = cell;
-    }
-    return row;
 }
 
 Value proved(const char* what, const char* gate, const char* by) {
@@ -59,123 +40,116 @@ void WorstCell::keep(double value, const std::string& cell) {
     }
 }
 
-Value touch_bounds(const AllTotals& totals, const AllClosedTotals& closed) {
+Value total_of(const AllTotals& totals, const char* algorithm, const char* key) {
+    const auto found = totals.find(algorithm);
+    if (found == totals.end())
+        return {};
+    const auto& [counts, worst, pooled] = found->second;
+    if (const auto count = counts.find(key); count != counts.end())
+        return count->second;
+    const auto largest = worst.find(key);
+    return largest == worst.end() ? Value() : Value(largest->second.figure);
+}
+
+Value touch_bounds(const AllTotals& totals, const AllTotals& closed) {
+    const struct {
+        const char* asked;
+        double gate;
+        const char* key;
+        const AllTotals& of;
+    } kAsked[] = {
+        {"passed through, grey values, A1 - A10, A12, A13", 0.0, "pop_throughs", totals},
+        {"passed through, labels, the same scenes", 0.0, "pop_throughs_labels", totals},
+        {"penetration, voxels, A1 - A6", 0.05, "penetration_voxels", totals},
+        {"penetration, voxels, A10 at 5 % noise", 0.25, "penetration_noise5", totals},
+        {"direction p99 of all ticks, degrees, A1 - A9", 1.5, "direction_clean", totals},
+        {"direction p99 of all ticks, degrees, A10 at 10 % noise", 6.0, "direction_noise10",
+         totals},
+        {"excess jump, N, edits (A13)", 0.10, "jump_edit", totals},
+        {"excess jump, N, corners and grooves (A4, A6)", 0.02, "jump_hollow", totals},
+        {"excess jump, N, planes, balls and cavities (A1 - A3)", 0.02, "jump_clean", totals},
+        {"excess jump, N, the same at up to 10 % noise (A10)", 0.10, "jump_noise", totals},
+        // Work and what the spring holds are each known to a step of the encoder.
+        {"energy made in the closed loop with the controller, in encoder steps under the largest "
+         "force (no edits)",
+         2.0, "made_energy", closed},
+    };
     Value rows = Value::array();
-    const auto add = [&](const char* asked, double gate, const auto& cell_of) {
+    for (const auto& [asked, gate, key, of] : kAsked) {
         Value row{{"asked", asked}, {"gate", gate}, {"figures", Value::object()}};
-        for (const char* name : kRepaired)
-            if (const TouchTotals* t = totals_of(totals, name)) {
-                Value cell = cell_of(t->bounds);
-                cell["within"] = cell["figure"].template get<double>() <= gate;
-                row["figures"][name] = std::move(cell);
-            }
-        rows.push_back(std::move(row));
-    };
-    const auto most = [](WorstCell TouchBounds::*member) {
-        return [=](const TouchBounds& b) {
-            return Value{{"figure", (b.*member).figure}, {"worst_cell", (b.*member).where}};
-        };
-    };
-    const auto pooled = [](touch::Histogram TouchBounds::*all, WorstCell TouchBounds::*member) {
-        return [=](const TouchBounds& b) {
-            return Value{{"figure", (b.*all).percentile(0.99)},
-                         {"ticks", (b.*all).count()},
-                         {"worst_figure", (b.*member).figure},
-                         {"worst_cell", (b.*member).where}};
-        };
-    };
-    add("passed through, grey values, A1 - A10, A12, A13", 0.0, [](const TouchBounds& b) {
-        return Value{{"figure", b.passed_grey}};
-    });
-    add("passed through, labels, the same scenes", 0.0, [](const TouchBounds& b) {
-        return Value{{"figure", b.passed_labels}};
-    });
-    add("penetration, voxels, A1 - A6", 0.05, most(&TouchBounds::penetration));
-    add("penetration, voxels, A10 at 5 % noise", 0.25, most(&TouchBounds::penetration_noise5));
-    add("direction p99 of all ticks, degrees, A1 - A9", 1.5,
-        pooled(&TouchBounds::pooled_clean, &TouchBounds::direction_clean));
-    add("direction p99 of all ticks, degrees, A10 at 10 % noise", 6.0,
-        pooled(&TouchBounds::pooled_noise, &TouchBounds::direction_noise));
-    add("excess jump, N, edits (A13)", 0.10, most(&TouchBounds::jump_edit));
-    add("excess jump, N, corners and grooves (A4, A6)", 0.02, most(&TouchBounds::jump_hollow));
-    add("excess jump, N, planes, balls and cavities (A1 - A3)", 0.02,
-        most(&TouchBounds::jump_clean));
-    add("excess jump, N, the same at up to 10 % noise (A10)", 0.10, most(&TouchBounds::jump_noise));
-    // Work and what the spring holds are each known to a step of the encoder.
-    constexpr double kMostSteps = 2.0;
-    Value energy{{"asked",
-                  "energy made in the closed loop with the controller, in encoder steps under the "
-                  "largest force (no edits)"},
-                 {"gate", kMostSteps},
-                 {"figures", Value::object()}};
-    for (const char* name : kRepaired)
-        if (const auto found = closed.find(name); found != closed.end()) {
-            const WorstCell& made = found->second.made_energy;
-            energy["figures"][name] = {{"figure", made.figure},
-                                       {"worst_cell", made.where},
-                                       {"within", made.figure <= kMostSteps}};
+        for (const char* name : kRepaired) {
+            const auto found = of.find(name);
+            if (found == of.end())
+                continue;
+            const auto& [counts, worst, pooled] = found->second;
+            Value cell{{"figure", total_of(of, name, key)}};
+            if (const auto all = pooled.find(key); all != pooled.end())
+                cell = {{"figure", all->second.percentile(0.99)},
+                        {"ticks", all->second.count()},
+                        {"worst_figure", worst.at(key).figure}};
+            if (const auto largest = worst.find(key); largest != worst.end())
+                cell["worst_cell"] = largest->second.where;
+            cell["within"] = cell["figure"].get<double>() <= gate;
+            row["figures"][name] = std::move(cell);
         }
-    rows.push_back(std::move(energy));
+        rows.push_back(std::move(row));
+    }
     return rows;
 }
 
 Value touch_metrics(const AllTotals& totals, const Value& times, const Value& laws,
                     const Value& z_width) {
+    constexpr struct {
+        const char *what, *gate;
+        double least, most;
+        const char* key; // of totals, laws or times
+    } kMetrics[] = {
+        {"penetration, A1 - A6, voxels", "0.05", 0.0, 0.05, "penetration_voxels"},
+        {"penetration, noise of 5 %, voxels", "0.25", 0.0, 0.25, "penetration_noise"},
+        {"passed through, grey values", "0", 0.0, 0.0, "pop_throughs"},
+        {"direction p99 of the worst cell, planes, balls, cavities, degrees", "1.5", 0.0, 1.5,
+         "direction_flat"},
+        {"direction p99 of the worst cell, all clean scenes, degrees", "1.5", 0.0, 1.5,
+         "direction_p99_deg"},
+        {"direction p99 of the worst cell, noise up to 10 %, degrees", "6", 0.0, 6.0,
+         "direction_noise"},
+        {"magnitude p99, planes, balls, cavities, share", "0.02", 0.0, 0.02, "magnitude"},
+        {"excess jump, clean, N", "0.02", 0.0, 0.02, "excess_jump_n"},
+        {"excess jump, noise up to 10 %, N", "0.10", 0.0, 0.10, "jump_noise"},
+        {"excess jump on edits (A13), N", "0.10", 0.0, 0.10, "edit_jump_n"},
+        {"force where nothing is (A1 - A9, A12, A13), N", "0", 0.0, 1e-9, "free_force_n"},
+        {"force beyond its spring on patients (A11), N", "0", 0.0, 1e-9, "beyond_spring_n"},
+        {"energy a contact beyond k v T d, without a controller, mJ", "0.02", -INFINITY, 0.02,
+         "energy_beyond_mj"},
+        {"limit cycle held at 1 N/mm, falcon, um", "50", 0.0, 50.0, "limit_cycle_um"},
+        {"force across of a sliding hand, share (friction 0.4)", "0.40, 1 % more at most", 0.396,
+         0.404, "friction_share"},
+        {"drift of a sticking proxy, um/s", "1", 0.0, 1.0, "stick_drift_um_s"},
+        {"force that yields, share of T0", "1, 3 % off", 0.97, 1.03, "yield_share"},
+        {"force below T0, share of the spring", "1, 3 % off", 0.97, 1.03, "below_yield_share"},
+        {"not numbers", "0", 0.0, 0.0, "not_finite"},
+        {"not the same forces twice", "0", 0.0, 0.0, "not_repeated"},
+        {"tick, processor time, p50, us (340 samples)", "25", 0.0, 25.0, "p50_us"},
+        {"tick, processor time, p99, us (340 samples)", "60", 0.0, 60.0, "p99_us"},
+        {"tick, processor time, p99.9, us (340 samples)", "120", 0.0, 120.0, "p999_us"},
+        {"tick, processor time, largest, us (340 samples)", "300", 0.0, 300.0, "max_us"},
+        {"ticks of more than 1 ms of processor time", "0", 0.0, 0.0, "misses"},
+    };
     Value rows = Value::array();
-    const auto total = [&](const char* what, const char* gate, double most,
-                           const auto TouchTotals::*member) {
-        rows.push_back(metric(what, gate, 0.0, most, [&](const char* name) -> Value {
-            const TouchTotals* t = totals_of(totals, name);
-            return t ? Value(t->*member) : Value();
-        }));
-    };
-    const auto law = [&](const char* what, const char* gate, double least, double most,
-                         const char* key) {
-        rows.push_back(metric(what, gate, least, most, [&](const char* name) -> Value {
-            const Value row = row_of(laws, name);
-            return row.is_null() ? Value() : row[key];
-        }));
-    };
-    total("penetration, A1 - A6, voxels", "0.05", 0.05, &TouchTotals::penetration);
-    total("penetration, noise of 5 %, voxels", "0.25", 0.25, &TouchTotals::penetration_noise5);
-    total("passed through, grey values", "0", 0.0, &TouchTotals::pop_throughs);
-    total("direction p99 of the worst cell, planes, balls, cavities, degrees", "1.5", 1.5,
-          &TouchTotals::direction_flat);
-    total("direction p99 of the worst cell, all clean scenes, degrees", "1.5", 1.5,
-          &TouchTotals::direction);
-    total("direction p99 of the worst cell, noise up to 10 %, degrees", "6", 6.0,
-          &TouchTotals::direction_noise);
-    total("magnitude p99, planes, balls, cavities, share", "0.02", 0.02, &TouchTotals::magnitude);
-    total("excess jump, clean, N", "0.02", 0.02, &TouchTotals::jump);
-    total("excess jump, noise up to 10 %, N", "0.10", 0.10, &TouchTotals::jump_noise);
-    total("excess jump on edits (A13), N", "0.10", 0.10, &TouchTotals::edit_jump);
-    total("force where nothing is (A1 - A9, A12, A13), N", "0", 1e-9, &TouchTotals::free_force);
-    total("force beyond its spring on patients (A11), N", "0", 1e-9, &TouchTotals::beyond_spring);
-    law("energy a contact beyond k v T d, without a controller, mJ", "0.02", -INFINITY, 0.02,
-        "energy_beyond_mj");
-    law("limit cycle held at 1 N/mm, falcon, um", "50", 0.0, 50.0, "limit_cycle_um");
-    law("force across of a sliding hand, share (friction 0.4)", "0.40, 1 % more at most", 0.396,
-        0.404, "friction_share");
-    law("drift of a sticking proxy, um/s", "1", 0.0, 1.0, "stick_drift_um_s");
-    law("force that yields, share of T0", "1, 3 % off", 0.97, 1.03, "yield_share");
-    law("force below T0, share of the spring", "1, 3 % off", 0.97, 1.03, "below_yield_share");
-    total("not numbers", "0", 0.0, &TouchTotals::not_finite);
-    total("not the same forces twice", "0", 0.0, &TouchTotals::not_repeated);
-    for (const auto& [key, gate, most] :
-         {std::tuple{"p50_us", "25", 25.0}, std::tuple{"p99_us", "60", 60.0},
-          std::tuple{"p999_us", "120", 120.0}, std::tuple{"max_us", "300", 300.0},
-          std::tuple{"misses", "0", 0.0}}) {
-        const std::string what = key == std::string_view("misses")
-                                     ? "ticks of more than 1 ms of processor time"
-                                     : fmt::format("tick, processor time, {}, us (340 samples)",
-                                                   key == std::string_view("max_us")   ? "largest"
-                                                   : key == std::string_view("p50_us") ? "p50"
-                                                   : key == std::string_view("p99_us") ? "p99"
-                                                                                       : "p99.9");
-        rows.push_back(metric(what.c_str(), gate, 0.0, most, [&](const char* name) -> Value {
-            const Value row = row_of(times, name, name == std::string_view("swept-tool") ? 340 : 0);
-            return row.is_null() ? Value() : row[key];
-        }));
+    for (const auto& [what, gate, least, most, key] : kMetrics) {
+        Value row{{"metric", what}, {"gate", gate}, {"figures", Value::object()}};
+        for (const std::string_view name : kRepaired) {
+            Value figure = total_of(totals, name.data(), key);
+            for (const Value& of : {row_of(laws, name.data()),
+                                    row_of(times, name.data(), name == "swept-tool" ? 340 : 0)})
+                if (of.contains(key))
+                    figure = of[key];
+            Value cell{{"figure", figure}};
+            if (figure.is_number())
+                cell["within"] = figure.get<double>() <= most && figure.get<double>() >= least;
+            row["figures"][name.data()] = std::move(cell);
+        }
+        rows.push_back(std::move(row));
     }
     rows.push_back(
         {{"metric", "stiffest of the walls tried that stays still at 1 kHz, falcon, N/m"},
@@ -194,36 +168,31 @@ Value touch_metrics(const AllTotals& totals, const Value& times, const Value& la
 }
 
 Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_width) {
-    const TouchTotals* ours = totals_of(totals, "swept-point");
-    const TouchTotals* eriksson = totals_of(totals, "eriksson-2006");
-    const TouchTotals* vidholm = totals_of(totals, "vidholm-2004");
     Value rows = Value::array();
     const auto add = [&](const char* what, Value figure, const std::string& others) {
         rows.push_back({{"what", what}, {"ours", std::move(figure)}, {"others", others}});
     };
-    const auto our = [&](auto TouchTotals::*member) {
-        return ours ? Value(ours->*member) : Value();
-    };
-    const auto printed = [](const auto& figure, const TouchTotals* a, const TouchTotals* b) {
+    const auto our = [&](const char* key) { return total_of(totals, "swept-point", key); };
+    const auto printed = [&](const char* key) {
+        const auto text = [&](const char* name) {
+            const Value figure = total_of(totals, name, key);
+            return figure.is_null()           ? std::string("-")
+                   : figure.is_number_float() ? fmt::format("{:.3g}", figure.get<double>())
+                                              : figure.dump();
+        };
         return fmt::format(
             "not reported; their algorithms as printed, here: Eriksson et al. {}, "
             "Vidholm & Agmund {}",
-            a ? figure(*a) : "-", b ? figure(*b) : "-");
+            text("eriksson-2006"), text("vidholm-2004"));
     };
-    add("passed through, all grey scenes", our(&TouchTotals::pop_throughs),
-        printed([](const TouchTotals& t) { return fmt::format("{}", t.pop_throughs); }, eriksson,
-                vidholm));
-    add("deepest proxy on A1 - A6, voxels", our(&TouchTotals::penetration),
-        printed([](const TouchTotals& t) { return fmt::format("{:.3g}", t.penetration); }, eriksson,
-                vidholm));
-    add("direction error p99, clean, degrees", our(&TouchTotals::direction),
-        printed([](const TouchTotals& t) { return fmt::format("{:.3g}", t.direction); }, eriksson,
-                vidholm) +
+    add("passed through, all grey scenes", our("pop_throughs"), printed("pop_throughs"));
+    add("deepest proxy on A1 - A6, voxels", our("penetration_voxels"),
+        printed("penetration_voxels"));
+    add("direction error p99, clean, degrees", our("direction_p99_deg"),
+        printed("direction_p99_deg") +
             "; people tell 18 to 32 degrees apart (Barbagli et al. 2006)");
-    add("largest excess jump, clean, N", our(&TouchTotals::jump),
-        printed([](const TouchTotals& t) { return fmt::format("{:.3g}", t.jump); }, eriksson,
-                vidholm));
-    add("largest excess jump on an edit, N", our(&TouchTotals::edit_jump),
+    add("largest excess jump, clean, N", our("excess_jump_n"), printed("excess_jump_n"));
+    add("largest excess jump on an edit, N", our("edit_jump_n"),
         "not reported; an intermediate surface that is shifted by up to 10 mm and exchanged jumps "
         "by up to 10 N at 1 N/mm (Koerner et al. 1999, worked out)");
     const auto time = [&](const char* what, const char* name, int samples, const char* others) {
