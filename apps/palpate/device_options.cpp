@@ -2,6 +2,7 @@
 
 #include <charconv>
 
+#include "apps/palpate/option_checks.h"
 #include "apps/palpate/option_texts.h"
 
 namespace palpate {
@@ -10,9 +11,11 @@ void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
     app.add_option(
            "--residency", options.residency,
            "Storage of the volume on the device: dense (one image), atlas (the bricks that can be "
-           "seen, in several parts if they do not fit), or auto (dense if it fits and is faster)")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"auto", "dense", "atlas"}));
+           "seen, in several parts if they do not fit), or auto (dense if it fits and is faster) "
+           "(default: auto)")
+        ->transform(one_of<Residency>({{"auto", Residency::automatic},
+                                       {"dense", Residency::dense},
+                                       {"atlas", Residency::atlas}}));
     app.add_option("--gpu-memory", options.gpu_memory,
                    "Limit on device memory, as 512M, 1G or bytes (default: three quarters of the "
                    "device's memory)")
@@ -20,23 +23,19 @@ void add_device_memory_options(CLI::App& app, DeviceMemoryOptions& options) {
         ->type_name("BYTES");
     app.add_option("--sampling", options.sampling,
                    "Interpolation: by the device's sampler (device), or in the shader (fp32: "
-                   "several times slower, the same bits for dense and atlas)")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"device", "fp32"}));
+                   "several times slower, the same bits for dense and atlas) (default: device)")
+        ->transform(one_of<Sampling>({{"device", Sampling::device}, {"fp32", Sampling::by_hand}}));
     app.add_option("--gradients", options.gradients,
                    "Gradients of shaded alpha: from six samples each (taps), stored beside the "
                    "volume with 8 bytes a sample (stored), or auto: stored on devices without a "
-                   "hardware sampler when several frames are drawn, if they fit")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"auto", "taps", "stored"}));
+                   "hardware sampler when several frames are drawn, if they fit (default: auto)")
+        ->check(one_of({"auto", "taps", "stored"}));
 }
 
 void apply(const DeviceMemoryOptions& options, const GpuDevice& device, bool many_frames,
            RendererOptions& renderer) {
-    renderer.residency = options.residency == "dense"   ? Residency::dense
-                         : options.residency == "atlas" ? Residency::atlas
-                                                        : Residency::automatic;
-    renderer.sampling = options.sampling == "fp32" ? Sampling::by_hand : Sampling::device;
+    renderer.residency = options.residency;
+    renderer.sampling = options.sampling;
     renderer.stored_gradients =
         options.gradients == "stored" ||
         (options.gradients == "auto" && many_frames && device.info().is_cpu());

@@ -10,7 +10,9 @@ namespace palpate {
 
 // How a volume lies on the device and is sampled there.
 struct DeviceMemoryOptions {
-    std::string residency = "auto", sampling = "device", gradients = "auto", gpu_memory;
+    Residency residency = Residency::automatic;
+    Sampling sampling = Sampling::device;
+    std::string gradients = "auto", gpu_memory;
 };
 
 // Adds --residency, --gpu-memory, --sampling and --gradients.

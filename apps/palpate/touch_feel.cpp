@@ -261,7 +261,7 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
     app.add_option("--source", o.source,
                    "Felt data: grey or labels (default: labels with --label-feel and while they "
                    "are edited, except by draw; else grey)")
-        ->check(CLI::IsMember({"grey", "labels"}));
+        ->check(one_of({"grey", "labels"}));
     app.add_option("--label-feel", o.label_feel,
                    "Properties of one label: LABEL,STIFFNESS[,FRICTION[,T0]], N/m and N; "
                    "repeatable; other labels take --stiffness, --friction and --yield")
