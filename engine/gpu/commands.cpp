@@ -17,8 +17,9 @@ namespace palpate {
 struct Recorded {
     struct Pass {
         std::string name;
-        uint64_t copied_bytes = 0;   // of a copy that is timed for the profile alone
+        uint64_t copied_bytes = 0;   // of a copy, which the profile shows among the copies
         std::string first_uses = {}; // pipelines that had not been dispatched before
+        bool for_profile_alone = false;
     };
     struct Part { // one submission
         std::unique_ptr<CommandSlot> slot;
@@ -132,13 +133,13 @@ void Commands::end_pass() {
         vkCmdEndDebugUtilsLabelEXT(handle());
 }
 
-void Commands::begin_stamp(std::string name, uint64_t copied_bytes) {
+void Commands::begin_stamp(std::string name) {
     const CommandSlot& into = slot();
     std::vector<Recorded::Pass>& passes = recorded_->open().passes;
     PALPATE_ASSERT_CMP(passes.size(), <, size_t{kMaxPasses});
     vkCmdWriteTimestamp2(into.commands(), VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT, into.queries(),
                          static_cast<uint32_t>(2 * passes.size()));
-    passes.push_back({std::move(name), copied_bytes});
+    passes.push_back({std::move(name)});
 }
 
 void Commands::end_stamp() {
@@ -155,8 +156,12 @@ void Commands::begin_copy(const char* name, uint64_t bytes) {
     timing_copy_ = profile::on() && !in_pass_;
     if (timing_copy_ && recorded_->is_open())
         timing_copy_ = recorded_->open().passes.size() < kMaxPasses;
-    if (timing_copy_)
-        begin_stamp(name, bytes);
+    if (timing_copy_) {
+        begin_stamp(name);
+        recorded_->open().passes.back().for_profile_alone = true;
+    }
+    if (timing_copy_ || (in_pass_ && recorded_->open().passes.back().name == kUpload))
+        recorded_->open().passes.back().copied_bytes += bytes;
 }
 
 void Commands::end_copy() {
@@ -459,7 +464,7 @@ void Recorded::read_times(Part& part) const {
         "reading timestamps");
     const double ms_per_tick = static_cast<double>(device->limits().timestampPeriod) * 1e-6;
     for (size_t i = 0; i < part.passes.size(); ++i)
-        if (part.passes[i].copied_bytes == 0)
+        if (!part.passes[i].for_profile_alone)
             part.times.push_back(
                 {part.passes[i].name,
                  static_cast<double>(stamps[2 * i + 1] - stamps[2 * i]) * ms_per_tick});

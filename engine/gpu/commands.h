@@ -157,7 +157,7 @@ class Commands {
     void submit_open(std::span<const SemaphoreUse> signals);
     void bind(const ComputePipeline& pipeline, std::span<const Bound> bound);
     void barrier(const VkDependencyInfo& info);
-    void begin_stamp(std::string name, uint64_t copied_bytes = 0);
+    void begin_stamp(std::string name);
     void end_stamp();
     void begin_copy(const char* name, uint64_t bytes);
     void end_copy();
