@@ -160,8 +160,8 @@ GpuImage::~GpuImage() {
     });
 }
 
-Sampler::Sampler(GpuDevice& device, Filter filter, Edge edge) : device_(&device) {
-    const VkFilter f = filter == Filter::linear ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
+Sampler::Sampler(GpuDevice& device, SampleFilter filter, Edge edge) : device_(&device) {
+    const VkFilter f = filter == SampleFilter::linear ? VK_FILTER_LINEAR : VK_FILTER_NEAREST;
     const VkSamplerAddressMode mode = edge == Edge::clamp ? VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE
                                                           : VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_BORDER;
     const VkSamplerCreateInfo create{.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO,

@@ -108,12 +108,13 @@ class GpuImage {
 // Bytes of one texel of an uncompressed colour format of at most 32 bits a channel.
 uint32_t bytes_per_texel(VkFormat format);
 
-enum class Filter { nearest, linear };
+// How a sampler reads between texels, and beyond the border.
+enum class SampleFilter { nearest, linear };
 enum class Edge { clamp, border_zero };
 
 class Sampler {
  public:
-    Sampler(GpuDevice& device, Filter filter, Edge edge);
+    Sampler(GpuDevice& device, SampleFilter filter, Edge edge);
     ~Sampler();
     Sampler(const Sampler&) = delete;
     Sampler& operator=(const Sampler&) = delete;

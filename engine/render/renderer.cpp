@@ -59,9 +59,9 @@ Renderer::Renderer(GpuDevice& device, RendererOptions options)
     : device_(&device),
       options_(options),
       pipelines_(device),
-      linear_(device, Filter::linear, Edge::clamp),
-      nearest_(device, Filter::nearest, Edge::clamp),
-      label_sampler_(device, Filter::nearest, Edge::border_zero),
+      linear_(device, SampleFilter::linear, Edge::clamp),
+      nearest_(device, SampleFilter::nearest, Edge::clamp),
+      label_sampler_(device, SampleFilter::nearest, Edge::border_zero),
       held_(std::make_unique<Held>()) {
     if (options_.memory_limit_bytes == 0)
         options_.memory_limit_bytes = device.info().memory_bytes / 4 * 3;

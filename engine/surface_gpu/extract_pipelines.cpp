@@ -50,7 +50,7 @@ ExtractPipelines::ExtractPipelines(GpuDevice& device)
       scan_(device, "extract scan", spirv::extract_scan[0], kScanSlots),
       count_(device, "extract count", spirv::extract_count[0], kCountSlots),
       cases_(device, "cases of cells", 256 * sizeof(gpu::ExtractCase), Memory::upload),
-      nearest_(device, Filter::nearest, Edge::clamp) {
+      nearest_(device, SampleFilter::nearest, Edge::clamp) {
     for (size_t i = 0; i < 256; ++i) {
         const gpu::ExtractCase entry = packed(classic_table(), i);
         std::memcpy(cases_.mapped().data() + i * sizeof entry, &entry, sizeof entry);

@@ -91,7 +91,7 @@ TEST_F(CommandsTest, WhatIsMadeIsCounted) {
     const CreatedObjects created;
     Buffer buffer(device(), "one", 100, Memory::device);  // and its memory
     GpuImage image(device(), "two", {.size = {4, 4, 1}}); // and memory and view
-    const Sampler sampler(device(), Filter::linear, Edge::clamp);
+    const Sampler sampler(device(), SampleFilter::linear, Edge::clamp);
     EXPECT_EQ(created.count(), 6u);
     EXPECT_EQ(created.allocations(), 2u);
     EXPECT_EQ(device().created().objects - before.objects, 6u);
