@@ -69,19 +69,6 @@ void fill_slot(const Volume& volume, glm::uvec3 position, VkFormat format, glm::
     }
 }
 
-// Samples [low, high) of the blocks of a brick that changed.
-std::pair<glm::uvec3, glm::uvec3> changed_samples(const ChangedBrick& brick) {
-    glm::uvec3 low(kBlocksPerSide), high(0);
-    for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
-        if (brick.blocks >> block & 1) {
-            const glm::uvec3 at(block % kBlocksPerSide, block / kBlocksPerSide % kBlocksPerSide,
-                                block / (kBlocksPerSide * kBlocksPerSide));
-            low = glm::min(low, at);
-            high = glm::max(high, at + 1u);
-        }
-    return {low * kBlockSide, high * kBlockSide};
-}
-
 } // namespace
 
 uint64_t BrickAtlas::bytes_for(const GpuDevice& device, const Volume& volume, TexelStorage storage,

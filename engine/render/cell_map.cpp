@@ -32,16 +32,9 @@ VisibleValues visible_values(const RayCastLayer& layer) {
 } // namespace
 
 CellBox changed_cells(const ChangedBrick& brick, uint32_t side, glm::uvec3 count) {
-    glm::uvec3 low(kBlocksPerSide), high(0);
-    for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
-        if (brick.blocks >> block & 1) {
-            const glm::uvec3 at(block % kBlocksPerSide, block / kBlocksPerSide % kBlocksPerSide,
-                                block / (kBlocksPerSide * kBlocksPerSide));
-            low = glm::min(low, at);
-            high = glm::max(high, at + 1u);
-        }
-    const glm::uvec3 first = brick.position * kBrickSide + low * kBlockSide;
-    const glm::uvec3 last = brick.position * kBrickSide + high * kBlockSide - 1u;
+    const auto [low, high] = changed_samples(brick);
+    const glm::uvec3 first = brick.position * kBrickSide + low;
+    const glm::uvec3 last = brick.position * kBrickSide + high - 1u;
     return {glm::min((glm::max(first, glm::uvec3(1)) - 1u) / side, count - 1u),
             glm::min(last / side + 1u, count)};
 }

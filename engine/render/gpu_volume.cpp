@@ -13,21 +13,10 @@ uint64_t dense_bytes(const Volume& volume, const TexelStorage& storage) {
     return sample_count(volume.grid()) * texel_bytes(storage.format);
 }
 
-struct BrickBox {
-    glm::uvec3 low, high; // [low, high), samples of the brick
-};
-
 // About the changed blocks of a brick of which `valid` samples lie in the volume.
 BrickBox changed_box(const ChangedBrick& brick, glm::uvec3 valid) {
-    glm::uvec3 low(kBlocksPerSide), high(0);
-    for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
-        if (brick.blocks >> block & 1) {
-            const glm::uvec3 at(block % kBlocksPerSide, block / kBlocksPerSide % kBlocksPerSide,
-                                block / (kBlocksPerSide * kBlocksPerSide));
-            low = glm::min(low, at);
-            high = glm::max(high, at + 1u);
-        }
-    return {glm::min(low * kBlockSide, valid), glm::min(high * kBlockSide, valid)};
+    const auto [low, high] = changed_samples(brick);
+    return {glm::min(low, valid), glm::min(high, valid)};
 }
 
 double mib(uint64_t bytes) {

@@ -35,4 +35,16 @@ std::vector<ChangedBrick> changed_bricks(const Volume& before, const Volume& aft
     return changed;
 }
 
+BrickBox changed_samples(const ChangedBrick& brick) {
+    glm::uvec3 low(kBlocksPerSide), high(0);
+    for (uint32_t block = 0; block < kBlocksPerBrick; ++block)
+        if (brick.blocks >> block & 1) {
+            const glm::uvec3 at(block % kBlocksPerSide, block / kBlocksPerSide % kBlocksPerSide,
+                                block / (kBlocksPerSide * kBlocksPerSide));
+            low = glm::min(low, at);
+            high = glm::max(high, at + 1u);
+        }
+    return {low * kBlockSide, high * kBlockSide};
+}
+
 } // namespace palpate

@@ -13,6 +13,13 @@ struct ChangedBrick {
     friend bool operator==(const ChangedBrick&, const ChangedBrick&) = default;
 };
 
+// The box [low, high) about a brick's changed blocks, in samples of the brick: 0 .. kBrickSide.
+// It may reach beyond the volume.
+struct BrickBox {
+    glm::uvec3 low, high;
+};
+BrickBox changed_samples(const ChangedBrick& brick);
+
 // The bricks in which two snapshots of one volume differ, in x-fastest order.
 //
 // The only list of changes: upload, meshing, min-max and touch all read it. Pages and bricks that

@@ -131,6 +131,16 @@ class FramesTest : public GpuTest {
     }
 
     static constexpr int kWarm = 3, kMore = 2;
+    // draw(frame) draws one; from the fourth on nothing is made.
+    template <class Draw>
+    static void expect_nothing_created(const Draw& draw) {
+        for (int frame = 0; frame < kWarm; ++frame)
+            draw(frame);
+        const CreatedObjects created;
+        for (int frame = kWarm; frame < kWarm + kMore; ++frame)
+            draw(frame);
+        EXPECT_EQ(created.count(), 0u);
+    }
     const Grid grid_ = make_grid({100, 100, 100}, glm::dvec3(2), glm::dvec3(-99));
     const Volume volume_ = synthetic::sample_ct_phantom(grid_);
     const Volume labels_ =
@@ -146,12 +156,7 @@ TEST_F(FramesTest, CreateNothingWhileTheCameraMoves) {
             const Result<Frame> drawn = renderer.render(scene_of(one, frame), data);
             EXPECT_TRUE(drawn) << drawn.error().message;
         };
-        for (int frame = 0; frame < kWarm; ++frame)
-            draw(frame);
-        const CreatedObjects created;
-        for (int frame = kWarm; frame < kWarm + kMore; ++frame)
-            draw(frame);
-        EXPECT_EQ(created.count(), 0u);
+        expect_nothing_created(draw);
     }
 }
 
@@ -165,12 +170,7 @@ TEST_F(FramesTest, CreateNothingWhileTheVolumeIsEdited) {
             const Result<Frame> drawn = renderer.render(scene_of(one, frame), data);
             EXPECT_TRUE(drawn) << drawn.error().message;
         };
-        for (int frame = 0; frame < kWarm; ++frame)
-            draw(frame);
-        const CreatedObjects created;
-        for (int frame = kWarm; frame < kWarm + kMore; ++frame)
-            draw(frame);
-        EXPECT_EQ(created.count(), 0u);
+        expect_nothing_created(draw);
     }
 }
 
@@ -188,12 +188,7 @@ TEST_F(FramesTest, CreateNothingWhileTheyAreInteractive) {
                 scene, data, {.step_factor = 2.0, .px_per_ray = frame % 2 ? 2u : 4u}));
             EXPECT_TRUE(renderer.refine(scene, data, 1, 2));
         };
-        for (int frame = 0; frame < kWarm; ++frame)
-            draw(frame);
-        const CreatedObjects created;
-        for (int frame = kWarm; frame < kWarm + kMore; ++frame)
-            draw(frame);
-        EXPECT_EQ(created.count(), 0u);
+        expect_nothing_created(draw);
     }
 }
 

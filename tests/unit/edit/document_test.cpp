@@ -10,6 +10,7 @@
 #include "engine/edit/step.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
+#include "tests/support/document_text.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/edit/twin.h"
 
@@ -17,19 +18,6 @@ namespace palpate {
 namespace {
 
 using testing::HasSubstr;
-
-// All that a document is, as text.
-std::string all_of(const Document& document) {
-    std::string text;
-    for (const NamedVolume& v : document.volumes) {
-        text += fmt::format("{} {} {} {:016x}", v.name, name_of(v.kind), name_of(v.volume.type()),
-                            content_hash(v.volume));
-        for (int i = 0; i < 16; ++i)
-            text += fmt::format(" {}", v.volume.grid().world_from_index[i / 4][i % 4]);
-        text += "\n";
-    }
-    return text;
-}
 
 Volume random_volume(Random& random) {
     const Grid grid =

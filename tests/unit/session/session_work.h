@@ -11,6 +11,7 @@
 #include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
 #include "haptics/device/recorded.h"
+#include "tests/support/document_text.h"
 
 // A session without threads, worked on as a person would, for tests.
 namespace palpate {
@@ -24,19 +25,6 @@ inline Document head_and_organs() {
          {"organs", VolumeKind::labels, make_volume(grid, ScalarType::u8, [](glm::uvec3 i) {
               return (i.x / 9 + i.z / 7) % 4;
           })}});
-}
-
-// All that a document is, as text.
-inline std::string all_of(const Document& document) {
-    std::string text;
-    for (const NamedVolume& v : document.volumes) {
-        text += fmt::format("{} {} {} {:016x}", v.name, name_of(v.kind), name_of(v.volume.type()),
-                            content_hash(v.volume));
-        for (int i = 0; i < 16; ++i)
-            text += fmt::format(" {}", v.volume.grid().world_from_index[i / 4][i % 4]);
-        text += "\n";
-    }
-    return text;
 }
 
 // The n-th stroke: a cut in the head, or paint on the organs where the head has some values. The
