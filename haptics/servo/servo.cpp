@@ -25,7 +25,8 @@ Servo::Servo(const Parts& parts, const Workspace& workspace, const Options& opti
       options_(options),
       safety_(options.limits, parts.device.capabilities(), options.rate_hz),
       scenes_(parts.scenes.add_reader()),
-      parameters_(parts.parameters.add_reader()) {
+      parameters_(parts.parameters.add_reader()),
+      fade_(safety_.most_force_n()) {
     if (parts.workspace)
         settings_.emplace(parts.workspace->add_reader());
 }
@@ -106,12 +107,26 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
                               .removing = pressed(t.buttons, options_.remove_button),
                               .scene = &*scene,
                               .parameters = &now};
-        if (!was_usable_) // homing, a fault, the start: the hand is somewhere else
+        const Seen seen_scene{&*scene, scene.epoch()},
+            seen_parameters{&*parameters, parameters.epoch()};
+        if (!was_usable_) { // homing, a fault, the start: the hand is somewhere else
             parts_.algorithm.reset(input);
+            fade_.reset();
+        } else if (seen_scene != seen_scene_ || seen_parameters != seen_parameters_) {
+            fade_.command(now.surface_delay_s);
+        }
+        seen_scene_ = seen_scene;
+        seen_parameters_ = seen_parameters;
         t.touched = parts_.algorithm.tick(input);
         telemetry_.iterations.add(t.touched.iterations);
+        const double natural_n = natural_change_n(
+            now, glm::distance(t.tool.position_mm, last_tool_.position_mm),
+            glm::distance(t.velocity_mm_per_s, last_velocity_mm_per_s_), input.removing);
+        last_tool_ = t.tool;
+        last_velocity_mm_per_s_ = t.velocity_mm_per_s;
+        const Wrench faded = fade_.next({t.touched.force_n, t.touched.torque_nm}, natural_n, dt_s);
         const double share = workspace_.force_share();
-        wanted = workspace_.to_device({share * t.touched.force_n, share * t.touched.torque_nm});
+        wanted = workspace_.to_device({share * faded.force_n, share * faded.torque_nm});
         stiffness_n_per_m = share * now.stiffness_n_per_m * workspace_.scale();
         if (was_usable_)
             energy_mj_ += 1e3 * glm::dot(last_sent_n_, begun.sample.position_m - last_position_m_);
@@ -144,6 +159,8 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
     telemetry_.versions_behind.add(parts_.scenes.epoch() - scene.epoch());
     telemetry_.ticks.fetch_add(1, std::memory_order_relaxed);
     telemetry_.faults.store(t.faults, std::memory_order_release);
+    telemetry_.status.store(t.status, std::memory_order_relaxed);
+    telemetry_.force.store(safety_.mode(), std::memory_order_relaxed);
     return t;
 }
 

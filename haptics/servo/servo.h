@@ -9,6 +9,7 @@
 #include "haptics/field/algorithm.h"
 #include "haptics/safety/chain.h"
 #include "haptics/safety/write_gate.h"
+#include "haptics/servo/force_fade.h"
 #include "haptics/servo/parameter_slew.h"
 #include "haptics/servo/telemetry.h"
 
@@ -37,7 +38,8 @@ struct ServoTick {
     uint32_t faults = 0;              // Fault bits
     double share = 0.0;               // of soft start
     double damping_n = 0.0;           // of what the safety chain added
-    glm::dvec3 rendered_world_n{0.0}; // what it was given: nothing while the clutch is pressed
+    glm::dvec3 rendered_world_n{0.0}; // what it was given: no jump after a command (ForceFade),
+                                      // nothing while the clutch is pressed
     double energy_mj = 0.0; // work done on the hand since the start, of sent force and its way
     int64_t cpu_ns = 0;     // thread clock, the device's own time apart
 };
@@ -104,6 +106,16 @@ class Servo {
     Mailbox<TouchParameters>::Reader parameters_;
     std::optional<Mailbox<WorkspaceSettings>::Reader> settings_;
     ParameterSlew slew_;
+    ForceFade fade_;
+    // What was pinned in the tick before. A pin's epoch may be that of an earlier value, and memory
+    // is used again; a value that differs differs in one of the two.
+    struct Seen {
+        const void* value = nullptr;
+        uint64_t epoch = 0;
+        friend bool operator==(const Seen&, const Seen&) = default;
+    } seen_scene_, seen_parameters_;
+    ToolPose last_tool_;
+    glm::dvec3 last_velocity_mm_per_s_{0.0};
     std::atomic<Command> command_{Command::none};
     Telemetry telemetry_;
     WriteGate gate_;

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "engine/base/json.h"
+#include "haptics/safety/stages.h"
 #include "haptics/servo/histogram.h"
 
 namespace palpate::haptics {
@@ -20,7 +21,10 @@ struct Telemetry {
     std::atomic<uint64_t> skipped{0};       // that were due while another ran or the machine slept
     std::atomic<uint64_t> poses_refused{0}; // by a full ring
     std::atomic<uint64_t> trips{0};         // of the watchdog
-    std::atomic<uint32_t> faults{0};        // of the newest tick
+    // Of the newest tick.
+    std::atomic<uint32_t> faults{0};
+    std::atomic<DeviceStatus> status{DeviceStatus::ok};
+    std::atomic<SoftStart::Mode> force{SoftStart::Mode::disarmed};
 };
 
 // {"ticks": .., "wake_us": {"p50", "p99", "p999", "p9999", "max"}, ...}
