@@ -67,10 +67,35 @@ bool Editor::remove(std::string volume) {
     return command(Remove{std::move(volume)});
 }
 
-std::future<Document> Editor::change_journal(Journal journal) {
-    ChangeJournal change{std::move(journal), {}};
-    std::future<Document> reached = change.reached.get_future();
-    return command(std::move(change)) ? std::move(reached) : std::future<Document>();
+Result<Document> JournalChange::wait(std::chrono::milliseconds limit) {
+    if (reached_.wait_for(limit) != std::future_status::ready && !claimed_->exchange(true))
+        return fail(
+            "expected the end of the stroke under way within {:g} s; lift the tool and try again",
+            std::chrono::duration<double>(limit).count());
+    try {
+        return reached_.get();
+    } catch (const std::future_error&) { // it ran out of memory
+        return fail("the editor could not begin the new journal");
+    }
+}
+
+std::optional<JournalChange> Editor::change_journal(Journal journal, std::optional<Document> from) {
+    ChangeJournal change{std::move(journal), std::move(from), {}, {}};
+    JournalChange asked;
+    asked.reached_ = change.reached.get_future();
+    asked.claimed_ = change.claimed = std::make_shared<std::atomic<bool>>(false);
+    return command(std::move(change)) ? std::optional(std::move(asked)) : std::nullopt;
+}
+
+std::string Editor::take_refusal() {
+    const std::scoped_lock held(refusals_mutex_);
+    if (!refusals_to_take_.empty()) {
+        std::string oldest = std::move(refusals_to_take_.front());
+        refusals_to_take_.pop_front();
+        return oldest;
+    }
+    const size_t more = std::exchange(refusals_left_out_, 0);
+    return more == 0 ? "" : fmt::format("{} more steps had no effect", more);
 }
 
 void Editor::settle() {
@@ -320,11 +345,26 @@ void Editor::obey(Remove remove) {
     publish();
 }
 
-void Editor::obey(ChangeJournal change) {
+Result<Document> Editor::change_to(ChangeJournal& change) {
+    if (change.from && !now_.is_same_as(*change.from)) {
+        const JournalEntry entry{.kind = JournalEntry::Kind::change,
+                                 .change = {"since the copy", Json::object(),
+                                            pack_step(step_between(*change.from, now_))}};
+        if (entry.change.packed.empty())
+            return fail("the journal's entry needs more memory than there is");
+        if (Result<void> written = change.journal.append(entry); !written)
+            return pass_on(written);
+    }
     options_.journal.emplace(std::move(change.journal));
     undos_in_journal_ = redos_in_journal_ = 0;
+    return now_;
+}
+
+void Editor::obey(ChangeJournal change) {
+    Result<Document> changed =
+        change.claimed->exchange(true) ? Result<Document>(fail("given up")) : change_to(change);
     publish();
-    change.reached.set_value(now_);
+    change.reached.set_value(std::move(changed));
 }
 
 void Editor::step(bool back) {
@@ -367,6 +407,13 @@ void Editor::step(bool back) {
 }
 
 void Editor::publish() {
+    if (std::exchange(refusals_kept_, refusals_) != refusals_) {
+        const std::scoped_lock held(refusals_mutex_);
+        if (refusals_to_take_.size() < kMostRefusals && refusals_left_out_ == 0)
+            refusals_to_take_.push_back(refusal_);
+        else
+            ++refusals_left_out_;
+    }
     const History::Stats history = history_->stats();
     states_.publish(std::make_unique<EditState>(
         EditState{now_, edited_, last_done_.number, last_done_.pushed_ns, profile::now_ns(),

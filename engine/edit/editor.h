@@ -1,9 +1,11 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <deque>
 #include <future>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -71,6 +73,20 @@ struct EditSetup {
     std::string guide; // the name of the grey volume of only_values on labels; empty: none
 };
 
+// A change of journal that an editor was asked for (Editor::change_journal()).
+class JournalChange {
+ public:
+    // The document that the new journal goes on from; once, from any thread. An error: it could not
+    // be begun, or its turn did not come within the limit, because a stroke is under way. The
+    // editor then goes on with the journal that it has, and closes this one.
+    Result<Document> wait(std::chrono::milliseconds limit);
+
+ private:
+    friend class Editor;
+    std::future<Result<Document>> reached_;
+    std::shared_ptr<std::atomic<bool>> claimed_; // by the editor that does it, or who gave it up
+};
+
 // The one writer of a document: a thread that turns poses into snapshots.
 //
 // Poses come through a ring from one thread, the servo, which waits for nothing; a full ring
@@ -105,10 +121,17 @@ class Editor {
     bool put(NamedVolume volume, std::string title, Json parameters = Json::object());
     bool remove(std::string volume); // a step, too; the last volume stays
 
-    // What the document is between two strokes, and from where on another journal is kept: entries
-    // after that state go there, and undo beyond it is kept as a difference. The future is set once
-    // that is so; a full ring gives one without state.
-    std::future<Document> change_journal(Journal journal);
+    // From its turn on entries go to another journal, and undo beyond it is kept as a difference.
+    // Where `from` is given, the journal belongs to that earlier state, and its first entry leads
+    // from there to the document at its turn. Nothing: full.
+    std::optional<JournalChange> change_journal(Journal journal,
+                                                std::optional<Document> from = std::nullopt);
+
+    // The oldest refusal (EditState::refusal) that has not been taken; empty: none. Any thread. At
+    // most kMostRefusals are kept; in the place of those that came beyond it stands one sentence
+    // with their number.
+    static constexpr size_t kMostRefusals = 64;
+    std::string take_refusal();
 
     // Of an editor without a thread: does all that was pushed and commanded. A stroke under way
     // stays so.
@@ -135,7 +158,9 @@ class Editor {
     };
     struct ChangeJournal {
         Journal journal;
-        std::promise<Document> reached;
+        std::optional<Document> from;
+        std::promise<Result<Document>> reached;
+        std::shared_ptr<std::atomic<bool>> claimed;
     };
     using Order = std::variant<Undo, Redo, EditSetup, Put, Remove, ChangeJournal>;
     struct Command { // trivially destructible, as rings want: owns `order` all the same
@@ -160,6 +185,7 @@ class Editor {
     void obey(Put put);
     void obey(Remove remove);
     void obey(ChangeJournal change);
+    Result<Document> change_to(ChangeJournal& change);
     void step(bool back);
     void change_to(Document next, std::string title, Json parameters);
     bool keep(JournalEntry entry); // in the journal, if there is one; false: refused
@@ -192,8 +218,12 @@ class Editor {
     // How many of the next undo and redo steps equal those of replaying the journal; others are
     // kept as differences.
     size_t undos_in_journal_ = 0, redos_in_journal_ = 0;
-    size_t refusals_ = 0;
+    size_t refusals_ = 0, refusals_kept_ = 0;
     std::string refusal_;
+
+    std::mutex refusals_mutex_; // of these two
+    std::deque<std::string> refusals_to_take_;
+    size_t refusals_left_out_ = 0;
     std::jthread thread_; // last: ends before the rest goes
 };
 

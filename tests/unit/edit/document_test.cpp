@@ -158,6 +158,7 @@ TEST_F(JournalledDocument, IsWhatItsJournalGivesAtEveryMoment) {
         uint64_t number = 0;
         std::vector<std::string> past{all_of(first)}; // what undo leads to
         size_t depth = 0;
+        Document earlier = first;
         const auto done = [&](const std::string& state) {
             past.resize(++depth);
             past.push_back(state);
@@ -199,12 +200,20 @@ TEST_F(JournalledDocument, IsWhatItsJournalGivesAtEveryMoment) {
                 if (possible)
                     depth += back ? -1 : 1;
             } else {
+                // At its turn, or of an earlier state that its first entry leads on from.
                 const std::string name = fmt::format("j{}-{}", seed, ++saves);
-                auto reached = editor.change_journal(*Journal::create(file(name), {.save = saves}));
+                std::optional<Document> from;
+                if (pick(random, 0, 1))
+                    from = earlier;
+                auto reached =
+                    editor.change_journal(*Journal::create(file(name), {.save = saves}), from);
                 editor.settle();
-                saved = {reached.get(), name};
+                const Document at_its_turn = reached->wait({}).value();
+                saved = {from.value_or(at_its_turn), name};
             }
             const Document now = reader.pin()->document;
+            if (pick(random, 0, 3) == 0)
+                earlier = now;
             ASSERT_EQ(all_of(now), past[depth]) << seed << " " << i;
             ASSERT_EQ(all_of(replayed(saved, file(saved.journal))), all_of(now))
                 << seed << " " << i;

@@ -330,6 +330,63 @@ TEST(Editor, SaysWhyItDidNothing) {
     EXPECT_TRUE(refusal("expected a unit quaternion [w, x, y, z], found length 0"));
 }
 
+// However fast they come: the oldest in their order, and the number of those beyond.
+TEST(Editor, NoRefusalIsLost) {
+    const Volume greys = make_volume(make_grid(glm::uvec3(8), glm::dvec3(1)), ScalarType::i16,
+                                     [](glm::uvec3) { return 5.0; });
+    Editor editor(greys);
+    auto reader = editor.add_reader();
+    constexpr size_t kAll = Editor::kMostRefusals + 36;
+    for (size_t i = 0; i < kAll;)
+        i += i % 2 ? editor.redo() : editor.undo();
+    while (reader.pin()->commands_done < kAll)
+        std::this_thread::yield();
+    EXPECT_EQ(reader.pin()->refusals, kAll);
+    for (size_t i = 0; i < Editor::kMostRefusals; ++i)
+        ASSERT_EQ(editor.take_refusal(),
+                  i % 2 ? "nothing is left to redo" : "nothing is left to undo");
+    EXPECT_EQ(editor.take_refusal(), "36 more steps had no effect");
+    EXPECT_EQ(editor.take_refusal(), "");
+    ASSERT_TRUE(editor.undo());
+    while (reader.pin()->commands_done < kAll + 1)
+        std::this_thread::yield();
+    EXPECT_EQ(editor.take_refusal(), "nothing is left to undo");
+}
+
+// A journal that waits for the end of a stroke is given up after the limit, and the editor goes on
+// with the one that it has.
+TEST_F(JournalledEditor, AChangeOfJournalWaitsNoLongerThanItsLimit) {
+    const Volume first = make_volume(make_grid(glm::uvec3(16), glm::dvec3(1)), ScalarType::u8,
+                                     [](glm::uvec3) { return 0.0; });
+    Editor editor(first, {.journal = *Journal::create(file("old"), Journal::base_of(first))});
+    auto reader = editor.add_reader();
+    const Stroke ball =
+        make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""), {}, {{}});
+    ASSERT_TRUE(editor.use(ball.shape, ball.tool, ball.operation));
+    ASSERT_TRUE(editor.push({EditInput::Kind::down, {0, {{8, 8, 8}, kUpright}}, 1, 0}));
+    while (reader.pin()->inputs_done < 1)
+        std::this_thread::yield();
+    auto change = editor.change_journal(*Journal::create(file("new"), {.save = 1}));
+    ASSERT_TRUE(change);
+    const Result<Document> reached = change->wait(std::chrono::milliseconds(20));
+    ASSERT_FALSE(reached);
+    EXPECT_THAT(reached.error().message, testing::HasSubstr("lift the tool"));
+    ASSERT_TRUE(editor.push({EditInput::Kind::up, {1, {{9, 8, 8}, kUpright}}, 2, 0}));
+    while (reader.pin()->strokes_done < 1 || reader.pin()->commands_done < 2)
+        std::this_thread::yield();
+    EXPECT_EQ(Journal::peek(file("old"))->entries.size(), 1u);
+    EXPECT_EQ(Journal::peek(file("new"))->entries.size(), 0u);
+    // It has let go of the other one, and another is taken.
+    EXPECT_TRUE(Journal::expect_ended(file("new")));
+    change = editor.change_journal(*Journal::create(file("newer"), {.save = 1}));
+    EXPECT_TRUE(change->wait(std::chrono::hours(1)));
+    ASSERT_TRUE(editor.undo());
+    while (reader.pin()->commands_done < 4)
+        std::this_thread::yield();
+    EXPECT_EQ(Journal::peek(file("old"))->entries.size(), 1u);
+    EXPECT_EQ(Journal::peek(file("newer"))->entries.size(), 1u);
+}
+
 // What is no pose changes nothing of a stroke, and one that is almost one is what a file would
 // hold.
 TEST(Editor, PassesOverWhatIsNoPose) {
