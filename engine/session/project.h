@@ -1,53 +1,113 @@
 #pragma once
 
+#include <chrono>
 #include <filesystem>
+#include <future>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/edit/history.h"
+#include "engine/edit/journal.h"
 #include "engine/scene/scene_file.h"
 #include "engine/session/session.h"
 
 namespace palpate {
 
-// What a project holds beside its strokes.
+struct ProjectDescription;
+
+// The contents of a project beside its strokes.
 struct ProjectContents {
     Document document;
     std::string grey, labels; // names of the volumes that are seen and felt; empty: none
     SceneFile scene;          // its `volume` and `labels` are the project's files, and not read
     haptics::TouchParameters touch;
+    std::string modality = ""; // of the grey volume, "CT" say; empty where unknown
 };
 
 // A document, how it is seen and how it feels, in a folder (docs/reference/project.md):
 //
 //     project.json      names, kinds and files of the volumes, scene, haptic parameters; the save
 //     NAME-3.pbv        a volume, as it was at the third save
-//     journal-5         what was done since the fifth
+//     journal-5         the steps since the fifth save
 //
 // While a project is open each step of its session is on disk before it counts (journal.h), so that
 // a process that ends without a word loses no stroke that had ended. A save writes the volumes that
 // have changed and begins a new journal. It replaces project.json as its last step, so that one who
 // is killed at any moment leaves the project before the save or after it, with all its strokes.
 //
-// One process has a project open: the lock is that of its journal.
+// One process has a project open: the lock is that of its journal. All members are for one thread,
+// the session's interface.
 class Project {
  public:
+    using Limit = std::chrono::milliseconds;
+    // How long a save waits for the end of a stroke under way before it fails.
+    static constexpr Limit kStrokeLimit{10'000};
+
+    // Whether a path names a project: its folder, or its project.json.
+    static bool is_one(const std::filesystem::path& path);
+
     // A new one, in a folder that is not there. It appears whole or not at all.
     static Result<void> create(const std::filesystem::path& folder,
                                const ProjectContents& contents);
 
-    // Opens one and does what its journals hold. An error names the file, what was expected and
-    // what was found.
-    struct Opened;
-    static Result<Opened> open(const std::filesystem::path& folder, std::stop_token stop = {});
+    // The same of the present state of a session, whose later steps are kept there from then on.
+    // `scene` has the sources of its surfaces. Where it fails, the session keeps the journal that
+    // it has, and there is no folder.
+    static Result<Project> create_from(const std::filesystem::path& folder, Session& session,
+                                       const SceneFile& scene = {},
+                                       const std::string& modality = "",
+                                       Limit limit = kStrokeLimit);
 
-    // Saves what the session is between two strokes, and how it is seen and felt: waits for the end
-    // of a stroke under way (without threads: is refused). For one thread, the session's interface;
-    // a session with threads goes on meanwhile. Where it fails (a full disk), the project is as
-    // before, and goes on.
-    Result<void> save(Session& session);
+    // A project as it is now, its unsaved steps applied. Changes nothing and needs no lock: for
+    // those who only read it, and to offer its unsaved steps before it is opened.
+    struct Seen {
+        ProjectContents contents;
+        uint64_t saves = 0;
+        std::vector<JournalEntry> unsaved; // steps since the last save, the oldest first
+        std::vector<std::string> notes;    // sentences about damage found
+    };
+    static Result<Seen> look(const std::filesystem::path& folder, const std::stop_token& stop = {});
+
+    // Opens one and applies what its journals hold. An error names the file, what was expected and
+    // what was found.
+    struct Opening {
+        // False: opens it as it was saved last. The steps since then are kept beside it, in
+        // journal-N.set-aside.
+        bool unsaved = true;
+        std::stop_token stop;
+    };
+    struct Opened;
+    static Result<Opened> open(const std::filesystem::path& folder, const Opening& opening);
+    static Result<Opened> open(const std::filesystem::path& folder);
+
+    // Saves the session's state between two strokes, and how it is seen and felt. Waits for the end
+    // of a stroke under way (without threads a stroke under way is an error); a session with
+    // threads goes on meanwhile. Where it fails (a full disk, the limit), the project is as before,
+    // and goes on.
+    Result<void> save(Session& session, Limit limit = kStrokeLimit);
+
+    // The same in a thread of its own, whose result poll() gives.
+    Result<void> begin_save(Session& session, Limit limit = kStrokeLimit);
+    bool is_saving() const { return saving_.valid(); }
+
+    // Moves the session to a new project in another folder, which this is from then on. The old one
+    // keeps its unsaved steps. See create_from().
+    Result<void> save_as(const std::filesystem::path& folder, Session& session,
+                         Limit limit = kStrokeLimit);
+
+    // Saves by begin_save() every so often, where is_saved() is false; nothing: never.
+    void autosave_every(std::optional<std::chrono::milliseconds> interval) { every_ = interval; }
+    // Call it between frames, on a clock that goes on: begins a save that is due. The result of a
+    // save of begin_save() that has ended since the last call, once.
+    std::optional<Result<void>> poll(Session& session, int64_t now_ns);
+
+    // Whether the last save holds all that the session is now. (Strokes are safe without it.)
+    bool is_saved(Session& session) const;
 
     const std::filesystem::path& folder() const { return folder_; }
+    const std::string& modality() const { return modality_; } // of the grey volume
     uint64_t saves() const { return save_; }
 
  private:
@@ -55,25 +115,45 @@ class Project {
         std::string name;
         NamedVolume of;
     };
+    struct Saved { // the outcome of a save
+        Result<void> result;
+        bool has_journal = false; // the session has gone on to the new journal
+        uint64_t save = 0;
+        std::vector<File> files;
+        std::string settings;
+    };
     Project(std::filesystem::path folder, uint64_t save)
         : folder_(std::move(folder)), save_(save) {}
+    static Result<std::vector<File>> create_files(const std::filesystem::path& folder,
+                                                  const ProjectContents& contents);
     static Result<std::vector<File>> write(const std::filesystem::path& folder, uint64_t save,
                                            const ProjectContents& contents,
                                            const std::vector<File>& there);
-    void remove_what_is_idle(const std::vector<File>& before) const;
+    static void remove_idle(const std::filesystem::path& folder, uint64_t save,
+                            const std::vector<File>& before, const std::vector<File>& now);
+    static Result<std::vector<File>> open_volumes(const std::filesystem::path& folder,
+                                                  const ProjectDescription& description);
+    ProjectContents contents_of(Session& session) const; // its document: of now
+    static std::string settings_text(const ProjectContents& contents);
+    Result<void> end_save(); // waits for it
 
     std::filesystem::path folder_;
     uint64_t save_;        // of project.json
     uint64_t journal_ = 0; // the newest; above save_ where a save was cut or failed
-    std::string grey_, labels_;
+    std::string modality_;
     SceneFile scene_; // of the sources of its surfaces
     std::vector<File> files_;
+    std::string settings_; // scene and haptic parameters as they are saved
+    std::optional<std::chrono::milliseconds> every_;
+    std::optional<int64_t> waits_since_ns_; // for the next autosave
+    std::future<Saved> saving_;             // last: its thread ends before the rest goes
 };
 
 struct Project::Opened {
     Project project;
-    SessionSetup setup;             // what a session on it begins with, its journal and history
-    std::vector<std::string> notes; // what was found that a person should know
+    SessionSetup setup;             // of a session on it, with its journal and history
+    std::vector<std::string> notes; // sentences about damage found
+    size_t unsaved = 0;             // steps since the last save, done already; undo takes them back
 };
 
 } // namespace palpate

@@ -9,6 +9,7 @@
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
 #include "engine/surface/marching_cubes.h"
+#include "haptics/core/clock.h"
 
 namespace palpate {
 
@@ -29,30 +30,32 @@ bool same(const std::optional<Volume>& a, const std::optional<Volume>& b) {
     return a.has_value() == b.has_value() && (!a || a->is_same_as(*b));
 }
 
-TouchScene felt_scene(TouchScene beside, const Document& document, const std::string& grey,
-                      const std::string& labels, uint64_t snapshot) {
-    beside.grey = volume_of(document, grey);
-    beside.labels = volume_of(document, labels);
-    beside.version = snapshot;
-    return beside;
+TouchScene felt_scene(const SessionSources& sources, const Document& document, uint64_t snapshot) {
+    TouchScene scene = sources.touch;
+    scene.grey = volume_of(document, sources.grey);
+    scene.labels = volume_of(document, sources.labels);
+    scene.version = snapshot;
+    return scene;
 }
 
 } // namespace
 
 Session::Session(SessionSetup setup)
-    : grey_(std::move(setup.grey)),
-      labels_(std::move(setup.labels)),
-      threaded_(setup.edit.threaded),
+    : threaded_(setup.edit.threaded),
       editor_(setup.document, std::move(setup.edit)),
+      sources_(std::make_unique<const SessionSources>(
+          SessionSources{std::move(setup.grey), std::move(setup.labels), std::move(setup.touch)})),
       scenes_(std::make_unique<const Scene>(std::move(setup.scene))),
-      felt_(std::make_unique<const TouchScene>(
-          felt_scene(std::move(setup.touch), setup.document, grey_, labels_, 0))),
+      felt_(std::make_unique<const TouchScene>(felt_scene(sources_.latest(), setup.document, 0))),
       parameters_(std::make_unique<const TouchParameters>(setup.parameters)),
+      workspaces_(std::make_unique<const WorkspaceSettings>()),
       interface_states_(editor_.add_reader()),
       bridge_states_(editor_.add_reader()),
       mesher_states_(editor_.add_reader()),
       interface_felt_(felt_.add_reader()),
       bridge_parameters_(parameters_.add_reader()),
+      bridge_sources_(sources_.add_reader()),
+      mesher_sources_(sources_.add_reader()),
       mesh_iso_(setup.mesh_iso.value_or(NAN)) {
     if (!threaded_)
         return;
@@ -77,15 +80,31 @@ bool Session::use(EditSetup setup) {
     return true;
 }
 
-Result<Document> Session::change_journal(Journal journal) {
+Result<JournalChange> Session::change_journal(Journal journal, std::optional<Document> from) {
     if (!threaded_ && down_)
-        return fail("expected no stroke under way, found one");
-    std::future<Document> reached = editor_.change_journal(std::move(journal));
-    if (!reached.valid())
+        return fail("expected no stroke under way, found one; lift the tool and try again");
+    std::optional<JournalChange> change =
+        editor_.change_journal(std::move(journal), std::move(from));
+    if (!change)
         return fail("too many commands at once; try again");
     if (!threaded_)
         editor_.settle();
-    return reached.get();
+    return std::move(*change);
+}
+
+void Session::choose(SessionSources sources) {
+    sources_.publish(std::make_unique<const SessionSources>(std::move(sources)));
+}
+
+void Session::move_workspace(const WorkspaceSettings& settings) {
+    workspaces_.publish(std::make_unique<const WorkspaceSettings>(settings));
+}
+
+void Session::align_workspace(const Camera& camera) {
+    const View view = make_view(camera, {1, 1});
+    WorkspaceSettings settings = workspace();
+    settings.rotation = aligned_with_view(view.right, view.up);
+    move_workspace(settings);
 }
 
 void Session::feel(const TouchParameters& parameters) {
@@ -112,13 +131,18 @@ void Session::set_iso(double value) {
 Result<void> Session::start(SessionDevice device) {
     if (running_)
         return fail("expected no device that is running, found one: stop it first");
+    if (DeviceSample sample; device.device.capabilities().needs_homing &&
+                             device.device.read(monotonic_ns(), sample) == DeviceStatus::not_homed)
+        if (Result<void> homed = device.device.home(); !homed)
+            return homed;
     servo_thread_.reset();
     servo_.reset();
     running_ = true;
+    move_workspace({device.workspace.scale(), device.workspace.rotation()});
     algorithm_ = device.algorithm.make();
     button_ = device.servo.remove_button;
     servo_ = std::make_unique<Servo>(Servo::Parts{device.device, *algorithm_, felt_, parameters_,
-                                                  threaded_ ? &stamps_ : nullptr},
+                                                  threaded_ ? &stamps_ : nullptr, &workspaces_},
                                      device.workspace, device.servo);
     servo_->arm();
     if (!threaded_)
@@ -157,6 +181,25 @@ void Session::stop() {
     }
 }
 
+Result<void> Session::calibrate() {
+    if (running_ || !servo_)
+        return fail("expected a device that has been started and stopped, found {}",
+                    running_ ? "one that is running: stop it first" : "none");
+    return servo_->device().calibrate();
+}
+
+DeviceReport Session::device_report() const {
+    if (!servo_)
+        return {};
+    const Telemetry& telemetry = servo_->telemetry();
+    return {servo_->device().capabilities().name,
+            running_,
+            telemetry.status,
+            telemetry.force,
+            telemetry.faults,
+            telemetry.ticks};
+}
+
 ServoTick Session::tick(int64_t now_ns, int64_t due_ns) {
     PALPATE_ASSERT(!threaded_ && running_);
     const ServoTick tick = servo_->tick(now_ns, due_ns);
@@ -175,10 +218,12 @@ void Session::settle() {
     const uint64_t inputs = pushed_, commands = editor_.commands_given();
     const auto is_done = [&] {
         const auto pin = interface_states_.pin();
+        const uint64_t sources = sources_.epoch();
         return pin->inputs_done >= inputs && pin->commands_done >= commands &&
-               bridged_ >= pin->snapshot &&
+               bridged_ >= pin->snapshot && bridged_sources_ >= sources &&
                (!mesher_thread_.joinable() ||
-                (meshed_ >= pin->snapshot && meshed_iso_ == mesh_iso_));
+                (meshed_ >= pin->snapshot && meshed_sources_ >= sources &&
+                 meshed_iso_ == mesh_iso_));
     };
     while (!is_done())
         std::this_thread::sleep_for(kNap);
@@ -192,11 +237,6 @@ TouchScene Session::felt() {
     return *interface_felt_.pin();
 }
 
-std::string Session::take_refusal() {
-    const std::scoped_lock held(refusal_mutex_);
-    return std::exchange(refusal_, {});
-}
-
 Mesh Session::mesh() {
     if (!threaded_)
         while (update_mesh()) {
@@ -208,13 +248,15 @@ Mesh Session::mesh() {
 Session::Eye::Eye(Session& session)
     : session_(&session),
       states_(session.editor_.add_reader()),
-      scenes_(session.scenes_.add_reader()) {}
+      scenes_(session.scenes_.add_reader()),
+      sources_(session.sources_.add_reader()) {}
 
 Session::Eye::Sight Session::Eye::look() {
     EditState state = *states_.pin(); // a picture takes long: nothing stays pinned meanwhile
-    std::optional<Volume> grey = volume_of(state.document, session_->grey_);
+    const auto sources = sources_.pin();
+    const std::optional<Volume> grey = volume_of(state.document, sources->grey);
     SceneData data{
-        grey ? *grey : state.document.first(), volume_of(state.document, session_->labels_), {}};
+        grey ? *grey : state.document.first(), volume_of(state.document, sources->labels), {}};
     return {*scenes_.pin(), std::move(data), std::move(state)};
 }
 
@@ -241,19 +283,17 @@ void Session::follow(const ServoTick& tick) noexcept {
 
 // False: nothing new.
 bool Session::publish_felt() {
+    const auto sources = bridge_sources_.pin();
     const auto pin = bridge_states_.pin();
-    if (pin->snapshot == bridged_)
+    const bool chosen = sources.epoch() != bridged_sources_;
+    if (pin->snapshot == bridged_ && !chosen)
         return false;
-    if (pin->refusals != std::exchange(refusals_seen_, pin->refusals)) {
-        const std::scoped_lock held(refusal_mutex_);
-        if (refusal_.empty())
-            refusal_ = pin->refusal;
-    }
     const TouchScene& now = felt_.latest();
-    TouchScene next = felt_scene(now, pin->document, grey_, labels_, pin->snapshot);
-    if (!same(now.grey, next.grey) || !same(now.labels, next.labels))
+    TouchScene next = felt_scene(*sources, pin->document, pin->snapshot);
+    if (chosen || !same(now.grey, next.grey) || !same(now.labels, next.labels))
         felt_.publish(std::make_unique<const TouchScene>(std::move(next)));
     bridged_ = pin->snapshot;
+    bridged_sources_ = sources.epoch();
     return true;
 }
 
@@ -282,21 +322,31 @@ bool Session::update_mesh() {
     const float iso = mesh_iso_;
     if (std::isnan(iso))
         return false;
+    uint64_t sources = 0; // the epoch, of this name or an earlier one
+    const std::string grey = [&] {
+        const auto pin = mesher_sources_.pin();
+        sources = pin.epoch();
+        return pin->grey;
+    }();
     const EditState state = *mesher_states_.pin();
-    if (surface_ && meshed_ == state.snapshot && meshed_iso_ == iso)
+    if (meshed_sources_ == sources && meshed_ == state.snapshot && meshed_iso_ == iso)
         return false;
-    if (const std::optional<Volume> volume = volume_of(state.document, grey_)) {
+    const std::optional<Volume> volume = volume_of(state.document, grey);
+    {
         const std::scoped_lock held(mesh_mutex_);
-        const bool goes_on = surface_ && surface_->iso() == iso &&
+        const bool goes_on = volume && surface_ && surface_->iso() == iso &&
                              surface_->volume().grid() == volume->grid() &&
                              surface_->volume().type() == volume->type();
-        if (!goes_on)
+        if (!volume)
+            surface_.reset();
+        else if (!goes_on)
             surface_.emplace(*volume, iso);
         else if (!surface_->volume().is_same_as(*volume))
             surface_->update(*volume);
     }
     lag_.reached(EditLag::Reader::mesh, state, profile::now_ns());
     meshed_iso_ = iso;
+    meshed_sources_ = sources;
     meshed_ = state.snapshot;
     return true;
 }

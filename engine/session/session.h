@@ -20,12 +20,28 @@
 
 namespace palpate {
 
+// What is seen and felt of a document, and what is felt beside it.
+struct SessionSources {
+    std::string grey, labels;  // names of volumes; empty or not in the document: none
+    haptics::TouchScene touch; // a field, a mesh, a tool; its grey and labels are not used
+};
+
+// The state of a device, for people.
+struct DeviceReport {
+    std::string name;
+    bool running = false;
+    haptics::DeviceStatus status = haptics::DeviceStatus::ok; // of the newest tick
+    haptics::SoftStart::Mode force = haptics::SoftStart::Mode::disarmed;
+    uint32_t faults = 0; // haptics::fault_text() names them
+    uint64_t ticks = 0;
+};
+
 // What a session begins with.
 struct SessionSetup {
     Document document;
-    std::string grey, labels;  // names of the volumes that are seen and felt; empty: none
+    std::string grey, labels;  // SessionSources
     Scene scene;               // how they are seen
-    haptics::TouchScene touch; // what is felt beside them: a field, a mesh, a tool
+    haptics::TouchScene touch; // SessionSources
     haptics::TouchParameters parameters;
     std::optional<float> mesh_iso; // of the grey volume's surface, kept up to date; none: none
     EditorOptions edit;            // threaded: whether the session has threads at all
@@ -73,12 +89,19 @@ class Session {
         return editor_.put(std::move(volume), std::move(title), std::move(parameters));
     }
     bool remove(std::string volume) { return editor_.remove(std::move(volume)); }
-    // What the document is between two strokes; what is done after that is kept in this journal.
-    // Waits for the end of a stroke under way, which without threads is refused.
-    Result<Document> change_journal(Journal journal);
+    // See Editor. It comes to its turn at the end of a stroke under way; without threads a stroke
+    // under way refuses it.
+    Result<JournalChange> change_journal(Journal journal,
+                                         std::optional<Document> from = std::nullopt);
+
+    // What is seen, felt and meshed from now on: other volumes, another tool. The force follows
+    // without a jump (haptics/servo/force_fade.h).
+    void choose(SessionSources sources);
+    const SessionSources& sources() const { return sources_.latest(); }
 
     // Takes effect with the next tick; amounts (stiffness, friction, iso, radius) move to it in
-    // steps that a hand does not feel.
+    // steps that a hand does not feel, and after a change of tables and switches the force follows
+    // without a jump.
     void feel(const haptics::TouchParameters& parameters);
     const haptics::TouchParameters& parameters() const { return parameters_.latest(); }
     // With the next picture: transfer functions, styles, camera.
@@ -87,9 +110,21 @@ class Session {
     // The iso-value of all of it: what is solid to the hand, the mesh, and the first one seen.
     void set_iso(double value);
 
-    // One device at a time. Force begins by a soft start.
+    // One device at a time. A device that says it is not homed is homed first; it gives no force
+    // until that is done. Force begins by a soft start.
     Result<void> start(SessionDevice device);
     void stop(); // ends a stroke under way; no force is sent from now on
+    // Of the device that was started last, where it has stopped (HapticDevice::calibrate()).
+    Result<void> calibrate();
+    DeviceReport device_report() const; // of the device that was started last
+
+    // Scale, turn and clutch of the device; it moves there at a bounded rate (workspace.h). A start
+    // begins with those of its SessionDevice.
+    void move_workspace(const haptics::WorkspaceSettings& settings);
+    const haptics::WorkspaceSettings& workspace() const { return workspaces_.latest(); }
+    // So that the hand's right, up and towards the person are those of a picture by this camera.
+    void align_workspace(const Camera& camera);
+
     // Of the device that was started last, also when it has stopped; null before the first. The
     // thread is null without threads.
     const haptics::Servo* servo() const { return servo_.get(); }
@@ -101,8 +136,8 @@ class Session {
     void settle();
 
     EditState state(); // the newest
-    // The first refusal (EditState::refusal) there was since the last call; empty: none.
-    std::string take_refusal();
+    // See Editor. Call it until it is empty.
+    std::string take_refusal() { return editor_.take_refusal(); }
     haptics::TouchScene felt(); // the newest
     EditLag& lag() { return lag_; }
 
@@ -131,6 +166,7 @@ class Session {
         Session* session_;
         Mailbox<EditState>::Reader states_;
         Mailbox<Scene>::Reader scenes_;
+        Mailbox<SessionSources>::Reader sources_;
     };
     Eye add_eye() { return Eye(*this); }
 
@@ -141,16 +177,18 @@ class Session {
     bool update_mesh(); // the mesher's
     void mesh_on(const std::stop_token& stop);
 
-    const std::string grey_, labels_;
     const bool threaded_;
     Editor editor_;
     EditLag lag_;
+    Mailbox<SessionSources> sources_;
     Mailbox<Scene> scenes_;
     Mailbox<haptics::TouchScene> felt_;
     Mailbox<haptics::TouchParameters> parameters_;
+    Mailbox<haptics::WorkspaceSettings> workspaces_;
     Editor::Readers::Reader interface_states_, bridge_states_, mesher_states_;
     Mailbox<haptics::TouchScene>::Reader interface_felt_;
     Mailbox<haptics::TouchParameters>::Reader bridge_parameters_;
+    Mailbox<SessionSources>::Reader bridge_sources_, mesher_sources_;
 
     // The device.
     Ring<haptics::ToolStamp> stamps_{1 << 15}; // for the bridge, which locks bricks by them
@@ -166,17 +204,16 @@ class Session {
     bool running_ = false;            // a device; the interface's
 
     // The bridge's own.
-    std::atomic<uint64_t> bridged_{0};
-    uint64_t refusals_seen_ = 0;
+    std::atomic<uint64_t> bridged_{0};         // the snapshot that felt_ has got to
+    std::atomic<uint64_t> bridged_sources_{1}; // and the epoch of sources_
     haptics::BrickLock bricks_;
-    std::mutex refusal_mutex_;
-    std::string refusal_;
 
     std::mutex mesh_mutex_; // of what follows
     std::optional<BlockSurface> surface_;
-    std::atomic<float> mesh_iso_;         // NaN: no mesh
-    std::atomic<uint64_t> meshed_{0};     // the snapshot that surface_ has got to
-    std::atomic<float> meshed_iso_{0.0f}; // and its iso-value
+    std::atomic<float> mesh_iso_;             // NaN: no mesh
+    std::atomic<uint64_t> meshed_{0};         // the snapshot that surface_ has got to
+    std::atomic<uint64_t> meshed_sources_{0}; // the epoch of sources_
+    std::atomic<float> meshed_iso_{0.0f};     // and its iso-value
 
     std::jthread bridge_thread_, mesher_thread_; // last: end before the rest goes
 };

@@ -4,6 +4,7 @@
 
 #include "engine/edit/stroke_run.h"
 #include "engine/surface/marching_cubes.h"
+#include "haptics/proxy/tool_points.h"
 #include "tests/unit/session/session_work.h"
 
 namespace palpate {
@@ -106,9 +107,145 @@ TEST(Session, SaysWhatWasRefused) {
     session.undo();
     session.put({"a b", VolumeKind::other, head_and_organs().first()}, "x");
     session.settle();
+    EXPECT_EQ(session.take_refusal(), "nothing is left to undo");
     EXPECT_THAT(session.take_refusal(), testing::HasSubstr("found 'a b'"));
     EXPECT_EQ(session.take_refusal(), "");
     EXPECT_EQ(session.state().refusals, 2u);
+}
+
+// With threads and without: what is seen, felt and meshed is chosen by name.
+TEST(Session, WhatIsSeenAndFeltIsChosen) {
+    for (const bool threaded : {false, true}) {
+        SessionSetup begin = setup();
+        begin.edit.threaded = threaded;
+        begin.document = with_volume(
+            begin.document, {"other", VolumeKind::grey,
+                             make_volume(make_grid({30, 20, 20}, {1, 1, 1}), ScalarType::i16,
+                                         [](glm::uvec3 i) { return 40.0 * i.x; })});
+        Session session(std::move(begin));
+        auto eye = session.add_eye();
+        const auto tool = std::make_shared<const haptics::ToolPoints>();
+        for (int n = 0; n < 20; ++n) {
+            const char* name = n % 2 ? "head" : "other";
+            session.choose({name, n % 3 ? "organs" : "", {.tool = n % 2 ? tool : nullptr}});
+            session.settle();
+            const Document document = session.state().document;
+            const auto sight = eye.look();
+            EXPECT_TRUE(sight.data.volume.is_same_as(*document.find(name)));
+            EXPECT_EQ(sight.data.labels.has_value(), n % 3 > 0);
+            const haptics::TouchScene felt = session.felt();
+            EXPECT_TRUE(felt.grey->is_same_as(*document.find(name)));
+            EXPECT_EQ(felt.labels.has_value(), n % 3 > 0);
+            EXPECT_EQ(felt.tool, n % 2 ? tool : nullptr);
+            EXPECT_EQ(session.mesh().positions,
+                      marching_cubes(*document.find(name), 300.0f).positions);
+        }
+        session.choose({}); // nothing: the first volume is seen, and none is felt or meshed
+        session.settle();
+        EXPECT_TRUE(eye.look().data.volume.is_same_as(session.state().document.first()));
+        EXPECT_FALSE(session.felt().grey);
+        EXPECT_TRUE(session.mesh().positions.empty());
+    }
+}
+
+// A hand at rest in the material: whatever is chosen meanwhile, the force does not jump, and the
+// workspace turns under it without one.
+TEST(Session, WhatIsChosenUnderAPressedHandMakesNoJump) {
+    const Grid grid = make_grid(glm::uvec3(48), glm::dvec3(1), glm::dvec3(-23.5));
+    const auto floor_at = [&](double z_mm) { // solid below
+        return make_volume(grid, ScalarType::i16,
+                           [&](glm::uvec3 i) { return 500.0 + 100.0 * (z_mm - (i.z - 23.5)); });
+    };
+    SessionSetup begin = setup();
+    begin.document = Document(
+        {{"low", VolumeKind::grey, floor_at(0.0)}, {"high", VolumeKind::grey, floor_at(3.0)}});
+    begin.grey = "low";
+    begin.labels = "";
+    begin.parameters = {.iso = 500.0, .stiffness_n_per_m = 500.0};
+    begin.mesh_iso.reset();
+    Session session(std::move(begin));
+    const haptics::Workspace workspace({0, 0, 0}, 1.0);
+    haptics::RecordedDevice device(
+        {.workspace_m = glm::dvec3(0.05), .max_force_n = 8},
+        records_of_path(haptics::HandPath({{.tool = {.position_mm = {0, 0, 8}}},
+                                           {.time_s = 2.5, .tool = {.position_mm = {0, 0, 8}}},
+                                           {.time_s = 3.0, .tool = {.position_mm = {0, 0, -2}}},
+                                           {.time_s = 5.0, .tool = {.position_mm = {0, 0, -2}}}}),
+                        workspace, 1'000'000));
+    ASSERT_TRUE(
+        session.start({device, *haptics::find_algorithm("swept-point"), workspace, {}, {}, {}}));
+    haptics::ServoTick before;
+    for (int64_t tick = 0; tick < 4800; ++tick) {
+        if (tick == 3200)
+            session.choose({"high", "", {}});
+        if (tick == 3600)
+            session.choose({"low", "", {}});
+        if (tick == 3900) {
+            Camera camera;
+            camera.eye_mm = {300, 0, 0};
+            session.align_workspace(camera);
+            EXPECT_NEAR(glm::dot(session.workspace().rotation, session.workspace().rotation), 1.0,
+                        1e-12);
+        }
+        const haptics::ServoTick now = session.tick(tick * 1'000'000, tick * 1'000'000);
+        if (tick >= 3200) { // the hand rests: all that is left is the fade, 0.09 N a tick
+            ASSERT_LE(glm::distance(now.rendered_world_n, before.rendered_world_n), 0.09 + 1e-9)
+                << tick;
+            ASSERT_LE(glm::distance(now.sent_world_n, before.sent_world_n), 0.09 + 1e-9) << tick;
+        }
+        if (tick == 3199) {
+            EXPECT_NEAR(now.sent_world_n.z, 1.0, 0.02); // 2 mm deep
+        }
+        if (tick == 3599) {
+            EXPECT_NEAR(now.sent_world_n.z, 2.5, 0.02); // 5 mm
+        }
+        before = now;
+    }
+    EXPECT_NEAR(before.sent_world_n.z, 1.0, 0.02);
+    EXPECT_EQ(session.device_report().force, haptics::SoftStart::Mode::running);
+    EXPECT_EQ(session.device_report().ticks, 4800u);
+    session.stop();
+    EXPECT_FALSE(session.device_report().running);
+    EXPECT_THAT(session.calibrate().error().message, testing::HasSubstr("calibration"));
+}
+
+// Says that it is not homed until home() has been called.
+struct Unhomed final : haptics::HapticDevice {
+    haptics::DeviceCapabilities can{
+        .name = "unhomed", .workspace_m = glm::dvec3(1), .needs_homing = true};
+    int homed = 0;
+    bool has_homing = true;
+    const haptics::DeviceCapabilities& capabilities() const noexcept override { return can; }
+    Result<void> home() override {
+        if (!has_homing)
+            return fail("unhomed: it has no homing");
+        ++homed;
+        return {};
+    }
+    haptics::DeviceStatus read(int64_t, haptics::DeviceSample&) noexcept override {
+        return homed ? haptics::DeviceStatus::ok : haptics::DeviceStatus::not_homed;
+    }
+    haptics::DeviceStatus write(int64_t, const haptics::Wrench&) noexcept override {
+        return haptics::DeviceStatus::ok;
+    }
+    void halt(int64_t) noexcept override {}
+};
+
+TEST(Session, HomesADeviceOnce) {
+    Session session(setup());
+    Unhomed device;
+    const haptics::Workspace workspace({0, 0, 0}, 1.0);
+    const SessionDevice held{device, *haptics::find_algorithm("none"), workspace, {}, {}, {}};
+    EXPECT_FALSE(session.calibrate()); // there is none
+    device.has_homing = false;
+    EXPECT_FALSE(session.start(held));
+    device.has_homing = true;
+    for (int n = 0; n < 3; ++n) {
+        ASSERT_TRUE(session.start(held));
+        EXPECT_FALSE(session.calibrate()); // it runs
+        session.stop();
+    }
+    EXPECT_EQ(device.homed, 1);
 }
 
 // Devices come and go as often as one likes: their readers are given back.

@@ -1,0 +1,286 @@
+#include <unistd.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/base/file.h"
+#include "engine/io/brick_file.h"
+#include "engine/session/project.h"
+#include "engine/session/project_description.h"
+#include "engine/session/touch_json.h"
+
+namespace palpate {
+
+namespace fs = std::filesystem;
+
+// Writes the volumes that are not in `there`, then the file that names them.
+Result<std::vector<Project::File>> Project::write(const fs::path& folder, uint64_t save,
+                                                  const ProjectContents& contents,
+                                                  const std::vector<File>& there) {
+    std::vector<File> files;
+    ProjectDescription description{.save = save,
+                                   .volumes = {},
+                                   .grey = contents.grey,
+                                   .labels = contents.labels,
+                                   .modality = contents.modality,
+                                   .scene = contents.scene,
+                                   .touch = contents.touch};
+    SceneFile& scene = description.scene;
+    scene.volume = scene.labels = "";
+    for (const NamedVolume& volume : contents.document.volumes) {
+        const auto kept = std::find_if(there.begin(), there.end(), [&](const File& file) {
+            return file.of.name == volume.name && file.of.kind == volume.kind &&
+                   file.of.volume.is_same_as(volume.volume);
+        });
+        const bool is_kept = kept != there.end();
+        const std::string name = is_kept ? kept->name : fmt::format("{}-{}.pbv", volume.name, save);
+        if (!is_kept) {
+            BrickStream stream = stream_of(volume.volume);
+            stream.labels = volume.kind == VolumeKind::labels;
+            if (volume.name == contents.grey)
+                stream.modality = contents.modality.substr(0, 31);
+            if (Result<void> saved = save_brick_file(folder / name, stream); !saved)
+                return pass_on(saved);
+        }
+        files.push_back({name, volume});
+        description.volumes.push_back({volume.name, name, volume.kind});
+        if (volume.name == contents.grey || scene.volume.empty())
+            scene.volume = name;
+        if (volume.name == contents.labels)
+            scene.labels = name;
+    }
+    if (Result<void> saved = write_project_description(folder, description); !saved)
+        return pass_on(saved);
+    return files;
+}
+
+Result<std::vector<Project::File>> Project::create_files(const fs::path& folder,
+                                                         const ProjectContents& contents) {
+    std::error_code error;
+    if (fs::exists(folder, error))
+        return fail("{}: expected no such file or folder yet, found one", folder.string());
+    for (const NamedVolume& volume : contents.document.volumes)
+        if (Result<void> named = check_volume_name(volume.name); !named)
+            return pass_on(named);
+    fs::path made = folder.has_filename() ? folder : folder.parent_path();
+    made.replace_filename(fmt::format(".{}.tmp.{}", ::getpid(), made.filename().string()));
+    const auto given_up = [&](const std::string& why) {
+        fs::remove_all(made, error);
+        return fail("{}", why);
+    };
+    if (!fs::create_directory(made, error))
+        return fail("{}: cannot be made: {}", folder.string(), error.message());
+    if (Result<Journal> journal = Journal::create(made / journal_name(1), {.save = 1}); !journal)
+        return given_up(journal.error().message);
+    Result<std::vector<File>> files = write(made, 1, contents, {});
+    if (!files)
+        return given_up(files.error().message);
+    fs::rename(made, folder, error);
+    if (error)
+        return given_up(fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
+    return files;
+}
+
+Result<void> Project::create(const fs::path& folder, const ProjectContents& contents) {
+    if (Result<std::vector<File>> files = create_files(folder, contents); !files)
+        return pass_on(files);
+    return {};
+}
+
+Result<Project> Project::create_from(const fs::path& folder, Session& session,
+                                     const SceneFile& scene, const std::string& modality,
+                                     Limit limit) {
+    Project project(folder, 1);
+    project.journal_ = 1;
+    project.scene_ = scene;
+    project.modality_ = modality;
+    const ProjectContents contents = project.contents_of(session);
+    Result<std::vector<File>> files = create_files(folder, contents);
+    if (!files)
+        return pass_on(files);
+    const auto given_up = [&](const std::string& why) {
+        std::error_code ignored;
+        fs::remove_all(folder, ignored);
+        return fail("{}", why);
+    };
+    // What was done since `contents` is the first step of the journal.
+    Result<Journal::Found> found = Journal::open(folder / journal_name(1), {.save = 1});
+    if (!found)
+        return given_up(found.error().message);
+    Result<JournalChange> change =
+        session.change_journal(std::move(found->journal), contents.document);
+    if (!change)
+        return given_up(change.error().message);
+    if (const Result<Document> reached = change->wait(limit); !reached)
+        return given_up(reached.error().message);
+    project.files_ = std::move(*files);
+    project.settings_ = settings_text(contents);
+    return project;
+}
+
+Result<void> Project::save_as(const fs::path& folder, Session& session, Limit limit) {
+    if (saving_.valid())
+        (void)end_save(); // of the old folder, which stays as it is then
+    Result<Project> made = create_from(folder, session, scene_, modality_, limit);
+    if (!made)
+        return pass_on(made);
+    made->every_ = every_;
+    *this = std::move(*made);
+    return {};
+}
+
+ProjectContents Project::contents_of(Session& session) const {
+    ProjectContents contents{session.state().document, session.sources().grey,
+                             session.sources().labels, scene_,
+                             session.parameters(),     modality_};
+    SceneFile& scene = contents.scene;
+    scene.scene = session.scene();
+    scene.scene.surfaces.resize(std::min(scene.scene.surfaces.size(), scene.surfaces.size()));
+    scene.surfaces.resize(scene.scene.surfaces.size());
+    scene.framing.reset();
+    scene.centered_slices.clear();
+    scene.centered_clips.clear();
+    for (std::string* name : {&contents.grey, &contents.labels})
+        if (!contents.document.find(*name))
+            name->clear();
+    return contents;
+}
+
+std::string Project::settings_text(const ProjectContents& contents) {
+    SceneFile scene = contents.scene;
+    scene.volume = contents.grey;
+    scene.labels = contents.labels;
+    scene.framing.reset();
+    scene.centered_slices.clear();
+    scene.centered_clips.clear();
+    return write_scene(scene) + json_line(touch_parameters_json(contents.touch));
+}
+
+bool Project::is_saved(Session& session) const {
+    const ProjectContents contents = contents_of(session);
+    return std::equal(files_.begin(), files_.end(), contents.document.volumes.begin(),
+                      contents.document.volumes.end(),
+                      [](const File& file, const NamedVolume& volume) {
+                          return file.of.name == volume.name && file.of.kind == volume.kind &&
+                                 file.of.volume.is_same_as(volume.volume);
+                      }) &&
+           settings_text(contents) == settings_;
+}
+
+Result<void> Project::begin_save(Session& session, Limit limit) {
+    if (saving_.valid())
+        return fail("expected no save under way, found one");
+    const uint64_t next = journal_ + 1;
+    const fs::path path = folder_ / journal_name(next);
+    Result<Journal> journal = Journal::create(path, {.save = next});
+    if (!journal)
+        return pass_on(journal);
+    Result<JournalChange> change = session.change_journal(std::move(*journal));
+    if (!change) {
+        std::error_code ignored;
+        fs::remove(path, ignored);
+        return pass_on(change);
+    }
+    saving_ = std::async(std::launch::async,
+                         [folder = folder_, path, next, limit, change = std::move(*change),
+                          contents = contents_of(session), there = files_]() mutable {
+                             Saved saved{.result = {}, .save = next, .files = {}, .settings = {}};
+                             Result<Document> document = change.wait(limit);
+                             if (!document) {
+                                 std::error_code ignored;
+                                 fs::remove(path, ignored);
+                                 saved.result = pass_on(document);
+                                 return saved;
+                             }
+                             saved.has_journal = true;
+                             contents.document = std::move(*document);
+                             for (std::string* name : {&contents.grey, &contents.labels})
+                                 if (!contents.document.find(*name))
+                                     name->clear();
+                             saved.settings = settings_text(contents);
+                             Result<std::vector<File>> files = write(folder, next, contents, there);
+                             if (!files) {
+                                 saved.result = pass_on(files);
+                                 return saved;
+                             }
+                             remove_idle(folder, next, there, *files);
+                             saved.files = std::move(*files);
+                             return saved;
+                         });
+    return {};
+}
+
+Result<void> Project::end_save() {
+    Saved saved = saving_.get();
+    if (saved.has_journal)
+        journal_ = saved.save;
+    if (saved.result) {
+        save_ = saved.save;
+        files_ = std::move(saved.files);
+        settings_ = std::move(saved.settings);
+    }
+    return saved.result;
+}
+
+Result<void> Project::save(Session& session, Limit limit) {
+    if (saving_.valid())
+        (void)end_save(); // this one comes after it
+    if (Result<void> begun = begin_save(session, limit); !begun)
+        return begun;
+    return end_save();
+}
+
+std::optional<Result<void>> Project::poll(Session& session, int64_t now_ns) {
+    using std::chrono::nanoseconds;
+    if (saving_.valid()) {
+        if (saving_.wait_for(nanoseconds(0)) != std::future_status::ready)
+            return {};
+        waits_since_ns_ = now_ns;
+        return end_save();
+    }
+    if (!every_ || !waits_since_ns_)
+        waits_since_ns_ = now_ns;
+    if (!every_ || now_ns - *waits_since_ns_ < nanoseconds(*every_).count())
+        return {};
+    waits_since_ns_ = now_ns;
+    if (is_saved(session))
+        return {};
+    if (Result<void> begun = begin_save(session); !begun)
+        return begun;
+    return {};
+}
+
+// Removes what earlier saves wrote, and what a save that was cut left: journals before this save,
+// and files NAME-3.pbv of volumes of the project.
+void Project::remove_idle(const fs::path& folder, uint64_t save, const std::vector<File>& before,
+                          const std::vector<File>& now) {
+    const auto number_in = [](std::string_view name, const std::string& start,
+                              std::string_view end) -> std::optional<uint64_t> {
+        if (!name.starts_with(start) || !name.ends_with(end) ||
+            name.size() <= start.size() + end.size() ||
+            name.size() > start.size() + end.size() + 18)
+            return {};
+        const std::string digits(
+            name.substr(start.size(), name.size() - start.size() - end.size()));
+        if (digits.find_first_not_of("0123456789") != digits.npos)
+            return {};
+        return std::stoull(digits);
+    };
+    std::error_code error;
+    std::vector<fs::path> idle;
+    for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+        const std::string name = it->path().filename().string();
+        bool is_idle = number_in(name, "journal-", "").value_or(save) < save;
+        for (const auto* files : {&before, &now})
+            for (const File& file : *files)
+                is_idle |= number_in(name, file.of.name + "-", ".pbv").value_or(~0ull) <= save;
+        for (const File& file : now)
+            is_idle &= file.name != name;
+        if (is_idle)
+            idle.push_back(it->path());
+    }
+    for (const fs::path& path : idle)
+        fs::remove(path, error);
+}
+
+} // namespace palpate
