@@ -111,7 +111,7 @@ Result<void> apply_camera(const SceneOptions& options, const Grid& grid, Scene& 
             return fail(
                 "--camera: expected a target that differs from the eye, and an up vector that is "
                 "not parallel to the view direction");
-    } else if (!options.view.empty() || (sets_distance && !is_scene_file(options.input))) {
+    } else if (!options.view.empty() || (sets_distance && !has_scene(options.input))) {
         const std::optional<ViewDirection> view =
             view_direction(options.view.empty() ? "oblique" : options.view);
         scene.camera = frame_volume(grid, view->towards, view->up, options.fill.value_or(0.8),
@@ -146,8 +146,8 @@ bool asks_for_nothing(const SceneOptions& o) {
 bool fill_counts(const SceneOptions& options, const SceneFile& file, const Scene& scene) {
     if (!options.camera.empty() || !options.view.empty())
         return options.camera.empty();
-    return is_scene_file(options.input) ? file.framing.has_value()
-                                        : scene.ray_cast || scene.slices.size() != 1;
+    return has_scene(options.input) ? file.framing.has_value()
+                                    : scene.ray_cast || scene.slices.size() != 1;
 }
 
 void show_labels_by_default(const SceneOptions& options, SceneFile& file, LoadedScene& loaded) {
@@ -209,7 +209,7 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
             return pass_on(found);
         scene.slice_transfer = *found;
     }
-    if (!is_scene_file(options.input))
+    if (!has_scene(options.input))
         scene.camera = default_camera(scene, loaded.data);
     if (auto done = apply_clips(options, scene); !done)
         return pass_on(done);

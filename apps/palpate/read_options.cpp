@@ -1,6 +1,7 @@
 #include "apps/palpate/read_options.h"
 
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/project_input.h"
 #include "engine/base/log.h"
 #include "engine/io/mesh_io.h"
 #include "engine/scene/scene_file.h"
@@ -11,7 +12,7 @@ namespace palpate {
 void add_read_flags(CLI::App& app, ReadFlags& flags) {
     app.add_option("V", flags.path,
                    "Volume: a file, a DICOM folder, a folder of slices, a pattern such as "
-                   "ct_%03d.png or 'ct_*.png', or synthetic:NAME")
+                   "ct_%03d.png or 'ct_*.png', a project folder, or synthetic:NAME")
         ->required();
     add_read_limits(app, flags);
 }
@@ -62,6 +63,8 @@ Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& 
     if (Result<void> voxels = expect_no_mesh(flags.path); !voxels)
         return pass_on(voxels);
     const ReadOptions options = read_options(flags, interrupt);
+    if (Project::is_one(flags.path))
+        return load_project_volume(flags.path, labels, interrupt);
     if (is_synthetic(flags.path)) {
         Result<Volume> made = make_synthetic(flags.path, options.max_memory_bytes);
         if (!made)

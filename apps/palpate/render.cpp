@@ -8,6 +8,7 @@
 #include "apps/palpate/output.h"
 #include "apps/palpate/preview.h"
 #include "apps/palpate/progress.h"
+#include "apps/palpate/project_input.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/render_picture.h"
 #include "apps/palpate/render_report.h"
@@ -116,7 +117,8 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     if (!options.read.series.empty())
         file->series = options.read.series;
     file->resample_slices |= options.read.resample_slices;
-    Result<LoadedScene> loaded = load_scene_data(*file, read_options(options.read, interrupt));
+    Result<LoadedScene> loaded =
+        load_scene_input(options.scene.input, *file, read_options(options.read, interrupt));
     if (!loaded)
         return fail("{}", loaded.error().message);
     show_labels_by_default(options.scene, *file, *loaded);

@@ -9,6 +9,7 @@
 
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/option_texts.h"
+#include "apps/palpate/project_input.h"
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
 #include "engine/session/default_scene.h"
@@ -79,13 +80,17 @@ Result<void> check_together(const SceneOptions& o) {
 } // namespace
 
 bool is_scene_file(const std::string& input) {
-    return input.ends_with(".json") && !is_synthetic(input);
+    return input.ends_with(".json") && !is_synthetic(input) && !Project::is_one(input);
+}
+
+bool has_scene(const std::string& input) {
+    return is_scene_file(input) || Project::is_one(input);
 }
 
 void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_option("SCENE", o.input,
-                   "Scene file (.json), or a volume: file, DICOM folder, slice pattern, "
-                   "synthetic:NAME")
+                   "Scene file (.json), project folder, or a volume: file, DICOM folder, slice "
+                   "pattern, synthetic:NAME")
         ->required();
     app.add_option("--labels", o.labels, "Label map shown with the volume (default: none)")
         ->type_name("FILE");
@@ -201,16 +206,12 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
 }
 
 Result<SceneFile> base_scene(const SceneOptions& options) {
-    SceneFile file;
-    if (is_scene_file(options.input)) {
-        Result<SceneFile> loaded = load_scene(options.input);
-        if (!loaded)
-            return loaded;
-        file = std::move(*loaded);
-    } else {
-        file.volume = options.input;
+    Result<SceneFile> loaded = scene_file_of(options.input);
+    if (!loaded)
+        return loaded;
+    SceneFile file = std::move(*loaded);
+    if (!has_scene(options.input))
         file.framing = Framing{};
-    }
     if (!options.labels.empty()) {
         file.labels = is_synthetic(options.labels)
                           ? options.labels

@@ -15,7 +15,7 @@ namespace palpate {
 // The options of `palpate render` that say what is drawn. Where the input is a scene file, they
 // replace what the file says; where it is a volume, they start from a scene that suits it.
 struct SceneOptions {
-    std::string input; // SCENE.json, a volume, or synthetic:NAME
+    std::string input; // SCENE.json, a project, a volume, or synthetic:NAME
     std::string labels;
     std::optional<RayMode> mode;
     std::optional<Integrator> integrator;
@@ -38,8 +38,11 @@ struct SceneOptions {
 
 void add_scene_options(CLI::App& app, SceneOptions& options);
 
-// Whether an input names a scene file, by its ending .json, and not a volume.
+// Whether an input names a scene file, by its ending .json, and not a volume or a project.
 bool is_scene_file(const std::string& input);
+
+// Whether an input says how it is seen: a scene file or a project.
+bool has_scene(const std::string& input);
 
 // Whether --fill moves the camera: where the volume decides its place. `file` is what base_scene()
 // gave, `scene` what final_scene() made of it.

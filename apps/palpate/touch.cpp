@@ -10,6 +10,7 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/progress.h"
+#include "apps/palpate/project_input.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
 #include "apps/palpate/touch_feel.h"
@@ -21,6 +22,7 @@
 #include "engine/edit/journal.h"
 #include "engine/io/scene_data.h"
 #include "engine/io/volume_io.h"
+#include "engine/session/project_description.h"
 #include "engine/volume/changes.h"
 #include "haptics/servo/touch_log.h"
 
@@ -67,20 +69,14 @@ std::vector<std::string> names_of(const Table& table) {
 }
 
 Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interrupt) {
-    SceneFile file;
-    if (is_scene_file(o.scene)) {
-        Result<SceneFile> loaded = load_scene(o.scene);
-        if (!loaded)
-            return pass_on(loaded);
-        file = std::move(*loaded);
-    } else {
-        file.volume = o.scene;
-    }
+    Result<SceneFile> file = scene_file_of(o.scene);
+    if (!file)
+        return pass_on(file);
     if (!o.labels.empty())
-        file.labels = o.labels.starts_with("synthetic:")
-                          ? o.labels
-                          : std::filesystem::absolute(o.labels).string();
-    Result<LoadedScene> scene = load_scene_data(file, {.stop = interrupt.token()});
+        file->labels = o.labels.starts_with("synthetic:")
+                           ? o.labels
+                           : std::filesystem::absolute(o.labels).string();
+    Result<LoadedScene> scene = load_scene_input(o.scene, *file, {.stop = interrupt.token()});
     if (scene) {
         for (const std::string& note : scene->notes)
             log::info("{}", note);
@@ -90,17 +86,30 @@ Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interru
     return scene;
 }
 
-TouchParameters parameters_of(const TouchOptions& o, const LoadedScene& scene) {
+// Of the options; where SCENE is a project, its own but for the options that are given.
+Result<TouchParameters> parameters_of(const TouchOptions& o, const LoadedScene& scene,
+                                      const CLI::App& app) {
+    const bool is_project = Project::is_one(o.scene);
     TouchParameters p;
-    p.iso = std::isnan(o.iso) ? default_iso(scene) : o.iso;
-    p.tool_radius_mm = o.radius_mm;
-    p.tool_samples = o.samples;
-    p.stiffness_n_per_m = o.stiffness;
-    p.damping_n_s_per_m = o.damping;
-    p.friction_static = o.friction[0];
-    p.friction_dynamic = o.friction.size() > 1 ? o.friction[1] : o.friction[0];
-    p.yield_n = o.yield_n;
-    p.viscosity_n_s_per_m = o.viscosity;
+    if (is_project) {
+        const Result<ProjectDescription> read = read_project_description(project_folder(o.scene));
+        if (!read)
+            return fail("{}", read.error().message);
+        p = read->touch;
+    }
+    const auto set = [&](const char* option, auto& member, auto value) {
+        if (!is_project || app.count(option) > 0)
+            member = value;
+    };
+    set("--iso", p.iso, std::isnan(o.iso) ? default_iso(scene) : o.iso);
+    set("--radius", p.tool_radius_mm, o.radius_mm);
+    set("--samples", p.tool_samples, o.samples);
+    set("--stiffness", p.stiffness_n_per_m, o.stiffness);
+    set("--damping", p.damping_n_s_per_m, o.damping);
+    set("--friction", p.friction_static, o.friction[0]);
+    set("--friction", p.friction_dynamic, o.friction.size() > 1 ? o.friction[1] : o.friction[0]);
+    set("--yield", p.yield_n, o.yield_n);
+    set("--viscosity", p.viscosity_n_s_per_m, o.viscosity);
     return p;
 }
 
@@ -279,8 +288,10 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     Result<haptics::HandPath> path = hand_path(app, o.motion, grid);
     if (!path)
         return pass_on(path);
-    Result<Feel> feel =
-        make_feel(o.feel, *scene, parameters_of(o, *scene), *algorithm, interrupt.token());
+    Result<TouchParameters> parameters = parameters_of(o, *scene, app);
+    if (!parameters)
+        return pass_on(parameters);
+    Result<Feel> feel = make_feel(o.feel, *scene, *parameters, *algorithm, interrupt.token());
     if (!feel)
         return pass_on(feel);
     warn_of_idle_options(app, o, feel->parameters.source, *device);
@@ -325,7 +336,8 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
 Command add_touch(CLI::App& app) {
     auto o = std::make_shared<TouchOptions>();
     app.add_option("SCENE", o->scene,
-                   "Scene file (.json), or a volume: file, DICOM folder, synthetic:NAME")
+                   "Scene file (.json), project folder, or a volume: file, DICOM folder, "
+                   "synthetic:NAME")
         ->required();
     app.add_option("--labels", o->labels, "Label map beside the volume (default: none)");
     add_path_options(app, o->motion);

@@ -310,11 +310,14 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     if (!edit)
         return pass_on(edit);
     feel.edit = std::move(*edit);
+    if (!o.label_feel.empty())
+        feel.parameters.label_count = 0;
     for (const std::string& text : o.label_feel)
         feel.parameters.labels[feel.parameters.label_count++] = read_label(text).value();
-    feel.parameters.source = o.source.empty()       ? default_source(feel)
-                             : o.source == "labels" ? TouchSource::labels
-                                                    : TouchSource::grey;
+    if (!o.source.empty() || feel.parameters.source == TouchSource::grey)
+        feel.parameters.source = o.source.empty()       ? default_source(feel)
+                                 : o.source == "labels" ? TouchSource::labels
+                                                        : TouchSource::grey;
     if (feel.parameters.source == TouchSource::labels && !feel.scene.labels)
         return fail("--source: expected --labels, or labels as SCENE, to feel them; found none");
     if (loaded.data.labels)
@@ -335,9 +338,13 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
                                      feel.parameters.free_value, feel.parameters.solid_value));
     }
 
-    const HapticTransfer across = read_force(o.transfer_across).value();
-    feel.parameters.transfer = {read_force(o.transfer).value(), across, across};
-    feel.parameters.opacity = read_opacity(o.opacity).value();
+    if (!o.transfer.empty())
+        feel.parameters.transfer[0] = read_force(o.transfer).value();
+    if (!o.transfer_across.empty())
+        feel.parameters.transfer[1] = feel.parameters.transfer[2] =
+            read_force(o.transfer_across).value();
+    if (!o.opacity.empty())
+        feel.parameters.opacity = read_opacity(o.opacity).value();
 
     for (size_t axis = 0; axis < o.field.size(); ++axis) {
         Result<Volume> component = load_component(o.field[axis], stop);

@@ -1,0 +1,271 @@
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
+#include "apps/palpate/project_input.h"
+#include "apps/palpate/read_options.h"
+#include "apps/palpate/scene_options.h"
+#include "engine/base/file.h"
+#include "engine/base/log.h"
+#include "engine/edit/replay.h"
+#include "engine/edit/stroke.h"
+#include "engine/session/default_scene.h"
+#include "engine/session/feel.h"
+
+namespace palpate {
+
+namespace {
+
+using Report = nlohmann::ordered_json;
+
+struct ProjectOptions {
+    std::string folder, from, labels, strokes, exported, out;
+    uint32_t undo = 0, redo = 0;
+    bool save = false, discard = false, json = false;
+
+    bool changes() const { return !strokes.empty() || undo > 0 || redo > 0 || save || discard; }
+};
+
+std::vector<NamedFile> files_of(const ProjectOptions& o) {
+    std::vector<NamedFile> files;
+    if (!o.from.empty())
+        append_volume(files, "--new", o.from);
+    append_volume(files, "--labels", o.labels);
+    files.push_back({"--strokes", o.strokes});
+    append_volume(files, "-o", o.out, FileUse::write);
+    return files;
+}
+
+// A project of a scene or a volume, seen and felt as render and touch do by default.
+Result<void> create(const ProjectOptions& o, const Interrupt& interrupt) {
+    for (const std::string& volume : {o.from, o.labels})
+        if (Result<void> voxels = expect_no_mesh(volume); !voxels)
+            return voxels;
+    SceneOptions options;
+    options.input = o.from;
+    options.labels = o.labels;
+    Result<SceneFile> file = base_scene(options);
+    if (!file)
+        return pass_on(file);
+    Result<LoadedScene> loaded = load_scene_input(o.from, *file, {.stop = interrupt.token()});
+    if (!loaded)
+        return pass_on(loaded);
+    for (const std::string& note : loaded->notes)
+        log::info("{}", note);
+    for (const std::string& warning : loaded->warnings)
+        log::warning("{}", warning);
+    const bool is_map = file->labels.empty() && is_label_map(*loaded);
+    show_labels_by_default(options, *file, *loaded);
+    color_labels(loaded->label_names, *file);
+    Result<Scene> scene = final_scene(options, *file, *loaded);
+    if (!scene)
+        return pass_on(scene);
+    file->scene = *scene;
+    file->framing.reset();
+    file->centered_slices.clear();
+    file->centered_clips.clear();
+    ProjectContents contents{
+        Document(loaded->data.volume, is_map ? VolumeKind::labels : VolumeKind::grey),
+        "volume",
+        is_map ? "volume" : "",
+        std::move(*file),
+        {.iso = default_iso(*loaded)},
+        loaded->modality};
+    if (loaded->data.labels && !is_map) {
+        contents.labels = "labels";
+        contents.document =
+            with_volume(contents.document, {"labels", VolumeKind::labels, *loaded->data.labels});
+    }
+    if (Result<void> made = Project::create(o.folder, contents); !made)
+        return made;
+    log::info("{}: created", o.folder);
+    return {};
+}
+
+std::string title_of(const JournalEntry& entry) {
+    switch (entry.kind) {
+        case JournalEntry::Kind::stroke:
+            return fmt::format("{} on {}, {} pose{}", name_of(entry.stroke.operation.kind),
+                               entry.on, entry.stroke.poses.size(),
+                               entry.stroke.poses.size() == 1 ? "" : "s");
+        case JournalEntry::Kind::change:
+            return entry.change.title;
+        case JournalEntry::Kind::undo:
+            return "undo";
+        case JournalEntry::Kind::redo:
+            break;
+    }
+    return "redo";
+}
+
+Result<void> describe(const ProjectOptions& o, const Project::Seen& seen) {
+    const ProjectContents& contents = seen.contents;
+    Report volumes = Report::array(), steps = Report::array();
+    std::string text;
+    for (const NamedVolume& v : contents.document.volumes) {
+        const glm::uvec3 size = v.volume.size();
+        const glm::dvec3 spacing = spacing_mm(v.volume.grid());
+        const bool is_seen = v.name == contents.grey || v.name == contents.labels;
+        text += fmt::format("volume     {}: {}, {} x {} x {}, {:g} x {:g} x {:g} mm, {}{}\n",
+                            v.name, name_of(v.kind), size.x, size.y, size.z, spacing.x, spacing.y,
+                            spacing.z, name_of(v.volume.type()), is_seen ? ", seen and felt" : "");
+        volumes.push_back({{"name", v.name},
+                           {"kind", name_of(v.kind)},
+                           {"size", {size.x, size.y, size.z}},
+                           {"spacing_mm", {spacing.x, spacing.y, spacing.z}},
+                           {"type", name_of(v.volume.type())}});
+    }
+    text += fmt::format("saves      {}\nsteps      {} since the last save\n", seen.saves,
+                        seen.unsaved.size());
+    for (size_t i = 0; i < seen.unsaved.size(); ++i) {
+        text += fmt::format("  {:<8} {}\n", i + 1, title_of(seen.unsaved[i]));
+        steps.push_back(title_of(seen.unsaved[i]));
+    }
+    if (!o.json)
+        return print_text(text);
+    return print_report(report_text({{"volumes", volumes},
+                                     {"grey", contents.grey},
+                                     {"labels", contents.labels},
+                                     {"modality", contents.modality},
+                                     {"saves", seen.saves},
+                                     {"steps", steps}}));
+}
+
+// Strokes as steps: those on labels work on the labels that are seen, others on the values.
+Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const SessionSetup& setup) {
+    std::vector<JournalEntry> entries;
+    if (!o.strokes.empty()) {
+        Result<std::string> text = load_text(o.strokes, uint64_t{1} << 30);
+        if (!text)
+            return pass_on(text);
+        Result<std::vector<Stroke>> strokes = parse_strokes(*text, o.strokes);
+        if (!strokes)
+            return pass_on(strokes);
+        for (Stroke& stroke : *strokes) {
+            Operation& operation = stroke.operation;
+            const bool on_labels = operation.on_labels();
+            const bool guided = on_labels && operation.only_values;
+            const std::string& on = on_labels ? setup.labels : setup.grey;
+            const Volume* volume = setup.document.find(on);
+            const Volume* guide = guided ? setup.document.find(setup.grey) : nullptr;
+            if (!volume)
+                return fail("{}: '{}' needs {}, and the project has none", o.strokes,
+                            name_of(operation.kind), on_labels ? "labels" : "grey values");
+            if (Result<void> fits = check(operation, *volume, guide); !fits)
+                return fail("{}: {}", o.strokes, fits.error().message);
+            operation = settled(std::move(operation), *volume);
+            entries.push_back(
+                {JournalEntry::Kind::stroke, std::move(stroke), on, guided ? setup.grey : "", {}});
+        }
+    }
+    entries.insert(entries.end(), o.undo, {.kind = JournalEntry::Kind::undo});
+    entries.insert(entries.end(), o.redo, {.kind = JournalEntry::Kind::redo});
+    return entries;
+}
+
+// Each step is in the journal before the next begins, so that one who ends this loses none.
+Result<void> change(const ProjectOptions& o, const Interrupt& interrupt) {
+    Result<Project::Opened> opened =
+        Project::open(o.folder, {.unsaved = !o.discard, .stop = interrupt.token()});
+    if (!opened)
+        return pass_on(opened);
+    for (const std::string& note : opened->notes)
+        log::warning("{}", note);
+    SessionSetup& setup = opened->setup;
+    Result<std::vector<JournalEntry>> entries = steps_of(o, setup);
+    if (!entries)
+        return pass_on(entries);
+    for (const JournalEntry& entry : *entries) {
+        const History::Stats steps = setup.edit.begun->stats();
+        const bool is_undo = entry.kind == JournalEntry::Kind::undo;
+        if ((is_undo && steps.undo_steps == 0) ||
+            (entry.kind == JournalEntry::Kind::redo && steps.redo_steps == 0))
+            return fail("{}: nothing is left to {}; steps before the last save stay", o.folder,
+                        is_undo ? "undo" : "redo");
+        if (Result<Replayed> done =
+                replay(setup.document, *setup.edit.begun, entry, interrupt.token());
+            !done)
+            return pass_on(done);
+        if (Result<void> kept = setup.edit.journal->append(entry); !kept)
+            return kept;
+    }
+    if (!o.save)
+        return {};
+    setup.edit.threaded = false;
+    Session session(std::move(setup));
+    return opened->project.save(session);
+}
+
+Result<void> run_project(const ProjectOptions& o) {
+    const Interrupt interrupt;
+    if (!o.out.empty())
+        if (Result<void> named = expect_volume_name(o.out); !named)
+            return named;
+    if (!o.from.empty()) {
+        if (Result<void> made = create(o, interrupt); !made)
+            return made;
+    } else if (!Project::is_one(o.folder)) {
+        return fail("{}: expected the folder of a project; --new SCENE creates one", o.folder);
+    }
+    if (o.changes())
+        if (Result<void> changed = change(o, interrupt); !changed)
+            return changed;
+    if (o.exported.empty() && (o.changes() || !o.from.empty()))
+        return {};
+    Result<Project::Seen> seen = Project::look(o.folder, interrupt.token());
+    if (!seen)
+        return pass_on(seen);
+    for (const std::string& note : seen->notes)
+        log::warning("{}", note);
+    if (o.exported.empty())
+        return describe(o, *seen);
+    if (Result<void> there = expect_volume(seen->contents.document, o.exported); !there)
+        return fail("--export: {}", there.error().message);
+    return save_volume(o.out, *seen->contents.document.find(o.exported), interrupt.token());
+}
+
+} // namespace
+
+Command add_project(CLI::App& app) {
+    auto o = std::make_shared<ProjectOptions>();
+    app.add_option("PROJECT", o->folder,
+                   "Project folder. Without options: its volumes and its steps since the last save")
+        ->required();
+    auto* created = app.add_option("--new", o->from,
+                                   "Create the folder from a scene file, a volume or another "
+                                   "project (default: it is there)")
+                        ->type_name("SCENE");
+    app.add_option("--labels", o->labels, "With --new: label map beside the volume (default: none)")
+        ->needs(created)
+        ->type_name("FILE");
+    app.add_option("--strokes", o->strokes,
+                   "Apply strokes, JSON lines (docs/reference/strokes.md), each as a step; those "
+                   "on labels change the labels that are seen, others the values (default: none)")
+        ->type_name("FILE");
+    app.add_option("--undo", o->undo, "Take back the last N steps since the last save (default: 0)")
+        ->type_name("N");
+    app.add_option("--redo", o->redo,
+                   "Apply again the last N steps that were taken back "
+                   "(default: 0)")
+        ->type_name("N");
+    auto* save = app.add_flag("--save", o->save,
+                              "Save the volumes with all steps, which cannot be taken back then");
+    app.add_flag("--discard", o->discard,
+                 "Go back to the last save; the steps since then are kept in journal-N.set-aside")
+        ->excludes(save);
+    auto* exported = app.add_option("--export", o->exported,
+                                    "Name of a volume of the project to write (default: none)")
+                         ->type_name("NAME");
+    auto* out = app.add_option("-o,--output", o->out,
+                               "File of --export: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv")
+                    ->needs(exported)
+                    ->type_name("FILE");
+    exported->needs(out);
+    app.add_flag("--json", o->json, "The description as JSON");
+    return {[o] { return run_project(*o); }, [o] { return files_of(*o); }};
+}
+
+} // namespace palpate

@@ -1,0 +1,90 @@
+#include "apps/palpate/project_input.h"
+
+#include <filesystem>
+
+#include "apps/palpate/scene_options.h"
+#include "engine/base/log.h"
+#include "engine/session/project_description.h"
+
+namespace palpate {
+
+Result<Project::Seen> look_at_project(const std::string& path, const std::stop_token& stop) {
+    Result<Project::Seen> seen = Project::look(path, stop);
+    if (!seen)
+        return seen;
+    for (const std::string& note : seen->notes)
+        log::warning("{}", note);
+    if (const size_t steps = seen->unsaved.size(); steps > 0)
+        log::info("{}: with {} step{} since its last save", path, steps, steps == 1 ? "" : "s");
+    return seen;
+}
+
+Result<LoadedVolume> load_project_volume(const std::string& path, bool labels,
+                                         const Interrupt& interrupt) {
+    Result<Project::Seen> seen = look_at_project(path, interrupt.token());
+    if (!seen)
+        return pass_on(seen);
+    const ProjectContents& contents = seen->contents;
+    const Volume* volume = contents.document.find(labels ? contents.labels : contents.grey);
+    if (!volume && labels)
+        return fail("{}: expected a project with labels, found none", path);
+    return LoadedVolume{volume ? *volume : contents.document.first(),
+                        {},
+                        {},
+                        labels ? "" : contents.modality,
+                        {},
+                        {}};
+}
+
+Result<SceneFile> scene_file_of(const std::string& input) {
+    if (Project::is_one(input)) {
+        Result<ProjectDescription> read = read_project_description(project_folder(input));
+        if (!read)
+            return pass_on(read);
+        SceneFile file = std::move(read->scene);
+        file.volume = std::filesystem::absolute(project_folder(input)).string();
+        file.labels = read->labels.empty() ? "" : file.volume;
+        return file;
+    }
+    if (is_scene_file(input))
+        return load_scene(input);
+    SceneFile file;
+    file.volume = input;
+    return file;
+}
+
+Result<LoadedScene> load_scene_input(const std::string& input, const SceneFile& file,
+                                     const ReadOptions& options) {
+    if (!Project::is_one(input))
+        return load_scene_data(file, options);
+    Result<Project::Seen> seen = look_at_project(input, options.stop);
+    if (!seen)
+        return pass_on(seen);
+    const ProjectContents& contents = seen->contents;
+    const Volume* grey = contents.document.find(contents.grey);
+    LoadedScene scene{{grey ? *grey : contents.document.first(), std::nullopt, {}},
+                      contents.modality,
+                      {},
+                      {},
+                      {},
+                      {}};
+    if (file.labels == file.volume) {
+        if (const Volume* labels = contents.document.find(contents.labels))
+            scene.data.labels = *labels;
+    } else if (!file.labels.empty()) {
+        SceneFile labels_alone;
+        labels_alone.folder = file.folder;
+        labels_alone.volume = file.labels;
+        labels_alone.labels = file.labels;
+        Result<LoadedScene> loaded = load_scene_data(labels_alone, options);
+        if (!loaded)
+            return loaded;
+        scene.notes = std::move(loaded->notes);
+        scene.warnings = std::move(loaded->warnings);
+        scene.data.labels = std::move(loaded->data.labels);
+        scene.label_names = std::move(loaded->label_names);
+    }
+    return scene;
+}
+
+} // namespace palpate

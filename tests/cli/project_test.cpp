@@ -1,0 +1,149 @@
+// A project's folder: created, described, changed, and read by the other commands.
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "engine/io/volume_io.h"
+#include "engine/volume/content_hash.h"
+#include "tests/cli/touch_command.h"
+
+namespace palpate {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+class ProjectCommand : public TouchCommand {
+ protected:
+    std::string project() const { return file("p").string(); }
+    ProgramRun run_project(std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), {"project", project()});
+        return run(arguments);
+    }
+    void create() const {
+        write_two_labels();
+        write_nrrd("ct.nrrd", "int16", [](int, int z) { return z < 0 ? 800 : -900; });
+        const ProgramRun made = run_project(
+            {"--new", file("ct.nrrd").string(), "--labels", file("labels.nrrd").string()});
+        ASSERT_EQ(made.exit_code, 0) << made.messages;
+    }
+    void write_strokes() const {
+        write("cut.jsonl",
+              R"({"stroke": 1, "units": "mm", "shape": {"kind": "ball", "radius_mm": 4}, )"
+              R"("operation": {"kind": "cut", "to_value": -1000}})"
+              "\n{\"p_mm\": [0, 0, -2]}\n"
+              R"({"stroke": 1, "units": "mm", "shape": {"kind": "ball", "radius_mm": 3}, )"
+              R"("operation": {"kind": "draw", "label": 9}})"
+              "\n{\"p_mm\": [1, 0, 3]}\n");
+    }
+    uint64_t hash_of(const std::string& name) const {
+        const auto loaded = load_volume(file(name));
+        EXPECT_TRUE(loaded) << loaded.error().message;
+        return loaded ? content_hash(loaded->volume) : 0;
+    }
+    uint64_t hash_of_export(const std::string& volume) const {
+        const ProgramRun done =
+            run_project({"--export", volume, "-o", file("exported.nrrd").string()});
+        EXPECT_EQ(done.exit_code, 0) << done.messages;
+        return hash_of("exported.nrrd");
+    }
+};
+
+TEST_F(ProjectCommand, StrokesAreStepsThatCanBeTakenBackAndSaved) {
+    create();
+    write_strokes();
+    const uint64_t values = hash_of("ct.nrrd"), labels = hash_of("labels.nrrd");
+    EXPECT_EQ(hash_of_export("volume"), values);
+    EXPECT_EQ(hash_of_export("labels"), labels);
+    ProgramRun done = run_project({"--strokes", file("cut.jsonl").string()});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    // The same as `palpate edit` does.
+    const uint64_t cut = hash_of_export("volume"), drawn = hash_of_export("labels");
+    EXPECT_NE(cut, values);
+    EXPECT_NE(drawn, labels);
+    done = run_project({});
+    EXPECT_THAT(done.output,
+                AllOf(HasSubstr("volume     volume: grey, 24 x 24 x 24"),
+                      HasSubstr("steps      2 since the last save"),
+                      HasSubstr("cut on volume, 1 pose"), HasSubstr("draw on labels, 1 pose")));
+    EXPECT_THAT(run_project({"--json"}).output, HasSubstr("\"saves\": 1"));
+    ASSERT_EQ(run_project({"--undo", "2"}).exit_code, 0);
+    EXPECT_EQ(hash_of_export("volume"), values);
+    ASSERT_EQ(run_project({"--redo", "1", "--save"}).exit_code, 0);
+    EXPECT_EQ(hash_of_export("volume"), cut);
+    EXPECT_EQ(hash_of_export("labels"), labels);
+    done = run_project({"--undo", "1"});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("nothing is left to undo"));
+    ASSERT_EQ(run_project({"--strokes", file("cut.jsonl").string()}).exit_code, 0);
+    EXPECT_EQ(hash_of_export("labels"), drawn);
+    ASSERT_EQ(run_project({"--discard"}).exit_code, 0);
+    EXPECT_EQ(hash_of_export("labels"), labels);
+    EXPECT_EQ(hash_of_export("volume"), cut);
+}
+
+// Where a volume or a scene is expected, a project is read, with its unsaved steps.
+TEST_F(ProjectCommand, OtherCommandsReadIt) {
+    create();
+    write_strokes();
+    ASSERT_EQ(run_project({"--strokes", file("cut.jsonl").string()}).exit_code, 0);
+    const uint64_t cut = hash_of_export("volume");
+    ProgramRun done = run({"convert", project(), file("all.nrrd").string()});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(hash_of("all.nrrd"), cut);
+    EXPECT_THAT(done.messages, HasSubstr("with 2 steps since its last save"));
+    EXPECT_THAT(run({"info", project()}).output, HasSubstr("24 x 24 x 24"));
+    EXPECT_EQ(run({"surface", project(), "--iso", "0", "-o", file("s.ply").string()}).exit_code, 0);
+    done = run({"surface", project(), "--labels", "-o", file("l.ply").string()});
+    EXPECT_EQ(done.exit_code, 0) << done.messages;
+    for (const std::string& input : {project(), project() + "/project.json"}) {
+        done = run({"render", input, "--size", "64,64", "-o", file("p.png").string(),
+                    "--write-scene", file("scene.json").string()});
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        EXPECT_FALSE(bytes_of("p.png").empty());
+    }
+    // The hand feels what is left: the floor at z = 0 has a hole of 6 mm below the origin.
+    write("down.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,6\n0.5,0,0,-2\n1,0,0,6\n");
+    for (const std::string& scene : {project(), file("ct.nrrd").string()}) {
+        done = run({"touch", scene, "--path", file("down.csv").string(), "--device", "exact",
+                    "--iso", "0", "--report", file("r.csv").string()});
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        const std::vector<double> force = table("r.csv").at("force_z_n");
+        const double most = *std::max_element(force.begin(), force.end());
+        EXPECT_EQ(most < 0.1, scene == project()) << most;
+    }
+    // And an edit of one leaves it as it is.
+    write("one.jsonl", R"({"stroke": 1, "units": "mm", "shape": {"kind": "ball", "radius_mm": 4}, )"
+                       R"("operation": {"kind": "cut"}})"
+                       "\n{\"p_mm\": [6, 6, -4]}\n");
+    done = run({"edit", project(), file("one.jsonl").string(), "-o", file("e.nrrd").string()});
+    EXPECT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_NE(hash_of("e.nrrd"), cut);
+    EXPECT_EQ(hash_of_export("volume"), cut);
+}
+
+TEST_F(ProjectCommand, SaysWhatIsWrong) {
+    ProgramRun done = run_project({});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("expected the folder of a project; --new SCENE creates"));
+    create();
+    done = run_project({"--new", file("ct.nrrd").string()});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("expected no such file or folder yet, found one"));
+    done = run_project({"--export", "nose", "-o", file("x.nrrd").string()});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("expected one of the volumes volume, labels, found"));
+    EXPECT_EQ(run_project({"--export", "volume"}).exit_code, 2);
+    EXPECT_EQ(run_project({"--labels", file("labels.nrrd").string()}).exit_code, 2);
+    std::filesystem::remove(file("p/labels-1.pbv"));
+    for (const char* command : {"info", "project"}) {
+        done = run({command, project()});
+        EXPECT_EQ(done.exit_code, 1);
+        EXPECT_THAT(done.messages, HasSubstr("labels-1.pbv"));
+    }
+}
+
+} // namespace
+} // namespace palpate
