@@ -198,7 +198,7 @@ TEST_F(ProjectTest, UnsavedStepsAreOfferedAndCanBePutAside) {
     for (const bool cut : {false, true}) {
         make();
         ASSERT_TRUE(work(file("p"), 0, 6, [](int) {})); // saves after 4 acts, then one more
-        if (cut) { // of a save that was begun and killed
+        if (cut) {                                      // of a save that was begun and killed
             ASSERT_TRUE(Journal::create(file("p/journal-3"), {.save = 3}));
         }
         const Result<Project::Seen> seen = Project::look(file("p/project.json"));
