@@ -1,10 +1,12 @@
 // Everything that lives while a volume is carved, at once, on one session: the servo's thread feels
 // the newest snapshot by a real proxy and carves, the editor cuts and keeps a journal, one thread
 // meshes what changed and one draws it, while tools, parameters and iso-values change, strokes are
-// taken back and done again, volumes come and go, and devices are stopped and started.
-// PALPATE_SECONDS is how long the random work lasts at least; it also lasts until every thread has
-// met edits, however slow the machine. Meant for the thread sanitizer.
+// taken back and done again, volumes come and go, and devices are stopped and started; and the
+// process is killed at any moment of it. PALPATE_SECONDS is how long the random work lasts at
+// least; it also lasts until every thread has met edits, however slow the machine. Meant for the
+// thread sanitizer, too.
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <atomic>
@@ -23,6 +25,7 @@
 #include "engine/volume/synthetic.h"
 #include "haptics/device/recorded.h"
 #include "tests/gpu/gpu_fixture.h"
+#include "tests/support/kill.h"
 
 namespace palpate {
 namespace {
@@ -33,6 +36,8 @@ constexpr double kIso = 250.0;
 constexpr size_t kFewestFrames = 12;   // of each kind of drawing some, by random
 constexpr size_t kFewestSnapshots = 3; // seen by the picture and by the mesh
 constexpr double kLongest_s = 240.0;   // of the hand's path; the test is ended soon after
+constexpr double kLife_s = 4.0;        // at most, of a process that is killed, once it works
+const int kKills = std::max(2, int(PALPATE_SECONDS / kLife_s));
 
 class EditThreads : public GpuTest {
  protected:
@@ -146,6 +151,40 @@ class EditThreads : public GpuTest {
         }
     }
 
+    // On the ball, seen, felt and meshed, with a tool and a hand.
+    std::unique_ptr<Session> begin(const Document& first, std::mt19937& random) {
+        std::filesystem::remove(journal_);
+        auto session = std::make_unique<Session>(
+            SessionSetup{.document = first,
+                         .grey = "ball",
+                         .labels = "",
+                         .scene = iso_scene(),
+                         .parameters = {.iso = kIso},
+                         .mesh_iso = static_cast<float>(kIso),
+                         .edit = {.slice_ms = 1.0,
+                                  .journal = *Journal::create(journal_, Journal::base_of(first))}});
+        use_some_tool(*session, random);
+        start(*session, random());
+        return session;
+    }
+
+    static void draw_somehow(Renderer& renderer, const Session::Eye::Sight& sight,
+                             std::mt19937& random) {
+        switch (random() % 4) {
+            case 0: {
+                const uint32_t rows = Renderer::tile_rows(sight.scene);
+                ASSERT_TRUE(renderer.refine(sight.scene, sight.data,
+                                            static_cast<uint32_t>(random() % rows), 1));
+                break;
+            }
+            case 1:
+                ASSERT_TRUE(renderer.draw_coarse(sight.scene, sight.data, {}));
+                break;
+            default:
+                ASSERT_TRUE(renderer.draw(sight.scene, sight.data));
+        }
+    }
+
     std::filesystem::path journal_ =
         std::filesystem::path(testing::TempDir()) / fmt::format("threads.{}.journal", ::getpid());
     std::unique_ptr<haptics::HapticDevice> device_; // outlives the session
@@ -163,18 +202,8 @@ std::string all_of(const Document& document) {
 
 TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
     const Document first({{"ball", VolumeKind::grey, ball()}});
-    std::filesystem::remove(journal_);
     std::mt19937 random(3);
-    auto session = std::make_unique<Session>(SessionSetup{
-        .document = first,
-        .grey = "ball",
-        .labels = "",
-        .scene = iso_scene(),
-        .parameters = {.iso = kIso},
-        .mesh_iso = static_cast<float>(kIso),
-        .edit = {.slice_ms = 1.0, .journal = *Journal::create(journal_, Journal::base_of(first))}});
-    use_some_tool(*session, random);
-    start(*session, 1);
+    const std::unique_ptr<Session> session = begin(first, random);
     auto eye = session->add_eye();
 
     Renderer renderer(device());
@@ -189,19 +218,7 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
             !has_met(Reader::picture) || !has_met(Reader::mesh)) &&
            !HasFailure()) {
         const Session::Eye::Sight sight = eye.look();
-        switch (random() % 4) {
-            case 0: {
-                const uint32_t rows = Renderer::tile_rows(sight.scene);
-                ASSERT_TRUE(renderer.refine(sight.scene, sight.data,
-                                            static_cast<uint32_t>(random() % rows), 1));
-                break;
-            }
-            case 1:
-                ASSERT_TRUE(renderer.draw_coarse(sight.scene, sight.data, {}));
-                break;
-            default:
-                ASSERT_TRUE(renderer.draw(sight.scene, sight.data));
-        }
+        draw_somehow(renderer, sight, random);
         eye.reached(Reader::picture, sight, profile::now_ns());
         ++frames;
         edited = edited || (sight.state.strokes_done > 0 &&
@@ -244,6 +261,90 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
     std::printf("    %zu ticks, %zu frames, %zu devices, %zu entries, %zu steps standing; %s\n",
                 size_t(ticks_), frames, devices_, kept.entries.size(), last.state.strokes_done,
                 lag.c_str());
+}
+
+// How many steps can be taken back and done again: of the state that a process saw last, and of
+// each that its journal leads through. Equal ones may follow one another unseen; what was told is a
+// part of what the journal leads through, in its order.
+struct Steps {
+    uint32_t undo = 0, redo = 0;
+    friend bool operator==(const Steps&, const Steps&) = default;
+};
+
+// The same work, in a process that is killed: a child has the threads it makes, so it is this
+// program again. It tells each change of its steps that it has seen done.
+TEST_F(EditThreads, DISABLED_WorksUntilItIsKilled) {
+    const char *journal = std::getenv("PALPATE_JOURNAL"), *told = std::getenv("PALPATE_TOLD");
+    ASSERT_TRUE(journal && told);
+    journal_ = journal;
+    std::mt19937 random(static_cast<uint32_t>(::getpid()));
+    const std::unique_ptr<Session> session =
+        begin(Document({{"ball", VolumeKind::grey, ball()}}), random);
+    auto eye = session->add_eye();
+    Renderer renderer(device());
+    Steps last;
+    do {
+        const Session::Eye::Sight sight = eye.look();
+        const Steps now{static_cast<uint32_t>(sight.state.undo_steps),
+                        static_cast<uint32_t>(sight.state.redo_steps)};
+        if (now != std::exchange(last, now)) {
+            ASSERT_EQ(::write(std::atoi(told), &now, sizeof now), ssize_t{sizeof now});
+        }
+        draw_somehow(renderer, sight, random);
+        do_something(*session, random);
+    } while (!HasFailure());
+}
+
+TEST_F(EditThreads, NoStepIsLostWheneverTheProcessIsKilled) {
+    const Document first({{"ball", VolumeKind::grey, ball()}});
+    int told[2];
+    ASSERT_EQ(::pipe2(told, O_NONBLOCK), 0);
+    std::mt19937 random(5);
+    size_t steps = 0, entries = 0, kills_at_work = 0;
+    for (int n = 0; kills_at_work < size_t(kKills); ++n) {
+        ASSERT_LT(n, 40 * kKills) << "it is killed before it has begun";
+        std::filesystem::remove(journal_);
+        // Longer from time to time, for a machine on which it begins slowly.
+        const std::chrono::duration<double, std::milli> life(
+            1e3 * kLife_s * (1 + n / (2 * kKills)) * (0.25 + 0.75 * (random() % 1000) / 1000.0));
+        const End end =
+            run_and_kill(std::chrono::duration_cast<std::chrono::microseconds>(life), [&] {
+                ::setenv("PALPATE_JOURNAL", journal_.c_str(), 1);
+                ::setenv("PALPATE_TOLD", std::to_string(told[1]).c_str(), 1);
+                ::dup2(::open("/dev/null", O_RDWR), STDOUT_FILENO);
+                return ::execl("/proc/self/exe", "test", "--gtest_also_run_disabled_tests",
+                               "--gtest_filter=*.DISABLED_WorksUntilItIsKilled",
+                               static_cast<char*>(nullptr));
+            });
+        ASSERT_EQ(end, End::killed);
+        std::vector<Steps> seen;
+        for (Steps one; ::read(told[0], &one, sizeof one) == ssize_t{sizeof one};)
+            seen.push_back(one);
+        if (seen.empty())
+            continue;
+        ++kills_at_work;
+        const auto kept = Journal::open(journal_, Journal::base_of(first)); // cuts what is torn
+        ASSERT_TRUE(kept) << kept.error().message;
+        EXPECT_FALSE(kept->damage);
+        Document now = first;
+        History history;
+        size_t met = 0; // of `seen`
+        for (const JournalEntry& entry : kept->entries) {
+            const auto done = replay(now, history, entry, {});
+            ASSERT_TRUE(done) << done.error().message;
+            const History::Stats stats = history.stats();
+            const Steps here{static_cast<uint32_t>(stats.undo_steps),
+                             static_cast<uint32_t>(stats.redo_steps)};
+            met += met < seen.size() && seen[met] == here;
+        }
+        EXPECT_EQ(met, seen.size()) << kept->entries.size() << " entries";
+        steps += seen.size();
+        entries += kept->entries.size();
+    }
+    ::close(told[0]);
+    ::close(told[1]);
+    std::printf("    %zu kills; %zu steps were seen done, %zu were kept\n", kills_at_work, steps,
+                entries);
 }
 
 } // namespace
