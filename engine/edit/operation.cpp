@@ -35,6 +35,8 @@ Result<void> check_values(const Operation& op) {
                     op.smallest_mm3);
     if (!op.on_labels() && op.to_value && !std::isfinite(*op.to_value))
         return fail("{}: expected a number as to_value, found {}", name, *op.to_value);
+    if (!op.on_labels() && op.surface_value && !std::isfinite(*op.surface_value))
+        return fail("{}: expected a number as surface_value, found {}", name, *op.surface_value);
     if (op.kind != OperationKind::mill)
         return {};
     if (!(op.falloff_mm >= 0.0))
@@ -151,10 +153,29 @@ double rate_at(const std::vector<RatePoint>& rates, double value) {
     return rates.back().per_s;
 }
 
-double depth_weight(double depth_mm, double falloff_mm) {
-    if (depth_mm < 0.0)
+double depth_weight(double depth_mm, double falloff_mm, double beyond_mm) {
+    const double in_mm = depth_mm + beyond_mm;
+    if (in_mm < 0.0)
         return 0.0;
-    return falloff_mm > 0.0 ? std::min(1.0, depth_mm / falloff_mm) : 1.0;
+    const double ramp_mm = falloff_mm + beyond_mm;
+    return ramp_mm > 0.0 ? std::min(1.0, in_mm / ramp_mm) : 1.0;
+}
+
+double share_at_surface(double value, double to, std::optional<double> surface_value) {
+    if (!surface_value || value == to)
+        return 0.5;
+    const double share = (*surface_value - value) / (to - value);
+    if (share >= 1.0) // to_value lies on the side of the matter
+        return 0.5;
+    return std::max(0.0, share); // 0: no matter was here
+}
+
+double share_taken(double samples, double at_surface) {
+    const double slope = std::min(at_surface, 1.0 - at_surface);
+    if (std::abs(samples) <= 1.0)
+        return at_surface - slope * samples;
+    const double rest = std::max(0.0, kWallReach - std::abs(samples)); // 1 .. 0
+    return samples > 0.0 ? (at_surface - slope) * rest : 1.0 - (1.0 - at_surface - slope) * rest;
 }
 
 double milled(double value, double rate_per_s, double dose_s, double to) {

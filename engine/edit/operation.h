@@ -43,12 +43,23 @@ namespace palpate {
 //            the tool moves by more than half the smallest spacing in one (Eriksson et al. 2006,
 //            1.2). rate is piecewise linear in the value: a transfer function of hardness.
 //            Removing has to_value below, adding above the values met
+//
+// Both cut and mill leave smooth walls (Walls::smooth): T reaches beyond the tool, and near its
+// surface a sample takes only a share of the way from S'(p) to to_value, by its distance from the
+// swept tool in samples (share_taken()). So the iso-surface of a hole is the tool's own surface and
+// not a staircase of samples. A cut's sample moves by that share; a mill's to there and never
+// beyond, with the time weighted from 0 at the longest spacing outside to 1 at falloff_mm inside.
 // With `only_values` samples count as part of T only where a grey volume lies in this range, ends
 // included (threshold paint): a guide of the same size for labels, S' itself for grey values.
 //
 // Gradients are never stored: shading, meshing and touch compute them from the snapshot they read,
 // so gradients near a change are always current.
 enum class OperationKind { draw, erase, erode, dilate, smooth, fill, islands, cut, mill };
+
+enum class Walls {
+    smooth,
+    samples, // whole samples: those whose centre the tool holds
+};
 
 struct RatePoint {
     double value, per_s; // at this value, value units per second
@@ -64,10 +75,15 @@ struct Operation {
     double smallest_mm3 = 1.0;                 // of islands
     std::optional<std::pair<double, double>> only_values;
     std::optional<double> to_value; // of cut and mill; within the range of the volume's type
-    double falloff_mm = 0.0;        // of mill; >= 0
+    Walls walls = Walls::smooth;    // of cut and mill
+    // Of smooth walls: the iso-value whose surface is to be the tool's own. Without it, and where
+    // to_value does not lie beyond it, that is the mean of to_value and the value that was there.
+    std::optional<double> surface_value;
+    double falloff_mm = 0.0;      // of mill; >= 0
     std::vector<RatePoint> rates; // of mill: rising values, at least one; constant beyond the ends
 
     bool on_labels() const { return kind != OperationKind::cut && kind != OperationKind::mill; }
+    bool smooth_walls() const { return !on_labels() && walls == Walls::smooth; }
     bool by_region() const { // needs all of T, and so happens at tool-up
         return kind == OperationKind::fill || kind == OperationKind::islands;
     }
@@ -93,8 +109,19 @@ Result<void> check_guide(const Volume& guide, const Volume& volume);
 
 double rate_at(const std::vector<RatePoint>& rates, double value);
 
-// 0 at the surface and outside, 1 from falloff_mm inside on. depth_mm > 0 inside.
-double depth_weight(double depth_mm, double falloff_mm);
+// 0 at the surface and outside, 1 from falloff_mm inside on. depth_mm > 0 inside. Smooth walls
+// begin at beyond_mm outside.
+double depth_weight(double depth_mm, double falloff_mm, double beyond_mm = 0.0);
+
+// Of smooth walls: the share, 0 to 1, of the way from a sample's value to `to` that brings it to
+// the surface: where the tool's surface passes, a sample takes this share.
+double share_at_surface(double value, double to, std::optional<double> surface_value);
+
+// The share that a sample takes at a signed distance from the tool's surface, in samples (negative
+// inside; Sweep::near()): linear within a sample of the surface, so that linear interpolation
+// between two samples finds a plane where it is; from there to 0 outside and 1 inside within
+// another sample (kWallReach).
+double share_taken(double samples, double at_surface);
 
 // The value after dose seconds; towards `to`, never beyond.
 double milled(double value, double rate_per_s, double dose_s, double to);

@@ -43,15 +43,20 @@ BrickRange bricks_of(const Sweep& sweep, const Grid& grid) {
     return {glm::ivec3(low) / side, glm::ivec3(high) / side};
 }
 
-void add_samples(SampleMask& mask, const Sweep& sweep, const Grid& grid, glm::uvec3 brick,
-                 glm::uvec3 valid, const std::stop_token& stop) {
+SampleBox samples_of(const Sweep& sweep, glm::uvec3 brick, glm::uvec3 valid) {
     const glm::dvec3 first = glm::dvec3(brick * kBrickSide);
     const glm::dvec3 low = glm::max(glm::ceil(sweep.low_index() - first), glm::dvec3(0.0));
     const glm::dvec3 high =
         glm::min(glm::floor(sweep.high_index() - first), glm::dvec3(valid) - 1.0);
     if (!glm::all(glm::lessThanEqual(low, high)))
-        return;
-    const glm::ivec3 from(low), to(high);
+        return {};
+    return {glm::ivec3(low), glm::ivec3(high)};
+}
+
+void add_samples(SampleMask& mask, const Sweep& sweep, const Grid& grid, glm::uvec3 brick,
+                 glm::uvec3 valid, const std::stop_token& stop) {
+    const glm::dvec3 first = glm::dvec3(brick * kBrickSide);
+    const auto [from, to] = samples_of(sweep, brick, valid);
     const glm::dmat3 mm_from_index(grid.world_from_index);
     const double dx = glm::length(mm_from_index[0]);
     for (int z = from.z; z <= to.z; ++z)

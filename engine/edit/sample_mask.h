@@ -22,6 +22,12 @@ struct SampleMask {
     void keep_new(SampleMask& seen);
 };
 
+// The places in a brick that a sweep may touch, both ends included; none where low > high.
+struct SampleBox {
+    glm::ivec3 low{0}, high{-1};
+};
+SampleBox samples_of(const Sweep& sweep, glm::uvec3 brick, glm::uvec3 valid);
+
 // Adds the samples of a brick that a sweep holds. `valid`: how many samples on each axis lie in the
 // volume. What a sample is is decided by sweep.at() at its place; rows are filled in leaps as long
 // as its verdict is good for, less a millionth of a millimetre for rounding. Ends early, at a row,

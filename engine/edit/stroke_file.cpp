@@ -114,10 +114,11 @@ Operation read_operation(const JsonValue& in) {
             in.only_keys({"kind", "only_values", "label", "neighbours", "smallest_mm3"});
             break;
         case cut:
-            in.only_keys({"kind", "only_values", "to_value"});
+            in.only_keys({"kind", "only_values", "to_value", "walls", "surface_value"});
             break;
         case mill:
-            in.only_keys({"kind", "only_values", "to_value", "falloff_mm", "rate_per_s"});
+            in.only_keys({"kind", "only_values", "to_value", "walls", "surface_value", "falloff_mm",
+                          "rate_per_s"});
             break;
     }
     if (const auto label = in.find("label"))
@@ -147,6 +148,13 @@ Operation read_operation(const JsonValue& in) {
     }
     if (const auto to = in.find("to_value"))
         op.to_value = to->number(-kLargestValue, kLargestValue);
+    if (const auto walls = in.find("walls"))
+        op.walls = walls->choice<Walls>({{"smooth", Walls::smooth}, {"samples", Walls::samples}});
+    if (const auto surface = in.find("surface_value")) {
+        op.surface_value = surface->number(-kLargestValue, kLargestValue);
+        if (op.walls == Walls::samples)
+            surface->complain("expected \"surface_value\" with smooth walls only");
+    }
     if (const auto falloff = in.find("falloff_mm"))
         op.falloff_mm = falloff->number(0.0, 1e4);
     if (const auto rate = in.find("rate_per_s"))
@@ -180,6 +188,9 @@ Json operation_json(const Operation& op) {
             Json::array({Json::of(op.only_values->first), Json::of(op.only_values->second)}));
     if (op.to_value)
         add(!op.on_labels(), "to_value", Json::of(*op.to_value));
+    add(!op.on_labels(), "walls", Json::of(op.walls == Walls::smooth ? "smooth" : "samples"));
+    if (op.surface_value)
+        add(op.smooth_walls(), "surface_value", Json::of(*op.surface_value));
     add(k == mill, "falloff_mm", Json::of(op.falloff_mm));
     Json rates = Json::array();
     for (const RatePoint& point : op.rates)

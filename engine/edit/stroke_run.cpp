@@ -9,6 +9,7 @@
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
 #include "engine/edit/label_box.h"
+#include "engine/edit/near_samples.h"
 #include "engine/edit/regions.h"
 
 namespace palpate {
@@ -89,8 +90,10 @@ struct StrokeRun::Touched {
     uint64_t key = 0;
     glm::uvec3 position{0}; // in bricks
     SampleMask seen;
-    SampleMask region;        // of operations by region: what of `seen` counts
-    std::vector<double> dose; // of mill: seconds
+    SampleMask region;          // of operations by region: what of `seen` counts
+    std::vector<double> dose;   // of mill: seconds
+    std::vector<float> samples; // of smooth walls: the distance from T, in samples
+    uint64_t newly_seen = 0;    // by the last search
     std::vector<std::shared_ptr<const Segment>> waiting;
 };
 
@@ -132,8 +135,9 @@ void StrokeRun::add(std::span<const StrokePose> poses) {
 }
 
 void StrokeRun::add_segment(const StrokePose& from, const StrokePose& to) {
-    const auto segment =
-        std::make_shared<const Segment>(Segment{from, to, Sweep(tool_, before_.grid(), from, to)});
+    const auto segment = std::make_shared<const Segment>(Segment{
+        from, to,
+        Sweep(tool_, before_.grid(), from, to, operation_.smooth_walls() ? kWallReach : 0.0)});
     const BrickRange range = bricks_of(segment->sweep, before_.grid());
     const glm::uvec3 count = before_.brick_count();
     for (int z = range.low.z; z <= range.high.z; ++z)
@@ -193,7 +197,7 @@ void StrokeRun::work_on(std::span<Touched* const> bricks, const std::stop_token&
         using T = decltype(t);
         std::vector<std::span<T>> out(bricks.size());
         for (size_t i = 0; i < bricks.size(); ++i) {
-            samples_seen_ += operation_.kind == OperationKind::mill ? 0 : fresh[i].count();
+            samples_seen_ += bricks[i]->newly_seen;
             if (!operation_.by_region() && !fresh[i].empty())
                 out[i] = edit_->write_brick<T>(bricks[i]->position);
         }
@@ -205,20 +209,40 @@ void StrokeRun::work_on(std::span<Touched* const> bricks, const std::stop_token&
 }
 
 void StrokeRun::find_samples(Touched& brick, SampleMask& fresh, const std::stop_token& stop) const {
-    const glm::uvec3 valid = before_.valid_in_brick(brick.position);
-    if (operation_.kind == OperationKind::mill) {
-        for (const auto& segment : brick.waiting)
-            add_dose(brick, fresh, *segment, stop);
-        keep_values(fresh, brick.position);
-        return;
-    }
+    const bool mill = operation_.kind == OperationKind::mill;
     for (const auto& segment : brick.waiting)
-        add_samples(fresh, segment->sweep, before_.grid(), brick.position, valid, stop);
-    fresh.keep_new(brick.seen);
+        if (mill)
+            add_dose(brick, fresh, *segment, stop);
+        else if (operation_.smooth_walls())
+            add_near(brick, fresh, segment->sweep, stop);
+        else
+            add_samples(fresh, segment->sweep, before_.grid(), brick.position,
+                        before_.valid_in_brick(brick.position), stop);
+    SampleMask first_seen = fresh;
+    first_seen.keep_new(brick.seen);
+    if (!mill && !operation_.smooth_walls())
+        fresh = first_seen;
+    keep_values(first_seen, brick.position);
     keep_values(fresh, brick.position);
+    brick.newly_seen = first_seen.count();
     if (operation_.by_region())
         for (size_t i = 0; i < fresh.rows.size(); ++i)
             brick.region.rows[i] |= fresh.rows[i];
+}
+
+void StrokeRun::add_near(Touched& brick, SampleMask& fresh, const Sweep& sweep,
+                         const std::stop_token& stop) const {
+    for_each_near(sweep, before_.grid(), brick.position, before_.valid_in_brick(brick.position),
+                  sweep.far_mm(), stop, [&](glm::uvec3 place, Sweep::Near near) {
+                      if (brick.samples.empty())
+                          brick.samples.assign(kBrickSamples, float{kWallReach});
+                      float& nearest = brick.samples[offset_in_brick(place)];
+                      const auto samples = static_cast<float>(near.samples());
+                      if (samples < nearest) {
+                          nearest = samples;
+                          fresh.row(place.y, place.z) |= uint32_t{1} << place.x;
+                      }
+                  });
 }
 
 void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segment,
@@ -231,37 +255,35 @@ void StrokeRun::add_dose(Touched& brick, SampleMask& fresh, const Segment& segme
     const double reach = tool_.shape ? tool_.shape->bounds().reach_mm() : 0.0;
     const double parts =
         std::max(1.0, std::ceil(travel_mm(segment.from, segment.to, reach) / half_sample));
-    const glm::dvec3 first(brick.position * kBrickSide);
-    const glm::dmat3 mm_from_index(grid.world_from_index);
     const glm::dvec3 origin(grid.world_from_index[3]);
+    const bool smooth = operation_.smooth_walls();
     const Parts near = parts_near(grid, brick.position, segment.from.tool.position_mm - origin,
-                                  segment.to.tool.position_mm - origin, reach, parts);
+                                  segment.to.tool.position_mm - origin,
+                                  reach + (smooth ? segment.sweep.far_mm() : 0.0), parts);
+    const glm::uvec3 valid = before_.valid_in_brick(brick.position);
     for (double part = near.first; part <= near.last && !stop.stop_requested(); ++part) {
         const StrokePose pose = pose_between(segment.from, segment.to, (part + 0.5) / parts);
-        const Sweep still(tool_, grid, pose, pose);
-        SampleMask inside;
-        add_samples(inside, still, grid, brick.position, before_.valid_in_brick(brick.position),
-                    stop);
-        for (uint32_t z = 0; z < kBrickSide; ++z)
-            for (uint32_t y = 0; y < kBrickSide && !stop.stop_requested(); ++y) {
-                const uint32_t row = inside.row(y, z);
-                if (row == 0)
-                    continue;
-                if (brick.dose.empty())
-                    brick.dose.assign(kBrickSamples, 0.0);
-                const auto [mark0, mark1] = still.marked_in_row(first.y + y, first.z + z);
-                for_each_bit(row, [&](uint32_t x) {
-                    const double index_x = first.x + x;
-                    double weight = mark0 <= index_x && index_x <= mark1 ? 1.0 : 0.0;
-                    if (weight == 0.0) {
-                        const Sweep::Verdict verdict =
-                            still.at(mm_from_index * (first + glm::dvec3(x, y, z)));
-                        weight = depth_weight(verdict.same_within_mm, operation_.falloff_mm);
-                    }
-                    brick.dose[offset_in_brick({x, y, z})] += weight * (seconds / parts);
-                });
-                fresh.row(y, z) |= row;
-            }
+        const Sweep still(tool_, grid, pose, pose, smooth ? kWallReach : 0.0);
+        const double beyond_mm = smooth ? still.far_mm() / kWallReach : 0.0;
+        const double deep_mm = std::max(still.far_mm(), operation_.falloff_mm);
+        for_each_near(still, grid, brick.position, valid, deep_mm, stop,
+                      [&](glm::uvec3 place, Sweep::Near at) {
+                          const double weight =
+                              depth_weight(-at.mm, operation_.falloff_mm, beyond_mm);
+                          if (weight == 0.0)
+                              return;
+                          const uint32_t offset = offset_in_brick(place);
+                          if (brick.dose.empty())
+                              brick.dose.assign(kBrickSamples, 0.0);
+                          brick.dose[offset] += weight * (seconds / parts);
+                          fresh.row(place.y, place.z) |= uint32_t{1} << place.x;
+                          if (!smooth)
+                              return;
+                          if (brick.samples.empty())
+                              brick.samples.assign(kBrickSamples, float{kWallReach});
+                          float& nearest = brick.samples[offset];
+                          nearest = std::min(nearest, static_cast<float>(at.samples()));
+                      });
     }
 }
 
@@ -282,6 +304,16 @@ void StrokeRun::keep_values(SampleMask& mask, glm::uvec3 brick) const {
             });
             row = kept;
         }
+}
+
+// Where a cut brings a sample, and beyond which a mill brings none.
+double StrokeRun::wall_value(const Touched& brick, double value, glm::ivec3 place) const {
+    const double to = *operation_.to_value;
+    if (brick.samples.empty())
+        return to;
+    const double share = share_taken(brick.samples[offset_in_brick(glm::uvec3(place))],
+                                     share_at_surface(value, to, operation_.surface_value));
+    return share >= 1.0 ? to : value + share * (to - value);
 }
 
 template <class T>
@@ -317,14 +349,16 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
         case OperationKind::erase:
             return for_all([&](T v, glm::ivec3) { return is_free(v) ? T{0} : v; });
         case OperationKind::cut:
-            return for_all(
-                [&](T v, glm::ivec3) { return has_data(v) ? stored<T>(*op.to_value) : v; });
+            return for_all([&](T v, glm::ivec3 p) {
+                return has_data(v) ? stored<T>(wall_value(brick, double(v), p)) : v;
+            });
         case OperationKind::mill:
             return for_all([&](T v, glm::ivec3 p) {
                 if (!has_data(v))
                     return v;
                 const double dose = brick.dose[offset_in_brick(glm::uvec3(p))];
-                return stored<T>(milled(v, rate_at(op.rates, v), dose, *op.to_value));
+                return stored<T>(
+                    milled(v, rate_at(op.rates, v), dose, wall_value(brick, double(v), p)));
             });
         case OperationKind::erode:
         case OperationKind::dilate: {

@@ -61,9 +61,12 @@ class StrokeRun {
     void add_segment(const StrokePose& from, const StrokePose& to);
     void work_on(std::span<Touched* const> bricks, const std::stop_token& stop);
     void find_samples(Touched& brick, SampleMask& fresh, const std::stop_token& stop) const;
+    void add_near(Touched& brick, SampleMask& fresh, const Sweep& sweep,
+                  const std::stop_token& stop) const;
     void add_dose(Touched& brick, SampleMask& fresh, const Segment& segment,
                   const std::stop_token& stop) const;
     void keep_values(SampleMask& mask, glm::uvec3 brick) const;
+    double wall_value(const Touched& brick, double value, glm::ivec3 place) const;
     template <class T>
     void change(const Touched& brick, const SampleMask& fresh, std::span<T> out,
                 const std::stop_token& stop) const;

@@ -10,11 +10,16 @@ namespace palpate {
 
 namespace {
 
-double to_segment(glm::dvec3 p, glm::dvec3 a, glm::dvec3 b) {
+// From the nearest point of a segment to p.
+glm::dvec3 from_segment(glm::dvec3 p, glm::dvec3 a, glm::dvec3 b) {
     const glm::dvec3 d = b - a;
     const double dd = glm::dot(d, d);
     const double t = dd > 0.0 ? std::clamp(glm::dot(p - a, d) / dd, 0.0, 1.0) : 0.0;
-    return glm::length(p - a - t * d);
+    return p - a - t * d;
+}
+
+double to_segment(glm::dvec3 p, glm::dvec3 a, glm::dvec3 b) {
+    return glm::length(from_segment(p, a, b));
 }
 
 glm::dquat in_hemisphere_of(glm::dquat q, glm::dquat of) {
@@ -76,10 +81,12 @@ double Sweep::tolerance_for(const Grid& grid) {
     return smallest_spacing_mm(grid) / 16.0;
 }
 
-Sweep::Sweep(const Tool& tool, const Grid& grid, const StrokePose& from, const StrokePose& to)
-    : shape_(tool.shape.get()), marks_(tool.marks_origin) {
+Sweep::Sweep(const Tool& tool, const Grid& grid, const StrokePose& from, const StrokePose& to,
+             double wider)
+    : shape_(tool.shape.get()), marks_(tool.marks_origin), axes_(grid.world_from_index) {
     const glm::dvec3 origin(grid.world_from_index[3]);
-    const glm::dmat3 to_index = glm::inverse(glm::dmat3(grid.world_from_index));
+    const glm::dmat3 to_index = glm::inverse(axes_);
+    longest_mm_ = std::max({glm::length(axes_[0]), glm::length(axes_[1]), glm::length(axes_[2])});
     from_ = from.tool.position_mm - origin;
     to_ = to.tool.position_mm - origin;
     from_index_ = to_index * from_;
@@ -115,10 +122,11 @@ Sweep::Sweep(const Tool& tool, const Grid& grid, const StrokePose& from, const S
             low = -ball_ * row_length;
             high = ball_ * row_length;
         }
-        const glm::dvec3 wider =
-            (swing + tolerance_ + 1e-9 * (1.0 + reach_)) * row_length; // and what rounding takes
-        low_ = glm::min(from_index_, to_index_) + low - wider;
-        high_ = glm::max(from_index_, to_index_) + high + wider;
+        const glm::dvec3 more = (swing + tolerance_ + wider * longest_mm_ +
+                                 1e-9 * (1.0 + reach_)) * // what rounding takes
+                                row_length;
+        low_ = glm::min(from_index_, to_index_) + low - more;
+        high_ = glm::max(from_index_, to_index_) + high + more;
     }
     if (marks_) {
         low_ = glm::min(low_, glm::min(from_index_, to_index_) - 0.5);
@@ -159,6 +167,47 @@ Sweep::Verdict Sweep::at(glm::dvec3 p_mm) const {
     // Between two poses looked at, the function is at least half of what it is at the later.
     const double bound = speed_ == 0.0 ? lowest : 0.5 * lowest - tolerance_;
     return {false, std::max(0.0, bound)};
+}
+
+Sweep::Near Sweep::near(glm::dvec3 p_mm) const {
+    const auto far_away = [&](double mm) { return Near{mm, longest_mm_}; };
+    if (!shape_)
+        return far_away(std::numeric_limits<double>::infinity());
+    if (ball_ >= 0.0) {
+        const glm::dvec3 away = from_segment(p_mm, from_, to_);
+        const double length = glm::length(away), mm = length - ball_;
+        if (std::abs(mm) >= far_mm() || length == 0.0)
+            return far_away(mm);
+        const glm::dvec3 along = glm::abs(away * axes_) / length;
+        return {mm, std::max({along.x, along.y, along.z})};
+    }
+    // No point of the tool is farther than `reach` from the tip's path.
+    if (const double mm = to_segment(p_mm, from_, to_) - reach_; mm >= far_mm())
+        return far_away(mm);
+    double lowest = std::numeric_limits<double>::infinity(), lowest_t = 0.0;
+    for (double t = 0.0;;) {
+        const double here = value(t, p_mm);
+        if (here < lowest) {
+            lowest = here;
+            lowest_t = t;
+        }
+        if (lowest <= -far_mm() || t >= 1.0 || speed_ == 0.0)
+            break;
+        // Until then the function stays above the lowest by now, or far from the surface, but for
+        // the tolerance: no point of the tool is faster.
+        t = std::min(1.0, t + (here - std::min(lowest, far_mm()) + tolerance_) / speed_);
+    }
+    if (std::abs(lowest) >= far_mm())
+        return far_away(lowest);
+    // What changes with p where the tool is nearest is how the whole sweep changes there.
+    double most = 0.0;
+    for (int axis = 0; axis < 3; ++axis)
+        for (const double half : {-0.5, 0.5})
+            most =
+                std::max(most, 2.0 * std::abs(value(lowest_t, p_mm + half * axes_[axis]) - lowest));
+    if (most > 0.0)
+        return {lowest, most};
+    return {lowest, lowest != 0.0 ? std::abs(lowest) / kWallReach : longest_mm_}; // flat: all there
 }
 
 std::pair<double, double> Sweep::marked_in_row(double y, double z) const {

@@ -10,6 +10,9 @@
 
 namespace palpate {
 
+// Smooth walls end at this distance from a tool's surface to either side, in samples.
+constexpr double kWallReach = 2.0;
+
 // The cutting part of a tool: a shape, the sample at the origin, or both.
 struct Tool {
     ShapePtr shape; // null for a point
@@ -52,7 +55,9 @@ Result<StrokePose> checked_pose(const StrokePose& pose);
 // that does not move is its shape, without the tolerance.
 class Sweep {
  public:
-    Sweep(const Tool& tool, const Grid& grid, const StrokePose& from, const StrokePose& to);
+    // `wider`: low_index() and high_index() hold all samples with near().samples() < wider, too.
+    Sweep(const Tool& tool, const Grid& grid, const StrokePose& from, const StrokePose& to,
+          double wider = 0.0);
 
     // Whether a point is inside, and how far all points say the same as it. p_mm: from the grid's
     // origin, along the world's axes.
@@ -61,6 +66,20 @@ class Sweep {
         double same_within_mm = 0.0; // points nearer than this
     };
     Verdict at(glm::dvec3 p_mm) const;
+
+    // How far a point is from the swept tool by the shape's function, negative inside; and the most
+    // that the function changes there from a sample to the next along an axis of the grid. Their
+    // quotient is a distance in samples that is good to first order at the surface, for any
+    // spacing, and for functions that are less steep than a distance. A point that lies
+    // kWallReach samples away or more is only known to be so, and on which side. Of shapes that
+    // move, other than balls, mm is up to tolerance_mm() too large. Without a shape it is infinite.
+    struct Near {
+        double mm, sample_mm;
+        double samples() const { return mm / sample_mm; }
+    };
+    Near near(glm::dvec3 p_mm) const;
+    // Points that are farther than this from the tool by its function are kWallReach samples away.
+    double far_mm() const { return kWallReach * longest_mm_; }
 
     // A box in index space that holds all samples inside; empty (low > high) where none can be.
     glm::dvec3 low_index() const { return low_; }
@@ -89,6 +108,8 @@ class Sweep {
     glm::dmat3 turn_{1.0};                                   // where it does not change
     double speed_ = 0.0; // mm of the fastest point from t = 0 to 1
     double tolerance_ = 0.0;
+    glm::dmat3 axes_{1.0};    // mm from a sample to the next
+    double longest_mm_ = 0.0; // of them
     glm::dvec3 low_{0.0}, high_{0.0};
 };
 

@@ -74,6 +74,10 @@ Session::~Session() {
 }
 
 bool Session::use(EditSetup setup) {
+    Operation& operation = setup.operation;
+    const std::string on = setup.on.empty() ? state().document.volumes.front().name : setup.on;
+    if (operation.smooth_walls() && !operation.surface_value && on == grey_)
+        operation.surface_value = parameters_.latest().iso;
     if (!editor_.use(std::move(setup)))
         return false;
     carves_.store(true, std::memory_order_release);

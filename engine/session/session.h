@@ -82,7 +82,10 @@ class Session {
     Session& operator=(const Session&) = delete;
 
     // Commands. Those of the document take their turn between strokes; false: too many at once.
-    bool use(EditSetup setup); // the tool, what it does, to which volume
+    // The tool, what it does, to which volume. Smooth walls in the grey volume without a
+    // surface_value take the iso-value that is felt now: the hole is then the tool's own to the
+    // hand, and to the eye where set_iso() keeps both at one value.
+    bool use(EditSetup setup);
     bool undo() { return editor_.undo(); }
     bool redo() { return editor_.redo(); }
     bool put(NamedVolume volume, std::string title, Json parameters = Json::object()) {

@@ -213,8 +213,14 @@ TEST(Mill, TakesByTimeDepthAndMaterial) {
     EXPECT_EQ(after(0.1).value({16, 16, 16}), -10.0f);
     EXPECT_EQ(after(0.2).value({16, 16, 16}), -320.0f);
     EXPECT_EQ(after(9.0).value({16, 16, 16}), -1000.0f); // and not beyond
-    EXPECT_EQ(after(0.1).value({22, 16, 16}), 145.0f);   // 1 mm deep: half as fast
-    EXPECT_EQ(after(0.1).value({24, 16, 16}), 300.0f);   // at the surface: not at all
+    EXPECT_EQ(after(0.1).value({22, 16, 16}), 114.0f);   // 1 mm deep, of 2: (1 + 0.5) / (2 + 0.5)
+    EXPECT_EQ(after(0.1).value({24, 16, 16}), 238.0f);   // at the surface: 0.5 / 2.5
+    EXPECT_EQ(after(9.0).value({24, 16, 16}), -350.0f);  // half of the way, and not beyond
+    EXPECT_EQ(after(9.0).value({25, 16, 16}), 300.0f);   // a sample outside
+    mill.walls = Walls::samples;
+    EXPECT_EQ(after(0.1).value({16, 16, 16}), -10.0f);
+    EXPECT_EQ(after(0.1).value({22, 16, 16}), 145.0f); // 1 mm deep: half as fast
+    EXPECT_EQ(after(0.1).value({24, 16, 16}), 300.0f); // at the surface: not at all
     mill.to_value = 500;
     EXPECT_EQ(after(0.02).value({16, 16, 16}), 362.0f); // towards a higher value: adds
 }
@@ -287,8 +293,9 @@ TEST(Stroke, StopsWithinASlice) {
                                             {1, {glm::dvec3(1), kUpright}}});
         (*run)->lift();
         EXPECT_FALSE((*run)->work([] { return true; }, stop.get_token()));
-        // One brick is one thread's work; a row has 32 samples, and of mill each has two looks.
-        EXPECT_LE(looks, 1000 + 2 * 32);
+        // One brick is one thread's work; a row has 32 samples. Each has six looks for the slope,
+        // and one every 1/16 mm of the tip's 1.74 mm, which is 28 and those at both ends.
+        EXPECT_LE(looks, 1000 + 32 * (6 + 28 + 2));
     }
 }
 

@@ -56,6 +56,34 @@ inline bool holds(const Tool& tool, const Grid& grid, const StrokePose& from, co
     return Sweep(tool, grid, from, to).at(p).inside;
 }
 
+// The distance from a tool that moves and, of a ball by its gradient, the most that it changes
+// from sample to sample; of other shapes the sweep is asked.
+inline Sweep::Near near(const Tool& tool, const Grid& grid, const StrokePose& from,
+                        const StrokePose& to, glm::ivec3 index) {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    if (tool.marks_origin && passes_cell(grid, from, to, glm::dvec3(index)))
+        return {-kInfinity, 1.0};
+    if (!tool.shape)
+        return {kInfinity, 1.0};
+    const glm::dmat3 axes(grid.world_from_index);
+    const glm::dvec3 p = axes * glm::dvec3(index);
+    const auto radius = tool.shape->ball_radius_mm();
+    if (!radius)
+        return Sweep(tool, grid, from, to).near(p);
+    const glm::dvec3 a = from.tool.position_mm - glm::dvec3(grid.world_from_index[3]),
+                     d = to.tool.position_mm - from.tool.position_mm;
+    const double dd = glm::dot(d, d);
+    const double t = dd > 0.0 ? std::clamp(glm::dot(p - a, d) / dd, 0.0, 1.0) : 0.0;
+    const glm::dvec3 away = p - a - t * d;
+    const double length = glm::length(away);
+    double most = 0.0, longest = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        most = std::max(most, std::abs(glm::dot(away, axes[axis])) / length);
+        longest = std::max(longest, glm::length(axes[axis]));
+    }
+    return {length - *radius, length > 0.0 ? most : longest};
+}
+
 inline double depth(const Tool& tool, const Grid& grid, const StrokePose& pose, glm::ivec3 index) {
     if (tool.marks_origin && passes_cell(grid, pose, pose, glm::dvec3(index)))
         return std::numeric_limits<double>::infinity();
@@ -79,6 +107,22 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
                                           std::numeric_limits<T>::max());
         });
     };
+    // By hand: three straight pieces whose middle one crosses the surface at its share.
+    const auto taken = [&](double v, double samples) {
+        const double to = *op.to_value;
+        double at = 0.5;
+        if (op.surface_value && v != to) {
+            const double share = (*op.surface_value - v) / (to - v);
+            at = share >= 1.0 ? 0.5 : share < 0.0 ? 0.0 : share;
+        }
+        const double k = at < 0.5 ? at : 1.0 - at;
+        double share = at - k * samples;
+        if (samples > 1.0)
+            share = samples < 2.0 ? (at - k) * (2.0 - samples) : 0.0;
+        if (samples < -1.0)
+            share = samples > -2.0 ? 1.0 - (1.0 - at - k) * (2.0 + samples) : 1.0;
+        return share < 1.0 ? v + share * (to - v) : to;
+    };
     const auto counts = [&](glm::ivec3 i) { // by value
         if (!op.only_values)
             return true;
@@ -89,7 +133,9 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
         const glm::dvec3 spacing = spacing_mm(s.grid);
         const double half = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
         const double reach = tool.shape ? tool.shape->bounds().reach_mm() : 0.0;
+        const double longest = std::max({spacing.x, spacing.y, spacing.z});
         std::vector<double> dose(s.values.size());
+        std::vector<float> samples(s.values.size(), 2.0f);
         for (size_t k = 1; k < poses.size(); ++k) {
             const double seconds = poses[k].time_s - poses[k - 1].time_s;
             const double n =
@@ -97,8 +143,17 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
             for (double part = 0; part < n; ++part) {
                 const StrokePose pose = pose_between(poses[k - 1], poses[k], (part + 0.5) / n);
                 s.for_each([&](glm::ivec3 i) {
-                    dose[s.at(i)] +=
-                        depth_weight(depth(tool, s.grid, pose, i), op.falloff_mm) * (seconds / n);
+                    if (op.walls == Walls::samples) {
+                        dose[s.at(i)] += depth_weight(depth(tool, s.grid, pose, i), op.falloff_mm) *
+                                         (seconds / n);
+                        return;
+                    }
+                    const Sweep::Near here = near(tool, s.grid, pose, pose, i);
+                    const double weight = depth_weight(-here.mm, op.falloff_mm, longest);
+                    if (weight > 0.0 && here.samples() < 2.0) {
+                        dose[s.at(i)] += weight * (seconds / n);
+                        samples[s.at(i)] = std::min(samples[s.at(i)], float(here.samples()));
+                    }
                 });
             }
         }
@@ -115,8 +170,21 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
                     rate = v >= v1 ? r1 : r0 + (v - v0) / (v1 - v0) * (r1 - r0);
             }
             const double by = rate * dose[s.at(i)];
-            out.values[s.at(i)] = rounded(v > *op.to_value ? std::max(*op.to_value, v - by)
-                                                           : std::min(*op.to_value, v + by));
+            const double end =
+                op.walls == Walls::smooth ? taken(v, double(samples[s.at(i)])) : *op.to_value;
+            out.values[s.at(i)] = rounded(v > end ? std::max(end, v - by) : std::min(end, v + by));
+        });
+        return out;
+    }
+    if (op.smooth_walls()) {
+        s.for_each([&](glm::ivec3 i) {
+            float samples = 2.0f;
+            for (size_t k = 0; k < poses.size(); ++k)
+                samples = std::min(
+                    samples,
+                    float(near(tool, s.grid, poses[k > 0 ? k - 1 : 0], poses[k], i).samples()));
+            if (!std::isnan(s[i]) && samples < 2.0f && counts(i))
+                out.values[s.at(i)] = rounded(taken(s[i], samples));
         });
         return out;
     }
@@ -292,6 +360,9 @@ inline Operation random_operation(Random& random, OperationKind kind) {
     if (pick(random, 0, 2) == 0)
         op.only_values = {uniform(random, -800, 0), uniform(random, 0, 900)};
     op.to_value = uniform(random, 0, 127); // which every type holds
+    op.walls = pick(random, 0, 2) ? Walls::smooth : Walls::samples;
+    if (op.smooth_walls() && pick(random, 0, 1))
+        op.surface_value = uniform(random, -300, 300);
     op.falloff_mm = pick(random, 0, 1) ? 0.0 : uniform(random, 0.2, 3.0);
     op.rates = {{-500, uniform(random, 0, 2e5)}};
     if (pick(random, 0, 1)) {
