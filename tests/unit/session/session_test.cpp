@@ -54,12 +54,14 @@ TEST(Session, AllFollowTheDocument) {
 // The stroke of a press is what apply_stroke() makes of the poses of its ticks.
 TEST(Session, APressIsOneStroke) {
     Session session(setup());
+    session.set_iso(450.0); // which smooth walls take where the operation has no value
     const Document before = session.state().document;
-    stroke(session, 2);
+    stroke(session, 2, {});
     EXPECT_EQ(session.state().strokes_done, 1u);
     Operation cut;
     cut.kind = OperationKind::cut;
     cut.to_value = -98;
+    cut.surface_value = 450.0;
     std::vector<StrokePose> poses; // of ticks 10 to 29, along the path of stroke()
     for (int tick = 10; tick < 30; ++tick)
         poses.push_back({1e-3 * tick, {{0.5 * tick - 8.0, 2 - 5.0, 2 - 8.0}, {1, 0, 0, 0}}});

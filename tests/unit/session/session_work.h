@@ -29,11 +29,12 @@ inline Document head_and_organs() {
 
 // The n-th stroke: a cut in the head, or paint on the organs where the head has some values. The
 // device's button is down for 20 ticks of 30; a device of its own each time.
-inline void stroke(Session& session, int n) {
+inline void stroke(Session& session, int n, std::optional<double> surface_value = 300.0) {
     Operation operation;
     operation.kind = n % 2 ? OperationKind::draw : OperationKind::cut;
     operation.label = static_cast<uint16_t>(1 + n % 9);
     operation.to_value = -100 + n;
+    operation.surface_value = surface_value;
     if (n % 2)
         operation.only_values = {200, 800};
     const Stroke made =
