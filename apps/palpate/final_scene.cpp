@@ -123,7 +123,7 @@ Result<void> apply_camera(const SceneOptions& options, const Grid& grid, Scene& 
     return {};
 }
 
-void apply_stereo(const SceneOptions& options, Scene& scene) {
+void apply_display(const SceneOptions& options, Scene& scene) {
     if (options.stereo && !scene.stereo) {
         // A comfortable pair: the eyes converge on the target, 1/30 of the distance apart.
         const double distance = glm::length(scene.camera.target_mm - scene.camera.eye_mm);
@@ -131,6 +131,9 @@ void apply_stereo(const SceneOptions& options, Scene& scene) {
     }
     if (options.stereo)
         scene.stereo->layout = *options.stereo;
+    if (scene.stereo && options.swap_eyes)
+        scene.stereo->swap_eyes = true;
+    scene.mirror = scene.mirror || options.mirror;
     if (scene.stereo && options.eye_separation_mm > 0)
         scene.stereo->rig.eye_separation_mm = options.eye_separation_mm;
     if (scene.stereo && options.convergence_mm > 0)
@@ -215,7 +218,7 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
         return pass_on(done);
     if (auto done = apply_camera(options, grid, scene); !done)
         return pass_on(done);
-    apply_stereo(options, scene);
+    apply_display(options, scene);
     return scene;
 }
 

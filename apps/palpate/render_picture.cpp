@@ -2,7 +2,7 @@
 
 #include "engine/base/profile.h"
 #include "engine/image/png.h"
-#include "engine/render/stereo_layout.h"
+#include "engine/render/display_layout.h"
 
 namespace palpate {
 
@@ -43,15 +43,18 @@ Result<void> save_frame(const std::filesystem::path& path, ExrPrecision precisio
                         const Scene& scene, const std::vector<Image>& eyes,
                         const ImageMetadata& metadata) {
     const profile::Scope scope("save");
-    if (eyes.size() == 1)
-        return save_picture(path, eyes[0], precision, metadata);
-    const auto paths = frame_paths(path, scene.stereo->layout);
-    if (paths.size() == 2) {
-        auto saved = save_picture(paths[0], eyes[0], precision, metadata);
-        return saved ? save_picture(paths[1], eyes[1], precision, metadata) : saved;
+    DisplayLayout display = display_layout(scene);
+    if (display.layout != StereoLayout::separate)
+        return save_picture(path, display_image(eyes, display), precision, metadata);
+    const auto paths = frame_paths(path, display.layout);
+    for (const StereoLayout eye : {StereoLayout::left, StereoLayout::right}) {
+        display.layout = eye;
+        auto saved = save_picture(paths[eye == StereoLayout::right], display_image(eyes, display),
+                                  precision, metadata);
+        if (!saved)
+            return saved;
     }
-    return save_picture(path, join_eyes(eyes[0], eyes[1], scene.stereo->layout), precision,
-                        metadata);
+    return {};
 }
 
 } // namespace palpate

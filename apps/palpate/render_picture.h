@@ -13,8 +13,8 @@ namespace palpate {
 std::vector<std::filesystem::path> frame_paths(const std::filesystem::path& path,
                                                std::optional<StereoLayout> layout);
 
-// Writes the eyes of a frame to a .png or .exr: one picture, both joined as the scene's stereo
-// layout says, or NAME_left and NAME_right.
+// Writes the eyes of a frame to a .png or .exr: one picture, laid out as the scene asks, or
+// NAME_left and NAME_right.
 Result<void> save_frame(const std::filesystem::path& path, ExrPrecision precision,
                         const Scene& scene, const std::vector<Image>& eyes,
                         const ImageMetadata& metadata);

@@ -250,7 +250,7 @@ void warn_of_idle_options(const CLI::App& app, const SceneToDraw& d, const std::
         {scene.camera.projection == Projection::orthographic,
          {"--view-angle"},
          "of --projection perspective"},
-        {!scene.stereo, {"--eye-separation", "--convergence"}, "without --stereo"},
+        {!scene.stereo, {"--eye-separation", "--convergence", "--swap-eyes"}, "without --stereo"},
         {frames == 1, {"--orbit-deg"}, "with one frame"},
         {!alpha || !layer.shading, {"--gradients"}, "of shaded mode alpha"},
         {!rays && !slices,

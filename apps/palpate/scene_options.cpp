@@ -196,6 +196,9 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_option("--convergence", o.convergence_mm,
                    "Stereo: convergence distance in mm (default: that of the target)")
         ->check(positive());
+    app.add_flag("--swap-eyes", o.swap_eyes, "Stereo: show each eye in place of the other");
+    app.add_flag("--mirror", o.mirror,
+                 "Turn the picture upside down, for a screen that is seen in a mirror");
     app.add_option("--background", o.background, "Colour r,g,b, 0 .. 1 (default: black)")
         ->delimiter(',')
         ->expected(3)

@@ -33,7 +33,7 @@ struct SceneOptions {
     double eye_separation_mm = -1, convergence_mm = -1, min_transmittance = -1;
     uint32_t sub_steps = 0, surface_depth = 0;
     std::optional<uint32_t> jitter_seed;
-    bool shade = false, no_shade = false, values = false;
+    bool shade = false, no_shade = false, values = false, swap_eyes = false, mirror = false;
 };
 
 void add_scene_options(CLI::App& app, SceneOptions& options);

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "engine/base/file.h"
+#include "engine/image/display_byte.h"
 
 namespace palpate {
 
@@ -133,10 +134,6 @@ std::vector<std::string> channels_of(png_byte count) {
     }
 }
 
-png_byte to_byte(float value) {
-    return value > 0.0f ? static_cast<png_byte>(std::lround(255.0f * std::min(value, 1.0f))) : 0;
-}
-
 } // namespace
 
 Result<void> save_png(const std::filesystem::path& path, const Image& image) {
@@ -155,7 +152,7 @@ Result<void> save_png(const std::filesystem::path& path, const Image& image) {
     for (uint32_t y = 0; y < height; ++y)
         for (uint32_t x = 0; x < width; ++x)
             for (const size_t channel : from)
-                bytes.push_back(to_byte(image.at(x, y, channel)));
+                bytes.push_back(display_byte(image.at(x, y, channel)));
     std::vector<png_bytep> rows = rows_of(bytes, height);
     PngState state(/*writes=*/true);
     if (!state.info || !write_picture(state, image.size_px, from.size() == 4, rows.data()))

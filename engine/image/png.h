@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-// Writes the channels R, G, B, and A where there is one, as 8-bit PNG: round(255 * clamp(v, 0, 1)),
-// NaN as 0. Other channels stay behind; an image without R, G and B is refused. The file is a
+// Writes the channels R, G, B, and A where there is one, as 8-bit PNG, by display_byte().
+// Other channels stay behind; an image without R, G and B is refused. The file is a
 // function of the samples alone: it carries no time.
 Result<void> save_png(const std::filesystem::path& path, const Image& image);
 

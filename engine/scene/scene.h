@@ -16,7 +16,17 @@ namespace palpate {
 
 enum class RayMode { mip, alpha, iso };
 enum class Integrator { fast, preintegrated, exact };
-enum class StereoLayout { side_by_side, top_bottom, row_interleaved, anaglyph, separate };
+enum class StereoLayout { // engine/render/display_layout.h
+    side_by_side,
+    top_bottom,
+    row_interleaved,
+    column_interleaved,
+    checkerboard,
+    anaglyph,
+    left,
+    right,
+    separate
+};
 enum class SlabMode { mean, maximum };
 enum class Interpolation { linear, cubic };
 
@@ -136,6 +146,7 @@ constexpr uint32_t kMaxSurfaceDepth = 16;
 struct StereoSettings {
     StereoRig rig;
     StereoLayout layout = StereoLayout::side_by_side;
+    bool swap_eyes = false; // each eye is shown in place of the other
 
     friend bool operator==(const StereoSettings&, const StereoSettings&) = default;
 };
@@ -146,6 +157,7 @@ struct Scene {
     glm::uvec2 size_px{512, 512}; // of one eye's picture
     Camera camera;
     std::optional<StereoSettings> stereo;
+    bool mirror = false; // shown upside down, for a screen that is seen in a mirror
     glm::dvec3 background{0.0};
     std::optional<RayCastLayer> ray_cast;
     std::vector<SliceLayer> slices;     // at most kMaxSlices; grey by slice_transfer

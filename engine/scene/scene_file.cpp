@@ -263,17 +263,19 @@ void read_surfaces(const JsonValue& in, SceneFile& file) {
 
 StereoSettings read_stereo(const JsonValue& in) {
     StereoSettings stereo;
-    in.only_keys({"layout", "eye_separation_mm", "convergence_mm"});
+    in.only_keys({"layout", "eye_separation_mm", "convergence_mm", "swap_eyes"});
     read_choice(in, "layout", stereo.layout);
     read_above(in, "eye_separation_mm", 0.0, 1e6, stereo.rig.eye_separation_mm);
     read_above(in, "convergence_mm", 0.0, 1e6, stereo.rig.convergence_mm);
+    if (const auto swap = in.find("swap_eyes"))
+        stereo.swap_eyes = swap->boolean();
     return stereo;
 }
 
 void read_scene(const JsonValue& in, SceneFile& file) {
     if (!in.only_keys({"volume", "labels", "frame", "series", "resample_slices", "size_px",
-                       "background", "camera", "stereo", "ray_cast", "slices", "slice_transfer",
-                       "clip_planes", "label_layer", "surfaces", "surface_depth",
+                       "background", "camera", "stereo", "mirror", "ray_cast", "slices",
+                       "slice_transfer", "clip_planes", "label_layer", "surfaces", "surface_depth",
                        "value_and_depth"}))
         return;
     Scene& scene = file.scene;
@@ -299,6 +301,8 @@ void read_scene(const JsonValue& in, SceneFile& file) {
         file.framing = Framing{};
     if (const auto stereo = in.find("stereo"))
         scene.stereo = read_stereo(*stereo);
+    if (const auto mirror = in.find("mirror"))
+        scene.mirror = mirror->boolean();
     if (const auto ray_cast = in.find("ray_cast"))
         scene.ray_cast = read_ray_cast(*ray_cast, file.folder);
     if (const auto slices = in.find("slices"))

@@ -33,7 +33,11 @@ struct Names<StereoLayout> {
         {"side_by_side", StereoLayout::side_by_side},
         {"top_bottom", StereoLayout::top_bottom},
         {"row_interleaved", StereoLayout::row_interleaved},
+        {"column_interleaved", StereoLayout::column_interleaved},
+        {"checkerboard", StereoLayout::checkerboard},
         {"anaglyph", StereoLayout::anaglyph},
+        {"left", StereoLayout::left},
+        {"right", StereoLayout::right},
         {"separate", StereoLayout::separate}};
 };
 template <>

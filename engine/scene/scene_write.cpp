@@ -159,11 +159,17 @@ std::string write_scene(const SceneFile& file) {
                                 Json::of(static_cast<double>(scene.size_px.y))}));
     add("background", vector_json(scene.background));
     add("camera", camera_json(file));
-    if (scene.stereo)
-        add("stereo",
+    if (scene.stereo) {
+        Json stereo =
             Json::object({{"layout", name_json(scene.stereo->layout)},
                           {"eye_separation_mm", Json::of(scene.stereo->rig.eye_separation_mm)},
-                          {"convergence_mm", Json::of(scene.stereo->rig.convergence_mm)}}));
+                          {"convergence_mm", Json::of(scene.stereo->rig.convergence_mm)}});
+        if (scene.stereo->swap_eyes)
+            stereo.members.emplace_back("swap_eyes", Json::of(true));
+        add("stereo", std::move(stereo));
+    }
+    if (scene.mirror)
+        add("mirror", Json::of(true));
     if (scene.ray_cast)
         add("ray_cast", ray_cast_json(*scene.ray_cast));
     add("slices", slices_json(file));

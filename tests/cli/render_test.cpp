@@ -5,8 +5,10 @@
 
 #include <array>
 #include <cstdlib>
+#include <functional>
 #include <nlohmann/json.hpp>
 
+#include "engine/image/exr.h"
 #include "tests/support/paths.h"
 #include "tests/support/program.h"
 
@@ -154,6 +156,39 @@ TEST_F(RenderCommand, WritesBothEyesApart) {
     EXPECT_NE(bytes_of("picture_left.exr"), bytes_of("picture_right.exr"));
 }
 
+TEST_F(RenderCommand, EachLayoutShowsThePixelsOfItsEyes) {
+    const auto drawn = [&](std::vector<std::string> options, const char* name = "picture.exr") {
+        options.insert(options.begin(), {"--iso", "300"});
+        EXPECT_EQ(run(command(options)).exit_code, 0);
+        Result<ExrFile> file = load_exr(this->file(name));
+        return file ? file->image : Image{};
+    };
+    const Image left = drawn({"--stereo", "separate"}, "picture_left.exr");
+    const Image right = load_exr(file("picture_right.exr"))->image;
+    ASSERT_EQ(left.size_px, glm::uvec2(64, 48));
+    using Sees = std::function<bool(glm::uvec2 pixel)>; // the right eye
+    const auto expect = [&](const std::vector<std::string>& options, const Sees& sees_right,
+                            bool mirrored = false) {
+        const Image joint = drawn(options);
+        ASSERT_EQ(joint.size_px, left.size_px) << options[1];
+        int wrong = 0;
+        for (uint32_t y = 0; y < 48; ++y)
+            for (uint32_t x = 0; x < 64; ++x)
+                for (size_t c = 0; c < 4; ++c)
+                    wrong += joint.at(x, y, c) !=
+                             (sees_right({x, y}) ? right : left).at(x, mirrored ? 47 - y : y, c);
+        EXPECT_EQ(wrong, 0) << options[1];
+    };
+    expect({"--stereo", "row_interleaved"}, [](glm::uvec2 p) { return p.y % 2 == 1; });
+    expect({"--stereo", "column_interleaved"}, [](glm::uvec2 p) { return p.x % 2 == 1; });
+    expect({"--stereo", "checkerboard"}, [](glm::uvec2 p) { return (p.x + p.y) % 2 == 1; });
+    expect({"--stereo", "left"}, [](glm::uvec2) { return false; });
+    expect({"--stereo", "right"}, [](glm::uvec2) { return true; });
+    expect(
+        {"--stereo", "checkerboard", "--swap-eyes", "--mirror"},
+        [](glm::uvec2 p) { return (p.x + p.y) % 2 == 0; }, true);
+}
+
 TEST_F(RenderCommand, TheSceneItWritesDrawsTheSamePicture) {
     ASSERT_EQ(run(command({"--mode", "alpha", "--view", "front", "--write-scene",
                            file("scene.json").string()}))
@@ -196,9 +231,9 @@ TEST_F(RenderCommand, SaysWhatDrawsNothingAndWhatChangesNothing) {
     };
     EXPECT_THAT(said({"--iso", "123456"}),
                 HasSubstr("nothing is drawn at the iso-value 123456: expected one within"));
-    EXPECT_THAT(said({"--slab", "3", "--half", "--eye-separation", "60"}),
+    EXPECT_THAT(said({"--slab", "3", "--half", "--eye-separation", "60", "--swap-eyes"}),
                 HasSubstr("without effect here: --half (of .exr alone), --slab (without --slice), "
-                          "--eye-separation (without --stereo)\n"));
+                          "--eye-separation (without --stereo), --swap-eyes (without --stereo)\n"));
     const std::string useful = said({"--iso", "500", "--slice", "axial", "--slab", "3"});
     EXPECT_THAT(useful, testing::Not(HasSubstr("nothing is drawn")));
     EXPECT_THAT(useful, testing::Not(HasSubstr("without effect")));

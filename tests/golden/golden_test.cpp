@@ -21,7 +21,7 @@
 #include "engine/io/serve.h"
 #include "engine/loading/scene_meshes.h"
 #include "engine/reference/truth.h"
-#include "engine/render/stereo_layout.h"
+#include "engine/render/display_layout.h"
 #include "tests/support/paths.h"
 
 namespace palpate {
@@ -71,10 +71,12 @@ Result<GoldenCase> load_case(const fs::path& folder, const fs::path& work) {
     } catch (const Json::exception& error) {
         return fail("{}: {}", path.string(), error.what());
     }
-    // Pixels of a joint picture do not lie where those of an eye do.
-    if (golden.truth_step < 1 || (golden.truth_step > 1 && golden.scene.contains("stereo")))
-        return fail("{}: expected truth_step 1 in stereo, and at least 1 else, found {}",
-                    path.string(), golden.truth_step);
+    // Pixels of a joint or mirrored picture do not lie where those of an eye do.
+    const bool moved = golden.scene.contains("stereo") || golden.scene.contains("mirror");
+    if (golden.truth_step < 1 || (golden.truth_step > 1 && moved))
+        return fail(
+            "{}: expected truth_step 1 in stereo or a mirror, and at least 1 else, found {}",
+            path.string(), golden.truth_step);
     return golden;
 }
 
@@ -155,10 +157,10 @@ Result<Image> truth_of(const GoldenCase& golden) {
     if (Result<void> made = make_scene_meshes(*file, *loaded); !made)
         return pass_on(made);
     const Scene scene = resolved_scene(*file, loaded->data.volume.grid());
-    const Image left = render_truth(scene, loaded->data, 0, {.step = golden.truth_step});
-    if (!scene.stereo)
-        return every_nth(left, 1);
-    return join_eyes(left, render_truth(scene, loaded->data, 1), scene.stereo->layout);
+    std::vector<Image> eyes;
+    for (int eye = 0; eye < (scene.stereo ? 2 : 1); ++eye)
+        eyes.push_back(render_truth(scene, loaded->data, eye, {.step = golden.truth_step}));
+    return every_nth(display_image(eyes, display_layout(scene)), 1);
 }
 
 // The picture's RMSE against truth; an error when it is more than stated.

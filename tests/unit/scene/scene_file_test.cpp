@@ -19,7 +19,9 @@ constexpr const char* kFull = R"({
   "size_px": [640, 480], "background": [0.1, 0.2, 0.3],
   "camera": {"projection": "orthographic", "eye_mm": [1, 2, 3], "target_mm": [0.1, 0, 0],
              "up": [0, 0, 2], "view_angle_deg": 45, "view_height_mm": 123.5},
-  "stereo": {"layout": "anaglyph", "eye_separation_mm": 60, "convergence_mm": 400},
+  "stereo": {"layout": "anaglyph", "eye_separation_mm": 60, "convergence_mm": 400,
+             "swap_eyes": true},
+  "mirror": true,
   "ray_cast": {"mode": "iso", "integrator": "exact", "step_mm": 0.7, "sub_steps": 5,
                "isos": [{"value": -300, "opacity": 0.3}, {"value": 300, "color": [1, 0.5, 0]}],
                "transfer": {"window": [-200, 2000], "max_opacity": 0.5},
@@ -66,6 +68,8 @@ TEST(SceneFile, ReadsEveryKey) {
     EXPECT_EQ(scene.camera.projection, Projection::orthographic);
     EXPECT_EQ(scene.camera.view_height_mm, 123.5);
     EXPECT_EQ(scene.stereo->layout, StereoLayout::anaglyph);
+    EXPECT_TRUE(scene.stereo->swap_eyes);
+    EXPECT_TRUE(scene.mirror);
     EXPECT_EQ(scene.ray_cast->mode, RayMode::iso);
     EXPECT_EQ(scene.ray_cast->integrator, Integrator::exact);
     EXPECT_EQ(scene.ray_cast->sub_steps, 5u);

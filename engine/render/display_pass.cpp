@@ -1,0 +1,63 @@
+#include "engine/render/display_pass.h"
+
+#include "engine/base/assert.h"
+#include "shaders/shared/display.h"
+#include "spirv/display.h"
+
+namespace palpate {
+
+namespace {
+
+static_assert(static_cast<uint32_t>(StereoLayout::side_by_side) == gpu::kSideBySide &&
+              static_cast<uint32_t>(StereoLayout::top_bottom) == gpu::kTopBottom &&
+              static_cast<uint32_t>(StereoLayout::row_interleaved) == gpu::kRowInterleaved &&
+              static_cast<uint32_t>(StereoLayout::column_interleaved) == gpu::kColumnInterleaved &&
+              static_cast<uint32_t>(StereoLayout::checkerboard) == gpu::kCheckerboard &&
+              static_cast<uint32_t>(StereoLayout::anaglyph) == gpu::kAnaglyph &&
+              static_cast<uint32_t>(StereoLayout::left) == gpu::kLeftEye &&
+              static_cast<uint32_t>(StereoLayout::right) == gpu::kRightEye);
+
+constexpr BindingSlot kSlots[] = {{gpu::kDisplayBlock, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
+                                  {gpu::kDisplayPicture, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
+                                  {gpu::kDisplayTarget, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE}};
+
+} // namespace
+
+DisplayPass::DisplayPass(GpuDevice& device)
+    : pipeline_(device, "display", spirv::display[0], kSlots),
+      nearest_(device, SampleFilter::nearest, Edge::clamp) {}
+
+GpuImage DisplayPass::make_target(GpuDevice& device, std::string name, glm::uvec2 size_px) {
+    return {device,
+            std::move(name),
+            {.format = VK_FORMAT_R8G8B8A8_UNORM, .size = {size_px, 1}, .storage = true}};
+}
+
+void DisplayPass::record(Commands& commands, GpuImage& picture, const DisplayLayout& display,
+                         const Target& target) {
+    PALPATE_ASSERT(display.layout != StereoLayout::separate);
+    const glm::uvec2 eye_px(picture.shape().size);
+    const glm::uvec2 joint_px = display_size_px(eye_px, display.layout);
+    const ImageShape& shape = target.image.shape();
+    PALPATE_ASSERT(shape.format == VK_FORMAT_R8G8B8A8_UNORM && shape.storage);
+    PALPATE_ASSERT(
+        glm::all(glm::lessThanEqual(target.corner_px + joint_px, glm::uvec2(shape.size))));
+    const gpu::DisplayBlock block{.eye_px = eye_px,
+                                  .joint_px = joint_px,
+                                  .origin_px = display.origin_px,
+                                  .corner_px = target.corner_px,
+                                  .form = static_cast<uint32_t>(display.layout),
+                                  .last_eye = picture.shape().layers - 1,
+                                  .swap_eyes = display.swap_eyes,
+                                  .mirror = display.mirror,
+                                  .bgra = target.bgra};
+    const Bound bound[] = {bind_uniform(gpu::kDisplayBlock, commands.upload(bytes_of(block))),
+                           bind_sampled(gpu::kDisplayPicture, picture, nearest_),
+                           bind_storage_image(gpu::kDisplayTarget, target.image)};
+    commands.begin_pass("display");
+    commands.dispatch(pipeline_, bound,
+                      {(joint_px + (gpu::kDisplayGroup - 1)) / gpu::kDisplayGroup, 1});
+    commands.end_pass();
+}
+
+} // namespace palpate

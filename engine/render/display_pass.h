@@ -1,0 +1,32 @@
+#pragma once
+
+#include "engine/gpu/commands.h"
+#include "engine/render/display_layout.h"
+
+namespace palpate {
+
+// The last pass of a frame: lays the eyes' pictures out for a screen and turns their display values
+// into 8 bits a channel, on the device. Gives the bytes of display_image() and display_byte().
+class DisplayPass {
+ public:
+    explicit DisplayPass(GpuDevice& device);
+
+    // An image that record() can write to and a window can show or copy: rgba8.
+    static GpuImage make_target(GpuDevice& device, std::string name, glm::uvec2 size_px);
+
+    struct Target {
+        GpuImage& image;
+        glm::uvec2 corner_px{0}; // where the joint picture's top left pixel goes; all of it fits
+        bool bgra = false;       // red and blue change places, for a window of format BGRA
+    };
+    // `picture` is the renderer's: RGBA in display values, a layer an eye, one or two. The target
+    // is written where the joint picture lies, with alpha 1, and elsewhere kept.
+    void record(Commands& commands, GpuImage& picture, const DisplayLayout& display,
+                const Target& target);
+
+ private:
+    ComputePipeline pipeline_;
+    Sampler nearest_;
+};
+
+} // namespace palpate

@@ -1,0 +1,30 @@
+// The last pass of a frame: eyes' pictures as a screen shows them.
+#ifndef PALPATE_SHARED_DISPLAY_H
+#define PALPATE_SHARED_DISPLAY_H
+#include "shaders/shared/types.h"
+GPU_BEGIN
+// StereoLayout, in its order; the last of them, separate, is none.
+const uint kSideBySide = 0u;
+const uint kTopBottom = 1u;
+const uint kRowInterleaved = 2u;
+const uint kColumnInterleaved = 3u;
+const uint kCheckerboard = 4u;
+const uint kAnaglyph = 5u;
+const uint kLeftEye = 6u;
+const uint kRightEye = 7u;
+
+struct DisplayBlock {
+    uvec2 eye_px;                 // size of an eye's picture
+    uvec2 joint_px;               // size of the layout
+    ivec2 origin_px;              // of its first pixel on the screen
+    uvec2 corner_px;              // of its first pixel in the target
+    uint form;                    // one of the above
+    uint last_eye;                // layers of the picture - 1
+    uint swap_eyes, mirror, bgra; // 0 or 1
+};
+const uint kDisplayBlock = 0u;
+const uint kDisplayPicture = 1u; // a layer an eye
+const uint kDisplayTarget = 2u;
+const uint kDisplayGroup = 8u; // invocations a side; one a pixel
+GPU_END
+#endif
