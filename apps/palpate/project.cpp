@@ -199,8 +199,11 @@ Result<void> change(const ProjectOptions& o, const Interrupt& interrupt) {
     return opened->project.save(session);
 }
 
-Result<void> run_project(const ProjectOptions& o) {
+Result<void> run_project(const ProjectOptions& o, const CLI::App& app) {
     const Interrupt interrupt;
+    const bool describes = o.exported.empty() && !o.changes() && o.from.empty();
+    const IdleOptions idle[] = {{!describes, {"--json"}, "of a description"}};
+    warn_of_idle(app, idle);
     if (!o.out.empty())
         if (Result<void> named = expect_volume_name(o.out); !named)
             return named;
@@ -213,7 +216,7 @@ Result<void> run_project(const ProjectOptions& o) {
     if (o.changes())
         if (Result<void> changed = change(o, interrupt); !changed)
             return changed;
-    if (o.exported.empty() && (o.changes() || !o.from.empty()))
+    if (o.exported.empty() && !describes)
         return {};
     Result<Project::Seen> seen = Project::look(o.folder, interrupt.token());
     if (!seen)
@@ -265,7 +268,7 @@ Command add_project(CLI::App& app) {
                     ->type_name("FILE");
     exported->needs(out);
     app.add_flag("--json", o->json, "The description as JSON");
-    return {[o] { return run_project(*o); }, [o] { return files_of(*o); }};
+    return {[o, &app] { return run_project(*o, app); }, [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

@@ -8,6 +8,16 @@
 
 namespace palpate {
 
+namespace {
+
+void warn_of_idle_reading(const std::string& path, const ReadOptions& options) {
+    if (options.frame || options.series || options.resample_slices)
+        log::warning("{}: --frame, --series and --resample-slices have no effect on a project",
+                     path);
+}
+
+} // namespace
+
 Result<Project::Seen> look_at_project(const std::string& path, const std::stop_token& stop) {
     Result<Project::Seen> seen = Project::look(path, stop);
     if (!seen)
@@ -20,8 +30,9 @@ Result<Project::Seen> look_at_project(const std::string& path, const std::stop_t
 }
 
 Result<LoadedVolume> load_project_volume(const std::string& path, bool labels,
-                                         const Interrupt& interrupt) {
-    Result<Project::Seen> seen = look_at_project(path, interrupt.token());
+                                         const ReadOptions& options) {
+    warn_of_idle_reading(path, options);
+    Result<Project::Seen> seen = look_at_project(path, options.stop);
     if (!seen)
         return pass_on(seen);
     const ProjectContents& contents = seen->contents;
@@ -57,6 +68,7 @@ Result<LoadedScene> load_scene_input(const std::string& input, const SceneFile& 
                                      const ReadOptions& options) {
     if (!Project::is_one(input))
         return load_scene_data(file, options);
+    warn_of_idle_reading(input, options);
     Result<Project::Seen> seen = look_at_project(input, options.stop);
     if (!seen)
         return pass_on(seen);

@@ -2,7 +2,6 @@
 
 #include <string>
 
-#include "apps/palpate/interrupt.h"
 #include "engine/io/scene_data.h"
 #include "engine/session/project.h"
 
@@ -14,9 +13,9 @@ namespace palpate {
 Result<Project::Seen> look_at_project(const std::string& path, const std::stop_token& stop);
 
 // A volume of a project by its kind: the labels that are seen, or the values. An error where it has
-// none.
+// none. Options of reading have no effect, which is said.
 Result<LoadedVolume> load_project_volume(const std::string& path, bool labels,
-                                         const Interrupt& interrupt);
+                                         const ReadOptions& options);
 
 // The scene file that SCENE means: a scene file, a project, or a volume, which it names alone.
 Result<SceneFile> scene_file_of(const std::string& input);

@@ -64,7 +64,7 @@ Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& 
         return pass_on(voxels);
     const ReadOptions options = read_options(flags, interrupt);
     if (Project::is_one(flags.path))
-        return load_project_volume(flags.path, labels, interrupt);
+        return load_project_volume(flags.path, labels, options);
     if (is_synthetic(flags.path)) {
         Result<Volume> made = make_synthetic(flags.path, options.max_memory_bytes);
         if (!made)

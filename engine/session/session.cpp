@@ -30,11 +30,16 @@ bool same(const std::optional<Volume>& a, const std::optional<Volume>& b) {
     return a.has_value() == b.has_value() && (!a || a->is_same_as(*b));
 }
 
-TouchScene felt_scene(const SessionSources& sources, const Document& document, uint64_t snapshot) {
+// The version of a scene rises with each publication: algorithms know by it that a tool or a mesh
+// is another. It is the snapshot, and above these bits how often sources were chosen.
+constexpr int kSnapshotBits = 40;
+
+TouchScene felt_scene(const SessionSources& sources, uint64_t chosen, const Document& document,
+                      uint64_t snapshot) {
     TouchScene scene = sources.touch;
     scene.grey = volume_of(document, sources.grey);
     scene.labels = volume_of(document, sources.labels);
-    scene.version = snapshot;
+    scene.version = chosen << kSnapshotBits | snapshot;
     return scene;
 }
 
@@ -46,7 +51,8 @@ Session::Session(SessionSetup setup)
       sources_(std::make_unique<const SessionSources>(
           SessionSources{std::move(setup.grey), std::move(setup.labels), std::move(setup.touch)})),
       scenes_(std::make_unique<const Scene>(std::move(setup.scene))),
-      felt_(std::make_unique<const TouchScene>(felt_scene(sources_.latest(), setup.document, 0))),
+      felt_(
+          std::make_unique<const TouchScene>(felt_scene(sources_.latest(), 0, setup.document, 0))),
       parameters_(std::make_unique<const TouchParameters>(setup.parameters)),
       workspaces_(std::make_unique<const WorkspaceSettings>()),
       interface_states_(editor_.add_reader()),
@@ -265,7 +271,7 @@ Session::Eye::Sight Session::Eye::look() {
 }
 
 void Session::follow(const ServoTick& tick) noexcept {
-    lag_.feels(tick.scene_version);
+    lag_.feels(tick.scene_version & ((uint64_t{1} << kSnapshotBits) - 1));
     const bool pressed = tick.usable && (tick.buttons >> button_ & 1);
     if (!tick.usable || !carves_.load(std::memory_order_acquire) || (!pressed && !down_))
         return;
@@ -293,7 +299,7 @@ bool Session::publish_felt() {
     if (pin->snapshot == bridged_ && !chosen)
         return false;
     const TouchScene& now = felt_.latest();
-    TouchScene next = felt_scene(*sources, pin->document, pin->snapshot);
+    TouchScene next = felt_scene(*sources, sources.epoch() - 1, pin->document, pin->snapshot);
     if (chosen || !same(now.grey, next.grey) || !same(now.labels, next.labels))
         felt_.publish(std::make_unique<const TouchScene>(std::move(next)));
     bridged_ = pin->snapshot;

@@ -94,7 +94,11 @@ TEST_F(ProjectCommand, OtherCommandsReadIt) {
     ASSERT_EQ(done.exit_code, 0) << done.messages;
     EXPECT_EQ(hash_of("all.nrrd"), cut);
     EXPECT_THAT(done.messages, HasSubstr("with 2 steps since its last save"));
-    EXPECT_THAT(run({"info", project()}).output, HasSubstr("24 x 24 x 24"));
+    done = run({"info", project(), "--frame", "0"});
+    EXPECT_THAT(done.output, HasSubstr("24 x 24 x 24"));
+    EXPECT_THAT(done.messages, HasSubstr("have no effect on a project"));
+    EXPECT_THAT(run_project({"--save", "--json"}).messages, HasSubstr("--json"));
+    ASSERT_EQ(run_project({"--strokes", file("cut.jsonl").string()}).exit_code, 0);
     EXPECT_EQ(run({"surface", project(), "--iso", "0", "-o", file("s.ply").string()}).exit_code, 0);
     done = run({"surface", project(), "--labels", "-o", file("l.ply").string()});
     EXPECT_EQ(done.exit_code, 0) << done.messages;

@@ -128,6 +128,7 @@ TEST(Session, WhatIsSeenAndFeltIsChosen) {
         auto eye = session.add_eye();
         const auto tool = std::make_shared<const haptics::ToolPoints>();
         for (int n = 0; n < 20; ++n) {
+            const uint64_t version = session.felt().version;
             const char* name = n % 2 ? "head" : "other";
             session.choose({name, n % 3 ? "organs" : "", {.tool = n % 2 ? tool : nullptr}});
             session.settle();
@@ -139,6 +140,7 @@ TEST(Session, WhatIsSeenAndFeltIsChosen) {
             EXPECT_TRUE(felt.grey->is_same_as(*document.find(name)));
             EXPECT_EQ(felt.labels.has_value(), n % 3 > 0);
             EXPECT_EQ(felt.tool, n % 2 ? tool : nullptr);
+            EXPECT_GT(felt.version, version); // by which algorithms know of the tool
             EXPECT_EQ(session.mesh().positions,
                       marching_cubes(*document.find(name), 300.0f).positions);
         }
