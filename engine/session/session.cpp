@@ -82,7 +82,7 @@ Session::~Session() {
 bool Session::use(EditSetup setup) {
     Operation& operation = setup.operation;
     const std::string on = setup.on.empty() ? state().document.volumes.front().name : setup.on;
-    if (operation.smooth_walls() && !operation.surface_value && on == grey_)
+    if (operation.smooth_walls() && !operation.surface_value && on == sources_.latest().grey)
         operation.surface_value = parameters_.latest().iso;
     if (!editor_.use(std::move(setup)))
         return false;
