@@ -5,10 +5,16 @@
 find_program(GLSLANG_VALIDATOR glslangValidator REQUIRED)
 find_program(SPIRV_VAL spirv-val REQUIRED)
 
+add_executable(embed_spirv ${PROJECT_SOURCE_DIR}/cmake/embed_spirv.cpp)
+target_compile_features(embed_spirv PRIVATE cxx_std_20)
+target_link_libraries(embed_spirv PRIVATE palpate_warnings fmt::fmt)
+set_target_properties(embed_spirv PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/cmake)
+
 # palpate_embed_shader(<target> <shader> <id> [<macro> ...])
 # Compiles shaders/<shader> once for each combination of its macros being 0 or 1, and adds to
-# <target> a source with `palpate::spirv::<id>`, an array of spans, and the header "spirv/<id>.h".
-# The variant in which exactly macro i (counted from 0) is 1 stands at index 2^i.
+# <target> the words, what cmake/embed_spirv.cpp reads from them, and the header "spirv/<id>.h" with
+# `palpate::spirv::<Id>`: macros and specialization constants by name. In <id>_<n>.spv, exactly
+# macro i (counted from 0) is 1 for n = 2^i.
 function(palpate_embed_shader target shader id)
     set(out_dir ${CMAKE_CURRENT_BINARY_DIR}/spirv)
     file(MAKE_DIRECTORY ${out_dir})
@@ -36,10 +42,8 @@ function(palpate_embed_shader target shader id)
     endforeach()
     add_custom_command(
         OUTPUT ${out_dir}/${id}.cpp ${out_dir}/${id}.h
-        COMMAND ${CMAKE_COMMAND} -DID=${id} -DCOUNT=${count} -DOUT=${out_dir}
-                -P ${PROJECT_SOURCE_DIR}/cmake/EmbedSpirv.cmake
-        DEPENDS ${all_spv} ${PROJECT_SOURCE_DIR}/cmake/EmbedSpirv.cmake
-        COMMENT "Embedding ${id}" VERBATIM)
+        COMMAND embed_spirv ${source} ${PROJECT_SOURCE_DIR} ${out_dir} ${id} ${ARGN}
+        DEPENDS ${all_spv} embed_spirv COMMENT "Embedding ${id}" VERBATIM)
     target_sources(${target} PRIVATE ${out_dir}/${id}.cpp ${out_dir}/${id}.h)
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
 endfunction()

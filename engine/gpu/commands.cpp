@@ -171,45 +171,6 @@ void Commands::barrier(const VkDependencyInfo& info) {
     vkCmdPipelineBarrier2(handle(), &info);
 }
 
-void Commands::bind(const ComputePipeline& pipeline, std::span<const Bound> bound) {
-    PALPATE_ASSERT_CMP(bound.size(), ==, pipeline.slots().size());
-    const VkDescriptorSet set = slot().take_set(pipeline.set_layout());
-    std::vector<VkDescriptorBufferInfo> buffers(bound.size());
-    std::vector<VkDescriptorImageInfo> images(bound.size());
-    std::vector<VkWriteDescriptorSet> writes;
-    for (size_t i = 0; i < bound.size(); ++i) {
-        const Bound& b = bound[i];
-        const BindingSlot& slot = pipeline.slots()[i];
-        PALPATE_ASSERT_CMP(b.binding, ==, slot.binding);
-        VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-                                   .dstSet = set,
-                                   .dstBinding = b.binding,
-                                   .descriptorCount = 1,
-                                   .descriptorType = slot.type};
-        if (const auto* slice = std::get_if<BufferSlice>(&b.resource)) {
-            use(*slice->buffer, b.use);
-            buffers[i] = {slice->buffer->handle(), slice->offset, slice->bytes};
-            write.pBufferInfo = &buffers[i];
-        } else {
-            GpuImage& image = *std::get<GpuImage*>(b.resource);
-            use(image, b.use);
-            images[i] = {b.sampler ? b.sampler->handle() : VK_NULL_HANDLE, image.view(),
-                         access_of(b.use).layout};
-            write.pImageInfo = &images[i];
-        }
-        writes.push_back(write);
-    }
-    vkUpdateDescriptorSets(device_->handle(), static_cast<uint32_t>(writes.size()), writes.data(),
-                           0, nullptr);
-    if (in_pass_ && pipeline.take_first_use()) {
-        std::string& names = recorded_->open().passes.back().first_uses;
-        names += (names.empty() ? "" : ", ") + pipeline.name();
-    }
-    vkCmdBindPipeline(handle(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
-    vkCmdBindDescriptorSets(handle(), VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &set,
-                            0, nullptr);
-}
-
 void Commands::dispatch(const ComputePipeline& pipeline, std::span<const Bound> bound,
                         glm::uvec3 groups, glm::uvec3 first_group) {
     bind(pipeline, bound);

@@ -81,7 +81,8 @@ class Commands {
     void use(GpuImage& image, Use use);
     void use(Buffer& buffer, Use use);
 
-    // `bound` covers every slot of the pipeline; uses are tracked here. Workgroup numbers start at
+    // `bound` holds one of each binding of the shader, in any order, and nothing else; a fault is
+    // told with the binding's name in the shader. Uses are tracked here. Workgroup numbers start at
     // `first_group`.
     void dispatch(const ComputePipeline& pipeline, std::span<const Bound> bound, glm::uvec3 groups,
                   glm::uvec3 first_group = {});

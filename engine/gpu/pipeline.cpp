@@ -1,6 +1,9 @@
 #include "engine/gpu/pipeline.h"
 
+#include <fmt/format.h>
 #include <volk.h>
+
+#include <vector>
 
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
@@ -10,13 +13,14 @@ namespace palpate {
 
 namespace {
 
-VkPipeline create(VkDevice device, const std::string& name, std::span<const uint32_t> spirv,
-                  std::span<const uint32_t> constants, VkPipelineLayout layout) {
+VkPipeline create(VkDevice device, const std::string& name, const Shader& shader,
+                  VkPipelineLayout layout) {
     std::vector<VkSpecializationMapEntry> entries;
-    for (uint32_t i = 0; i < constants.size(); ++i)
-        entries.push_back({i, i * 4, 4});
+    for (const ShaderConstant& constant : shader.code->constants)
+        entries.push_back({constant.id, static_cast<uint32_t>(entries.size() * 4), 4});
     const VkSpecializationInfo specialization{static_cast<uint32_t>(entries.size()), entries.data(),
-                                              constants.size_bytes(), constants.data()};
+                                              sizeof shader.constants, shader.constants.data()};
+    const std::span<const uint32_t> spirv = shader.code->words;
     const VkShaderModuleCreateInfo module_info{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
                                                .codeSize = spirv.size_bytes(),
                                                .pCode = spirv.data()};
@@ -45,13 +49,18 @@ VkPipeline create(VkDevice device, const std::string& name, std::span<const uint
 
 } // namespace
 
-ComputePipeline::ComputePipeline(GpuDevice& device, std::string name,
-                                 std::span<const uint32_t> spirv,
-                                 std::span<const BindingSlot> slots,
-                                 std::span<const uint32_t> constants)
-    : device_(&device), name_(std::move(name)), slots_(slots.begin(), slots.end()) {
+std::string Shader::name() const {
+    std::string name = code->name;
+    for (size_t i = 0; i < code->constants.size(); ++i)
+        if (constants[i] != code->constants[i].bits)
+            name += fmt::format(" {}={}", code->constants[i].name, constants[i]);
+    return name;
+}
+
+ComputePipeline::ComputePipeline(GpuDevice& device, const Shader& shader)
+    : device_(&device), name_(shader.name()), slots_(shader.code->slots) {
     std::vector<VkDescriptorSetLayoutBinding> bindings;
-    for (const BindingSlot& slot : slots)
+    for (const BindingSlot& slot : slots_)
         bindings.push_back({.binding = slot.binding,
                             .descriptorType = slot.type,
                             .descriptorCount = 1,
@@ -69,14 +78,12 @@ ComputePipeline::ComputePipeline(GpuDevice& device, std::string name,
           "creating the layout of " + name_);
     device.created().objects += 4; // with its shader module and itself
 
-    creation_ = std::async(
-        std::launch::async,
-        [device = device.handle(), name = name_, spirv,
-         constants = std::vector<uint32_t>(constants.begin(), constants.end()), layout = layout_] {
-            const Timer timer;
-            const VkPipeline pipeline = create(device, name, spirv, constants, layout);
-            return Created{pipeline, timer.ms()};
-        });
+    creation_ = std::async(std::launch::async,
+                           [device = device.handle(), name = name_, shader, layout = layout_] {
+                               const Timer timer;
+                               const VkPipeline pipeline = create(device, name, shader, layout);
+                               return Created{pipeline, timer.ms()};
+                           });
     entry_ = device.enter({name_, "pipeline", 0});
 }
 
@@ -104,6 +111,24 @@ ComputePipeline::~ComputePipeline() {
             vkDestroyPipelineLayout(device, layout, nullptr);
             vkDestroyDescriptorSetLayout(device, set, nullptr);
         });
+}
+
+ComputePipeline& PipelineCache::get(const Shader& shader) {
+    return made_.try_emplace(shader, *device_, shader).first->second;
+}
+
+double PipelineCache::creation_ms() const {
+    double sum = 0;
+    for (const auto& [shader, pipeline] : made_)
+        sum += pipeline.creation_ms();
+    return sum;
+}
+
+double PipelineCache::wait_ms() const {
+    double sum = 0;
+    for (const auto& [shader, pipeline] : made_)
+        sum += pipeline.wait_ms();
+    return sum;
 }
 
 } // namespace palpate

@@ -17,15 +17,10 @@ static_assert(static_cast<uint32_t>(StereoLayout::side_by_side) == gpu::kSideByS
               static_cast<uint32_t>(StereoLayout::left) == gpu::kLeftEye &&
               static_cast<uint32_t>(StereoLayout::right) == gpu::kRightEye);
 
-constexpr BindingSlot kSlots[] = {{gpu::kDisplayBlock, VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER},
-                                  {gpu::kDisplayPicture, VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER},
-                                  {gpu::kDisplayTarget, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE}};
-
 } // namespace
 
 DisplayPass::DisplayPass(GpuDevice& device)
-    : pipeline_(device, "display", spirv::display[0], kSlots),
-      nearest_(device, SampleFilter::nearest, Edge::clamp) {}
+    : pipeline_(device, spirv::Display{}), nearest_(device, SampleFilter::nearest, Edge::clamp) {}
 
 GpuImage DisplayPass::make_target(GpuDevice& device, std::string name, glm::uvec2 size_px) {
     return {device,

@@ -1,9 +1,7 @@
 #pragma once
 
-#include <map>
-#include <memory>
+#include <compare>
 #include <span>
-#include <vector>
 
 #include "engine/gpu/commands.h"
 
@@ -34,11 +32,10 @@ struct SurfaceVariant {
     bool int64 = false; // draw: whole keys at a time
 };
 
-// Makes each pipeline when a scene first needs it, once per process, on a thread of its own: what
-// is asked for before work of other kinds is ready after it.
+// The pipelines of the passes, by what distinguishes them; made when a scene first needs them.
 class Pipelines {
  public:
-    explicit Pipelines(GpuDevice& device) : device_(&device) {}
+    explicit Pipelines(GpuDevice& device) : cache_(device) {}
 
     ComputePipeline& ray_cast(const RayCastVariant& variant);
     ComputePipeline& slices(bool labels, bool atlas, bool by_hand);
@@ -47,24 +44,15 @@ class Pipelines {
     ComputePipeline& interpolate();
     ComputePipeline& enlarge();
     ComputePipeline& judge();
-    // With bindings as `bound` has them; what a stage does not distinguish is not looked at.
+    // What a stage does not distinguish is not looked at.
     ComputePipeline& surface(SurfaceStage stage, SurfaceVariant variant,
                              std::span<const Bound> bound);
 
-    double creation_ms() const; // spent so far, on threads beside each other
-    double wait_ms() const;     // of that, what was waited for
+    double creation_ms() const { return cache_.creation_ms(); }
+    double wait_ms() const { return cache_.wait_ms(); }
 
  private:
-    template <class... Arguments>
-    ComputePipeline& made(std::unique_ptr<ComputePipeline>& pipeline, Arguments&&... arguments);
-
-    GpuDevice* device_;
-    std::vector<const ComputePipeline*> all_;
-    std::map<RayCastVariant, std::unique_ptr<ComputePipeline>> ray_casts_;
-    std::map<uint32_t, std::unique_ptr<ComputePipeline>> slices_;
-    std::map<std::pair<uint32_t, bool>, std::unique_ptr<ComputePipeline>> tiles_;
-    std::map<const uint32_t*, std::unique_ptr<ComputePipeline>> surfaces_; // by their code
-    std::unique_ptr<ComputePipeline> mip_slabs_, interpolate_, enlarge_, judge_;
+    PipelineCache cache_;
 };
 
 } // namespace palpate

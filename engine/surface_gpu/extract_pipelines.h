@@ -6,7 +6,8 @@
 namespace palpate {
 
 // What all surfaces that are extracted on one device share: the compiled passes (shaders/extract_*)
-// and the triangles of the 256 cases. Declared after the device and before its surfaces. The driver
+// and the triangles of the 256 cases. Declared after the device and before its surfaces. Passes are
+// made when they are first asked for, and the driver
 // may compile at the first dispatch: most of a second on a CPU device, once.
 class ExtractPipelines {
  public:
@@ -14,9 +15,9 @@ class ExtractPipelines {
 
     GpuDevice& device() { return *device_; }
 
-    ComputePipeline& cull(bool list) { return list ? list_ : cull_; }
-    ComputePipeline& scan() { return scan_; }
-    ComputePipeline& count() { return count_; }
+    ComputePipeline& cull(bool list);
+    ComputePipeline& scan();
+    ComputePipeline& count();
     ComputePipeline& emit(bool normals);
 
     Buffer& cases() { return cases_; } // gpu::ExtractCase[256]
@@ -24,8 +25,7 @@ class ExtractPipelines {
 
  private:
     GpuDevice* device_;
-    ComputePipeline cull_, list_, scan_, count_;
-    std::optional<ComputePipeline> emit_, emit_plain_;
+    PipelineCache pipelines_;
     Buffer cases_;
     Sampler nearest_;
 };

@@ -143,7 +143,7 @@ TEST(Loops, OfEveryShaderAreLeftAtTheirHeadOrByAllLanesTogether) {
 
 // What the decision's page shows is found.
 TEST(Loops, OneThatIsLeftAtItsEndIsFound) {
-    const Loops found = loops_of(spirv::left_at_its_end[0]);
+    const Loops found = loops_of(Shader(spirv::LeftAtItsEnd{}).code->words);
     EXPECT_EQ(found.count, 1);
     EXPECT_EQ(found.wrong, 1);
 }
