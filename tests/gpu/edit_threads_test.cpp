@@ -3,8 +3,9 @@
 // meshes what changed and one draws it, while tools, parameters and iso-values change, strokes are
 // taken back and done again, volumes come and go, and devices are stopped and started; and the
 // process is killed at any moment of it. PALPATE_SECONDS is how long the random work lasts at
-// least; it also lasts until every thread has met edits, however slow the machine. Meant for the
-// thread sanitizer, too.
+// least, on PALPATE_SAMPLES^3 samples; it also lasts until every thread has met edits, however slow
+// the machine. Variables of these names in the environment go before: for the thread sanitizer,
+// under which edits are ten times as slow.
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -32,20 +33,29 @@ namespace {
 
 using Reader = EditLag::Reader;
 
+double given(const char* name, double otherwise) {
+    const char* text = std::getenv(name);
+    return text ? std::atof(text) : otherwise;
+}
+double seconds() {
+    return given("PALPATE_SECONDS", PALPATE_SECONDS);
+}
+
 constexpr double kIso = 250.0;
 constexpr size_t kFewestFrames = 12;   // of each kind of drawing some, by random
 constexpr size_t kFewestSnapshots = 3; // seen by the picture and by the mesh
 constexpr double kLongest_s = 240.0;   // of the hand's path; the test is ended soon after
 constexpr double kLife_s = 4.0;        // at most, of a process that is killed, once it works
-const int kKills = std::max(2, int(PALPATE_SECONDS / kLife_s));
+const int kKills = std::max(2, int(seconds() / kLife_s));
 
 class EditThreads : public GpuTest {
  protected:
     ~EditThreads() override { std::filesystem::remove(journal_); }
 
     static Volume ball() {
-        const Grid grid = make_grid(glm::uvec3(PALPATE_SAMPLES), glm::dvec3(40.0 / PALPATE_SAMPLES),
-                                    glm::dvec3(-20.0 + 20.0 / PALPATE_SAMPLES));
+        const double samples = given("PALPATE_SAMPLES", PALPATE_SAMPLES);
+        const Grid grid = make_grid(glm::uvec3(samples), glm::dvec3(40.0 / samples),
+                                    glm::dvec3(-20.0 + 20.0 / samples));
         return synthetic::sample(synthetic::sphere({0, 0, 0}, 10.0, 0.5), grid, ScalarType::i16);
     }
 
@@ -65,7 +75,7 @@ class EditThreads : public GpuTest {
         std::mt19937 random(static_cast<uint32_t>(seed));
         std::uniform_real_distribution<double> place(-13.0, 13.0);
         std::vector<haptics::HandPose> poses;
-        for (double t = 0; t <= PALPATE_SECONDS + kLongest_s; t += 0.1)
+        for (double t = 0; t <= seconds() + kLongest_s; t += 0.1)
             poses.push_back({.time_s = t,
                              .tool = {.position_mm = {place(random), place(random), place(random)}},
                              .buttons = static_cast<uint32_t>(random() % 3 > 0)});
@@ -208,7 +218,7 @@ TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
 
     Renderer renderer(device());
     using Clock = std::chrono::steady_clock;
-    const auto end = Clock::now() + std::chrono::duration<double>(PALPATE_SECONDS);
+    const auto end = Clock::now() + std::chrono::duration<double>(seconds());
     size_t frames = 0;
     bool edited = false; // a picture has shown another volume than the first
     const auto has_met = [&](Reader reader) {
