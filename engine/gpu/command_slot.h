@@ -45,7 +45,7 @@ class Staging {
     std::vector<std::unique_ptr<Buffer>> buffers_;
 };
 
-// The timestamps of one slot: two for each pass.
+// The timestamps of one slot: two for each pass. More passes take another submission.
 constexpr uint32_t kMaxPasses = 64;
 
 // What one submission is recorded into: a command buffer, timestamps and descriptor sets. GpuDevice

@@ -75,6 +75,8 @@ VkCommandBuffer Commands::handle() {
 }
 
 void Commands::begin_pass(const std::string& name) {
+    if (recorded_->is_open() && recorded_->open().passes.size() == kMaxPasses)
+        flush();
     if (device_->labels_commands()) {
         const VkDebugUtilsLabelEXT label{.sType = VK_STRUCTURE_TYPE_DEBUG_UTILS_LABEL_EXT,
                                          .pLabelName = name.c_str()};

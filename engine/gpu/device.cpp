@@ -336,9 +336,17 @@ std::optional<int64_t> GpuDevice::cpu_ns_of(uint64_t ticks) const {
     return static_cast<int64_t>(now[1]) - static_cast<int64_t>(behind_ns);
 }
 
-void GpuDevice::retire(std::function<void()> destroy) {
-    retired_.push_back({recordings_, std::nullopt, std::move(destroy)});
+void GpuDevice::retire(std::function<void()> destroy, uint64_t bytes) {
+    retired_.push_back({recordings_, std::nullopt, std::move(destroy), bytes});
     run_retired();
+}
+
+uint64_t GpuDevice::retired_bytes() {
+    run_retired();
+    uint64_t sum = 0;
+    for (const Retired& retired : retired_)
+        sum += retired.bytes;
+    return sum;
 }
 
 uint64_t GpuDevice::passed() const {

@@ -99,9 +99,11 @@ class GpuDevice {
     uint64_t last_submitted() const { return submitted_; }
     uint64_t passed() const; // by the timeline; never waits
 
-    // Runs `destroy` once the GPU is past everything submitted so far, and past what is being
-    // recorded now.
-    void retire(std::function<void()> destroy);
+    // Runs `destroy`, which frees so many bytes, once the GPU is past everything submitted so far,
+    // and past what is being recorded now.
+    void retire(std::function<void()> destroy, uint64_t bytes = 0);
+    // Of device memory that is retired and not yet freed, staging left out.
+    uint64_t retired_bytes();
 
     // Memory for a resource; `visible` asks for memory the CPU can map. Throws GpuError with both
     // numbers when there is not enough.
@@ -158,6 +160,7 @@ class GpuDevice {
         uint64_t recordings;           // those numbered so far, which may use it
         std::optional<uint64_t> value; // of the timeline; none while one of them is open
         std::function<void()> destroy;
+        uint64_t bytes;
     };
     std::deque<Retired> retired_;
     std::list<ResourceInfo> resources_;

@@ -73,11 +73,14 @@ Buffer::Buffer(Buffer&& other) noexcept
 Buffer::~Buffer() {
     if (!handle_)
         return;
+    const uint64_t counted = entry_->kind == kStagingKind ? 0 : entry_->bytes;
     device_->leave(entry_);
-    device_->retire([device = device_->handle(), buffer = handle_, memory = memory_] {
-        vkDestroyBuffer(device, buffer, nullptr);
-        vkFreeMemory(device, memory, nullptr);
-    });
+    device_->retire(
+        [device = device_->handle(), buffer = handle_, memory = memory_] {
+            vkDestroyBuffer(device, buffer, nullptr);
+            vkFreeMemory(device, memory, nullptr);
+        },
+        counted);
 }
 
 GpuImage::GpuImage(GpuDevice& device, std::string name, const ImageShape& shape)
@@ -153,11 +156,13 @@ GpuImage::~GpuImage() {
         return;
     }
     device_->leave(entry_);
-    device_->retire([device = device_->handle(), image = handle_, view = view_, memory = memory_] {
-        vkDestroyImageView(device, view, nullptr);
-        vkDestroyImage(device, image, nullptr);
-        vkFreeMemory(device, memory, nullptr);
-    });
+    device_->retire(
+        [device = device_->handle(), image = handle_, view = view_, memory = memory_] {
+            vkDestroyImageView(device, view, nullptr);
+            vkDestroyImage(device, image, nullptr);
+            vkFreeMemory(device, memory, nullptr);
+        },
+        bytes_);
 }
 
 Sampler::Sampler(GpuDevice& device, SampleFilter filter, Edge edge) : device_(&device) {

@@ -4,6 +4,7 @@
 #include "engine/gpu/commands.h"
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <random>
 
@@ -117,6 +118,26 @@ TEST_F(CommandsTest, WhatIsDroppedWhileItIsRecordedLivesUntilItWasUsed) {
 }
 
 // Eleven and a half batches, and no more memory on its way than for three.
+// A slot has room for the times of some passes; more take another.
+TEST_F(CommandsTest, HaveAsManyPassesAsOneLikes) {
+    Buffer buffer(device(), "buffer", 4, Memory::device);
+    Commands commands(device());
+    constexpr uint32_t kPasses = 150;
+    for (uint32_t pass = 0; pass < kPasses; ++pass) {
+        commands.begin_pass(std::to_string(pass));
+        commands.fill(buffer, std::span(&pass, 1));
+        commands.end_pass();
+    }
+    const BufferSlice out = commands.read_back(buffer);
+    commands.submit();
+    const std::vector<PassTime> times = commands.finish();
+    ASSERT_EQ(times.size(), kPasses);
+    for (uint32_t pass = 0; pass < kPasses; ++pass)
+        EXPECT_EQ(times[pass].name, std::to_string(pass));
+    const uint32_t last = kPasses - 1;
+    EXPECT_EQ(std::memcmp(out.mapped().data(), &last, sizeof last), 0);
+}
+
 TEST_F(CommandsTest, LargeUploadsTravelInBatches) {
     const std::vector<std::byte> bytes = random_bytes(46 << 20, 9);
     Buffer to(device(), "to", bytes.size() + 100, Memory::device);
