@@ -14,6 +14,7 @@
 #include "engine/edit/history.h"
 #include "engine/edit/stroke_run.h"
 #include "engine/render/cell_map.h"
+#include "engine/render/gpu_volume.h"
 #include "engine/render/texel_storage.h"
 #include "engine/surface/block_surface.h"
 #include "engine/volume/builder.h"
@@ -96,7 +97,8 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     making.submit();
     if (!image)
         return fail("{}", image.error().message);
-    CellMap cells(device, now);
+    const auto voxels = std::make_shared<VolumeCells>(now);
+    CellMap cells(device, voxels);
     BlockSurface surface(now, static_cast<float>(kBone));
     Renderer renderer(device);
     const Scene scene = iso_scene(sample, bench.options().tiny ? 32 : 512);
@@ -104,12 +106,9 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
         return fail("{}", first.error().message);
     if (const auto first = renderer.draw_coarse(scene, {now, std::nullopt}, {}); !first)
         return fail("{}", first.error().message);
-    const auto show = [&](Commands& commands) {
-        cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
-    };
     {
         Commands commands(device);
-        show(commands);
+        cells.show(*scene.ray_cast, 1.0f, 0.0f, {}, commands);
         commands.submit();
         commands.finish();
     }
@@ -142,8 +141,8 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
         image->update(next, changed, commands);
         times.stage.push_back(staging.ms());
         const Timer patching;
-        cells.update(next, changed);
-        show(commands);
+        voxels->update(next, changed);
+        cells.show(*scene.ray_cast, 1.0f, 0.0f, changed, commands);
         times.cells.push_back(patching.ms());
         commands.submit(); // the device copies while the surface is made
         const Timer meshing;

@@ -39,61 +39,58 @@ CellBox changed_cells(const ChangedBrick& brick, uint32_t side, glm::uvec3 count
             glm::min(last / side + 1u, count)};
 }
 
-CellMap::CellMap(GpuDevice& device, const Volume& volume)
-    : device_(&device),
-      ranges_(make_cell_ranges(volume, cell_side_for(volume.size()))),
-      version_(volume.version()),
-      margin_(range_margin(volume)),
-      visible_(std::span<const double>{}) {}
+VolumeCells::VolumeCells(const Volume& volume)
+    : ranges_(make_cell_ranges(volume, cell_side_for(volume.size()))),
+      margin_(range_margin(volume)) {}
 
-void CellMap::update(const Volume& next, std::span<const ChangedBrick> changed) {
+void VolumeCells::update(const Volume& next, std::span<const ChangedBrick> changed) {
     update_cell_ranges(ranges_, next, changed);
-    version_ = next.version();
-    if (const double margin = range_margin(next); margin > margin_) {
-        margin_ = margin; // of every cell's test
-        shown_.reset();
+    margin_ = std::max(margin_, range_margin(next)); // of every cell's test
+}
+
+bool CellMap::is_for(const RayCastLayer& layer, float value_scale, float value_bias) const {
+    if (!shown_ || shown_->mode != layer.mode)
+        return false;
+    switch (layer.mode) {
+        case RayMode::mip:
+            return shown_->value_scale == value_scale && shown_->value_bias == value_bias;
+        case RayMode::alpha: // distances do not depend on how texels are stored
+            return shown_->transfer == layer.transfer;
+        case RayMode::iso:
+            return std::equal(
+                layer.isos.begin(), layer.isos.end(), shown_->isos.begin(), shown_->isos.end(),
+                [](const IsoSurface& iso, double value) { return iso.value == value; });
     }
-    for (const ChangedBrick& brick : changed) {
-        touched_.push_back(changed_cells(brick, ranges_.side, ranges_.count));
-        cells_visited_ += touched_.back().cells();
-    }
+    return false;
 }
 
 void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bias,
-                   Commands& commands) {
+                   std::optional<std::span<const ChangedBrick>> changed, Commands& commands) {
     const bool mip = layer.mode == RayMode::mip;
-    if (!mip) // distances do not depend on how texels are stored
-        value_scale = 1.0f, value_bias = 0.0f;
-    Shown wanted{layer.mode,    {},      {}, value_scale, value_bias, ranges_.side,
-                 ranges_.count, version_};
-    if (layer.mode == RayMode::alpha)
-        wanted.transfer = layer.transfer;
-    for (const IsoSurface& iso : layer.isos)
-        if (layer.mode == RayMode::iso)
-            wanted.isos.push_back(iso.value);
-    const bool same_look = shown_ && shown_->mode == wanted.mode &&
-                           shown_->transfer == wanted.transfer && shown_->isos == wanted.isos &&
-                           shown_->value_scale == value_scale && shown_->value_bias == value_bias;
-    if (!same_look && !mip)
-        visible_ = visible_values(layer);
-
+    const glm::uvec3 count = ranges().count;
+    const bool patched = is_for(layer, value_scale, value_bias) &&
+                         (mip || shown_->margin == cells_->margin()) && changed &&
+                         changed->size() <= kMostBoxes;
     const uint32_t reach = mip ? 0 : kMaxCellDistance - 1;
     std::vector<CellBox> boxes;
     uint64_t reached = 0;
-    if (same_look && touched_.size() <= kMostBoxes)
-        boxes = joined(touched_, reach, ranges_.count);
+    if (patched) {
+        std::vector<CellBox> touched;
+        for (const ChangedBrick& brick : *changed) {
+            touched.push_back(changed_cells(brick, ranges().side, count));
+            cells_visited_ += touched.back().cells();
+        }
+        boxes = joined(touched, reach, count);
+    }
     for (const CellBox& box : boxes)
-        reached += widened(box, reach, ranges_.count).cells();
-    if (!same_look || touched_.size() > kMostBoxes ||
-        reached > std::max(kMostPatched, uint64_t{ranges_.cells() / 4})) {
-        show_all(std::move(wanted), commands);
+        reached += widened(box, reach, count).cells();
+    if (!patched || reached > std::max(kMostPatched, uint64_t{ranges().cells() / 4})) {
+        show_all(layer, value_scale, value_bias, commands);
         return;
     }
-    touched_.clear();
-    shown_->version = version_;
     if (mip) {
         for (CellBox& box : boxes) {
-            const uint32_t wider = shown_->side / ranges_.side;
+            const uint32_t wider = shown_->side / ranges().side;
             box = {box.low / wider, (box.high + (wider - 1)) / wider};
         }
     } else {
@@ -108,19 +105,28 @@ void CellMap::show(const RayCastLayer& layer, float value_scale, float value_bia
     upload(boxes, commands);
 }
 
-void CellMap::show_all(Shown wanted, Commands& commands) {
-    touched_.clear();
-    ++generation_;
-    cells_visited_ += ranges_.cells();
-    if (wanted.mode == RayMode::mip) {
+void CellMap::show_all(const RayCastLayer& layer, float value_scale, float value_bias,
+                       Commands& commands) {
+    generation_ = cells_->next_generation();
+    cells_visited_ += ranges().cells();
+    Shown wanted{layer.mode,    {}, {}, value_scale, value_bias, cells_->margin(), ranges().side,
+                 ranges().count};
+    if (layer.mode == RayMode::alpha)
+        wanted.transfer = layer.transfer;
+    for (const IsoSurface& iso : layer.isos)
+        if (layer.mode == RayMode::iso)
+            wanted.isos.push_back(iso.value);
+    if (layer.mode == RayMode::mip) {
         while (wanted.side < kMipSide) {
             wanted.side *= 2;
             wanted.count = (wanted.count + 1u) / 2u;
         }
         distances_ = {};
     } else {
+        visible_ = visible_values(layer);
         distances_ = CellDistances(
-            occupied_cells(ranges_, visible_, margin_, wanted.mode == RayMode::iso), ranges_.count);
+            occupied_cells(ranges(), visible_, wanted.margin, layer.mode == RayMode::iso),
+            ranges().count);
     }
     shown_ = std::move(wanted);
     if (!image_ || image_->shape().size != shown_->count) {
@@ -134,15 +140,16 @@ void CellMap::show_all(Shown wanted, Commands& commands) {
 
 // Tells which cells of a box hold something now; a box of those whose distances became lower.
 CellBox CellMap::update_distances(const CellBox& touched) {
-    const bool gaps_matter = shown_->mode == RayMode::iso && !ranges_.gaps.empty();
+    const CellRanges& ranges = this->ranges();
+    const bool gaps_matter = shown_->mode == RayMode::iso && !ranges.gaps.empty();
     std::vector<uint8_t> occupied;
     occupied.reserve(touched.cells());
     for (uint32_t z = touched.low.z; z < touched.high.z; ++z)
         for (uint32_t y = touched.low.y; y < touched.high.y; ++y)
             for (uint32_t x = touched.low.x; x < touched.high.x; ++x)
                 occupied.push_back(
-                    is_occupied(ranges_, x + ranges_.count.x * (y + size_t{ranges_.count.y} * z),
-                                visible_, margin_, gaps_matter));
+                    is_occupied(ranges, x + ranges.count.x * (y + size_t{ranges.count.y} * z),
+                                visible_, shown_->margin, gaps_matter));
     const CellBox lowered = distances_.update(touched, occupied);
     cells_visited_ += touched.cells() + lowered.cells();
     return lowered;
@@ -151,14 +158,15 @@ CellBox CellMap::update_distances(const CellBox& touched) {
 float CellMap::texel_of(glm::uvec3 cell) const {
     if (shown_->mode != RayMode::mip)
         return distances_.at(cell);
-    const uint32_t wider = shown_->side / ranges_.side;
-    const glm::uvec3 low = cell * wider, high = glm::min(low + wider, ranges_.count);
+    const CellRanges& ranges = this->ranges();
+    const uint32_t wider = shown_->side / ranges.side;
+    const glm::uvec3 low = cell * wider, high = glm::min(low + wider, ranges.count);
     float highest = -std::numeric_limits<float>::infinity();
     for (uint32_t z = low.z; z < high.z; ++z)
         for (uint32_t y = low.y; y < high.y; ++y)
             for (uint32_t x = low.x; x < high.x; ++x)
                 highest = std::max(
-                    highest, ranges_.high[x + ranges_.count.x * (y + size_t{ranges_.count.y} * z)]);
+                    highest, ranges.high[x + ranges.count.x * (y + size_t{ranges.count.y} * z)]);
     return (highest - shown_->value_bias) / shown_->value_scale;
 }
 

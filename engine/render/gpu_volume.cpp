@@ -108,6 +108,16 @@ Result<GpuVolume> GpuVolume::make(GpuDevice& device, std::string name, const Vol
     return made;
 }
 
+uint64_t GpuVolume::bytes_for(const GpuDevice& device, const Volume& volume,
+                              const GpuVolumeWish& wish) {
+    const Choice choice = choose(device, volume, wish);
+    if (!choice.atlas)
+        return dense_bytes(volume, choice.storage);
+    const size_t room = BrickAtlas::room_for(device, volume, choice.storage, wish.bricks(),
+                                             wish.atlas_limit_bytes());
+    return BrickAtlas::bytes_for(device, volume, choice.storage, room);
+}
+
 GpuVolume::GpuVolume(GpuDevice& device, const Volume& volume, const GpuVolumeWish& wish,
                      TexelStorage storage)
     : device_(&device), snapshot_(volume), wish_(wish), storage_(storage) {}

@@ -42,6 +42,10 @@ class GpuVolume {
     static Result<GpuVolume> make(GpuDevice& device, std::string name, const Volume& volume,
                                   const GpuVolumeWish& wish, Commands& commands);
 
+    // What make() would take of the device's memory.
+    static uint64_t bytes_for(const GpuDevice& device, const Volume& volume,
+                              const GpuVolumeWish& wish);
+
     // Uploads the bricks in which `next` differs from the snapshot held now (changed_bricks() tells
     // them), and holds `next`. Size and type must be those of the first snapshot. An atlas uploads
     // its bricks when it is asked (BrickAtlas::upload_wanted()).

@@ -119,6 +119,17 @@ std::vector<glm::uvec3> NeededBricks::all() const {
     return list([](uint8_t flags) { return (flags & (kSeen | kSliced)) != 0; });
 }
 
+std::vector<glm::uvec3> NeededBricks::take_turned() {
+    std::erase_if(turned_, [&](glm::uvec3 brick) {
+        uint8_t& flags = flags_[index_of(brick)];
+        if (needs(brick) == ((flags & kTold) != 0))
+            return true;
+        flags ^= kTold;
+        return false;
+    });
+    return std::exchange(turned_, {});
+}
+
 void NeededBricks::set(glm::uvec3 brick, Flag flag, bool on) {
     ++bricks_visited_;
     uint8_t& flags = flags_[index_of(brick)];
@@ -152,8 +163,8 @@ void NeededBricks::find_planes(const Scene& scene, const Grid& grid) {
 }
 
 void NeededBricks::update(const Scene& scene, const Volume& volume,
-                          std::span<const ChangedBrick> changed, const CellMap* cells,
-                          double step_factor) {
+                          std::optional<std::span<const ChangedBrick>> changed,
+                          const CellMap* cells, double step_factor) {
     std::optional<Rays> rays;
     if (scene.ray_cast && scene.ray_cast->mode == RayMode::mip) {
         rays = Rays{true, 0, 0};
@@ -164,12 +175,12 @@ void NeededBricks::update(const Scene& scene, const Volume& volume,
     }
 
     const bool ask_what_varies = (rays && rays->mip) || !scene.slices.empty();
-    const bool anew = ask_what_varies && !knows_what_varies_;
+    const bool anew = ask_what_varies && (!knows_what_varies_ || !changed);
     std::vector<glm::uvec3> edited; // bricks that may vary now, or no longer
     if (anew)
         for_each([&](glm::uvec3 p) { set(p, kVaries, varies(volume, p)); });
     else if (ask_what_varies)
-        for (const ChangedBrick& brick : changed)
+        for (const ChangedBrick& brick : *changed)
             for (uint32_t corner = 0; corner < 8; ++corner) { // itself, and those below it
                 const glm::uvec3 below(corner & 1, corner >> 1 & 1, corner >> 2);
                 if (glm::any(glm::lessThan(brick.position, below)))
@@ -180,7 +191,7 @@ void NeededBricks::update(const Scene& scene, const Volume& volume,
     knows_what_varies_ = ask_what_varies;
     const auto varies_now = [&](glm::uvec3 p) { return (flags_[index_of(p)] & kVaries) != 0; };
 
-    const bool all_rays = rays != rays_ || (rays && rays->mip && anew);
+    const bool all_rays = rays != rays_ || !changed || (rays && rays->mip && anew);
     if (all_rays)
         for_each([&](glm::uvec3 p) {
             set(p, kSeen,
@@ -193,7 +204,7 @@ void NeededBricks::update(const Scene& scene, const Volume& volume,
             set(p, kSeen, varies_now(p));
     else if (rays) {
         std::vector<glm::uvec3> near;
-        for (const ChangedBrick& brick : changed) {
+        for (const ChangedBrick& brick : *changed) {
             const Bricks box = about(brick, *cells, rays->reach, count_);
             for (uint32_t z = box.low.z; z < box.high.z; ++z)
                 for (uint32_t y = box.low.y; y < box.high.y; ++y)

@@ -21,11 +21,12 @@ class NeededBricks {
  public:
     explicit NeededBricks(const Volume& volume);
 
-    // For a frame of `scene`. `volume` is the snapshot of the last call or a later one, `changed`
-    // where they differ. Rays of alpha and iso read `cells`, after its show(); others may have
-    // none. Steps are up to step_factor times as long as the layer's.
-    void update(const Scene& scene, const Volume& volume, std::span<const ChangedBrick> changed,
-                const CellMap* cells, double step_factor);
+    // For a frame of `scene`. `volume` is the snapshot of the last call or another one, `changed`
+    // where they differ (nothing: anywhere). Rays of alpha and iso read `cells`, after its show();
+    // others may have none. Steps are up to step_factor times as long as the layer's.
+    void update(const Scene& scene, const Volume& volume,
+                std::optional<std::span<const ChangedBrick>> changed, const CellMap* cells,
+                double step_factor);
 
     bool needs(glm::uvec3 brick) const { return flags_[index_of(brick)] & (kSeen | kSliced); }
     size_t count() const { return needed_; } // by rays or slices
@@ -37,9 +38,8 @@ class NeededBricks {
     std::vector<glm::uvec3> sliced() const;
     std::vector<glm::uvec3> all() const;
 
-    // Bricks that came to be needed, or no longer are, since this was last called; perhaps more
-    // than once.
-    std::vector<glm::uvec3> take_turned() { return std::exchange(turned_, {}); }
+    // Bricks that came to be needed, or no longer are, since this was last called.
+    std::vector<glm::uvec3> take_turned();
 
     // That all calls together looked at.
     uint64_t bricks_visited() const { return bricks_visited_; }
@@ -50,6 +50,7 @@ class NeededBricks {
         kSeen = 2,    // needed by rays
         kOnPlane = 4, // a slice runs through it
         kSliced = 8,  // and shows more than one value: needed by slices
+        kTold = 16,   // was needed at the last take_turned()
     };
     struct Rays { // what kSeen was found for
         bool mip;

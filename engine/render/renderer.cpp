@@ -1,310 +1,393 @@
 #include "engine/render/renderer.h"
 
 #include <algorithm>
-#include <cmath>
+#include <cstring>
 
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
-#include "engine/render/frame_block.h"
-#include "engine/render/held.h"
-#include "shaders/shared/ray_cast.h"
-#include "shaders/shared/slices.h"
-#include "shaders/shared/tiles.h"
+#include "engine/base/timer.h"
+#include "engine/render/coarse_pass.h"
+#include "engine/render/ray_cast_pass.h"
+#include "engine/render/slice_pass.h"
+#include "engine/render/surface_pass.h"
 
 namespace palpate {
 
-namespace {
+// A pass is there when the last scene had a layer for it.
+struct Renderer::Passes {
+    explicit Passes(RenderStore& store) : voxels(store.volume) {}
+    VolumeUse voxels;
+    std::shared_ptr<LabelStyles> styles;
+    std::optional<Targets> targets;
+    std::optional<SurfacePass> surfaces;
+    std::optional<SlicePass> slices;
+    std::optional<RayCastPass> ray_cast;
+    std::optional<CoarsePass> coarse;
+};
 
-uint32_t mode_of(RayMode mode) {
-    switch (mode) {
-        case RayMode::mip:
-            return gpu::kModeMip;
-        case RayMode::alpha:
-            return gpu::kModeAlpha;
-        case RayMode::iso:
-            return gpu::kModeIso;
-    }
-    return gpu::kModeAlpha;
-}
-
-RayCastVariant variant_of(const Scene& scene, const Volume& volume) {
-    const RayCastLayer& layer = *scene.ray_cast;
-    RayCastVariant variant;
-    variant.mode = mode_of(layer.mode);
-    const bool alpha = layer.mode == RayMode::alpha;
-    variant.preintegrated = alpha && layer.integrator == Integrator::preintegrated;
-    variant.exact = layer.integrator == Integrator::exact;
-    variant.shaded = alpha && layer.shading.has_value();
-    variant.labels = scene.labels.has_value();
-    variant.slices = !scene.slices.empty() || !scene.surfaces.empty();
-    variant.values = scene.value_and_depth;
-    variant.no_data = volume.no_data_count() > 0;
-    if (layer.mode == RayMode::iso)
-        variant.iso_count = static_cast<uint32_t>(layer.isos.size());
-    return variant;
-}
-
-// Whether the beams of a MIP's tiles are narrow enough to meet cells that differ: up to four of
-// them wide at the far end.
-bool pays_in_slabs(const gpu::Frame& frame) {
-    const auto widest = [](const gpu::FrameEye& eye) {
-        return 2.0f * (eye.spread.x + eye.spread.y * eye.reach);
-    };
-    return std::max(widest(frame.eyes[0]), widest(frame.eyes[1])) <= 4.0f * frame.cell_side;
-}
-
-} // namespace
+struct Renderer::Task {
+    Commands& commands;
+    const Scene& scene;
+    const SceneData& data;
+    Timer* timer = nullptr; // where somebody waits: begins when uploads are through
+    bool counts_samples = false;
+    std::vector<View> views = views_of(scene);
+    size_t first_pass = commands.pass_count();
+    std::optional<ViewFrame> frame{};
+};
 
 Renderer::Renderer(GpuDevice& device, RendererOptions options)
-    : device_(&device),
-      options_(options),
-      pipelines_(device),
-      linear_(device, SampleFilter::linear, Edge::clamp),
-      nearest_(device, SampleFilter::nearest, Edge::clamp),
-      label_sampler_(device, SampleFilter::nearest, Edge::border_zero),
-      held_(std::make_unique<Held>()) {
-    if (options_.memory_limit_bytes == 0)
-        options_.memory_limit_bytes = device.info().memory_bytes / 4 * 3;
+    : Renderer(std::make_shared<RenderStore>(device, std::move(options))) {}
+
+Renderer::Renderer(std::shared_ptr<RenderStore> store)
+    : store_(std::move(store)), passes_(std::make_unique<Passes>(*store_)) {
+    store_->views.push_back(this);
 }
 
-Renderer::~Renderer() = default;
-
-Result<void> Renderer::keep_surfaces(const Scene& scene, const SceneData& data,
-                                     Commands& commands) {
-    PALPATE_ASSERT_CMP(scene.surfaces.size(), ==, data.meshes.size());
-    PALPATE_ASSERT_CMP(scene.surfaces.size(), <=, kMaxSurfaces);
-    PALPATE_ASSERT(scene.surface_depth >= 1 && scene.surface_depth <= kMaxSurfaceDepth);
-    if (scene.surfaces.empty()) {
-        held_->surfaces.reset();
-        return {};
-    }
-    if (!held_->surfaces)
-        held_->surfaces.emplace(*device_, nearest_);
-    return held_->surfaces->prepare(scene, data, views_of(scene), commands);
-}
-
-void Renderer::keep_targets(const Scene& scene) {
-    const bool surfaces = !scene.surfaces.empty();
-    const bool behind = surfaces || (!scene.slices.empty() && scene.ray_cast.has_value());
-    const bool values = scene.value_and_depth || (!scene.slices.empty() && !behind);
-    const bool see_through = surfaces && held_->surfaces->has_see_through();
-    const uint32_t layers =
-        scene.ray_cast && see_through ? scene.surface_depth * eye_count(scene) : 0;
-    std::optional<Targets>& held = held_->targets;
-    if (held && held->size_px == scene.size_px && held->eyes == eye_count(scene) &&
-        held->return_values == scene.value_and_depth && held->values.has_value() == values &&
-        held->behind.has_value() == behind &&
-        (held->layers ? held->layers->shape().layers : 0) == layers)
-        return;
-    held.reset();
-    held_->tiles.reset();
-    held_->slabs.reset();
-    held.emplace();
-    held->size_px = scene.size_px;
-    held->eyes = eye_count(scene);
-    held->return_values = scene.value_and_depth;
-    const auto make = [&](std::optional<GpuImage>& image, const char* name, VkFormat format) {
-        image.emplace(*device_, name,
-                      ImageShape{.format = format,
-                                 .size = {scene.size_px, 1},
-                                 .layers = eye_count(scene),
-                                 .storage = true});
-    };
-    make(held->color, "picture", VK_FORMAT_R32G32B32A32_SFLOAT);
-    if (values)
-        make(held->values, "value and depth", VK_FORMAT_R32G32_SFLOAT);
-    if (behind) {
-        make(held->behind, surfaces ? "behind all rays" : "slices", VK_FORMAT_R32G32B32A32_SFLOAT);
-        make(held->behind_values,
-             surfaces ? "value and depth behind all rays" : "slices' value and depth",
-             VK_FORMAT_R32G32_SFLOAT);
-    }
-    if (layers > 0)
-        held->layers.emplace(*device_, "see-through layers",
-                             ImageShape{.format = VK_FORMAT_R32G32B32A32_UINT,
-                                        .size = {scene.size_px, 1},
-                                        .layers = layers,
-                                        .storage = true});
-}
-
-void Renderer::begin_pipelines(const Scene& scene, const SceneData& data) {
-    if (!scene.ray_cast || held_->volume)
-        return;
-    RayCastVariant variant = variant_of(scene, data.volume);
-    variant.skip = options_.skipping;
-    variant.atlas = options_.residency == Residency::atlas;
-    variant.by_hand = options_.sampling == Sampling::by_hand;
-    variant.stored_gradients = options_.stored_gradients && variant.shaded && !variant.by_hand;
-    variant.layers = held_->targets->layers ? scene.surface_depth : 0;
-    pipelines_.ray_cast(variant);
-    pipelines_.tiles(tiles_to_list(scene), false);
-    if (takes_slabs(variant))
-        pipelines_.mip_slabs();
-}
-
-// All that voxels are drawn with.
-void Renderer::drop_volumes() {
-    held_->volume.reset();
-    held_->labels.reset();
-    held_->cells.reset();
-    held_->gradients.reset();
-    held_->tiles.reset();
-    held_->slabs.reset();
-    held_->tile_groups.reset();
-    held_->coarse.reset();
-    held_->transfer.reset();
-    held_->slice_transfer.reset();
-    held_->needed.reset();
-    held_->parts.clear();
-    held_->styles.drop();
-    held_->styles_of.reset();
-}
-
-Result<size_t> Renderer::prepare(const Scene& scene, const SceneData& data, Commands& commands) {
-    const profile::Scope scope("prepare");
-    PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
-    if (scene.ray_cast)
-        if (Result<void> checked = check_steps(*scene.ray_cast, data.volume.grid()); !checked)
-            return pass_on(checked);
-    if (Result<void> kept = keep_surfaces(scene, data, commands); !kept)
-        return pass_on(kept);
-    keep_targets(scene);
-    begin_pipelines(scene, data);
-    if (!scene.ray_cast && scene.slices.empty()) { // nothing asks for voxels
-        drop_volumes();
-        return size_t{0};
-    }
-    Result<size_t> uploaded = keep_volumes(scene, data, commands);
-    if (!uploaded)
-        return uploaded;
-    FrameInputs inputs;
-    inputs.value_scale = held_->volume->value_scale();
-    inputs.value_bias = held_->volume->value_bias();
-    if (data.labels) {
-        const auto largest = static_cast<uint32_t>(std::max(0.0f, data.labels->range().max));
-        if (std::pair wanted(*scene.labels, largest); held_->styles_of != wanted) {
-            const auto styles = make_label_styles(*scene.labels, largest);
-            held_->styles.hold(*device_, "label styles", std::as_bytes(std::span(styles)),
-                               commands);
-            held_->styles_of = std::move(wanted);
-        }
-        inputs.style_count = largest + 1;
-    } else {
-        held_->styles.drop();
-        held_->styles_of.reset();
-    }
-
-    const std::vector<View> views = views_of(scene);
-    const auto hold_transfer = [&](std::optional<TransferImage>& held, const char* name,
-                                   const TransferFunction& function, double step_mm) {
-        if (!held)
-            held.emplace(*device_, name);
-        held->hold(function, step_mm, commands);
-        inputs.table_low = held->low();
-        inputs.table_high = held->high();
-        inputs.table_first = held->first();
-        inputs.table_last = held->last();
-    };
-    if (scene.ray_cast) {
-        if (scene.ray_cast->mode == RayMode::iso) // surfaces have colours of their own
-            held_->transfer.reset();
-        else
-            hold_transfer(held_->transfer, "transfer function", scene.ray_cast->transfer,
-                          step_mm_of(*scene.ray_cast, data.volume.grid()));
-        inputs.cells = held_->cells->count();
-        inputs.cell_side = held_->cells->side();
-        inputs.cell_margin = held_->cells->margin();
-        held_->block = make_frame_block(scene, data, views, inputs);
-        held_->frame = commands.upload(bytes_of(held_->block));
-        held_->variant = variant_of(scene, data.volume);
-        held_->variant.skip =
-            options_.skipping && (!takes_slabs(held_->variant) || pays_in_slabs(held_->block));
-        held_->variant.count = counting_;
-        held_->variant.atlas = held_->volume->is_atlas();
-        held_->variant.stored_gradients = held_->gradients.has_value();
-        held_->variant.by_hand = options_.sampling == Sampling::by_hand;
-        held_->variant.layers = held_->targets->layers ? scene.surface_depth : 0;
-    } else {
-        held_->tiles.reset();
-        held_->slabs.reset();
-        held_->tile_groups.reset();
-        held_->coarse.reset();
-        held_->transfer.reset();
-    }
-    if (!scene.slices.empty()) {
-        hold_transfer(held_->slice_transfer, "slices' transfer function", scene.slice_transfer,
-                      1.0);
-        held_->slice_frame =
-            commands.upload(bytes_of(make_frame_block(scene, data, views, inputs)));
-        auto planes = make_slice_planes(scene, data.volume.grid());
-        planes.resize(gpu::kMaxSlices);
-        held_->planes = commands.upload(std::as_bytes(std::span(planes)));
-    } else {
-        held_->slice_transfer.reset();
-    }
-    if (held_->volume->is_atlas())
-        if (Result<void> planned = plan_atlas(scene, data); !planned)
-            return pass_on(planned);
-    return uploaded;
+Renderer::~Renderer() {
+    store_->styles.drop(passes_->styles);
+    std::erase(store_->views, this);
 }
 
 uint32_t Renderer::tile_rows(const Scene& scene) {
     return tile_count(scene.size_px).y;
 }
 
-uint32_t Renderer::tiles_to_list(const Scene& scene) const {
-    // A MIP passes over nothing before it has met something. A cap lies where clip planes cut into
-    // values above an iso-value, not where those change.
-    const bool capped = scene.ray_cast->mode == RayMode::iso && !scene.clip_planes.empty();
-    const bool visible = options_.skipping && scene.ray_cast->mode != RayMode::mip && !capped;
-    return visible ? gpu::kListVisible : gpu::kListBox;
+double Renderer::pipeline_creation_ms() const {
+    return store_->pipelines.creation_ms();
 }
 
-Buffer* Renderer::slabs(const Scene& scene) {
-    if (!takes_slabs(held_->variant)) {
-        held_->slabs.reset();
-        return nullptr;
+double Renderer::pipeline_wait_ms() const {
+    return store_->pipelines.wait_ms();
+}
+
+FrameStats FrameTicket::stats() const {
+    FrameStats stats = known_;
+    const std::vector<PassTime> times = ticket_.times();
+    for (size_t i = first_; i < last_; ++i) { // those of the same name added up
+        const auto same = std::find_if(stats.passes.begin(), stats.passes.end(),
+                                       [&](const PassTime& p) { return p.name == times[i].name; });
+        if (same != stats.passes.end())
+            same->gpu_ms += times[i].gpu_ms;
+        else
+            stats.passes.push_back(times[i]);
     }
-    if (!held_->slabs)
-        held_->slabs.emplace(*device_, "MIP slabs", slab_bytes(scene), Memory::device);
-    return &*held_->slabs;
+    return stats;
 }
 
-Renderer::RayPass Renderer::full_pass(const Scene& scene) {
-    const glm::uvec2 count = tile_count(scene.size_px);
-    const size_t most = size_t{count.x} * count.y * eye_count(scene);
-    if (!held_->tile_groups)
-        held_->tile_groups.emplace(*device_, "tile count", gpu::kTileGroupWords * sizeof(uint32_t),
-                                   Memory::device);
-    if (!held_->tiles)
-        held_->tiles.emplace(*device_, "tiles", most * sizeof(gpu::TileEntry), Memory::device);
-    Targets& targets = *held_->targets;
-    return {"ray cast",
-            held_->variant,
-            scene.size_px,
-            *held_->frame,
-            held_->transfer ? &held_->transfer->image() : nullptr,
-            *targets.color,
-            targets.values ? &*targets.values : nullptr,
-            *held_->tile_groups,
-            *held_->tiles,
-            slabs(scene)};
-}
-
-size_t Renderer::draw_behind(const Scene& scene, const SceneData& data, Commands& commands) {
-    size_t uploaded = 0;
-    if (!scene.slices.empty()) {
-        Part part{glm::uvec3(0), data.volume.brick_count(), all_eyes(scene), {}};
-        if (held_->volume->is_atlas() && !held_->all_fit)
-            part.bricks = held_->needed->sliced();
-        uploaded = show_part(part, true, commands);
-        record_slices(commands, scene);
+// Brings what is kept in line with the scene, by copies recorded into the commands.
+Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
+    const profile::Scope scope("prepare");
+    const auto& [scene, data] = std::tie(task.scene, task.data);
+    PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
+    PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
+    PALPATE_ASSERT_CMP(scene.surfaces.size(), ==, data.meshes.size());
+    PALPATE_ASSERT_CMP(scene.surfaces.size(), <=, kMaxSurfaces);
+    PALPATE_ASSERT(scene.surface_depth >= 1 && scene.surface_depth <= kMaxSurfaceDepth);
+    // Waits for nothing but the frame so many before.
+    while (in_flight_.size() >= std::max<size_t>(1, store_->options.frames_in_flight)) {
+        in_flight_.front().wait();
+        in_flight_.pop_front();
     }
-    if (!scene.surfaces.empty())
-        record_surfaces(commands, scene);
-    else if (scene.ray_cast)
-        record_background(commands, scene);
+    in_flight_.push_back(task.commands.ticket());
+    const uint64_t submitted = store_->device.last_submitted();
+    if (scene.ray_cast)
+        if (Result<void> checked = check_steps(*scene.ray_cast, data.volume.grid()); !checked)
+            return pass_on(checked);
+    Passes& passes = *passes_;
+    if (scene.surfaces.empty())
+        passes.surfaces.reset();
+    else if (!passes.surfaces)
+        passes.surfaces.emplace(store_->device, store_->nearest);
+    if (passes.surfaces)
+        if (Result<void> kept = passes.surfaces->prepare(scene, data, task.views, task.commands);
+            !kept)
+            return pass_on(kept);
+    const bool see_through = passes.surfaces && passes.surfaces->has_see_through();
+    if (!passes.targets || !passes.targets->suit(scene, see_through)) {
+        passes.targets.reset();
+        passes.targets.emplace(store_->device, scene, see_through);
+    }
+    const bool among_layers = passes.targets->layers.has_value();
+
+    FrameStats stats;
+    VolumeResidency::Wish wish;
+    if (!scene.ray_cast) {
+        passes.ray_cast.reset();
+        passes.coarse.reset();
+    } else {
+        if (!passes.ray_cast)
+            passes.ray_cast.emplace(*store_);
+        wish = passes.ray_cast->begin(scene, data, among_layers, step_factor);
+    }
+    if (scene.slices.empty())
+        passes.slices.reset();
+    else if (!passes.slices)
+        passes.slices.emplace(*store_);
+    if (scene.ray_cast || passes.slices) {
+        Result<size_t> uploaded =
+            store_->volume.prepare(passes.voxels, scene, data, wish, task.commands);
+        if (!uploaded)
+            return pass_on(uploaded);
+        stats.uploaded_bricks = *uploaded;
+    } else {
+        passes.voxels.leave();
+    }
+    if (data.labels && passes.voxels.shows_voxels())
+        store_->take_styles(passes.styles, *scene.labels, *data.labels, task.commands);
+    else
+        store_->styles.drop(passes.styles);
+    task.frame.emplace(ViewFrame{scene, data, task.views, task.commands, *passes.targets,
+                                 passes.voxels, passes.styles.get(), step_factor});
+    if (passes.ray_cast)
+        passes.ray_cast->prepare(*task.frame, task.counts_samples);
+    if (passes.slices)
+        passes.slices->prepare(*task.frame);
+    if (Result<void> planned = passes.voxels.plan(scene, task.views, step_factor, among_layers);
+        !planned)
+        return pass_on(planned);
+    passes.voxels.tell(stats);
+    if (task.timer) {
+        if (store_->device.last_submitted() > submitted) { // uploads that did not fit this frame's
+            task.commands.flush();
+            store_->device.wait(store_->device.last_submitted());
+        }
+        *task.timer = Timer();
+    }
+    return stats;
+}
+
+// Slices, meshes and background: what rays are cast before.
+size_t Renderer::record_behind(Task& task) {
+    const ViewFrame& frame = *task.frame;
+    Targets& targets = frame.targets;
+    const size_t uploaded = passes_->slices ? passes_->slices->record(frame) : 0;
+    if (passes_->surfaces) {
+        if (!passes_->slices)
+            targets.clear_behind(task.scene, task.commands);
+        passes_->surfaces->record(task.commands, store_->pipelines,
+                                  {*targets.behind, *targets.behind_values, *targets.color,
+                                   targets.values ? &*targets.values : nullptr,
+                                   targets.layers ? &*targets.layers : nullptr});
+    } else if (passes_->ray_cast) {
+        targets.record_background(task.scene, task.commands);
+    }
     return uploaded;
+}
+
+RecordedFrame Renderer::recorded(Task& task, FrameStats stats) {
+    Targets& targets = *passes_->targets;
+    return {&*targets.color, targets.returned_values(),
+            FrameTicket(task.commands.ticket(), std::move(stats), task.first_pass,
+                        task.commands.pass_count())};
+}
+
+Result<RecordedFrame> Renderer::record_full(Task task) {
+    Result<FrameStats> stats = prepare(task, 1.0);
+    if (!stats)
+        return pass_on(stats);
+    stats->uploaded_bricks += record_behind(task);
+    if (passes_->ray_cast) {
+        Result<size_t> uploaded = passes_->ray_cast->record(*task.frame);
+        if (!uploaded)
+            return pass_on(uploaded);
+        stats->uploaded_bricks += *uploaded;
+    }
+    return recorded(task, std::move(*stats));
+}
+
+// prepare() for frames that have no time for several parts.
+Result<FrameStats> Renderer::prepare_interactive(Task& task, double step_factor) {
+    Result<FrameStats> stats = prepare(task, step_factor);
+    if (stats && stats->parts > 1)
+        return fail(
+            "an interactive frame: expected room on the device for the {} bricks that can be seen, "
+            "found room for {}",
+            stats->needed_bricks, stats->room_for_bricks);
+    return stats;
+}
+
+Result<RecordedCoarse> Renderer::record_few(Task task, const CoarseSettings& settings) {
+    PALPATE_ASSERT(task.scene.ray_cast.has_value());
+    PALPATE_ASSERT(settings.px_per_ray == 2 || settings.px_per_ray == 4 ||
+                   settings.px_per_ray == 8 || settings.px_per_ray == 16);
+    std::optional<CoarsePass>& coarse = passes_->coarse;
+    if (!coarse || !coarse->suits(task.scene)) { // first: the volume takes what is left
+        coarse.reset();
+        coarse.emplace(*store_, task.scene);
+    }
+    Result<FrameStats> stats =
+        prepare_interactive(task, CoarsePass::step_factor(*task.scene.ray_cast, settings));
+    if (!stats)
+        return pass_on(stats);
+    stats->uploaded_bricks += record_behind(task);
+    // slices may show other bricks than rays
+    stats->uploaded_bricks += passes_->voxels.show_part(0, task.commands);
+    const CoarseRays rays = coarse->record(*task.frame, *passes_->ray_cast, settings);
+    RecordedFrame frame = recorded(task, std::move(*stats));
+    return RecordedCoarse{frame.picture, CoarseTicket(std::move(frame.ticket), rays)};
+}
+
+Result<RecordedFrame> Renderer::record_refinement(Task task, uint32_t first_row, uint32_t rows) {
+    PALPATE_ASSERT(task.scene.ray_cast.has_value());
+    PALPATE_ASSERT_CMP(first_row + rows, <=, tile_rows(task.scene));
+    Result<FrameStats> stats = prepare_interactive(task, 1.0);
+    if (!stats)
+        return pass_on(stats);
+    stats->uploaded_bricks += passes_->voxels.show_part(0, task.commands);
+    passes_->ray_cast->record_rows(*task.frame, first_row, rows);
+    return recorded(task, std::move(*stats));
+}
+
+namespace {
+
+// Value and depth are those of a full picture alone.
+Scene without_values(Scene scene) {
+    scene.value_and_depth = false;
+    return scene;
+}
+
+FrameStats& frame_of(FrameStats& stats) {
+    return stats;
+}
+FrameStats& frame_of(CoarseStats& stats) {
+    return stats.frame;
+}
+
+} // namespace
+
+// What `work` returns. Where it throws, as for a brick that cannot be read, nothing recorded so far
+// may be relied upon: the next frame of every view begins from nothing.
+template <class Work>
+auto Renderer::or_from_nothing(const Work& work) -> decltype(work()) {
+    try {
+        return work();
+    } catch (...) {
+        store_->forget();
+        for (Renderer* const view : store_->views)
+            view->passes_ = std::make_unique<Passes>(*store_);
+        throw;
+    }
+}
+
+// Records by `work`, submits, waits, and calls `done` while what was read back is there.
+template <class Work, class Done>
+auto Renderer::drawn(const Work& work, const Done& done) {
+    profile::Scope scope("frame");
+    Commands commands(store_->device);
+    Timer timer;
+    auto recorded = or_from_nothing([&] { return work(commands, timer); });
+    commands.submit(); // also of a frame that failed: images are as tracked
+    using Stats = decltype(recorded->ticket.stats());
+    if (!recorded)
+        return Result<Stats>(pass_on(recorded));
+    Stats stats = recorded->ticket.stats();
+    frame_of(stats).wall_ms = timer.ms();
+    done();
+    if (scope.recorded())
+        scope.tell("wall_ms", Json::of(frame_of(stats).wall_ms));
+    return Result<Stats>(std::move(stats));
+}
+
+Result<RecordedFrame> Renderer::record(Commands& commands, const Scene& scene,
+                                       const SceneData& data) {
+    const profile::Scope scope("record a frame");
+    return or_from_nothing([&] { return record_full({commands, scene, data}); });
+}
+
+Result<RecordedCoarse> Renderer::record_coarse(Commands& commands, const Scene& scene,
+                                               const SceneData& data,
+                                               const CoarseSettings& settings) {
+    const profile::Scope scope("record a coarse frame");
+    const Scene plain = without_values(scene);
+    return or_from_nothing([&] { return record_few({commands, plain, data}, settings); });
+}
+
+Result<RecordedFrame> Renderer::record_rows(Commands& commands, const Scene& scene,
+                                            const SceneData& data, uint32_t first_row,
+                                            uint32_t rows) {
+    const profile::Scope scope("record rows");
+    const Scene plain = without_values(scene);
+    return or_from_nothing([&] {
+        return record_refinement({commands, plain, data}, first_row, rows);
+    });
+}
+
+Result<FrameStats> Renderer::draw(const Scene& scene, const SceneData& data) {
+    return drawn([&](Commands& commands, Timer& timer) {
+        return record_full({commands, scene, data, &timer});
+    });
+}
+
+Result<CoarseStats> Renderer::draw_coarse(const Scene& scene, const SceneData& data,
+                                          const CoarseSettings& settings) {
+    const Scene plain = without_values(scene);
+    return drawn([&](Commands& commands, Timer& timer) {
+        return record_few({commands, plain, data, &timer}, settings);
+    });
+}
+
+Result<FrameStats> Renderer::refine(const Scene& scene, const SceneData& data, uint32_t first_row,
+                                    uint32_t rows) {
+    const Scene plain = without_values(scene);
+    return drawn([&](Commands& commands, Timer& timer) {
+        return record_refinement({commands, plain, data, &timer}, first_row, rows);
+    });
+}
+
+Result<uint64_t> Renderer::count_samples(const Scene& scene, const SceneData& data) {
+    uint64_t samples = 0;
+    Result<FrameStats> stats = drawn(
+        [&](Commands& commands, Timer& timer) {
+            return record_full({commands, scene, data, &timer, true});
+        },
+        [&] { samples = passes_->ray_cast->read_sample_counts(); });
+    if (!stats)
+        return pass_on(stats);
+    return samples;
+}
+
+std::vector<Image> Renderer::read_back() {
+    const profile::Scope scope("read back");
+    PALPATE_ASSERT(passes_->targets.has_value());
+    Targets& targets = *passes_->targets;
+    const size_t pixels = size_t{targets.size_px.x} * targets.size_px.y;
+    Commands commands(store_->device);
+    const auto fetch = [&](GpuImage& image, size_t channels) {
+        const Commands::Region region{.buffer_offset = 0,
+                                      .image_offset = {},
+                                      .size = {targets.size_px, 1},
+                                      .layers = targets.eyes};
+        const BufferSlice bytes = commands.read_back(
+            image, std::span(&region, 1), pixels * targets.eyes * channels * sizeof(float));
+        return reinterpret_cast<const float*>(bytes.mapped().data());
+    };
+    const float* const color = fetch(*targets.color, 4);
+    const float* const values = targets.return_values ? fetch(*targets.values, 2) : nullptr;
+    commands.submit();
+    commands.finish();
+    std::vector<std::string> channels{"R", "G", "B", "A"};
+    if (targets.return_values)
+        channels.insert(channels.end(), {"value", "depth"});
+    std::vector<Image> eyes;
+    for (uint32_t eye = 0; eye < targets.eyes; ++eye) {
+        Image image = make_image(targets.size_px, channels);
+        for (size_t p = 0; p < pixels; ++p) {
+            float* out = &image.samples[p * channels.size()];
+            std::copy_n(&color[(eye * pixels + p) * 4], 4, out);
+            if (targets.return_values)
+                std::copy_n(&values[(eye * pixels + p) * 2], 2, out + 4);
+        }
+        eyes.push_back(std::move(image));
+    }
+    return eyes;
+}
+
+Result<Frame> Renderer::render(const Scene& scene, const SceneData& data) {
+    Result<FrameStats> stats = draw(scene, data);
+    if (!stats)
+        return pass_on(stats);
+    return Frame{read_back(), std::move(*stats)};
 }
 
 } // namespace palpate

@@ -16,7 +16,7 @@ TransferImage::TransferImage(GpuDevice& device, std::string name)
               .layers = gpu::kTableRows}) {}
 
 void TransferImage::hold(const TransferFunction& function, double step_mm, Commands& commands) {
-    if (function_ == function && step_mm_ == step_mm)
+    if (is_for(function, step_mm))
         return;
     function_ = function;
     step_mm_ = step_mm;

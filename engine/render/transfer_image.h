@@ -13,6 +13,9 @@ class TransferImage {
  public:
     TransferImage(GpuDevice& device, std::string name);
 
+    bool is_for(const TransferFunction& function, double step_mm) const {
+        return function_ == function && step_mm_ == step_mm;
+    }
     // Makes the image that of `function` for steps of step_mm, if it is not that already.
     void hold(const TransferFunction& function, double step_mm, Commands& commands);
 

@@ -89,10 +89,11 @@ TEST_F(EditPath, PatchedDistancesAreSafeAndSettle) {
     std::mt19937 random(3);
     Volume now = phantom(), before = now;
     const Scene scene = iso_scene();
-    CellMap patched(device(), now);
-    const auto show = [&](CellMap& cells) {
+    const auto voxels = std::make_shared<VolumeCells>(now);
+    CellMap patched(device(), voxels);
+    const auto show = [&](CellMap& cells, std::span<const ChangedBrick> changed = {}) {
         Commands commands(device());
-        cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
+        cells.show(*scene.ray_cast, 1.0f, 0.0f, changed, commands);
         commands.submit();
         commands.finish();
         return cells.distances();
@@ -102,10 +103,11 @@ TEST_F(EditPath, PatchedDistancesAreSafeAndSettle) {
         // Bone somewhere, and then taken away again: its cells are empty as before.
         const Volume next = i % 2 ? before : dab(now, random, 1100.0);
         before = now;
-        patched.update(next, changed_bricks(now, next));
+        const std::vector<ChangedBrick> changed = changed_bricks(now, next);
+        voxels->update(next, changed);
         now = next;
-        const std::vector<uint8_t> found = show(patched);
-        CellMap fresh(device(), now);
+        const std::vector<uint8_t> found = show(patched, changed);
+        CellMap fresh(device(), std::make_shared<VolumeCells>(now));
         const std::vector<uint8_t> exact = show(fresh);
         ASSERT_EQ(found.size(), exact.size());
         for (size_t cell = 0; cell < found.size(); ++cell) {

@@ -1,7 +1,7 @@
 // Frames like the ones before make no Vulkan object and allocate no device memory; and one is
 // recorded while the one before is drawn.
 
-#include <array>
+#include <deque>
 #include <functional>
 
 #include "engine/volume/builder.h"
@@ -9,6 +9,7 @@
 #include "engine/volume/synthetic.h"
 #include "tests/gpu/created.h"
 #include "tests/gpu/gpu_fixture.h"
+#include "tests/gpu/recording.h"
 #include "tests/gpu/surface_meshes.h"
 
 namespace palpate {
@@ -209,40 +210,6 @@ TEST_F(FramesTest, CreateNothingForAnotherTransferFunction) {
     EXPECT_EQ(created.count(), 0u);
 }
 
-// What record() leaves, copied to the CPU by the same commands.
-struct Recording {
-    explicit Recording(GpuDevice& device) : commands(device) {}
-    void record(Renderer& renderer, const Scene& scene, const SceneData& data) {
-        Result<RecordedFrame> recorded = renderer.record(commands, scene, data);
-        ASSERT_TRUE(recorded) << recorded.error().message;
-        const ImageShape& shape = recorded->picture->shape();
-        const Commands::Region all{
-            .buffer_offset = 0, .image_offset = {}, .size = shape.size, .layers = shape.layers};
-        out = commands.read_back(*recorded->picture, {&all, 1},
-                                 sizeof(glm::vec4) * shape.size.x * shape.size.y * shape.layers);
-        ticket = recorded->ticket;
-    }
-    // R, G, B, A of an eye, as Renderer::read_back() gives them.
-    std::vector<float> eye(uint32_t number, uint32_t eyes) const {
-        const auto* floats = reinterpret_cast<const float*>(out->mapped().data());
-        const size_t count = out->bytes / sizeof(float) / eyes;
-        return {floats + number * count, floats + (number + 1) * count};
-    }
-    Commands commands;
-    std::optional<BufferSlice> out;
-    std::optional<FrameTicket> ticket;
-};
-
-VkSemaphore make_timeline(GpuDevice& device) {
-    const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
-                                         .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
-    const VkSemaphoreCreateInfo create{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO,
-                                       .pNext = &type};
-    VkSemaphore made = VK_NULL_HANDLE;
-    EXPECT_EQ(vkCreateSemaphore(device.handle(), &create, nullptr, &made), VK_SUCCESS);
-    return made;
-}
-
 // The first frame is held back by a semaphore until the second one is recorded and submitted, each
 // of another snapshot: nothing waits, and nothing that the first one reads is written over.
 TEST_F(FramesTest, AreRecordedWhileTheOneBeforeIsDrawn) {
@@ -252,37 +219,88 @@ TEST_F(FramesTest, AreRecordedWhileTheOneBeforeIsDrawn) {
         Renderer renderer(device(), one.options);
         Renderer waiting(device(), one.options);
         ASSERT_TRUE(renderer.draw(scene_of(one, 0), data));
-        const uint32_t eyes = scene_of(one, 0).stereo ? 2 : 1;
-        const auto expect_same = [&](const Recording& recording, const SceneData& of, int frame) {
+        const auto expect_same = [&](const Recording<>& recording, const SceneData& of, int frame) {
             Scene scene = scene_of(one, frame);
             scene.value_and_depth = false;
             const Result<Frame> expected = waiting.render(scene, of);
             ASSERT_TRUE(expected);
-            for (uint32_t eye = 0; eye < eyes; ++eye)
-                EXPECT_EQ(recording.eye(eye, eyes), expected->eyes[eye].samples) << frame;
+            for (uint32_t eye = 0; eye < recording.eyes; ++eye)
+                EXPECT_EQ(recording.eye(eye), expected->eyes[eye].samples) << frame;
         };
-        const VkSemaphore go = make_timeline(device());
-        Recording first(device()), second(device());
-        first.commands.wait_for({go, 1});
-        SceneData before = data;
-        first.record(renderer, scene_of(one, 1), before);
-        const uint64_t first_value = first.commands.submit();
+        Commands first_commands(device()), second_commands(device());
+        Recording first(first_commands), second(second_commands);
+        HeldBack held_back(device(), first_commands);
+        const SceneData before = data;
+        first.take(renderer.record(first_commands, scene_of(one, 1), before));
+        first_commands.submit();
         dab(data.volume, 2);
-        EXPECT_LT(device().passed(), first_value) << "recording begins before the frame ends";
-        second.record(renderer, scene_of(one, 2), data);
-        EXPECT_LT(device().passed(), first_value) << "nor does it end after it";
-        const uint64_t second_value = second.commands.submit();
-        EXPECT_GT(second_value, first_value);
+        EXPECT_TRUE(held_back.is_held()) << "recording begins before the frame ends";
+        second.take(renderer.record(second_commands, scene_of(one, 2), data));
+        EXPECT_TRUE(held_back.is_held()) << "nor does it end after it";
+        second_commands.submit();
         EXPECT_FALSE(first.ticket->ready() || second.ticket->ready());
-        const VkSemaphoreSignalInfo signal{
-            .sType = VK_STRUCTURE_TYPE_SEMAPHORE_SIGNAL_INFO, .semaphore = go, .value = 1};
-        vkSignalSemaphore(device().handle(), &signal);
+        held_back.let_go();
         EXPECT_FALSE(second.ticket->stats().passes.empty());
         EXPECT_TRUE(first.ticket->ready());
         EXPECT_FALSE(first.ticket->stats().passes.empty());
         expect_same(first, before, 1);
         expect_same(second, data, 2);
-        vkDestroySemaphore(device().handle(), go, nullptr);
+    }
+}
+
+// Pictures from fewer rays and the rows that refine them, recorded while the first is held back:
+// those of waiting for each, and so are their statistics.
+TEST_F(FramesTest, InteractiveOnesAreRecordedWhileTheOnesBeforeAreDrawn) {
+    for (const Case& one : cases()) {
+        if (!scene_of(one, 0).ray_cast || one.options.most_resident_bricks > 0)
+            continue;
+        SCOPED_TRACE(one.name);
+        const SceneData data = data_of(one);
+        RendererOptions options = one.options;
+        options.frames_in_flight = 4;
+        options.sampling = Sampling::by_hand; // of an atlas, bricks may lie elsewhere
+        Renderer renderer(device(), options), waiting(device(), options);
+        const Scene scene = scene_of(one, 1), next = scene_of(one, 2);
+        const uint32_t rows = Renderer::tile_rows(scene);
+        const CoarseSettings listed{.step_factor = 2.0}, apart{.px_per_ray = 4};
+        ASSERT_TRUE(renderer.draw_coarse(scene_of(one, 0), data, listed));
+        ASSERT_TRUE(waiting.draw_coarse(scene_of(one, 0), data, listed));
+        std::deque<Commands> commands;
+        for (int frame = 0; frame < 4; ++frame)
+            commands.emplace_back(device());
+        Recording<CoarseTicket> first(commands[0]), last(commands[3]);
+        Recording<> upper(commands[1]), lower(commands[2]);
+        {
+            HeldBack held_back(device(), commands[0]);
+            first.take(renderer.record_coarse(commands[0], scene, data, listed));
+            commands[0].submit();
+            upper.take(renderer.record_rows(commands[1], scene, data, 0, rows / 2));
+            commands[1].submit();
+            lower.take(renderer.record_rows(commands[2], scene, data, rows / 2, rows - rows / 2));
+            commands[2].submit();
+            last.take(renderer.record_coarse(commands[3], next, data, apart));
+            commands[3].submit();
+            EXPECT_TRUE(held_back.is_held());
+        }
+        const auto expect_same = [&](const auto& recording, const auto& drawn) {
+            ASSERT_TRUE(drawn) << drawn.error().message;
+            const std::vector<Image> expected = waiting.read_back();
+            for (uint32_t eye = 0; eye < recording.eyes; ++eye)
+                EXPECT_EQ(recording.eye(eye), expected[eye].samples);
+        };
+        const auto expect_same_rays = [](const CoarseStats& a, const CoarseStats& b) {
+            EXPECT_EQ(a.error_estimate, b.error_estimate);
+            EXPECT_EQ(a.first_judged, b.first_judged);
+            EXPECT_EQ(a.traced_share, b.traced_share);
+        };
+        const Result<CoarseStats> coarse = waiting.draw_coarse(scene, data, listed);
+        expect_same(first, coarse);
+        expect_same_rays(first.ticket->stats(), *coarse);
+        expect_same(upper, waiting.refine(scene, data, 0, rows / 2));
+        expect_same(lower, waiting.refine(scene, data, rows / 2, rows - rows / 2));
+        const Result<CoarseStats> few = waiting.draw_coarse(next, data, apart);
+        expect_same(last, few);
+        expect_same_rays(last.ticket->stats(), *few);
     }
 }
 

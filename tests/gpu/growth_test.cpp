@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/render/cell_map.h"
+#include "engine/render/change_log.h"
 #include "engine/render/needed_bricks.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/changes.h"
@@ -237,7 +238,8 @@ TEST_F(GrowthTest, CellsAndBricksLookedAtDoNotGrowWithTheVolume) {
             Volume now = ball(side);
             Scene scene = scene_of(mode);
             scene.slices = {{glm::dvec3(47.0), {0, 0, 1}}};
-            CellMap cells(device(), now);
+            const auto voxels = std::make_shared<VolumeCells>(now);
+            CellMap cells(device(), voxels);
             NeededBricks needed(now);
             counts.emplace_back();
             for (int i = 0; i < 12; ++i) {
@@ -247,9 +249,9 @@ TEST_F(GrowthTest, CellsAndBricksLookedAtDoNotGrowWithTheVolume) {
                 const std::vector<ChangedBrick> changed = changed_bricks(now, next);
                 now = next;
                 const uint64_t before = cells.cells_visited() + needed.bricks_visited();
-                cells.update(now, changed);
+                voxels->update(now, changed);
                 Commands commands(device());
-                cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
+                cells.show(*scene.ray_cast, 1.0f, 0.0f, changed, commands);
                 commands.submit();
                 commands.finish();
                 needed.update(scene, now, changed, &cells, 1.0);
@@ -270,7 +272,10 @@ TEST_F(GrowthTest, NeededBricksAreThoseFoundFromNothing) {
     std::uniform_int_distribution<int> place(0, 139);
     Volume now = with_grid(
         ball(140), make_grid(glm::uvec3(140), {1.0, 0.8, 2.5}, glm::dvec3(-50.0, 20.0, 1000.0)));
-    CellMap cells(device(), now);
+    const auto voxels = std::make_shared<VolumeCells>(now);
+    CellMap cells(device(), voxels);
+    uint64_t shown = 0; // place in the log
+    ChangeLog log;
     NeededBricks needed(now);
     std::vector<uint8_t> wanted(5 * 5 * 5, 0); // by what is told to have turned
     for (int turn = 0; turn < 40; ++turn) {
@@ -288,13 +293,15 @@ TEST_F(GrowthTest, NeededBricksAreThoseFoundFromNothing) {
             dab(now, {place(random), place(random), place(random)}, turn % 2 ? 0.0 : 900.0, 7);
         const std::vector<ChangedBrick> changed = changed_bricks(now, next);
         now = next;
-        cells.update(now, changed);
-        CellMap fresh_cells(device(), now);
+        voxels->update(now, changed);
+        log.add(changed);
+        CellMap fresh_cells(device(), std::make_shared<VolumeCells>(now));
         const double factor = turn % 4 == 3 ? 9.0 : 1.0;
         if (scene.ray_cast) {
             Commands commands(device());
-            cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
-            fresh_cells.show(*scene.ray_cast, 1.0f, 0.0f, commands);
+            cells.show(*scene.ray_cast, 1.0f, 0.0f, log.since(shown), commands);
+            shown = log.end();
+            fresh_cells.show(*scene.ray_cast, 1.0f, 0.0f, {}, commands);
             commands.submit();
             commands.finish();
         }

@@ -93,6 +93,22 @@ TEST_F(UnreadableTest, FramesOfEveryKindBeginAnewAfterwards) {
     }
 }
 
+// What one view's frame left unsure is so for all that share it.
+TEST_F(UnreadableTest, TheOtherViewsBeginAnewToo) {
+    source->broken = false;
+    Renderer renderer(device()), other(renderer.store());
+    ASSERT_TRUE(other.draw(scene, data));
+    source->broken = true;
+    source->reads = 0;
+    const SceneData again{stored_in(source, waves()), std::nullopt};
+    EXPECT_THROW((void)renderer.draw(scene, again), SourceError);
+    source->broken = false;
+    for (Renderer* view : {&other, &renderer}) {
+        ASSERT_TRUE(view->draw(scene, again));
+        EXPECT_EQ(view->read_back()[0].samples, undisturbed());
+    }
+}
+
 // Upload memory that was taken and never filled must not keep the frames after from theirs.
 TEST_F(UnreadableTest, AnEditThatCannotBeReadLeavesTheNextOnesRight) {
     source->broken = false;

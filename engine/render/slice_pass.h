@@ -1,0 +1,28 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "engine/render/render_store.h"
+
+namespace palpate {
+
+// Draws a scene's slices: behind all rays where it casts any, else as the picture.
+class SlicePass {
+ public:
+    explicit SlicePass(RenderStore& store) : store_(&store) {}
+    ~SlicePass() { store_->transfers.drop(table_); }
+    SlicePass(const SlicePass&) = delete;
+    SlicePass& operator=(const SlicePass&) = delete;
+
+    void prepare(const ViewFrame& frame);
+    // Returns how many bricks were brought into an atlas.
+    size_t record(const ViewFrame& frame);
+
+ private:
+    RenderStore* store_;
+    std::shared_ptr<TransferImage> table_;
+    std::optional<BufferSlice> block_, planes_; // of this frame
+};
+
+} // namespace palpate
