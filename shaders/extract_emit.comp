@@ -130,7 +130,8 @@ uint vertex_of_cell(uvec3 cell, uint e, uint own) {
     return vertex_on(int(at.y), int(at.z), 3u * at.x + axis, own);
 }
 
-void make_triangles(uint lane, uint count, uint own, uint first, bool wanted) {
+// Their corners are numbered in the pool, where the block's vertices begin with `first_vertex`.
+void make_triangles(uint lane, uint count, uint own, uint first_vertex, uint first, bool wanted) {
     uint i = lane;
     do {
         if (i < count) {
@@ -145,7 +146,7 @@ void make_triangles(uint lane, uint count, uint own, uint first, bool wanted) {
                                              vertex_of_cell(cell, low >> 4 & 15u, own),
                                              vertex_of_cell(cell, low >> 8 & 15u, own));
                 if (wanted && k < end)
-                    triangles[first + (entry >> 17) + k] = triangle;
+                    triangles[first + (entry >> 17) + k] = first_vertex + triangle;
                 low = low >> 12 | high << 20;
                 high >>= 12;
                 k += 1u;
@@ -173,5 +174,5 @@ void main() {
     barrier();
     const uint cells = list_cells(lane, last);
     barrier();
-    make_triangles(lane, cells, own, job.first_triangle, wanted);
+    make_triangles(lane, cells, own, job.first_vertex, job.first_triangle, wanted);
 }

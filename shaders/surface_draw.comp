@@ -132,7 +132,8 @@ void draw(Corners t, uvec2 pixel, bool inside, uint mesh_number, uint triangle, 
     seen = seen && hit.depth >= stretch.x && hit.depth <= stretch.y;
 #endif
     seen = seen && is_drawn_here(styles[style_of(mesh, pair, leaving)].color.a);
-    const uint number = triangle | mesh_number << kSurfaceMeshShift;
+    const uint number = (work.first_number + triangle) | (leaving ? kSurfaceLeaving : 0u) |
+                        mesh_number << kSurfaceMeshShift;
 #if HAS_THROUGH
 #if HAS_INT64
     seen = seen && hit.depth < depth_of(unpackUint2x32(nearest[place]));
@@ -218,14 +219,16 @@ void main() {
     const SurfaceMesh mesh = frame.meshes[mesh_number];
     const uint group = gl_WorkGroupID.x + kSurfaceMostGroups * gl_WorkGroupID.y;
     const uint asked = group * kSurfaceGroup + gl_LocalInvocationID.x;
-    const uint triangle = min(asked, mesh.triangle_count - 1u);
+    const uint triangle = min(asked, work.triangle_count - 1u);
     const Corners t = corners_of(mesh, triangle);
     const uint pair = labels_of(mesh, triangle);
     const vec3 depths = vec3(t.a.z, t.b.z, t.c.z);
     const bool parallel = frame.orthographic != 0u;
     const bool before = parallel || all(greaterThan(depths, vec3(0.0)));
     const bool partly = any(greaterThan(depths, vec3(0.0)));
-    bool wanted = asked < mesh.triangle_count && is_wanted(mesh, pair) && partly;
+    // Places of the pool that hold no triangle name one vertex thrice; no ray meets such.
+    const bool exists = asked < work.triangle_count && any(notEqual(t.a, t.b));
+    bool wanted = exists && is_wanted(mesh, pair) && partly;
     const vec2 a = projected(t.a), b = projected(t.b), c = projected(t.c);
     const ivec4 pixels = pixels_between(min(a, min(b, c)), max(a, max(b, c)));
     const ivec2 size = pixels.zw - pixels.xy + 1;

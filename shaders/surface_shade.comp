@@ -19,10 +19,16 @@ layout(scalar, binding = kSurfaceThrough) buffer Through { uvec2 through[]; };
 layout(scalar, binding = kSurfaceNormals) readonly buffer Normals { vec3 normals[]; };
 layout(scalar, binding = kSurfaceWork) readonly buffer Work { SurfaceWork work; };
 
-bool is_of(uint low, uint mesh) { return (low & kSurfaceShaded) == 0u && low >> kSurfaceMeshShift == mesh; }
+uint triangle_of(uint low) { return (low & (kSurfaceLeaving - 1u)) - work.first_number; }
+
+// Of the arrays that are shaded now.
+bool is_of(uint low) {
+    return (low & kSurfaceShaded) == 0u && low >> kSurfaceMeshShift == work.mesh &&
+           triangle_of(low) < work.triangle_count;
+}
 
 uint seen_of(uint low, vec2 at, SurfaceMesh mesh) {
-    const uint triangle = low & ((1u << kSurfaceMeshShift) - 1u);
+    const uint triangle = triangle_of(low);
     const Corners t = corners_of(mesh, triangle);
     const Hit hit = meet(t, at);
     const bool smooth_normals = (mesh.flags & kSurfaceHasNormals) != 0u;
@@ -34,7 +40,7 @@ uint seen_of(uint low, vec2 at, SurfaceMesh mesh) {
     const vec3 normal = use_smooth ? smooth_normal : flat_normal;
     const float size = length(normal);
     const float facing = abs(dot(normal, ray_direction(at))) / (size > 0.0 ? size : 1.0);
-    const bool leaving = hit.leaving != ((mesh.flags & kSurfaceMirrored) != 0u);
+    const bool leaving = (low & kSurfaceLeaving) != 0u;
     return shaded(style_of(mesh, labels_of(mesh, triangle), leaving), facing);
 }
 
@@ -42,12 +48,11 @@ void main() {
     const uvec2 pixel = uvec2(gl_GlobalInvocationID.x, frame.first_row + gl_WorkGroupID.y);
     if (pixel.x >= frame.size_px.x)
         return;
-    const uint mesh_number = work.mesh;
-    const SurfaceMesh mesh = frame.meshes[mesh_number];
+    const SurfaceMesh mesh = frame.meshes[work.mesh];
     const uint place = place_of(pixel);
     const vec2 at = image_point(vec2(pixel));
     const uvec2 opaque = nearest[place];
-    if (is_of(low_of(opaque), mesh_number))
+    if (is_of(low_of(opaque)))
         nearest[place] = key_of(depth_of(opaque), seen_of(low_of(opaque), at, mesh));
 #if HAS_THROUGH
     uint i = place * frame.depth;
@@ -55,7 +60,7 @@ void main() {
     bool going = i < end;
     while (going) {
         const uvec2 key = through[i];
-        if (is_of(low_of(key), mesh_number))
+        if (is_of(low_of(key)))
             through[i] = key_of(depth_of(key), seen_of(low_of(key), at, mesh));
         i += 1u;
         going = i < end && key != kNothing;

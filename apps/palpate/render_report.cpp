@@ -86,8 +86,9 @@ OrderedJson stats_json(const GpuDevice& device, Renderer& renderer, const Timing
     if (!scene.surfaces.empty()) {
         json["surfaces"] = OrderedJson::array();
         for (const auto& mesh : data.meshes)
-            json["surfaces"].push_back(
-                {{"triangles", mesh->triangles.size()}, {"vertices", mesh->positions.size()}});
+            json["surfaces"].push_back(mesh ? OrderedJson{{"triangles", mesh->triangles.size()},
+                                                          {"vertices", mesh->positions.size()}}
+                                            : OrderedJson{{"live", true}});
         json["exact_see_through_layers"] = scene.surface_depth;
     }
     json["residency"] = residency_json(timing.first);

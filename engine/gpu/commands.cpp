@@ -257,10 +257,18 @@ void Commands::copy(Buffer& from, Buffer& to, std::span<const Bytes> pieces) {
     use(from, Use::copy_source);
     use(to, Use::copy_target);
     std::vector<VkBufferCopy> copies;
-    for (const Bytes& piece : pieces)
+    uint64_t total = 0;
+    for (const Bytes& piece : pieces) {
         copies.push_back({piece.from, piece.to, piece.count});
+        total += piece.count;
+    }
+    const bool upload = from.mapped().data() != nullptr;
+    if (upload)
+        begin_copy(kUpload, total);
     vkCmdCopyBuffer(handle(), from.handle(), to.handle(), static_cast<uint32_t>(copies.size()),
                     copies.data());
+    if (upload)
+        end_copy();
 }
 
 BufferSlice Commands::staging(uint64_t bytes) {

@@ -34,8 +34,12 @@ Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,
 Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded) {
     const profile::Scope scope("make meshes");
     loaded.data.meshes.clear();
-    for (const SurfaceSource& source : file.surfaces) {
-        Result<std::shared_ptr<const Mesh>> mesh = make_scene_mesh(file, source, loaded);
+    for (size_t i = 0; i < file.surfaces.size(); ++i) {
+        if (i < file.scene.surfaces.size() && file.scene.surfaces[i].live_iso) {
+            loaded.data.meshes.push_back(nullptr);
+            continue;
+        }
+        Result<std::shared_ptr<const Mesh>> mesh = make_scene_mesh(file, file.surfaces[i], loaded);
         if (!mesh)
             return pass_on(mesh);
         loaded.data.meshes.push_back(std::move(*mesh));

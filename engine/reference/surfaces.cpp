@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/assert.h"
+
 namespace palpate::reference {
 
 namespace {
@@ -33,6 +35,7 @@ Surfaces::Surfaces(const Scene& scene, const SceneData& data, const Rays& rays)
 }
 
 void Surfaces::add_mesh(uint32_t number) {
+    PALPATE_ASSERT(data_.meshes[number] != nullptr);
     const Mesh& mesh = *data_.meshes[number];
     const glm::dmat3 turn(mesh.world_from_mesh);
     const glm::dvec3 origin = rays_.local_point(glm::dvec3(mesh.world_from_mesh[3]));

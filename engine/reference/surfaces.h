@@ -23,7 +23,8 @@ struct SurfaceHits {
     std::optional<SurfaceHit> opaque;    // the nearest
 };
 
-// All meshes of a scene. Every ray is tried against every triangle.
+// All meshes of a scene that has no live surfaces: give their meshes instead. Every ray is tried
+// against every triangle.
 class Surfaces {
  public:
     // All must outlive it.

@@ -22,6 +22,7 @@ struct FrameStats {
     std::vector<PassTime> passes; // GPU time of each, in order
     double wall_ms = 0;           // from recording to the GPU's last word, fenced
     size_t uploaded_bricks = 0;
+    size_t made_blocks = 0;  // of live surfaces, 8^3 samples each
     double cell_map_ms = 0;  // CPU time for what is jumped over, where that had to be made
     double gradients_ms = 0; // wall time for stored gradients, where some had to be filled in
     // How the volume lies on the device, and why; of an atlas, the bricks that can be seen, those

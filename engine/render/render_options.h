@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "engine/render/residency.h"
 #include "engine/render/texel_storage.h"
+#include "engine/surface_gpu/block_maker.h"
 
 namespace palpate {
 
@@ -33,6 +35,8 @@ struct RendererOptions {
     // so that shading takes one sample and not six. Filling it takes as long as some frames.
     // Colours differ by up to 1e-3, because gradients are then rounded to 11 bits.
     bool stored_gradients = false;
+    // Of live surfaces; none: the CPU where the device stands for it, or cannot.
+    std::optional<BlockMaker> block_maker{};
     // Called while a frame is drawn in several parts, with the share that is done; false stops it.
     std::function<bool(double share)> progress;
 };

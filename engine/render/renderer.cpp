@@ -98,7 +98,7 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     if (scene.surfaces.empty())
         passes.surfaces.reset();
     else if (!passes.surfaces)
-        passes.surfaces.emplace(store_->device, store_->nearest);
+        passes.surfaces.emplace(store_->device, store_->nearest, store_->options.block_maker);
     if (passes.surfaces)
         if (Result<void> kept = passes.surfaces->prepare(scene, data, task.views, task.commands);
             !kept)
@@ -111,6 +111,7 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     const bool among_layers = passes.targets->layers.has_value();
 
     FrameStats stats;
+    stats.made_blocks = passes.surfaces ? passes.surfaces->made_blocks() : 0;
     VolumeResidency::Wish wish;
     if (!scene.ray_cast) {
         passes.ray_cast.reset();

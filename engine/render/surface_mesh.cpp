@@ -4,6 +4,7 @@
 #include <cstring>
 
 #include "engine/base/assert.h"
+#include "engine/surface_gpu/surface_pool.h"
 #include "shaders/shared/surface.h"
 
 namespace palpate {
@@ -19,33 +20,23 @@ constexpr uint64_t kMostInPieces = uint64_t{4} << 20;
 
 void upload_changes(std::span<const std::byte> before, std::span<const std::byte> now, Buffer& to,
                     Commands& commands) {
-    std::vector<Commands::Bytes> pieces;
+    std::vector<UploadPiece> pieces;
     uint64_t total = 0;
     for (size_t at = 0; at < now.size(); at += kPieceBytes) {
         const size_t count = std::min(kPieceBytes, now.size() - at);
         if (at + count <= before.size() &&
             std::memcmp(before.data() + at, now.data() + at, count) == 0)
             continue;
-        if (!pieces.empty() && pieces.back().to + pieces.back().count == at)
-            pieces.back().count += count;
-        else
-            pieces.push_back({total, at, count});
+        const bool goes_on = !pieces.empty() && pieces.back().to + pieces.back().bytes.size() == at;
+        const uint64_t first = goes_on ? pieces.back().to : at;
+        if (goes_on)
+            pieces.pop_back();
+        pieces.push_back({now.subspan(first, at + count - first), first});
         total += count;
     }
-    if (pieces.empty())
-        return;
-    if (total > kMostInPieces) {
-        commands.upload(now, to);
-        return;
-    }
-    const BufferSlice from = commands.staging(total);
-    for (Commands::Bytes& piece : pieces) {
-        std::memcpy(from.mapped().data() + piece.from, now.data() + piece.to, piece.count);
-        piece.from += from.offset;
-    }
-    commands.begin_pass("upload");
-    commands.copy(*from.buffer, to, pieces);
-    commands.end_pass();
+    if (total > kMostInPieces)
+        pieces = {{now, 0}};
+    upload_pieces(commands, pieces, to);
 }
 
 } // namespace
@@ -87,7 +78,7 @@ Result<GpuMesh> GpuMesh::make(GpuDevice& device, const std::string& name,
     const Mesh& mesh = *source;
     const uint64_t largest = device.limits().maxStorageBufferRange;
     const uint64_t most =
-        std::min<uint64_t>(largest / sizeof(glm::uvec3), uint64_t{1} << gpu::kSurfaceMeshShift);
+        std::min<uint64_t>(largest / sizeof(glm::uvec3), uint64_t{gpu::kSurfaceLeaving});
     for (const auto& [count, what] : {std::pair(mesh.triangles.size(), "triangles"),
                                       std::pair(mesh.positions.size(), "vertices")})
         if (count > most)

@@ -23,13 +23,13 @@ struct CameraSpace {
     glm::dvec3 eye_mm;
 };
 
-gpu::SurfaceMesh mesh_block(const CameraSpace& camera, const Mesh& mesh) {
-    const glm::dmat3 camera_from_mesh = camera.turn * glm::dmat3(mesh.world_from_mesh);
+gpu::SurfaceMesh mesh_block(const CameraSpace& camera, const glm::dmat4& world_from_mesh) {
+    const glm::dmat3 camera_from_mesh = camera.turn * glm::dmat3(world_from_mesh);
     gpu::SurfaceMesh block{};
     block.camera_from_mesh = glm::mat3(camera_from_mesh);
-    block.origin = glm::vec3(camera.turn * (glm::dvec3(mesh.world_from_mesh[3]) - camera.eye_mm));
+    block.origin = glm::vec3(camera.turn * (glm::dvec3(world_from_mesh[3]) - camera.eye_mm));
     block.covector_from_mesh = glm::mat3(glm::transpose(glm::inverse(camera_from_mesh)));
-    if (glm::determinant(glm::dmat3(mesh.world_from_mesh)) < 0.0)
+    if (glm::determinant(glm::dmat3(world_from_mesh)) < 0.0)
         block.flags |= gpu::kSurfaceMirrored;
     return block;
 }
@@ -44,7 +44,7 @@ gpu::SurfaceClip clip_block(const CameraSpace& camera, const ClipPlane& plane) {
 
 Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data,
                                   std::span<const View> views, Commands& commands) {
-    if (Result<void> kept = keep_meshes(data, commands); !kept)
+    if (Result<void> kept = keep_surfaces(scene, data, commands); !kept)
         return kept;
     if (Result<void> kept = keep_styles(scene, commands); !kept)
         return kept;
@@ -53,49 +53,123 @@ Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data,
     return {};
 }
 
-Result<void> SurfacePass::keep_meshes(const SceneData& data, Commands& commands) {
-    meshes_.resize(data.meshes.size());
-    for (size_t i = 0; i < meshes_.size(); ++i) {
-        if (meshes_[i] && meshes_[i]->source() == data.meshes[i])
-            continue;
-        const bool changes = meshes_[i].has_value();
-        if (changes && meshes_[i]->update(data.meshes[i], commands))
-            continue;
-        meshes_[i].reset();
-        Result<GpuMesh> made = GpuMesh::make(*device_, fmt::format("surface {}", i + 1),
-                                             data.meshes[i], /*room_to_grow=*/changes, commands);
-        if (!made)
-            return pass_on(made);
-        meshes_[i].emplace(std::move(*made));
+glm::dmat4 SurfacePass::Surface::world_from_mesh() const {
+    return live ? palpate::world_from_mesh(live->volume().grid()) : mesh->source()->world_from_mesh;
+}
+
+void SurfacePass::Surface::list_arrays() {
+    arrays.clear();
+    if (mesh && mesh->triangle_count() > 0)
+        arrays.push_back({mesh->positions(), mesh->triangles(), mesh->normals(), mesh->labels(),
+                          mesh->triangle_count(), mesh->triangle_count(), 0});
+    uint32_t first_number = 0;
+    if (live)
+        for (SurfacePool::Arena& arena : live->pool().arenas()) {
+            const uint32_t capacity = arena.free_triangles.capacity();
+            if (arena.end > 0)
+                arrays.push_back({arena.positions, arena.triangles, *arena.normals, arena.triangles,
+                                  arena.end, capacity, first_number});
+            first_number += capacity;
+        }
+}
+
+Result<void> SurfacePass::keep_surfaces(const Scene& scene, const SceneData& data,
+                                        Commands& commands) {
+    made_blocks_ = 0;
+    surfaces_.resize(scene.surfaces.size());
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
+        const std::string name = fmt::format("surface {}", i + 1);
+        const std::optional<double> iso = scene.surfaces[i].live_iso;
+        if (Result<void> kept =
+                iso ? keep_live(surfaces_[i], name, static_cast<float>(*iso), data.volume, commands)
+                    : keep_mesh(surfaces_[i], name, data.meshes[i], commands);
+            !kept)
+            return kept;
+        surfaces_[i].list_arrays();
     }
+    return {};
+}
+
+Result<void> SurfacePass::keep_mesh(Surface& surface, const std::string& name,
+                                    const std::shared_ptr<const Mesh>& mesh, Commands& commands) {
+    surface.live.reset();
+    if (surface.mesh && surface.mesh->source() == mesh)
+        return {};
+    const bool changes = surface.mesh.has_value();
+    if (changes && surface.mesh->update(mesh, commands))
+        return {};
+    surface.mesh.reset();
+    Result<GpuMesh> made = GpuMesh::make(*device_, name, mesh, /*room_to_grow=*/changes, commands);
+    if (!made)
+        return pass_on(made);
+    surface.mesh.emplace(std::move(*made));
+    return {};
+}
+
+Result<void> SurfacePass::keep_live(Surface& surface, const std::string& name, float iso,
+                                    const Volume& volume, Commands& commands) {
+    surface.mesh.reset();
+    std::optional<GpuSurface>& live = surface.live;
+    if (live && live->volume().grid() == volume.grid() && live->volume().type() == volume.type()) {
+        if (!live->volume().is_same_as(volume)) {
+            const std::vector<ChangedBrick> changed = changed_bricks(live->volume(), volume);
+            made_blocks_ += live->record_update(commands, volume, changed).blocks.size();
+        }
+        if (live->iso() != iso) {
+            commands.flush(); // what it submits comes after what was recorded
+            live->set_iso(iso);
+            made_blocks_ += live->blocks().size();
+        }
+    } else {
+        const SurfaceOptions closed{.closed_at_border = true}; // so that caps are right
+        const auto by = [&](BlockMaker maker) {
+            return GpuSurface::supports(*device_, volume, closed, maker);
+        };
+        const bool on_device = !device_->info().is_cpu() && by(BlockMaker::device);
+        const BlockMaker maker = maker_.value_or(on_device ? BlockMaker::device : BlockMaker::cpu);
+        if (Result<void> can = by(maker); !can)
+            return fail("{}: {}", name, can.error().message);
+        if (!extraction_)
+            extraction_.emplace(*device_);
+        live.reset();
+        commands.flush();
+        live.emplace(*extraction_, volume, iso, closed, maker);
+        made_blocks_ += live->blocks().size();
+    }
+    uint64_t triangles = 0;
+    for (const SurfacePool::Arena& arena : live->pool().arenas())
+        triangles += arena.free_triangles.capacity();
+    if (triangles > gpu::kSurfaceLeaving)
+        return fail("{}: expected room for at most {} triangles, found {}", name,
+                    gpu::kSurfaceLeaving, triangles);
     return {};
 }
 
 Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
     StyledFor wanted{scene.surfaces, {}};
-    for (const auto& mesh : meshes_)
-        wanted.labels.emplace_back(mesh->has_labels(), mesh->largest_label());
+    for (const Surface& surface : surfaces_)
+        wanted.labels.emplace_back(surface.has_labels(), surface.largest_label());
     if (styled_for_ == wanted)
         return {};
     styled_for_.reset();
     std::vector<gpu::SurfaceStyleEntry> entries;
     first_styles_.clear();
     style_counts_.clear();
-    has_opaque_.assign(meshes_.size(), false);
-    has_through_.assign(meshes_.size(), false);
-    for (size_t i = 0; i < meshes_.size(); ++i) {
+    has_opaque_.assign(surfaces_.size(), false);
+    has_through_.assign(surfaces_.size(), false);
+    for (size_t i = 0; i < surfaces_.size(); ++i) {
         const SurfaceLayer& layer = scene.surfaces[i];
         const Shading& light = layer.shading;
         const glm::vec4 shading(light.ambient, light.diffuse, light.specular, light.shininess);
-        const uint32_t count = meshes_[i]->largest_label() + 1;
+        const uint32_t count = surfaces_[i].largest_label() + 1;
         first_styles_.push_back(static_cast<uint32_t>(entries.size()));
         style_counts_.push_back(count);
         for (uint32_t label = 0; label < count; ++label) {
             SurfaceStyle style = style_of(layer, label);
-            if (label == 0 && meshes_[i]->has_labels()) // background
+            if (label == 0 && surfaces_[i].has_labels()) // background
                 style.opacity = 0.0;
-            const float value = meshes_[i]->has_labels() ? static_cast<float>(label)
-                                                         : std::numeric_limits<float>::quiet_NaN();
+            const float value = surfaces_[i].has_labels() ? static_cast<float>(label)
+                                                          : std::numeric_limits<float>::quiet_NaN();
             entries.push_back({glm::vec4(glm::vec3(style.color), static_cast<float>(style.opacity)),
                                shading, value});
             has_opaque_[i] = has_opaque_[i] || style.opacity >= 1.0;
@@ -118,19 +192,20 @@ uint32_t SurfacePass::rows_at_a_time(const Scene& scene) const {
     if (see_through_)
         bytes *= scene.surface_depth;
     if (!scene.clip_planes.empty())
-        bytes = std::max<uint64_t>(bytes, 2 * sizeof(int32_t) * meshes_.size());
+        bytes = std::max<uint64_t>(bytes, 2 * sizeof(int32_t) * surfaces_.size());
     return static_cast<uint32_t>(
         std::clamp<uint64_t>(most / (bytes * scene.size_px.x), 1, scene.size_px.y));
 }
 
 void SurfacePass::keep_scratch(const Scene& scene) {
     const uint32_t places = scene.size_px.x * rows_at_a_time(scene);
-    const auto meshes = static_cast<uint32_t>(meshes_.size());
+    const auto meshes = static_cast<uint32_t>(surfaces_.size());
     const bool clips = !scene.clip_planes.empty();
     const uint32_t depth = see_through_ ? scene.surface_depth : 0;
     uint64_t most_triangles = 1;
-    for (const auto& mesh : meshes_)
-        most_triangles = std::max<uint64_t>(most_triangles, mesh->triangle_count());
+    for (const Surface& surface : surfaces_)
+        for (const Arrays& arrays : surface.arrays)
+            most_triangles = std::max<uint64_t>(most_triangles, arrays.capacity);
     const uint64_t large_bytes = most_triangles * sizeof(uint32_t);
     if (scratch_ && scratch_->places == places && scratch_->depth == depth &&
         scratch_->clips == clips && (!clips || scratch_->mesh_count == meshes) &&
@@ -163,17 +238,18 @@ void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views, C
         const View& view = views[eye];
         const CameraSpace camera(view);
         gpu::SurfaceFrame frame{};
-        for (size_t i = 0; i < meshes_.size(); ++i) {
+        for (size_t i = 0; i < surfaces_.size(); ++i) {
             gpu::SurfaceMesh& block = frame.meshes[i];
-            block = mesh_block(camera, *meshes_[i]->source());
-            block.triangle_count = meshes_[i]->triangle_count();
+            block = mesh_block(camera, surfaces_[i].world_from_mesh());
             block.first_style = first_styles_[i];
             block.style_count = style_counts_[i];
             block.flags |=
-                (meshes_[i]->has_labels() ? gpu::kSurfaceHasLabels : 0u) |
-                (meshes_[i]->has_outer_labels() ? gpu::kSurfaceHasOuterLabels : 0u) |
-                (meshes_[i]->has_normals() && scene.surfaces[i].smooth ? gpu::kSurfaceHasNormals
-                                                                       : 0u);
+                (surfaces_[i].has_labels() ? gpu::kSurfaceHasLabels : 0u) |
+                (surfaces_[i].mesh && surfaces_[i].mesh->has_outer_labels()
+                     ? gpu::kSurfaceHasOuterLabels
+                     : 0u) |
+                (surfaces_[i].has_normals() && scene.surfaces[i].smooth ? gpu::kSurfaceHasNormals
+                                                                        : 0u);
         }
         for (size_t i = 0; i < scene.clip_planes.size(); ++i)
             frame.clips[i] = clip_block(camera, scene.clip_planes[i]);
@@ -181,7 +257,7 @@ void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views, C
         frame.size_px = scene.size_px;
         frame.orthographic = view.projection == Projection::orthographic ? 1 : 0;
         frame.eye = eye;
-        frame.mesh_count = static_cast<uint32_t>(meshes_.size());
+        frame.mesh_count = static_cast<uint32_t>(surfaces_.size());
         frame.clip_count = static_cast<uint32_t>(scene.clip_planes.size());
         frame.depth = scene.surface_depth;
         for (uint32_t band = 0; band < bands; ++band) {
@@ -203,16 +279,17 @@ std::vector<Bound> SurfacePass::pixel_bindings(BufferSlice frame, bool through, 
     return bound;
 }
 
-void SurfacePass::start_work(Commands& commands, uint32_t mesh, uint32_t turn) {
-    const gpu::SurfaceWork work{0, 1, 1, 0, mesh, turn};
+void SurfacePass::start_work(Commands& commands, uint32_t surface, const Arrays& arrays,
+                             uint32_t turn) {
+    const gpu::SurfaceWork work{
+        0, 1, 1, 0, surface, turn, arrays.first_number, arrays.triangle_count};
     const auto* words = reinterpret_cast<const uint32_t*>(&work);
     commands.fill(scratch_->work, std::span(words, sizeof work / sizeof *words));
 }
 
-// The opaque triangles of a mesh, or the see-through ones; `turn` as in gpu::SurfaceWork.
-void SurfacePass::draw(Commands& commands, Pipelines& pipelines, BufferSlice frame, uint32_t mesh,
-                       bool through, uint32_t turn) {
-    GpuMesh& drawn = *meshes_[mesh];
+// The opaque triangles of a surface, or the see-through ones; `turn` as in gpu::SurfaceWork.
+void SurfacePass::draw(Commands& commands, Pipelines& pipelines, BufferSlice frame,
+                       uint32_t surface, const Arrays& arrays, bool through, uint32_t turn) {
     const SurfaceVariant variant{
         .through = through, .clips = scratch_->clips, .int64 = device_->has_int64_atomics()};
     std::vector<Bound> bound = pixel_bindings(frame, through, true);
@@ -220,13 +297,13 @@ void SurfacePass::draw(Commands& commands, Pipelines& pipelines, BufferSlice fra
         bound.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
     if (scratch_->clips && !through)
         bound.push_back(bind_storage(gpu::kSurfaceCounts, *scratch_->counts, Use::storage_write));
-    bound.push_back(bind_storage(gpu::kSurfacePositions, drawn.positions()));
-    bound.push_back(bind_storage(gpu::kSurfaceTriangles, drawn.triangles()));
-    bound.push_back(bind_storage(gpu::kSurfaceLabels, drawn.labels()));
-    start_work(commands, mesh, turn);
+    bound.push_back(bind_storage(gpu::kSurfacePositions, arrays.positions));
+    bound.push_back(bind_storage(gpu::kSurfaceTriangles, arrays.triangles));
+    bound.push_back(bind_storage(gpu::kSurfaceLabels, arrays.labels));
+    start_work(commands, surface, arrays, turn);
     bound.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work, Use::storage_write));
     bound.push_back(bind_storage(gpu::kSurfaceLarge, scratch_->large, Use::storage_write));
-    const uint32_t groups = (drawn.triangle_count() + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
+    const uint32_t groups = (arrays.triangle_count + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
     commands.dispatch(pipelines.surface(SurfaceStage::draw, variant, bound), bound,
                       {std::min(groups, gpu::kSurfaceMostGroups),
                        (groups + gpu::kSurfaceMostGroups - 1) / gpu::kSurfaceMostGroups, 1});
@@ -261,10 +338,10 @@ void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images&
         const uint32_t turns = device_->has_int64_atomics() ? 1 : 2;
         for (const bool through : {false, true})
             for (uint32_t turn = 0; turn < turns; ++turn)
-                for (uint32_t i = 0; i < meshes_.size(); ++i)
-                    if (meshes_[i]->triangle_count() > 0 &&
-                        (through ? has_through_[i] : has_opaque_[i] || (clips && turn == 0)))
-                        draw(commands, pipelines, frame, i, through, turn);
+                for (uint32_t i = 0; i < surfaces_.size(); ++i)
+                    if (through ? has_through_[i] : has_opaque_[i] || (clips && turn == 0))
+                        for (const Arrays& arrays : surfaces_[i].arrays)
+                            draw(commands, pipelines, frame, i, arrays, through, turn);
 
         if (clips) {
             std::vector<Bound> caps = pixel_bindings(frame, see_through_, true);
@@ -272,18 +349,17 @@ void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images&
             caps.push_back(bind_storage(gpu::kSurfaceCounts, *scratch_->counts));
             dispatch(SurfaceStage::caps, caps);
         }
-        for (uint32_t i = 0; i < meshes_.size(); ++i) {
-            if (meshes_[i]->triangle_count() == 0)
-                continue;
-            std::vector<Bound> shade = pixel_bindings(frame, see_through_, true);
-            shade.push_back(bind_storage(gpu::kSurfacePositions, meshes_[i]->positions()));
-            shade.push_back(bind_storage(gpu::kSurfaceNormals, meshes_[i]->normals()));
-            shade.push_back(bind_storage(gpu::kSurfaceTriangles, meshes_[i]->triangles()));
-            shade.push_back(bind_storage(gpu::kSurfaceLabels, meshes_[i]->labels()));
-            start_work(commands, i, gpu::kSurfaceDepths);
-            shade.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work));
-            dispatch(SurfaceStage::shade, shade);
-        }
+        for (uint32_t i = 0; i < surfaces_.size(); ++i)
+            for (const Arrays& arrays : surfaces_[i].arrays) {
+                std::vector<Bound> shade = pixel_bindings(frame, see_through_, true);
+                shade.push_back(bind_storage(gpu::kSurfacePositions, arrays.positions));
+                shade.push_back(bind_storage(gpu::kSurfaceNormals, arrays.normals));
+                shade.push_back(bind_storage(gpu::kSurfaceTriangles, arrays.triangles));
+                shade.push_back(bind_storage(gpu::kSurfaceLabels, arrays.labels));
+                start_work(commands, i, arrays, gpu::kSurfaceDepths);
+                shade.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work));
+                dispatch(SurfaceStage::shade, shade);
+            }
 
         std::vector<Bound> compose = pixel_bindings(frame, see_through_, true);
         for (Bound& b : std::span(compose).subspan(2))

@@ -137,6 +137,12 @@ struct SurfaceLayer {
     std::vector<SurfaceStyle> label_styles; // by label; labels beyond take generated colours
     Shading shading;
     bool smooth = true; // by the mesh's normals, where it has any; else each triangle by its own
+    // Live: in place of a mesh, the surface of SceneData::volume at this value, closed at the
+    // border. It is extracted into the memory it is drawn from, and follows the volume: of a later
+    // snapshot only the blocks of 8^3 samples are made again that read a changed sample. The
+    // picture is that of the mesh, to the bit; with flat shading but where a ray runs exactly
+    // through a vertex at which the surface folds twice.
+    std::optional<double> live_iso{};
 
     friend bool operator==(const SurfaceLayer&, const SurfaceLayer&) = default;
 };
@@ -164,7 +170,7 @@ struct Scene {
     TransferFunction slice_transfer;    // used when there are slices; opacity is ignored
     std::vector<ClipPlane> clip_planes; // at most kMaxClipPlanes; they cut all but slices
     std::optional<LabelLayer> labels;   // needs SceneData::labels
-    std::vector<SurfaceLayer> surfaces; // at most kMaxSurfaces; one of SceneData::meshes each
+    std::vector<SurfaceLayer> surfaces; // at most kMaxSurfaces; SceneData::meshes has one for each
     // Maximum number of translucent triangles blended at a pixel, 1 .. kMaxSurfaceDepth: the
     // nearest, exactly; triangles behind them are left out.
     uint32_t surface_depth = 8;
@@ -180,7 +186,7 @@ struct Scene {
 struct SceneData {
     Volume volume;
     std::optional<Volume> labels;                    // u8 or u16
-    std::vector<std::shared_ptr<const Mesh>> meshes; // one a surface of the scene; none is null
+    std::vector<std::shared_ptr<const Mesh>> meshes; // one a surface of the scene; null: it is live
 };
 
 // How far a jittered ray's lattice begins before its start, in steps: 0 <= share < 1, a multiple of

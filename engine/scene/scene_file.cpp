@@ -231,8 +231,8 @@ std::vector<SurfaceStyle> read_surface_styles(const JsonValue& in, const Surface
 
 void read_surfaces(const JsonValue& in, SceneFile& file) {
     for (const JsonValue& item : in.items(0, kMaxSurfaces)) {
-        if (!item.only_keys(
-                {"mesh", "iso", "labels", "color", "opacity", "shading", "smooth", "styles"}))
+        if (!item.only_keys({"mesh", "iso", "live", "labels", "color", "opacity", "shading",
+                             "smooth", "styles"}))
             return;
         SurfaceSource source;
         SurfaceLayer layer;
@@ -248,6 +248,11 @@ void read_surfaces(const JsonValue& in, SceneFile& file) {
                 fmt::format("expected one of \"mesh\", \"iso\" and \"labels\", found {}", sources));
         if (source.labels && file.labels.empty())
             item.complain("expected \"labels\" in the scene, too, found none");
+        if (const auto live = item.find("live"); live && live->boolean()) {
+            if (!source.iso)
+                item.complain("expected \"iso\" beside \"live\", found none");
+            layer.live_iso = source.iso;
+        }
         read_color(item, "color", layer.style.color);
         read_number(item, "opacity", 0.0, 1.0, layer.style.opacity);
         if (const auto shading = item.find("shading"))

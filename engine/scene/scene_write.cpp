@@ -123,6 +123,8 @@ Json surfaces_json(const SceneFile& file) {
             out.members.emplace_back("labels", Json::of(true));
         else
             out.members.emplace_back("mesh", Json::of(source.mesh));
+        if (layer.live_iso)
+            out.members.emplace_back("live", Json::of(true));
         out.members.emplace_back("color", vector_json(layer.style.color));
         out.members.emplace_back("opacity", Json::of(layer.style.opacity));
         out.members.emplace_back("shading", shading_json(layer.shading));

@@ -130,10 +130,13 @@ void Session::set_iso(double value) {
     parameters.iso = value;
     feel(parameters);
     Scene scene = scenes_.latest();
-    if (scene.ray_cast && !scene.ray_cast->isos.empty()) {
+    if (scene.ray_cast && !scene.ray_cast->isos.empty())
         scene.ray_cast->isos.front().value = value;
+    for (SurfaceLayer& surface : scene.surfaces)
+        if (surface.live_iso)
+            surface.live_iso = value;
+    if (scene != scenes_.latest())
         show(std::move(scene));
-    }
     if (!std::isnan(mesh_iso_.load()))
         mesh_iso_.store(static_cast<float>(value));
 }
@@ -267,7 +270,9 @@ Session::Eye::Sight Session::Eye::look() {
     const std::optional<Volume> grey = volume_of(state.document, sources->grey);
     SceneData data{
         grey ? *grey : state.document.first(), volume_of(state.document, sources->labels), {}};
-    return {*scenes_.pin(), std::move(data), std::move(state)};
+    Scene scene = *scenes_.pin();
+    data.meshes.resize(scene.surfaces.size()); // live ones have none
+    return {std::move(scene), std::move(data), std::move(state)};
 }
 
 void Session::follow(const ServoTick& tick) noexcept {

@@ -107,10 +107,11 @@ class Session {
     // without a jump.
     void feel(const haptics::TouchParameters& parameters);
     const haptics::TouchParameters& parameters() const { return parameters_.latest(); }
-    // With the next picture: transfer functions, styles, camera.
+    // With the next picture: transfer functions, styles, camera. Its surfaces are live ones.
     void show(Scene scene);
     const Scene& scene() const { return scenes_.latest(); }
-    // The iso-value of all of it: what is solid to the hand, the mesh, and the first one seen.
+    // The iso-value of all of it: what is solid to the hand, the mesh, live surfaces, and the first
+    // one seen by rays.
     void set_iso(double value);
 
     // One device at a time. A device that says it is not homed is homed first; it gives no force

@@ -49,13 +49,6 @@ struct ExtractJob {
     uint first_vertex, first_triangle;
 };
 
-// One indexed draw, as Vulkan reads it: VkDrawIndexedIndirectCommand.
-struct ExtractDraw {
-    uint index_count, instance_count, first_index;
-    int vertex_offset;
-    uint first_instance;
-};
-
 // The triangles of a case: the edges of their corners, four bits each, and in the four highest bits
 // of `high` their number.
 struct ExtractCase {
@@ -73,7 +66,7 @@ const uint kExtractCases = 7u;              // ExtractCase[256]
 const uint kExtractJobs = 8u;               // their number, and ExtractJob[]
 const uint kExtractPositions = 9u;          // vec3[], mm
 const uint kExtractNormals = 10u;           // vec3[]
-const uint kExtractTriangles = 11u;         // uvec3[]: vertices, counted from the block's first
+const uint kExtractTriangles = 11u;         // uvec3[]: vertices, by their places
 const uint kExtractEdges = 12u;             // uint[]: block::edge_number() of each vertex
 GPU_END
 #endif

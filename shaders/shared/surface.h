@@ -9,7 +9,8 @@ const uint kMaxSurfaceLayers = 8u;
 const uint kMaxSurfaceClips = 8u;
 
 // The low half of a key.
-const uint kSurfaceMeshShift = 28u;         // a triangle: number | mesh << 28
+const uint kSurfaceMeshShift = 28u;         // a triangle: number | leaving | mesh << 28. So of two
+const uint kSurfaceLeaving = 1u << 27;      // at one depth the one that the ray enters is nearer.
 const uint kSurfaceShaded = 0x80000000u;    // or what is seen of it: this | style << 16 | cosine
 const uint kSurfaceStyleMask = 0x7fffu;     // between its normal and the ray, of 65535
 const uint kSurfaceNone = 0xfffffffeu;      // or nothing
@@ -25,7 +26,6 @@ struct SurfaceMesh {
     mat3 camera_from_mesh;
     vec3 origin;              // of mesh space, in camera space
     mat3 covector_from_mesh;  // turns normals, to any length
-    uint triangle_count;
     uint first_style;         // of label 0, which is not shown, or of all
     uint style_count;
     uint flags;
@@ -55,12 +55,15 @@ struct SurfaceStyleEntry {
     float value;              // the label, or NaN
 };
 
-// What is drawn now: (0, 1, 1, 0, mesh, turn) before its triangles are.
+// What is drawn now: arrays of a mesh, which may have several. (0, 1, 1, 0, mesh, turn, first number,
+// count) before its triangles are.
 struct SurfaceWork {
     uint groups_x, groups_y, groups_z; // to draw what is listed
     uint listed;              // triangles over many pixels
     uint mesh;
     uint turn;                // kSurfaceDepths or kSurfaceNumbers; with 64 bits at a time the first alone
+    uint first_number;        // in keys: of the first triangle of the arrays
+    uint triangle_count;
 };
 const uint kSurfaceDepths = 0u;
 const uint kSurfaceNumbers = 1u;

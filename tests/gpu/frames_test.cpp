@@ -20,6 +20,7 @@ struct Case {
     std::function<void(Scene&)> look;
     bool meshes = false, labels = false;
     RendererOptions options = {};
+    bool live = false;
 };
 
 RayCastLayer layer_of(RayMode mode) {
@@ -40,6 +41,12 @@ void with_slices(Scene& scene) {
         scene.slices.push_back(slice);
     }
     scene.slice_transfer = window_function(-500, 1500, 1.0);
+}
+
+void with_live_surface(Scene& scene) {
+    SurfaceLayer live;
+    live.live_iso = 300.0;
+    scene.surfaces = {live};
 }
 
 void with_surfaces(Scene& scene) {
@@ -78,6 +85,18 @@ const std::vector<Case>& cases() {
              s.ray_cast = layer_of(RayMode::iso);
              s.stereo = StereoSettings{};
          },
+         true},
+        {"live surface",
+         with_live_surface,
+         false,
+         false,
+         {.block_maker = BlockMaker::device},
+         true},
+        {"live surface, made by the CPU",
+         with_live_surface,
+         false,
+         false,
+         {.block_maker = BlockMaker::cpu},
          true},
         {"atlas",
          [](Scene& s) { s.ray_cast = layer_of(RayMode::alpha); },
@@ -119,6 +138,8 @@ class FramesTest : public GpuTest {
             data.meshes = {
                 std::make_shared<Mesh>(testing_meshes::torus({0, 0, 0}, 60, 20)),
                 std::make_shared<Mesh>(testing_meshes::box({-40, -90, -40}, {30, -20, 30}))};
+        if (one.live)
+            data.meshes = {nullptr};
         return data;
     }
     // The same volume with a hole, another one each time.

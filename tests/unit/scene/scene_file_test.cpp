@@ -34,7 +34,7 @@ constexpr const char* kFull = R"({
                   "ray_cast_weight": 0.25, "slice_opacity": 0.5, "outline_px": 2},
   "surfaces": [{"mesh": "skull.ply", "color": [1, 0.9, 0.8], "opacity": 0.4, "smooth": false,
                 "shading": {"specular": 0.5}},
-               {"iso": 300}, {"labels": true, "opacity": 0.7,
+               {"iso": 300}, {"iso": 500, "live": true}, {"labels": true, "opacity": 0.7,
                 "styles": [{"label": 2, "opacity": 0}, {"label": 5, "color": [0, 1, 0]}]}],
   "surface_depth": 4,
   "value_and_depth": true
@@ -92,23 +92,27 @@ TEST(SceneFile, ReadsSurfacesAndWhereTheyComeFrom) {
     const Result<SceneFile> file = parse(kFull);
     ASSERT_TRUE(file) << file.error().message;
     const Scene& scene = file->scene;
-    ASSERT_EQ(scene.surfaces.size(), 3u);
+    ASSERT_EQ(scene.surfaces.size(), 4u);
     EXPECT_EQ(scene.surface_depth, 4u);
     EXPECT_EQ(file->surfaces[0], (SurfaceSource{.mesh = "skull.ply", .iso = {}}));
     EXPECT_EQ(file->surfaces[1], (SurfaceSource{.mesh = "", .iso = 300.0}));
-    EXPECT_EQ(file->surfaces[2], (SurfaceSource{.mesh = "", .iso = {}, .labels = true}));
+    EXPECT_EQ(file->surfaces[2], (SurfaceSource{.mesh = "", .iso = 500.0}));
+    EXPECT_EQ(scene.surfaces[2].live_iso, 500.0);
+    EXPECT_EQ(file->surfaces[3], (SurfaceSource{.mesh = "", .iso = {}, .labels = true}));
     EXPECT_EQ(scene.surfaces[0].style, (SurfaceStyle{{1.0, 0.9, 0.8}, 0.4}));
     EXPECT_FALSE(scene.surfaces[0].smooth);
     EXPECT_EQ(scene.surfaces[0].shading.specular, 0.5);
     EXPECT_EQ(scene.surfaces[1], SurfaceLayer{});
-    EXPECT_EQ(style_of(scene.surfaces[2], 2).opacity, 0.0);
-    EXPECT_EQ(style_of(scene.surfaces[2], 5).color, glm::dvec3(0, 1, 0));
-    EXPECT_EQ(style_of(scene.surfaces[2], 5).opacity, 0.7);
-    EXPECT_EQ(style_of(scene.surfaces[2], 77).opacity, 0.7) << "a label without style";
+    EXPECT_EQ(style_of(scene.surfaces[3], 2).opacity, 0.0);
+    EXPECT_EQ(style_of(scene.surfaces[3], 5).color, glm::dvec3(0, 1, 0));
+    EXPECT_EQ(style_of(scene.surfaces[3], 5).opacity, 0.7);
+    EXPECT_EQ(style_of(scene.surfaces[3], 77).opacity, 0.7) << "a label without style";
     EXPECT_THAT(
         message(R"({"surfaces": [{"mesh": "a.ply", "iso": 3}]})"),
         HasSubstr("surfaces[0]: expected one of \"mesh\", \"iso\" and \"labels\", found 2"));
     EXPECT_THAT(message(R"({"surfaces": [{"labels": true}]})"), HasSubstr("found none"));
+    EXPECT_THAT(message(R"({"surfaces": [{"mesh": "a.ply", "live": true}]})"),
+                HasSubstr("expected \"iso\" beside \"live\", found none"));
     EXPECT_THAT(message(R"({"surface_depth": 17})"), HasSubstr("surface_depth"));
 }
 

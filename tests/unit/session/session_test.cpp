@@ -102,6 +102,13 @@ TEST(Session, AnIsoValueIsOneForHandMeshAndPicture) {
     EXPECT_EQ(session.parameters().iso, 500.0);
     EXPECT_EQ(eye.look().scene.ray_cast->isos.front().value, 500.0);
     EXPECT_EQ(session.mesh().positions, marching_cubes(eye.look().data.volume, 500.0f).positions);
+    Scene live = session.scene();
+    live.surfaces.resize(1);
+    live.surfaces[0].live_iso = 500.0;
+    session.show(live);
+    session.set_iso(600.0);
+    EXPECT_EQ(eye.look().scene.surfaces[0].live_iso, 600.0);
+    EXPECT_EQ(eye.look().data.meshes.size(), 1u);
 }
 
 TEST(Session, SaysWhatWasRefused) {
