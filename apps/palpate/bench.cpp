@@ -79,14 +79,15 @@ Command add_bench(CLI::App& app) {
         ->each([o](const std::string& path) { o->given.emplace_back("--ct", path); });
     app.add_option("--labels", o->labels, "surface: a label map instead of the AAL atlas")
         ->each([o](const std::string& path) { o->given.emplace_back("--labels", path); });
-    app.add_option("--only", o->only,
-                   "Parts of a suite, by name. render: frames, relative (both eyes beside one, and "
-                   "interactive beside full quality, from four sides; default: both, from one). "
-                   "surface: sphere_SIDE, gyroid_SIDE, head_ct, "
-                   "head_ct_174, gyroid_512, labels, edits, window (default: all but gyroid_512, "
-                   "which is in the full form). touch: algorithms (swept-point, ...; none named: "
-                   "all) and open_loop, patients (the scenes A11), closed_loop, times, laws, "
-                   "z_width (none named, but an algorithm: open_loop; default: all)")
+    app.add_option(
+           "--only", o->only,
+           "Parts of a suite, by name. render: frames, relative (both eyes beside one, and "
+           "interactive beside full quality, from four sides; default: both, from one). "
+           "surface: sphere_SIDE, gyroid_SIDE, head_ct, "
+           "head_ct_174, gyroid_512, labels, edits, live, window (default: all but gyroid_512, "
+           "which is in the full form). touch: algorithms (swept-point, ...; none named: "
+           "all) and open_loop, patients (the scenes A11), closed_loop, times, laws, "
+           "z_width (none named, but an algorithm: open_loop; default: all)")
         ->delimiter(',');
     app.add_flag("--no-peers", o->no_peers, "Do not run VTK");
     app.add_option("--device", o->device,

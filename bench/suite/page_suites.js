@@ -246,6 +246,18 @@ for (const suite of results) {
       }
     }
   }
+  if (suite.suite === "surface" && suite.live?.length) {
+    put(page, "h3", { style: "margin-top:24px" }, `A dab of radius 5 mm in a surface in the picture: ${suite.live[0].volume}, ${suite.live[0].triangles} triangles`);
+    put(page, "p", { class: "soft" }, "Medians of a dab, beside the first frame. device and cpu: a live surface and who makes its blocks; mesh: all blocks joined, and of the mesh the pieces uploaded that differ.");
+    const body = table(page, ["by", "blocks", "of", "bytes", "of", "ms to record", "ms a frame", "same picture"], [1, 2, 3, 4, 5, 6]);
+    for (const r of suite.live) {
+      const row = put(body, "tr");
+      put(row, "td", {}, r.who);
+      for (const v of [r.blocks.median, r.first_blocks, r.bytes.median, r.first_bytes, r.record_ms.median, r.frame_ms.median])
+        put(row, "td", { class: "n" }, figure(v));
+      put(row, "td", {}, r.same_picture ? "yes" : "no");
+    }
+  }
   if (suite.suite === "surface" && suite.window)
     put(page, "p", {}, `A window of ${suite.window.samples} x ${suite.window.samples} x ${suite.window.samples} samples for the hand: ${figure(suite.window.p50_us)} us, 99th percentile ${figure(suite.window.p99_us)}, worst ${figure(suite.window.worst_us)} of ${suite.window.count}.`);
   if (suite.orders?.length) {

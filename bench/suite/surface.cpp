@@ -11,6 +11,7 @@
 #include "bench/suite/suites.h"
 #include "bench/suite/surface_cases.h"
 #include "bench/suite/surface_edits.h"
+#include "bench/suite/surface_live.h"
 #include "bench/suite/surface_peers.h"
 #include "engine/base/log.h"
 #include "engine/base/percentile.h"
@@ -348,6 +349,12 @@ Result<Report> run_surface(Bench& bench) {
             return pass_on(edits);
         add_edit_aims(*edits, bench.device().info().is_cpu(), report.json["aims"]);
         report.json["edits"] = std::move(*edits);
+    }
+    if (is_asked(options, kLivePart)) {
+        Result<Value> live = measure_live(bench, report.failures);
+        if (!live)
+            return pass_on(live);
+        report.json["live"] = std::move(*live);
     }
     if (is_asked(options, kWindowPart)) {
         const Value window = measure_window(options);

@@ -83,11 +83,11 @@ Result<std::vector<NamedCase>> surface_cases(const Options& options) {
     for (const NamedCase& one : cases)
         known += one.name + ", ";
     for (const std::string& part : options.only)
-        if (part != kEditsPart && part != kWindowPart &&
+        if (part != kEditsPart && part != kWindowPart && part != kLivePart &&
             std::none_of(cases.begin(), cases.end(),
                          [&](const NamedCase& one) { return one.name == part; }))
-            return fail("--only: expected {}{} or {}, found '{}'", known, kEditsPart, kWindowPart,
-                        part);
+            return fail("--only: expected {}{}, {} or {}, found '{}'", known, kEditsPart,
+                        kWindowPart, kLivePart, part);
     std::erase_if(cases, [&](const NamedCase& one) {
         return options.only.empty() ? !usual.contains(one.name) : !is_asked(options, one.name);
     });

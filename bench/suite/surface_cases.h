@@ -28,6 +28,7 @@ Result<std::vector<NamedCase>> surface_cases(const Options& options);
 // The parts of the suite that are no volumes, as --only names them.
 inline const char* const kEditsPart = "edits";
 inline const char* const kWindowPart = "window";
+inline const char* const kLivePart = "live";
 
 // The labels that a volume holds but 0, rising.
 std::vector<double> labels_in(const Volume& volume);
