@@ -143,15 +143,19 @@ Result<Mesh> extract_iso(const SurfaceCommand& options, const Volume& volume,
 
 Result<Mesh> extract(const SurfaceCommand& options, const Volume& volume,
                      const Interrupt& interrupt, Json& told) {
-    told = {{"on", "cpu"}, {"why", "labels are extracted there"}};
+    told = {{"on", "cpu"}, {"why", "labels are, unless asked for otherwise"}};
     const glm::uvec3 size = volume.size();
     if (options.labels && std::max({size.x, size.y, size.z}) >= 65535)
         return fail("{}: expected fewer than 65535 samples along each axis, found {} x {} x {}",
                     options.read.path, size.x, size.y, size.z);
     if (options.labels && options.walls == Walls::shared) {
         const bool is_bounded = options.smoothing == Smoothing::bounded;
-        return surface_nets(volume,
-                            {.passes = is_bounded ? options.passes : 0, .stop = interrupt.token()});
+        const SurfaceNetsOptions nets{.passes = is_bounded ? options.passes : 0,
+                                      .stop = interrupt.token()};
+        if (options.on != ExtractOn::gpu)
+            return surface_nets(volume, nets);
+        told = {{"on", "gpu"}, {"why", "asked for"}};
+        return nets_on_device(options.device, volume, nets);
     }
     if (options.labels)
         return joined(track_labels(volume, {.closed = true, .stop = interrupt.token()}),
@@ -240,7 +244,8 @@ Result<Json> decimated(const SurfaceCommand& options, Mesh& mesh, const std::sto
 void warn_of_idle_options(const SurfaceCommand& o, const CLI::App& app) {
     const std::string extension = std::filesystem::path(o.out).extension().string();
     const IdleOptions idle[] = {
-        {o.labels, {"--topology", "--normals", "--closed", "--on", "--device"}, "with --labels"},
+        {o.labels, {"--topology", "--normals", "--closed"}, "with --labels"},
+        {o.labels && o.on != ExtractOn::gpu, {"--device"}, "with --labels, unless --on gpu"},
         {!o.labels, {"--walls"}, "with --iso"},
         {!o.labels && o.on == ExtractOn::cpu, {"--device"}, "with --on cpu"},
         {o.smoothing == Smoothing::none, {"--passes"}, "without --smooth"},
@@ -278,8 +283,8 @@ Result<void> check_together(const SurfaceCommand& o) {
     if (o.smoothing == Smoothing::bounded && !(o.labels && o.walls == Walls::shared))
         return fail("--smooth bounded: expected --labels with shared walls, found {}",
                     o.labels ? "--walls separate" : "--iso");
-    if (o.labels && o.on == ExtractOn::gpu)
-        return fail("--on gpu: expected --iso, found --labels, which the processor extracts");
+    if (o.labels && o.on == ExtractOn::gpu && o.walls != Walls::shared)
+        return fail("--on gpu: expected shared walls, found --walls separate");
     return {};
 }
 
@@ -413,9 +418,10 @@ Command add_surface(CLI::App& app) {
                              "above 0, found '{}'",
                              text);
         });
-    app.add_option("--on", o->on,
-                   "With --iso, where to extract: cpu, gpu, or auto (the graphics device unless it "
-                   "is a software driver) (default: auto)")
+    app.add_option(
+           "--on", o->on,
+           "Where to extract: cpu, gpu, or auto (with --iso the graphics device unless it is "
+           "a software driver; with --labels the processor) (default: auto)")
         ->transform(one_of(kExtractOn));
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "

@@ -5,6 +5,7 @@
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
 #include "engine/gpu/error.h"
+#include "engine/surface_gpu/gpu_nets.h"
 #include "engine/surface_gpu/gpu_surface.h"
 
 namespace palpate {
@@ -79,6 +80,20 @@ Result<Mesh> extract_on(Extractor& extractor, const Volume& volume, float iso,
     extractor.device.reset();
     passes.clear();
     return marching_cubes(volume, iso, options);
+}
+
+Result<Mesh> nets_on_device(const std::string& select, const Volume& labels,
+                            const SurfaceNetsOptions& options) {
+    try {
+        GpuDevice device({.select = select});
+        NetPipelines pipelines(device);
+        Result<GpuNets> nets = GpuNets::make(pipelines, labels, options);
+        if (!nets)
+            return fail("--on gpu: {}", nets.error().message);
+        return nets->mesh();
+    } catch (const GpuError& error) {
+        return fail("--on gpu: {}", error.what());
+    }
 }
 
 } // namespace palpate

@@ -9,6 +9,7 @@
 #include "engine/base/error.h"
 #include "engine/gpu/device.h"
 #include "engine/surface/marching_cubes.h"
+#include "engine/surface/surface_nets.h"
 
 namespace palpate {
 
@@ -42,5 +43,9 @@ Mesh extract_on_device(GpuDevice& device, const Volume& volume, float iso,
 Result<Mesh> extract_on(Extractor& extractor, const Volume& volume, float iso,
                         const SurfaceOptions& options, ExtractPasses& passes,
                         const DeviceExtraction& by_device = extract_on_device);
+
+// The walls between labels, by the device. Fails where it cannot.
+Result<Mesh> nets_on_device(const std::string& select, const Volume& labels,
+                            const SurfaceNetsOptions& options);
 
 } // namespace palpate

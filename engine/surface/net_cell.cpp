@@ -93,4 +93,19 @@ const NetCell& net_cell_of_two(uint8_t pattern) {
     return cells[pattern];
 }
 
+NetCell quick_net_cell(const std::array<uint16_t, 8>& labels) {
+    const uint16_t a = labels[0];
+    uint16_t b = a;
+    for (const uint16_t label : labels)
+        b = label != a ? label : b;
+    uint8_t is_b = 0;
+    for (size_t c = 0; c < 8; ++c) {
+        if (labels[c] == b)
+            is_b |= static_cast<uint8_t>(1 << c);
+        else if (labels[c] != a)
+            return net_cell(labels);
+    }
+    return net_cell_of_two(b > a ? is_b : static_cast<uint8_t>(~is_b));
+}
+
 } // namespace palpate

@@ -45,4 +45,7 @@ NetCell net_cell(const std::array<uint16_t, 8>& labels);
 // The same for two labels, by table: bit c of `pattern` is set where corner c has the higher one.
 const NetCell& net_cell_of_two(uint8_t pattern);
 
+// net_cell(labels), by that table where there are two.
+NetCell quick_net_cell(const std::array<uint16_t, 8>& labels);
+
 } // namespace palpate

@@ -60,21 +60,6 @@ struct Layer {
     }
 };
 
-NetCell cell_of(const std::array<uint16_t, 8>& labels) {
-    const uint16_t a = labels[0];
-    uint16_t b = a;
-    for (const uint16_t label : labels)
-        b = label != a ? label : b;
-    uint8_t is_b = 0;
-    for (size_t c = 0; c < 8; ++c) {
-        if (labels[c] == b)
-            is_b |= static_cast<uint8_t>(1 << c);
-        else if (labels[c] != a)
-            return net_cell(labels);
-    }
-    return net_cell_of_two(b > a ? is_b : static_cast<uint8_t>(~is_b));
-}
-
 // Finds the active cells of a layer and numbers their vertices from `next` on.
 void find_cells(const Slice& below, const Slice& above, glm::uvec3 size, uint32_t& next,
                 Layer& layer) {
@@ -104,7 +89,7 @@ void find_cells(const Slice& below, const Slice& above, glm::uvec3 size, uint32_
                 continue;
             layer.at[x + width * y] = static_cast<uint32_t>(layer.cells.size());
             layer.cells.push_back(
-                {x, y, next, cell_of(labels), {labels[0], labels[1], labels[2], labels[4]}});
+                {x, y, next, quick_net_cell(labels), {labels[0], labels[1], labels[2], labels[4]}});
             next += layer.cells.back().cell.vertices;
         }
     }

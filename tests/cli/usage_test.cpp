@@ -59,7 +59,7 @@ const Misuse kMisuses[] = {
     {"surface",
      {"--labels", "--walls", "separate", "--smooth", "bounded"},
      "--smooth bounded: expected --labels with shared walls, found --walls separate"},
-    {"surface", {"--labels", "--on", "gpu"}, "--on gpu: expected --iso"},
+    {"surface", {"--labels", "--walls", "separate", "--on", "gpu"}, "--on gpu: expected shared walls"},
     {"surface", {"--iso", "5", "--decimate-to", "half"}, "--decimate-to: expected a share"},
     {"surface", {"--iso", "5", "--passes", "0"}, "--passes"},
     {"touch", {"--at", "1,2"}, "--at"},
