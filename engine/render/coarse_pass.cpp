@@ -7,6 +7,9 @@
 #include "engine/base/assert.h"
 #include "shaders/shared/interactive.h"
 #include "shaders/shared/tiles.h"
+#include "spirv/enlarge.h"
+#include "spirv/interpolate.h"
+#include "spirv/judge.h"
 
 namespace palpate {
 
@@ -131,7 +134,8 @@ void CoarsePass::record_every_second(const ViewFrame& frame, RayCastPass& pass, 
                            bind_storage(gpu::kInterpolateSpans, spans_),
                            bind_storage(gpu::kInterpolateGroups, ray_groups_, Use::storage_write),
                            bind_storage(gpu::kInterpolateRays, rays_listed_, Use::storage_write)};
-    commands.dispatch(store_->pipelines.interpolate(), bound, {(tiles.x + 3) / 4, tiles.y, eyes_});
+    commands.dispatch(store_->pipelines.get(spirv::Interpolate{}), bound,
+                      {(tiles.x + 3) / 4, tiles.y, eyes_});
     commands.end_pass();
     Rays listed = second;
     listed.name = "listed pixels";
@@ -162,7 +166,8 @@ void CoarsePass::record_few(const ViewFrame& frame, RayCastPass& pass, const Ray
                            bind_storage_image(gpu::kEnlargeColor, *frame.targets.color),
                            bind_storage(gpu::kEnlargeSpans, spans_)};
     commands.begin_pass("enlarge");
-    commands.dispatch(store_->pipelines.enlarge(), bound, {tile_count(size_px_), eyes_});
+    commands.dispatch(store_->pipelines.get(spirv::Enlarge{}), bound,
+                      {tile_count(size_px_), eyes_});
     commands.end_pass();
 }
 
@@ -203,7 +208,8 @@ CoarseRays CoarsePass::record_judgement(const ViewFrame& frame, RayCastPass& pas
                            bind_sampled(gpu::kJudgeTruth, truth_, store_->nearest),
                            bind_storage(gpu::kJudgeSquares, squares_, Use::storage_write)};
     commands.begin_pass("judge");
-    commands.dispatch(store_->pipelines.judge(), bound, {(count.x + 63) / 64, count.y, eyes_});
+    commands.dispatch(store_->pipelines.get(spirv::Judge{}), bound,
+                      {(count.x + 63) / 64, count.y, eyes_});
     commands.end_pass();
     return {commands.read_back(ray_groups_),
             commands.read_back(squares_),

@@ -9,6 +9,8 @@
 #include "engine/render/frame_block.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/tiles.h"
+#include "spirv/mip_slabs.h"
+#include "spirv/tiles.h"
 
 namespace palpate {
 
@@ -157,10 +159,10 @@ VolumeResidency::Wish RayCastPass::begin(const Scene& scene, const SceneData& da
         variant.atlas = store_->options.residency == Residency::atlas;
         variant.stored_gradients =
             store_->options.stored_gradients && variant.shaded && !variant.by_hand;
-        store_->pipelines.ray_cast(variant);
-        store_->pipelines.tiles(tiles_to_list(scene), false);
+        store_->pipelines.get(variant);
+        store_->pipelines.get(spirv::Tiles{.list = tiles_to_list(scene)});
         if (takes_slabs(variant))
-            store_->pipelines.mip_slabs();
+            store_->pipelines.get(spirv::MipSlabs{});
     }
     return {.step_factor = step_factor,
             .kept_bytes = scene.ray_cast->mode == RayMode::mip && !slabs_ ? slab_bytes(scene) : 0,
@@ -273,8 +275,8 @@ void RayCastPass::list_tiles(const ViewFrame& frame, const Rays& rays, uint32_t 
         // the pipeline has a place for spans; where there are none it writes none
         bind_storage(gpu::kTileSpans, spans ? *rays.spans : *rays.list, Use::storage_write)};
     const uint32_t across = (tile_count(rays.count).x + 63) / 64;
-    commands.dispatch(store_->pipelines.tiles(which, spans), bound,
-                      {across, rows, eye_count(frame.scene)}, {0, first_row, 0});
+    commands.dispatch(store_->pipelines.get(spirv::Tiles{.list = which, .write_spans = spans}),
+                      bound, {across, rows, eye_count(frame.scene)}, {0, first_row, 0});
     commands.end_pass();
     if (!rays.slabs)
         return;
@@ -283,7 +285,7 @@ void RayCastPass::list_tiles(const ViewFrame& frame, const Rays& rays, uint32_t 
                               bind_storage(gpu::kTileEntries, *rays.list),
                               bind_storage(gpu::kTileSlabs, *rays.slabs, Use::storage_write)};
     commands.begin_pass("slabs");
-    commands.dispatch_indirect(store_->pipelines.mip_slabs(), of_slabs, *rays.groups);
+    commands.dispatch_indirect(store_->pipelines.get(spirv::MipSlabs{}), of_slabs, *rays.groups);
     commands.end_pass();
 }
 
@@ -336,7 +338,7 @@ void RayCastPass::cast(const ViewFrame& frame, const Rays& rays) {
         bound.push_back(bind_sampled(gpu::kRaySurfaces, *targets.layers, nearest));
     frame.commands.begin_pass(rays.name);
     frame.commands.dispatch_indirect(
-        store_->pipelines.ray_cast(rays.variant), bound, *rays.groups,
+        store_->pipelines.get(rays.variant), bound, *rays.groups,
         rays.variant.rays == gpu::kRaysEverySecond ? gpu::kTileQuarters : 0);
     frame.commands.end_pass();
 }

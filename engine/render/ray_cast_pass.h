@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/render/ray_cast_variant.h"
 #include "engine/render/render_store.h"
 #include "shaders/shared/frame.h"
 

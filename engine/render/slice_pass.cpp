@@ -2,6 +2,7 @@
 
 #include "engine/render/frame_block.h"
 #include "shaders/shared/slices.h"
+#include "spirv/slices.h"
 
 namespace palpate {
 
@@ -35,10 +36,11 @@ size_t SlicePass::record(const ViewFrame& frame) {
         bind_storage_image(gpu::kSliceValues, behind ? *targets.behind_values : *targets.values));
     frame.voxels.bind_atlas(bound, gpu::kSlicePages, gpu::kSliceAtlas, store_->nearest);
     commands.begin_pass("slices");
-    commands.dispatch(
-        store_->pipelines.slices(frame.styles != nullptr, frame.voxels.volume().is_atlas(),
-                                 store_->options.sampling == Sampling::by_hand),
-        bound, {tile_count(frame.scene.size_px), eye_count(frame.scene)});
+    commands.dispatch(store_->pipelines.get(
+                          spirv::Slices{.has_labels = frame.styles != nullptr,
+                                        .has_atlas = frame.voxels.volume().is_atlas(),
+                                        .manual = store_->options.sampling == Sampling::by_hand}),
+                      bound, {tile_count(frame.scene.size_px), eye_count(frame.scene)});
     commands.end_pass();
     return uploaded;
 }
