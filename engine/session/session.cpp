@@ -181,16 +181,11 @@ void Session::stop() {
     else
         servo_->release();
     // From here on this thread is the one that pushes.
-    while (down_) {
-        const uint64_t number = pushed_ + 1;
-        if (editor_.push({EditInput::Kind::up, last_pose_, number, profile::now_ns()})) {
-            pushed_ = number;
-            down_ = false;
-        } else if (threaded_) {
+    while (down_ && !push(EditInput::Kind::up, last_pose_)) {
+        if (threaded_)
             std::this_thread::sleep_for(kNap);
-        } else {
+        else
             editor_.settle();
-        }
     }
 }
 
@@ -211,6 +206,20 @@ DeviceReport Session::device_report() const {
             telemetry.force,
             telemetry.faults,
             telemetry.ticks};
+}
+
+bool Session::push(EditInput::Kind kind, const StrokePose& pose) noexcept {
+    const uint64_t number = pushed_.load(std::memory_order_relaxed) + 1;
+    if (!editor_.push({kind, pose, number, profile::now_ns()}))
+        return false;
+    pushed_.store(number, std::memory_order_release);
+    down_ = kind != EditInput::Kind::up;
+    last_pose_ = pose;
+    return true;
+}
+
+bool Session::stroke(EditInput::Kind kind, const StrokePose& pose) {
+    return !running_ && down_ == (kind != EditInput::Kind::down) && push(kind, pose);
 }
 
 ServoTick Session::tick(int64_t now_ns, int64_t due_ns) {
@@ -288,12 +297,7 @@ void Session::follow(const ServoTick& tick) noexcept {
                                 ? StrokePose{1e-9 * static_cast<double>(tick.now_ns),
                                              {tick.touched.proxy.position_mm, tick.tool.rotation}}
                                 : last_pose_;
-    const uint64_t number = pushed_.load(std::memory_order_relaxed) + 1;
-    if (!editor_.push({kind, pose, number, profile::now_ns()}))
-        return; // full: tried again with the next tick's pose, and the sweep leaves no gap
-    pushed_.store(number, std::memory_order_release);
-    down_ = pressed;
-    last_pose_ = pose;
+    push(kind, pose); // full: tried again with the next tick's pose, and the sweep leaves no gap
 }
 
 // False: nothing new.

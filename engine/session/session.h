@@ -102,6 +102,11 @@ class Session {
     void choose(SessionSources sources);
     const SessionSources& sources() const { return sources_.latest(); }
 
+    // A tool in a hand without a device, as a mouse is: down, moves and up of a stroke. False: the
+    // ring is full, a device is running, or the stroke's order is not kept; nothing happened. A
+    // move that is left out leaves no gap.
+    bool stroke(EditInput::Kind kind, const StrokePose& pose);
+
     // Takes effect with the next tick; amounts (stiffness, friction, iso, radius) move to it in
     // steps that a hand does not feel, and after a change of tables and switches the force follows
     // without a jump.
@@ -176,7 +181,9 @@ class Session {
 
  private:
     void follow(const haptics::ServoTick& tick) noexcept; // the servo's thread
-    bool publish_felt();                                  // the bridge's
+    // What is down goes on; the servo's thread, or without a device the interface's.
+    bool push(EditInput::Kind kind, const StrokePose& pose) noexcept;
+    bool publish_felt(); // the bridge's
     void bridge(const std::stop_token& stop);
     bool update_mesh(); // the mesher's
     void mesh_on(const std::stop_token& stop);
@@ -200,7 +207,7 @@ class Session {
     std::unique_ptr<haptics::Servo> servo_;
     std::unique_ptr<haptics::ServoThread> servo_thread_;
     std::atomic<bool> carves_{false}; // there is a tool
-    // The servo's thread's own, while there is one.
+    // The servo's thread's own while a device is running, else the interface's.
     uint32_t button_ = 0;
     bool down_ = false;
     StrokePose last_pose_;
