@@ -41,7 +41,8 @@ Buffer::Buffer(GpuDevice& device, std::string name, uint64_t bytes, Memory memor
         .size = bytes,
         .usage = VK_BUFFER_USAGE_TRANSFER_SRC_BIT | VK_BUFFER_USAGE_TRANSFER_DST_BIT |
                  VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT | VK_BUFFER_USAGE_STORAGE_BUFFER_BIT |
-                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT};
+                 VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT | VK_BUFFER_USAGE_VERTEX_BUFFER_BIT |
+                 VK_BUFFER_USAGE_INDEX_BUFFER_BIT};
     check(vkCreateBuffer(device.handle(), &create, nullptr, &handle_), "creating buffer " + name);
     ++device.created().objects;
     VkMemoryRequirements needs;
