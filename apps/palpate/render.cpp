@@ -3,23 +3,19 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/device_options.h"
-#include "apps/palpate/interrupt.h"
+#include "apps/palpate/open_scene.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/preview.h"
 #include "apps/palpate/progress.h"
-#include "apps/palpate/project_input.h"
-#include "apps/palpate/read_options.h"
 #include "apps/palpate/render_picture.h"
 #include "apps/palpate/render_report.h"
 #include "apps/palpate/render_timing.h"
 #include "apps/palpate/render_warnings.h"
-#include "apps/palpate/scene_options.h"
 #include "engine/accuracy/accuracy.h"
 #include "engine/base/log.h"
 #include "engine/base/percentile.h"
 #include "engine/base/profile.h"
-#include "engine/loading/scene_meshes.h"
 
 namespace palpate {
 
@@ -105,51 +101,29 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     for (const std::filesystem::path path : {options.output, options.preview})
         if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
             return fail("{}: expected a name ending in .png or .exr", path.string());
-    for (const std::string& volume : {options.scene.input, options.scene.labels})
-        if (auto voxels = expect_no_mesh(volume); !voxels)
-            return voxels;
     const Interrupt interrupt;
-    Result<SceneFile> file = base_scene(options.scene);
-    if (!file)
-        return pass_on(file);
-    if (options.read.frame >= 0)
-        file->frame = static_cast<uint32_t>(options.read.frame);
-    if (!options.read.series.empty())
-        file->series = options.read.series;
-    file->resample_slices |= options.read.resample_slices;
-    Result<LoadedScene> loaded =
-        load_scene_input(options.scene.input, *file, read_options(options.read, interrupt));
-    if (!loaded)
-        return fail("{}", loaded.error().message);
-    show_labels_by_default(options.scene, *file, *loaded);
-    color_labels(loaded->label_names, *file);
-    if (auto made = make_scene_meshes(*file, *loaded); !made)
-        return fail("{}", made.error().message);
-    for (const std::string& note : loaded->notes)
-        log::info("{}", note);
-    for (const std::string& warning : loaded->warnings)
-        log::warning("{}", warning);
-    Result<Scene> scene = final_scene(options.scene, *file, *loaded);
-    if (!scene)
-        return fail("{}", scene.error().message);
-    const SceneToDraw to_draw{options.scene, *file, *scene, *loaded};
+    Result<OpenedScene> opened = open_scene(options.scene, options.read, interrupt);
+    if (!opened)
+        return pass_on(opened);
+    auto& [file, loaded, scene] = *opened;
+    const SceneToDraw to_draw{options.scene, file, scene, loaded};
     warn_of_idle_options(app, to_draw, options.output, options.frames.frames);
     const std::vector<std::string> empty = empty_parts(to_draw);
     for (const std::string& sentence : empty)
         log::warning("{}", sentence);
-    if (options.frames.frame_ms > 0 && !scene->ray_cast)
+    if (options.frames.frame_ms > 0 && !scene.ray_cast)
         return fail("--frame-ms: expected a scene with ray casting, found slices alone");
-    if (options.frames.frame_ms > 0 && scene->value_and_depth)
+    if (options.frames.frame_ms > 0 && scene.value_and_depth)
         return fail("--frame-ms: values and depths come from a ray a pixel; leave out --values");
     GpuDevice device({.select = options.device, .validation = options.validate});
     RendererOptions renderer_options{.volume_format = options.format,
                                      .skipping = !options.no_skipping};
     apply(options.memory, device, options.frames.frames > 1, renderer_options);
-    if (auto met = meet_error(options, device, renderer_options, loaded->data, *scene); !met)
+    if (auto met = meet_error(options, device, renderer_options, loaded.data, scene); !met)
         return met;
 
-    SceneFile drawn = *file;
-    drawn.scene = *scene;
+    SceneFile drawn = file;
+    drawn.scene = scene;
     drawn.framing.reset();
     drawn.centered_slices.clear();
     drawn.centered_clips.clear();
@@ -160,12 +134,11 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
     std::optional<Preview> preview;
     if (!options.preview.empty()) {
-        Result<Preview> drawn_first = draw_preview(device, renderer_options, *scene, *loaded);
+        Result<Preview> drawn_first = draw_preview(device, renderer_options, scene, loaded);
         if (!drawn_first)
             return fail("{}", drawn_first.error().message);
         preview = std::move(*drawn_first);
-        if (auto saved =
-                save_frame(options.preview, options.precision(), *scene, preview->eyes, {});
+        if (auto saved = save_frame(options.preview, options.precision(), scene, preview->eyes, {});
             !saved)
             return saved;
         log::info("{}: level {} of the volume, after {:.2f} s", options.preview, preview->level,
@@ -177,7 +150,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
         return !interrupt.token().stop_requested();
     };
     Renderer renderer(device, renderer_options);
-    const Result<Timing> timing = draw_frames(renderer, *scene, loaded->data, options.frames,
+    const Result<Timing> timing = draw_frames(renderer, scene, loaded.data, options.frames,
                                               !options.stats.empty(), interrupt.token());
     progress.reset();
     if (!timing)
@@ -195,19 +168,18 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
                                  {"palpate:driver", device.info().driver},
                                  {"palpate:scene", scene_hash(drawn)}};
     const std::vector<Image> eyes = renderer.read_back();
-    if (auto saved = save_frame(options.output, options.precision(), *scene, eyes, metadata);
-        !saved)
+    if (auto saved = save_frame(options.output, options.precision(), scene, eyes, metadata); !saved)
         return saved;
     if (empty.empty() && is_one_color(eyes))
         log::warning(
             "{}: the picture has one colour: this camera, mode and transfer function show nothing "
             "of the volume, whose values are {:g} .. {:g}",
-            options.output, loaded->data.volume.range().min, loaded->data.volume.range().max);
+            options.output, loaded.data.volume.range().min, loaded.data.volume.range().max);
     if (!options.stats.empty() || profile::on())
         say_clocks(*timing);
     if (!options.stats.empty()) {
         const std::string text =
-            report_text(stats_json(device, renderer, *timing, *scene, loaded->data));
+            report_text(stats_json(device, renderer, *timing, scene, loaded.data));
         if (auto saved = write_text(options.stats, text); !saved)
             return saved;
     }
