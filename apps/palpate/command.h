@@ -28,5 +28,6 @@ Command add_doctor(CLI::App& app);
 Command add_bench(CLI::App& app);
 Command add_surface(CLI::App& app);
 Command add_touch(CLI::App& app);
+Command add_view(CLI::App& app);
 
 } // namespace palpate

@@ -43,6 +43,7 @@ constexpr Entry kCommands[] = {
     {"surface", "Extract an iso-surface, or the surfaces of labels, as a mesh",
      palpate::add_surface},
     {"touch", "Run the haptic loop with a simulated hand and device", palpate::add_touch},
+    {"view", "Open a window with slices and 3D, and edit by hand", palpate::add_view},
 };
 
 // Runs a command; where a trace is asked for and the command succeeds, writes it.

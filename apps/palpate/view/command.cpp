@@ -1,0 +1,170 @@
+#include "apps/palpate/command.h"
+#include "apps/palpate/device_options.h"
+#include "apps/palpate/open_scene.h"
+#include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
+#include "apps/palpate/view/loop.h"
+#include "apps/palpate/view/panel.h"
+#include "engine/base/log.h"
+#include "engine/image/png.h"
+
+namespace palpate {
+
+namespace {
+
+struct ViewOptions {
+    SceneOptions scene;
+    ReadFlags read;
+    DeviceMemoryOptions memory;
+    std::string device, record, replay, shot, state;
+    double frame_ms = 60.0, text_scale = 0.0;
+    bool headless = false, validate = false;
+};
+
+std::vector<NamedFile> files_of(const ViewOptions& o) {
+    std::vector<NamedFile> files{{"--tf", o.scene.transfer}, {"--replay", o.replay}};
+    append_volume(files, "SCENE", o.scene.input);
+    append_volume(files, "--labels", o.scene.labels);
+    if (const Result<SceneFile> scene = base_scene(o.scene)) // else it is told later
+        append_files(*scene, files);
+    files.insert(files.end(), {{"--record", o.record, FileUse::write},
+                               {"--shot", o.shot, FileUse::write},
+                               {"--state", o.state, FileUse::write_text}});
+    return files;
+}
+
+Result<void> check_together(const ViewOptions& o) {
+    if (o.headless && o.replay.empty() && o.shot.empty() && o.state.empty())
+        return fail("--headless: expected --replay, --shot or --state, found none of them");
+    if (o.headless && !o.record.empty())
+        return fail("--record: records a window; leave out --headless");
+    if (!o.shot.empty() && !o.headless)
+        return fail("--shot: needs --headless");
+    if (!o.replay.empty() && !o.headless)
+        return fail("--replay: needs --headless");
+    if (!o.shot.empty() && !o.shot.ends_with(".png"))
+        return fail("--shot: expected a name ending in .png, found '{}'", o.shot);
+    const std::vector<uint32_t>& size = o.scene.size_px;
+    if (size.size() == 2 &&
+        (size[0] < view::kSmallestWindow_px.x || size[1] < view::kSmallestWindow_px.y))
+        return fail("--size: expected at least {},{} for a window, found {},{}",
+                    view::kSmallestWindow_px.x, view::kSmallestWindow_px.y, size[0], size[1]);
+    return {};
+}
+
+// `keeps`: a project is opened so that it keeps what is done from now on; else it is only read.
+Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& read, bool keeps,
+                                 const Interrupt& interrupt) {
+    Result<OpenedScene> scene = open_scene(options, read, interrupt);
+    if (!scene)
+        return pass_on(scene);
+    view::Source source{std::move(*scene)};
+    if (keeps && Project::is_one(options.input)) {
+        Result<Project::Opened> project = Project::open(options.input);
+        if (!project)
+            return pass_on(project);
+        source.project.emplace(std::move(*project));
+    }
+    return source;
+}
+
+Result<void> run_view(const ViewOptions& options) {
+    const Interrupt interrupt;
+    view::Script script;
+    if (!options.replay.empty()) {
+        Result<view::Script> read = view::load_script(options.replay);
+        if (!read)
+            return pass_on(read);
+        script = std::move(*read);
+    }
+    if (options.scene.size_px.size() == 2)
+        script.size_px = {options.scene.size_px[0], options.scene.size_px[1]};
+    if (options.text_scale > 0.0)
+        script.text_scale = options.text_scale;
+
+    view::LoopOptions loop{.device = options.device,
+                           .validate = options.validate,
+                           .size_px = script.size_px,
+                           .text_scale = options.text_scale,
+                           .record = options.record};
+    loop.viewer.frame_ms = options.frame_ms;
+    loop.viewer.threaded = !options.headless;
+    loop.viewer.open = [&](const std::string& path) {
+        SceneOptions dropped;
+        dropped.input = path;
+        dropped.size_px = options.scene.size_px;
+        return open_source(dropped, options.read, !options.headless, interrupt);
+    };
+    loop.stop = interrupt.token();
+    loop.set_renderer = [&](const GpuDevice& device, RendererOptions& renderer) {
+        apply(options.memory, device, true, renderer);
+    };
+    // A camera that fits the volume fits it into its view.
+    SceneOptions scene = options.scene;
+    view::ViewState first;
+    first.size_px = script.size_px;
+    const glm::uvec2 room = view::volume_size_px(first);
+    scene.size_px = {room.x, room.y};
+    Result<view::Source> opened = open_source(scene, options.read, !options.headless, interrupt);
+    if (!opened)
+        return pass_on(opened);
+    view::HeadlessResult result;
+    if (options.headless) {
+        auto done =
+            view::run_headless(std::move(*opened), script, std::move(loop), !options.shot.empty());
+        if (!done)
+            return pass_on(done);
+        result = std::move(*done);
+    } else {
+        auto state = view::run_window(std::move(*opened), std::move(loop));
+        if (!state)
+            return pass_on(state);
+        result.state = std::move(*state);
+    }
+    if (result.shot)
+        if (auto saved = save_png(options.shot, *result.shot); !saved)
+            return saved;
+    return options.state.empty() ? Result<void>()
+                                 : write_text(options.state, report_text(result.state));
+}
+
+} // namespace
+
+Command add_view(CLI::App& app) {
+    auto o = std::make_shared<ViewOptions>();
+    add_scene_options(app, o->scene);
+    app.get_option("--size")->description(
+        "Width and height of the window in pixels (default: 1280,800)");
+    add_read_limits(app, o->read);
+    app.add_option(
+           "--frame-ms", o->frame_ms,
+           "Time of a picture of the volume in ms while something moves; then it is refined")
+        ->capture_default_str()
+        ->check(positive());
+    app.add_option("--text-scale", o->text_scale,
+                   "Size of letters and widgets, 0.5 .. 4 (default: as the display asks, or 1)")
+        ->check(within(0.5, 4.0));
+    app.add_option("--record", o->record,
+                   "Write every input to a script, JSON lines (default: none)")
+        ->type_name("FILE");
+    app.add_option("--replay", o->replay,
+                   "Do the input of a script; with --headless (default: none)")
+        ->type_name("FILE");
+    app.add_flag("--headless", o->headless, "Open no window, and end when the script is done");
+    app.add_option("--shot", o->shot,
+                   "With --headless: picture of the window at the end, .png (default: none)")
+        ->type_name("FILE");
+    app.add_option("--state", o->state,
+                   "At the end: views, tool and document as JSON, or - (default: none)")
+        ->type_name("FILE");
+    app.add_option("--device", o->device,
+                   "Vulkan device: part of its name, or its number in palpate doctor (default: the "
+                   "first discrete, integrated, then CPU device)");
+    add_device_memory_options(app, o->memory);
+    app.add_flag("--validate", o->validate,
+                 "Run under Vulkan validation; a validation message is a failure");
+    refuse_where_wrong(app, [o] { return check_together(*o); });
+    return {[o] { return run_view(*o); }, [o] { return files_of(*o); }};
+}
+
+} // namespace palpate

@@ -1,0 +1,446 @@
+#include "apps/palpate/view/interaction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "engine/session/default_scene.h"
+
+namespace palpate::view {
+
+namespace {
+
+constexpr double kDoubleClick_s = 0.35, kDoubleClick_px = 5.0;
+constexpr double kZoomPerPx = 1.01;          // of a drag
+constexpr double kZoomPerNotch = 1.15;       // of the wheel
+constexpr double kWindowPerPx = 1.0 / 250.0; // of its width
+
+glm::dvec3 turned(glm::dvec3 v, glm::dvec3 axis, double radians) {
+    return glm::dmat3(glm::rotate(glm::dmat4(1.0), radians, axis)) * v;
+}
+
+// Turns the eye about the target: what is near the eye follows the hand.
+void rotate(Camera& camera, glm::dvec2 by_px, glm::dvec2 size_px) {
+    const View view = make_view(camera, glm::uvec2(1));
+    const double per_px = M_PI / std::max(1.0, std::min(size_px.x, size_px.y));
+    glm::dvec3 arm = camera.eye_mm - camera.target_mm, up = view.up;
+    arm = turned(arm, view.up, -by_px.x * per_px);
+    const glm::dvec3 right = turned(view.right, view.up, -by_px.x * per_px);
+    arm = turned(arm, right, -by_px.y * per_px);
+    up = turned(up, right, -by_px.y * per_px);
+    camera.eye_mm = camera.target_mm + arm;
+    camera.up = up;
+}
+
+void roll(Camera& camera, glm::dvec2 from_px,
+          glm::dvec2 to_px) { // from the panel's middle
+    if (glm::length(from_px) < 1.0 || glm::length(to_px) < 1.0)
+        return;
+    const double angle = std::atan2(to_px.y, to_px.x) - std::atan2(from_px.y, from_px.x);
+    const View view = make_view(camera, glm::uvec2(1));
+    camera.up = turned(view.up, view.forward, -angle);
+}
+
+void pan(Camera& camera, glm::dvec2 by_px, glm::dvec2 size_px) {
+    const View view = make_view(camera, glm::uvec2(1));
+    const double distance = glm::length(camera.target_mm - camera.eye_mm);
+    const double height = camera.projection == Projection::orthographic ? camera.view_height_mm
+                                                                        : 2.0 * distance * view.top;
+    const double per_px = height / std::max(1.0, size_px.y);
+    const glm::dvec3 by = per_px * (-by_px.x * view.right + by_px.y * view.up);
+    camera.eye_mm += by;
+    camera.target_mm += by;
+}
+
+void zoom(Camera& camera, double times, double extent_mm) {
+    camera.view_height_mm = std::clamp(camera.view_height_mm / times, 1e-3, 1e6);
+    const glm::dvec3 arm = camera.eye_mm - camera.target_mm;
+    const double now = glm::length(arm);
+    const double next = std::clamp(now / times, 1e-3 * extent_mm, 100.0 * extent_mm);
+    camera.eye_mm = camera.target_mm + arm * (next / now);
+}
+
+double extent_mm(const Grid& grid) {
+    return glm::length(glm::dmat3(grid.world_from_index) * glm::dvec3(grid.size));
+}
+
+// The zoom changes and what is under a pixel stays there.
+void zoom_slice(ViewState& state, const Grid& grid, Panel panel, double times, glm::dvec2 at_px) {
+    SliceView& slice = state.slices[static_cast<size_t>(panel)];
+    const glm::dvec3 before = point_under(state, grid, panel, at_px);
+    slice.zoom = std::clamp(slice.zoom * times, 0.05, 200.0);
+    slice.center_mm += before - point_under(state, grid, panel, at_px);
+}
+
+void set_window(ViewState& state, const Subject& subject, GreyWindow window) {
+    const double least = 1e-6 * std::max(1e-6, double{subject.range.max} - subject.range.min);
+    if (window.high - window.low < least)
+        window.high = window.low + least;
+    state.window = window;
+}
+
+// Left and right change the width, up and down the level.
+void drag_window(ViewState& state, const Subject& subject, glm::dvec2 by_px) {
+    const double width = state.window.high - state.window.low;
+    const double level =
+        0.5 * (state.window.low + state.window.high) - by_px.y * kWindowPerPx * width;
+    const double next = width * std::exp(by_px.x * kWindowPerPx);
+    set_window(state, subject, {level - 0.5 * next, level + 0.5 * next});
+}
+
+// The planes other than the panel's own turn with the pointer about the crosshair.
+void turn_planes(ViewState& state, const Grid& grid, Panel panel, glm::dvec2 from_px,
+                 glm::dvec2 to_px) {
+    const glm::dvec2 middle = pixel_of(state, grid, panel, state.crosshair_mm).value();
+    const glm::dvec2 a = from_px - middle, b = to_px - middle;
+    if (glm::length(a) < 2.0 || glm::length(b) < 2.0)
+        return;
+    // Rows count downwards, so that the angle is counter-clockwise with its sign turned.
+    const double angle = std::atan2(-b.y, b.x) - std::atan2(-a.y, a.x);
+    const glm::dvec3 axis = state.slices[static_cast<size_t>(panel)].towards;
+    for (const Panel other : kPanels) {
+        if (!is_slice(other) || other == panel)
+            continue;
+        SliceView& slice = state.slices[static_cast<size_t>(other)];
+        slice.right = glm::normalize(turned(slice.right, axis, angle));
+        slice.towards = glm::normalize(turned(slice.towards, axis, angle));
+        slice.up = glm::cross(slice.towards, slice.right);
+        slice.center_mm =
+            state.crosshair_mm + turned(slice.center_mm - state.crosshair_mm, axis, angle);
+    }
+}
+
+void page(ViewState& state, const Grid& grid, Panel panel, double layers) {
+    const glm::dvec3 away = -state.slices[static_cast<size_t>(panel)].towards;
+    move_crosshair(state, grid, state.crosshair_mm + layers * layer_step_mm(grid, away) * away);
+}
+
+Hand hand_in(const ViewState& state, Panel panel) {
+    return is_slice(panel) ? state.hand : Hand::crosshair;
+}
+
+Order stroke(Order::Kind kind, const ViewState& state, const Subject& subject, Panel panel,
+             double time_s) {
+    return {kind, point_under(state, subject.grid, panel, state.pointer_px), time_s, {}};
+}
+
+void press(Outcome& next, const Event& event, const Subject& subject) {
+    ViewState& state = next.state;
+    const Panel panel = *state.under;
+    Drag drag{Drag::Kind::pan, event.button, panel, state.pointer_px};
+    if (event.button == Button::right)
+        drag.kind = Drag::Kind::zoom;
+    if (event.button == Button::left) {
+        const bool twice = event.time_s - state.pressed_s < kDoubleClick_s &&
+                           glm::distance(state.pointer_px, state.pressed_px) < kDoubleClick_px;
+        state.pressed_s = twice ? -1e9 : event.time_s;
+        state.pressed_px = state.pointer_px;
+        const Hand hand = hand_in(state, panel);
+        if (twice && hand == Hand::crosshair && !state.w_held) {
+            state.alone = state.alone ? std::nullopt : std::optional(panel);
+            drag.kind = Drag::Kind::maximise; // the rest of the click does nothing
+        } else if (!is_slice(panel)) {
+            drag.kind = event.modifiers.shift  ? Drag::Kind::pan
+                        : event.modifiers.ctrl ? Drag::Kind::roll
+                                               : Drag::Kind::rotate;
+        } else if (state.w_held) {
+            drag.kind = Drag::Kind::window;
+        } else if (hand != Hand::crosshair) {
+            drag.kind = Drag::Kind::stroke;
+            next.orders.push_back(
+                stroke(Order::Kind::stroke_down, state, subject, panel, event.time_s));
+        } else {
+            const std::vector<Handle> handles = state.crosshair_shown
+                                                    ? handles_of(state, subject.grid, panel)
+                                                    : std::vector<Handle>{};
+            const bool on_handle =
+                std::any_of(handles.begin(), handles.end(), [&](const Handle& handle) {
+                    return glm::distance(handle.at_px, state.pointer_px) <= kHandle_px;
+                });
+            drag.kind = on_handle ? Drag::Kind::turn : Drag::Kind::crosshair;
+            if (!on_handle)
+                move_crosshair(state, subject.grid,
+                               point_under(state, subject.grid, panel, state.pointer_px));
+        }
+    }
+    state.drag = drag;
+}
+
+void drag_on(Outcome& next, const Event& event, const Subject& subject) {
+    ViewState& state = next.state;
+    Drag& drag = *state.drag;
+    const std::optional<Box> box = box_of(state, drag.panel);
+    if (!box) // the layout changed meanwhile
+        return;
+    const Grid& grid = subject.grid;
+    const glm::dvec2 from = drag.last_px, to = state.pointer_px, by = to - from;
+    const glm::dvec2 size(box->size_px);
+    const auto slice = static_cast<size_t>(drag.panel);
+    switch (drag.kind) {
+        case Drag::Kind::crosshair:
+            move_crosshair(state, grid, point_under(state, grid, drag.panel, to));
+            break;
+        case Drag::Kind::window:
+            drag_window(state, subject, by);
+            break;
+        case Drag::Kind::pan:
+            if (is_slice(drag.panel))
+                state.slices[slice].center_mm += point_under(state, grid, drag.panel, from) -
+                                                 point_under(state, grid, drag.panel, to);
+            else
+                pan(state.camera, by, size);
+            break;
+        case Drag::Kind::zoom: { // upwards comes nearer
+            const double times = std::pow(kZoomPerPx, -by.y);
+            if (is_slice(drag.panel))
+                zoom_slice(state, grid, drag.panel, times,
+                           glm::dvec2(box->low_px) + 0.5 * size - 0.5);
+            else
+                zoom(state.camera, times, extent_mm(grid));
+            break;
+        }
+        case Drag::Kind::rotate:
+            rotate(state.camera, by, size);
+            break;
+        case Drag::Kind::roll: {
+            const glm::dvec2 middle = glm::dvec2(box->low_px) + 0.5 * size;
+            roll(state.camera, from - middle, to - middle);
+            break;
+        }
+        case Drag::Kind::stroke:
+            next.orders.push_back(
+                stroke(Order::Kind::stroke_move, state, subject, drag.panel, event.time_s));
+            break;
+        case Drag::Kind::turn:
+            turn_planes(state, grid, drag.panel, from, to);
+            break;
+        case Drag::Kind::maximise:
+            break;
+    }
+    drag.last_px = to;
+}
+
+void release(Outcome& next, const Event& event, const Subject& subject) {
+    ViewState& state = next.state;
+    if (!state.drag || state.drag->button != event.button)
+        return;
+    if (state.drag->kind == Drag::Kind::stroke)
+        next.orders.push_back(
+            {Order::Kind::stroke_up,
+             box_of(state, state.drag->panel)
+                 ? point_under(state, subject.grid, state.drag->panel, state.drag->last_px)
+                 : state.crosshair_mm,
+             event.time_s,
+             {}});
+    state.drag.reset();
+}
+
+void turn_wheel(ViewState& state, const Event& event, const Subject& subject) {
+    const Panel panel = *state.under;
+    const double times = std::pow(kZoomPerNotch, event.wheel.y);
+    if (!is_slice(panel))
+        zoom(state.camera, times, extent_mm(subject.grid));
+    else if (event.modifiers.ctrl)
+        zoom_slice(state, subject.grid, panel, times, state.pointer_px);
+    else
+        page(state, subject.grid, panel, event.wheel.y);
+}
+
+void hover(ViewState& state, const Subject& subject) {
+    const Panel panel = *state.under;
+    if (is_slice(panel)) {
+        move_crosshair(state, subject.grid,
+                       point_under(state, subject.grid, panel, state.pointer_px));
+        return;
+    }
+    const Box box = box_of(state, panel).value();
+    const glm::uvec2 size(box.size_px);
+    const View view = make_view(state.camera, size);
+    if (!subject.pick)
+        return;
+    if (const auto met =
+            subject.pick(ray_through(view, state.pointer_px - glm::dvec2(box.low_px), size)))
+        move_crosshair(state, subject.grid, *met);
+}
+
+// The volume seen along one of the patient's axes, at the distance it has now.
+void look(ViewState& state, const char* from) {
+    const ViewDirection view = view_direction(from).value();
+    const double distance = glm::distance(state.camera.eye_mm, state.camera.target_mm);
+    state.camera.eye_mm = state.camera.target_mm + distance * glm::normalize(view.towards);
+    state.camera.up = view.up;
+}
+
+void reset(ViewState& state, const Subject& subject) {
+    state.slices = subject.home.slices;
+    state.camera = subject.home.camera;
+    state.crosshair_mm = subject.home.crosshair_mm;
+    state.window = subject.home.window;
+}
+
+// Keys without Ctrl.
+void press_key(ViewState& state, const std::string& key, bool shift, const Subject& subject) {
+    constexpr double kSizeStep = 1.25;
+    const auto fade = [&](double by) {
+        state.label_opacity =
+            std::clamp(std::round((state.label_opacity + by) * 10) / 10, 0.0, 1.0);
+    };
+    if (key.size() == 1 && key[0] >= '1' && key[0] <= '9') {
+        const size_t number = static_cast<size_t>(key[0] - '1');
+        if (!shift && number < subject.windows.size())
+            state.window = subject.windows[number];
+    } else if (key == "home") {
+        look(state, shift ? "bottom" : "top");
+    } else if (key == "end") {
+        look(state, shift ? "back" : "front");
+    } else if (key == "page_down") {
+        look(state, shift ? "right" : "left");
+    } else if (key == "up" || key == "down") {
+        if (state.under && is_slice(*state.under))
+            page(state, subject.grid, *state.under, key == "up" ? 1.0 : -1.0);
+    } else if (key == "r") {
+        reset(state, subject);
+    } else if (key == "s") {
+        state.labels_shown = !state.labels_shown;
+    } else if (key == "a") {
+        fade(-0.1);
+    } else if (key == "d") {
+        fade(0.1);
+    } else if (key == "=" || key == "+") {
+        state.radius_mm = std::min(state.radius_mm * kSizeStep, 100.0);
+    } else if (key == "-") {
+        state.radius_mm = std::max(state.radius_mm / kSizeStep, 0.1);
+    } else if (key == "c") {
+        state.hand = Hand::crosshair;
+    } else if (key == "b") {
+        state.hand = Hand::draw;
+    } else if (key == "e") {
+        state.hand = Hand::erase;
+    } else if (key == "x") {
+        state.hand = Hand::cut;
+    } else if (key == "f") {
+        state.alone = state.alone ? std::nullopt : state.under;
+    } else if (key == "l") {
+        state.alone.reset();
+        state.layout = static_cast<Layout>((static_cast<int>(state.layout) + 1) % 3);
+    } else if (key == "tab") {
+        state.slice = static_cast<Panel>((static_cast<int>(state.slice) + 1) % 3);
+    } else if (key == "t") {
+        state.tools_open = !state.tools_open;
+    } else if (key == "n") {
+        state.notes_shown = !state.notes_shown;
+    } else if (key == "h") {
+        state.crosshair_shown = !state.crosshair_shown;
+    } else if (key == "p") {
+        state.slices_in_volume = !state.slices_in_volume;
+    } else if (key == "/" && shift) {
+        state.help_open = !state.help_open;
+    }
+}
+
+void use_key(Outcome& next, const Event& event, const Subject& subject) {
+    ViewState& state = next.state;
+    if (event.key == "w")
+        state.w_held = event.down && !event.for_widget;
+    if (!event.down || event.for_widget)
+        return;
+    if (event.key == "escape") {
+        if (state.drag && state.drag->kind == Drag::Kind::stroke)
+            next.orders.push_back({Order::Kind::stroke_cancel, {}, event.time_s, {}});
+        else if (!state.drag && !std::exchange(state.help_open, false) &&
+                 !std::exchange(state.saving_open, false) &&
+                 !std::exchange(state.closing_open, false))
+            state.alone.reset();
+        state.drag.reset();
+        return;
+    }
+    if (state.drag) // nothing is moved by accident while a hand is at work
+        return;
+    if (!event.modifiers.ctrl) {
+        press_key(state, event.key, event.modifiers.shift, subject);
+        return;
+    }
+    if (event.key == "s") {
+        next.orders.push_back({Order::Kind::save, {}, event.time_s, {}});
+        return;
+    }
+    const bool redo = event.key == "y" || (event.key == "z" && event.modifiers.shift);
+    if (redo || event.key == "z")
+        next.orders.push_back({redo ? Order::Kind::redo : Order::Kind::undo, {}, event.time_s, {}});
+}
+
+std::optional<Panel> panel_under(const ViewState& state) {
+    for (const Places::View& view : places_of(state).views)
+        if (view.box.holds(state.pointer_px))
+            return view.panel;
+    return std::nullopt;
+}
+
+} // namespace
+
+Outcome after(ViewState before, const Event& event, const Subject& subject) {
+    Outcome next{std::move(before)};
+    ViewState& state = next.state;
+    if (event.kind != Event::Kind::move && !event.for_widget) // a widget may have gone
+        state.under = panel_under(state);
+    const bool in_view = state.under && !event.for_widget;
+    switch (event.kind) {
+        case Event::Kind::move:
+            state.pointer_px = event.at_px;
+            state.under = event.for_widget ? std::nullopt : panel_under(state);
+            if (state.drag)
+                drag_on(next, event, subject);
+            else if (state.under && event.modifiers.shift)
+                hover(state, subject);
+            break;
+        case Event::Kind::button:
+            if (!event.down)
+                release(next, event, subject);
+            else if (in_view && !state.drag)
+                press(next, event, subject);
+            break;
+        case Event::Kind::wheel:
+            if (in_view && !state.drag)
+                turn_wheel(state, event, subject);
+            break;
+        case Event::Kind::key:
+            use_key(next, event, subject);
+            break;
+        case Event::Kind::text:
+            break;
+        case Event::Kind::resize:
+            state.size_px = glm::max(event.size_px, kSmallestWindow_px);
+            break;
+        case Event::Kind::drop:
+            if (!event.paths.empty())
+                next.orders.push_back({Order::Kind::open, {}, event.time_s, event.paths.front()});
+            break;
+    }
+    if (event.kind != Event::Kind::move && !event.for_widget) // boxes may have moved
+        state.under = panel_under(state);
+    return next;
+}
+
+glm::dvec2 line_of(const ViewState& state, Panel panel, Panel other) {
+    const SliceView& here = state.slices[static_cast<size_t>(panel)];
+    const glm::dvec3 line =
+        glm::cross(here.towards, state.slices[static_cast<size_t>(other)].towards);
+    const glm::dvec2 on_screen(glm::dot(line, here.right), -glm::dot(line, here.up));
+    return glm::length(on_screen) > 1e-9 ? glm::normalize(on_screen) : glm::dvec2(1.0, 0.0);
+}
+
+std::vector<Handle> handles_of(const ViewState& state, const Grid& grid, Panel panel) {
+    std::vector<Handle> handles;
+    const std::optional<Box> box = box_of(state, panel);
+    if (!box || !is_slice(panel))
+        return handles;
+    const glm::dvec2 middle = pixel_of(state, grid, panel, state.crosshair_mm).value();
+    const double arm = kHandle_share * std::min(box->size_px.x, box->size_px.y);
+    for (const Panel other : kPanels)
+        if (is_slice(other) && other != panel)
+            for (const double side : {-1.0, 1.0})
+                handles.push_back({other, middle + side * arm * line_of(state, panel, other)});
+    return handles;
+}
+
+} // namespace palpate::view

@@ -1,0 +1,274 @@
+#include "apps/palpate/view/interface.h"
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/palpate/view/interaction.h"
+
+namespace palpate::view {
+
+namespace {
+
+// ImGui knows keys by numbers of ours: places in key_names().
+int number_of(const std::string& key) {
+    const auto& names = key_names();
+    const auto found = std::find(names.begin(), names.end(), key);
+    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
+void name_keys(ImGuiIO& io) {
+    const std::pair<int, const char*> keys[] = {{ImGuiKey_Tab, "tab"},
+                                                {ImGuiKey_LeftArrow, "left"},
+                                                {ImGuiKey_RightArrow, "right"},
+                                                {ImGuiKey_UpArrow, "up"},
+                                                {ImGuiKey_DownArrow, "down"},
+                                                {ImGuiKey_PageUp, "page_up"},
+                                                {ImGuiKey_PageDown, "page_down"},
+                                                {ImGuiKey_Home, "home"},
+                                                {ImGuiKey_End, "end"},
+                                                {ImGuiKey_Insert, "insert"},
+                                                {ImGuiKey_Delete, "delete"},
+                                                {ImGuiKey_Backspace, "backspace"},
+                                                {ImGuiKey_Space, "space"},
+                                                {ImGuiKey_Enter, "enter"},
+                                                {ImGuiKey_Escape, "escape"},
+                                                {ImGuiKey_A, "a"},
+                                                {ImGuiKey_C, "c"},
+                                                {ImGuiKey_V, "v"},
+                                                {ImGuiKey_X, "x"},
+                                                {ImGuiKey_Y, "y"},
+                                                {ImGuiKey_Z, "z"}};
+    for (const auto& [key, name] : keys)
+        io.KeyMap[key] = number_of(name);
+}
+
+} // namespace
+
+Interface::Interface(double text_scale) {
+    IMGUI_CHECKVERSION();
+    ImGui::CreateContext();
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;
+    io.LogFilename = nullptr;
+    io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
+    name_keys(io);
+    ImGui::StyleColorsDark();
+    ImGuiStyle& style = ImGui::GetStyle();
+    style.WindowRounding = 0.0f;
+    style.WindowBorderSize = 0.0f;
+    style.FrameRounding = 2.0f;
+    style.ScaleAllSizes(static_cast<float>(text_scale));
+    ImFontConfig font;
+    font.SizePixels = std::round(13.0f * static_cast<float>(text_scale));
+    io.Fonts->AddFontDefault(&font);
+    io.Fonts->Build();
+}
+
+Interface::~Interface() {
+    ImGui::DestroyContext();
+}
+
+bool Interface::takes(const Event& event) const {
+    const ImGuiIO& io = ImGui::GetIO();
+    switch (event.kind) {
+        case Event::Kind::move:
+        case Event::Kind::button:
+        case Event::Kind::wheel:
+            return io.WantCaptureMouse;
+        case Event::Kind::key:
+        case Event::Kind::text:
+            return io.WantTextInput;
+        case Event::Kind::resize:
+        case Event::Kind::drop:
+            return false;
+    }
+    return false;
+}
+
+void Interface::feed(const Event& event) {
+    ImGuiIO& io = ImGui::GetIO();
+    io.KeyShift = event.modifiers.shift;
+    io.KeyCtrl = event.modifiers.ctrl;
+    io.KeyAlt = event.modifiers.alt;
+    const bool mine = event.for_widget;
+    switch (event.kind) {
+        case Event::Kind::move:
+            io.MousePos =
+                ImVec2(static_cast<float>(event.at_px.x), static_cast<float>(event.at_px.y));
+            break;
+        case Event::Kind::button: {
+            const int button = event.button == Button::left    ? ImGuiMouseButton_Left
+                               : event.button == Button::right ? ImGuiMouseButton_Right
+                                                               : ImGuiMouseButton_Middle;
+            io.MouseDown[button] = event.down && mine;
+            break;
+        }
+        case Event::Kind::wheel:
+            if (mine) {
+                io.MouseWheelH += static_cast<float>(event.wheel.x);
+                io.MouseWheel += static_cast<float>(event.wheel.y);
+            }
+            break;
+        case Event::Kind::key:
+            if (const int key = number_of(event.key); key >= 0)
+                io.KeysDown[key] = event.down && mine;
+            break;
+        case Event::Kind::text:
+            if (mine)
+                io.AddInputCharactersUTF8(event.text.c_str());
+            break;
+        case Event::Kind::resize:
+        case Event::Kind::drop:
+            break;
+    }
+}
+
+void Interface::note(const char* id) {
+    const ImVec2 low = ImGui::GetItemRectMin(), high = ImGui::GetItemRectMax();
+    widgets_[id] = {{static_cast<int>(low.x), static_cast<int>(low.y)},
+                    {static_cast<int>(high.x - low.x), static_cast<int>(high.y - low.y)}};
+}
+
+std::vector<Order> Interface::frame(const std::vector<Event>& events, double time_s,
+                                    ViewState& state, Work& work,
+                                    const std::array<PictureState, kPanels.size()>& pictures) {
+    for (const Event& event : events)
+        feed(event);
+    ImGuiIO& io = ImGui::GetIO();
+    io.DisplaySize =
+        ImVec2(static_cast<float>(state.size_px.x), static_cast<float>(state.size_px.y));
+    io.DeltaTime = static_cast<float>(std::clamp(time_s - time_s_, 1e-3, 1.0));
+    time_s_ = time_s;
+    ImGui::NewFrame();
+    widgets_.clear();
+    std::vector<Order> orders;
+    draw_tools(state, work, orders);
+    draw_status(state, work);
+    draw_help(state);
+    draw_questions(state, work, orders);
+    ImDrawList& behind = *ImGui::GetBackgroundDrawList();
+    for (const Places::View& view : places_of(state).views)
+        draw_marks(behind, state, work, view.panel, view.box,
+                   pictures[static_cast<size_t>(view.panel)]);
+    ImGui::Render();
+    return orders;
+}
+
+const ImDrawData& Interface::lists() const {
+    return *ImGui::GetDrawData();
+}
+
+void Interface::draw_status(const ViewState& state, Work& work) {
+    const Box box = places_of(state).status;
+    ImGui::SetNextWindowPos(
+        ImVec2(static_cast<float>(box.low_px.x), static_cast<float>(box.low_px.y)));
+    ImGui::SetNextWindowSize(
+        ImVec2(static_cast<float>(box.size_px.x), static_cast<float>(box.size_px.y)));
+    ImGui::PushStyleVar(
+        ImGuiStyleVar_WindowPadding,
+        ImVec2(6.0f, 0.5f * (static_cast<float>(box.size_px.y) - ImGui::GetTextLineHeight())));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowMinSize, ImVec2(1.0f, 1.0f));
+    ImGui::Begin("status", nullptr,
+                 ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
+                     ImGuiWindowFlags_NoFocusOnAppearing);
+    const bool in_slice = state.under && is_slice(*state.under);
+    const glm::dvec3 at =
+        in_slice ? point_under(state, work.subject().grid, *state.under, state.pointer_px)
+                 : state.crosshair_mm;
+    const std::string text = work.text_at(at);
+    ImGui::Text("%s %s", in_slice ? "pointer" : "crosshair",
+                text.empty() ? "outside" : text.c_str());
+    const EditState edit = work.edited();
+    if (std::string message = work.take_message(); !message.empty()) {
+        message_ = std::move(message);
+        told_s_ = time_s_;
+    }
+    constexpr double kShown_s = 6.0;
+    if (time_s_ - told_s_ < kShown_s && !message_.empty()) {
+        ImGui::SameLine();
+        ImGui::TextColored(ImVec4(1.0f, 0.75f, 0.4f, 1.0f), "  %s", message_.c_str());
+    }
+    const std::string steps = fmt::format("{} edit{}, {} to redo   ? keys", edit.undo_steps,
+                                          edit.undo_steps == 1 ? "" : "s", edit.redo_steps);
+    ImGui::SameLine(std::max(
+        0.0f, static_cast<float>(box.size_px.x) - ImGui::CalcTextSize(steps.c_str()).x - 8.0f));
+    ImGui::TextUnformatted(steps.c_str());
+    ImGui::End();
+    ImGui::PopStyleVar(2);
+}
+
+void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>& orders) {
+    const auto begin = [&](const char* title, bool& open) {
+        ImGui::SetNextWindowPos(ImVec2(0.5f * static_cast<float>(state.size_px.x),
+                                       0.5f * static_cast<float>(state.size_px.y)),
+                                ImGuiCond_Always, ImVec2(0.5f, 0.5f));
+        ImGui::Begin(title, &open,
+                     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
+                         ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings);
+    };
+    if (state.closing_open) {
+        begin("Close", state.closing_open);
+        ImGui::TextUnformatted("There are edits that are not saved. Close again to lose them.");
+        if (ImGui::Button("save..")) {
+            state.closing_open = false;
+            state.saving_open = true;
+        }
+        note("close/save");
+        ImGui::SameLine();
+        if (ImGui::Button("stay"))
+            state.closing_open = false;
+        note("close/stay");
+        ImGui::End();
+    }
+    if (state.saving_open) {
+        begin("Save to a new project folder", state.saving_open);
+        if (folder_[0] == '\0') {
+            const std::string offered = work.new_folder();
+            std::copy_n(offered.begin(), std::min(offered.size(), folder_.size() - 1),
+                        folder_.begin());
+            ImGui::SetKeyboardFocusHere();
+        }
+        ImGui::SetNextItemWidth(0.5f * static_cast<float>(state.size_px.x));
+        const bool entered = ImGui::InputText("folder", folder_.data(), folder_.size(),
+                                              ImGuiInputTextFlags_EnterReturnsTrue);
+        note("save/folder");
+        if (ImGui::Button("save") || entered) {
+            orders.push_back({Order::Kind::save, {}, time_s_, folder_.data()});
+            state.saving_open = false;
+        }
+        note("save/save");
+        ImGui::SameLine();
+        if (ImGui::Button("cancel"))
+            state.saving_open = false;
+        note("save/cancel");
+        ImGui::End();
+    }
+    if (!state.saving_open)
+        folder_ = {};
+}
+
+void Interface::draw_help(ViewState& state) {
+    if (!state.help_open)
+        return;
+    ImGui::SetNextWindowPos(ImVec2(0.5f * static_cast<float>(state.size_px.x),
+                                   0.5f * static_cast<float>(state.size_px.y)),
+                            ImGuiCond_Always, ImVec2(0.5f, 0.5f));
+    ImGui::Begin("Mouse and keys", &state.help_open,
+                 ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings);
+    if (ImGui::BeginTable("keys", 2)) {
+        for (const KeyHelp& line : key_help()) {
+            ImGui::TableNextColumn();
+            ImGui::TextColored(ImVec4(1.0f, 0.85f, 0.5f, 1.0f), "%s", line.keys);
+            ImGui::TableNextColumn();
+            ImGui::TextUnformatted(line.purpose);
+        }
+        ImGui::EndTable();
+    }
+    ImGui::End();
+}
+
+} // namespace palpate::view

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "apps/palpate/view/state.h"
+#include "apps/palpate/view/work.h"
+
+struct ImDrawData;
+struct ImDrawList;
+
+namespace palpate::view {
+
+// What views show now, for their notes.
+struct PictureState {
+    bool there = false, complete = true;
+    double ms = 0, error_estimate = 0;
+};
+
+// Widgets, and marks over the views, by Dear ImGui. Needs no window: input comes as events, and
+// what comes out are lists of triangles. One at a time.
+class Interface {
+ public:
+    explicit Interface(double text_scale);
+    ~Interface();
+    Interface(const Interface&) = delete;
+    Interface& operator=(const Interface&) = delete;
+
+    // Whether an event is for a widget, by what lay under the pointer in the last frame.
+    bool takes(const Event& event) const;
+
+    // One frame: the events that widgets take, then all widgets and marks, which change the state.
+    // Returns what widgets ask for.
+    std::vector<Order> frame(const std::vector<Event>& events, double time_s, ViewState& state,
+                             Work& work, const std::array<PictureState, kPanels.size()>& pictures);
+
+    const ImDrawData& lists() const; // of the last frame
+    // Where the widgets of the last frame lie, by their ids: "tool/draw".
+    const std::map<std::string, Box>& widgets() const { return widgets_; }
+    static uint32_t texture_of(Panel panel) { return 1 + static_cast<uint32_t>(panel); }
+
+ private:
+    void feed(const Event& event);
+    void draw_tools(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_hand(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_window(ViewState& state, Work& work);
+    void draw_volume(ViewState& state, Work& work);
+    void draw_labels(ViewState& state, Work& work);
+    void draw_layout(ViewState& state);
+    void draw_status(const ViewState& state, Work& work);
+    void draw_help(ViewState& state);
+    void draw_questions(ViewState& state, Work& work, std::vector<Order>& orders);
+    void note(const char* id); // where the last widget lies
+
+    double time_s_ = 0;
+    std::map<std::string, Box> widgets_;
+    std::string message_;
+    double told_s_ = -1e9;            // when it came
+    std::array<char, 1024> folder_{}; // that is typed
+};
+
+// The marks over a view: letters, crosshair, notes, scale bar, tool.
+void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box,
+                const PictureState& picture);
+
+} // namespace palpate::view

@@ -1,0 +1,154 @@
+#include "apps/palpate/view/loop.h"
+
+#include <volk.h>
+
+#include <fstream>
+#include <thread>
+
+#include "apps/palpate/view/window.h"
+#include "engine/base/log.h"
+#include "engine/gpu/error.h"
+
+namespace palpate::view {
+
+namespace {
+
+// What comes out of a loop: no message of validation may be left.
+Result<void> expect_valid(const GpuDevice& device) {
+    const std::vector<std::string> messages = device.validation_messages();
+    if (!messages.empty())
+        return fail("Vulkan validation had {} complaints, the first: {}", messages.size(),
+                    messages.front());
+    return {};
+}
+
+// Writes what happens as it happens, so that it is there after a crash.
+class Recorder {
+ public:
+    Recorder(const std::string& path, glm::uvec2 size_px, double text_scale) {
+        if (path.empty())
+            return;
+        file_.open(path, std::ios::trunc);
+        file_ << header_line(size_px, text_scale) << std::flush;
+    }
+    void add(uint64_t frame, const std::vector<Event>& events) {
+        if (!file_.is_open() || events.empty())
+            return;
+        for (const Event& event : events)
+            file_ << event_line(frame, event);
+        file_ << std::flush;
+    }
+    bool failed() const { return file_.fail(); }
+
+ private:
+    std::ofstream file_;
+};
+
+// The interface's: one that presents. Where the one that was asked for does not, another does.
+std::unique_ptr<GpuDevice> presenting_device(const LoopOptions& options) {
+    DeviceOptions wanted{.select = options.device,
+                         .validation = options.validate,
+                         .instance_extensions = Window::instance_extensions(),
+                         .device_extensions = {VK_KHR_SWAPCHAIN_EXTENSION_NAME},
+                         .can_present = Window::can_present()};
+    try {
+        return std::make_unique<GpuDevice>(wanted);
+    } catch (const GpuError&) {
+        if (wanted.select.empty())
+            throw;
+    }
+    wanted.select.clear();
+    return std::make_unique<GpuDevice>(wanted);
+}
+
+} // namespace
+
+DeviceOptions headless_device(const std::string& select, bool validate) {
+    return {.select = select,
+            .validation = validate,
+            .can_present = [](VkInstance, VkPhysicalDevice device, uint32_t family) {
+                uint32_t count = 0;
+                vkGetPhysicalDeviceQueueFamilyProperties(device, &count, nullptr);
+                std::vector<VkQueueFamilyProperties> families(count);
+                vkGetPhysicalDeviceQueueFamilyProperties(device, &count, families.data());
+                return family < count && (families[family].queueFlags & VK_QUEUE_GRAPHICS_BIT) != 0;
+            }};
+}
+
+Result<nlohmann::ordered_json> run_window(Source source, LoopOptions options) {
+    Result<std::unique_ptr<Window>> made = Window::create(options.size_px, "palpate");
+    if (!made)
+        return pass_on(made);
+    Window& window = **made;
+    // Two devices: on one, the interface would wait for the rays of the pictures.
+    GpuDevice pictures({.select = options.device,
+                        .validation = options.validate,
+                        .instance_extensions = Window::instance_extensions()});
+    const std::unique_ptr<GpuDevice> interface = presenting_device(options);
+    options.set_renderer(pictures, options.viewer.renderer);
+    Screen screen(*interface, window);
+    const double text_scale = options.text_scale > 0.0 ? options.text_scale : window.text_scale();
+    const glm::uvec2 size = glm::max(window.size_px(), kSmallestWindow_px);
+    options.viewer.on_picture = Window::wake;
+    Viewer viewer(pictures, *interface, screen.format(), std::move(source), size, text_scale,
+                  std::move(options.viewer));
+    Recorder recorder(options.record, size, text_scale);
+    std::string title;
+    constexpr int kSettling = 3;     // frames after which widgets have answered
+    constexpr double kIdle_s = 0.25; // edits and messages show within
+    int frames_to_go = kSettling;
+    double last_s = window.time_s();
+    for (uint64_t frame = 0; !options.stop.stop_requested(); ++frame) {
+        if (window.should_close()) {
+            if (viewer.may_close())
+                break;
+            window.stay_open(); // the interface asks
+            frames_to_go = kSettling;
+        }
+        window.wait(frames_to_go > 0 || !window.events().empty() ? 0.0 : kIdle_s);
+        const std::vector<Event> events = window.events().take_frame();
+        frames_to_go = events.empty() ? frames_to_go - 1 : kSettling;
+        recorder.add(frame, events);
+        viewer.frame(events, events.empty() ? window.time_s() : events.back().time_s);
+        if (viewer.title() != title)
+            window.set_title((title = viewer.title()) + " - palpate");
+        if (const auto failure = viewer.failure())
+            return fail("{}", *failure);
+        if (window.size_px().x > 0)
+            screen.show(window.size_px(), [&](Commands& commands, GpuImage& target) {
+                viewer.record(commands, target);
+            });
+        // Presenting paces on some systems only.
+        last_s = std::max(last_s + kFrame_s, window.time_s());
+        std::this_thread::sleep_for(
+            std::chrono::duration<double>(std::max(0.0, last_s - window.time_s())));
+    }
+    if (recorder.failed())
+        return fail("{}: cannot be written", options.record);
+    for (const GpuDevice* device : {&pictures, interface.get()})
+        if (auto valid = expect_valid(*device); !valid)
+            return pass_on(valid);
+    return viewer.dump();
+}
+
+Result<HeadlessResult> run_headless(Source source, const Script& script, LoopOptions options,
+                                    bool with_shot) {
+    GpuDevice device(headless_device(options.device, options.validate));
+    options.set_renderer(device, options.viewer.renderer);
+    options.viewer.threaded = false;
+    Viewer viewer(device, device, VK_FORMAT_R8G8B8A8_UNORM, std::move(source), script.size_px,
+                  script.text_scale, std::move(options.viewer));
+    replay(viewer, script);
+    HeadlessResult result{viewer.dump(), {}};
+    if (with_shot) {
+        Result<Image> shot = viewer.shot();
+        if (!shot)
+            return pass_on(shot);
+        result.shot = std::move(*shot);
+    }
+    if (auto valid = expect_valid(device); !valid)
+        return pass_on(valid);
+    return result;
+}
+
+} // namespace palpate::view

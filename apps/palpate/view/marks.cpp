@@ -1,0 +1,196 @@
+// Marks over the views.
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/palpate/view/interaction.h"
+#include "apps/palpate/view/interface.h"
+
+namespace palpate::view {
+
+namespace {
+
+constexpr ImU32 kText = IM_COL32(225, 225, 215, 255), kShadow = IM_COL32(0, 0, 0, 200),
+                kTool = IM_COL32(90, 220, 255, 255);
+
+// Of planes and their lines: axial red, coronal green, sagittal yellow.
+ImU32 color_of(Panel panel, int alpha = 255) {
+    switch (panel) {
+        case Panel::axial:
+            return IM_COL32(240, 90, 80, alpha);
+        case Panel::coronal:
+            return IM_COL32(100, 200, 90, alpha);
+        case Panel::sagittal:
+            return IM_COL32(235, 205, 70, alpha);
+        case Panel::volume:
+            return IM_COL32(120, 150, 220, alpha);
+    }
+    return kText;
+}
+
+ImVec2 to_im(glm::dvec2 v) {
+    return {static_cast<float>(v.x), static_cast<float>(v.y)};
+}
+
+// Text whose box lies at `at` less `anchor` (0 .. 1) of its size; dark below it, so that it can be
+// read on anything.
+void write(ImDrawList& list, glm::dvec2 at, glm::dvec2 anchor, const std::string& text,
+           ImU32 color = kText) {
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    const ImVec2 low(std::round(static_cast<float>(at.x) - static_cast<float>(anchor.x) * size.x),
+                     std::round(static_cast<float>(at.y) - static_cast<float>(anchor.y) * size.y));
+    list.AddText(ImVec2(low.x + 1.0f, low.y + 1.0f), kShadow, text.c_str());
+    list.AddText(low, color, text.c_str());
+}
+
+struct Marks {
+    ImDrawList& list;
+    const ViewState& state;
+    Work& work;
+    Panel panel;
+    glm::dvec2 low, size;
+    double letter; // height of a line
+    double edge;   // room between marks and the edge
+
+    const Grid& grid() const { return work.subject().grid; }
+    const SliceView& slice() const { return state.slices[static_cast<size_t>(panel)]; }
+
+    void letters(glm::dvec3 right, glm::dvec3 up) const {
+        const glm::dvec2 middle = low + 0.5 * size;
+        write(list, {low.x + edge, middle.y}, {0.0, 0.5}, letters_of(-right));
+        write(list, {low.x + size.x - edge, middle.y}, {1.0, 0.5}, letters_of(right));
+        write(list, {middle.x, low.y + edge}, {0.5, 0.0}, letters_of(up));
+        write(list, {middle.x, low.y + size.y - edge}, {0.5, 1.0}, letters_of(-up));
+    }
+
+    void crosshair() const {
+        const glm::dvec2 at = pixel_of(state, grid(), panel, state.crosshair_mm).value() + 0.5;
+        constexpr double kOpen_px = 7.0;
+        const double far = size.x + size.y;
+        for (const Panel other : kPanels) {
+            if (!is_slice(other) || other == panel)
+                continue;
+            const glm::dvec2 along = line_of(state, panel, other);
+            for (const double side : {-1.0, 1.0})
+                list.AddLine(to_im(at + side * kOpen_px * along), to_im(at + side * far * along),
+                             color_of(other, 150));
+        }
+        const bool turns = state.under == panel && state.hand == Hand::crosshair;
+        if (turns || (state.drag && state.drag->kind == Drag::Kind::turn))
+            for (const Handle& handle : handles_of(state, grid(), panel))
+                list.AddCircle(to_im(handle.at_px + 0.5), static_cast<float>(kHandle_px) - 2.0f,
+                               color_of(handle.plane), 0, 1.5f);
+    }
+
+    void bar() const {
+        const ScaleBar bar =
+            scale_bar(mm_per_px(slice(), grid(), glm::ivec2(size)), std::min(0.3 * size.x, 200.0));
+        const glm::dvec2 end = low + size - glm::dvec2(edge, edge + 2.0);
+        const glm::dvec2 begin = end - glm::dvec2(std::round(bar.px), 0.0);
+        for (const auto& [color, thick] : {std::pair(kShadow, 4.0f), {kText, 2.0f}}) {
+            list.AddLine(to_im(begin), to_im(end), color, thick);
+            for (const glm::dvec2 tip : {begin, end})
+                list.AddLine(to_im(tip - glm::dvec2(0.0, 4.0)), to_im(tip + glm::dvec2(0.0, 2.0)),
+                             color, thick);
+        }
+        const std::string text = bar.mm < 1000.0 ? fmt::format("{:g} mm", bar.mm)
+                                                 : fmt::format("{:g} m", bar.mm / 1000.0);
+        write(list, 0.5 * (begin + end) - glm::dvec2(0.0, 5.0), {0.5, 1.0}, text);
+    }
+
+    // "S 12.5 mm, 46 of 108"
+    std::string place() const {
+        const glm::dvec3 away = -slice().towards;
+        int axis = 0;
+        for (int i = 1; i < 3; ++i)
+            if (std::abs(away[i]) > std::abs(away[axis]))
+                axis = i;
+        const double mm = state.crosshair_mm[axis];
+        const char letter_of[] = {mm < 0 ? 'R' : 'L', mm < 0 ? 'A' : 'P', mm < 0 ? 'I' : 'S'};
+        std::string text = fmt::format("{} {:.1f} mm", letter_of[axis], std::abs(mm));
+        const glm::dvec3 samples = glm::dmat3(index_from_world(grid())) * slice().towards;
+        if (!holds_samples(grid(), slice().towards))
+            return text + ", turned";
+        int along = 0;
+        for (int i = 1; i < 3; ++i)
+            if (std::abs(samples[i]) > std::abs(samples[along]))
+                along = i;
+        const double index = index_point(grid(), state.crosshair_mm)[along];
+        return text + fmt::format(", {:g} of {}", std::round(index) + 1.0, grid().size[along]);
+    }
+
+    void notes(const PictureState& picture) const {
+        const glm::dvec2 corner = low + edge;
+        write(list, corner, {0.0, 0.0}, name_of(panel), color_of(panel));
+        const glm::dvec2 foot(low.x + edge, low.y + size.y - edge);
+        if (is_slice(panel)) {
+            write(list, {low.x + size.x - edge, corner.y}, {1.0, 0.0},
+                  fmt::format("W {:g} L {:g}",
+                              std::round(10 * (state.window.high - state.window.low)) / 10,
+                              std::round(5 * (state.window.low + state.window.high)) / 10));
+            write(list, foot, {0.0, 1.0}, place());
+            if (std::abs(slice().zoom - 1.0) > 0.005)
+                write(list, foot - glm::dvec2(0.0, letter), {0.0, 1.0},
+                      fmt::format("zoom {:.2f}", slice().zoom));
+        } else if (!picture.complete) {
+            write(list, foot, {0.0, 1.0},
+                  fmt::format("refining, error {:.3f}", picture.error_estimate));
+        }
+    }
+
+    void tool() const {
+        if (state.hand == Hand::crosshair || state.under != panel)
+            return;
+        const double radius = state.radius_mm / mm_per_px(slice(), grid(), glm::ivec2(size));
+        list.AddCircle(to_im(state.pointer_px + 0.5), static_cast<float>(std::max(radius, 1.0)),
+                       kTool, 0, 1.5f);
+    }
+
+    // Where the crosshair is in the volume.
+    void spot() const {
+        const auto at = pixel_of(state, grid(), panel, state.crosshair_mm);
+        if (!at)
+            return;
+        for (const glm::dvec2 arm : {glm::dvec2(6.0, 0.0), glm::dvec2(0.0, 6.0)})
+            for (const double side : {-1.0, 1.0})
+                list.AddLine(to_im(*at + 0.5 + 0.4 * side * arm), to_im(*at + 0.5 + side * arm),
+                             kTool, 1.5f);
+    }
+};
+
+} // namespace
+
+void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box,
+                const PictureState& picture) {
+    const glm::dvec2 low(box.low_px), size(box.size_px);
+    const ImVec2 from = to_im(low), to = to_im(low + size);
+    list.PushClipRect(from, to, true);
+    if (picture.there)
+        list.AddImage(
+            reinterpret_cast<ImTextureID>(static_cast<uintptr_t>(Interface::texture_of(panel))),
+            from, to);
+    const double letter = ImGui::GetTextLineHeight();
+    const Marks marks{list, state, work, panel, low, size, letter, std::round(0.5 * letter)};
+    if (is_slice(panel)) {
+        if (state.crosshair_shown)
+            marks.crosshair();
+        marks.tool();
+    } else if (state.crosshair_shown) {
+        marks.spot();
+    }
+    if (state.notes_shown) {
+        if (is_slice(panel)) {
+            marks.letters(marks.slice().right, marks.slice().up);
+            marks.bar();
+        } else {
+            const View view = make_view(state.camera, glm::uvec2(glm::max(box.size_px, 1)));
+            marks.letters(view.right, view.up);
+        }
+        marks.notes(picture);
+    }
+    list.PopClipRect();
+}
+
+} // namespace palpate::view

@@ -1,0 +1,52 @@
+#pragma once
+
+#include <array>
+#include <glm/glm.hpp>
+#include <optional>
+#include <vector>
+
+namespace palpate::view {
+
+// The views of a volume. The first three are slices, in this order in all lists.
+enum class Panel { axial, coronal, sagittal, volume };
+constexpr std::array<Panel, 4> kPanels{Panel::axial, Panel::coronal, Panel::sagittal,
+                                       Panel::volume};
+constexpr size_t kSlicePanels = 3;
+const char* name_of(Panel panel); // "axial", "coronal", "sagittal", "3d"
+constexpr bool is_slice(Panel panel) {
+    return panel != Panel::volume;
+}
+
+enum class Layout { four, volume, slice }; // three slices and 3D; 3D alone; one slice
+const char* name_of(Layout layout);        // "four", "3d", "slice"
+
+// Pixels of the window.
+struct Box {
+    glm::ivec2 low_px{0}, size_px{0};
+
+    bool holds(glm::dvec2 at) const {
+        return at.x >= low_px.x && at.y >= low_px.y && at.x < low_px.x + size_px.x &&
+               at.y < low_px.y + size_px.y;
+    }
+    friend bool operator==(const Box&, const Box&) = default;
+};
+
+// A window smaller than this has no room for its views.
+constexpr glm::uvec2 kSmallestWindow_px{480, 320};
+
+// Where everything lies in the window. Two panels are kGap_px apart.
+struct Places {
+    struct View {
+        Panel panel;
+        Box box;
+    };
+    std::vector<View> views; // those that are shown
+    Box tools, status;       // the side panel (empty when it is closed) and the line at the bottom
+};
+constexpr int kGap_px = 2;
+// `alone`: a panel that fills the room of all views, whatever the layout. `slice` is the one of
+// Layout::slice. text_scale: of letters, 1 is 13 pixels.
+Places places_of(glm::uvec2 window_px, Layout layout, Panel slice, std::optional<Panel> alone,
+                 bool tools_open, double text_scale);
+
+} // namespace palpate::view

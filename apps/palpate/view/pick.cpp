@@ -1,0 +1,74 @@
+#include "apps/palpate/view/pick.h"
+
+#include <cmath>
+
+#include "engine/volume/extent.h"
+#include "engine/volume/sample.h"
+
+namespace palpate::view {
+
+namespace {
+
+struct Span {
+    double begin = 0.0, end = INFINITY;
+    void keep(double along, double above) { // where along * t >= above
+        if (along > 0.0)
+            begin = std::max(begin, above / along);
+        else if (along < 0.0)
+            end = std::min(end, above / along);
+        else if (above > 0.0)
+            end = -INFINITY;
+    }
+};
+
+} // namespace
+
+std::optional<glm::dvec3> first_seen(const Ray& ray, const Volume& volume, const Scene& scene) {
+    if (!scene.ray_cast)
+        return std::nullopt;
+    const RayCastLayer& layer = *scene.ray_cast;
+    Span span;
+    for (const HalfSpace& side : half_spaces(volume.grid()))
+        span.keep(glm::dot(side.normal, ray.direction),
+                  side.offset - glm::dot(side.normal, ray.origin_mm));
+    for (const ClipPlane& plane : scene.clip_planes)
+        span.keep(glm::dot(plane.normal, ray.direction),
+                  glm::dot(plane.normal, plane.point_mm - ray.origin_mm));
+    if (!(span.begin < span.end))
+        return std::nullopt;
+    const glm::dmat4 to_index = index_from_world(volume.grid());
+    SampleCursor cursor(volume);
+    const auto place = [&](double t) { return ray.origin_mm + t * ray.direction; };
+    const auto value = [&](double t) {
+        return double{cursor.value(glm::dvec3(to_index * glm::dvec4(place(t), 1.0)))};
+    };
+    const double step = 0.5 * smallest_spacing_mm(volume.grid());
+    double depth = 0.0, most = -INFINITY, most_at = NAN, last = NAN;
+    for (double t = span.begin + 0.5 * step; t < span.end; t += step) {
+        const double v = value(t);
+        if (layer.mode == RayMode::mip) {
+            if (v > most) {
+                most = v;
+                most_at = t;
+            }
+        } else if (layer.mode == RayMode::iso) {
+            const double iso = layer.isos.front().value;
+            if (v >= iso) {
+                double low = last < iso ? t - step : t, high = t;
+                while (high - low > 0.001 * step) {
+                    const double middle = 0.5 * (low + high);
+                    (value(middle) >= iso ? high : low) = middle;
+                }
+                return place(high);
+            }
+        } else if (!std::isnan(v)) {
+            depth += tau_per_mm_at(layer.transfer, v) * step;
+            if (depth >= std::log(2.0))
+                return place(t);
+        }
+        last = v;
+    }
+    return std::isnan(most_at) ? std::nullopt : std::optional(place(most_at));
+}
+
+} // namespace palpate::view

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+
+#include "apps/palpate/view/panel.h"
+#include "engine/scene/camera.h"
+#include "engine/volume/grid.h"
+
+namespace palpate::view {
+
+// How a slice is looked at. The three vectors are orthonormal, right x up = towards; the plane goes
+// through the crosshair.
+struct SliceView {
+    glm::dvec3 right{}, up{}, towards{}; // of the picture; towards the eye
+    glm::dvec3 center_mm{0.0};           // that is the picture's middle, seen along `towards`
+    double zoom = 1.0;                   // 1: the whole volume just fits
+
+    friend bool operator==(const SliceView&, const SliceView&) = default;
+};
+
+// Axial, coronal and sagittal: along the axes of the samples that are nearest to those of the
+// patient, made orthogonal where the grid is sheared. Axial slices are seen from the feet, coronal
+// ones from the front, sagittal ones from the left.
+std::array<SliceView, kSlicePanels> slice_views(const Grid& grid);
+
+// An orthographic camera on the plane through the crosshair, for a panel of this size.
+Camera camera_of(const SliceView& view, glm::dvec3 crosshair_mm, const Grid& grid,
+                 glm::ivec2 size_px);
+
+// The point of the plane under a pixel of the panel (its middle lies at the pixel's middle).
+glm::dvec3 point_under(const SliceView& view, glm::dvec3 crosshair_mm, const Grid& grid,
+                       glm::ivec2 size_px, glm::dvec2 pixel);
+// The pixel whose middle shows a point, seen along `towards`.
+glm::dvec2 pixel_of(const SliceView& view, const Grid& grid, glm::ivec2 size_px,
+                    glm::dvec3 point_mm);
+double mm_per_px(const SliceView& view, const Grid& grid, glm::ivec2 size_px);
+
+// Of a perspective or orthographic camera; nothing where the point is not in front of the eye.
+std::optional<glm::dvec2> pixel_of(const Camera& camera, glm::ivec2 size_px, glm::dvec3 point_mm);
+
+// The way along a direction of unit length from one layer of samples to the next.
+double layer_step_mm(const Grid& grid, glm::dvec3 direction);
+// Whether planes across a direction hold samples: it stands on two axes of the grid.
+bool holds_samples(const Grid& grid, glm::dvec3 direction);
+
+// Where a direction points to in the patient: L R P A S I, the strongest first; those that hold
+// less than a fifth of it are left out. "L", "LP", "AIR".
+std::string letters_of(glm::dvec3 direction);
+
+// A round length (1, 2 or 5 times a power of ten) of at most `most_px` pixels, and more than 2/5 of
+// them.
+struct ScaleBar {
+    double mm, px;
+};
+ScaleBar scale_bar(double mm_per_px, double most_px);
+
+} // namespace palpate::view

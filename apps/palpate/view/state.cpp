@@ -1,0 +1,102 @@
+#include "apps/palpate/view/state.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::view {
+
+const char* name_of(Hand hand) {
+    constexpr const char* names[] = {"crosshair", "draw", "erase", "cut"};
+    return names[static_cast<size_t>(hand)];
+}
+
+Places places_of(const ViewState& state) {
+    return places_of(state.size_px, state.layout, state.slice, state.alone, state.tools_open,
+                     state.text_scale);
+}
+
+std::optional<Box> box_of(const ViewState& state, Panel panel) {
+    for (const Places::View& view : places_of(state).views)
+        if (view.panel == panel)
+            return view.box;
+    return std::nullopt;
+}
+
+glm::uvec2 volume_size_px(const ViewState& state) {
+    const std::optional<Box> box = box_of(state, Panel::volume);
+    return glm::uvec2(
+        glm::max(box ? box->size_px : places_of(state).views.front().box.size_px, glm::ivec2(1)));
+}
+
+glm::dvec3 point_under(const ViewState& state, const Grid& grid, Panel panel, glm::dvec2 at_px) {
+    const Box box = box_of(state, panel).value();
+    return point_under(state.slices[static_cast<size_t>(panel)], state.crosshair_mm, grid,
+                       box.size_px, at_px - glm::dvec2(box.low_px));
+}
+
+std::optional<glm::dvec2> pixel_of(const ViewState& state, const Grid& grid, Panel panel,
+                                   glm::dvec3 point_mm) {
+    const std::optional<Box> box = box_of(state, panel);
+    if (!box)
+        return std::nullopt;
+    const std::optional<glm::dvec2> at =
+        is_slice(panel)
+            ? pixel_of(state.slices[static_cast<size_t>(panel)], grid, box->size_px, point_mm)
+            : pixel_of(state.camera, box->size_px, point_mm);
+    return at ? std::optional(*at + glm::dvec2(box->low_px)) : std::nullopt;
+}
+
+std::optional<glm::uvec3> sample_at(const Grid& grid, glm::dvec3 point_mm) {
+    const glm::dvec3 nearest = glm::round(index_point(grid, point_mm));
+    for (int i = 0; i < 3; ++i)
+        if (!(nearest[i] >= 0.0 && nearest[i] < static_cast<double>(grid.size[i])))
+            return std::nullopt;
+    return glm::uvec3(nearest);
+}
+
+void move_crosshair(ViewState& state, const Grid& grid, glm::dvec3 to_mm) {
+    glm::dvec3 index =
+        glm::clamp(index_point(grid, to_mm), glm::dvec3(0.0), glm::dvec3(grid.size) - 1.0);
+    const bool along_samples =
+        std::all_of(state.slices.begin(), state.slices.end(),
+                    [&](const SliceView& slice) { return holds_samples(grid, slice.towards); });
+    if (along_samples)
+        index = glm::round(index);
+    state.crosshair_mm = world_point(grid, index);
+}
+
+Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scene& base,
+               bool has_labels) {
+    Scene scene = base;
+    const std::optional<Box> box = box_of(state, panel);
+    scene.size_px =
+        glm::uvec2(glm::max(box ? box->size_px : glm::ivec2(volume_size_px(state)), glm::ivec2(1)));
+    scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
+    if (!has_labels || !state.labels_shown)
+        scene.labels.reset();
+    if (scene.labels)
+        scene.labels->slice_opacity = state.label_opacity;
+    scene.value_and_depth = false;
+    scene.stereo.reset();
+    const auto plane = [&](const SliceView& slice) {
+        return SliceLayer{.point_mm = state.crosshair_mm, .normal = slice.towards};
+    };
+    if (is_slice(panel)) {
+        const SliceView& slice = state.slices[static_cast<size_t>(panel)];
+        scene.camera = camera_of(slice, state.crosshair_mm, grid, glm::ivec2(scene.size_px));
+        scene.ray_cast.reset();
+        scene.surfaces.clear();
+        scene.clip_planes.clear();
+        scene.background = glm::dvec3(0.0);
+        scene.slices = {plane(slice)};
+        return scene;
+    }
+    scene.camera = state.camera;
+    scene.slices.clear();
+    if (state.slices_in_volume)
+        for (const SliceView& slice : state.slices)
+            scene.slices.push_back(plane(slice));
+    return scene;
+}
+
+} // namespace palpate::view

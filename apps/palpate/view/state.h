@@ -1,0 +1,117 @@
+#pragma once
+
+#include <array>
+#include <functional>
+#include <glm/glm.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/palpate/view/event.h"
+#include "apps/palpate/view/panel.h"
+#include "apps/palpate/view/slice_view.h"
+#include "engine/scene/scene.h"
+
+namespace palpate::view {
+
+enum class Hand { crosshair, draw, erase, cut }; // what the left button does in slices
+const char* name_of(Hand hand);
+
+// Values shown as black and as white in slices.
+struct GreyWindow {
+    double low = 0.0, high = 1.0; // low < high
+
+    friend bool operator==(const GreyWindow&, const GreyWindow&) = default;
+};
+
+// A move of the mouse with a button pressed, from its press on.
+struct Drag {
+    enum class Kind { crosshair, window, pan, zoom, rotate, roll, stroke, turn, maximise };
+    Kind kind = Kind::crosshair;
+    Button button = Button::left; // whose release ends it
+    Panel panel = Panel::axial;
+    glm::dvec2 last_px{0.0};
+
+    friend bool operator==(const Drag&, const Drag&) = default;
+};
+
+// All that a person can change about how a document is seen, and what the hand is doing. A value.
+struct ViewState {
+    glm::uvec2 size_px{1280, 800};
+    double text_scale = 1.0;
+    Layout layout = Layout::four;
+    Panel slice = Panel::axial; // of Layout::slice
+    std::optional<Panel> alone; // fills the room of all views
+    bool tools_open = true, help_open = false, notes_shown = true, crosshair_shown = true;
+    bool saving_open = false, closing_open = false; // questions
+    bool slices_in_volume = false;                  // the three planes are drawn among the rays
+
+    glm::dvec3 crosshair_mm{0.0};
+    std::array<SliceView, kSlicePanels> slices;
+    Camera camera; // of the volume
+    GreyWindow window;
+
+    Hand hand = Hand::crosshair;
+    double radius_mm = 3.0;
+    uint16_t label = 1; // that is drawn
+    bool labels_shown = true;
+    double label_opacity = 0.4;
+
+    glm::dvec2 pointer_px{-1.0};
+    std::optional<Panel> under; // the view that the pointer is in
+    std::optional<Drag> drag;
+    bool w_held = false;
+    double pressed_s = -1e9; // of the last press of the left button in a view, for double clicks
+    glm::dvec2 pressed_px{-1.0};
+
+    friend bool operator==(const ViewState&, const ViewState&) = default;
+};
+
+// What the state is about, and where it goes back to.
+struct Subject {
+    Grid grid;
+    ValueRange range;                // of the grey values
+    std::vector<GreyWindow> windows; // of keys 1 .. 9
+    std::vector<std::string> window_names;
+    ViewState home; // as it was opened
+    // What a ray of the 3D view meets first, if anything: for Shift and a move.
+    std::function<std::optional<glm::dvec3>(const Ray&)> pick{};
+};
+
+// What cannot be done by a change of state.
+struct Order {
+    enum class Kind { stroke_down, stroke_move, stroke_up, stroke_cancel, undo, redo, save, open };
+    Kind kind;
+    glm::dvec3 at_mm{0.0}; // of strokes
+    double time_s = 0.0;
+    std::string path{}; // of open; of save the folder of a new project, or empty
+
+    friend bool operator==(const Order&, const Order&) = default;
+};
+
+Places places_of(const ViewState& state);
+std::optional<Box> box_of(const ViewState& state,
+                          Panel panel); // none where it is not shown
+
+// The size of the volume's view, or what it would be.
+glm::uvec2 volume_size_px(const ViewState& state);
+
+// The point in the patient under a pixel of the window, in a slice.
+glm::dvec3 point_under(const ViewState& state, const Grid& grid, Panel panel, glm::dvec2 at_px);
+// Where a point lies in the window.
+std::optional<glm::dvec2> pixel_of(const ViewState& state, const Grid& grid, Panel panel,
+                                   glm::dvec3 point_mm);
+
+// Moves the crosshair, not beyond the volume. Where all three slices lie along the samples it goes
+// to the middle of the nearest one, so that slices show samples as they are.
+void move_crosshair(ViewState& state, const Grid& grid, glm::dvec3 to_mm);
+
+// The sample nearest to a point; none outside the volume.
+std::optional<glm::uvec3> sample_at(const Grid& grid, glm::dvec3 point_mm);
+
+// What a view's picture shows: `base` is the document's scene, of which rays, colours of labels and
+// clip planes are taken.
+Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scene& base,
+               bool has_labels);
+
+} // namespace palpate::view

@@ -1,0 +1,155 @@
+#include "apps/palpate/view/viewer.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "apps/palpate/view/interaction.h"
+#include "engine/base/log.h"
+#include "engine/base/profile.h"
+
+namespace palpate::view {
+
+Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Source source,
+               glm::uvec2 size_px, double text_scale, ViewerOptions options)
+    : pictures_device_(&pictures),
+      interface_device_(&interface),
+      format_(format),
+      options_(std::move(options)),
+      interface_(text_scale),
+      drawing_(std::make_unique<UiDrawing>(interface, format)) {
+    state_.size_px = size_px;
+    state_.text_scale = text_scale;
+    begin(std::move(source));
+}
+
+void Viewer::begin(Source source) {
+    pictures_.reset(); // before the session that it looks at
+    const std::vector<std::shared_ptr<const Mesh>> meshes = source.scene.loaded.data.meshes;
+    work_ = std::make_unique<Work>(std::move(source), state_.size_px, state_.text_scale,
+                                   options_.threaded);
+    state_ = work_->subject().home;
+    state_of_pictures_ = {};
+    new_pictures_.clear();
+    pictures_ =
+        std::make_unique<Pictures>(*pictures_device_, work_->session(),
+                                   Pictures::Options{options_.renderer, options_.frame_ms, meshes,
+                                                     options_.on_picture, options_.threaded});
+}
+
+void Viewer::open(const std::string& path) {
+    if (!options_.open)
+        return;
+    Result<Source> opened = options_.open(path);
+    if (opened)
+        begin(std::move(*opened));
+    else
+        log::error("{}", opened.error().message);
+}
+
+void Viewer::frame(std::vector<Event> events, double time_s) {
+    const profile::Scope scope("frame");
+    time_s_ = time_s;
+    std::vector<Order> orders;
+    for (Event& event : events) {
+        event.for_widget = !state_.drag && interface_.takes(event);
+        Outcome next = after(std::move(state_), event, work_->subject());
+        state_ = std::move(next.state);
+        for (Order& order : next.orders)
+            orders.push_back(std::move(order));
+    }
+    const auto obey = [&](const std::vector<Order>& all) {
+        for (const Order& order : all)
+            if (order.kind == Order::Kind::open)
+                open(order.path);
+            else if (order.kind == Order::Kind::save && order.path.empty() && !work_->has_project())
+                state_.saving_open = true; // asks where
+            else
+                work_->obey(order, state_);
+    };
+    obey(orders);
+    for (Picture& picture : pictures_->take())
+        new_pictures_.push_back(std::move(picture));
+    for (const Picture& picture : new_pictures_)
+        state_of_pictures_[static_cast<size_t>(picture.panel)] = {
+            true, picture.complete, picture.ms, picture.error_estimate};
+    work_->poll();
+    obey(interface_.frame(events, time_s, state_, *work_, state_of_pictures_));
+    if (!options_.threaded)
+        work_->session().settle();
+    wish();
+}
+
+bool Viewer::may_close() {
+    if (!work_->closing_loses_steps() || state_.closing_open)
+        return true; // asked twice
+    state_.closing_open = true;
+    return false;
+}
+
+void Viewer::wish() {
+    std::vector<Pictures::Wish> wishes;
+    const bool has_labels = work_->has_labels();
+    for (const Places::View& view : places_of(state_).views)
+        wishes.push_back({view.panel, scene_of(state_, work_->subject().grid, view.panel,
+                                               work_->session().scene(), has_labels)});
+    pictures_->want(std::move(wishes));
+}
+
+void Viewer::record(Commands& commands, GpuImage& target) {
+    for (const Picture& picture : new_pictures_)
+        drawing_->set_picture(commands, Interface::texture_of(picture.panel), picture.size_px,
+                              picture.rgba);
+    new_pictures_.clear();
+    drawing_->record(commands, target, interface_.lists());
+}
+
+Result<void> Viewer::draw_pictures() {
+    Result<std::vector<Picture>> drawn = pictures_->draw();
+    if (!drawn)
+        return pass_on(drawn);
+    new_pictures_ = std::move(*drawn);
+    return {};
+}
+
+Result<Image> Viewer::shot() {
+    if (Result<void> drawn = draw_pictures(); !drawn)
+        return pass_on(drawn);
+    frame({}, time_s_ + kFrame_s); // the notes know of the pictures
+    const glm::uvec2 size = state_.size_px;
+    Commands commands(*interface_device_);
+    GpuImage target(*interface_device_, "shot",
+                    {.format = format_, .size = glm::uvec3(size, 1), .attachment = true});
+    record(commands, target);
+    const Commands::Region all{0, glm::uvec3(0), glm::uvec3(size, 1)};
+    const BufferSlice texels =
+        commands.read_back(target, std::span(&all, 1), uint64_t{4} * size.x * size.y);
+    commands.submit();
+    commands.ticket().wait();
+    Image image = make_image(size, {"R", "G", "B"});
+    const std::byte* from = texels.mapped().data();
+    for (size_t i = 0; i < size_t{size.x} * size.y; ++i)
+        for (size_t c = 0; c < 3; ++c)
+            image.samples[3 * i + c] = static_cast<float>(from[4 * i + c]) / 255.0f;
+    return image;
+}
+
+void replay(Viewer& viewer, const Script& script) {
+    constexpr uint64_t kIdle = 3; // frames after which nothing changes without events
+    double time_s = 0.0;
+    uint64_t frame = 0;
+    for (size_t next = 0; next < script.lines.size(); ++frame) {
+        frame =
+            std::max(frame, script.lines[next].frame - std::min(script.lines[next].frame, kIdle));
+        std::vector<Event> events;
+        for (; next < script.lines.size() && script.lines[next].frame <= frame; ++next)
+            events.push_back(script.lines[next].event);
+        // Frames without events take their share of the time that passes.
+        time_s = events.empty() ? std::min(time_s + kFrame_s, script.lines[next].event.time_s)
+                                : events.back().time_s;
+        viewer.frame(std::move(events), time_s);
+    }
+    for (int i = 1; i <= 2; ++i) // widgets answer in the frame after a release
+        viewer.frame({}, time_s + i * kFrame_s);
+}
+
+} // namespace palpate::view

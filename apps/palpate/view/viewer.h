@@ -1,0 +1,75 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/pictures.h"
+#include "apps/palpate/view/script.h"
+#include "apps/palpate/view/ui_drawing.h"
+#include "engine/image/image.h"
+
+namespace palpate::view {
+
+// What views and pictures are made with.
+struct ViewerOptions {
+    RendererOptions renderer;
+    double frame_ms = 60.0; // of coarse pictures of the volume
+    bool threaded = true;   // false: for scripts, whose result is a function of their input
+    // Opens another file by its name, for files that are dropped on the window.
+    std::function<Result<Source>(const std::string& path)> open;
+    std::function<void()> on_picture;
+};
+
+// The program without its window: a frame takes events, changes the state and the document, and
+// lays out the interface. Drawing it on an image is another step.
+class Viewer {
+ public:
+    // `pictures` draws volumes, `interface` what is shown; both may be one where nothing is
+    // threaded.
+    Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Source source,
+           glm::uvec2 size_px, double text_scale, ViewerOptions options);
+
+    void frame(std::vector<Event> events, double time_s);
+
+    // Draws the interface on a target of the format, with the newest pictures.
+    void record(Commands& commands, GpuImage& target);
+
+    // Without a thread: all pictures at full quality, drawn by the next record().
+    Result<void> draw_pictures();
+    // The window as an image; without a thread.
+    Result<Image> shot();
+
+    const ViewState& state() const { return state_; }
+    Work& work() { return *work_; }
+    const Interface& interface() const { return interface_; }
+    nlohmann::ordered_json dump() { return work_->dump(state_); }
+    std::optional<std::string> failure() { return pictures_->failure(); }
+    const std::string& title() const { return work_->title(); }
+    // Whether the window may close; else the interface asks a person first.
+    bool may_close();
+
+ private:
+    void open(const std::string& path);
+    void begin(Source source);
+    void wish();
+
+    GpuDevice *pictures_device_, *interface_device_;
+    VkFormat format_;
+    ViewerOptions options_;
+    Interface interface_;
+    std::unique_ptr<UiDrawing> drawing_;
+    std::unique_ptr<Work> work_;
+    std::unique_ptr<Pictures> pictures_;
+    ViewState state_;
+    double time_s_ = 0; // of the last frame
+    std::vector<Picture> new_pictures_;
+    std::array<PictureState, kPanels.size()> state_of_pictures_{};
+};
+
+// Does a script's frames, and two after its last event, at the times it tells. Of frames without
+// events, in which nothing changes, at most three are done between two events.
+void replay(Viewer& viewer, const Script& script);
+
+} // namespace palpate::view

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/palpate/view/panel.h"
+#include "apps/palpate/view/script.h"
+#include "engine/gpu/commands.h"
+
+struct GLFWwindow;
+
+namespace palpate::view {
+
+// A window of the system, by GLFW. For the main thread, wake() apart. One at a time.
+class Window {
+ public:
+    // An error where there is no display, with what to do.
+    static Result<std::unique_ptr<Window>> create(glm::uvec2 size_px, const std::string& title);
+    ~Window();
+    Window(const Window&) = delete;
+    Window& operator=(const Window&) = delete;
+
+    // Of the devices that can present to it: to be made with can_present() of the window.
+    static std::vector<std::string> instance_extensions();
+    static std::function<bool(VkInstance, VkPhysicalDevice, uint32_t family)> can_present();
+
+    // Waits for input or wake(), at most so long.
+    void wait(double most_s);
+    static void wake(); // any thread
+    EventQueue& events() { return events_; }
+    bool should_close() const;
+    void stay_open();           // after should_close()
+    glm::uvec2 size_px() const; // in pixels; 0 while it is an icon
+    double text_scale() const;  // that the system asks for
+    double time_s() const;      // since it opened
+    void set_title(const std::string& title);
+    GLFWwindow* handle() { return window_; }
+
+ private:
+    Window() = default;
+    void listen();
+    Event event(Event::Kind kind) const;
+
+    GLFWwindow* window_ = nullptr;
+    EventQueue events_;
+};
+
+// What a window shows, on a device that presents.
+class Screen {
+ public:
+    Screen(GpuDevice& device, Window& window); // throws GpuError
+    ~Screen();
+    Screen(const Screen&) = delete;
+    Screen& operator=(const Screen&) = delete;
+
+    VkFormat format() const { return format_; }
+    // Has the next image drawn by `record` and shows it. Made anew where the window has another
+    // size.
+    void show(glm::uvec2 size_px, const std::function<void(Commands&, GpuImage&)>& record);
+
+ private:
+    void make(glm::uvec2 size_px);
+    void drop();
+
+    GpuDevice* device_;
+    VkSurfaceKHR surface_ = VK_NULL_HANDLE;
+    VkSwapchainKHR chain_ = VK_NULL_HANDLE;
+    VkFormat format_ = VK_FORMAT_UNDEFINED;
+    glm::uvec2 size_px_{0};
+    std::vector<GpuImage> images_;
+    // Signalled when an image may be drawn on, by turns; and when it is drawn, one an image.
+    std::vector<VkSemaphore> free_, drawn_;
+    std::vector<uint64_t> values_; // of the timeline: the last use of each of free_
+    size_t turn_ = 0;
+};
+
+} // namespace palpate::view

@@ -1,0 +1,330 @@
+#include "apps/palpate/view/work.h"
+
+#include <filesystem>
+
+#include "apps/palpate/view/pick.h"
+#include "engine/base/profile.h"
+#include "engine/session/default_scene.h"
+#include "engine/session/feel.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/content_hash.h"
+
+namespace palpate::view {
+
+namespace {
+
+constexpr std::chrono::minutes kAutosave(5); // of the volumes; steps are kept at once
+
+// What the views stand on: rays or meshes in 3D, colours for labels that a person may draw.
+Scene base_of(const OpenedScene& opened) {
+    Scene scene = opened.scene;
+    if (!scene.ray_cast && scene.surfaces.empty()) {
+        scene.slices.clear();
+        scene.ray_cast = default_ray_cast(RayMode::alpha, opened.loaded);
+        scene.camera = default_camera(scene, opened.loaded.data);
+    }
+    if (!scene.labels)
+        scene.labels = LabelLayer{};
+    return scene;
+}
+
+SessionSetup setup_of(Source& source, bool threaded) {
+    const OpenedScene& opened = source.scene;
+    const SceneData& data = opened.loaded.data;
+    if (source.project) {
+        SessionSetup setup = std::move(source.project->setup);
+        if (setup.grey.empty())
+            setup.grey = setup.document.volumes.front().name;
+        if (setup.labels.empty())
+            setup.labels = Work::kLabels; // that a person may draw
+        setup.scene = base_of(opened);
+        setup.edit.threaded = threaded;
+        return setup;
+    }
+    std::vector<NamedVolume> volumes{{Work::kGrey, VolumeKind::grey, data.volume}};
+    if (data.labels)
+        volumes.push_back({Work::kLabels, VolumeKind::labels, *data.labels});
+    SessionSetup setup{.document = Document(std::move(volumes)),
+                       .grey = Work::kGrey,
+                       .labels = Work::kLabels,
+                       .scene = base_of(opened)};
+    setup.parameters.iso = default_iso(opened.loaded); // where the walls of cuts are smooth
+    setup.edit.threaded = threaded;
+    return setup;
+}
+
+GreyWindow window_of(const TransferFunction& function, ValueRange range) {
+    if (!function.colors.empty() && function.colors.front().value < function.colors.back().value)
+        return {function.colors.front().value, function.colors.back().value};
+    return range.min < range.max ? GreyWindow{range.min, range.max}
+                                 : GreyWindow{range.min, range.min + 1.0};
+}
+
+std::string title_of(const SceneFile& file) {
+    return is_synthetic(file.volume) ? file.volume
+                                     : std::filesystem::path(file.volume).filename().string();
+}
+
+nlohmann::ordered_json json_of(glm::dvec3 v) {
+    return {v.x, v.y, v.z};
+}
+nlohmann::ordered_json json_of(const Box& box) {
+    return {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
+}
+
+} // namespace
+
+void add_windows(Subject& subject, const LoadedScene& loaded) {
+    const auto add = [&](const char* name, double low, double high) {
+        subject.windows.push_back({low, high});
+        subject.window_names.emplace_back(name);
+    };
+    const auto usual = window_of(default_slice_transfer(loaded), subject.range);
+    if (loaded.modality == "CT") {
+        const double zero = is_ct_without_offset(loaded) ? 1024.0 : 0.0;
+        struct Usual {
+            const char* name;
+            double level, width;
+        };
+        for (const Usual& w : {Usual{"soft tissue", 40, 400},
+                               {"lung", -600, 1500},
+                               {"liver", 90, 150},
+                               {"bone", 480, 2500},
+                               {"brain", 40, 80}})
+            add(w.name, zero + w.level - 0.5 * w.width, zero + w.level + 0.5 * w.width);
+    } else {
+        add("default", usual.low, usual.high);
+    }
+    const GreyWindow all = window_of({}, subject.range);
+    add("all values", all.low, all.high);
+}
+
+Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded)
+    : threaded_(threaded),
+      title_(source.project ? source.project->project.folder().filename().string()
+                            : title_of(source.scene.file)),
+      file_(source.scene.file),
+      loaded_(source.scene.loaded),
+      session_(setup_of(source, threaded)) {
+    grey_ = session_.sources().grey;
+    labels_ = session_.sources().labels;
+    if (source.project) {
+        for (const std::string& text : source.project->notes)
+            message_ += (message_.empty() ? "" : "; ") + text;
+        if (const size_t steps = source.project->unsaved)
+            message_ += fmt::format("{}{} unsaved step{} recovered", message_.empty() ? "" : "; ",
+                                    steps, steps == 1 ? "" : "s");
+        project_.emplace(std::move(source.project->project));
+        project_->autosave_every(kAutosave);
+    }
+    const std::string stem = std::filesystem::path(title_).stem().string();
+    new_folder_ = std::filesystem::absolute(
+                      stem.empty() || is_synthetic(title_) ? "work.palpate" : stem + ".palpate")
+                      .string();
+    const Volume& volume = loaded_.data.volume;
+    subject_.grid = volume.grid();
+    subject_.range = volume.range();
+    add_windows(subject_, loaded_);
+    ViewState& home = subject_.home;
+    home.size_px = window_px;
+    home.text_scale = text_scale;
+    home.slices = slice_views(subject_.grid);
+    move_crosshair(home, subject_.grid, center_mm(subject_.grid));
+    home.camera = session_.scene().camera;
+    const TransferFunction& grey = session_.scene().slice_transfer;
+    home.window =
+        window_of(grey.colors.empty() ? default_slice_transfer(loaded_) : grey, subject_.range);
+    subject_.pick = [this](const Ray& ray) {
+        const EditState state = session_.state();
+        return first_seen(ray, *state.document.find(grey_), session_.scene());
+    };
+}
+
+bool Work::put_empty_labels() {
+    VolumeBuilder empty(subject_.grid, ScalarType::u8);
+    return session_.put({labels_, VolumeKind::labels, empty.finish()}, "new label map");
+}
+
+// Gives the session the tool of the hand; makes a label map to draw on where there is none.
+bool Work::take_tool(const ViewState& state) {
+    const bool on_labels = state.hand != Hand::cut;
+    if (on_labels && !has_labels() && !put_empty_labels())
+        return false;
+    Json shape =
+        Json::object({{"kind", Json::of("ball")}, {"radius_mm", Json::of(state.radius_mm)}});
+    // A ball between samples still draws the one that its middle is in; cuts are by its surface.
+    const glm::dvec3 spacing = spacing_mm(subject_.grid);
+    const bool is_small = state.radius_mm < std::max({spacing.x, spacing.y, spacing.z});
+    if (on_labels && is_small)
+        shape = Json::object(
+            {{"kind", Json::of("union")},
+             {"of", Json::array({shape, Json::object({{"kind", Json::of("point")}})})}});
+    EditSetup setup{shape,
+                    {make_ball(state.radius_mm), on_labels && is_small},
+                    {},
+                    on_labels ? labels_ : grey_,
+                    {}};
+    setup.operation.kind = state.hand == Hand::draw    ? OperationKind::draw
+                           : state.hand == Hand::erase ? OperationKind::erase
+                                                       : OperationKind::cut;
+    setup.operation.label = state.label;
+    Json tool = Json::object({{"shape", std::move(shape)},
+                              {"hand", Json::of(name_of(state.hand))},
+                              {"label", Json::of(static_cast<double>(state.label))}});
+    if (json_line(tool) == json_line(tool_))
+        return true;
+    if (!session_.use(std::move(setup)))
+        return false;
+    tool_ = std::move(tool);
+    return true;
+}
+
+void Work::obey(const Order& order, const ViewState& state) {
+    using Kind = EditInput::Kind;
+    const StrokePose pose{order.time_s, {order.at_mm}};
+    switch (order.kind) {
+        case Order::Kind::stroke_down:
+            down_ = !down_ && take_tool(state) && session_.stroke(Kind::down, pose);
+            last_ = pose;
+            break;
+        case Order::Kind::stroke_move:
+            if (down_ && session_.stroke(Kind::move, pose)) // else the sweep leaves no gap
+                last_ = pose;
+            break;
+        case Order::Kind::stroke_up:
+        case Order::Kind::stroke_cancel: {
+            if (!down_)
+                break;
+            StrokePose end = order.kind == Order::Kind::stroke_up ? pose : last_;
+            end.time_s = std::max(order.time_s, last_.time_s);
+            while (!session_.stroke(Kind::up, end)) // the ring is full
+                session_.settle();
+            down_ = false;
+            if (order.kind == Order::Kind::stroke_cancel)
+                session_.undo();
+            break;
+        }
+        case Order::Kind::undo:
+            session_.undo();
+            break;
+        case Order::Kind::redo:
+            session_.redo();
+            break;
+        case Order::Kind::save:
+            if (project_ || !order.path.empty())
+                save(state, order.path);
+            break;
+        case Order::Kind::open:
+            break;
+    }
+}
+
+void Work::save(const ViewState& state, const std::string& folder) {
+    if (!threaded_) {
+        message_ = "a script saves nothing";
+        return;
+    }
+    Scene scene = session_.scene();
+    scene.camera = state.camera;
+    scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
+    session_.show(std::move(scene));
+    if (project_) {
+        if (Result<void> begun = project_->begin_save(session_); !begun)
+            message_ = begun.error().message;
+        return;
+    }
+    if (!has_labels()) // a project names the labels that may be drawn
+        put_empty_labels();
+    session_.settle();
+    Result<Project> made = Project::create_from(folder, session_, file_, loaded_.modality);
+    if (!made) {
+        message_ = made.error().message;
+        return;
+    }
+    project_.emplace(std::move(*made));
+    project_->autosave_every(kAutosave);
+    title_ = std::filesystem::path(folder).filename().string();
+    message_ = fmt::format("saved to {}; every step is kept there from now on", folder);
+}
+
+void Work::poll() {
+    if (!project_)
+        return;
+    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns()))
+        message_ = *ended ? fmt::format("saved to {}", project_->folder().string())
+                          : ended->error().message;
+}
+
+std::string Work::take_message() {
+    std::string refusal = session_.take_refusal();
+    return refusal.empty() ? std::exchange(message_, {}) : refusal;
+}
+
+std::string Work::name_of_label(uint32_t label) const {
+    for (const LabelName& name : loaded_.label_names)
+        if (name.label == label && !name.name.empty())
+            return fmt::format("{} {}", label, name.name);
+    return std::to_string(label);
+}
+
+std::string Work::text_at(glm::dvec3 point_mm) {
+    const auto sample = sample_at(subject_.grid, point_mm);
+    if (!sample)
+        return "";
+    const EditState state = edited();
+    const float value = state.document.find(grey_)->value(*sample);
+    std::string text = fmt::format("({}, {}, {})  ", sample->x, sample->y, sample->z);
+    text += std::isnan(value) ? "no data" : fmt::format("{:g}", value);
+    if (const std::string u = unit(); !u.empty() && !std::isnan(value))
+        text += " " + u;
+    if (const Volume* labels = state.document.find(labels_))
+        if (const auto at = sample_at(labels->grid(), point_mm))
+            if (const auto label = static_cast<uint32_t>(labels->value(*at)))
+                text += fmt::format("  label {}", name_of_label(label));
+    return text;
+}
+
+nlohmann::ordered_json Work::dump(const ViewState& state) {
+    session_.settle();
+    const EditState edit = edited();
+    nlohmann::ordered_json json;
+    json["size"] = {state.size_px.x, state.size_px.y};
+    json["layout"] = name_of(state.layout);
+    json["alone"] = state.alone ? name_of(*state.alone) : "";
+    for (const Places::View& view : places_of(state).views)
+        json["panels"][name_of(view.panel)] = json_of(view.box);
+    json["tools_open"] = state.tools_open;
+    json["help_open"] = state.help_open;
+    json["crosshair_mm"] = json_of(state.crosshair_mm);
+    if (const auto at = sample_at(subject_.grid, state.crosshair_mm))
+        json["crosshair_sample"] = {at->x, at->y, at->z};
+    json["at_crosshair"] = text_at(state.crosshair_mm);
+    for (const Panel panel : kPanels) {
+        if (!is_slice(panel))
+            continue;
+        const SliceView& slice = state.slices[static_cast<size_t>(panel)];
+        json["slices"][name_of(panel)] = {{"right", json_of(slice.right)},
+                                          {"up", json_of(slice.up)},
+                                          {"towards", json_of(slice.towards)},
+                                          {"center_mm", json_of(slice.center_mm)},
+                                          {"zoom", slice.zoom},
+                                          {"letters", letters_of(slice.right)}};
+    }
+    json["camera"] = {{"eye_mm", json_of(state.camera.eye_mm)},
+                      {"target_mm", json_of(state.camera.target_mm)},
+                      {"up", json_of(state.camera.up)},
+                      {"view_angle_deg", state.camera.view_angle_deg}};
+    json["window"] = {state.window.low, state.window.high};
+    json["tool"] = {
+        {"hand", name_of(state.hand)}, {"radius_mm", state.radius_mm}, {"label", state.label}};
+    json["labels"] = {{"shown", state.labels_shown}, {"opacity", state.label_opacity}};
+    json["stroke_is_down"] = down_;
+    for (const NamedVolume& volume : edit.document.volumes)
+        json["document"][volume.name] = fmt::format("{:016x}", content_hash(volume.volume));
+    json["undo_steps"] = edit.undo_steps;
+    json["redo_steps"] = edit.redo_steps;
+    json["refusal"] = edit.refusal;
+    return json;
+}
+
+} // namespace palpate::view

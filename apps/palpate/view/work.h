@@ -1,0 +1,86 @@
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "apps/palpate/open_scene.h"
+#include "apps/palpate/view/state.h"
+#include "engine/session/project.h"
+#include "engine/session/session.h"
+
+namespace palpate::view {
+
+// What a window opens.
+struct Source {
+    OpenedScene scene;
+    std::optional<Project::Opened> project{}; // whose volumes the scene shows
+};
+
+// The document that a window shows, as a session, and what a state is about.
+class Work {
+ public:
+    // threaded: edits are done on a thread of their own, and can be saved; else
+    // in settle() alone, and what comes out is a function of what goes in.
+    Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded);
+
+    Session& session() { return session_; }
+    const Session& session() const { return session_; }
+    const Subject& subject() const { return subject_; }
+    const LoadedScene& loaded() const { return loaded_; }
+    const std::string& title() const { return title_; } // the file's name
+
+    // Does what an event asks for; `open` is the caller's.
+    void obey(const Order& order, const ViewState& state);
+
+    // Saves in the background, to the project that is open or to a new one in
+    // `folder`, with the state's camera and window.
+    void save(const ViewState& state, const std::string& folder);
+    bool has_project() const { return project_.has_value(); }
+    // The folder that a new project is offered.
+    std::string new_folder() const { return new_folder_; }
+    // Whether closing loses steps: a project has each of them.
+    bool closing_loses_steps() { return !project_ && edited().undo_steps > 0; }
+    // For each frame: what became of a save, and autosaves.
+    void poll();
+    // What a person should know: a refusal of the editor, the result of a save.
+    // Once each.
+    std::string take_message();
+
+    // The newest of what is edited.
+    EditState edited() { return session_.state(); }
+    bool has_labels() { return edited().document.find(labels_) != nullptr; }
+    std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where the file names it
+
+    // "(12, 40, 7)  143 HU  kidney"; empty outside the volume.
+    std::string text_at(glm::dvec3 point_mm);
+    std::string unit() const { return loaded_.modality == "CT" ? "HU" : ""; }
+
+    // Everything that a test or a report of a fault wants to know.
+    nlohmann::ordered_json dump(const ViewState& state);
+
+    static constexpr const char* kGrey = "volume";
+    static constexpr const char* kLabels = "labels";
+
+ private:
+    bool take_tool(const ViewState& state);
+
+    bool put_empty_labels();
+
+    const bool threaded_;
+    std::string title_, grey_, labels_, new_folder_, message_;
+    SceneFile file_;
+    LoadedScene loaded_;
+    Subject subject_;
+    Session session_;
+    bool down_ = false;
+    StrokePose last_;
+    Json tool_;                      // that the session has now, as text tells it
+    std::optional<Project> project_; // after the session that its saves look at
+};
+
+// 1 .. 9: for a CT its usual windows, for others the default one; then all values.
+void add_windows(Subject& subject, const LoadedScene& loaded);
+
+} // namespace palpate::view

@@ -1,0 +1,77 @@
+// palpate view, as a person runs it, without a window.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "engine/image/png.h"
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+class ViewCommand : public ProgramTest {
+ protected:
+    ProgramRun view(const std::vector<std::string>& more) const {
+        std::vector<std::string> all{"view", "synthetic:phantom?size=32", "--headless"};
+        all.insert(all.end(), more.begin(), more.end());
+        return run(all);
+    }
+};
+
+TEST_F(ViewCommand, DoesAScriptToTheSameBytesEachTime) {
+    write("script.jsonl", R"({"palpate_view": 1, "size": [640, 480]}
+{"frame": 1, "key": "b", "down": true}
+{"frame": 2, "key": "b"}
+{"frame": 3, "move": [90, 100]}
+{"frame": 4, "button": "left", "down": true}
+{"frame": 5, "move": [130, 120]}
+{"frame": 6, "button": "left"}
+)");
+    std::string states[2], shots[2];
+    for (int i = 0; i < 2; ++i) {
+        ::setenv("LP_NUM_THREADS", i == 0 ? "2" : "1", 1);
+        const ProgramRun ran = view({"--replay", file("script.jsonl").string(), "--shot",
+                                     file("shot.png").string(), "--state", "-", "--validate"});
+        ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+        EXPECT_EQ(ran.messages, "");
+        states[i] = ran.output;
+        shots[i] = bytes_of("shot.png");
+    }
+    ::unsetenv("LP_NUM_THREADS");
+    EXPECT_EQ(states[0], states[1]);
+    EXPECT_EQ(shots[0], shots[1]);
+    const auto state = nlohmann::json::parse(states[0]);
+    EXPECT_EQ(state["tool"]["hand"], "draw");
+    EXPECT_EQ(state["undo_steps"], 2); // a label map, and a stroke on it
+    EXPECT_EQ(load_png(file("shot.png")).value().size_px, glm::uvec2(640, 480));
+}
+
+TEST_F(ViewCommand, FailuresAreOneSentence) {
+    const auto expect = [&](int code, const std::vector<std::string>& words, const char* sentence) {
+        const ProgramRun ran = run(words);
+        EXPECT_EQ(ran.exit_code, code) << ran.messages;
+        EXPECT_THAT(ran.messages, HasSubstr(sentence));
+    };
+    ::unsetenv("DISPLAY");
+    ::unsetenv("WAYLAND_DISPLAY");
+    expect(1, {"view", "synthetic:ball?size=8"}, "expected a display");
+    expect(1, {"view", "nowhere.nii", "--headless", "--state", "-"}, "nowhere.nii");
+    expect(
+        1,
+        {"view", "synthetic:ball?size=8", "--headless", "--replay", "none.jsonl", "--state", "-"},
+        "none.jsonl");
+    expect(2, {"view", "synthetic:ball?size=8", "--size", "100,100"}, "expected at least 480,320");
+    expect(2, {"view", "synthetic:ball?size=8", "--headless"}, "--headless: expected");
+    expect(2, {"view", "synthetic:ball?size=8", "--shot", "a.png"}, "--shot: needs --headless");
+    expect(1,
+           {"view", "synthetic:ball?size=8", "--headless", "--state", "-", "--device", "nothing"},
+           "no Vulkan device can be used");
+}
+
+} // namespace
+} // namespace palpate

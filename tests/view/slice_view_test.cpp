@@ -1,0 +1,163 @@
+// Where slices lie on the screen and in the patient.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tests/view/subjects.h"
+
+namespace palpate::view {
+namespace {
+
+constexpr Panel kSlices[] = {Panel::axial, Panel::coronal, Panel::sagittal};
+
+TEST(SliceView, AxesAreRightHandedAndNearThePatientsOnAnyGrid) {
+    std::mt19937 random(1);
+    for (int i = 0; i < 200; ++i) {
+        const Grid grid = random_grid(random);
+        const auto views = slice_views(grid);
+        for (const SliceView& view : views) {
+            EXPECT_NEAR(glm::length(view.right), 1.0, 1e-12);
+            EXPECT_NEAR(glm::length(glm::cross(view.right, view.up) - view.towards), 0.0, 1e-12);
+        }
+        // No other choice of the grid's axes is nearer to left, posterior and superior.
+        const double near = views[0].right.x - views[0].up.y - views[0].towards.z;
+        const glm::dmat3 m(grid.world_from_index);
+        std::array<int, 3> order{0, 1, 2};
+        do {
+            double sum = 0.0;
+            for (int axis = 0; axis < 3; ++axis)
+                sum += std::abs(glm::normalize(m[order[static_cast<size_t>(axis)]])[axis]);
+            EXPECT_LE(sum, near + 1e-9);
+        } while (std::next_permutation(order.begin(), order.end()));
+        EXPECT_EQ(views[0].up, -views[2].right);
+        EXPECT_EQ(views[1].up, -views[0].towards);
+    }
+}
+
+TEST(SliceView, OfAGridAlongThePatientRadiologistsSeeTheirUsualSides) {
+    const auto views = slice_views(make_grid(glm::uvec3(10, 20, 30), glm::dvec3(1, 2, 3)));
+    const auto sides = [](const SliceView& v) {
+        return letters_of(-v.right) + letters_of(v.right) + letters_of(v.up) + letters_of(-v.up);
+    };
+    EXPECT_EQ(sides(views[0]), "RLAP");
+    EXPECT_EQ(sides(views[1]), "RLSI");
+    EXPECT_EQ(sides(views[2]), "APSI");
+}
+
+TEST(SliceView, LettersOfObliqueDirectionsNameTheStrongestFirst) {
+    EXPECT_EQ(letters_of({1, 0, 0}), "L");
+    EXPECT_EQ(letters_of({0, 0, -7}), "I");
+    EXPECT_EQ(letters_of({-2, 1, 0}), "RP");
+    EXPECT_EQ(letters_of({0.5, -0.7, 0.6}), "ASL");
+    EXPECT_EQ(letters_of({0.19, 1, 0}), "P"); // less than a fifth of its length
+    EXPECT_EQ(letters_of({0.21, 1, 0}), "PL");
+    std::mt19937 random(2);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < 100; ++i) { // the other way has the opposite letters
+        const glm::dvec3 v(normal(random), normal(random), normal(random));
+        std::string opposite = letters_of(-v);
+        for (char& c : opposite)
+            c = std::string("LRPASI")[std::string("RLAPIS").find(c)];
+        EXPECT_EQ(letters_of(v), opposite);
+    }
+}
+
+// point_under() and pixel_of() say the same as the camera that the picture is drawn with.
+TEST(SliceView, APixelsPointIsWhereTheCamerasRayMeetsThePlane) {
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> real(0.0, 1.0);
+    for (int i = 0; i < 300; ++i) {
+        const Grid grid = random_grid(random);
+        SliceView view = slice_views(grid)[random() % 3];
+        view.zoom = 0.5 + 3.0 * real(random);
+        view.center_mm += 20.0 * glm::dvec3(real(random), real(random), real(random));
+        const glm::dvec3 crosshair = world_point(
+            grid, glm::dvec3(grid.size) * glm::dvec3(real(random), real(random), real(random)));
+        const glm::ivec2 size(50 + random() % 500, 50 + random() % 500);
+        const glm::dvec2 pixel = glm::dvec2(size) * glm::dvec2(real(random), real(random));
+        const Camera camera = camera_of(view, crosshair, grid, size);
+        const Ray ray = ray_through(make_view(camera, glm::uvec2(size)), pixel, glm::uvec2(size));
+        const double t = glm::dot(crosshair - ray.origin_mm, view.towards) /
+                         glm::dot(ray.direction, view.towards);
+        EXPECT_GT(t, 0.0);
+        const glm::dvec3 met = ray.origin_mm + t * ray.direction;
+        // Doubles of some 1e3 mm: 1e-9 is a thousand roundings.
+        const glm::dvec3 point = point_under(view, crosshair, grid, size, pixel);
+        EXPECT_LT(glm::distance(met, point), 1e-9);
+        EXPECT_LT(glm::distance(pixel_of(view, grid, size, point), pixel), 1e-8);
+        EXPECT_LT(glm::distance(pixel_of(camera, size, point).value(), pixel), 1e-8);
+    }
+}
+
+TEST(SliceView, TheWholeVolumeFitsAtZoomOneAndTouchesTheRoom) {
+    std::mt19937 random(4);
+    for (int i = 0; i < 100; ++i) {
+        const Grid grid = random_grid(random);
+        const glm::ivec2 size(100 + random() % 400, 100 + random() % 400);
+        for (const SliceView& view : slice_views(grid)) {
+            glm::dvec2 low(INFINITY), high(-INFINITY);
+            for (int corner = 0; corner < 8; ++corner) {
+                const glm::dvec3 index =
+                    glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2) * glm::dvec3(grid.size) -
+                    0.5;
+                const glm::dvec2 at = pixel_of(view, grid, size, world_point(grid, index));
+                low = glm::min(low, at);
+                high = glm::max(high, at);
+            }
+            const glm::dvec2 share = (high - low) / glm::dvec2(size);
+            EXPECT_NEAR(std::max(share.x, share.y), 1.0 / 1.04, 1e-9);
+        }
+    }
+}
+
+TEST(SliceView, AScaleBarIsRoundAndFillsTwoFifthsOfItsRoom) {
+    for (double mm_per_px = 1e-3; mm_per_px < 100.0; mm_per_px *= 1.07) {
+        const ScaleBar bar = scale_bar(mm_per_px, 150.0);
+        EXPECT_NEAR(bar.px * mm_per_px, bar.mm, 1e-12 * bar.mm);
+        EXPECT_LE(bar.px, 150.0 * (1 + 1e-12));
+        EXPECT_GE(bar.px, 60.0 * (1 - 1e-12));
+        const double digits = bar.mm / std::pow(10.0, std::floor(std::log10(bar.mm * 1.0000001)));
+        EXPECT_NEAR(std::min({std::abs(digits - 1), std::abs(digits - 2), std::abs(digits - 5)}),
+                    0.0, 1e-9);
+    }
+}
+
+TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
+    std::mt19937 random(5);
+    for (int i = 0; i < 500; ++i) {
+        const glm::uvec2 window(kSmallestWindow_px.x + random() % 2000,
+                                kSmallestWindow_px.y + random() % 1200);
+        const auto layout = static_cast<Layout>(random() % 3);
+        const std::optional<Panel> alone =
+            random() % 3 ? std::nullopt : std::optional(kPanels[random() % 4]);
+        const Places places = places_of(window, layout, kSlices[random() % 3], alone, random() % 2,
+                                        0.5 + 0.25 * static_cast<double>(random() % 15));
+        int64_t area = 0;
+        std::vector<Box> boxes{places.tools, places.status};
+        for (const Places::View& view : places.views)
+            boxes.push_back(view.box);
+        for (size_t a = 0; a < boxes.size(); ++a) {
+            area += int64_t{boxes[a].size_px.x} * boxes[a].size_px.y;
+            EXPECT_TRUE(boxes[a].low_px.x >= 0 && boxes[a].low_px.y >= 0);
+            for (size_t b = 0; b < a; ++b) {
+                const glm::ivec2 low = glm::max(boxes[a].low_px, boxes[b].low_px);
+                const glm::ivec2 high = glm::min(boxes[a].low_px + boxes[a].size_px,
+                                                 boxes[b].low_px + boxes[b].size_px);
+                EXPECT_TRUE(high.x <= low.x || high.y <= low.y);
+            }
+        }
+        const int64_t room =
+            int64_t{window.x - places.tools.size_px.x} * (window.y - places.status.size_px.y);
+        const int64_t gaps = places.views.size() == 4
+                                 ? kGap_px * (int64_t{window.x} - places.tools.size_px.x +
+                                              window.y - places.status.size_px.y - kGap_px)
+                                 : 0;
+        EXPECT_EQ(area, int64_t{window.x} * window.y - gaps) << room;
+    }
+}
+
+} // namespace
+} // namespace palpate::view

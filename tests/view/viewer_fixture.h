@@ -1,0 +1,96 @@
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "apps/palpate/view/loop.h"
+#include "engine/session/default_scene.h"
+
+namespace palpate::view {
+
+inline OpenedScene open_synthetic(const std::string& name) {
+    SceneFile file;
+    file.volume = name;
+    LoadedScene loaded = load_scene_data(file).value();
+    Scene scene;
+    scene.size_px = {400, 300};
+    scene.ray_cast = default_ray_cast(RayMode::alpha, loaded);
+    scene.camera = default_camera(scene, loaded.data);
+    return {std::move(file), std::move(loaded), std::move(scene)};
+}
+
+// The program without a window, and a hand. One device with validation for all tests of a program;
+// a message fails the test that caused it.
+class ViewerTest : public ::testing::Test {
+ protected:
+    static GpuDevice& device() {
+        static GpuDevice instance(headless_device("", true));
+        return instance;
+    }
+    void SetUp() override { messages_before_ = device().validation_messages().size(); }
+    void TearDown() override {
+        viewer_.reset();
+        const auto messages = device().validation_messages();
+        for (size_t i = messages_before_; i < messages.size(); ++i)
+            ADD_FAILURE() << messages[i];
+    }
+    void open(const std::string& name = "synthetic:phantom?size=40", glm::uvec2 size = {800, 600}) {
+        time_s_ = 1.0;
+        ViewerOptions options{.threaded = false};
+        options.open = [](const std::string& path) -> Result<Source> {
+            if (!is_synthetic(path))
+                return fail("{}: expected a synthetic volume", path);
+            return Source{open_synthetic(path)};
+        };
+        viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, Source{open_synthetic(name)},
+                        size, 1.0, std::move(options));
+        frame({});
+    }
+    Viewer& viewer() { return *viewer_; }
+    const ViewState& state() { return viewer_->state(); }
+    const Grid& grid() { return viewer_->work().subject().grid; }
+    void frame(std::vector<Event> events, double seconds = 0.4) { // clicks are single ones
+        for (Event& event : events)
+            event.time_s = time_s_;
+        viewer_->frame(std::move(events), time_s_);
+        time_s_ += seconds;
+    }
+    void move(glm::dvec2 to, Modifiers held = {}) {
+        frame({{.kind = Event::Kind::move, .modifiers = held, .at_px = to}});
+    }
+    void button(bool down, Button which = Button::left, Modifiers held = {}) {
+        frame({{.kind = Event::Kind::button, .modifiers = held, .button = which, .down = down}});
+    }
+    void click(glm::dvec2 at) {
+        move(at);
+        button(true);
+        button(false);
+        frame({});
+    }
+    void key(const std::string& name, Modifiers held = {}) {
+        frame({{.kind = Event::Kind::key, .modifiers = held, .down = true, .key = name}});
+        frame({{.kind = Event::Kind::key, .modifiers = held, .key = name}});
+    }
+    void click_widget(const std::string& id, double across = 0.0) {
+        const auto& widgets = viewer_->interface().widgets();
+        ASSERT_TRUE(widgets.count(id)) << id;
+        const Box box = widgets.at(id);
+        click(glm::dvec2(box.low_px) +
+              glm::dvec2(8.0 + across * (box.size_px.x - 16), 0.5 * box.size_px.y));
+    }
+    glm::dvec2 middle(Panel panel) {
+        const Box box = box_of(state(), panel).value();
+        return glm::floor(glm::dvec2(box.low_px) + 0.5 * glm::dvec2(box.size_px));
+    }
+    const Volume* volume(const char* name) {
+        state_ = viewer_->work().edited();
+        return state_->document.find(name);
+    }
+
+ private:
+    std::optional<Viewer> viewer_;
+    std::optional<EditState> state_;
+    double time_s_ = 1.0;
+    size_t messages_before_ = 0;
+};
+
+} // namespace palpate::view

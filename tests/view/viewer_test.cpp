@@ -1,0 +1,241 @@
+// The program without its window: documents, widgets, pictures.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include "engine/image/png.h"
+#include "engine/volume/content_hash.h"
+#include "tests/support/paths.h"
+#include "tests/view/viewer_fixture.h"
+
+namespace palpate::view {
+namespace {
+
+TEST_F(ViewerTest, WidgetsDoWhatTheirNamesSay) {
+    open();
+    click_widget("tool/draw");
+    EXPECT_EQ(state().hand, Hand::draw);
+    click_widget("tool/cut");
+    EXPECT_EQ(state().hand, Hand::cut);
+    click_widget("tool/crosshair");
+    EXPECT_EQ(state().hand, Hand::crosshair);
+    const bool shown = state().labels_shown;
+    click_widget("labels/shown");
+    EXPECT_NE(state().labels_shown, shown);
+    click_widget("volume/slices");
+    EXPECT_TRUE(state().slices_in_volume);
+    click_widget("volume/orthographic");
+    EXPECT_EQ(state().camera.projection, Projection::orthographic);
+    click_widget("layout/notes");
+    EXPECT_FALSE(state().notes_shown);
+    // A click in a view that lies beside the widgets still reaches the view.
+    const glm::dvec3 before = state().crosshair_mm;
+    click(middle(Panel::axial) + glm::dvec2(50, 30));
+    EXPECT_NE(state().crosshair_mm, before);
+}
+
+// A ball of the brush: exactly the samples that lie in it.
+TEST_F(ViewerTest, AClickOfTheBrushDrawsTheSamplesOfItsBall) {
+    open();
+    ASSERT_EQ(volume(Work::kLabels), nullptr);
+    key("b");
+    for (int i = 0; i < 7; ++i)
+        key("=");
+    const double radius = state().radius_mm;
+    const glm::dvec2 at = middle(Panel::coronal) + glm::dvec2(21, -13);
+    const glm::dvec3 center = point_under(state(), grid(), Panel::coronal, at);
+    click(at);
+    const Volume* labels = volume(Work::kLabels);
+    ASSERT_NE(labels, nullptr);
+    size_t inside = 0;
+    for (uint32_t z = 0; z < 40; ++z)
+        for (uint32_t y = 0; y < 40; ++y)
+            for (uint32_t x = 0; x < 40; ++x) {
+                const glm::uvec3 index(x, y, z);
+                const double distance =
+                    glm::distance(world_point(grid(), glm::dvec3(index)), center);
+                if (std::abs(distance - radius) < 1e-9)
+                    continue;
+                inside += distance < radius;
+                ASSERT_EQ(labels->value(index), distance < radius ? 1.0f : 0.0f);
+            }
+    EXPECT_GT(inside, 10u);
+    const std::string drawn = viewer().dump()["document"]["labels"];
+    EXPECT_EQ(drawn, fmt::format("{:016x}", content_hash(*labels)));
+}
+
+TEST_F(ViewerTest, UndoAndRedoGiveTheBytesBack) {
+    open();
+    const auto documents = [&] { return viewer().dump()["document"]; };
+    const auto begin = documents();
+    key("x");
+    const glm::dvec2 at = middle(Panel::axial);
+    move(at);
+    button(true);
+    move(at + glm::dvec2(30, 0));
+    move(at + glm::dvec2(30, 40));
+    button(false);
+    const auto cut = documents();
+    EXPECT_NE(cut, begin);
+    key("z", {.ctrl = true});
+    EXPECT_EQ(documents(), begin);
+    key("y", {.ctrl = true});
+    EXPECT_EQ(documents(), cut);
+    click_widget("tool/undo");
+    EXPECT_EQ(documents(), begin);
+    move(at); // Esc in the middle of a stroke leaves nothing of it
+    button(true);
+    move(at + glm::dvec2(30, 0));
+    key("escape");
+    button(false);
+    EXPECT_EQ(documents(), begin);
+}
+
+TEST_F(ViewerTest, TheEraserTakesLabelsAwayAndLeavesGreyValues) {
+    open();
+    const glm::dvec2 at = middle(Panel::sagittal);
+    key("b");
+    click(at);
+    const auto grey = viewer().dump()["document"]["volume"];
+    ASSERT_EQ(volume(Work::kLabels)->range().max, 1.0f);
+    key("e");
+    for (int i = 0; i < 5; ++i)
+        key("=");
+    click(at);
+    EXPECT_EQ(volume(Work::kLabels)->range().max, 0.0f);
+    EXPECT_EQ(viewer().dump()["document"]["volume"], grey);
+}
+
+// The views in a picture of the window are what the renderer draws of their scenes.
+TEST_F(ViewerTest, ThePictureOfTheWindowHoldsThePicturesOfTheViews) {
+    open();
+    key("n");
+    key("h");                     // no marks
+    click_widget("layout/views"); // an open list lies over the views, and is closed by Esc
+    key("escape");
+    click(middle(Panel::volume));
+    const Image shot = viewer().shot().value();
+    EXPECT_EQ(shot.size_px, glm::uvec2(800, 600));
+    Renderer renderer(device());
+    for (const Panel panel : kPanels) {
+        const Scene scene =
+            scene_of(state(), grid(), panel, viewer().work().session().scene(), false);
+        const Frame frame =
+            renderer.render(scene, {viewer().work().loaded().data.volume, {}, {}}).value();
+        const Box box = box_of(state(), panel).value();
+        float most = 0.0f;
+        for (int y = 0; y < box.size_px.y; ++y)
+            for (int x = 0; x < box.size_px.x; ++x)
+                for (size_t c = 0; c < 3; ++c) {
+                    const float is = shot.at(static_cast<uint32_t>(box.low_px.x + x),
+                                             static_cast<uint32_t>(box.low_px.y + y), c);
+                    const float expected = std::clamp(
+                        frame.eyes[0].at(static_cast<uint32_t>(x), static_cast<uint32_t>(y), c),
+                        0.0f, 1.0f);
+                    most = std::max(most, std::abs(is - expected));
+                }
+        // Rounded to 8 bits, and once more where a texel is filtered at its middle.
+        EXPECT_LE(most, 1.01f / 255.0f) << name_of(panel);
+    }
+}
+
+TEST_F(ViewerTest, AStrokeAppearsInSlicesAndInTheVolume) {
+    open();
+    key("h");
+    // On the forehead, which the eye sees.
+    const glm::dvec2 at =
+        glm::round(pixel_of(state(), grid(), Panel::axial, glm::dvec3(0.0, -70.0, 0.0)).value());
+    click(at);
+    key("x");
+    for (int i = 0; i < 10; ++i)
+        key("=");
+    move(glm::dvec2(1.0)); // no tool is drawn
+    const Image before = viewer().shot().value();
+    click(at);
+    move(glm::dvec2(1.0));
+    const Image after_cut = viewer().shot().value();
+    for (const Panel panel : kPanels) {
+        const Box box = box_of(state(), panel).value();
+        size_t changed = 0;
+        for (int y = 0; y < box.size_px.y; ++y)
+            for (int x = 0; x < box.size_px.x; ++x) {
+                const glm::uvec2 p(box.low_px + glm::ivec2(x, y));
+                changed += std::abs(before.at(p.x, p.y, 0) - after_cut.at(p.x, p.y, 0)) > 0.1f;
+            }
+        EXPECT_GT(changed, 200u) << name_of(panel);
+    }
+}
+
+TEST_F(ViewerTest, TheSameInputGivesTheSamePictureAndDocument) {
+    std::vector<std::vector<float>> pictures;
+    std::vector<std::string> states;
+    for (int i = 0; i < 2; ++i) {
+        open();
+        key("b");
+        const glm::dvec2 at = middle(Panel::axial);
+        move(at);
+        button(true);
+        move(at + glm::dvec2(40, 10));
+        button(false);
+        states.push_back(viewer().dump().dump());
+        pictures.push_back(viewer().shot().value().samples);
+    }
+    EXPECT_EQ(states[0], states[1]);
+    EXPECT_EQ(pictures[0], pictures[1]);
+}
+
+// A picture of the whole window, kept beside this file. PALPATE_BLESS=1 writes it anew: the commit
+// says what has changed in it. Widgets and letters are the same on every processor; views may
+// differ where two drivers round a position differently.
+TEST_F(ViewerTest, TheWindowLooksAsItDid) {
+    open("synthetic:phantom?size=64", {1000, 640});
+    key("b"); // a few strokes, so that there are labels
+    move(middle(Panel::axial) + glm::dvec2(-40, 20));
+    button(true);
+    move(middle(Panel::axial) + glm::dvec2(40, 30));
+    button(false);
+    key("c");
+    click(middle(Panel::coronal) + glm::dvec2(20, -10));
+    move(middle(Panel::axial) + glm::dvec2(10, 70));
+    const Image shot = viewer().shot().value();
+    const std::string path = std::string(kSourceDir) + "/tests/view/window.png";
+    if (std::getenv("PALPATE_BLESS")) {
+        ASSERT_TRUE(save_png(path, shot));
+    }
+    const Image golden = load_png(path).value();
+    ASSERT_EQ(golden.size_px, shot.size_px);
+    size_t interface = 0, views = 0, pixels = 0;
+    const Places places = places_of(state());
+    for (uint32_t y = 0; y < shot.size_px.y; ++y)
+        for (uint32_t x = 0; x < shot.size_px.x; ++x) {
+            float most = 0.0f;
+            for (size_t c = 0; c < 3; ++c)
+                most = std::max(most, std::abs(shot.at(x, y, c) - golden.at(x, y, c)));
+            const bool in_view = std::any_of(
+                places.views.begin(), places.views.end(),
+                [&](const Places::View& view) { return view.box.holds(glm::dvec2(x, y)); });
+            pixels += in_view;
+            interface += !in_view && most > 0.5f / 255.0f;
+            views += in_view && most > 2.5f / 255.0f;
+        }
+    EXPECT_EQ(interface, 0u);
+    EXPECT_LE(static_cast<double>(views), 0.001 * static_cast<double>(pixels));
+    if (HasFailure()) {
+        EXPECT_TRUE(save_png("window_is.png", shot));
+    }
+}
+
+TEST_F(ViewerTest, AResizedWindowKeepsItsViewsWhole) {
+    open();
+    frame({{.kind = Event::Kind::resize, .size_px = {1001, 703}}});
+    EXPECT_EQ(viewer().shot().value().size_px, glm::uvec2(1001, 703));
+    frame({{.kind = Event::Kind::resize, .size_px = {10, 10}}});
+    EXPECT_EQ(state().size_px, kSmallestWindow_px);
+    EXPECT_EQ(viewer().shot().value().size_px, kSmallestWindow_px);
+}
+
+} // namespace
+} // namespace palpate::view
