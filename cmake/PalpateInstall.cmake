@@ -8,7 +8,7 @@ if(TARGET palpate)
     install(TARGETS palpate RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 install(DIRECTORY engine haptics shaders DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate
-        FILES_MATCHING PATTERN "*.h")
+        FILES_MATCHING PATTERN "*.h" PATTERN "decode" EXCLUDE)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)
 install(EXPORT palpate-targets NAMESPACE palpate:: DESTINATION ${package_dir})
 configure_package_config_file(cmake/palpate-config.cmake.in

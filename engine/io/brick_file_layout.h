@@ -51,8 +51,8 @@ static_assert(sizeof(BrickFileEntry) == 24);
 // CRC-32 of zlib. It tells every single damaged byte, and every damaged run of up to 32 bits.
 uint32_t checksum(std::span<const std::byte> bytes);
 
-// What a brick's 32768 samples are packed to: first all lowest bytes of the samples, then all
-// second ones and so on, as one zstd frame of level 1. `planes` is scratch.
+// Packs a brick's 32768 samples: first all lowest bytes of the samples, then all second ones and so
+// on, as one zstd frame of level 1. `planes` is scratch.
 void pack_brick(const Brick& brick, std::vector<std::byte>& planes, std::vector<std::byte>& out);
 
 // The most bytes that packing may take.

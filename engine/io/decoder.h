@@ -13,8 +13,8 @@
 #include "engine/io/label_names.h"
 #include "engine/volume/grid.h"
 
-// What a decoder of a file format is given and must give back. Decoders run in the child process
-// (engine/io/child.h): they may crash, but not lie about what they checked.
+// Input and output of the decoder of a file format. Decoders run in the child process
+// (engine/io/sandbox.h): they may crash, but must check all that they state.
 namespace palpate::io {
 
 // How one component of a voxel is stored in a file.
@@ -74,18 +74,18 @@ struct Rescale {
     friend bool operator==(const Rescale&, const Rescale&) = default;
 };
 
-// What a decoder returns beside the voxels it wrote to the sink. `grid` must have the claimed size.
+// The result of a decoder beside the voxels in the sink. `grid` must have the claimed size.
 struct Decoded {
     Grid grid;                    // world_from_index in LPS millimetres, for voxels in stored order
     std::vector<Rescale> rescale; // empty: none; one: for all; grid.size.z of them: one per slice
     std::string modality;
     std::vector<std::string> warnings; // sentences, which name the file where there are several
     std::vector<std::string> notes;
-    std::vector<LabelName> labels;       // what the file says about its labels
+    std::vector<LabelName> labels;       // names and colours of labels
     bool heeded_resample_slices = false; // in the child: the request was acted upon or answered
 };
 
-// What a header claims, before any memory is taken for it.
+// The claim of a header, before any memory is taken for it.
 struct VoxelClaim {
     glm::uvec3 size{};
     ComponentType type{};
@@ -145,24 +145,5 @@ Result<std::filesystem::path> file_beside(const std::filesystem::path& header,
 
 // Refuses what is not a regular file (a pipe would block for ever); returns the size in bytes.
 Result<uint64_t> regular_file_bytes(const std::filesystem::path& path);
-
-// The beginning of what is to be decoded, by which formats are told apart.
-struct FileHead {
-    std::filesystem::path path;
-    std::string extension; // last one, lower case, with the dot; ".nii.gz" and the like are one
-    std::string bytes;     // the first 1024, or fewer; empty for folders and patterns
-};
-
-using Decode = Result<Decoded> (*)(const DecodeRequest& request, VoxelSink& sink);
-
-// One line of the table in engine/io/formats.cpp; the first that recognises a file decodes it.
-struct Format {
-    const char* name; // "NIfTI"
-    bool (*recognises)(const FileHead& head);
-    Decode decode;
-};
-
-// Finds the format and decodes; an error names the file.
-Result<Decoded> decode_any(const DecodeRequest& request, VoxelSink& sink);
 
 } // namespace palpate::io

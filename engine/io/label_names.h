@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// What a file says about one label of a label map.
+// Name and colour of one label of a label map, as a file states them.
 struct LabelName {
     uint32_t label = 0;
     std::string name;                // as the file states it; may be empty

@@ -8,7 +8,7 @@
 
 #include "engine/io/mesh_io.h"
 
-// What the readers of meshes share. Texts are whole files; `name` is the file's, for messages.
+// Common functions of mesh readers. Texts are whole files; `name` is the file's, for messages.
 namespace palpate::io {
 
 // limit_bytes: the most memory to take beside the text.

@@ -7,11 +7,11 @@
 #include <optional>
 #include <span>
 
-#include "engine/base/assert.h"
 #include "engine/base/file.h"
 #include "engine/io/mesh_formats.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/output_file.h"
+#include "engine/mesh/mesh_check.h"
 
 namespace palpate {
 
@@ -310,8 +310,8 @@ bool has_mesh_extension(const fs::path& path) {
 
 Result<void> save_mesh(const fs::path& path, const Mesh& mesh, const MeshWriteOptions& options) {
     const std::string name = path.string(), extension = extension_of(path);
-    PALPATE_ASSERT(mesh.normals.empty() || mesh.normals.size() == mesh.positions.size());
-    PALPATE_ASSERT(mesh.labels.empty() || mesh.labels.size() == mesh.triangles.size());
+    if (Result<void> whole = check_mesh(mesh); !whole)
+        return fail("{}: {}", name, whole.error().message);
     if (!has_mesh_extension(path))
         return fail("{}: expected an extension .ply, .stl, .obj or .vtp, found \"{}\"", name,
                     path.extension().string());

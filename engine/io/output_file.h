@@ -23,7 +23,7 @@ class OutputFile {
     OutputFile(OutputFile&&) noexcept;
     OutputFile& operator=(OutputFile&&) = delete;
 
-    // What is written from now on is one gzip stream. At most once.
+    // Packs all later bytes as one gzip stream. At most once.
     Result<void> begin_packing();
 
     Result<void> write(std::span<const std::byte> bytes);

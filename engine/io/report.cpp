@@ -2,61 +2,83 @@
 
 #include <unistd.h>
 
+#include <bit>
 #include <cerrno>
-#include <cstring>
-#include <nlohmann/json.hpp>
+#include <charconv>
+
+#include "engine/base/json_value.h"
 
 namespace palpate::io {
 
-using Json = nlohmann::json;
-
 namespace {
 
-// Doubles travel as their bits: NaN and infinities have no JSON.
+// Doubles travel as their bits: NaN and infinities have no JSON, and a grid must not change.
 Json bits(double value) {
-    uint64_t word;
-    std::memcpy(&word, &value, sizeof word);
-    return word;
+    return fmt::format("{:016x}", std::bit_cast<uint64_t>(value));
 }
 
-double from_bits(const Json& json) {
-    const uint64_t word = json.get<uint64_t>();
-    double value;
-    std::memcpy(&value, &word, sizeof value);
-    return value;
+double from_bits(const JsonValue& in) {
+    const std::string text = in.text();
+    uint64_t word = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), word, 16);
+    if (error != std::errc() || end != text.data() + text.size())
+        in.reject("the bits of a number");
+    return std::bit_cast<double>(word);
 }
 
 Json size_json(glm::uvec3 size) {
     return {size.x, size.y, size.z};
 }
 
-glm::uvec3 size_from(const Json& json) {
-    return {json.at(0).get<uint32_t>(), json.at(1).get<uint32_t>(), json.at(2).get<uint32_t>()};
+glm::uvec3 size_from(const JsonValue& in) {
+    const std::vector<JsonValue> sides = in.items(3, 3);
+    glm::uvec3 size{};
+    for (size_t axis = 0; axis < sides.size(); ++axis)
+        size[static_cast<int>(axis)] = sides[axis].whole_number(0, ~0u);
+    return size;
 }
 
-std::string dumped(const Json& json) {
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace); // headers hold any bytes
+std::vector<JsonValue> list(const JsonValue& in) {
+    return in.items(0, in.json().items.size());
 }
 
-Decoded decoded_from(const Json& json) {
+// As many doubles as asked for; zeros where that many are not there.
+std::vector<double> doubles(const JsonValue& in, size_t count) {
+    std::vector<double> values;
+    for (const JsonValue& item : in.items(count, count))
+        values.push_back(from_bits(item));
+    values.resize(count);
+    return values;
+}
+
+std::vector<std::string> texts(const JsonValue& in) {
+    std::vector<std::string> all;
+    for (const JsonValue& item : list(in))
+        all.push_back(item.text());
+    return all;
+}
+
+Decoded decoded_from(const JsonValue& in) {
     Decoded decoded;
-    decoded.grid.size = size_from(json.at("size"));
-    for (int column = 0; column < 4; ++column)
-        for (int row = 0; row < 4; ++row)
-            decoded.grid.world_from_index[column][row] =
-                from_bits(json.at("world_from_index").at(4 * row + column));
-    for (const Json& entry : json.at("rescale"))
-        decoded.rescale.push_back({from_bits(entry.at(0)), from_bits(entry.at(1))});
-    decoded.modality = json.at("modality").get<std::string>();
-    decoded.warnings = json.at("warnings").get<std::vector<std::string>>();
-    decoded.notes = json.at("notes").get<std::vector<std::string>>();
-    for (const Json& entry : json.at("labels")) {
+    decoded.grid.size = size_from(in.at("size"));
+    const std::vector<double> matrix = doubles(in.at("world_from_index"), 16);
+    for (int i = 0; i < 16; ++i)
+        decoded.grid.world_from_index[i % 4][i / 4] = matrix[static_cast<size_t>(i)];
+    for (const JsonValue& entry : list(in.at("rescale"))) {
+        const std::vector<double> both = doubles(entry, 2);
+        decoded.rescale.push_back({both[0], both[1]});
+    }
+    decoded.modality = in.at("modality").text();
+    decoded.warnings = texts(in.at("warnings"));
+    decoded.notes = texts(in.at("notes"));
+    for (const JsonValue& entry : list(in.at("labels"))) {
         LabelName& label = decoded.labels.emplace_back();
-        label.label = entry.at("label").get<uint32_t>();
-        label.name = entry.at("name").get<std::string>();
-        if (const Json& color = entry.at("color"); !color.is_null())
-            label.color =
-                glm::dvec3(from_bits(color.at(0)), from_bits(color.at(1)), from_bits(color.at(2)));
+        label.label = entry.at("label").whole_number(0, ~0u);
+        label.name = entry.at("name").text();
+        if (const auto color = entry.find("color")) {
+            const std::vector<double> rgb = doubles(*color, 3);
+            label.color = glm::dvec3(rgb[0], rgb[1], rgb[2]);
+        }
     }
     return decoded;
 }
@@ -64,18 +86,18 @@ Decoded decoded_from(const Json& json) {
 } // namespace
 
 std::string alive_report(const std::string& file) {
-    return dumped({{"at", file}});
+    return json_line({{"at", file}});
 }
 
 std::string claim_report(const VoxelClaim& claim) {
-    return dumped({{"claim",
-                    {{"size", size_json(claim.size)},
-                     {"type", static_cast<int>(claim.type)},
-                     {"components", claim.components}}}});
+    return json_line({{"claim",
+                       {{"size", size_json(claim.size)},
+                        {"type", static_cast<int>(claim.type)},
+                        {"components", claim.components}}}});
 }
 
 std::string error_report(const std::string& message) {
-    return dumped({{"error", message}});
+    return json_line({{"error", message}});
 }
 
 std::string decoded_report(const Decoded& decoded) {
@@ -85,22 +107,22 @@ std::string decoded_report(const Decoded& decoded) {
             matrix.push_back(bits(decoded.grid.world_from_index[column][row]));
     Json rescale = Json::array();
     for (const Rescale& entry : decoded.rescale)
-        rescale.push_back({bits(entry.slope), bits(entry.intercept)});
+        rescale.push_back(Json::array({bits(entry.slope), bits(entry.intercept)}));
     Json labels = Json::array();
     for (const LabelName& label : decoded.labels) {
-        Json color;
+        Json entry{{"label", label.label}, {"name", label.name}};
         if (label.color)
-            color = {bits(label.color->x), bits(label.color->y), bits(label.color->z)};
-        labels.push_back({{"label", label.label}, {"name", label.name}, {"color", color}});
+            entry["color"] = {bits(label.color->x), bits(label.color->y), bits(label.color->z)};
+        labels.push_back(std::move(entry));
     }
-    return dumped({{"decoded",
-                    {{"size", size_json(decoded.grid.size)},
-                     {"world_from_index", matrix},
-                     {"rescale", rescale},
-                     {"modality", decoded.modality},
-                     {"warnings", decoded.warnings},
-                     {"notes", decoded.notes},
-                     {"labels", labels}}}});
+    return json_line({{"decoded",
+                       {{"size", size_json(decoded.grid.size)},
+                        {"world_from_index", matrix},
+                        {"rescale", rescale},
+                        {"modality", decoded.modality},
+                        {"warnings", decoded.warnings},
+                        {"notes", decoded.notes},
+                        {"labels", labels}}}});
 }
 
 void write_report(int fd, const std::string& line) {
@@ -118,28 +140,27 @@ void write_report(int fd, const std::string& line) {
 }
 
 Result<void> take_report(const std::string& line, Reported& reported) {
-    try {
-        const Json json = Json::parse(line);
-        if (json.contains("claim")) {
-            const Json& claim = json.at("claim");
-            const int type = claim.at("type").get<int>();
-            if (type < 0 || type > static_cast<int>(ComponentType::f64))
-                return fail("type {} is unknown", type);
-            VoxelClaim& to = reported.claim.emplace();
-            to.size = size_from(claim.at("size"));
-            to.type = static_cast<ComponentType>(type);
-            to.components = claim.at("components").get<uint32_t>();
-        }
-        if (json.contains("at"))
-            reported.at = json.at("at").get<std::string>();
-        if (json.contains("decoded"))
-            reported.decoded = decoded_from(json.at("decoded"));
-        if (json.contains("error"))
-            reported.error = json.at("error").get<std::string>();
-        return {};
-    } catch (const Json::exception& error) {
-        return fail("{}", error.what());
+    Result<Json> json = parse_json(line, "report");
+    if (!json)
+        return pass_on(json);
+    JsonErrors errors{"report", {}};
+    const JsonValue in(*json, "", errors);
+    in.only_keys({"claim", "at", "decoded", "error"});
+    if (const auto claim = in.find("claim")) {
+        constexpr auto last = static_cast<uint32_t>(ComponentType::f64);
+        VoxelClaim& to = reported.claim.emplace();
+        to.size = size_from(claim->at("size"));
+        to.type = static_cast<ComponentType>(claim->at("type").whole_number(0, last));
+        to.components = claim->at("components").whole_number(0, ~0u);
     }
+    in.take("at", reported.at);
+    if (const auto decoded = in.find("decoded"))
+        reported.decoded = decoded_from(*decoded);
+    if (const auto error = in.find("error"))
+        reported.error = error->text();
+    if (errors.first)
+        return tl::unexpected(*errors.first);
+    return {};
 }
 
 } // namespace palpate::io

@@ -15,7 +15,7 @@ std::string decoded_report(const Decoded& decoded);
 // Writes one line; does nothing for fd -1. The child ends when the parent no longer listens.
 void write_report(int fd, const std::string& line);
 
-// What a child has said so far.
+// The reports of a child so far.
 struct Reported {
     std::optional<VoxelClaim> claim;
     std::optional<Decoded> decoded;

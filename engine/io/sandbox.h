@@ -19,7 +19,7 @@ namespace palpate::io {
 constexpr int kMemoryFd = 3;
 constexpr int kReportFd = 4;
 
-// What a child decoded. The voxels are mapped, not copied, and live as long as this.
+// The voxels that a child decoded. They are mapped, not copied, and live as long as this.
 struct DecodedVoxels {
     Decoded decoded;  // its grid has been checked: affine, finite, invertible
     VoxelClaim claim; // size, type and components only

@@ -7,10 +7,10 @@
 
 #include "engine/base/error.h"
 
-// What the readers of NRRD and MetaImage share: headers of text lines.
+// Text headers, for the readers of NRRD and MetaImage.
 namespace palpate::io {
 
-// No header of these formats is longer; what is, is none.
+// No header of these formats is longer.
 constexpr size_t kMostHeaderBytes = 1 << 20;
 
 // The first kMostHeaderBytes of a file, or fewer.

@@ -6,14 +6,14 @@
 #include "engine/volume/grid.h"
 #include "engine/volume/scalar.h"
 
-// What precedes the voxels in each format a volume is written in.
+// The bytes before the voxels in each format a volume is written in.
 namespace palpate::io {
 
 struct VolumeHeader {
     enum class Packed { nothing, voxels, all };
 
     std::string bytes;
-    Packed packed = Packed::nothing; // what is gzipped
+    Packed packed = Packed::nothing; // the gzipped part
     bool big_endian = false;
 };
 

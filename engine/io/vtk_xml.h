@@ -13,8 +13,8 @@ class xml_document;
 class xml_node;
 } // namespace pugi
 
-// What the XML files of VTK share ("XML File Formats" of the VTK User's Guide): arrays of numbers
-// as text, base64 or appended bytes, packed by zlib or not. Errors name no file but where said.
+// XML files of VTK ("XML File Formats" of the VTK User's Guide): arrays of numbers as text, base64
+// or appended bytes, packed by zlib or not. Errors name no file except where a comment says so.
 namespace palpate::io {
 
 // Of "UInt8" .. "Float64".

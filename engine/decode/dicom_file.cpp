@@ -1,0 +1,354 @@
+#include "engine/decode/dicom_file.h"
+
+#include <gdcmImageReader.h>
+#include <gdcmReader.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+
+#include "engine/base/printable.h"
+#include "engine/decode/dicom_codestream.h"
+#include "engine/decode/dicom_elements.h"
+#include "engine/decode/dicom_mosaic.h"
+#include "engine/decode/dicom_structure.h"
+
+namespace palpate::io {
+
+namespace {
+
+using gdcm::DataSet;
+using gdcm::Tag;
+
+const Tag kPixels(0x7fe0, 0x0010);
+
+// Encodings store a black image in next to nothing; this bounds what the header may claim.
+constexpr double kCodecExpansion = 20000.0;
+
+struct Kind {
+    const char* uid;
+    const char* name;
+};
+// Objects that hold no image of samples, or one that is not read.
+constexpr Kind kOtherKinds[] = {
+    {"1.2.840.10008.5.1.4.1.1.66.8", "DICOM height map segmentation"},
+    {"1.2.840.10008.5.1.4.1.1.66.5", "DICOM surface segmentation"},
+    {"1.2.840.10008.5.1.4.1.1.66", "DICOM raw data object"},
+    {"1.2.840.10008.5.1.4.1.1.66.1", "DICOM spatial registration"},
+    {"1.2.840.10008.5.1.4.1.1.481.2", "DICOM radiotherapy dose (RTDOSE)"},
+    {"1.2.840.10008.5.1.4.1.1.481.3", "DICOM radiotherapy structure set (RTSTRUCT)"},
+    {"1.2.840.10008.5.1.4.1.1.481.5", "DICOM radiotherapy plan (RTPLAN)"},
+    {"1.2.840.10008.1.3.10", "DICOM directory (DICOMDIR)"},
+};
+constexpr const char* kSegmentationKinds[] = {"1.2.840.10008.5.1.4.1.1.66.4",
+                                              "1.2.840.10008.5.1.4.1.1.66.7"};
+
+// Places and spacings from an image's own elements, or from a functional group's.
+void take_geometry(const DataSet& set, DicomFrame& frame) {
+    if (const auto p = decimals(set, Tag(0x0020, 0x0032)); p.size() == 3)
+        frame.position = glm::dvec3(p[0], p[1], p[2]);
+    if (const auto a = decimals(set, Tag(0x0020, 0x0037)); a.size() == 6)
+        frame.axes = glm::dmat2x3{{a[0], a[1], a[2]}, {a[3], a[4], a[5]}};
+    for (const Tag& tag : {Tag(0x0018, 0x1164), Tag(0x0028, 0x0030)}) // the second is preferred
+        if (const auto s = decimals(set, tag); s.size() == 2 && s[0] > 0 && s[1] > 0)
+            frame.spacing_mm = glm::dvec2(s[1], s[0]); // stored: between rows, between columns
+    for (const Tag& tag : {Tag(0x0018, 0x0050), Tag(0x0018, 0x0088)})
+        if (const auto step = decimal(set, tag); step && *step > 0)
+            frame.slice_step_mm = step;
+    frame.rescale.slope = decimal(set, Tag(0x0028, 0x1053)).value_or(frame.rescale.slope);
+    frame.rescale.intercept = decimal(set, Tag(0x0028, 0x1052)).value_or(frame.rescale.intercept);
+}
+
+// The functional groups of an enhanced multi-frame image that place a frame and name its segment.
+void take_groups(const DataSet* groups, DicomFrame& frame) {
+    if (!groups)
+        return;
+    for (const Tag& tag :
+         {Tag(0x0020, 0x9113), Tag(0x0020, 0x9116), Tag(0x0028, 0x9110), Tag(0x0028, 0x9145)})
+        if (const DataSet* group = item(sequence(*groups, tag), 1))
+            take_geometry(*group, frame);
+    if (const DataSet* group = item(sequence(*groups, Tag(0x0062, 0x000a)), 1))
+        frame.segment = word<0x0062, 0x000b>(*group).value_or(frame.segment);
+}
+
+std::optional<ComponentType> component_type(uint16_t allocated, bool is_signed) {
+    switch (allocated) {
+        case 8:
+            return is_signed ? ComponentType::i8 : ComponentType::u8;
+        case 16:
+            return is_signed ? ComponentType::i16 : ComponentType::u16;
+        case 32:
+            return is_signed ? ComponentType::i32 : ComponentType::u32;
+        default:
+            return {};
+    }
+}
+
+constexpr const char* kBigEndian = "1.2.840.10008.1.2.2";
+constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
+
+double most_expansion(const gdcm::TransferSyntax& syntax) {
+    if (syntax == gdcm::TransferSyntax::DeflatedExplicitVRLittleEndian)
+        return kDeflateExpansion;
+    return syntax.IsEncapsulated() ? kCodecExpansion : kRawExpansion;
+}
+
+// Why an object is not read; empty where it is an image of one grey value a sample.
+std::string refusal_of(const DataSet& set, const std::string& kind, bool segmentation) {
+    for (const Kind& other : kOtherKinds)
+        if (kind == other.uid)
+            return fmt::format("is a {}, expected a DICOM image", other.name);
+    if (!word<0x0028, 0x0010>(set) || !word<0x0028, 0x0011>(set))
+        return fmt::format("is a DICOM file without an image (class {})",
+                           kind.empty() ? "unknown" : printable(kind));
+    const std::string colours = text(set, Tag(0x0028, 0x0004));
+    if (word<0x0028, 0x0002>(set).value_or(1) != 1 || (colours == "PALETTE COLOR" && !segmentation))
+        return fmt::format("holds colours ({}), expected one grey value a sample",
+                           printable(colours));
+    const uint16_t allocated = word<0x0028, 0x0100>(set).value_or(0);
+    if (!(segmentation && allocated == 1) && !component_type(allocated, false))
+        return fmt::format("holds samples of {} bits, expected 8, 16 or 32", allocated);
+    return {};
+}
+
+Result<Segmentation> segmentation_of(const std::string& name, const DataSet& set) {
+    constexpr const char* kKinds[] = {"BINARY", "FRACTIONAL", "LABELMAP"};
+    const std::string kind = text(set, Tag(0x0062, 0x0001));
+    const auto* found = std::find(std::begin(kKinds), std::end(kKinds), kind);
+    if (found == std::end(kKinds))
+        return fail("{}: is a segmentation of type '{}', expected BINARY, FRACTIONAL or LABELMAP",
+                    name, printable(kind));
+    Segmentation segmentation;
+    segmentation.kind = static_cast<SegmentationKind>(found - std::begin(kKinds));
+    segmentation.largest_fraction = word<0x0062, 0x000e>(set).value_or(1);
+    if (segmentation.kind == SegmentationKind::fractional &&
+        (segmentation.largest_fraction == 0 || !word<0x0062, 0x000e>(set)))
+        return fail("{}: is a fractional segmentation without its largest value", name);
+    const auto segments = sequence(set, Tag(0x0062, 0x0002));
+    for (size_t i = 1; const DataSet* segment = item(segments, i); ++i) {
+        LabelName& label = segmentation.segments.emplace_back();
+        label.label = word<0x0062, 0x0004>(*segment).value_or(0);
+        label.name = text(*segment, Tag(0x0062, 0x0005));
+        if (const auto lab = words(*segment, Tag(0x0062, 0x000d)); lab.size() == 3)
+            label.color =
+                color_of_cielab({lab[0] / 65535.0 * 100.0, lab[1] / 65535.0 * 255.0 - 128.0,
+                                 lab[2] / 65535.0 * 255.0 - 128.0});
+    }
+    return segmentation;
+}
+
+// GDCM fills what is cut off with something: finds it out beforehand. The pixels start at byte
+// `start`. Deflated files are checked by their own sum.
+Result<void> check_pixels(const DicomFile& file, double claimed_bytes) {
+    const std::string name = file.path.string();
+    if (file.syntax == kDeflated)
+        return {};
+    if (file.pixels_at > file.bytes)
+        return fail("{}: ends before its pixels", name);
+    const uint64_t held = file.bytes - file.pixels_at;
+    if (!file.encapsulated) {
+        if (claimed_bytes > static_cast<double>(held))
+            return fail("{}: is cut off: expected {:.0f} bytes of pixels, found {}", name,
+                        claimed_bytes, held);
+        return {};
+    }
+    if (Result<std::vector<EncodedItem>> items = encoded_items(file); !items)
+        return pass_on(items);
+    return {};
+}
+
+// Makes values of type T of the `stored` bits that end at `high_bit`, whatever the other bits hold.
+template <class T>
+void take_bits(std::vector<char>& pixels, uint32_t stored, uint32_t high_bit) {
+    using Unsigned = std::make_unsigned_t<T>;
+    const uint32_t up = 8 * sizeof(T) - 1 - high_bit, down = 8 * sizeof(T) - stored;
+    for (size_t at = 0; at + sizeof(T) <= pixels.size(); at += sizeof(T)) {
+        Unsigned value;
+        std::memcpy(&value, &pixels[at], sizeof value);
+        value = static_cast<Unsigned>(value << up);
+        const T extended = static_cast<T>(static_cast<T>(value) >> down);
+        std::memcpy(&pixels[at], &extended, sizeof extended);
+    }
+}
+
+void take_bits(const DicomFile& file, uint32_t high_bit, std::vector<char>& pixels) {
+    const auto all = static_cast<uint32_t>(8 * bytes_per_component(file.type));
+    if (file.bits_stored == 0 || file.bits_stored >= all || high_bit >= all ||
+        high_bit + 1 < file.bits_stored)
+        return;
+    visit_component(file.type, [&](auto t) {
+        if constexpr (std::is_integral_v<decltype(t)>)
+            take_bits<decltype(t)>(pixels, file.bits_stored, high_bit);
+    });
+}
+
+Result<std::vector<char>> decode_pixels(const DicomFile& file) {
+    const std::string name = file.path.string();
+    gdcm::ImageReader reader;
+    reader.SetFileName(file.path.c_str());
+    if (!reader.Read())
+        return fail("{}: its pixels cannot be read (transfer syntax {})", name, file.syntax);
+    const gdcm::Image& image = reader.GetImage();
+    std::vector<char> pixels(image.GetBufferLength());
+    if (!image.GetBuffer(pixels.data()))
+        return fail("{}: its pixels cannot be decoded (transfer syntax {})", name, file.syntax);
+    return pixels;
+}
+
+bool is_signed(ComponentType type) {
+    return type == ComponentType::i8 || type == ComponentType::i16 || type == ComponentType::i32;
+}
+
+// GDCM's own decoding of plain samples holds only where they lie at the low end of their words.
+bool lies_high(const DicomFile& file) {
+    return !file.encapsulated && file.syntax != kBigEndian && file.bits_stored > 0 &&
+           file.high_bit + 1 > file.bits_stored;
+}
+
+} // namespace
+
+bool looks_like_dicom(std::string_view bytes, const std::string& extension) {
+    if (bytes.size() >= 132 && bytes.substr(128, 4) == "DICM")
+        return true;
+    if (extension == ".dcm" || extension == ".ima" || extension == ".dicom")
+        return true;
+    // Without the preamble a data set begins with a small element of group 0008, little-endian.
+    return bytes.size() >= 8 && bytes.starts_with(std::string_view("\x08\0", 2)) && bytes[3] == 0;
+}
+
+Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
+    const std::string name = path.string();
+    const Result<uint64_t> bytes = regular_file_bytes(path);
+    if (!bytes)
+        return fail("{}", bytes.error().message);
+    Result<std::string> stated_syntax = check_structure(path);
+    if (!stated_syntax)
+        return pass_on(stated_syntax);
+    gdcm::Reader reader;
+    reader.SetFileName(path.c_str());
+    // Skipped, the pixels are not read: the stream then stands at their first byte.
+    if (!reader.ReadUpToTag(kPixels, {kPixels}))
+        return fail("{}: is no DICOM file, or a damaged one: no data set in transfer syntax '{}'",
+                    name, printable(*stated_syntax));
+    const DataSet& set = reader.GetFile().GetDataSet();
+    const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
+
+    std::string kind = text(set, Tag(0x0008, 0x0016));
+    if (kind.empty())
+        kind = text(reader.GetFile().GetHeader(), Tag(0x0002, 0x0002));
+    const bool segmentation =
+        std::find(std::begin(kSegmentationKinds), std::end(kSegmentationKinds), kind) !=
+        std::end(kSegmentationKinds);
+    DicomFile file;
+    file.path = path;
+    file.bytes = *bytes;
+    file.pixels_at = reader.GetStreamCurrentPosition();
+    file.syntax = syntax.GetString();
+    file.encapsulated = syntax.IsEncapsulated();
+    file.most_expansion = most_expansion(syntax);
+
+    DicomFrame frame;
+    frame.file = path;
+    frame.series_uid = text(set, Tag(0x0020, 0x000e));
+    frame.series_description = text(set, Tag(0x0008, 0x103e));
+    frame.modality = text(set, Tag(0x0008, 0x0060));
+    frame.instance_uid = text(set, Tag(0x0008, 0x0018));
+    frame.instance_number = static_cast<int64_t>(decimal(set, Tag(0x0020, 0x0013)).value_or(0.0));
+    file.refusal = refusal_of(set, kind, segmentation);
+    if (!file.refusal.empty()) {
+        frame.object = DicomObject::other;
+        frame.object_words = file.refusal;
+        file.frames = {frame};
+        return file;
+    }
+    const uint16_t allocated = word<0x0028, 0x0100>(set).value_or(0);
+    file.type =
+        *component_type(allocated == 1 ? 8 : allocated, word<0x0028, 0x0103>(set).value_or(0) == 1);
+    file.bits_allocated = allocated;
+    file.bits_stored = word<0x0028, 0x0101>(set).value_or(allocated);
+    file.high_bit = word<0x0028, 0x0102>(set).value_or(file.bits_stored - 1);
+    if (element(set, Tag(0x0028, 0x3000)))
+        file.warnings.push_back(name + ": its modality look-up table is not applied");
+
+    frame.size = {*word<0x0028, 0x0011>(set), *word<0x0028, 0x0010>(set)};
+    take_geometry(set, frame);
+    const double count = decimal(set, Tag(0x0028, 0x0008)).value_or(1.0);
+    const double claimed = std::ceil(count * frame.size.x * frame.size.y * allocated / 8.0);
+    if (!(claimed > 0) || claimed > file.most_expansion * static_cast<double>(*bytes))
+        return fail("{}: claims {} frames of {} x {} samples of {} bits, but holds only {} bytes",
+                    name, count, frame.size.x, frame.size.y, allocated, *bytes);
+    if (Result<void> whole = check_pixels(file, claimed); !whole)
+        return pass_on(whole);
+    if (segmentation) {
+        Result<Segmentation> found = segmentation_of(name, set);
+        if (!found)
+            return pass_on(found);
+        file.segmentation = std::move(*found);
+        frame.object = DicomObject::segmentation;
+    } else if (is_mosaic(set) && count == 1) {
+        Result<std::vector<DicomFrame>> tiles = mosaic_frames(name, set, frame);
+        if (!tiles)
+            return pass_on(tiles);
+        file.mosaic = frame.size;
+        file.frames = std::move(*tiles);
+        return file;
+    }
+    const auto shared = sequence(set, Tag(0x5200, 0x9229));
+    const auto per_frame = sequence(set, Tag(0x5200, 0x9230));
+    take_groups(item(shared, 1), frame);
+    if (count > 1)
+        frame.position.reset(); // one place cannot be every frame's
+    for (uint32_t i = 0; i < static_cast<uint32_t>(count); ++i) {
+        DicomFrame& one = file.frames.emplace_back(frame);
+        one.frame = i;
+        if (count > 1)
+            one.instance_number = i;
+        take_groups(item(per_frame, i + 1), one);
+    }
+    return file;
+}
+
+Result<std::vector<char>> read_dicom_pixels(const DicomFile& file) {
+    const std::string name = file.path.string();
+    const Result<uint32_t> stream_bits = check_codestreams(file);
+    if (!stream_bits)
+        return fail("{}", stream_bits.error().message);
+    Result<std::vector<char>> decoded =
+        lies_high(file) ? read_dicom_bytes(file) : decode_pixels(file);
+    if (!decoded)
+        return decoded;
+    std::vector<char>& pixels = *decoded;
+    const glm::uvec2 size = file.frames.front().size;
+    const uint64_t images = file.mosaic ? 1 : file.frames.size();
+    const glm::uvec2 plane = file.mosaic.value_or(size);
+    const uint64_t expected = uint64_t{plane.x} * plane.y * images * bytes_per_component(file.type);
+    if (pixels.size() > expected && !file.encapsulated)
+        pixels.resize(expected); // padded to an even length
+    if (pixels.size() != expected)
+        return fail("{}: its pixels have {} bytes, expected {} ({} frames of {} x {} of {})", name,
+                    pixels.size(), expected, images, plane.x, plane.y, name_of(file.type));
+    // Decoders put samples at the low end of their words. A codestream that is signed itself, and
+    // has more bits than the header says, knows better.
+    if (lies_high(file))
+        take_bits(file, file.high_bit, pixels);
+    else if (is_signed(file.type) && *stream_bits <= file.bits_stored)
+        take_bits(file, file.bits_stored - 1, pixels);
+    if (file.mosaic)
+        return untile(pixels, plane, size, file.frames.size(), bytes_per_component(file.type));
+    return pixels;
+}
+
+Result<std::vector<char>> read_dicom_bytes(const DicomFile& file) {
+    const std::string name = file.path.string();
+    gdcm::Reader reader;
+    reader.SetFileName(file.path.c_str());
+    const gdcm::DataElement* found =
+        reader.Read() ? element(reader.GetFile().GetDataSet(), kPixels) : nullptr;
+    const gdcm::ByteValue* bytes = found ? found->GetByteValue() : nullptr;
+    if (!bytes)
+        return fail("{}: its pixels cannot be read (transfer syntax {})", name, file.syntax);
+    return std::vector<char>(bytes->GetPointer(), bytes->GetPointer() + bytes->GetLength());
+}
+
+} // namespace palpate::io

@@ -1,0 +1,299 @@
+#include "engine/decode/dicom_stack.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include "engine/decode/slice_gaps.h"
+
+namespace palpate::io {
+
+namespace {
+
+// Beyond this share of the step, a slice put on the regular lattice would be in a wrong place.
+constexpr double kMostUneven = 0.1;
+
+void drop_copies(const std::string& name, std::vector<DicomFrame>& frames,
+                 std::vector<std::string>& warnings) {
+    std::map<std::pair<std::string, uint32_t>, std::string> seen;
+    std::string example;
+    const size_t before = frames.size();
+    std::erase_if(frames, [&](const DicomFrame& frame) {
+        if (frame.instance_uid.empty())
+            return false;
+        const auto [at, is_new] = seen.try_emplace({frame.instance_uid, frame.frame}, leaf(frame));
+        if (!is_new && example.empty())
+            example = fmt::format("{} repeats {}", leaf(frame), at->second);
+        return !is_new;
+    });
+    if (frames.size() < before)
+        warnings.push_back(fmt::format("{}: {} images are there twice ({}); one of each is read",
+                                       name, before - frames.size(), example));
+}
+
+glm::dmat2x3 axes_of(const DicomFrame& frame) {
+    return frame.axes.value_or(glm::dmat2x3{{1, 0, 0}, {0, 1, 0}});
+}
+
+double along_normal(const DicomFrame& frame, glm::dvec3 normal) {
+    return glm::dot(*frame.position, normal);
+}
+
+// Several images at each position are frames of a 4-D series: keeps the one asked for.
+Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal,
+                        std::vector<DicomFrame>& frames, std::vector<std::string>& warnings) {
+    std::vector<std::vector<DicomFrame>> places;
+    for (DicomFrame& frame : frames) {
+        if (places.empty() ||
+            along_normal(frame, normal) - along_normal(places.back().front(), normal) >
+                kPositionRoundingMm)
+            places.emplace_back();
+        places.back().push_back(std::move(frame));
+    }
+    for (const auto& place : places)
+        if (place.size() != places.front().size()) {
+            const auto& more = place.size() > places.front().size() ? place : places.front();
+            return fail(
+                "{}: duplicate positions: {} and {} lie both at {:.3f} mm along the "
+                "normal, while other positions have another number of images",
+                request.path.string(), leaf(more[0]), leaf(more[1]), along_normal(more[0], normal));
+        }
+    const auto count = static_cast<uint32_t>(places.front().size());
+    const Result<uint32_t> chosen = choose_frame(request, count, warnings);
+    if (!chosen)
+        return fail("{}", chosen.error().message);
+    frames.clear();
+    for (auto& place : places) {
+        std::stable_sort(place.begin(), place.end(), [](const auto& a, const auto& b) {
+            return a.instance_number < b.instance_number;
+        });
+        frames.push_back(std::move(place[*chosen]));
+    }
+    return {};
+}
+
+double tilt_degrees(glm::dvec3 step, glm::dvec3 normal) {
+    return std::acos(std::min(1.0, glm::dot(step, normal) / glm::length(step))) * 180 /
+           std::acos(-1.0);
+}
+
+// The sorted images of a stack, and where they lie.
+struct Places {
+    glm::dvec3 normal;
+    std::vector<double> along_mm; // on the normal, rising
+    glm::dvec3 step;              // from the first to the last, shared out evenly
+    double farthest_mm = 0;       // of an image from its place in the even stack
+    double sideways_mm = 0;       // by which the last lies off the first's normal
+};
+
+Places places_of(const std::vector<DicomFrame>& frames, glm::dvec3 normal) {
+    Places places;
+    places.normal = normal;
+    const glm::dvec3 first = *frames.front().position;
+    const auto last = static_cast<double>(frames.size() - 1);
+    places.step = (*frames.back().position - first) / last;
+    for (size_t k = 0; k < frames.size(); ++k) {
+        places.along_mm.push_back(along_normal(frames[k], normal));
+        places.farthest_mm = std::max(
+            places.farthest_mm,
+            glm::distance(*frames[k].position, first + static_cast<double>(k) * places.step));
+    }
+    places.sideways_mm = last * glm::length(places.step - glm::dot(places.step, normal) * normal);
+    return places;
+}
+
+// Puts frames without a file where slices are missing; false where the rest is not regular.
+bool fill_holes(std::vector<DicomFrame>& frames, const std::vector<size_t>& missing,
+                glm::dvec3 normal) {
+    std::vector<DicomFrame> filled;
+    for (size_t k = 0; k < frames.size(); ++k) {
+        for (size_t i = 1; i <= missing[k]; ++i) {
+            DicomFrame hole = frames[k - 1];
+            const double share = static_cast<double>(i) / static_cast<double>(missing[k] + 1);
+            hole.position = glm::mix(*frames[k - 1].position, *frames[k].position, share);
+            hole.file.clear();
+            hole.rescale = {};
+            filled.push_back(std::move(hole));
+        }
+        filled.push_back(frames[k]);
+    }
+    const Places places = places_of(filled, normal);
+    if (places.farthest_mm > kMostUneven * glm::length(places.step))
+        return false;
+    frames = std::move(filled);
+    return true;
+}
+
+// The step from slice to slice of sorted images, in world mm.
+Result<glm::dvec3> slice_step(const std::string& name, std::vector<DicomFrame>& frames,
+                              glm::dvec3 normal, size_t damaged,
+                              std::vector<std::string>& warnings) {
+    Places places = places_of(frames, normal);
+    if (places.farthest_mm > kMostUneven * glm::length(places.step)) {
+        const std::vector<size_t> missing = missing_before(places.along_mm);
+        const size_t holes = std::accumulate(missing.begin(), missing.end(), size_t{0});
+        if (holes == 0 || holes > damaged || !fill_holes(frames, missing, normal)) {
+            size_t at = 0;
+            for (size_t k = 0; k + 1 < frames.size(); ++k)
+                if (places.along_mm[k + 1] - places.along_mm[k] >
+                    places.along_mm[at + 1] - places.along_mm[at])
+                    at = k;
+            std::string what = holes > 0 ? fmt::format("{} slice{} to be missing", holes,
+                                                       holes == 1 ? " seems" : "s seem")
+                                         : "the slices are not evenly spaced";
+            if (damaged > 0)
+                what += fmt::format(" ({} damaged file{} passed over)", damaged,
+                                    damaged == 1 ? " was" : "s were");
+            return fail(
+                "{}: {}: {} (largest gap between {} and {}); a regular stack would be wrong by up "
+                "to {:.4g} mm, --resample-slices interpolates to an even spacing",
+                name, what, gap_words(places.along_mm), leaf(frames[at]), leaf(frames[at + 1]),
+                places.farthest_mm);
+        }
+        warnings.push_back(fmt::format(
+            "{}: {} of {} slices {} missing, as {} damaged file{} passed over; {} no data", name,
+            holes, frames.size(), holes == 1 ? "is" : "are", damaged,
+            damaged == 1 ? " was" : "s were", holes == 1 ? "it holds" : "they hold"));
+        places = places_of(frames, normal);
+    }
+    const double usual = glm::length(places.step);
+    if (places.farthest_mm > std::max(kPositionRoundingMm, 0.01 * usual))
+        warnings.push_back(
+            fmt::format("{}: {}; slices are placed evenly, {:.4g} mm from their "
+                        "place at most (--resample-slices interpolates)",
+                        name, gap_words(places.along_mm), places.farthest_mm));
+    if (places.sideways_mm > 10 * kPositionRoundingMm)
+        warnings.push_back(
+            fmt::format("{}: gantry tilt: slices are stacked {:.2f} degrees off their normal; the "
+                        "shear is kept in the geometry (--resample-slices removes it)",
+                        name, tilt_degrees(places.step, normal)));
+    return places.step;
+}
+
+// An upright grid of even spacing that holds all images, for resampling.
+Result<Grid> upright_grid(const std::string& name, const std::vector<DicomFrame>& frames,
+                          const Places& places, glm::dmat2x3 axes, glm::dvec2 spacing,
+                          std::vector<std::string>& warnings) {
+    // No more slices or samples than these multiples, however odd the positions are.
+    constexpr double kMostSlices = 8, kMostSideways = 4, kAlwaysSideways = 256;
+    const double range = places.along_mm.back() - places.along_mm.front();
+    const double wish = std::max(finest_spacing_mm(places.along_mm),
+                                 range / (kMostSlices * static_cast<double>(frames.size())));
+    const double steps = std::max(1.0, std::ceil(range / wish - 0.01));
+    // Where images begin, in samples from where the first one does.
+    glm::dvec2 low(0), high(0);
+    for (const DicomFrame& frame : frames) {
+        const glm::dvec2 at = (*frame.position - *frames.front().position) * axes / spacing;
+        low = glm::min(low, at);
+        high = glm::max(high, at);
+    }
+    const glm::dvec2 first = glm::floor(low + 1e-3), last = glm::ceil(high - 1e-3);
+    const glm::dvec2 more = last - first, size(frames.front().size);
+    const glm::dvec2 most = glm::max(kMostSideways * size, glm::dvec2(kAlwaysSideways));
+    if (more.x > most.x || more.y > most.y)
+        return fail("{}: cannot be resampled: its slices lie up to {:.4g} mm apart sideways", name,
+                    glm::length((high - low) * spacing));
+    Grid grid;
+    grid.size = {glm::uvec2(size + more), static_cast<uint32_t>(steps) + 1};
+    const double step_mm = range / steps;
+    grid.world_from_index = {glm::dvec4(axes[0] * spacing.x, 0.0),
+                             glm::dvec4(axes[1] * spacing.y, 0.0),
+                             glm::dvec4(places.normal * step_mm, 0.0),
+                             glm::dvec4(*frames.front().position + axes * (first * spacing), 1.0)};
+    std::string what = fmt::format(
+        "{}: resampled (--resample-slices): {}; interpolated linearly to {} slices {:.4g} mm apart",
+        name, gap_words(places.along_mm), grid.size.z, step_mm);
+    if (places.sideways_mm > 10 * kPositionRoundingMm)
+        what += fmt::format(
+            "; gantry tilt of {:.2f} degrees removed, {} x {} samples a slice "
+            "became {} x {} (no data where no image lies)",
+            tilt_degrees(places.step, places.normal), frames.front().size.x, frames.front().size.y,
+            grid.size.x, grid.size.y);
+    warnings.push_back(what);
+    return grid;
+}
+
+void assume_what_is_absent(const std::string& name, const DicomFrame& first, size_t count,
+                           std::vector<std::string>& warnings) {
+    std::string absent;
+    const auto add = [&](bool has, const char* what) {
+        if (!has)
+            absent += (absent.empty() ? "" : ", ") + std::string(what);
+    };
+    add(first.position.has_value(), "position (0, 0, 0 mm)");
+    add(first.axes.has_value(), "orientation (axial)");
+    add(first.spacing_mm.has_value(), "pixel spacing (1 mm)");
+    add(first.slice_step_mm.has_value() || (count > 1 && first.position), "slice spacing (1 mm)");
+    if (!absent.empty())
+        warnings.push_back(
+            fmt::format("{}: does not state, so what stands in brackets is assumed: "
+                        "{}",
+                        name, absent));
+}
+
+} // namespace
+
+Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, size_t damaged) {
+    const std::string name = request.path.string();
+    DicomStack stack;
+    std::vector<DicomFrame>& frames = stack.frames = std::move(series.frames);
+    drop_copies(name, frames, stack.warnings);
+
+    const glm::dmat2x3 axes = axes_of(frames.front());
+    const glm::dvec3 normal = glm::cross(axes[0], axes[1]);
+    if (std::abs(glm::length(normal) - 1) > 1e-3)
+        return fail("{}: the image axes of {} are no unit vectors at right angles", name,
+                    leaf(frames.front()));
+    const bool placed = frames.front().position.has_value();
+    std::stable_sort(frames.begin(), frames.end(), [&](const DicomFrame& a, const DicomFrame& b) {
+        return placed ? along_normal(a, normal) < along_normal(b, normal)
+                      : a.instance_number < b.instance_number;
+    });
+    if (placed) {
+        if (Result<void> kept = keep_frame(request, normal, frames, stack.warnings); !kept)
+            return pass_on(kept);
+    } else if (frames.size() > 1 && frames[0].file == frames[1].file) {
+        // Frames of one file without places are frames in time.
+        const auto count = static_cast<uint32_t>(frames.size());
+        const Result<uint32_t> chosen = choose_frame(request, count, stack.warnings);
+        if (!chosen)
+            return fail("{}", chosen.error().message);
+        frames = {frames[*chosen]};
+    }
+    const DicomFrame first = frames.front();
+    assume_what_is_absent(name, first, frames.size(), stack.warnings);
+    const glm::dvec2 spacing = first.spacing_mm.value_or(glm::dvec2(1.0));
+    glm::dvec3 step = normal * first.slice_step_mm.value_or(1.0);
+    if (placed && frames.size() > 1) {
+        const Places places = places_of(frames, normal);
+        const double usual = glm::length(places.step);
+        if (request.resample_slices &&
+            (places.farthest_mm > std::max(kPositionRoundingMm, 0.01 * usual) ||
+             places.sideways_mm > 10 * kPositionRoundingMm)) {
+            Result<Grid> grid = upright_grid(name, frames, places, axes, spacing, stack.warnings);
+            if (!grid)
+                return pass_on(grid);
+            stack.grid = *grid;
+            stack.resampled = true;
+            return stack;
+        }
+        const Result<glm::dvec3> found = slice_step(name, frames, normal, damaged, stack.warnings);
+        if (!found)
+            return fail("{}", found.error().message);
+        step = *found;
+    }
+    if (request.resample_slices)
+        stack.warnings.push_back(
+            fmt::format("{}: --resample-slices has no effect: the slices are evenly spaced and "
+                        "stacked along their normal",
+                        name));
+    const glm::dvec3 origin = frames.front().position.value_or(glm::dvec3(0.0));
+    stack.grid.size = {frames.front().size, frames.size()};
+    stack.grid.world_from_index = {glm::dvec4(axes[0] * spacing.x, 0.0),
+                                   glm::dvec4(axes[1] * spacing.y, 0.0), glm::dvec4(step, 0.0),
+                                   glm::dvec4(origin, 1.0)};
+    return stack;
+}
+
+} // namespace palpate::io

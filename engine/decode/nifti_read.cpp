@@ -1,0 +1,196 @@
+#include <cmath>
+
+#include "engine/decode/formats.h"
+#include "engine/decode/nifti_header.h"
+#include "engine/decode/payload.h"
+
+namespace palpate::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Result<ComponentType> component_type(const std::string& name, int datatype) {
+    switch (datatype) {
+        case 2:
+            return ComponentType::u8;
+        case 4:
+            return ComponentType::i16;
+        case 8:
+            return ComponentType::i32;
+        case 16:
+            return ComponentType::f32;
+        case 64:
+            return ComponentType::f64;
+        case 256:
+            return ComponentType::i8;
+        case 512:
+            return ComponentType::u16;
+        case 768:
+            return ComponentType::u32;
+        case 1024:
+            return ComponentType::i64;
+        case 1280:
+            return ComponentType::u64;
+        case 1:
+            return fail("{}: holds single bits, which cannot be read", name);
+        case 32:
+        case 1792:
+        case 2048:
+            return fail("{}: holds complex numbers; expected one real number a voxel", name);
+        case 128:
+        case 2304:
+            return fail("{}: holds colours (RGB); expected one number a voxel", name);
+        case 1536:
+            return fail("{}: holds 128-bit floats, which cannot be read", name);
+    }
+    return fail("{}: expected a NIfTI data type, found number {}", name, datatype);
+}
+
+Result<NiftiHeader> load_header(const fs::path& path, Packing packing) {
+    Result<ByteSource> source = ByteSource::open(path, packing);
+    if (!source)
+        return pass_on(source);
+    std::array<std::byte, kNifti2Bytes> bytes{};
+    // Of a short packed file the error of the packing counts, of a short header its own.
+    Result<size_t> got = source->read(bytes);
+    if (!got)
+        return pass_on(got);
+    return parse_nifti_header(path.string(), {bytes.data(), *got});
+}
+
+struct Shape {
+    glm::uvec3 size{1};
+    uint32_t frames = 1;
+};
+
+Result<Shape> shape_of(const std::string& name, const NiftiHeader& header) {
+    constexpr int64_t most = INT32_MAX;
+    const int64_t count = header.dim[0];
+    if (count < 1 || count > 7)
+        return fail("{}: expected 1 to 7 dimensions, found {}", name, count);
+    std::array<int64_t, 7> sizes{1, 1, 1, 1, 1, 1, 1};
+    for (int64_t i = 0; i < count; ++i) {
+        const int64_t size = header.dim[i + 1];
+        if (size < 0 || size > most || (size == 0 && i < 3))
+            return fail("{}: expected a size of 1 to {} in dimension {}, found {}", name, most,
+                        i + 1, size);
+        sizes[i] = std::max<int64_t>(size, 1); // 0 stands for "unused" beyond space
+    }
+    for (const int i : {4, 5, 6})
+        if (sizes[i] > 1)
+            return fail(
+                "{}: holds several components ({} in dimension {}); expected one number a "
+                "voxel",
+                name, sizes[i], i + 1);
+    return Shape{{sizes[0], sizes[1], sizes[2]}, static_cast<uint32_t>(sizes[3])};
+}
+
+Result<uint64_t> voxel_offset(const std::string& name, const NiftiHeader& header) {
+    const double offset = header.vox_offset;
+    if (!(offset >= 0 && offset < 9e15) || offset != std::floor(offset))
+        return fail("{}: expected a whole vox_offset of 0 or more, found {}", name, offset);
+    if (header.pair)
+        return static_cast<uint64_t>(offset);
+    // Header and the four bytes that say whether extensions follow.
+    const size_t least =
+        (header.kind == NiftiHeader::Kind::nifti2 ? kNifti2Bytes : kNifti1Bytes) + 4;
+    if (offset == 0)
+        return least;
+    if (offset < static_cast<double>(least))
+        return fail("{}: expected a vox_offset of {} or more, found {}", name, least, offset);
+    return static_cast<uint64_t>(offset);
+}
+
+// The two files of a pair differ in their extension only; the voxels may be packed.
+Result<fs::path> image_beside(const fs::path& header) {
+    std::error_code ignored;
+    const std::string name = header.stem().string() + ".img";
+    if (const fs::path packed = header.parent_path() / (name + ".gz");
+        !fs::exists(header.parent_path() / name, ignored) && fs::exists(packed, ignored))
+        return file_beside(header, name + ".gz");
+    return file_beside(header, name);
+}
+
+std::vector<Rescale> rescale_of(const std::string& name, const NiftiHeader& header,
+                                std::vector<std::string>& warnings) {
+    if (header.scl_slope == 0 || !std::isfinite(header.scl_slope))
+        return {}; // nifti1.h: a slope of 0 means that values are not scaled
+    Rescale rescale{header.scl_slope, header.scl_inter};
+    if (!std::isfinite(rescale.intercept)) {
+        warnings.push_back(
+            fmt::format("{}: scl_inter is {}; 0 is assumed", name, rescale.intercept));
+        rescale.intercept = 0;
+    }
+    if (rescale == Rescale{})
+        return {};
+    return {rescale};
+}
+
+} // namespace
+
+Result<Decoded> decode_nifti(const DecodeRequest& request, VoxelSink& sink) {
+    fs::path header_path = request.path;
+    if (request.path.extension() == ".img") {
+        Result<fs::path> beside = file_beside(request.path, request.path.stem().string() + ".hdr");
+        if (!beside)
+            return pass_on(beside);
+        header_path = *beside;
+    }
+    const std::string name = header_path.string();
+    Result<Packing> packing = packing_of(header_path);
+    if (!packing)
+        return pass_on(packing);
+    Result<NiftiHeader> header = load_header(header_path, *packing);
+    if (!header)
+        return pass_on(header);
+    if (header->kind == NiftiHeader::Kind::analyze && header_path.extension() != ".hdr")
+        return fail("{}: expected the mark n+1 or ni1 of NIfTI-1, found none", name);
+
+    Decoded decoded;
+    Payload payload;
+    payload.file = header_path;
+    payload.big_endian = header->big_endian;
+    Result<ComponentType> type = component_type(name, header->datatype);
+    if (!type)
+        return pass_on(type);
+    payload.type = *type;
+    Result<Shape> shape = shape_of(name, *header);
+    if (!shape)
+        return pass_on(shape);
+    payload.size = shape->size;
+    payload.frames = shape->frames;
+    Result<uint32_t> frame = choose_frame(request, shape->frames, decoded.warnings);
+    if (!frame)
+        return pass_on(frame);
+    payload.frame = *frame;
+    Result<Grid> grid = nifti_grid(name, *header, shape->size, decoded.warnings);
+    if (!grid)
+        return pass_on(grid);
+    decoded.grid = *grid;
+    decoded.rescale = rescale_of(name, *header, decoded.warnings);
+
+    if (header->pair) {
+        Result<fs::path> image = image_beside(header_path);
+        if (!image)
+            return pass_on(image);
+        payload.file = *image;
+        packing = packing_of(*image);
+        if (!packing)
+            return pass_on(packing);
+    }
+    Result<uint64_t> offset = voxel_offset(name, *header);
+    if (!offset)
+        return pass_on(offset);
+    if (*packing == Packing::deflate) {
+        payload.encoding = Encoding::deflate;
+        payload.skip = *offset;
+    } else {
+        payload.offset = *offset;
+    }
+    if (Result<void> read = read_payload(payload, sink, decoded.warnings); !read)
+        return pass_on(read);
+    return decoded;
+}
+
+} // namespace palpate::io

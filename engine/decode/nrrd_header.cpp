@@ -1,0 +1,329 @@
+#include "engine/decode/nrrd_header.h"
+
+#include <cmath>
+#include <map>
+
+#include "engine/io/text_header.h"
+
+namespace palpate::io {
+
+namespace {
+
+using Fields = std::map<std::string, std::string, std::less<>>;
+
+struct TypeName {
+    std::string_view name;
+    ComponentType type;
+};
+constexpr TypeName kTypes[] = {
+    {"signed char", ComponentType::i8},
+    {"int8", ComponentType::i8},
+    {"int8_t", ComponentType::i8},
+    {"uchar", ComponentType::u8},
+    {"unsigned char", ComponentType::u8},
+    {"uint8", ComponentType::u8},
+    {"uint8_t", ComponentType::u8},
+    {"short", ComponentType::i16},
+    {"short int", ComponentType::i16},
+    {"signed short", ComponentType::i16},
+    {"signed short int", ComponentType::i16},
+    {"int16", ComponentType::i16},
+    {"int16_t", ComponentType::i16},
+    {"ushort", ComponentType::u16},
+    {"unsigned short", ComponentType::u16},
+    {"unsigned short int", ComponentType::u16},
+    {"uint16", ComponentType::u16},
+    {"uint16_t", ComponentType::u16},
+    {"int", ComponentType::i32},
+    {"signed int", ComponentType::i32},
+    {"int32", ComponentType::i32},
+    {"int32_t", ComponentType::i32},
+    {"uint", ComponentType::u32},
+    {"unsigned int", ComponentType::u32},
+    {"uint32", ComponentType::u32},
+    {"uint32_t", ComponentType::u32},
+    {"longlong", ComponentType::i64},
+    {"long long", ComponentType::i64},
+    {"long long int", ComponentType::i64},
+    {"signed long long", ComponentType::i64},
+    {"signed long long int", ComponentType::i64},
+    {"int64", ComponentType::i64},
+    {"int64_t", ComponentType::i64},
+    {"ulonglong", ComponentType::u64},
+    {"unsigned long long", ComponentType::u64},
+    {"unsigned long long int", ComponentType::u64},
+    {"uint64", ComponentType::u64},
+    {"uint64_t", ComponentType::u64},
+    {"float", ComponentType::f32},
+    {"double", ComponentType::f64},
+};
+
+// Empty where it is absent.
+std::string_view field(const Fields& fields, std::string_view name) {
+    const auto found = fields.find(name);
+    return found == fields.end() ? std::string_view{} : std::string_view(found->second);
+}
+
+// Some fields have a second name.
+std::string usual_name(std::string name) {
+    constexpr std::pair<std::string_view, std::string_view> names[] = {{"datafile", "data file"},
+                                                                       {"lineskip", "line skip"},
+                                                                       {"byteskip", "byte skip"},
+                                                                       {"axismins", "axis mins"},
+                                                                       {"units", "space units"}};
+    for (const auto& [second, usual] : names)
+        if (name == second)
+            name = usual;
+    return name;
+}
+
+// Splits the header into its fields; returns how many bytes it takes.
+Result<size_t> split(const std::string& name, std::string_view text, Fields& fields) {
+    std::string_view rest = text;
+    const std::optional<std::string_view> magic = take_line(rest);
+    if (!magic || !magic->starts_with("NRRD000"))
+        return fail("{}: expected a first line NRRD000x, found none", name);
+    while (true) {
+        std::optional<std::string_view> line = take_line(rest);
+        if (!line && !rest.empty() && text.size() < kMostHeaderBytes) {
+            line = rest; // the last line of a detached header may lack its line end
+            rest = {};
+        }
+        if (!line) {
+            if (text.size() < kMostHeaderBytes && fields.contains("data file"))
+                return text.size(); // a detached header may end with the file
+            return fail(
+                "{}: expected an empty line at the end of the NRRD header, found none in "
+                "{} bytes",
+                name, text.size());
+        }
+        if (line->empty())
+            return text.size() - rest.size();
+        if (line->front() == '#')
+            continue;
+        const size_t colon = line->find(':');
+        if (colon == std::string_view::npos)
+            return fail("{}: expected \"field: value\", found \"{}\"", name, line->substr(0, 60));
+        if (line->substr(colon, 2) == ":=") // key and value of the user's own, no field
+            continue;
+        const std::string key = usual_name(lower_case(trimmed(line->substr(0, colon))));
+        if (!fields.emplace(key, trimmed(line->substr(colon + 1))).second)
+            return fail("{}: has two fields \"{}\"", name, key);
+    }
+}
+
+// "(1,0,0) none (0, 1, 0)": a vector or nothing for each axis.
+std::optional<std::vector<std::optional<std::vector<double>>>> parse_vectors(
+    std::string_view text) {
+    std::vector<std::optional<std::vector<double>>> vectors;
+    for (text = trimmed(text); !text.empty(); text = trimmed(text)) {
+        if (text.starts_with("none")) {
+            vectors.emplace_back();
+            text.remove_prefix(4);
+            continue;
+        }
+        const size_t end = text.find(')');
+        if (text.front() != '(' || end == std::string_view::npos)
+            return {};
+        std::string inside(text.substr(1, end - 1));
+        for (char& c : inside)
+            if (c == ',')
+                c = ' ';
+        std::optional<std::vector<double>> numbers = parse_doubles(inside);
+        if (!numbers)
+            return {};
+        vectors.push_back(std::move(numbers));
+        text.remove_prefix(end + 1);
+    }
+    return vectors;
+}
+
+// The spatial part of a vector of a space of two or three dimensions, or of three and time.
+std::optional<glm::dvec3> spatial(const std::optional<std::vector<double>>& vector) {
+    if (!vector || vector->size() < 2 || vector->size() > 4)
+        return {};
+    return glm::dvec3((*vector)[0], (*vector)[1], vector->size() == 2 ? 0 : (*vector)[2]);
+}
+
+std::string long_space_name(std::string space) {
+    constexpr std::pair<std::string_view, std::string_view> names[] = {
+        {"ras", "right-anterior-superior"},      {"las", "left-anterior-superior"},
+        {"lps", "left-posterior-superior"},      {"rast", "right-anterior-superior-time"},
+        {"last", "left-anterior-superior-time"}, {"lpst", "left-posterior-superior-time"}};
+    for (const auto& [brief, full] : names)
+        if (space == brief)
+            space = full;
+    if (space.ends_with("-time"))
+        space.resize(space.size() - 5);
+    return space;
+}
+
+double mm_per(std::string_view unit) {
+    constexpr std::pair<std::string_view, double> units[] = {
+        {"mm", 1}, {"millimeter", 1}, {"cm", 10}, {"m", 1000}, {"um", 0.001}, {"\xc2\xb5m", 0.001}};
+    for (const auto& [name, mm] : units)
+        if (unit == name)
+            return mm;
+    return 0;
+}
+
+Result<void> read_units(const std::string& name, const Fields& fields, NrrdHeader& header,
+                        std::vector<std::string>& warnings) {
+    std::string_view text = field(fields, "space units");
+    std::optional<double> common;
+    while (true) { // "mm" "mm" "mm"
+        const size_t start = text.find('"');
+        const size_t end = text.find('"', start + 1);
+        if (start == std::string_view::npos || end == std::string_view::npos)
+            break;
+        const std::string_view unit = text.substr(start + 1, end - start - 1);
+        text.remove_prefix(end + 1);
+        const double mm = mm_per(unit);
+        if (mm == 0) {
+            if (!unit.empty() && unit != "s" && unit != "ms" && unit != "???")
+                warnings.push_back(fmt::format(
+                    "{}: expected a unit of length, found \"{}\"; mm are assumed", name, unit));
+        } else if (common && *common != mm) {
+            return fail("{}: expected one unit of length, found different ones", name);
+        } else {
+            common = mm;
+        }
+    }
+    header.mm_per_unit = common.value_or(1);
+    return {};
+}
+
+Result<void> read_axes(const std::string& name, const Fields& fields, NrrdHeader& header) {
+    const std::optional<int64_t> dimension = parse_integer(field(fields, "dimension"));
+    if (!dimension || *dimension < 1 || *dimension > 16)
+        return fail("{}: expected a dimension of 1 to 16, found \"{}\"", name,
+                    field(fields, "dimension"));
+    const auto count = static_cast<size_t>(*dimension);
+    const std::optional<std::vector<int64_t>> sizes = parse_integers(field(fields, "sizes"));
+    if (!sizes || sizes->size() != count)
+        return fail("{}: expected {} sizes, found \"{}\"", name, count, field(fields, "sizes"));
+    header.axes.resize(count);
+    for (size_t i = 0; i < count; ++i) {
+        header.axes[i].size = (*sizes)[i];
+        if ((*sizes)[i] < 1 || (*sizes)[i] > INT32_MAX)
+            return fail("{}: expected sizes of 1 to {}, found {}", name, INT32_MAX, (*sizes)[i]);
+    }
+
+    if (const std::string_view text = field(fields, "kinds"); !text.empty()) {
+        const std::vector<std::string_view> kinds = words_of(text);
+        if (kinds.size() != count)
+            return fail("{}: expected {} kinds, found \"{}\"", name, count, text);
+        for (size_t i = 0; i < count; ++i) {
+            const std::string kind = lower_case(kinds[i]);
+            header.axes[i].is_spatial =
+                kind == "domain" || kind == "space" || kind == "???" || kind == "none";
+        }
+    }
+    if (const std::string_view text = field(fields, "space directions"); !text.empty()) {
+        const auto vectors = parse_vectors(text);
+        if (!vectors || vectors->size() != count)
+            return fail("{}: expected {} space directions, found \"{}\"", name, count, text);
+        for (size_t i = 0; i < count; ++i) {
+            NrrdHeader::Axis& axis = header.axes[i];
+            axis.direction = spatial((*vectors)[i]);
+            if ((*vectors)[i] && !axis.direction)
+                return fail("{}: expected space directions of two to four numbers, found \"{}\"",
+                            name, text);
+            // Time has a vector too, in a space of four dimensions: its spatial part is zero.
+            const bool is_time =
+                (*vectors)[i] && (*vectors)[i]->size() == 4 && axis.direction == glm::dvec3(0);
+            axis.is_spatial = axis.direction && !is_time;
+        }
+        return {};
+    }
+    if (const std::string_view text = field(fields, "spacings"); !text.empty()) {
+        const std::optional<std::vector<double>> spacings = parse_doubles(text);
+        if (!spacings || spacings->size() != count)
+            return fail("{}: expected {} spacings, found \"{}\"", name, count, text);
+        for (size_t i = 0; i < count; ++i)
+            if (!std::isnan((*spacings)[i])) // nan: of no meaning for this axis
+                header.axes[i].spacing = (*spacings)[i];
+    }
+    return {};
+}
+
+Result<void> read_payload_fields(const std::string& name, const Fields& fields,
+                                 NrrdHeader& header) {
+    const std::string type = lower_case(field(fields, "type"));
+    bool known = false;
+    for (const TypeName& candidate : kTypes)
+        if (type == candidate.name) {
+            header.type = candidate.type;
+            known = true;
+        }
+    if (!known)
+        return fail("{}: expected a type of number, found \"{}\"", name, type);
+
+    const std::string encoding = lower_case(field(fields, "encoding"));
+    if (encoding == "raw")
+        header.encoding = NrrdHeader::Encoding::raw;
+    else if (encoding == "gzip" || encoding == "gz")
+        header.encoding = NrrdHeader::Encoding::gzip;
+    else if (encoding == "ascii" || encoding == "text" || encoding == "txt")
+        header.encoding = NrrdHeader::Encoding::ascii;
+    else
+        return fail(
+            "{}: expected the encoding raw, gzip or ascii, found \"{}\", which cannot be "
+            "read",
+            name, encoding);
+
+    const std::string endian = lower_case(field(fields, "endian"));
+    header.big_endian = endian == "big";
+    if (endian != "big" && endian != "little" &&
+        !(endian.empty() && (header.encoding == NrrdHeader::Encoding::ascii ||
+                             bytes_per_component(header.type) == 1)))
+        return fail("{}: expected the endian big or little, found \"{}\"", name, endian);
+
+    for (const auto& [key, member] : {std::pair{"line skip", &NrrdHeader::line_skip},
+                                      std::pair{"byte skip", &NrrdHeader::byte_skip}}) {
+        const std::string_view text = field(fields, key);
+        if (text.empty())
+            continue;
+        const std::optional<int64_t> value = parse_integer(text);
+        const int64_t least = member == &NrrdHeader::byte_skip ? -1 : 0;
+        if (!value || *value < least)
+            return fail("{}: expected a {} of {} or more, found \"{}\"", name, key, least, text);
+        header.*member = *value;
+    }
+    header.data_file = field(fields, "data file");
+    return {};
+}
+
+} // namespace
+
+Result<NrrdHeader> parse_nrrd_header(const std::string& name, std::string_view text,
+                                     std::vector<std::string>& warnings) {
+    Fields fields;
+    NrrdHeader header;
+    Result<size_t> bytes = split(name, text, fields);
+    if (!bytes)
+        return pass_on(bytes);
+    header.bytes = *bytes;
+    if (Result<void> read = read_payload_fields(name, fields, header); !read)
+        return pass_on(read);
+    if (Result<void> read = read_axes(name, fields, header); !read)
+        return pass_on(read);
+    if (Result<void> read = read_units(name, fields, header, warnings); !read)
+        return pass_on(read);
+
+    if (!field(fields, "axis mins").empty())
+        warnings.push_back(
+            fmt::format("{}: its axis mins are not used; a space origin would be", name));
+    header.space = long_space_name(lower_case(field(fields, "space")));
+    if (const std::string_view origin = field(fields, "space origin"); !origin.empty()) {
+        const auto vectors = parse_vectors(origin);
+        if (vectors && vectors->size() == 1)
+            header.origin = spatial((*vectors)[0]);
+        if (!header.origin)
+            return fail("{}: expected a space origin of two to four numbers, found \"{}\"", name,
+                        origin);
+    }
+    return header;
+}
+
+} // namespace palpate::io

@@ -1,0 +1,218 @@
+#include "engine/decode/affine.h"
+#include "engine/decode/formats.h"
+#include "engine/decode/nrrd_header.h"
+#include "engine/decode/nrrd_list.h"
+#include "engine/decode/payload.h"
+#include "engine/io/text_header.h"
+
+namespace palpate::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+// Which way the axes of the file's space point; LPS with a warning where it does not say.
+glm::dvec3 axes_of(const std::string& name, const NrrdHeader& header,
+                   std::vector<std::string>& warnings) {
+    if (header.space == "left-posterior-superior")
+        return kLps;
+    if (header.space == "right-anterior-superior")
+        return kRas;
+    if (header.space == "left-anterior-superior")
+        return kLas;
+    warnings.push_back(fmt::format(
+        "{}: {}; the axes are taken as left, posterior, superior", name,
+        header.space.empty()
+            ? "names no space"
+            : fmt::format("its space \"{}\" names no side of the patient", header.space)));
+    return kLps;
+}
+
+// Sorts the axes of the array into space, interleaved components and frames.
+Result<void> arrange(const std::string& name, const NrrdHeader& header, Payload& payload,
+                     std::vector<const NrrdHeader::Axis*>& spatial) {
+    std::vector<const NrrdHeader::Axis*> frames;
+    uint64_t frame_count = 1, components = 1;
+    for (const NrrdHeader::Axis& axis : header.axes) {
+        if (axis.is_spatial && spatial.size() < 3) {
+            if (frame_count > 1)
+                return fail("{}: expected frames after the spatial axes, found them between", name);
+            spatial.push_back(&axis);
+        } else if (spatial.empty()) {
+            components *= static_cast<uint64_t>(axis.size); // 16 axes of 2^31 are caught below
+        } else {
+            frame_count *= static_cast<uint64_t>(axis.size);
+        }
+        if (components > INT32_MAX || frame_count > INT32_MAX)
+            return fail("{}: expected at most {} components and frames, found more", name,
+                        INT32_MAX);
+    }
+    if (spatial.empty())
+        return fail("{}: expected an axis in space, found none", name);
+    payload.components = static_cast<uint32_t>(components);
+    payload.frames = frame_count;
+    payload.size = glm::uvec3(1);
+    for (size_t i = 0; i < spatial.size(); ++i)
+        payload.size[static_cast<int>(i)] = static_cast<uint32_t>(spatial[i]->size);
+    return {};
+}
+
+Result<Grid> nrrd_grid(const std::string& name, const NrrdHeader& header,
+                       const std::vector<const NrrdHeader::Axis*>& spatial, glm::uvec3 size,
+                       std::vector<std::string>& warnings) {
+    const double unit = header.mm_per_unit;
+    glm::dmat3 steps(0);
+    glm::dvec3 origin{};
+    for (size_t i = 0; i < spatial.size(); ++i) {
+        const int axis = static_cast<int>(i);
+        if (spatial[i]->direction) {
+            steps[axis] = *spatial[i]->direction * unit;
+        } else {
+            steps[axis][axis] = spatial[i]->spacing * unit;
+        }
+    }
+    if (header.origin)
+        origin = *header.origin * unit;
+    return grid_from_columns(name, size, steps, origin, axes_of(name, header, warnings));
+}
+
+// The byte after `lines` line ends, from `offset` on.
+Result<uint64_t> after_lines(const fs::path& file, uint64_t offset, int64_t lines) {
+    Result<ByteSource> source = ByteSource::open(file, Packing::none, offset);
+    if (!source)
+        return pass_on(source);
+    std::array<char, 1 << 12> part;
+    for (int64_t left = lines; left > 0;) {
+        Result<size_t> got = source->read(std::as_writable_bytes(std::span(part)));
+        if (!got)
+            return pass_on(got);
+        if (*got == 0)
+            return fail("{}: expected {} lines to skip, found {}", file.string(), lines,
+                        lines - left);
+        for (size_t i = 0; i < *got && left > 0; ++i, ++offset)
+            left -= part[i] == '\n';
+    }
+    return offset;
+}
+
+Result<void> place(const std::string& name, const fs::path& header_path, const NrrdHeader& header,
+                   Payload& payload) {
+    payload.file = header_path;
+    payload.offset = header.bytes;
+    if (!header.data_file.empty()) {
+        if (header.data_file.starts_with("LIST") || header.data_file.find('%') != std::string::npos)
+            return fail(
+                "{}: expected one data file or \"name.%d first last step\", found another list of "
+                "them (\"{}\")",
+                name, header.data_file);
+        Result<fs::path> beside = file_beside(header_path, header.data_file);
+        if (!beside)
+            return pass_on(beside);
+        payload.file = *beside;
+        payload.offset = 0;
+    }
+    if (header.line_skip > 0) {
+        Result<uint64_t> offset = after_lines(payload.file, payload.offset, header.line_skip);
+        if (!offset)
+            return pass_on(offset);
+        payload.offset = *offset;
+    }
+    switch (header.encoding) {
+        case NrrdHeader::Encoding::raw:
+            payload.encoding = Encoding::raw;
+            break;
+        case NrrdHeader::Encoding::gzip:
+            payload.encoding = Encoding::deflate;
+            break;
+        case NrrdHeader::Encoding::ascii:
+            payload.encoding = Encoding::ascii;
+            if (header.byte_skip < 0)
+                return fail("{}: expected a byte skip of 0 or more with text, found {}", name,
+                            header.byte_skip);
+            payload.offset += static_cast<uint64_t>(header.byte_skip);
+            return {};
+    }
+    payload.skip.reset();
+    if (header.byte_skip >= 0)
+        payload.skip = static_cast<uint64_t>(header.byte_skip);
+    return {};
+}
+
+// A data file may be a whole NIfTI file, whose own header comes first. A NRRD header that skips
+// nothing would read it shifted: the voxels are then taken from the end, with a warning.
+Result<void> pass_nifti_header(const std::string& name, Payload& payload,
+                               std::vector<std::string>& warnings) {
+    if (payload.encoding == Encoding::ascii || payload.skip != 0u)
+        return {};
+    Result<ByteSource> source = ByteSource::open(
+        payload.file, payload.encoding == Encoding::raw ? Packing::none : Packing::deflate,
+        payload.offset);
+    if (!source)
+        return pass_on(source);
+    std::array<char, 348> head;
+    Result<size_t> got = source->read(std::as_writable_bytes(std::span(head)));
+    if (!got || *got < head.size() ||
+        std::string_view(&head[344], 4) != std::string_view("n+1\0", 4))
+        return {}; // what is damaged is found when the voxels are read
+    Result<uint64_t> rest = source->skip(UINT64_MAX);
+    if (!rest)
+        return pass_on(rest);
+    payload.skip.reset();
+    warnings.push_back(fmt::format(
+        "{}: the data file {} holds {} bytes and is a NIfTI file of its own; the header "
+        "claims {}, which are taken from its end",
+        name, payload.file.filename().string(), *got + *rest, describe(payload)));
+    return {};
+}
+
+} // namespace
+
+Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink) {
+    const std::string name = request.path.string();
+    Result<std::string> text = load_beginning(name);
+    if (!text)
+        return pass_on(text);
+    Decoded decoded;
+    Result<NrrdHeader> header = parse_nrrd_header(name, *text, decoded.warnings);
+    if (!header)
+        return pass_on(header);
+    Payload payload;
+    payload.type = header->type;
+    payload.big_endian = header->big_endian;
+    std::vector<const NrrdHeader::Axis*> spatial;
+    if (Result<void> arranged = arrange(name, *header, payload, spatial); !arranged)
+        return pass_on(arranged);
+    Result<uint32_t> frame =
+        choose_frame(request, static_cast<uint32_t>(payload.frames), decoded.warnings);
+    if (!frame)
+        return pass_on(frame);
+    payload.frame = *frame;
+    Result<Grid> grid = nrrd_grid(name, *header, spatial, payload.size, decoded.warnings);
+    if (!grid)
+        return pass_on(grid);
+    decoded.grid = *grid;
+    Result<std::optional<std::vector<fs::path>>> files =
+        nrrd_file_list(request.path, header->data_file);
+    if (!files)
+        return pass_on(files);
+    if (*files) {
+        if (header->encoding != NrrdHeader::Encoding::raw || header->line_skip > 0)
+            return fail("{}: expected raw data files without a line skip in a list of them", name);
+        payload.file = request.path;
+        payload.skip.reset();
+        if (header->byte_skip >= 0)
+            payload.skip = static_cast<uint64_t>(header->byte_skip);
+        if (Result<void> read = read_file_list(payload, **files, sink); !read)
+            return pass_on(read);
+        return decoded;
+    }
+    if (Result<void> placed = place(name, request.path, *header, payload); !placed)
+        return pass_on(placed);
+    if (Result<void> passed = pass_nifti_header(name, payload, decoded.warnings); !passed)
+        return pass_on(passed);
+    if (Result<void> read = read_payload(payload, sink, decoded.warnings); !read)
+        return pass_on(read);
+    return decoded;
+}
+
+} // namespace palpate::io
