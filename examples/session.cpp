@@ -38,7 +38,7 @@ int main() {
     setup.mesh_iso = 500.0f;
     setup.edit.threaded = false;
     Session session(std::move(setup));
-    session.use({.shape = Json::object({{"kind", Json::of("ball")}, {"radius_mm", Json::of(3.0)}}),
+    session.use({.shape = {{"kind", "ball"}, {"radius_mm", 3.0}},
                  .tool = {make_ball(3.0)},
                  .operation = {.kind = OperationKind::cut, .to_value = 0.0}});
     print("begin", session, ball);

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/read_options.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/image/compare.h"
 #include "engine/image/exr.h"
@@ -22,8 +22,6 @@
 namespace palpate {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // A limit that a person may set on one measure.
 struct Tolerance {

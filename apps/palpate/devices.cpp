@@ -58,24 +58,23 @@ std::string limits_text(const DeviceCapabilities& c) {
 Json json_of(const DeviceEntry& entry, size_t number) {
     const DeviceCapabilities& c = entry.capabilities;
     const glm::dvec3 reach_mm = 2e3 * c.workspace_m;
-    return Json::object({{"number", Json::of(static_cast<double>(number))},
-                         {"name", Json::of(usage_of(entry))},
-                         {"driver", Json::of(entry.driver)},
-                         {"description", Json::of(c.name)},
-                         {"workspace_mm", Json::array({Json::of(reach_mm.x), Json::of(reach_mm.y),
-                                                       Json::of(reach_mm.z)})},
-                         {"resolution_mm", Json::of(1e3 * c.resolution_m)},
-                         {"max_force_n", Json::of(c.max_force_n)},
-                         {"max_torque_nm", Json::of(c.max_torque_nm)},
-                         {"max_stiffness_n_per_m", Json::of(c.max_stiffness_n_per_m)},
-                         {"max_damping_n_s_per_m", Json::of(c.max_damping_n_s_per_m)},
-                         {"rate_hz", Json::of(c.rate_hz)},
-                         {"delay_ms", Json::of(1e3 * c.delay_s)},
-                         {"buttons", Json::of(static_cast<double>(c.buttons))},
-                         {"senses_rotation", Json::of(c.senses_rotation)},
-                         {"needs_homing", Json::of(c.needs_homing)},
-                         {"sets_pace", Json::of(c.paces)},
-                         {"watchdog_ms", Json::of(1e-6 * static_cast<double>(c.watchdog_ns))}});
+    return {{"number", number},
+            {"name", usage_of(entry)},
+            {"driver", entry.driver},
+            {"description", c.name},
+            {"workspace_mm", reach_mm},
+            {"resolution_mm", 1e3 * c.resolution_m},
+            {"max_force_n", c.max_force_n},
+            {"max_torque_nm", c.max_torque_nm},
+            {"max_stiffness_n_per_m", c.max_stiffness_n_per_m},
+            {"max_damping_n_s_per_m", c.max_damping_n_s_per_m},
+            {"rate_hz", c.rate_hz},
+            {"delay_ms", 1e3 * c.delay_s},
+            {"buttons", c.buttons},
+            {"senses_rotation", c.senses_rotation},
+            {"needs_homing", c.needs_homing},
+            {"sets_pace", c.paces},
+            {"watchdog_ms", 1e-6 * static_cast<double>(c.watchdog_ns)}};
 }
 
 Result<void> list(const std::vector<DeviceEntry>& entries, size_t first, bool as_json) {
@@ -85,10 +84,9 @@ Result<void> list(const std::vector<DeviceEntry>& entries, size_t first, bool as
         const DeviceEntry& entry = entries[i];
         text += fmt::format("{}: {} ({}): {}; {}\n", first + i, usage_of(entry), entry.driver,
                             entry.capabilities.name, limits_text(entry.capabilities));
-        all.items.push_back(json_of(entry, first + i));
+        all.push_back(json_of(entry, first + i));
     }
-    return as_json ? print_report(json_text(Json::object({{"devices", std::move(all)}})))
-                   : print_text(text);
+    return as_json ? print_report(json_text({{"devices", std::move(all)}})) : print_text(text);
 }
 
 Result<void> run_devices(const DevicesOptions& o) {

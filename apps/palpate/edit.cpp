@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/edit_replay.h"
@@ -9,6 +8,7 @@
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/file.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
 #include "engine/edit/journal.h"
@@ -18,7 +18,6 @@ namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
-using Report = nlohmann::ordered_json;
 
 struct EditOptions {
     ReadFlags read;
@@ -266,7 +265,7 @@ Result<void> run_edit(const EditOptions& options) {
     found->journal.remove();
     if (options.report.empty())
         return {};
-    Report report = replay.report();
+    Json report = replay.report();
     report["edit_ms"] = edit_ms;
     report["save_ms"] = timer.ms() - edit_ms;
     return write_text(options.report, report_text(report));

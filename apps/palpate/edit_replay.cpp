@@ -52,7 +52,7 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
     Result<Replayed> done = replay(now_, history_, entry, stop);
     if (!done)
         return pass_on(done);
-    Report line;
+    Json line;
     const bool is_stroke = entry.kind == Kind::stroke;
     line["operation"] = is_stroke                    ? name_of(entry.stroke.operation.kind)
                         : entry.kind == Kind::change ? entry.change.title
@@ -75,7 +75,7 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
     return {};
 }
 
-Replay::Report Replay::report() {
+Json Replay::report() {
     history_.settle();
     const History::Stats stats = history_.stats();
     return {{"steps", steps_},

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <stop_token>
 #include <string>
 
+#include "engine/base/json.h"
 #include "engine/edit/history.h"
 #include "engine/edit/journal.h"
 
@@ -13,8 +13,6 @@ namespace palpate {
 // keeps account of each.
 class Replay {
  public:
-    using Report = nlohmann::ordered_json;
-
     Replay(Document document, HistoryOptions history);
 
     Result<void> apply(const JournalEntry& entry, const std::stop_token& stop);
@@ -22,7 +20,7 @@ class Replay {
     const Volume& volume() const { return now_.first(); }
 
     // The keys "steps", "content_hash" and "history".
-    Report report();
+    Json report();
 
     // One sentence about the strokes that changed no sample, and why the first of them did not;
     // empty where all did.
@@ -31,7 +29,7 @@ class Replay {
  private:
     Document now_;
     History history_;
-    Report steps_ = Report::array();
+    Json steps_ = Json::array();
     size_t strokes_ = 0, idle_ = 0;
     std::string first_idle_; // which, and why
 };

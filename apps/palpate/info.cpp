@@ -1,10 +1,10 @@
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/read_options.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/printable.h"
 #include "engine/io/volume_io.h"
@@ -12,8 +12,6 @@
 namespace palpate {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 // The outermost samples of both ends, LPS mm.
 glm::dvec3 first_sample(const Grid& grid) {
@@ -55,8 +53,7 @@ Json json_of(const LoadedVolume& loaded) {
         {"lps", {json_of(first_sample(grid)), json_of(last_sample(grid))}},
         {"ras", {json_of(ras_of(first_sample(grid))), json_of(ras_of(last_sample(grid)))}}};
     json["type"] = name_of(volume.type());
-    json["range"] =
-        volume.range().empty() ? Json() : Json({volume.range().min, volume.range().max});
+    json["range"] = volume.range().empty() ? Json() : Json{volume.range().min, volume.range().max};
     json["no_data_count"] = volume.no_data_count();
     if (!loaded.modality.empty())
         json["modality"] = loaded.modality;

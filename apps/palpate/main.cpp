@@ -17,7 +17,7 @@
 #include "engine/base/log.h"
 #include "engine/base/printable.h"
 #include "engine/base/profile.h"
-#include "engine/io/serve.h"
+#include "engine/decode/serve.h"
 
 namespace {
 

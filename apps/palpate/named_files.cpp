@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "engine/base/writable.h"
-#include "engine/io/volume_files.h"
+#include "engine/decode/volume_files.h"
 #include "engine/scene/scene_file.h"
 
 namespace palpate {

@@ -9,8 +9,8 @@
 #include "engine/base/error.h"
 #include "engine/scene/scene_file.h"
 
-// What options hold whose values are texts of several parts. Readers give an error that says what
-// was expected and found, without the option's name.
+// Values of options that are texts of several parts. The errors of readers state the expected and
+// the found text, without the option's name.
 namespace palpate {
 
 // "1,2.5" with ',' is {1, 2.5}; absent where a piece is no finite number.

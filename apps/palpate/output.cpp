@@ -18,10 +18,8 @@ Result<void> print(const std::string& text) {
 
 } // namespace
 
-std::string report_text(const nlohmann::ordered_json& report) {
-    return printable_json(
-               report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace)) +
-           "\n";
+std::string report_text(const Json& report) {
+    return printable_json(json_text(report));
 }
 
 Result<void> print_text(std::string_view text) {

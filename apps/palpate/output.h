@@ -1,16 +1,16 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 
 #include "engine/base/error.h"
+#include "engine/base/json.h"
 
 namespace palpate {
 
-// The text of a report: JSON of two spaces a level with a final line break. Bytes that are no UTF-8
-// become U+FFFD, and control characters are escaped, so that a terminal can show it.
-std::string report_text(const nlohmann::ordered_json& report);
+// json_text() with control characters escaped, so that a terminal can show it. Every report of the
+// program is this.
+std::string report_text(const Json& report);
 
 // Prints text for people on standard output, control characters escaped but for line breaks
 // (engine/base/printable.h). An error when it cannot be written.

@@ -37,8 +37,8 @@ void say_residency(const FrameStats& stats) {
         log::info("it was marched in {} parts, one after the other", stats.parts);
 }
 
-nlohmann::ordered_json residency_json(const FrameStats& stats) {
-    nlohmann::ordered_json json;
+Json residency_json(const FrameStats& stats) {
+    Json json;
     json["kind"] = stats.atlas ? "atlas" : "dense";
     json["because"] = stats.residency_reason;
     json["uploaded_bricks"] = stats.uploaded_bricks;

@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/json.h"
 #include "engine/image/image.h"
 #include "engine/io/scene_data.h"
 #include "engine/render/renderer.h"
@@ -24,7 +24,7 @@ Result<Preview> draw_preview(GpuDevice& device, const RendererOptions& options, 
 
 // How the volume lay on the device, for people (where that is worth a line) and for programs.
 void say_residency(const FrameStats& stats);
-nlohmann::ordered_json residency_json(const FrameStats& stats);
+Json residency_json(const FrameStats& stats);
 
 // The most memory that this process has had in use, as the system counts it.
 uint64_t peak_rss_bytes();

@@ -1,5 +1,4 @@
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
@@ -9,6 +8,7 @@
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
 #include "engine/base/file.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/edit/replay.h"
 #include "engine/edit/stroke.h"
@@ -18,8 +18,6 @@
 namespace palpate {
 
 namespace {
-
-using Report = nlohmann::ordered_json;
 
 struct ProjectOptions {
     std::string folder, from, labels, strokes, exported, out;
@@ -103,7 +101,7 @@ std::string title_of(const JournalEntry& entry) {
 
 Result<void> describe(const ProjectOptions& o, const Project::Seen& seen) {
     const ProjectContents& contents = seen.contents;
-    Report volumes = Report::array(), steps = Report::array();
+    Json volumes = Json::array(), steps = Json::array();
     std::string text;
     for (const NamedVolume& v : contents.document.volumes) {
         const glm::uvec3 size = v.volume.size();
@@ -115,7 +113,7 @@ Result<void> describe(const ProjectOptions& o, const Project::Seen& seen) {
         volumes.push_back({{"name", v.name},
                            {"kind", name_of(v.kind)},
                            {"size", {size.x, size.y, size.z}},
-                           {"spacing_mm", {spacing.x, spacing.y, spacing.z}},
+                           {"spacing_mm", spacing},
                            {"type", name_of(v.volume.type())}});
     }
     text += fmt::format("saves      {}\nsteps      {} since the last save\n", seen.saves,

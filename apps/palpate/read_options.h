@@ -8,7 +8,7 @@
 
 namespace palpate {
 
-// What the commands that read a volume have in common.
+// Options of all commands that read a volume.
 struct ReadFlags {
     std::string path;
     int64_t frame = -1;

@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// What save_frame() writes to: `path`, or one file for each eye.
+// The files that save_frame() writes: `path`, or one for each eye.
 std::vector<std::filesystem::path> frame_paths(const std::filesystem::path& path,
                                                std::optional<StereoLayout> layout);
 

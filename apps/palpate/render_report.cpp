@@ -10,14 +10,12 @@
 
 namespace palpate {
 
-using OrderedJson = nlohmann::ordered_json;
-
 namespace {
 
 // RMSE of colour beside an exact picture of the field, measured; slices have none. Fewer rays add
 // their own. Null where it cannot be measured. The renderer's last picture is another one then.
-OrderedJson error_estimate(Renderer& renderer, const Timing& timing, const Scene& scene,
-                           const SceneData& data) {
+Json error_estimate(Renderer& renderer, const Timing& timing, const Scene& scene,
+                    const SceneData& data) {
     if (!scene.ray_cast)
         return 0.0;
     const profile::Scope scope("error estimate");
@@ -32,9 +30,9 @@ OrderedJson error_estimate(Renderer& renderer, const Timing& timing, const Scene
 
 } // namespace
 
-OrderedJson stats_json(const GpuDevice& device, Renderer& renderer, const Timing& timing,
-                       const Scene& scene, const SceneData& data) {
-    OrderedJson json;
+Json stats_json(const GpuDevice& device, Renderer& renderer, const Timing& timing,
+                const Scene& scene, const SceneData& data) {
+    Json json;
     json["device"] = device.info().name;
     json["driver"] = device.info().driver;
     json["first_frame_ms"] = timing.first_frame_ms;
@@ -52,10 +50,10 @@ OrderedJson stats_json(const GpuDevice& device, Renderer& renderer, const Timing
                            {"uploads", traffic.uploads},
                            {"from_device", traffic.read_back_bytes},
                            {"read_backs", traffic.read_backs}};
-    json["passes"] = OrderedJson::array();
+    json["passes"] = Json::array();
     for (const PassTime& pass : timing.passes)
         json["passes"].push_back({{"name", pass.name}, {"gpu_ms", pass.gpu_ms}});
-    json["resources"] = OrderedJson::array();
+    json["resources"] = Json::array();
     for (const ResourceInfo& resource : device.resources())
         json["resources"].push_back(
             {{"name", resource.name}, {"kind", resource.kind}, {"bytes", resource.bytes}});
@@ -70,21 +68,21 @@ OrderedJson stats_json(const GpuDevice& device, Renderer& renderer, const Timing
     } else if (scene.ray_cast) {
         json["samples"] = timing.samples;
         // `exact` takes pieces of cells, of which no lattice tells how many there would be.
-        const bool lattice = scene.ray_cast->integrator != Integrator::exact;
-        const uint64_t segments = lattice ? count_segments(scene, data.volume.grid()) : 0;
-        json["segments"] = lattice ? OrderedJson(segments) : OrderedJson();
-        json["skipped_share"] =
-            !lattice ? OrderedJson()
-                     : OrderedJson(std::max(
-                           0.0, 1.0 - static_cast<double>(timing.samples) /
-                                          static_cast<double>(std::max<uint64_t>(1, segments))));
+        json["segments"] = nullptr;
+        json["skipped_share"] = nullptr;
+        if (scene.ray_cast->integrator != Integrator::exact) {
+            const auto segments = static_cast<double>(count_segments(scene, data.volume.grid()));
+            json["segments"] = segments;
+            json["skipped_share"] =
+                std::max(0.0, 1.0 - static_cast<double>(timing.samples) / std::max(1.0, segments));
+        }
         json["opacity_unit_mm"] = scene.ray_cast->transfer.opacity_unit_mm;
         json["cell_map_ms"] = timing.cell_map_ms;
         if (timing.first.gradients_ms > 0)
             json["gradients_ms"] = timing.first.gradients_ms;
     }
     if (!scene.surfaces.empty()) {
-        json["surfaces"] = OrderedJson::array();
+        json["surfaces"] = Json::array();
         for (const auto& mesh : data.meshes)
             json["surfaces"].push_back(mesh ? OrderedJson{{"triangles", mesh->triangles.size()},
                                                           {"vertices", mesh->positions.size()}}

@@ -16,7 +16,7 @@ struct FrameOptions {
     bool settle = false;    // with a budget: the last frame rests until it is of full quality
 };
 
-// What the frames of one run took.
+// Times of the frames of one run.
 struct Timing {
     double first_frame_ms = 0;           // pipelines, uploads and the first frame
     std::vector<double> wall_ms, gpu_ms; // of the frames after it; of the first if it is alone

@@ -7,7 +7,7 @@
 #include "apps/palpate/scene_options.h"
 #include "engine/image/image.h"
 
-// What `palpate render` says where a picture would silently be empty, or an option change nothing.
+// Warnings of `palpate render`: an empty picture, or an option without effect.
 namespace palpate {
 
 // A scene that is about to be drawn, and where it comes from.

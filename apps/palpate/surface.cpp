@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "apps/palpate/command.h"
@@ -16,6 +15,7 @@
 #include "apps/palpate/surface_device.h"
 #include "apps/palpate/surface_labels.h"
 #include "engine/base/file.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
@@ -30,8 +30,6 @@
 namespace palpate {
 
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 enum class Walls { shared, separate };
 enum class Smoothing { none, bounded, mean, taubin, sinc };

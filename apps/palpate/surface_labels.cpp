@@ -10,8 +10,6 @@
 
 namespace palpate {
 
-using Json = nlohmann::ordered_json;
-
 std::map<uint16_t, uint64_t> count_labels(const Volume& volume) {
     std::map<uint16_t, uint64_t> voxels;
     std::vector<float> row(volume.size().x);
@@ -84,9 +82,9 @@ void count_faults_by_label(Json& report, const Json& labels) {
     report["line_edges"] = report["non_manifold_edges"];
     for (const char* fault : {"open_edges", "non_manifold_edges", "non_manifold_vertices",
                               "misoriented_edges", "duplicate_triangles", "zero_area_triangles"}) {
-        uint64_t sum = 0;
+        double sum = 0;
         for (const Json& label : labels)
-            sum += label[fault].get<uint64_t>();
+            sum += label[fault].number;
         report[fault] = sum;
     }
 }

@@ -2,11 +2,11 @@
 
 #include <cstdint>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 
 #include "engine/base/error.h"
+#include "engine/base/json.h"
 #include "engine/mesh/mesh.h"
 #include "engine/mesh/topology.h"
 #include "engine/volume/volume.h"
@@ -20,14 +20,13 @@ std::map<uint16_t, uint64_t> count_labels(const Volume& volume);
 // nowhere.
 Result<Volume> with_labels(const Volume& volume, std::span<const uint16_t> labels);
 
-nlohmann::ordered_json json_of(const MeshTopology& found);
+Json json_of(const MeshTopology& found);
 
 // One entry a label of the volume: its own closed surface in the mesh, beside its voxels and, with
 // `exact_passes`, the volume that shared walls smoothed so often enclose in double precision.
-nlohmann::ordered_json label_entries(const Mesh& mesh, const Volume& volume,
-                                     std::optional<uint32_t> exact_passes);
+Json label_entries(const Mesh& mesh, const Volume& volume, std::optional<uint32_t> exact_passes);
 
 // Of shared walls: lines where three or more meet are no fault, unless one label's surface has it.
-void count_faults_by_label(nlohmann::ordered_json& report, const nlohmann::ordered_json& labels);
+void count_faults_by_label(Json& report, const Json& labels);
 
 } // namespace palpate

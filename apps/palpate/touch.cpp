@@ -205,15 +205,15 @@ void warn_of_idle_edit(const Volume& before, const Volume& after, const haptics:
                          : "the path presses no button 0 (its column \"button\")");
 }
 
-Result<void> say(const haptics::TouchSummary& s, Json json) {
-    json.members.insert(json.members.begin(),
-                        {{"path_ticks", Json::of(static_cast<double>(s.ticks))},
-                         {"contact_ticks", Json::of(static_cast<double>(s.contact_ticks))},
-                         {"most_force_n", Json::of(s.most_force_n)},
-                         {"largest_step_n", Json::of(s.largest_step_n)},
-                         {"most_depth_mm", Json::of(s.most_depth_mm)},
-                         {"energy_mj", Json::of(s.energy_mj)},
-                         {"all_faults", Json::of(haptics::fault_text(s.faults))}});
+Result<void> say(const haptics::TouchSummary& s, const Json& telemetry) {
+    Json json{{"path_ticks", s.ticks},
+              {"contact_ticks", s.contact_ticks},
+              {"most_force_n", s.most_force_n},
+              {"largest_step_n", s.largest_step_n},
+              {"most_depth_mm", s.most_depth_mm},
+              {"energy_mj", s.energy_mj},
+              {"all_faults", haptics::fault_text(s.faults)}};
+    json.update(telemetry);
     return print_report(json_text(json));
 }
 

@@ -167,8 +167,7 @@ Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& fee
     if (o.drill_mm > 0.0) {
         edit->operation.kind = OperationKind::cut;
         edit->tool.shape = make_ball(o.drill_mm);
-        edit->shape =
-            Json::object({{"kind", Json::of("ball")}, {"radius_mm", Json::of(o.drill_mm)}});
+        edit->shape = Json{{"kind", "ball"}, {"radius_mm", o.drill_mm}};
     } else {
         Result<Said<Operation>> operation = read_touch_operation(o.edit);
         if (!operation)

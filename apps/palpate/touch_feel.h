@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// What `palpate touch` is told to feel and to change: grey values, labels, a mesh, a field.
+// Options of `palpate touch` on the felt and edited data: grey values, labels, a mesh, a field.
 struct FeelOptions {
     std::string source, mesh, felt_tool, tool, edit;
     std::vector<std::string> label_feel, field;
@@ -20,7 +20,7 @@ struct FeelOptions {
 };
 void add_feel_options(CLI::App& app, FeelOptions& options);
 
-// What is wrong with the options whatever the scene.
+// Fails where options contradict one another whatever the scene.
 Result<void> check_together(const FeelOptions& options, const std::string& algorithm);
 
 // The files they name, for each_its_own().

@@ -18,7 +18,7 @@ struct PathOptions {
 };
 void add_path_options(CLI::App& app, PathOptions& options);
 
-// What is wrong with the options whatever the scene.
+// Fails where options contradict one another whatever the scene.
 Result<void> check_together(const PathOptions& options);
 
 // The path, about the volume's centre where no point is given. Warns of options that leave it as it

@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-// What `palpate touch` runs.
+// The run of `palpate touch`.
 struct TouchRunSetup {
     SessionSetup session;
     std::optional<EditSetup> edit; // while button 0 is pressed

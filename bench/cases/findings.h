@@ -9,7 +9,7 @@ namespace palpate::cases {
 // One line of a case's result: of all errors measured, the one that uses the largest share of its
 // bound, and that bound.
 struct Line {
-    std::string part;     // what was measured, and by which integrator
+    std::string part;     // the measurement and its integrator
     double figure = 0.0;  // in the unit that `part` names
     double bound = 0.0;   // 0 means exact
     uint64_t checks = 0;  // how many errors were held against a bound
@@ -23,7 +23,7 @@ struct Line {
 // Gathers what a hard case measures.
 class Findings {
  public:
-    // What is measured from here on; a new line, or the one of that name.
+    // Later findings belong to this line; a new one, or the one of that name.
     void part(const std::string& name);
     // Where: a scene, and a pixel of it.
     void in(std::string scene) { scene_ = std::move(scene); }

@@ -14,8 +14,8 @@ namespace palpate::cases {
 
 struct HardCase {
     const char* name;  // "R1"
-    const char* title; // what is hard
-    const char* why;   // what goes wrong where it is not handled
+    const char* title; // the difficulty
+    const char* why;   // the fault where it is not handled
     void (*run)(Painter& painter, Findings& findings);
 };
 

@@ -9,7 +9,7 @@
 
 namespace palpate::cases {
 
-// What a renderer may do in more than one way without changing a scene.
+// Choices of a renderer that must not change a picture.
 struct Choices {
     TexelFormat volume_format = TexelFormat::automatic;
     bool skipping = true; // jump over empty space

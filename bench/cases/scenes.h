@@ -8,7 +8,7 @@
 #include "bench/cases/findings.h"
 #include "bench/cases/painter.h"
 
-// What the hard cases are put together from.
+// Building blocks of the hard cases.
 namespace palpate::cases {
 
 // fp32 places on a ray: 100 mm from the eye they are 2^-18 mm apart, and a sum of three products

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include "engine/base/timer.h"
 
@@ -42,15 +41,14 @@ std::string describe(const CaseResult& result) {
     return text;
 }
 
-nlohmann::ordered_json to_json(const std::vector<CaseResult>& results) {
-    using Json = nlohmann::ordered_json;
+Json to_json(const std::vector<CaseResult>& results) {
     Json json;
     json["cases"] = Json::array();
     for (const CaseResult& result : results) {
         Json lines = Json::array();
         for (const Line& line : result.lines)
             lines.push_back({{"part", line.part},
-                             {"figure", std::isfinite(line.figure) ? Json(line.figure) : Json()},
+                             {"figure", line.figure},
                              {"bound", line.bound},
                              {"checks", line.checks},
                              {"failed", line.failed},

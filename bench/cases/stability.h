@@ -1,10 +1,10 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <stop_token>
 #include <string>
 #include <vector>
+#include "engine/base/json.h"
 
 #include "bench/cases/hard_case.h"
 
@@ -30,6 +30,6 @@ std::string describe(const CaseResult& result);
 // {"cases": [{"name", "title", "why", "pass", "ms", "lines": [{"part", "figure", "bound",
 // "checks", "failed", "worst", "pass", "sentence"}]}], "passed", "count"}. A figure that is not
 // finite is null.
-nlohmann::ordered_json to_json(const std::vector<CaseResult>& results);
+Json to_json(const std::vector<CaseResult>& results);
 
 } // namespace palpate::cases

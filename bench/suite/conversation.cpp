@@ -45,8 +45,8 @@ Result<Conversation> Conversation::start(std::vector<std::string> command, const
     return Conversation(ends[0], *child, said);
 }
 
-Result<nlohmann::json> Conversation::ask(const nlohmann::json& question) {
-    const std::string line = question.dump() + "\n";
+Result<Json> Conversation::ask(const Json& question) {
+    const std::string line = json_line(question) + "\n";
     for (size_t sent = 0; sent < line.size();) {
         const ssize_t n = ::send(socket_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
         if (n < 0 && errno == EINTR)
@@ -65,9 +65,8 @@ Result<nlohmann::json> Conversation::ask(const nlohmann::json& question) {
             return fail("it ended: {}", last_line(said_));
         heard_.append(piece, static_cast<size_t>(n));
     }
-    nlohmann::json answer = nlohmann::json::parse(
-        heard_.begin(), heard_.begin() + static_cast<ptrdiff_t>(end), nullptr, false);
-    if (answer.is_discarded())
+    Result<Json> answer = parse_json(heard_.substr(0, end), "answer");
+    if (!answer)
         return fail("expected an answer in JSON, found '{}'", heard_.substr(0, end));
     heard_.erase(0, end + 1);
     return answer;

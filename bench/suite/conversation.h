@@ -1,9 +1,9 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
+#include "engine/base/json.h"
 
 #include "engine/base/error.h"
 
@@ -18,7 +18,7 @@ class Conversation {
                                       const std::filesystem::path& said);
 
     // Waits for the answer. Fails where the program has ended, or answers no JSON.
-    Result<nlohmann::json> ask(const nlohmann::json& question);
+    Result<Json> ask(const Json& question);
 
     Conversation(Conversation&& other) noexcept;
     Conversation& operator=(Conversation&&) = delete;

@@ -2,7 +2,6 @@
 // again, picture drawn; beside what a whole surface and a whole texture cost in VTK.
 
 #include <cstring>
-#include <fstream>
 
 #include "bench/suite/edit_live.h"
 #include "bench/suite/peers.h"
@@ -35,15 +34,15 @@ struct Times {
     std::vector<double> bricks, blocks;
 };
 
-Value row_of(const std::string& what, const std::vector<double>& ms, double target = 0.0) {
+Json row_of(const std::string& what, const std::vector<double>& ms, double target = 0.0) {
     const Spread s = spread(ms);
-    Value row{{"what", what},
-              {"ms",
-               {{"median", s.median},
-                {"p99", percentile(ms, 0.99)},
-                {"low", s.low},
-                {"high", s.high},
-                {"count", s.count}}}};
+    Json row{{"what", what},
+             {"ms",
+              {{"median", s.median},
+               {"p99", percentile(ms, 0.99)},
+               {"low", s.low},
+               {"high", s.high},
+               {"count", s.count}}}};
     if (target > 0.0) {
         row["target_ms"] = target;
         row["met"] = s.median <= target;
@@ -183,7 +182,7 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
 
 // Bricks to the device in batches: converting them to staging memory, the copy command, and a plain
 // copy of the same rows of texels into a flat array of the volume's size by one thread.
-Value batches(Bench& bench, const Volume& volume, int repeats) {
+Json batches(Bench& bench, const Volume& volume, int repeats) {
     GpuDevice& device = bench.device();
     Commands making(device);
     Result<GpuVolume> image = GpuVolume::make(
@@ -196,7 +195,7 @@ Value batches(Bench& bench, const Volume& volume, int repeats) {
     const size_t texel = texel_bytes(format), brick_bytes = kBrickSamples * texel;
     std::vector<std::byte> flat(sample_count(volume.grid()) * texel);
     const size_t all = size_t{count.x} * count.y * count.z;
-    Value rows = Value::array();
+    Json rows = Json::array();
     uint64_t turn = 0;
     for (const size_t n : {size_t{1}, size_t{8}, size_t{32}, size_t{64}}) {
         if (n > all)
@@ -238,10 +237,10 @@ Value batches(Bench& bench, const Volume& volume, int repeats) {
             }
             plain.push_back(copying.ms());
         }
-        Value row{{"bricks", n},
-                  {"bytes", n * brick_bytes},
-                  {"staging_ms", spread(stage).median},
-                  {"memcpy_of_rows_ms", spread(plain).median}};
+        Json row{{"bricks", n},
+                 {"bytes", n * brick_bytes},
+                 {"staging_ms", spread(stage).median},
+                 {"memcpy_of_rows_ms", spread(plain).median}};
         if (!copy.empty()) {
             row["copy_command_ms"] = spread(copy).median;
             row["copy_share_of_memcpy"] = spread(plain).median / spread(copy).median;
@@ -251,38 +250,33 @@ Value batches(Bench& bench, const Volume& volume, int repeats) {
     return rows;
 }
 
-Result<Value> ask_vtk(Bench& bench, const Volume& volume, int repeats) {
+Result<Json> ask_vtk(Bench& bench, const Volume& volume, int repeats) {
     const fs::path out = bench.options().out / "peers";
     std::error_code ignored;
     fs::create_directories(out, ignored);
     const fs::path raw = out / "edited.raw", result = out / "edit.json";
-    const glm::uvec3 size = volume.size();
-    std::string bytes;
-    std::vector<float> row(size.x);
-    std::vector<uint16_t> whole(size.x);
-    for (uint32_t z = 0; z < size.z; ++z)
-        for (uint32_t y = 0; y < size.y; ++y) {
-            read_row(volume, {0, y, z}, size.x, row.data());
-            std::copy(row.begin(), row.end(), whole.begin());
-            bytes.append(reinterpret_cast<const char*>(whole.data()), size.x * sizeof(uint16_t));
-        }
-    if (Result<void> saved = save_bytes(raw, std::as_bytes(std::span(bytes))); !saved)
+    if (Result<void> saved = save_samples<uint16_t>(volume, raw); !saved)
         return pass_on(saved);
     const std::string problem =
         run_vtk_script(bench, "peers_edit.py",
-                       {raw.string(), std::to_string(size.x), fmt::format("{}", kBone),
+                       {raw.string(), std::to_string(volume.size().x), fmt::format("{}", kBone),
                         std::to_string(repeats), result.string()});
     fs::remove(raw, ignored);
     if (!problem.empty())
-        return Value{{"absent_because", problem}};
-    std::ifstream file(result);
-    const Value found = Value::parse(file);
-    const double frame = spread(found["frame_ms"]).median;
-    const double edges = spread(found["flying_edges_ms"]).median;
-    const double upload = spread(found["frame_after_edit_ms"]).median - frame;
-    return Value{{"vtk", found["vtk"]},       {"triangles", found["triangles"]},
-                 {"whole_surface_ms", edges}, {"whole_texture_ms", upload},
-                 {"frame_64_px_ms", frame},   {"sum_ms", edges + upload}};
+        return Json{{"absent_because", problem}};
+    Result<std::string> text = load_text(result);
+    if (!text)
+        return pass_on(text);
+    Result<Json> read = parse_json(*text, result.string());
+    if (!read)
+        return pass_on(read);
+    const Json& found = *read;
+    const double frame = spread(found["frame_ms"].numbers()).median;
+    const double edges = spread(found["flying_edges_ms"].numbers()).median;
+    const double upload = spread(found["frame_after_edit_ms"].numbers()).median - frame;
+    return Json{{"vtk", found["vtk"]},       {"triangles", found["triangles"]},
+                {"whole_surface_ms", edges}, {"whole_texture_ms", upload},
+                {"frame_64_px_ms", frame},   {"sum_ms", edges + upload}};
 }
 
 } // namespace
@@ -303,12 +297,12 @@ Result<Report> run_edit(Bench& bench) {
     if (!times)
         return pass_on(times);
     Report report;
-    Value& json = report.json;
+    Json& json = report.json;
     json["title"] =
         fmt::format("a dab of radius 10 samples, cut into the bone of a {}", sample.title);
     json["bricks_changed_median"] = percentile(times->bricks, 0.5);
     json["blocks_meshed_median"] = percentile(times->blocks, 0.5);
-    json["rows"] = Value::array();
+    json["rows"] = Json::array();
     const auto add = [&](const std::string& what, const std::vector<double>& ms, double target) {
         json["rows"].push_back(row_of(what, ms, options.tiny ? 0.0 : target));
     };
@@ -324,15 +318,15 @@ Result<Report> run_edit(Bench& bench) {
     add("hand to new pixels, interactive mode 512 x 512", times->coarse_pixels, 60.0);
     add("step recorded for undo", times->history, 0);
     json["interactive_error_median"] = percentile(times->coarse_error, 0.5);
-    Result<Value> live = edit_live(bench, sample.volume, iso_scene(sample, options.tiny ? 32 : 512),
-                                   way_over_bone(sample.volume), options.tiny ? 0.3 : 6.0);
+    Result<Json> live = edit_live(bench, sample.volume, iso_scene(sample, options.tiny ? 32 : 512),
+                                  way_over_bone(sample.volume), options.tiny ? 0.3 : 6.0);
     if (!live)
         return pass_on(live);
     json["live"] = *live;
     json["batches"] = batches(bench, sample.volume, options.tiny ? 2 : 21);
     if (options.peers && !options.tiny) {
         log::info("VTK: the whole surface and the whole texture");
-        Result<Value> vtk = ask_vtk(bench, sample.volume, options.full ? 21 : 5);
+        Result<Json> vtk = ask_vtk(bench, sample.volume, options.full ? 21 : 5);
         if (!vtk)
             return pass_on(vtk);
         json["vtk"] = *vtk;

@@ -37,16 +37,15 @@ double ms_after_uploads(const std::vector<PassTime>& passes) {
 
 } // namespace
 
-Result<Value> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
-                        const std::vector<glm::dvec3>& path_mm, double seconds) {
+Result<Json> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
+                       const std::vector<glm::dvec3>& path_mm, double seconds) {
     using Clock = std::chrono::steady_clock;
     Operation cut;
     cut.kind = OperationKind::cut;
     cut.to_value = kAir;
     const double radius_mm = 10.0 * smallest_spacing_mm(volume.grid());
-    const Json ball =
-        Json::object({{"kind", Json::of("ball")}, {"radius_mm", Json::of(radius_mm)}});
-    const Stroke stroke = make_stroke(ball, cut, {{}});
+    const Json ball = Json{{"kind", "ball"}, {"radius_mm", radius_mm}};
+    const Stroke stroke = *make_stroke(ball, cut, {{}});
     const float iso = static_cast<float>(scene.ray_cast->isos.front().value);
     Renderer renderer(bench.device());
     if (const auto first = renderer.draw_coarse(scene, {volume, std::nullopt}, {}); !first)
@@ -87,7 +86,7 @@ Result<Value> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
     session.stop();
     if (const std::string refusal = session.take_refusal(); !refusal.empty())
         return fail("{}", refusal);
-    Value out = Value::parse(json_line(session.lag().json()));
+    Json out = session.lag().json();
     out["seconds"] = seconds;
     out["frames"] = frames;
     out["snapshots"] = session.state().snapshot;

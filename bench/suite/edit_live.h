@@ -10,7 +10,7 @@ namespace palpate::bench {
 // for `seconds`, the editor's thread cuts a ball of radius 10 samples, one thread meshes what
 // changed, and this one draws pictures of the interactive mode, one after the other. How long after
 // the hand each of them had it, and by how many snapshots the hand was ahead of the picture.
-Result<Value> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
-                        const std::vector<glm::dvec3>& path_mm, double seconds);
+Result<Json> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
+                       const std::vector<glm::dvec3>& path_mm, double seconds);
 
 } // namespace palpate::bench

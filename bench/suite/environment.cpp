@@ -62,8 +62,8 @@ std::string system_name() {
 
 } // namespace
 
-Value environment(const DeviceInfo& device) {
-    Value v;
+Json environment(const DeviceInfo& device) {
+    Json v;
     v["commit"] = built_from();
     v["version"] = PALPATE_VERSION;
     v["compiler"] = PALPATE_COMPILER;

@@ -1,16 +1,14 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include "engine/base/json.h"
 
 #include "engine/gpu/device.h"
 
 namespace palpate::bench {
 
-using Value = nlohmann::ordered_json;
-
 // Where figures come from: commit, compiler, processor, device and driver, and how busy the machine
 // was.
-Value environment(const DeviceInfo& device);
+Json environment(const DeviceInfo& device);
 
 // The commit this program was built from, "-dirty" behind it where files had changed; "unknown"
 // outside a checkout.

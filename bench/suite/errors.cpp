@@ -57,8 +57,8 @@ void for_each_difference(const Image& picture, const Image& truth, Metric metric
 
 } // namespace
 
-Value Errors::json() const {
-    Value v{
+Json Errors::json() const {
+    Json v{
         {"unit", unit},  {"rmse", rmse}, {"max", max}, {"p999", p999}, {"mean_signed", mean_signed},
         {"count", count}};
     if (flip_mean >= 0)

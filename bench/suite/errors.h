@@ -21,7 +21,7 @@ struct Errors {
     uint64_t count = 0;                 // differences taken
     std::string unit;                   // "colour", "HU", "samples"
 
-    Value json() const;
+    Json json() const;
 };
 
 // Both pictures have one size; truth has R, G, B, value and depth, the picture those its metric

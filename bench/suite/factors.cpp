@@ -143,8 +143,8 @@ class Experiment {
         return made;
     }
 
-    Value named(const Choice& choice) const {
-        Value v = Value::object();
+    Json named(const Choice& choice) const {
+        Json v = Json::object();
         for (size_t f = 0; f < factors_.size(); ++f)
             v[factors_[f].name] = factors_[f].levels[choice[f]];
         return v;
@@ -193,7 +193,7 @@ double log_error(double error) {
 
 } // namespace
 
-Result<Value> factors_json(Bench& bench, uint32_t hypercube) {
+Result<Json> factors_json(Bench& bench, uint32_t hypercube) {
     const profile::Scope scope("factors");
     Experiment experiment(bench);
     const std::vector<Factor>& all = experiment.all();
@@ -201,9 +201,9 @@ Result<Value> factors_json(Bench& bench, uint32_t hypercube) {
     const Result<Made> base = experiment.measure(usual);
     if (!base)
         return fail("{}", base.error().message);
-    Value v;
+    Json v;
     v["default"] = {{"levels", experiment.named(usual)}, {"ms", base->ms}, {"rmse", base->error}};
-    v["one_at_a_time"] = Value::array();
+    v["one_at_a_time"] = Json::array();
     for (size_t f = 0; f < all.size(); ++f)
         for (size_t level = 1; level < all[f].levels.size(); ++level) {
             if (bench.options().stop.stop_requested())
@@ -222,7 +222,7 @@ Result<Value> factors_json(Bench& bench, uint32_t hypercube) {
         }
     const std::vector<Choice> choices = latin_hypercube(all, hypercube);
     std::vector<Made> found;
-    v["hypercube"] = Value::array();
+    v["hypercube"] = Json::array();
     double mean_time = 0, mean_error = 0;
     for (const Choice& choice : choices) {
         if (bench.late(0.95) && found.size() > 1)
@@ -239,7 +239,7 @@ Result<Value> factors_json(Bench& bench, uint32_t hypercube) {
             {{"levels", experiment.named(choice)}, {"ms", made->ms}, {"rmse", made->error}});
     }
     const auto drawn = static_cast<double>(found.size());
-    v["main_effects"] = Value::array();
+    v["main_effects"] = Json::array();
     for (size_t f = 0; f < all.size(); ++f)
         for (size_t level = 0; level < all[f].levels.size(); ++level) {
             double time = 0, error = 0;

@@ -183,8 +183,8 @@ class Series {
     bool atlas_ = false;
 };
 
-Value row_of(const Look& look, const Sample& sample, bool atlas, const char* frames,
-             const Costs& measured) {
+Json row_of(const Look& look, const Sample& sample, bool atlas, const char* frames,
+            const Costs& measured) {
     const Spread cpu = spread(measured.cpu_ms);
     const double worst = percentile(measured.cpu_ms, 1.0);
     const double bytes = percentile(measured.uploaded_bytes, 0.5);
@@ -212,7 +212,7 @@ Result<Report> run_frame(Bench& bench) {
     // What frames hand to other threads is done by this one, so that its time holds all of it.
     const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
     Report report;
-    Value rows = Value::array(), aims = Value::array();
+    Json rows = Json::array(), aims = Json::array();
     std::map<std::string, std::vector<double>> medians; // by view and kind of frames, by side
     for (const uint32_t side : plan.sides) {
         const Sample sample = ball_of(side);
@@ -231,7 +231,7 @@ Result<Report> run_frame(Bench& bench) {
                     return pass_on(measured);
                 rows.push_back(row_of(look, sample, series.atlas(), frames, *measured));
                 medians[fmt::format("{}, {}", look.name, frames)].push_back(
-                    rows.back()["cpu_ms"]["median"]);
+                    rows.items.back()["cpu_ms"]["median"].number);
             }
         }
     }

@@ -57,7 +57,7 @@ double total_ms(const std::vector<PassTime>& passes) {
     return sum;
 }
 
-Value spread_json(const std::vector<double>& values) {
+Json spread_json(const std::vector<double>& values) {
     const Spread s = spread(values);
     return {{"median", s.median}, {"p95", s.p95}, {"low", s.low}, {"high", s.high}};
 }
@@ -75,8 +75,8 @@ Image Sampling::of(const Image& picture) const {
     return image;
 }
 
-Value Frames::json() const {
-    Value v;
+Json Frames::json() const {
+    Json v;
     v["wall_ms"] = spread_json(wall_ms);
     v["gpu_ms"] = spread_json(gpu_ms);
     v["cpu_ms"] = spread_json(cpu_ms);

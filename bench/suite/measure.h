@@ -12,7 +12,7 @@
 
 namespace palpate::bench {
 
-// What a suite is asked for.
+// Options of a suite.
 struct Options {
     fs::path out;                  // a folder: results, page, pictures, cached truth
     bool full = false;             // the long form
@@ -41,7 +41,7 @@ struct Sampling {
 struct Frames {
     std::vector<double> wall_ms, gpu_ms, cpu_ms;
 
-    Value json() const;
+    Json json() const;
 };
 
 // Draws settings of a subject and holds them against truth.

@@ -1,6 +1,7 @@
 #include "bench/suite/page.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "bench/suite/page_edit.h"
@@ -31,26 +32,27 @@ std::string base64(std::string_view bytes) {
 
 // Replaces each "png" that names a file by the picture itself. Names that leave the folder, and
 // files that are not there, lose their picture.
-void put_pictures_inside(Value& value, const fs::path& folder) {
-    if (value.is_object() && value.contains("png") && value["png"].is_string()) {
-        const fs::path name = value["png"].get<std::string>();
+void put_pictures_inside(Json& value, const fs::path& folder) {
+    if (value.contains("png") && value["png"].kind == Json::Kind::string) {
+        const fs::path name = value["png"].string;
         const bool inside =
             name.is_relative() && name.lexically_normal().native().rfind("..", 0) != 0;
         const Result<std::string> bytes =
             inside ? load_text(folder / name) : fail("{}: not below the folder", name.string());
-        value["png"] = bytes ? Value("data:image/png;base64," + base64(*bytes)) : Value();
+        value["png"] = bytes ? Json("data:image/png;base64," + base64(*bytes)) : Json();
     }
-    if (value.is_object() || value.is_array())
-        for (Value& item : value)
-            put_pictures_inside(item, folder);
+    for (Json& item : value.items)
+        put_pictures_inside(item, folder);
+    for (auto& [key, member] : value.members)
+        put_pictures_inside(member, folder);
 }
 
 } // namespace
 
-std::string page_of(std::string_view script, const Value& results) {
+std::string page_of(std::string_view script, const Json& results) {
     // "</script" and "<!--" must not appear inside a script element.
     std::string data;
-    for (const char c : results.dump())
+    for (const char c : json_line(results))
         data += c == '<' ? std::string("\\u003c") : std::string(1, c);
     std::string page = kPageTemplate;
     const auto put = [&](std::string_view place, const std::string& text) {
@@ -61,25 +63,25 @@ std::string page_of(std::string_view script, const Value& results) {
     return page;
 }
 
-std::string page_html(const Value& results) {
+std::string page_html(const Json& results) {
     return page_of(std::string(kPageTouch) + kPageEdit + kPageSuites, results);
 }
 
 Result<void> write_page(const fs::path& folder) {
-    Value results = Value::array();
+    Json results = Json::array();
     for (const char* suite :
-         {"quality", "render", "stability", "upload", "touch", "edit", "surface"}) {
+         {"quality", "render", "frame", "stability", "upload", "touch", "edit", "surface"}) {
         const fs::path path = folder / fmt::format("{}.json", suite);
         if (!fs::exists(path))
             continue;
         const Result<std::string> text = load_text(path);
         if (!text)
             return fail("{}", text.error().message);
-        Value result = Value::parse(*text, nullptr, false);
-        if (!result.is_object() || !result.contains("suite") || result["suite"] != suite)
+        Result<Json> result = parse_json(*text, path.string());
+        if (!result || std::as_const(*result)["suite"] != suite)
             return fail("{}: expected the result of palpate bench {}", path.string(), suite);
-        put_pictures_inside(result, folder);
-        results.push_back(std::move(result));
+        put_pictures_inside(*result, folder);
+        results.push_back(std::move(*result));
     }
     const std::string html = page_html(results);
     return save_bytes(folder / "index.html", std::as_bytes(std::span(html)));

@@ -15,9 +15,9 @@ Result<void> write_page(const std::filesystem::path& folder);
 
 // One file that needs nothing else: what `script` draws of `results`, with the functions of
 // page.html.
-std::string page_of(std::string_view script, const Value& results);
+std::string page_of(std::string_view script, const Json& results);
 
 // The page of the suites for results at hand, pictures already inside as data addresses.
-std::string page_html(const Value& results);
+std::string page_html(const Json& results);
 
 } // namespace palpate::bench

@@ -16,13 +16,13 @@ bool is_default(const Setting& setting) {
            setting.sub_steps == usual.sub_steps;
 }
 
-Value point_json(const Bench::Drawn& drawn) {
-    Value v{{"renderer", "palpate"},
-            {"name", drawn.setting.name()},
-            {"integrator", drawn.setting.integrator},
-            {"step_samples", drawn.setting.step_samples},
-            {"default", is_default(drawn.setting)},
-            {"error", drawn.errors.json()}};
+Json point_json(const Bench::Drawn& drawn) {
+    Json v{{"renderer", "palpate"},
+           {"name", drawn.setting.name()},
+           {"integrator", drawn.setting.integrator},
+           {"step_samples", drawn.setting.step_samples},
+           {"default", is_default(drawn.setting)},
+           {"error", drawn.errors.json()}};
     if (drawn.setting.sub_steps > 0)
         v["sub_steps"] = drawn.setting.sub_steps;
     if (!drawn.frames.wall_ms.empty())
@@ -30,20 +30,19 @@ Value point_json(const Bench::Drawn& drawn) {
     return v;
 }
 
-Value point_json(const PeerPoint& peer) {
+Json point_json(const PeerPoint& peer) {
     const Spread wall = spread(peer.wall_ms);
-    Value v{
-        {"renderer", peer.mapper == "gpu" ? "VTK GPU mapper" : "VTK fixed-point mapper"},
-        {"name", peer.name()},
-        {"step_samples", peer.step_samples},
-        {"first_frame_ms", peer.first_frame_ms},
-        {"time",
-         {{"wall_ms",
-           {{"median", wall.median}, {"p95", wall.p95}, {"low", wall.low}, {"high", wall.high}}},
-          {"cpu_ms", {{"median", spread(peer.cpu_ms).median}}},
-          {"frames", wall.count},
-          {"noise", wall.noise()},
-          {"all_wall_ms", peer.wall_ms}}}};
+    Json v{{"renderer", peer.mapper == "gpu" ? "VTK GPU mapper" : "VTK fixed-point mapper"},
+           {"name", peer.name()},
+           {"step_samples", peer.step_samples},
+           {"first_frame_ms", peer.first_frame_ms},
+           {"time",
+            {{"wall_ms",
+              {{"median", wall.median}, {"p95", wall.p95}, {"low", wall.low}, {"high", wall.high}}},
+             {"cpu_ms", {{"median", spread(peer.cpu_ms).median}}},
+             {"frames", wall.count},
+             {"noise", wall.noise()},
+             {"all_wall_ms", peer.wall_ms}}}};
     if (peer.errors)
         v["error"] = peer.errors->json();
     return v;
@@ -63,14 +62,14 @@ glm::vec3 heat(double share) {
 
 } // namespace
 
-Value panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
-                 const std::vector<PeerPoint>& peers, Sampling sampling,
-                 std::vector<std::string>& failures) {
-    Value v{{"subject", subject.name},
-            {"title", subject.title},
-            {"size_px", sampling.size_px},
-            {"scored_rays", sampling.rays() * sampling.rays()},
-            {"unit", ours.empty() ? "" : ours[0].errors.unit}};
+Json panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
+                const std::vector<PeerPoint>& peers, Sampling sampling,
+                std::vector<std::string>& failures) {
+    Json v{{"subject", subject.name},
+           {"title", subject.title},
+           {"size_px", sampling.size_px},
+           {"scored_rays", sampling.rays() * sampling.rays()},
+           {"unit", ours.empty() ? "" : ours[0].errors.unit}};
     std::vector<Cost> costs;
     std::vector<Measured> measured;
     for (const Bench::Drawn& drawn : ours) {
@@ -78,10 +77,10 @@ Value panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
         costs.push_back({wall.median, drawn.errors.rmse});
         measured.push_back({costs.back(), wall.noise()});
     }
-    v["points"] = Value::array();
+    v["points"] = Json::array();
     const std::vector<size_t> front = pareto_front(costs);
     for (size_t i = 0; i < ours.size(); ++i) {
-        Value point = point_json(ours[i]);
+        Json point = point_json(ours[i]);
         point["on_front"] = std::find(front.begin(), front.end(), i) != front.end();
         if (is_default(ours[i].setting)) {
             const auto better = beaten_by(measured, i);
@@ -102,7 +101,7 @@ Value panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
     for (const PeerPoint& peer : peers) {
         if (peer.subject != subject.name)
             continue;
-        Value point = point_json(peer);
+        Json point = point_json(peer);
         if (peer.errors) {
             any = true;
             const Cost cost{spread(peer.wall_ms).median, peer.errors->rmse};
@@ -128,8 +127,8 @@ Value panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
     return v;
 }
 
-Result<Value> map_json(const Bench& bench, const std::string& title, const Image& picture,
-                       const Image& truth, const Subject& subject, double scale) {
+Result<Json> map_json(const Bench& bench, const std::string& title, const Image& picture,
+                      const Image& truth, const Subject& subject, double scale) {
     const std::vector<double> map = difference_map(
         picture, truth, subject.metric, smallest_spacing_mm(subject.sample->volume.grid()));
     Image shown = make_image(truth.size_px, {"R", "G", "B"});
@@ -150,15 +149,15 @@ Result<Value> map_json(const Bench& bench, const std::string& title, const Image
     const fs::path path = folder / (name + ".png");
     if (Result<void> saved = save_png(path, shown); !saved)
         return pass_on(saved);
-    return Value{{"title", title},
-                 {"subject", subject.name},
-                 {"png", "maps/" + name + ".png"},
-                 {"brightest", scale}};
+    return Json{{"title", title},
+                {"subject", subject.name},
+                {"png", "maps/" + name + ".png"},
+                {"brightest", scale}};
 }
 
-Value convergence_json(const std::string& title, const std::string& integrator,
-                       const std::vector<double>& steps, const std::vector<double>& errors) {
-    Value v{{"title", title}, {"integrator", integrator}, {"steps", steps}, {"rmse", errors}};
+Json convergence_json(const std::string& title, const std::string& integrator,
+                      const std::vector<double>& steps, const std::vector<double>& errors) {
+    Json v{{"title", title}, {"integrator", integrator}, {"steps", steps}, {"rmse", errors}};
     constexpr double kAboveFloor = 4.0;
     constexpr double kStillFalls = 0.6, kSlower = 1.25;
     const size_t last = errors.size() - 1;

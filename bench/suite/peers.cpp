@@ -30,29 +30,18 @@ std::string last_line(const fs::path& file) {
     return last;
 }
 
-Result<Value> save_raw(const Sample& sample, const fs::path& path) {
-    const glm::uvec3 size = sample.volume.size();
-    const bool floats = sample.volume.type() == ScalarType::f32;
-    std::vector<float> row(size.x);
-    std::vector<int16_t> whole(size.x);
-    std::string bytes;
-    bytes.reserve(sample_count(sample.volume.grid()) * (floats ? 4 : 2));
-    for (uint32_t z = 0; z < size.z; ++z)
-        for (uint32_t y = 0; y < size.y; ++y) {
-            read_row(sample.volume, {0, y, z}, size.x, row.data());
-            for (uint32_t x = 0; x < size.x; ++x)
-                whole[x] = static_cast<int16_t>(row[x]);
-            bytes.append(floats ? reinterpret_cast<const char*>(row.data())
-                                : reinterpret_cast<const char*>(whole.data()),
-                         size.x * (floats ? sizeof(float) : sizeof(int16_t)));
-        }
-    if (Result<void> saved = save_bytes(path, std::as_bytes(std::span(bytes))); !saved)
+Result<Json> save_raw(const Sample& sample, const fs::path& path) {
+    const Volume& volume = sample.volume;
+    const bool floats = volume.type() == ScalarType::f32;
+    if (Result<void> saved =
+            floats ? save_samples<float>(volume, path) : save_samples<int16_t>(volume, path);
+        !saved)
         return pass_on(saved);
-    const glm::dvec3 spacing = spacing_mm(sample.volume.grid());
-    return Value{{"file", fs::absolute(path).string()},
-                 {"dtype", floats ? "<f4" : "<i2"},
-                 {"dims", {size.x, size.y, size.z}},
-                 {"spacing", {spacing.x, spacing.y, spacing.z}}};
+    const glm::uvec3 size = volume.size();
+    return Json{{"file", fs::absolute(path).string()},
+                {"dtype", floats ? "<f4" : "<i2"},
+                {"dims", {size.x, size.y, size.z}},
+                {"spacing", spacing_mm(volume.grid())}};
 }
 
 namespace {
@@ -70,36 +59,32 @@ std::string missing(const fs::path& out) {
     return {};
 }
 
-Value vector_json(glm::dvec3 v) {
-    return {v.x, v.y, v.z};
-}
-
 bool scored(const Subject& subject) {
     return !subject.layer.shading.has_value();
 }
 
-Value case_json(const Subject& subject, const std::vector<double>& steps) {
+Json case_json(const Subject& subject, const std::vector<double>& steps) {
     const RayCastLayer& layer = subject.layer;
-    Value v{{"name", subject.name},
-            {"volume", subject.sample->name},
-            {"mode", subject.peers},
-            {"eye", vector_json(subject.camera.eye_mm)},
-            {"target", vector_json(subject.camera.target_mm)},
-            {"up", vector_json(subject.camera.up)},
-            {"view_angle_deg", subject.camera.view_angle_deg},
-            {"scored", scored(subject)},
-            {"opacity_unit_mm", layer.transfer.opacity_unit_mm}};
+    Json v{{"name", subject.name},
+           {"volume", subject.sample->name},
+           {"mode", subject.peers},
+           {"eye", subject.camera.eye_mm},
+           {"target", subject.camera.target_mm},
+           {"up", subject.camera.up},
+           {"view_angle_deg", subject.camera.view_angle_deg},
+           {"scored", scored(subject)},
+           {"opacity_unit_mm", layer.transfer.opacity_unit_mm}};
     const ValueRange range = subject.sample->volume.range();
     v["range"] = {range.min, range.max};
-    v["opacity"] = Value::array();
-    v["color"] = Value::array();
+    v["opacity"] = Json::array();
+    v["color"] = Json::array();
     for (const auto& point : layer.transfer.opacities)
         v["opacity"].push_back({point.value, point.opacity});
     for (const auto& point : layer.transfer.colors)
         v["color"].push_back({point.value, point.color.x, point.color.y, point.color.z});
     if (!layer.isos.empty())
         v["iso"] = layer.isos[0].value;
-    v["steps_mm"] = Value::array();
+    v["steps_mm"] = Json::array();
     for (const double step : steps)
         v["steps_mm"].push_back(step * smallest_spacing_mm(subject.sample->volume.grid()));
     return v;
@@ -155,15 +140,15 @@ Result<Peers> Peers::start(Bench& bench, const std::vector<Subject>& subjects,
     }
     if (peers.absent_because_ = missing(out); !peers.absent_because_.empty())
         return peers;
-    Value job{{"size_px", sampling.size_px}, {"out", fs::absolute(out).string()}};
-    job["volumes"] = Value::object();
-    job["cases"] = Value::array();
+    Json job{{"size_px", sampling.size_px}, {"out", fs::absolute(out).string()}};
+    job["volumes"] = Json::object();
+    job["cases"] = Json::array();
     for (const Subject& subject : subjects) {
         if (subject.peers.empty())
             continue;
-        Value& volume = job["volumes"][subject.sample->name];
+        Json& volume = job["volumes"][subject.sample->name];
         if (volume.is_null()) {
-            Result<Value> saved = save_raw(*subject.sample, out / (subject.sample->name + ".raw"));
+            Result<Json> saved = save_raw(*subject.sample, out / (subject.sample->name + ".raw"));
             if (!saved)
                 return pass_on(saved);
             volume = *saved;
@@ -175,7 +160,7 @@ Result<Peers> Peers::start(Bench& bench, const std::vector<Subject>& subjects,
     for (const std::string mapper : {"gpu", "fixed"}) {
         job["mapper"] = mapper;
         const fs::path work = out / ("job_" + mapper + ".json");
-        const std::string text = job.dump(1) + "\n";
+        const std::string text = json_text(job);
         if (Result<void> saved = save_bytes(work, std::as_bytes(std::span(text))); !saved)
             return pass_on(saved);
         Result<Conversation> vtk = Conversation::start(
@@ -217,23 +202,23 @@ Result<void> Peers::open(const Subject& subject) {
     if (!open_)
         return {};
     for (Mapper& mapper : mappers_) {
-        const Result<Value> answer = mapper.vtk.ask({{"open", asked - names_.begin()}});
+        const Result<Json> answer = mapper.vtk.ask({{"open", asked - names_.begin()}});
         if (!answer) {
             give_up(mapper, answer.error());
             return {};
         }
-        version_ = (*answer)["vtk"];
+        version_ = (*answer)["vtk"].string;
         mapper.first_point = points_.size();
         for (size_t step = 0; step < steps_.size(); ++step) {
-            PeerPoint& point =
-                points_.emplace_back(PeerPoint{.subject = subject.name,
-                                               .mapper = mapper.name,
-                                               .step_samples = steps_[step],
-                                               .first_frame_ms = (*answer)["first_frame_ms"]});
-            const Value& pictures = (*answer)["pictures"];
+            PeerPoint& point = points_.emplace_back(
+                PeerPoint{.subject = subject.name,
+                          .mapper = mapper.name,
+                          .step_samples = steps_[step],
+                          .first_frame_ms = (*answer)["first_frame_ms"].number});
+            const std::vector<Json>& pictures = (*answer)["pictures"].items;
             if (pictures.empty())
                 continue;
-            if (Result<void> scored = score(point, pictures.at(step), subject); !scored)
+            if (Result<void> scored = score(point, pictures.at(step).string, subject); !scored)
                 return scored;
         }
     }
@@ -245,14 +230,15 @@ void Peers::time_frames(int frames, double budget_s) {
     if (!open_)
         return;
     for (Mapper& mapper : mappers_) {
-        const Result<Value> answer = mapper.vtk.ask({{"frames", frames}, {"budget_s", budget_s}});
+        const Result<Json> answer = mapper.vtk.ask({{"frames", frames}, {"budget_s", budget_s}});
         if (!answer)
             return give_up(mapper, answer.error());
         for (size_t step = 0; step < steps_.size(); ++step) {
             PeerPoint& point = points_[mapper.first_point + step];
-            for (const double ms : answer->at(step)["wall_ms"])
+            const Json& took = answer->items.at(step);
+            for (const double ms : took["wall_ms"].numbers())
                 point.wall_ms.push_back(ms);
-            for (const double ms : answer->at(step)["cpu_ms"])
+            for (const double ms : took["cpu_ms"].numbers())
                 point.cpu_ms.push_back(ms);
         }
     }

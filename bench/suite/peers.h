@@ -2,6 +2,8 @@
 
 #include "bench/suite/conversation.h"
 #include "bench/suite/measure.h"
+#include "engine/base/file.h"
+#include "engine/volume/box.h"
 
 namespace palpate::bench {
 
@@ -62,13 +64,20 @@ class Peers {
     bool open_ = false;
 };
 
-// What asking peers takes: the interpreter that Debian's packages are for; a program run with its
+// Tools for peers: the interpreter of Debian's packages; a program run with its
 // output in a file (its exit code, 127 where it does not exist); the last line that it said; and
 // voxels as peers read them, raw with x fastest, told of in JSON.
 inline const char* const kPython = "/usr/bin/python3";
 int run_program(std::vector<std::string> command, const fs::path& output);
 std::string last_line(const fs::path& file);
-Result<Value> save_raw(const Sample& sample, const fs::path& path);
+template <class T>
+Result<void> save_samples(const Volume& volume, const fs::path& path) {
+    std::vector<T> samples(sample_count(volume.grid()));
+    read_box(volume, glm::ivec3(0), glm::ivec3(volume.size()), packed(volume.size()),
+             samples.data());
+    return save_bytes(path, std::as_bytes(std::span(samples)));
+}
+Result<Json> save_raw(const Sample& sample, const fs::path& path);
 
 // Runs a script of bench/ with a display of its own; why there is no result, or nothing.
 std::string run_vtk_script(Bench& bench, const std::string& script,

@@ -47,12 +47,12 @@ TransferFunction smooth_transfer(double unit_mm) {
     return transfer;
 }
 
-Result<Value> convergence(Bench& bench, const Plan& plan) {
+Result<Json> convergence(Bench& bench, const Plan& plan) {
     const Sample sample = marschner_lobb(plan.convergence_side);
     const double unit = 8.0 * smallest_spacing_mm(sample.volume.grid());
     std::vector<Subject> subjects{alpha_subject(sample, smooth_transfer(unit), "smooth"),
                                   alpha_subject(sample, peak(0.5, 0.02, 0.9, unit), "2 % peak")};
-    Value all = Value::array();
+    Json all = Json::array();
     for (Subject& subject : subjects) {
         subject.layer.min_transmittance = 0.0; // the integrator's error alone
         for (const char* integrator : {"fast", "preintegrated", "exact"}) {
@@ -76,24 +76,22 @@ Result<Value> convergence(Bench& bench, const Plan& plan) {
 }
 
 // One tenth of VTK's error at VTK's step-0.5 time, on the narrow peak.
-Value narrow_peak_aim(const Value& panel) {
-    Value aims = Value::array();
-    for (const Value& peer : panel["points"]) {
-        if (peer["renderer"] == "palpate" ||
-            std::abs(peer["step_samples"].get<double>() - 0.5) > 0.01)
+Json narrow_peak_aim(const Json& panel) {
+    Json aims = Json::array();
+    for (const Json& peer : panel["points"]) {
+        if (peer["renderer"] == "palpate" || std::abs(peer["step_samples"].number - 0.5) > 0.01)
             continue;
-        const double budget = peer["time"]["wall_ms"]["median"];
+        const double budget = peer["time"]["wall_ms"]["median"].number;
         double best = std::numeric_limits<double>::infinity();
-        for (const Value& point : panel["points"])
-            if (point["renderer"] == "palpate" && point["time"]["wall_ms"]["median"] <= budget)
-                best = std::min(best, point["error"]["rmse"].get<double>());
-        const double ratio =
-            std::isfinite(best) ? best / peer["error"]["rmse"].get<double>() : -1.0;
+        for (const Json& point : panel["points"])
+            if (point["renderer"] == "palpate" &&
+                point["time"]["wall_ms"]["median"].number <= budget)
+                best = std::min(best, point["error"]["rmse"].number);
+        const double ratio = std::isfinite(best) ? best / peer["error"]["rmse"].number : -1.0;
         aims.push_back({{"what", fmt::format("{}: RMSE beside that of {}, in no more time",
-                                             panel["title"].get<std::string>(),
-                                             peer["name"].get<std::string>())},
+                                             panel["title"].string, peer["name"].string)},
                         {"aim", "at most 0.1"},
-                        {"figure", ratio >= 0 ? Value(ratio) : Value()},
+                        {"figure", ratio >= 0 ? Json(ratio) : Json()},
                         {"reached", ratio >= 0 && ratio <= 0.1}});
     }
     return aims;
@@ -139,14 +137,14 @@ Result<Report> run_quality(Bench& bench) {
         subject.judged = subject.judged && !options.tiny; // whose times say nothing
 
     Report report;
-    Value& json = report.json;
+    Json& json = report.json;
     json["notes"] = samples.notes;
     Result<Peers> peers = Peers::start(bench, subjects, {1.0, 0.5, 0.25}, plan.sampling);
     if (!peers)
         return fail("{}", peers.error().message);
-    json["panels"] = Value::array();
-    json["maps"] = Value::array();
-    json["first_frames"] = Value::array();
+    json["panels"] = Json::array();
+    json["maps"] = Json::array();
+    json["first_frames"] = Json::array();
     for (const Subject& subject : subjects) {
         log::info("{}", subject.name);
         if (Result<void> opened = peers->open(subject); !opened)
@@ -172,8 +170,8 @@ Result<Report> run_quality(Bench& bench) {
             return d.setting.name() == default_setting().name();
         });
         const double scale = std::max(mine->errors.p999, 1e-9);
-        Result<Value> map = map_json(bench, subject.title + ", palpate, " + mine->setting.name(),
-                                     mine->picture, *truth, subject, scale);
+        Result<Json> map = map_json(bench, subject.title + ", palpate, " + mine->setting.name(),
+                                    mine->picture, *truth, subject, scale);
         if (!map)
             return fail("{}", map.error().message);
         json["maps"].push_back(*map);
@@ -195,12 +193,12 @@ Result<Report> run_quality(Bench& bench) {
         }
     }
     json["peers"] = {{"vtk", peers->version()}, {"absent_because", peers->absent_because()}};
-    json["aims"] = narrow_peak_aim(json["panels"].back());
-    const Result<Value> orders = convergence(bench, plan);
+    json["aims"] = narrow_peak_aim(json["panels"].items.back());
+    const Result<Json> orders = convergence(bench, plan);
     if (!orders)
         return fail("{}", orders.error().message);
     json["convergence"] = *orders;
-    const Result<Value> effects = factors_json(bench, plan.hypercube);
+    const Result<Json> effects = factors_json(bench, plan.hypercube);
     if (!effects)
         return fail("{}", effects.error().message);
     json["factors"] = *effects;

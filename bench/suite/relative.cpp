@@ -13,7 +13,7 @@ double decibels(double rmse) {
     return rmse > 0.0 ? -20.0 * std::log10(rmse) : 200.0;
 }
 
-Value json_of(const Spread& ratio) {
+Json json_of(const Spread& ratio) {
     return {
         {"median", ratio.median}, {"low", ratio.low}, {"high", ratio.high}, {"pairs", ratio.count}};
 }
@@ -47,7 +47,7 @@ struct Watched {
 };
 
 Result<Spread> stereo_by_mono(Bench& bench, const Watched& m, const Subject& subject, int pairs,
-                              Value& aims) {
+                              Json& aims) {
     Scene stereo = m.mono;
     stereo.stereo.emplace();
     stereo.stereo->rig.convergence_mm =
@@ -65,8 +65,8 @@ Result<Spread> stereo_by_mono(Bench& bench, const Watched& m, const Subject& sub
     return ratio;
 }
 
-Result<Value> full_by_interactive(Bench& bench, const Watched& m, const Subject& subject, int pairs,
-                                  double turned_degrees, Value& aims) {
+Result<Json> full_by_interactive(Bench& bench, const Watched& m, const Subject& subject, int pairs,
+                                 double turned_degrees, Json& aims) {
     Scene scene = m.mono;
     scene.camera = orbit(scene.camera, turned_degrees);
     const Result<Frame> full = m.renderer.render(scene, m.data);
@@ -95,18 +95,18 @@ Result<Value> full_by_interactive(Bench& bench, const Watched& m, const Subject&
                         {"aim", "at least 1.5 at 40 dB or better"},
                         {"figure", ratio->median},
                         {"reached", ratio->median >= 1.5 && decibels(error) >= 40.0}});
-    return Value{{"turned_degrees", turned_degrees},
-                 {"full_by_interactive", json_of(*ratio)},
-                 {"rmse", error},
-                 {"rmse_estimate", coarse->error_estimate},
-                 {"db", decibels(error)},
-                 {"traced_share", coarse->traced_share}};
+    return Json{{"turned_degrees", turned_degrees},
+                {"full_by_interactive", json_of(*ratio)},
+                {"rmse", error},
+                {"rmse_estimate", coarse->error_estimate},
+                {"db", decibels(error)},
+                {"traced_share", coarse->traced_share}};
 }
 
 } // namespace
 
-Result<Value> measure_relative(Bench& bench, const Subject& subject, uint32_t size_px, int pairs,
-                               std::span<const double> turned_degrees, Value& aims) {
+Result<Json> measure_relative(Bench& bench, const Subject& subject, uint32_t size_px, int pairs,
+                              std::span<const double> turned_degrees, Json& aims) {
     Renderer renderer(bench.device(), {.stored_gradients = bench.device().info().is_cpu()});
     Watched watched{renderer, scene_of(subject, size_px), subject.data(),
                     fmt::format("{}, {} px", subject.title, size_px)};
@@ -115,17 +115,17 @@ Result<Value> measure_relative(Bench& bench, const Subject& subject, uint32_t si
     Result<Spread> eyes = stereo_by_mono(bench, watched, subject, pairs, aims);
     if (!eyes)
         return pass_on(eyes);
-    Value views = Value::array();
+    Json views = Json::array();
     for (const double turned : turned_degrees) {
-        Result<Value> view = full_by_interactive(bench, watched, subject, pairs, turned, aims);
+        Result<Json> view = full_by_interactive(bench, watched, subject, pairs, turned, aims);
         if (!view)
             return pass_on(view);
         views.push_back(std::move(*view));
     }
-    return Value{{"subject", subject.name},
-                 {"size_px", size_px},
-                 {"stereo_by_mono", json_of(*eyes)},
-                 {"interactive", std::move(views)}};
+    return Json{{"subject", subject.name},
+                {"size_px", size_px},
+                {"stereo_by_mono", json_of(*eyes)},
+                {"interactive", std::move(views)}};
 }
 
 } // namespace palpate::bench

@@ -56,7 +56,7 @@ constexpr Aim kAims[] = {{"alpha_shaded", "fixed", 1.9}, {"alpha", "fixed", 1.9}
 
 // The default held against a mapper at step 1: speed, and error where both are scored.
 void add_aims(const Subject& subject, uint32_t size_px, const Bench::Drawn& mine,
-              const std::vector<PeerPoint>& peers, Value& aims) {
+              const std::vector<PeerPoint>& peers, Json& aims) {
     for (const Aim& aim : kAims)
         for (const PeerPoint& peer : peers) {
             if (subject.peers != aim.mode || peer.subject != subject.name ||
@@ -78,7 +78,7 @@ void add_aims(const Subject& subject, uint32_t size_px, const Bench::Drawn& mine
 }
 
 void add_first_frame_aims(const Subject& subject, double first_ms,
-                          const std::vector<PeerPoint>& peers, Value& aims) {
+                          const std::vector<PeerPoint>& peers, Json& aims) {
     for (const PeerPoint& peer : peers)
         if (peer.subject == subject.name) {
             const double share = first_ms / peer.first_frame_ms;
@@ -118,7 +118,7 @@ Result<Parts> parts_of(const Options& options) {
     return parts;
 }
 
-std::vector<Sample> samples_of(const Options& options, Value& notes) {
+std::vector<Sample> samples_of(const Options& options, Json& notes) {
     std::vector<Sample> samples;
     if (options.tiny) {
         samples.push_back(ball(32));
@@ -140,14 +140,14 @@ Result<void> measure_frames(Bench& bench, Peers& peers, const Subject& subject,
                             const std::vector<Setting>& settings, Sampling sampling,
                             bool with_first_frame, Report& report) {
     const Plan plan = plan_of(bench.options());
-    Value& json = report.json;
+    Json& json = report.json;
     if (Result<void> opened = peers.open(subject); !opened)
         return fail("{}", opened.error().message);
     const auto drawn = bench.draw(subject, settings, sampling, plan.rounds,
                                   [&] { peers.time_frames(3, plan.peer_budget_s); });
     if (!drawn)
         return fail("{}", drawn.error().message);
-    Value panel = panel_json(subject, *drawn, peers.points(), sampling, report.failures);
+    Json panel = panel_json(subject, *drawn, peers.points(), sampling, report.failures);
     panel["title"] = fmt::format("{}, {} px", subject.title, sampling.size_px);
     json["panels"].push_back(std::move(panel));
     add_aims(subject, sampling.size_px, drawn->front(), peers.points(), json["aims"]);
@@ -176,10 +176,10 @@ Result<Report> run_render(Bench& bench) {
     if (!parts)
         return fail("{}", parts.error().message);
     Report report;
-    Value& json = report.json;
+    Json& json = report.json;
     for (const char* key : {"notes", "panels", "aims", "first_frames", "relative"})
-        json[key] = Value::array();
-    json["peers"] = Value::object();
+        json[key] = Json::array();
+    json["peers"] = Json::object();
     const std::vector<Sample> samples = samples_of(options, json["notes"]);
     for (const Sample& sample : samples) {
         std::vector<Subject> subjects = subjects_of(sample);
@@ -210,7 +210,7 @@ Result<Report> run_render(Bench& bench) {
                 if (!parts->relative || !is_least)
                     continue;
                 const std::span<const double> turns(parts->turned_degrees);
-                Result<Value> relative =
+                Result<Json> relative =
                     measure_relative(bench, subject, size_px, parts->pairs,
                                      is_first ? turns : turns.first(1), json["aims"]);
                 if (!relative)

@@ -9,7 +9,7 @@
 
 namespace palpate::bench {
 
-// What a child has as one of its descriptors: one of ours, or one of its own that an earlier
+// One descriptor of a child: one of ours, or one of its own that an earlier
 // redirection made; or, where `file` is given, that file, written anew.
 struct Redirection {
     int descriptor = 0;

@@ -27,7 +27,7 @@ Result<Report> run_stability(Bench& bench) {
                 report.failures.push_back(
                     fmt::format("{}, {}: {}", result.hard_case->name, line.part,
                                 line.checks == 0 ? "nothing was checked" : line.sentence));
-    fmt::print("{} of {} hard cases pass\n", report.json["passed"].get<size_t>(), results.size());
+    fmt::print("{} of {} hard cases pass\n", report.json["passed"].number, results.size());
     return report;
 }
 

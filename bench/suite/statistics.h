@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-// What a list of measurements says, and what it does not.
+// Statistics of a list of measurements.
 namespace palpate::bench {
 
 // The median, and an interval that holds the true one in at least 95 of 100 runs: order statistics,

@@ -8,7 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/scene/scene.h"
 
-// What is measured: volumes, and what is drawn of them.
+// Subjects of measurement: volumes, and pictures of them.
 namespace palpate::bench {
 
 namespace fs = std::filesystem;
@@ -36,7 +36,7 @@ Sample marschner_lobb(uint32_t side);
 // A small ball of 1000 HU, for tests.
 Sample ball(uint32_t side);
 
-// What errors are measured in.
+// The quantity of an error.
 enum class Metric {
     color,   // alpha: colour 0 .. 1, over R, G and B
     value,   // MIP: the value itself, HU

@@ -68,19 +68,19 @@ Result<void> run_suite(const std::string& name, const Options& options) {
     Result<Report> report = suite->run(bench);
     if (!report)
         return pass_on(report);
-    Value json{{"suite", suite->name},
-               {"form", options.tiny   ? "tiny"
-                        : options.full ? "full"
-                                       : "short"},
-               {"started_utc", started},
-               {"duration_s", timer.ms() / 1000.0},
-               {"environment", environment(device.info())},
-               {"busy_neighbours", neighbours.cores()},
-               {"pass", report->failures.empty()},
-               {"failures", report->failures}};
+    Json json{{"suite", suite->name},
+              {"form", options.tiny   ? "tiny"
+                       : options.full ? "full"
+                                      : "short"},
+              {"started_utc", started},
+              {"duration_s", timer.ms() / 1000.0},
+              {"environment", environment(device.info())},
+              {"busy_neighbours", neighbours.cores()},
+              {"pass", report->failures.empty()},
+              {"failures", report->failures}};
     json.update(report->json);
     const fs::path path = options.out / fmt::format("{}.json", suite->name);
-    const std::string text = json.dump(1) + "\n";
+    const std::string text = json_text(json);
     if (Result<void> saved = save_bytes(path, std::as_bytes(std::span(text))); !saved)
         return saved;
     if (Result<void> written = write_page(options.out); !written)

@@ -30,18 +30,18 @@ namespace {
 
 constexpr uint32_t kErrorSamples = 20'000;
 
-Value time_json(const std::vector<double>& ms) {
+Json time_json(const std::vector<double>& ms) {
     const Spread s = spread(ms);
     return {
         {"median", s.median}, {"p95", s.p95}, {"low", s.low}, {"high", s.high}, {"count", s.count}};
 }
 
 // One contender's figures on one case. Order of members as the page shows them.
-Value row_json(const SurfaceCase& of, const std::string& who, const std::vector<double>& ms,
-               uint64_t triangles, const Mesh& mesh) {
-    Value row{{"case", of.sample.name}, {"who", who}, {"ms", time_json(ms)}};
+Json row_json(const SurfaceCase& of, const std::string& who, const std::vector<double>& ms,
+              uint64_t triangles, const Mesh& mesh) {
+    Json row{{"case", of.sample.name}, {"who", who}, {"ms", time_json(ms)}};
     row["triangles"] = triangles;
-    row["mtri_per_s"] = static_cast<double>(triangles) / row["ms"]["median"].get<double>() * 1e-3;
+    row["mtri_per_s"] = static_cast<double>(triangles) / row["ms"]["median"].number * 1e-3;
     if (of.labels || of.for_time)
         return row;
     const MeshTopology found = topology(mesh);
@@ -71,7 +71,7 @@ struct Contender {
     std::function<std::optional<double>()> run;
     std::function<uint64_t()> triangles;
     std::function<Mesh()> mesh;
-    std::function<Value()> more = [] { return Value::object(); };
+    std::function<Json()> more = [] { return Json::object(); };
 };
 
 Contender on_cpu(std::string who, std::function<Mesh()> extract) {
@@ -133,10 +133,10 @@ Contender on_gpu(const SurfaceCase& of, ExtractPipelines& pipelines) {
                 return mesh;
             },
             [=] {
-                Value passes = Value::object();
+                Json passes = Json::object();
                 for (const auto& [name, ms] : state->pass_ms)
                     passes[name] = spread(ms).median;
-                Value more{{"first_with_upload_ms", state->first_ms}, {"passes_ms", passes}};
+                Json more{{"first_with_upload_ms", state->first_ms}, {"passes_ms", passes}};
                 if (state->read_back_ms > 0.0)
                     more["read_back_ms"] = state->read_back_ms;
                 return more;
@@ -167,7 +167,7 @@ std::vector<Contender> those_of(SurfacePeers& peers, const SurfaceCase& of) {
                              return made ? std::move(made->mesh) : Mesh();
                          },
                          [] {
-                             return Value{{"peer", true}};
+                             return Json{{"peer", true}};
                          }});
     }
     return found;
@@ -176,7 +176,7 @@ std::vector<Contender> those_of(SurfacePeers& peers, const SurfaceCase& of) {
 // Rounds go through all contenders in turn, so that a machine that grows slower does so for all.
 // Who has taken `budget_s` seconds is left out after two runs; a first one is not counted.
 Result<void> measure(const SurfaceCase& of, const std::vector<Contender>& contenders, int rounds,
-                     double budget_s, const Options& options, Value& rows) {
+                     double budget_s, const Options& options, Json& rows) {
     std::vector<std::vector<double>> ms(contenders.size());
     std::vector<double> spent_s(contenders.size(), 0.0);
     for (int round = 0; round <= rounds; ++round)
@@ -195,15 +195,15 @@ Result<void> measure(const SurfaceCase& of, const std::vector<Contender>& conten
             continue;
         const uint64_t triangles = contenders[i].triangles();
         const Mesh mesh = of.labels || of.for_time ? Mesh() : contenders[i].mesh();
-        Value row = row_json(of, contenders[i].who, ms[i], triangles, mesh);
+        Json row = row_json(of, contenders[i].who, ms[i], triangles, mesh);
         row.update(contenders[i].more());
         rows.push_back(std::move(row));
     }
     return {};
 }
 
-const Value* row_of(const Value& rows, const std::string& name, const std::string& who) {
-    for (const Value& row : rows)
+const Json* row_of(const Json& rows, const std::string& name, const std::string& who) {
+    for (const Json& row : rows)
         if (row["case"] == name && row["who"] == who)
             return &row;
     return nullptr;
@@ -211,22 +211,22 @@ const Value* row_of(const Value& rows, const std::string& name, const std::strin
 
 // How errors on the sphere fall from one size to the next finer: 2 is what linear interpolation
 // has.
-Value orders_of(const Value& rows) {
-    Value orders = Value::array();
+Json orders_of(const Json& rows) {
+    Json orders = Json::array();
     std::set<std::string> who;
-    for (const Value& row : rows)
-        who.insert(row["who"]);
+    for (const Json& row : rows)
+        who.insert(row["who"].string);
     constexpr double kRadius = 35.0, kPi = 3.14159265358979323846;
     for (const std::string& one : who) {
         std::vector<double> step, rms, area, volume;
-        for (const Value& row : rows)
-            if (row["who"] == one && row["case"].get<std::string>().starts_with("sphere_")) {
-                step.push_back(100.0 / (std::stod(row["case"].get<std::string>().substr(7)) - 1));
-                rms.push_back(row["rms_mm"]);
+        for (const Json& row : rows)
+            if (row["who"] == one && row["case"].string.starts_with("sphere_")) {
+                step.push_back(100.0 / (std::stod(row["case"].string.substr(7)) - 1));
+                rms.push_back(row["rms_mm"].number);
                 area.push_back(
-                    std::abs(row["area_mm2"].get<double>() / (4 * kPi * kRadius * kRadius) - 1));
+                    std::abs(row["area_mm2"].number / (4 * kPi * kRadius * kRadius) - 1));
                 // Peers may turn their triangles the other way.
-                volume.push_back(std::abs(std::abs(row["volume_mm3"].get<double>()) /
+                volume.push_back(std::abs(std::abs(row["volume_mm3"].number) /
                                               (4 * kPi / 3 * kRadius * kRadius * kRadius) -
                                           1));
             }
@@ -243,7 +243,7 @@ Value orders_of(const Value& rows) {
 }
 
 // A hand's window, at points of a phantom's skull and skin, where there is most to extract.
-Value measure_window(const Options& options) {
+Json measure_window(const Options& options) {
     constexpr uint32_t kWindow = 7;
     constexpr float kIso = 300.0f;
     const double side = options.tiny ? 48.0 : 192.0;
@@ -272,14 +272,13 @@ Value measure_window(const Options& options) {
             {"triangles_mean", static_cast<double>(triangles) / count}};
 }
 
-void add_aims(const Value& rows, Value& aims) {
+void add_aims(const Json& rows, Json& aims) {
     const auto add = [&](const std::string& name, const char* mine, const char* theirs,
                          double least, const char* aim) {
-        const Value *a = row_of(rows, name, mine), *b = row_of(rows, name, theirs);
+        const Json *a = row_of(rows, name, mine), *b = row_of(rows, name, theirs);
         if (!a || !b)
             return;
-        const double ratio =
-            (*b)["ms"]["median"].get<double>() / (*a)["ms"]["median"].get<double>();
+        const double ratio = (*b)["ms"]["median"].number / (*a)["ms"]["median"].number;
         aims.push_back({{"what", fmt::format("{}: {} beside {}", name, mine, theirs)},
                         {"aim", aim},
                         {"figure", ratio},
@@ -292,7 +291,7 @@ void add_aims(const Value& rows, Value& aims) {
 
 // One volume: all who extract its surface.
 Result<void> measure_case(const SurfaceCase& of, ExtractPipelines& pipelines, SurfacePeers& peers,
-                          const Options& options, Value& rows) {
+                          const Options& options, Json& rows) {
     std::vector<Contender> contenders = ours(of);
     if (!of.labels && GpuSurface::supports(pipelines.device(), of.sample.volume, {}))
         contenders.push_back(on_gpu(of, pipelines));
@@ -318,9 +317,9 @@ Result<Report> run_surface(Bench& bench) {
     if (!cases)
         return fail("{}", cases.error().message);
     Report report;
-    report.json["notes"] = Value::array();
-    report.json["aims"] = Value::array();
-    Value rows = Value::array();
+    report.json["notes"] = Json::array();
+    report.json["aims"] = Json::array();
+    Json rows = Json::array();
     ExtractPipelines pipelines(bench.device());
     SurfacePeers peers(options);
     for (const NamedCase& one : *cases) {
@@ -334,17 +333,16 @@ Result<Report> run_surface(Bench& bench) {
         if (Result<void> done = measure_case(*made, pipelines, peers, options, rows); !done)
             return pass_on(done);
     }
-    for (const Value& row : rows)
+    for (const Json& row : rows)
         if (row.contains("euler_number") && !row.contains("peer") && // whose faults are not ours
             (row["non_manifold_edges"] != 0 || row["misoriented_edges"] != 0))
             report.failures.push_back(fmt::format("{}: {} has non-manifold or misoriented edges",
-                                                  row["case"].get<std::string>(),
-                                                  row["who"].get<std::string>()));
+                                                  row["case"].string, row["who"].string));
     add_aims(rows, report.json["aims"]);
     report.json["orders"] = orders_of(rows);
     report.json["surfaces"] = std::move(rows);
     if (is_asked(options, kEditsPart)) {
-        Result<Value> edits = measure_edits(pipelines, peers, options, report.failures);
+        Result<Json> edits = measure_edits(pipelines, peers, options, report.failures);
         if (!edits)
             return pass_on(edits);
         add_edit_aims(*edits, bench.device().info().is_cpu(), report.json["aims"]);
@@ -357,8 +355,8 @@ Result<Report> run_surface(Bench& bench) {
         report.json["live"] = std::move(*live);
     }
     if (is_asked(options, kWindowPart)) {
-        const Value window = measure_window(options);
-        const double p99 = window["p99_us"];
+        const Json window = measure_window(options);
+        const double p99 = window["p99_us"].number;
         report.json["aims"].push_back({{"what", "a window of 7^3 samples, 99th percentile, us"},
                                        {"aim", "below 20"},
                                        {"figure", p99},

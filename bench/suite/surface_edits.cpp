@@ -134,21 +134,21 @@ struct Kept {
     std::vector<uint64_t> triangles; // after each dab
 };
 
-Value row_of(uint32_t triangles, uint32_t radius, const std::string& who, const Kept& kept) {
+Json row_of(uint32_t triangles, uint32_t radius, const std::string& who, const Kept& kept) {
     const Spread s = spread(kept.ms);
-    Value row{{"triangles", triangles},
-              {"radius_samples", radius},
-              {"who", who},
-              {"ms",
-               {{"median", s.median},
-                {"p95", s.p95},
-                {"low", s.low},
-                {"high", s.high},
-                {"count", s.count}}},
-              {"edits_per_s", 1e3 / s.median},
-              {"triangles_after_mean",
-               std::accumulate(kept.triangles.begin(), kept.triangles.end(), 0.0) /
-                   static_cast<double>(kept.triangles.size())}};
+    Json row{{"triangles", triangles},
+             {"radius_samples", radius},
+             {"who", who},
+             {"ms",
+              {{"median", s.median},
+               {"p95", s.p95},
+               {"low", s.low},
+               {"high", s.high},
+               {"count", s.count}}},
+             {"edits_per_s", 1e3 / s.median},
+             {"triangles_after_mean",
+              std::accumulate(kept.triangles.begin(), kept.triangles.end(), 0.0) /
+                  static_cast<double>(kept.triangles.size())}};
     if (who.starts_with("blocks"))
         row["blocks_median"] = percentile(kept.blocks, 0.5);
     if (who == "tracker" && triangles % 10'000 == 0 && triangles >= 20'000 && triangles <= 100'000)
@@ -158,8 +158,8 @@ Value row_of(uint32_t triangles, uint32_t radius, const std::string& who, const 
 
 } // namespace
 
-Result<Value> measure_edits(ExtractPipelines& pipelines, SurfacePeers& peers,
-                            const Options& options, std::vector<std::string>& failures) {
+Result<Json> measure_edits(ExtractPipelines& pipelines, SurfacePeers& peers, const Options& options,
+                           std::vector<std::string>& failures) {
     std::vector<uint32_t> counts{20'000, 100'000};
     if (options.full)
         counts = {20'000, 40'000, 60'000, 80'000, 100'000};
@@ -167,7 +167,7 @@ Result<Value> measure_edits(ExtractPipelines& pipelines, SurfacePeers& peers,
         counts = {20'000};
     const int rounds = options.tiny ? 1 : options.full ? 12 : 6;
     const int at_once = options.tiny ? 2 : 25; // dabs one after the other, as of a hand
-    Value rows = Value::array();
+    Json rows = Json::array();
     for (const uint32_t triangles : counts) {
         const Gaussian base = gaussian_of(triangles);
         const Volume& volume = base.sample.volume;
@@ -221,11 +221,11 @@ Result<Value> measure_edits(ExtractPipelines& pipelines, SurfacePeers& peers,
     return rows;
 }
 
-void add_edit_aims(const Value& rows, bool cpu_device, Value& aims) {
+void add_edit_aims(const Json& rows, bool cpu_device, Json& aims) {
     const auto median = [&](uint32_t radius, const char* who) {
-        for (const Value& row : rows)
+        for (const Json& row : rows)
             if (row["triangles"] == 100'000 && row["radius_samples"] == radius && row["who"] == who)
-                return row["ms"]["median"].get<double>();
+                return row["ms"]["median"].number;
         return 0.0; // not measured
     };
     const auto add = [&](uint32_t radius, const std::string& what, const std::string& aim,

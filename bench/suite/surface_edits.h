@@ -17,10 +17,10 @@ namespace palpate::bench {
 // dabs go through all of them in turn. Adds a sentence to `failures` where two of ours hold
 // different numbers of triangles after the same dab. One row for each number of triangles, radius
 // and who.
-Result<Value> measure_edits(ExtractPipelines& pipelines, SurfacePeers& peers,
-                            const Options& options, std::vector<std::string>& failures);
+Result<Json> measure_edits(ExtractPipelines& pipelines, SurfacePeers& peers, const Options& options,
+                           std::vector<std::string>& failures);
 
-// What the rows should reach at 100 000 triangles: {what, aim, figure, reached}.
-void add_edit_aims(const Value& rows, bool cpu_device, Value& aims);
+// The aims of the rows at 100 000 triangles: {what, aim, figure, reached}.
+void add_edit_aims(const Json& rows, bool cpu_device, Json& aims);
 
 } // namespace palpate::bench

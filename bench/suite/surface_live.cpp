@@ -83,13 +83,13 @@ bool same_bits(const std::vector<Image>& a, const std::vector<Image>& b) {
                                                       std::as_bytes(std::span(b[0].samples)));
 }
 
-Value spread_json(const std::vector<double>& values) {
+Json spread_json(const std::vector<double>& values) {
     return {{"median", percentile(values, 0.5)}, {"largest", percentile(values, 1.0)}};
 }
 
 } // namespace
 
-Result<Value> measure_live(Bench& bench, std::vector<std::string>& failures) {
+Result<Json> measure_live(Bench& bench, std::vector<std::string>& failures) {
     const Options& options = bench.options();
     Sample sample = phantom(64);
     if (!options.tiny) {
@@ -114,7 +114,7 @@ Result<Value> measure_live(Bench& bench, std::vector<std::string>& failures) {
     if (!truth)
         return fail("{}", truth.error().message);
 
-    Value rows = Value::array();
+    Json rows = Json::array();
     for (const Keeper& keeper : kKeepers) {
         const Scene scene = scene_of(whole, keeper, size_px);
         Renderer renderer(bench.device(), {.block_maker = keeper.maker});

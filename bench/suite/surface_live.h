@@ -15,6 +15,6 @@ namespace palpate::bench {
 // with what is made anew (blocks of 8^3 samples), bytes that copies bring to the device, and the
 // time of the thread that records the frame, all of a dab. Adds a sentence to `failures` where a
 // picture after the last dab is not, to the bit, that of the mesh made from scratch.
-Result<Value> measure_live(Bench& bench, std::vector<std::string>& failures);
+Result<Json> measure_live(Bench& bench, std::vector<std::string>& failures);
 
 } // namespace palpate::bench

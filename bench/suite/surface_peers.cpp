@@ -56,10 +56,10 @@ SurfacePeers::SurfacePeers(const Options& options) : out_(options.out / "peers")
         absent_because_ = fmt::format("VTK was not asked: {}", vtk.error().message);
 }
 
-std::optional<Value> SurfacePeers::ask(const Value& question) {
+std::optional<Json> SurfacePeers::ask(const Json& question) {
     if (!vtk_)
         return std::nullopt;
-    Result<Value> answer = vtk_->ask(question);
+    Result<Json> answer = vtk_->ask(question);
     if (answer)
         return std::move(*answer);
     absent_because_ = fmt::format("VTK failed: {}", answer.error().message);
@@ -72,38 +72,41 @@ std::vector<std::string> SurfacePeers::open(const Sample& sample, double iso,
     if (!vtk_)
         return {};
     const fs::path raw = out_ / (sample.name + ".raw");
-    const Result<Value> saved = save_raw(sample, raw);
+    const Result<Json> saved = save_raw(sample, raw);
     if (!saved) {
         absent_because_ = fmt::format("VTK was not asked: {}", saved.error().message);
         vtk_.reset();
         return {};
     }
-    Value told = *saved;
+    Json told = *saved;
     told["few"] = few;
     if (labels.empty())
         told["iso"] = iso;
     else
         told["labels"] = labels;
-    const std::optional<Value> answer = ask({{"open", told}});
+    const std::optional<Json> answer = ask({{"open", told}});
     std::error_code ignored;
     fs::remove(raw, ignored); // it was read
     if (!answer)
         return {};
     versions_ = {{"vtk", (*answer)["vtk"]}, {"skimage", (*answer)["skimage"]}};
-    return (*answer)["who"];
+    std::vector<std::string> who;
+    for (const Json& one : (*answer)["who"])
+        who.push_back(one.string);
+    return who;
 }
 
 std::optional<double> SurfacePeers::run(const std::string& who) {
-    const std::optional<Value> answer = ask({{"run", who}});
-    return answer ? std::optional<double>((*answer)["ms"]) : std::nullopt;
+    const std::optional<Json> answer = ask({{"run", who}});
+    return answer ? std::optional<double>((*answer)["ms"].number) : std::nullopt;
 }
 
 std::optional<SurfacePeers::Made> SurfacePeers::made(const std::string& who, bool with_mesh) {
     const std::string stem = with_mesh ? fs::absolute(out_ / who).string() : std::string();
-    const std::optional<Value> answer = ask({{"keep", who}, {"stem", stem}});
+    const std::optional<Json> answer = ask({{"keep", who}, {"stem", stem}});
     if (!answer)
         return std::nullopt;
-    Made made{(*answer)["triangles"], {}};
+    Made made{static_cast<size_t>((*answer)["triangles"].number), {}};
     if (with_mesh) {
         made.mesh = read_mesh(stem);
         std::error_code ignored;
@@ -114,12 +117,11 @@ std::optional<SurfacePeers::Made> SurfacePeers::made(const std::string& who, boo
 }
 
 std::optional<SurfacePeers::Dab> SurfacePeers::dab(glm::dvec3 centre, double radius, double slope) {
-    const std::optional<Value> answer =
-        ask({{"dab",
-              {{"centre", {centre.x, centre.y, centre.z}}, {"radius", radius}, {"slope", slope}}}});
+    const std::optional<Json> answer =
+        ask({{"dab", {{"centre", centre}, {"radius", radius}, {"slope", slope}}}});
     if (!answer)
         return std::nullopt;
-    return Dab{(*answer)["ms"], (*answer)["triangles"]};
+    return Dab{(*answer)["ms"].number, static_cast<size_t>((*answer)["triangles"].number)};
 }
 
 } // namespace palpate::bench

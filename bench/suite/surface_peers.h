@@ -22,7 +22,7 @@ class SurfacePeers {
     // One extraction of the open volume; ms, or nothing where they fell silent.
     std::optional<double> run(const std::string& who);
 
-    // What the last run of `who` made. The mesh is empty unless asked for.
+    // The result of the last run of `who`. The mesh is empty unless asked for.
     struct Made {
         uint64_t triangles = 0;
         Mesh mesh;
@@ -37,15 +37,15 @@ class SurfacePeers {
     std::optional<Dab> dab(glm::dvec3 centre, double radius, double slope);
 
     const std::string& absent_because() const { return absent_because_; } // a sentence
-    const Value& versions() const { return versions_; }                   // {vtk, skimage}
+    const Json& versions() const { return versions_; }                    // {vtk, skimage}
 
  private:
-    std::optional<Value> ask(const Value& question);
+    std::optional<Json> ask(const Json& question);
 
     fs::path out_;
     std::optional<Conversation> vtk_;
     std::string absent_because_;
-    Value versions_ = Value::object();
+    Json versions_ = Json::object();
 };
 
 } // namespace palpate::bench

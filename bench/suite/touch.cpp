@@ -17,10 +17,10 @@ namespace palpate::bench {
 namespace {
 
 // Time of a tick on a ball with noise, of a hand that slides and leaves.
-Value tick_times(const TouchPlan& plan, const TouchParts& parts) {
+Json tick_times(const TouchPlan& plan, const TouchParts& parts) {
     constexpr double kDeadline_us = 1000.0;
     const auto us = [](uint64_t ns) { return 1e-3 * static_cast<double>(ns); };
-    Value rows = Value::array();
+    Json rows = Json::array();
     touch::TouchCase body{.id = "A2", .name = "ball/15mm"};
     body.solid = touch::ball({0, 0, -15.0}, 15.0);
     const touch::Scene scene = touch::make_scene(body, {.noise = 0.02});
@@ -66,8 +66,8 @@ Value tick_times(const TouchPlan& plan, const TouchParts& parts) {
     return rows;
 }
 
-Value algorithms_json(const AllTotals& totals) {
-    Value list = Value::array();
+Json algorithms_json(const AllTotals& totals) {
+    Json list = Json::array();
     for (const haptics::AlgorithmEntry& entry : haptics::algorithms()) {
         if (!totals.contains(entry.name))
             continue;
@@ -76,28 +76,25 @@ Value algorithms_json(const AllTotals& totals) {
         for (const char* key : {"cells", "ticks", "outside_bounds", "pop_throughs",
                                 "pop_throughs_thin_walls", "not_finite", "penetration_voxels",
                                 "direction_p99_deg", "excess_jump_n", "edit_jump_n"})
-            list.back()[key] = total_of(totals, entry.name, key);
+            list.items.back()[key] = total_of(totals, entry.name, key);
     }
     return list;
 }
 
 } // namespace
 
-Value touch_laws(const TouchParts& parts) {
-    Value list = Value::array();
+Json touch_laws(const TouchParts& parts) {
+    Json list = Json::array();
     for (const haptics::AlgorithmEntry& entry : parts.algorithms) {
         const touch::Laws laws = touch::laws_of(entry);
-        const auto figure = [](double value) {
-            return std::isfinite(value) ? Value(value) : Value();
-        };
         list.push_back({{"algorithm", entry.name},
                         {"as_printed", entry.as_printed},
-                        {"energy_beyond_mj", figure(laws.energy_beyond_mj)},
-                        {"friction_share", figure(laws.friction_share)},
-                        {"stick_drift_um_s", figure(laws.stick_drift_um_s)},
-                        {"yield_share", figure(laws.yield_share)},
-                        {"below_yield_share", figure(laws.below_yield_share)},
-                        {"limit_cycle_um", figure(laws.limit_cycle_um)}});
+                        {"energy_beyond_mj", laws.energy_beyond_mj},
+                        {"friction_share", laws.friction_share},
+                        {"stick_drift_um_s", laws.stick_drift_um_s},
+                        {"yield_share", laws.yield_share},
+                        {"below_yield_share", laws.below_yield_share},
+                        {"limit_cycle_um", laws.limit_cycle_um}});
     }
     return list;
 }
@@ -109,17 +106,17 @@ Result<Report> run_touch(Bench& bench) {
     if (!parts)
         return fail("{}", parts.error().message);
     Report report;
-    report.json["notes"] = Value::array();
+    report.json["notes"] = Json::array();
     AllTotals totals;
-    Value seconds;
+    Json seconds;
     Timer timer;
     const auto done = [&](const char* name) {
         seconds[name] = timer.ms() / 1000.0;
         log::info("touch: {} after {:.0f} s", name, timer.ms() / 1000.0);
         timer = Timer();
     };
-    Value times = Value::array(), laws = Value::array();
-    Result<Value> maps = Value::array();
+    Json times = Json::array(), laws = Json::array();
+    Result<Json> maps = Json::array();
     if (parts->times) {
         times = tick_times(plan, *parts); // first: all alone
         done("times");
@@ -138,14 +135,14 @@ Result<Report> run_touch(Bench& bench) {
             return pass_on(maps);
         done("z_width");
     }
-    Value metrics = touch_metrics(totals, times, laws, *maps);
-    Value beside = touch_beside(totals, times, *maps);
-    Value bounds{{"form", options.tiny   ? "tiny"
-                          : options.full ? "full"
-                                         : "short"},
-                 {"parts", parts->names()},
-                 {"most_ticks", plan.ticks},
-                 {"rows", touch_bounds(totals, grid->closed_totals)}};
+    Json metrics = touch_metrics(totals, times, laws, *maps);
+    Json beside = touch_beside(totals, times, *maps);
+    Json bounds{{"form", options.tiny   ? "tiny"
+                         : options.full ? "full"
+                                        : "short"},
+                {"parts", parts->names()},
+                {"most_ticks", plan.ticks},
+                {"rows", touch_bounds(totals, grid->closed_totals)}};
     for (const haptics::AlgorithmEntry& entry : parts->algorithms)
         bounds["algorithms"].push_back(entry.name);
     report.json["touch"] = {

@@ -20,7 +20,7 @@ struct TouchPlan {
 };
 TouchPlan touch_plan(const Options& options);
 
-// What of the suite is run.
+// The parts of the suite to run.
 struct TouchParts {
     bool open_loop = false; // all scenes but A11, with a hand that goes its way
     bool patients = false;  // the same of A11
@@ -37,7 +37,7 @@ Result<TouchParts> touch_parts(const std::vector<std::string>& only);
 // Calls visit for every scene that a loop asks for, in every storage, with meshes where they are
 // felt. Volumes of A11 that are not there become a sentence of `notes`.
 Result<void> for_each_touch_scene(
-    const TouchPlan& plan, const TouchParts& parts, const Options& options, Value& notes,
+    const TouchPlan& plan, const TouchParts& parts, const Options& options, Json& notes,
     const std::function<Result<void>(const touch::Scene& scene, const std::string& stored)>& visit);
 
 // Sampled tools are balls of 1.5 voxels, up to which rounded corners have a closed form.
@@ -68,26 +68,26 @@ using AllTotals = std::map<std::string, TouchTotals>;
 // Open loop: every scene in every storage. Closed loop: on the first storage, and on all of them in
 // the long form; of A11 at one place.
 struct TouchGrid {
-    Value open, closed;
-    AllTotals closed_totals; // what it made, but for edits
+    Json open, closed;
+    AllTotals closed_totals; // energy that it made, but for edits
 };
 Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, const Options& options,
                              Report& report, AllTotals& totals);
 
 // A sum or a largest figure of an algorithm; null where it was asked about no cell.
-Value total_of(const AllTotals& totals, const char* algorithm, const char* key);
+Json total_of(const AllTotals& totals, const char* algorithm, const char* key);
 // The metrics of the plan, each with its gate, what the repaired algorithms reach, and what proves
 // it where it is no figure of this run. Null where a part was not run.
-Value touch_metrics(const AllTotals& totals, const Value& times, const Value& laws,
-                    const Value& z_width);
-// What the repaired algorithms are held to, a row for each thing asked, with the worst cells'
-// names.
-Value touch_bounds(const AllTotals& totals, const AllTotals& closed);
-Value touch_laws(const TouchParts& parts);
-Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_width);
+Json touch_metrics(const AllTotals& totals, const Json& times, const Json& laws,
+                   const Json& z_width);
+// Bounds of the repaired algorithms, a row for each, with the names of the worst
+// cells.
+Json touch_bounds(const AllTotals& totals, const AllTotals& closed);
+Json touch_laws(const TouchParts& parts);
+Json touch_beside(const AllTotals& totals, const Json& times, const Json& z_width);
 
 // How stiff and how damped a wall stays still on each device, with no tick of delay and with one;
 // and z_width_<device>_<delay>.png of it.
-Result<Value> touch_z_width(const TouchPlan& plan, const Options& options);
+Result<Json> touch_z_width(const TouchPlan& plan, const Options& options);
 
 } // namespace palpate::bench

@@ -66,17 +66,17 @@ double rounded(double value) { // to four digits: the page holds tens of thousan
     return std::round(value / unit) * unit;
 }
 
-Value cell_json(const Figures& f, const touch::Scene& scene) {
-    Value cell{{"ticks", f.ticks},
-               {"contact_ticks", f.contact_ticks},
-               {"pop_throughs", f.pop_throughs},
-               {"not_finite", f.not_finite},
-               {"penetration_voxels", rounded(f.penetration_voxels)},
-               {"excess_jump_n", rounded(f.excess_jump_n)},
-               {"free_force_n", rounded(f.free_force_n)},
-               {"beyond_spring_n", rounded(f.beyond_spring_n)},
-               {"largest_force_n", rounded(f.largest_force_n)},
-               {"energy_mj", rounded(f.energy_mj)}};
+Json cell_json(const Figures& f, const touch::Scene& scene) {
+    Json cell{{"ticks", f.ticks},
+              {"contact_ticks", f.contact_ticks},
+              {"pop_throughs", f.pop_throughs},
+              {"not_finite", f.not_finite},
+              {"penetration_voxels", rounded(f.penetration_voxels)},
+              {"excess_jump_n", rounded(f.excess_jump_n)},
+              {"free_force_n", rounded(f.free_force_n)},
+              {"beyond_spring_n", rounded(f.beyond_spring_n)},
+              {"largest_force_n", rounded(f.largest_force_n)},
+              {"energy_mj", rounded(f.energy_mj)}};
     if (f.direction_deg.count()) {
         cell["direction_p99_deg"] = rounded(f.direction_deg.percentile(0.99));
         cell["direction_ticks"] = f.direction_deg.count();
@@ -174,22 +174,22 @@ void add(TouchTotals& t, const Figures& f, const touch::Scene& scene, const Boun
 // One row of the grid for each trajectory of a scene, run on all cores; run(trajectory, entry)
 // gives a cell. An empty cell says why.
 template <class Run>
-std::vector<Value> rows_of(const touch::Scene& scene, const std::string& stored,
-                           const std::vector<touch::Trajectory>& paths,
-                           const std::vector<AlgorithmEntry>& entries, const Run& run) {
-    std::vector<Value> cells(paths.size() * entries.size());
+std::vector<Json> rows_of(const touch::Scene& scene, const std::string& stored,
+                          const std::vector<touch::Trajectory>& paths,
+                          const std::vector<AlgorithmEntry>& entries, const Run& run) {
+    std::vector<Json> cells(paths.size() * entries.size());
     tbb::parallel_for(size_t{0}, cells.size(), [&](size_t i) {
         const AlgorithmEntry& entry = entries[i % entries.size()];
         const touch::Trajectory& path = paths[i / entries.size()];
         const std::string empty = why_empty(entry, scene);
-        cells[i] = empty.empty() ? run(path, entry) : Value{{"why", empty}};
+        cells[i] = empty.empty() ? run(path, entry) : Json{{"why", empty}};
     });
-    std::vector<Value> rows;
+    std::vector<Json> rows;
     for (size_t p = 0; p < paths.size(); ++p) {
-        Value row{{"id", scene.body.id},
-                  {"scene", scene.body.name},
-                  {"stored", stored},
-                  {"trajectory", paths[p].id + " " + paths[p].name}};
+        Json row{{"id", scene.body.id},
+                 {"scene", scene.body.name},
+                 {"stored", stored},
+                 {"trajectory", paths[p].id + " " + paths[p].name}};
         for (size_t e = 0; e < entries.size(); ++e)
             row["cells"][entries[e].name] = std::move(cells[p * entries.size() + e]);
         rows.push_back(std::move(row));
@@ -203,7 +203,7 @@ class OpenLoop {
     OpenLoop(const TouchPlan& plan, const TouchParts& parts, AllTotals& totals)
         : plan_(plan), parts_(parts), totals_(totals) {}
 
-    std::vector<Value> rows(const touch::Scene& scene, const std::string& stored) {
+    std::vector<Json> rows(const touch::Scene& scene, const std::string& stored) {
         const haptics::TouchParameters shared = touch_parameters(scene);
         const Bound bound = bound_of(scene);
         return rows_of(
@@ -218,9 +218,9 @@ class OpenLoop {
     }
 
  private:
-    Value cell(const touch::Scene& scene, const std::string& stored, const touch::Trajectory& path,
-               const AlgorithmEntry& entry, const Bound& bound,
-               const haptics::TouchParameters& parameters) {
+    Json cell(const touch::Scene& scene, const std::string& stored, const touch::Trajectory& path,
+              const AlgorithmEntry& entry, const Bound& bound,
+              const haptics::TouchParameters& parameters) {
         touch::Trajectory moved = path;
         for (glm::dvec3& x : moved.path)
             x += parameters.tool_radius_mm * scene.body.normal;
@@ -231,7 +231,7 @@ class OpenLoop {
         const Figures f = run();
         // The same hand twice must feel the same, to the bit.
         const bool repeats = path.id != "T6" || run().force_bits == f.force_bits;
-        Value cell = cell_json(f, scene);
+        Json cell = cell_json(f, scene);
         cell["within_bounds"] = is_within(f, bound);
         const std::lock_guard lock(mutex_);
         TouchTotals& totals = totals_[entry.name];
@@ -295,8 +295,8 @@ void keep_energy(TouchTotals& totals, const touch::LoopResult& found,
         step_mj > 0.0 ? (found.work_mj + found.held_mj) / step_mj : 0.0, cell);
 }
 
-std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& stored,
-                               const TouchPlan& plan, const TouchParts& parts, AllTotals& totals) {
+std::vector<Json> closed_rows(const touch::Scene& scene, const std::string& stored,
+                              const TouchPlan& plan, const TouchParts& parts, AllTotals& totals) {
     const haptics::TouchParameters shared = touch_parameters(scene);
     const std::vector<Intended> intended = intended_paths(scene.body, plan);
     std::vector<touch::Trajectory> paths;
@@ -316,11 +316,11 @@ std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& sto
                        const touch::LoopResult found = touch::closed_loop(
                            *algorithm, scene, moved, parameters,
                            {.device = device, .hand = {}, .is_controlled = true});
-                       Value cell{{"pop_throughs", found.figures.pop_throughs},
-                                  {"not_finite", found.figures.not_finite},
-                                  {"penetration_voxels", rounded(found.figures.penetration_voxels)},
-                                  {"largest_force_n", rounded(found.figures.largest_force_n)},
-                                  {"motor_work_mj", rounded(found.work_mj)}};
+                       Json cell{{"pop_throughs", found.figures.pop_throughs},
+                                 {"not_finite", found.figures.not_finite},
+                                 {"penetration_voxels", rounded(found.figures.penetration_voxels)},
+                                 {"largest_force_n", rounded(found.figures.largest_force_n)},
+                                 {"motor_work_mj", rounded(found.work_mj)}};
                        if (path.id == "T1")
                            cell["limit_cycle_um"] = rounded(1e3 * found.limit_cycle_mm);
                        if (scene.body.edits.empty()) {
@@ -337,13 +337,13 @@ std::vector<Value> closed_rows(const touch::Scene& scene, const std::string& sto
 
 Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, const Options& options,
                              Report& report, AllTotals& totals) {
-    TouchGrid grid{Value::array(), Value::array(), {}};
+    TouchGrid grid{Json::array(), Json::array(), {}};
     OpenLoop open(plan, parts, totals);
     std::string first_stored, last_stored;
     const auto visit = [&](const touch::Scene& scene, const std::string& stored) -> Result<void> {
         const bool is_patient = scene.body.id == "A11";
         if (is_patient ? parts.patients : parts.open_loop)
-            for (Value& row : open.rows(scene, stored))
+            for (Json& row : open.rows(scene, stored))
                 grid.open.push_back(std::move(row));
         if (first_stored.empty()) {
             first_stored = stored;
@@ -353,7 +353,7 @@ Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, con
             log::info("touch: {} is done", std::exchange(last_stored, stored));
         const bool is_place = is_patient && scene.body.name.ends_with("/1");
         if (parts.closed_loop && (plan.all || stored == first_stored || is_place))
-            for (Value& row : closed_rows(scene, stored, plan, parts, grid.closed_totals))
+            for (Json& row : closed_rows(scene, stored, plan, parts, grid.closed_totals))
                 grid.closed.push_back(std::move(row));
         return {};
     };

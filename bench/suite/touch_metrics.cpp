@@ -12,22 +12,22 @@ namespace {
 constexpr const char* kRepaired[] = {"swept-point", "swept-tool", "swept-local", "swept-mesh"};
 
 // The row of an algorithm in a list of rows; null where there is none.
-Value row_of(const Value& rows, const char* algorithm, int samples = 0) {
-    for (const Value& row : rows)
+Json row_of(const Json& rows, const char* algorithm, int samples = 0) {
+    for (const Json& row : rows)
         if (row["algorithm"] == algorithm && (samples == 0 || row["samples"] == samples))
             return row;
     return {};
 }
 
-Value proved(const char* what, const char* gate, const char* by) {
+Json proved(const char* what, const char* gate, const char* by) {
     return {{"metric", what}, {"gate", gate}, {"proved_by", by}};
 }
 
 // Null where there is no map.
-Value stiffest(const Value& z_width, const char* device, double unit = 1.0) {
-    for (const Value& map : z_width)
+Json stiffest(const Json& z_width, const char* device, double unit = 1.0) {
+    for (const Json& map : z_width)
         if (map["device"] == device && map["delay_ticks"] == 0)
-            return map["stiffest_stable_n_per_m"].get<double>() / unit;
+            return map["stiffest_stable_n_per_m"].number / unit;
     return {};
 }
 
@@ -40,7 +40,7 @@ void WorstCell::keep(double value, const std::string& cell) {
     }
 }
 
-Value total_of(const AllTotals& totals, const char* algorithm, const char* key) {
+Json total_of(const AllTotals& totals, const char* algorithm, const char* key) {
     const auto found = totals.find(algorithm);
     if (found == totals.end())
         return {};
@@ -48,10 +48,10 @@ Value total_of(const AllTotals& totals, const char* algorithm, const char* key) 
     if (const auto count = counts.find(key); count != counts.end())
         return count->second;
     const auto largest = worst.find(key);
-    return largest == worst.end() ? Value() : Value(largest->second.figure);
+    return largest == worst.end() ? Json() : Json(largest->second.figure);
 }
 
-Value touch_bounds(const AllTotals& totals, const AllTotals& closed) {
+Json touch_bounds(const AllTotals& totals, const AllTotals& closed) {
     const struct {
         const char* asked;
         double gate;
@@ -74,22 +74,22 @@ Value touch_bounds(const AllTotals& totals, const AllTotals& closed) {
          "force (no edits)",
          2.0, "made_energy", closed},
     };
-    Value rows = Value::array();
+    Json rows = Json::array();
     for (const auto& [asked, gate, key, of] : kAsked) {
-        Value row{{"asked", asked}, {"gate", gate}, {"figures", Value::object()}};
+        Json row{{"asked", asked}, {"gate", gate}, {"figures", Json::object()}};
         for (const char* name : kRepaired) {
             const auto found = of.find(name);
             if (found == of.end())
                 continue;
             const auto& [counts, worst, pooled] = found->second;
-            Value cell{{"figure", total_of(of, name, key)}};
+            Json cell{{"figure", total_of(of, name, key)}};
             if (const auto all = pooled.find(key); all != pooled.end())
                 cell = {{"figure", all->second.percentile(0.99)},
                         {"ticks", all->second.count()},
                         {"worst_figure", worst.at(key).figure}};
             if (const auto largest = worst.find(key); largest != worst.end())
                 cell["worst_cell"] = largest->second.where;
-            cell["within"] = cell["figure"].get<double>() <= gate;
+            cell["within"] = cell["figure"].number <= gate;
             row["figures"][name] = std::move(cell);
         }
         rows.push_back(std::move(row));
@@ -97,8 +97,8 @@ Value touch_bounds(const AllTotals& totals, const AllTotals& closed) {
     return rows;
 }
 
-Value touch_metrics(const AllTotals& totals, const Value& times, const Value& laws,
-                    const Value& z_width) {
+Json touch_metrics(const AllTotals& totals, const Json& times, const Json& laws,
+                   const Json& z_width) {
     constexpr struct {
         const char *what, *gate;
         double least, most;
@@ -135,18 +135,18 @@ Value touch_metrics(const AllTotals& totals, const Value& times, const Value& la
         {"tick, processor time, largest, us (340 samples)", "300", 0.0, 300.0, "max_us"},
         {"ticks of more than 1 ms of processor time", "0", 0.0, 0.0, "misses"},
     };
-    Value rows = Value::array();
+    Json rows = Json::array();
     for (const auto& [what, gate, least, most, key] : kMetrics) {
-        Value row{{"metric", what}, {"gate", gate}, {"figures", Value::object()}};
+        Json row{{"metric", what}, {"gate", gate}, {"figures", Json::object()}};
         for (const std::string_view name : kRepaired) {
-            Value figure = total_of(totals, name.data(), key);
-            for (const Value& of : {row_of(laws, name.data()),
-                                    row_of(times, name.data(), name == "swept-tool" ? 340 : 0)})
+            Json figure = total_of(totals, name.data(), key);
+            for (const Json& of : {row_of(laws, name.data()),
+                                   row_of(times, name.data(), name == "swept-tool" ? 340 : 0)})
                 if (of.contains(key))
                     figure = of[key];
-            Value cell{{"figure", figure}};
-            if (figure.is_number())
-                cell["within"] = figure.get<double>() <= most && figure.get<double>() >= least;
+            Json cell{{"figure", figure}};
+            if (!figure.is_null())
+                cell["within"] = figure.number <= most && figure.number >= least;
             row["figures"][name.data()] = std::move(cell);
         }
         rows.push_back(std::move(row));
@@ -167,18 +167,19 @@ Value touch_metrics(const AllTotals& totals, const Value& times, const Value& la
     return rows;
 }
 
-Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_width) {
-    Value rows = Value::array();
-    const auto add = [&](const char* what, Value figure, const std::string& others) {
+Json touch_beside(const AllTotals& totals, const Json& times, const Json& z_width) {
+    Json rows = Json::array();
+    const auto add = [&](const char* what, Json figure, const std::string& others) {
         rows.push_back({{"what", what}, {"ours", std::move(figure)}, {"others", others}});
     };
     const auto our = [&](const char* key) { return total_of(totals, "swept-point", key); };
     const auto printed = [&](const char* key) {
         const auto text = [&](const char* name) {
-            const Value figure = total_of(totals, name, key);
-            return figure.is_null()           ? std::string("-")
-                   : figure.is_number_float() ? fmt::format("{:.3g}", figure.get<double>())
-                                              : figure.dump();
+            const Json figure = total_of(totals, name, key);
+            const bool is_whole = figure.number == std::floor(figure.number);
+            return figure.is_null() ? std::string("-")
+                   : is_whole       ? json_line(figure)
+                                    : fmt::format("{:.3g}", figure.number);
         };
         return fmt::format(
             "not reported; their algorithms as printed, here: Eriksson et al. {}, "
@@ -196,8 +197,8 @@ Value touch_beside(const AllTotals& totals, const Value& times, const Value& z_w
         "not reported; an intermediate surface that is shifted by up to 10 mm and exchanged jumps "
         "by up to 10 N at 1 N/mm (Koerner et al. 1999, worked out)");
     const auto time = [&](const char* what, const char* name, int samples, const char* others) {
-        const Value row = row_of(times, name, samples);
-        add(what, row.is_null() ? Value() : row["p999_us"], others);
+        const Json row = row_of(times, name, samples);
+        add(what, row.is_null() ? Json() : row["p999_us"], others);
     };
     time("tick of a point, p99.9, us", "swept-point", 0,
          "1 kHz (all five papers); times not reported");

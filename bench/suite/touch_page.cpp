@@ -23,7 +23,7 @@ struct Curve {
     std::function<double(const ServoTick&)> value;
 };
 
-Value curve_json(std::span<const ServoTick> ticks, const Curve& curve) {
+Json curve_json(std::span<const ServoTick> ticks, const Curve& curve) {
     std::vector<double> low(kColumns, NAN), high(kColumns, NAN); // not a number becomes null
     for (size_t i = 0; i < ticks.size(); ++i) {
         const size_t column = i * kColumns / ticks.size();
@@ -34,14 +34,14 @@ Value curve_json(std::span<const ServoTick> ticks, const Curve& curve) {
         high[column] = std::fmax(high[column], value);
     }
     return {{"name", curve.name},
-            {"color", curve.color < 0 ? Value() : Value(curve.color)},
+            {"color", curve.color < 0 ? Json() : Json(curve.color)},
             {"low", low},
             {"high", high}};
 }
 
-Value panel_json(std::span<const ServoTick> ticks, const std::string& title,
-                 const std::vector<Curve>& curves) {
-    Value all = Value::array();
+Json panel_json(std::span<const ServoTick> ticks, const std::string& title,
+                const std::vector<Curve>& curves) {
+    Json all = Json::array();
     for (const Curve& curve : curves)
         all.push_back(curve_json(ticks, curve));
     return {{"title", title}, {"curves", all}};
@@ -84,7 +84,7 @@ std::string touch_page(std::span<const ServoTick> ticks, int64_t start_ns,
     const auto force = [](int axis) {
         return [axis](const ServoTick& t) { return t.sent_world_n[axis]; };
     };
-    Value panels = Value::array();
+    Json panels = Json::array();
     panels.push_back(panel_json(ticks,
                                 fmt::format("Position, mm, from {:.1f}, {:.1f}, {:.1f}",
                                             origin_mm.x, origin_mm.y, origin_mm.z),
@@ -110,12 +110,12 @@ std::string touch_page(std::span<const ServoTick> ticks, int64_t start_ns,
                                 {{"thread clock", 0, [](const ServoTick& t) {
                                       return static_cast<double>(t.cpu_ns) * 1e-3;
                                   }}}));
-    const Value run{{"title", title},
-                    {"summary", summary_text(haptics::summarise(ticks, start_ns))},
-                    {"from_s", ticks.empty() ? 0.0 : seconds(ticks.front())},
-                    {"to_s", ticks.empty() ? 1.0 : seconds(ticks.back())},
-                    {"panels", panels}};
-    return page_of(kPageRun, Value::array({run}));
+    const Json run{{"title", title},
+                   {"summary", summary_text(haptics::summarise(ticks, start_ns))},
+                   {"from_s", ticks.empty() ? 0.0 : seconds(ticks.front())},
+                   {"to_s", ticks.empty() ? 1.0 : seconds(ticks.back())},
+                   {"panels", panels}};
+    return page_of(kPageRun, Json::array({run}));
 }
 
 } // namespace palpate::bench

@@ -66,7 +66,7 @@ Result<void> visit_scene(touch::Scene scene, const TouchParts& parts, const std:
 
 // A11: the head CT at bone, an MR at half its range, an atlas with 116 regions.
 Result<void> visit_patients(const TouchPlan& plan, const TouchParts& parts, const Options& options,
-                            Value& notes, const Visit& visit) {
+                            Json& notes, const Visit& visit) {
     const auto visit_places = [&](const std::string& name, const Volume& volume, bool labels,
                                   double iso) -> Result<void> {
         const glm::uvec3 size = volume.size();
@@ -122,7 +122,7 @@ TouchPlan touch_plan(const Options& options) {
 }
 
 Result<void> for_each_touch_scene(const TouchPlan& plan, const TouchParts& parts,
-                                  const Options& options, Value& notes, const Visit& visit) {
+                                  const Options& options, Json& notes, const Visit& visit) {
     for (const NamedStorage& stored : storages(plan)) {
         if (!parts.open_loop && !parts.closed_loop)
             break;

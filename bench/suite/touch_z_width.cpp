@@ -31,8 +31,8 @@ Image picture_of(const std::vector<touch::ZWidthCell>& cells, uint32_t columns, 
     return picture;
 }
 
-Result<Value> map_of(const haptics::DevicePreset& preset, uint32_t delay_ticks,
-                     const TouchPlan& plan, const Options& options) {
+Result<Json> map_of(const haptics::DevicePreset& preset, uint32_t delay_ticks,
+                    const TouchPlan& plan, const Options& options) {
     haptics::DevicePreset device = preset;
     device.plant.delay_ticks = delay_ticks;
     const auto cells = touch::z_width("swept-point", device, plan.z_columns, plan.z_rows);
@@ -41,7 +41,7 @@ Result<Value> map_of(const haptics::DevicePreset& preset, uint32_t delay_ticks,
             save_png(options.out / name, picture_of(cells, plan.z_columns, plan.z_rows));
         !saved)
         return fail("{}", saved.error().message);
-    Value list = Value::array();
+    Json list = Json::array();
     double stiffest = 0.0;
     for (const touch::ZWidthCell& cell : cells) {
         stiffest = std::max(stiffest, cell.stable ? cell.stiffness_n_per_m : 0.0);
@@ -50,21 +50,21 @@ Result<Value> map_of(const haptics::DevicePreset& preset, uint32_t delay_ticks,
                         {"limit_cycle_um", 1e3 * cell.limit_cycle_mm},
                         {"stable", cell.stable}});
     }
-    return Value{{"device", preset.name},
-                 {"delay_ticks", delay_ticks},
-                 {"png", name},
-                 {"stiffest_stable_n_per_m", stiffest},
-                 {"cells", std::move(list)}};
+    return Json{{"device", preset.name},
+                {"delay_ticks", delay_ticks},
+                {"png", name},
+                {"stiffest_stable_n_per_m", stiffest},
+                {"cells", std::move(list)}};
 }
 
 } // namespace
 
-Result<Value> touch_z_width(const TouchPlan& plan, const Options& options) {
-    Value maps = Value::array();
+Result<Json> touch_z_width(const TouchPlan& plan, const Options& options) {
+    Json maps = Json::array();
     for (const uint32_t delay_ticks : {0u, 1u})
         for (const char* name : {"falcon", "touch", "omega"})
             if (const haptics::DevicePreset* preset = haptics::find_device_preset(name)) {
-                Result<Value> map = map_of(*preset, delay_ticks, plan, options);
+                Result<Json> map = map_of(*preset, delay_ticks, plan, options);
                 if (!map)
                     return pass_on(map);
                 maps.push_back(std::move(*map));

@@ -53,7 +53,7 @@ double memcpy_ms(uint64_t bytes, int repeats) {
     return percentile(times, 0.5);
 }
 
-Value row(const std::string& what, const std::vector<double>& times, uint64_t bytes, int repeats) {
+Json row(const std::string& what, const std::vector<double>& times, uint64_t bytes, int repeats) {
     const Spread ms = spread(times);
     const double copy = memcpy_ms(bytes, repeats);
     return {{"what", what},
@@ -74,7 +74,7 @@ Result<Report> run_upload(Bench& bench) {
     const Scene scene = small_scene(sample);
     Report report;
     report.json["title"] = sample.title;
-    report.json["rows"] = Value::array();
+    report.json["rows"] = Json::array();
     std::vector<double> whole, still;
     uint64_t whole_bytes = 0;
     for (int i = 0; i < repeats; ++i) {

@@ -62,18 +62,12 @@ class TreeBuilder : public nlohmann::json_sax<nlohmann::json> {
     std::string problem; // why parsing stopped
     int problem_line = 0;
 
-    bool null() override { return put(Json{}); }
-    bool boolean(bool value) override { return put(Json::of(value)); }
-    bool number_integer(number_integer_t value) override {
-        return put(Json::of(static_cast<double>(value)));
-    }
-    bool number_unsigned(number_unsigned_t value) override {
-        return put(Json::of(static_cast<double>(value)));
-    }
-    bool number_float(number_float_t value, const string_t&) override {
-        return put(Json::of(value));
-    }
-    bool string(string_t& value) override { return put(Json::of(value)); }
+    bool null() override { return put({}); }
+    bool boolean(bool value) override { return put(value); }
+    bool number_integer(number_integer_t value) override { return put(value); }
+    bool number_unsigned(number_unsigned_t value) override { return put(value); }
+    bool number_float(number_float_t value, const string_t&) override { return put(value); }
+    bool string(string_t& value) override { return put(value); }
     bool binary(binary_t&) override { return stop("binary data has no place in JSON"); }
     bool start_object(std::size_t) override { return open(Json::object()); }
     bool start_array(std::size_t) override { return open(Json::array()); }
@@ -150,8 +144,7 @@ void write(const Json& value, const std::string& indent, std::string& out) {
             out += value.boolean ? "true" : "false";
             return;
         case Json::Kind::number:
-            PALPATE_ASSERT(std::isfinite(value.number));
-            out += fmt::format("{}", value.number);
+            out += std::isfinite(value.number) ? fmt::format("{}", value.number) : "null";
             return;
         case Json::Kind::string:
             out += quoted(value.string);
@@ -181,39 +174,59 @@ void write(const Json& value, const std::string& indent, std::string& out) {
 
 } // namespace
 
-Json Json::of(double value) {
-    Json json;
-    json.kind = Kind::number;
-    json.number = value;
-    return json;
+Json::Json(std::initializer_list<Json> entries) {
+    const auto is_member = [](const Json& entry) {
+        return entry.kind == Kind::array && entry.items.size() == 2 &&
+               entry.items[0].kind == Kind::string;
+    };
+    if (!std::all_of(entries.begin(), entries.end(), is_member)) {
+        *this = array(entries);
+        return;
+    }
+    kind = Kind::object;
+    for (const Json& entry : entries)
+        members.emplace_back(entry.items[0].string, entry.items[1]);
 }
 
-Json Json::of(bool value) {
-    Json json;
-    json.kind = Kind::boolean;
-    json.boolean = value;
-    return json;
-}
-
-Json Json::of(std::string value) {
-    Json json;
-    json.kind = Kind::string;
-    json.string = std::move(value);
-    return json;
-}
-
-Json Json::array(std::vector<Json> items) {
+Json Json::array(std::initializer_list<Json> items) {
     Json json;
     json.kind = Kind::array;
-    json.items = std::move(items);
+    json.items = items;
     return json;
 }
 
-Json Json::object(std::vector<std::pair<std::string, Json>> members) {
+Json Json::object() {
     Json json;
     json.kind = Kind::object;
-    json.members = std::move(members);
     return json;
+}
+
+Json& Json::operator[](std::string_view key) {
+    if (is_null())
+        *this = object();
+    PALPATE_ASSERT(kind == Kind::object);
+    for (auto& [name, value] : members)
+        if (name == key)
+            return value;
+    return members.emplace_back(key, Json{}).second;
+}
+
+const Json& Json::operator[](std::string_view key) const {
+    static const Json none;
+    const Json* member = find(key);
+    return member != nullptr ? *member : none;
+}
+
+void Json::push_back(Json item) {
+    if (is_null())
+        kind = Kind::array;
+    PALPATE_ASSERT(kind == Kind::array);
+    items.push_back(std::move(item));
+}
+
+void Json::update(Json other) {
+    for (auto& [name, value] : other.members)
+        (*this)[name] = std::move(value);
 }
 
 const Json* Json::find(std::string_view key) const {
@@ -221,6 +234,18 @@ const Json* Json::find(std::string_view key) const {
         if (name == key)
             return &value;
     return nullptr;
+}
+
+std::vector<double> Json::numbers() const {
+    std::vector<double> all;
+    for (const Json& item : items)
+        all.push_back(item.number);
+    return all;
+}
+
+bool operator==(const Json& a, const Json& b) {
+    return a.kind == b.kind && a.boolean == b.boolean && a.number == b.number &&
+           a.string == b.string && a.items == b.items && a.members == b.members;
 }
 
 const char* kind_name(Json::Kind kind) {

@@ -81,6 +81,42 @@ std::optional<JsonValue> JsonValue::find(std::string_view key) const {
     return JsonValue(*member, place_ + (place_.empty() ? "" : ".") + std::string(key), *errors_);
 }
 
+JsonValue JsonValue::at(std::string_view key) const {
+    static const Json none;
+    if (const auto member = find(key))
+        return *member;
+    complain(fmt::format("expected the key \"{}\", found none", key));
+    return JsonValue(none, std::string(key), *errors_);
+}
+
+bool JsonValue::take(std::string_view key, double& out, double low, double high) const {
+    const auto value = find(key);
+    if (value)
+        out = value->number(low, high);
+    return value.has_value();
+}
+
+bool JsonValue::take(std::string_view key, uint32_t& out, uint32_t low, uint32_t high) const {
+    const auto value = find(key);
+    if (value)
+        out = value->whole_number(low, high);
+    return value.has_value();
+}
+
+bool JsonValue::take(std::string_view key, bool& out) const {
+    const auto value = find(key);
+    if (value)
+        out = value->boolean();
+    return value.has_value();
+}
+
+bool JsonValue::take(std::string_view key, std::string& out) const {
+    const auto value = find(key);
+    if (value)
+        out = value->text();
+    return value.has_value();
+}
+
 bool JsonValue::only_keys(std::initializer_list<std::string_view> keys) const {
     if (!is(Json::Kind::object)) {
         reject("an object");

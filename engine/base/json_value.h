@@ -32,6 +32,13 @@ class JsonValue {
 
     // The member of an object; empty where there is none (and where this is no object).
     std::optional<JsonValue> find(std::string_view key) const;
+    // The member of an object that must have it: where there is none, an error and null.
+    JsonValue at(std::string_view key) const;
+    // Reads a member into `out`, which stays as it is where there is none. Whether there is one.
+    bool take(std::string_view key, double& out, double low, double high) const;
+    bool take(std::string_view key, uint32_t& out, uint32_t low, uint32_t high) const;
+    bool take(std::string_view key, bool& out) const;
+    bool take(std::string_view key, std::string& out) const;
     // This is an object with no other keys than these; the nearest known key is suggested.
     bool only_keys(std::initializer_list<std::string_view> keys) const;
 

@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <memory>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <span>
 
 #include "engine/base/assert.h"
@@ -69,18 +67,6 @@ void put(Line& line, Span span) {
     line.spans.push_back(std::move(span));
 }
 
-std::string json_quoted(std::string_view text) {
-    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
-
-std::string value_text(const Json& value) {
-    if (value.kind == Json::Kind::string)
-        return json_quoted(value.string);
-    if (value.kind == Json::Kind::number && std::isfinite(value.number))
-        return fmt::format("{}", value.number);
-    return value.kind != Json::Kind::boolean ? "null" : value.boolean ? "true" : "false";
-}
-
 // Nanoseconds as microseconds, to the last digit.
 std::string microseconds(int64_t ns) {
     return fmt::format("{}.{:03}", ns / 1000, ns % 1000);
@@ -88,7 +74,7 @@ std::string microseconds(int64_t ns) {
 
 std::string metadata(const char* what, int process, size_t line, std::string_view name) {
     return fmt::format(R"({{"ph":"M","name":"{}","pid":{},"tid":{},"args":{{"name":{}}}}})", what,
-                       process, line, json_quoted(name));
+                       process, line, json_line(name));
 }
 
 // Appends one event a span, outer ones first.
@@ -104,11 +90,11 @@ void append(std::vector<std::string>& events, Line& line, int process, size_t nu
     for (const Span& span : line.spans) {
         std::string arguments;
         for (const auto& [key, value] : span.arguments)
-            arguments += fmt::format("{}{}:{}", arguments.empty() ? "" : ",", json_quoted(key),
-                                     value_text(value));
+            arguments += fmt::format("{}{}:{}", arguments.empty() ? "" : ",", json_line(key),
+                                     json_line(value));
         events.push_back(fmt::format(
             R"({{"ph":"X","name":{},"cat":"{}","pid":{},"tid":{},"ts":{},"dur":{},"args":{{{}}}}})",
-            json_quoted(span.name), process == kCpu ? "cpu" : "device", process, number,
+            json_line(span.name), process == kCpu ? "cpu" : "device", process, number,
             microseconds(span.start_ns - zero), microseconds(span.end_ns - span.start_ns),
             arguments));
     }

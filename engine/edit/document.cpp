@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "engine/base/assert.h"
-
 namespace palpate {
 
 const char* name_of(VolumeKind kind) {
@@ -27,11 +25,20 @@ Document::Document(Volume volume, VolumeKind kind) {
     volumes.push_back({"volume", kind, std::move(volume)});
 }
 
-Document::Document(std::vector<NamedVolume> all) : volumes(std::move(all)) {
-    PALPATE_ASSERT(!volumes.empty());
-    for (size_t i = 0; i < volumes.size(); ++i)
+Result<Document> make_document(std::vector<NamedVolume> volumes) {
+    if (volumes.empty())
+        return fail("a document: expected at least one volume, found none");
+    for (size_t i = 0; i < volumes.size(); ++i) {
+        if (Result<void> named = check_volume_name(volumes[i].name); !named)
+            return fail("a document: {}", named.error().message);
         for (size_t k = 0; k < i; ++k)
-            PALPATE_ASSERT(volumes[i].name != volumes[k].name);
+            if (volumes[i].name == volumes[k].name)
+                return fail("a document: expected names that differ, found '{}' twice",
+                            volumes[i].name);
+    }
+    Document document(volumes.front().volume);
+    document.volumes = std::move(volumes);
+    return document;
 }
 
 const Volume* Document::find(std::string_view name) const {

@@ -30,7 +30,6 @@ struct Document {
 
     // A document of one volume, named "volume".
     Document(Volume volume, VolumeKind kind = VolumeKind::grey); // NOLINT: as one value
-    explicit Document(std::vector<NamedVolume> all);
 
     const Volume* find(std::string_view name) const; // null where there is none
     const Volume& first() const { return volumes.front().volume; }
@@ -38,6 +37,9 @@ struct Document {
     // Two handles of the same snapshots.
     bool is_same_as(const Document& other) const;
 };
+
+// Refused: no volume, names that check_volume_name() refuses, two volumes of one name.
+Result<Document> make_document(std::vector<NamedVolume> volumes);
 
 // The document with this volume in the place of the one of its name, or behind all others.
 Document with_volume(Document document, NamedVolume volume);

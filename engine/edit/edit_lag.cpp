@@ -40,10 +40,10 @@ void EditLag::reached(Reader reader, const EditState& state, int64_t at_ns) {
         ahead_.push_back(ahead);
     profile::Scope scope("edit arrives");
     if (scope.recorded()) {
-        scope.tell(kKeys[index], Json::of(ms));
-        scope.tell("snapshot", Json::of(static_cast<double>(state.snapshot)));
+        scope.tell(kKeys[index], ms);
+        scope.tell("snapshot", state.snapshot);
         if (reader == Reader::picture)
-            scope.tell(kLagKey, Json::of(ahead));
+            scope.tell(kLagKey, ahead);
     }
 }
 
@@ -61,11 +61,10 @@ Json EditLag::json() const {
     Json all = Json::object();
     const auto add = [&](const char* key, const Figures& figures) {
         if (figures.count > 0)
-            all.members.emplace_back(
-                key, Json::object({{"median", Json::of(figures.median)},
-                                   {"p99", Json::of(figures.p99)},
-                                   {"most", Json::of(figures.most)},
-                                   {"count", Json::of(static_cast<double>(figures.count))}}));
+            all[key] = {{"median", figures.median},
+                        {"p99", figures.p99},
+                        {"most", figures.most},
+                        {"count", figures.count}};
     };
     for (const Reader reader : {Reader::texture, Reader::mesh, Reader::picture})
         add(kKeys[static_cast<size_t>(reader)], latency_ms(reader));

@@ -22,19 +22,18 @@ constexpr uint64_t kMostBytes = (uint64_t{4} << 30) - 1; // so that lengths have
 
 Json base_json(const Journal::Base& base) {
     if (base.save > 0)
-        return Json::object({{"save", Json::of(static_cast<double>(base.save))}});
+        return {{"save", base.save}};
     Json volumes = Json::array();
     for (const Journal::Base::Entry& volume : base.volumes) {
         Json matrix = Json::array();
         for (int row = 0; row < 3; ++row)
             for (int column = 0; column < 4; ++column)
-                matrix.items.push_back(Json::of(volume.grid.world_from_index[column][row]));
-        volumes.items.push_back(
-            Json::object({{"name", Json::of(volume.name)},
-                          {"hash", Json::of(fmt::format("{:016x}", volume.hash))},
-                          {"world_from_index", std::move(matrix)}}));
+                matrix.push_back(volume.grid.world_from_index[column][row]);
+        volumes.push_back({{"name", volume.name},
+                           {"hash", fmt::format("{:016x}", volume.hash)},
+                           {"world_from_index", std::move(matrix)}});
     }
-    return Json::object({{"volumes", std::move(volumes)}});
+    return {{"volumes", std::move(volumes)}};
 }
 
 // What differs between a volume as a journal knows it and as it is given, in words; else empty.

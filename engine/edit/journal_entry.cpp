@@ -8,12 +8,11 @@ std::string JournalEntry::text() const {
     if (kind == Kind::undo || kind == Kind::redo)
         return kind == Kind::undo ? "undo\n" : "redo\n";
     if (kind == Kind::change)
-        return json_line(Json::object(
-                   {{"change", Json::of(change.title)}, {"parameters", change.parameters}})) +
-               "\n" + change.packed + "\n";
-    Json head = Json::object({{"on", Json::of(on)}});
+        return json_line({{"change", change.title}, {"parameters", change.parameters}}) + "\n" +
+               change.packed + "\n";
+    Json head{{"on", on}};
     if (!guide.empty())
-        head.members.emplace_back("guide", Json::of(guide));
+        head["guide"] = guide;
     return json_line(head) + "\n" + stroke_text(stroke);
 }
 

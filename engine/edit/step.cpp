@@ -168,23 +168,21 @@ Result<Document> apply_parts(const Document& now, size_t count, bool back, const
 constexpr const char* kKindNames[] = {"changed", "came", "went"};
 
 Json part_json(const VolumeStep& part, size_t bytes) {
-    Json json = Json::object({{"name", Json::of(part.name)},
-                              {"what", Json::of(kKindNames[static_cast<size_t>(part.kind)])},
-                              {"type", Json::of(name_of(part.type))},
-                              {"bytes", Json::of(static_cast<double>(bytes))}});
+    Json json{{"name", part.name},
+              {"what", kKindNames[static_cast<size_t>(part.kind)]},
+              {"type", name_of(part.type)},
+              {"bytes", bytes}};
     if (part.kind == VolumeStep::Kind::changed)
         return json;
-    Json size = Json::array(), matrix = Json::array();
-    for (int axis = 0; axis < 3; ++axis)
-        size.items.push_back(Json::of(static_cast<double>(part.frame.grid.size[axis])));
+    const Grid& grid = part.frame.grid;
+    Json matrix = Json::array();
     for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 4; ++column)
-            matrix.items.push_back(Json::of(part.frame.grid.world_from_index[column][row]));
-    json.members.insert(json.members.end(),
-                        {{"kind", Json::of(name_of(part.frame.kind))},
-                         {"place", Json::of(static_cast<double>(part.frame.place))},
-                         {"size", std::move(size)},
-                         {"world_from_index", std::move(matrix)}});
+            matrix.push_back(grid.world_from_index[column][row]);
+    json.update({{"kind", name_of(part.frame.kind)},
+                 {"place", part.frame.place},
+                 {"size", {grid.size.x, grid.size.y, grid.size.z}},
+                 {"world_from_index", std::move(matrix)}});
     return json;
 }
 
@@ -332,7 +330,7 @@ std::string pack_step(const Step& step) {
         const std::string packed = packed_bricks(part.type, part.bricks);
         if (packed.empty()) // zstd had no memory
             return {};
-        list.items.push_back(part_json(part, packed.size()));
+        list.push_back(part_json(part, packed.size()));
         all += packed;
     }
     return json_line(list) + "\n" + all;

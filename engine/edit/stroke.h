@@ -14,7 +14,7 @@ namespace palpate {
 // One press of a tool: its shape, its operation and its path. A value: it can be stored, written,
 // and applied again with the same result on any machine.
 struct Stroke {
-    Json shape; // as written; what `tool` was made from
+    Json shape; // as written; source of `tool`
     Tool tool;
     Operation operation;
     std::vector<StrokePose> poses; // at least one; time never falls
@@ -35,7 +35,7 @@ Tool read_tool(const JsonValue& in);
 Operation read_operation(const JsonValue& in);
 Json operation_json(const Operation& operation);
 
-// A stroke by hand; `shape` must be a shape that read_tool() takes.
-Stroke make_stroke(Json shape, Operation operation, std::vector<StrokePose> poses);
+// A stroke from its parts. Refused: a shape that read_tool() refuses, no pose, time that falls.
+Result<Stroke> make_stroke(Json shape, Operation operation, std::vector<StrokePose> poses);
 
 } // namespace palpate

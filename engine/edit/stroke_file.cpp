@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/assert.h"
 #include "engine/edit/stroke.h"
 
 namespace palpate {
@@ -9,10 +8,6 @@ namespace palpate {
 namespace {
 
 constexpr double kLargestValue = 1e9;
-
-Json list_of(glm::dvec3 v) {
-    return Json::array({Json::of(v.x), Json::of(v.y), Json::of(v.z)});
-}
 
 glm::dquat read_turn(const JsonValue& in) {
     const auto items = in.items(4, 4);
@@ -121,8 +116,8 @@ Operation read_operation(const JsonValue& in) {
                           "rate_per_s"});
             break;
     }
-    if (const auto label = in.find("label"))
-        op.label = static_cast<uint16_t>(label->whole_number(1, 65535));
+    if (uint32_t label = 0; in.take("label", label, 1, 65535))
+        op.label = static_cast<uint16_t>(label);
     if (const auto over = in.find("over")) {
         op.over.emplace();
         for (const JsonValue& item : over->items(0, 65536))
@@ -133,10 +128,8 @@ Operation read_operation(const JsonValue& in) {
         if (op.neighbours != 6 && op.neighbours != 18 && op.neighbours != 26)
             n->reject("6, 18 or 26");
     }
-    if (const auto radius = in.find("radius_mm"))
-        op.radius_mm = radius->number(0.0, 1e3);
-    if (const auto least = in.find("smallest_mm3"))
-        op.smallest_mm3 = least->number(0.0, 1e12);
+    in.take("radius_mm", op.radius_mm, 0.0, 1e3);
+    in.take("smallest_mm3", op.smallest_mm3, 0.0, 1e12);
     if (const auto range = in.find("only_values")) {
         const auto ends = range->items(2, 2);
         if (ends.size() == 2) {
@@ -155,8 +148,7 @@ Operation read_operation(const JsonValue& in) {
         if (op.walls == Walls::samples)
             surface->complain("expected \"surface_value\" with smooth walls only");
     }
-    if (const auto falloff = in.find("falloff_mm"))
-        op.falloff_mm = falloff->number(0.0, 1e4);
+    in.take("falloff_mm", op.falloff_mm, 0.0, 1e4);
     if (const auto rate = in.find("rate_per_s"))
         op.rates = read_rates(*rate);
     else if (op.kind == mill)
@@ -167,34 +159,28 @@ Operation read_operation(const JsonValue& in) {
 Json operation_json(const Operation& op) {
     using enum OperationKind;
     const OperationKind k = op.kind;
-    Json out = Json::object({{"kind", Json::of(name_of(k))}});
+    Json out{{"kind", name_of(k)}};
     const auto add = [&](bool applies, const char* key, Json value) {
         if (applies)
-            out.members.emplace_back(key, std::move(value));
+            out[key] = std::move(value);
     };
-    add(op.on_labels() && k != erase, "label", Json::of(double(op.label)));
-    if (op.over) {
-        Json list = Json::array();
-        for (const uint16_t label : *op.over)
-            list.items.push_back(Json::of(double(label)));
-        add(k == draw || k == erase || k == dilate || k == fill || k == smooth, "over", list);
-    }
-    add(k == erode || k == dilate || k == fill || k == islands, "neighbours",
-        Json::of(double(op.neighbours)));
-    add(k == smooth, "radius_mm", Json::of(op.radius_mm));
-    add(k == islands, "smallest_mm3", Json::of(op.smallest_mm3));
+    add(op.on_labels() && k != erase, "label", op.label);
+    if (op.over)
+        add(k == draw || k == erase || k == dilate || k == fill || k == smooth, "over", *op.over);
+    add(k == erode || k == dilate || k == fill || k == islands, "neighbours", op.neighbours);
+    add(k == smooth, "radius_mm", op.radius_mm);
+    add(k == islands, "smallest_mm3", op.smallest_mm3);
     if (op.only_values)
-        add(true, "only_values",
-            Json::array({Json::of(op.only_values->first), Json::of(op.only_values->second)}));
+        add(true, "only_values", Json{op.only_values->first, op.only_values->second});
     if (op.to_value)
-        add(!op.on_labels(), "to_value", Json::of(*op.to_value));
-    add(!op.on_labels(), "walls", Json::of(op.walls == Walls::smooth ? "smooth" : "samples"));
+        add(!op.on_labels(), "to_value", *op.to_value);
+    add(!op.on_labels(), "walls", op.walls == Walls::smooth ? "smooth" : "samples");
     if (op.surface_value)
-        add(op.smooth_walls(), "surface_value", Json::of(*op.surface_value));
-    add(k == mill, "falloff_mm", Json::of(op.falloff_mm));
+        add(op.smooth_walls(), "surface_value", *op.surface_value);
+    add(k == mill, "falloff_mm", op.falloff_mm);
     Json rates = Json::array();
     for (const RatePoint& point : op.rates)
-        rates.items.push_back(Json::array({Json::of(point.value), Json::of(point.per_s)}));
+        rates.push_back({point.value, point.per_s});
     add(k == mill, "rate_per_s", rates);
     return out;
 }
@@ -252,27 +238,32 @@ Result<std::vector<Stroke>> parse_strokes(std::string_view text, const std::stri
 }
 
 std::string stroke_text(const Stroke& stroke) {
-    std::string text = json_line(Json::object({{"stroke", Json::of(1.0)},
-                                               {"units", Json::of("mm")},
-                                               {"shape", stroke.shape},
-                                               {"operation", operation_json(stroke.operation)}})) +
+    std::string text = json_line({{"stroke", 1.0},
+                                  {"units", "mm"},
+                                  {"shape", stroke.shape},
+                                  {"operation", operation_json(stroke.operation)}}) +
                        "\n";
     for (const StrokePose& pose : stroke.poses) {
-        Json line = Json::object(
-            {{"t_s", Json::of(pose.time_s)}, {"p_mm", list_of(pose.tool.position_mm)}});
+        Json line{{"t_s", pose.time_s}, {"p_mm", pose.tool.position_mm}};
         if (const glm::dquat q = pose.tool.rotation; q != glm::dquat(1, 0, 0, 0))
-            line.members.emplace_back(
-                "q", Json::array({Json::of(q.w), Json::of(q.x), Json::of(q.y), Json::of(q.z)}));
+            line["q"] = {q.w, q.x, q.y, q.z};
         text += json_line(line) + "\n";
     }
     return text;
 }
 
-Stroke make_stroke(Json shape, Operation operation, std::vector<StrokePose> poses) {
+Result<Stroke> make_stroke(Json shape, Operation operation, std::vector<StrokePose> poses) {
     JsonErrors errors{"shape", {}};
     Stroke stroke;
     stroke.tool = read_tool(JsonValue(shape, "", errors));
-    PALPATE_ASSERT(!errors.first);
+    if (errors.first)
+        return tl::unexpected(*errors.first);
+    if (poses.empty())
+        return fail("a stroke: expected at least one pose, found none");
+    for (size_t i = 1; i < poses.size(); ++i)
+        if (!(poses[i].time_s >= poses[i - 1].time_s))
+            return fail("a stroke: expected times that do not fall, found {} s after {} s",
+                        poses[i].time_s, poses[i - 1].time_s);
     stroke.shape = std::move(shape);
     stroke.operation = std::move(operation);
     stroke.poses = std::move(poses);

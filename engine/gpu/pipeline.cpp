@@ -38,7 +38,7 @@ VkPipeline create(VkDevice device, const std::string& name, const Shader& shader
         .layout = layout};
     profile::Scope scope("create a pipeline");
     if (scope.recorded())
-        scope.tell("pipeline", Json::of(name));
+        scope.tell("pipeline", name);
     VkPipeline pipeline = VK_NULL_HANDLE;
     const VkResult result =
         vkCreateComputePipelines(device, VK_NULL_HANDLE, 1, &info, nullptr, &pipeline);

@@ -72,12 +72,12 @@ void Recorded::profile_passes(const Part& part, std::span<const uint64_t> stamps
         const int64_t to = std::max(from, cpu_ns(stamps[2 * i + 1]));
         if (pass.copied_bytes > 0) {
             profile::add(profile::Track::copies, pass.name, from, to,
-                         {{"bytes", Json::of(static_cast<double>(pass.copied_bytes))}});
+                         {{"bytes", pass.copied_bytes}});
             continue;
         }
         const double gpu_ms =
             static_cast<double>(stamps[2 * i + 1] - stamps[2 * i]) * ns_per_tick * 1e-6;
-        profile::add(profile::Track::passes, pass.name, from, to, {{"gpu_ms", Json::of(gpu_ms)}});
+        profile::add(profile::Track::passes, pass.name, from, to, {{"gpu_ms", gpu_ms}});
         if (!pass.first_uses.empty())
             profile::add(profile::Track::compile, pass.first_uses, from, to);
     }

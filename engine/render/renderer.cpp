@@ -286,7 +286,7 @@ auto Renderer::drawn(const Work& work, const Done& done) {
     frame_of(stats).wall_ms = timer.ms();
     done();
     if (scope.recorded())
-        scope.tell("wall_ms", Json::of(frame_of(stats).wall_ms));
+        scope.tell("wall_ms", frame_of(stats).wall_ms);
     return Result<Stats>(std::move(stats));
 }
 

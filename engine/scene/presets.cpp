@@ -48,7 +48,7 @@ const std::vector<Preset>& presets() {
          {{{-500, {0.72, 0.47, 0.37}}, {-150, {0.93, 0.70, 0.58}}, {300, {1.0, 0.87, 0.79}}},
           {{-500, 0.0}, {-350, 0.3}, {-200, 0.7}, {3071, 0.9}},
           1.0}},
-        // The points of the comparison with VTK's volume mappers (bench/peers_vtk.py).
+        // The points of the comparison with VTK's volume mappers (bench/suite/subject.cpp).
         {"ct-peer",
          {{{-500, {0.62, 0.36, 0.26}},
            {-200, {0.88, 0.60, 0.50}},
@@ -235,22 +235,20 @@ TransferFunction read_transfer_function(const JsonValue& value,
     } else {
         function = read_points(value);
     }
-    if (const auto unit = value.find("opacity_unit_mm"))
-        function.opacity_unit_mm = unit->number(0.0, 1e6);
+    value.take("opacity_unit_mm", function.opacity_unit_mm, 0.0, 1e6);
     return function.colors.empty() || function.opacities.empty() ? fallback : function;
 }
 
 Json transfer_function_json(const TransferFunction& function) {
     Json colors = Json::array();
     for (const auto& point : function.colors)
-        colors.items.push_back(Json::array({Json::of(point.value), Json::of(point.color.x),
-                                            Json::of(point.color.y), Json::of(point.color.z)}));
+        colors.push_back({point.value, point.color.x, point.color.y, point.color.z});
     Json opacities = Json::array();
     for (const auto& point : function.opacities)
-        opacities.items.push_back(Json::array({Json::of(point.value), Json::of(point.opacity)}));
-    return Json::object({{"colors", std::move(colors)},
-                         {"opacities", std::move(opacities)},
-                         {"opacity_unit_mm", Json::of(function.opacity_unit_mm)}});
+        opacities.push_back({point.value, point.opacity});
+    return {{"colors", std::move(colors)},
+            {"opacities", std::move(opacities)},
+            {"opacity_unit_mm", function.opacity_unit_mm}};
 }
 
 Result<TransferFunction> load_transfer_function(const std::filesystem::path& path) {

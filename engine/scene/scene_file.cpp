@@ -17,10 +17,6 @@ constexpr uint32_t kLargestLabel = 65535;
 
 // read_x(object, "key", target) leaves the target as it is where there is no key.
 
-void read_number(const JsonValue& in, const char* key, double low, double high, double& out) {
-    if (const auto value = in.find(key))
-        out = value->number(low, high);
-}
 void read_above(const JsonValue& in, const char* key, double low, double high, double& out) {
     if (const auto value = in.find(key))
         out = value->number_above(low, high);
@@ -91,7 +87,7 @@ std::vector<IsoSurface> read_isos(const JsonValue& in) {
             continue;
         if (!item.find("value"))
             item.complain("expected the key \"value\", found none");
-        read_number(item, "value", -kLargestValue, kLargestValue, iso.value);
+        item.take("value", iso.value, -kLargestValue, kLargestValue);
         read_color(item, "color", iso.color);
         read_above(item, "opacity", 0.0, 1.0, iso.opacity);
         if (!isos.empty() && !(isos.back().value < iso.value))
@@ -105,10 +101,10 @@ std::vector<IsoSurface> read_isos(const JsonValue& in) {
 Shading read_shading(const JsonValue& in) {
     Shading shading;
     in.only_keys({"ambient", "diffuse", "specular", "shininess"});
-    read_number(in, "ambient", 0.0, 10.0, shading.ambient);
-    read_number(in, "diffuse", 0.0, 10.0, shading.diffuse);
-    read_number(in, "specular", 0.0, 10.0, shading.specular);
-    read_number(in, "shininess", 0.0, 1e4, shading.shininess);
+    in.take("ambient", shading.ambient, 0.0, 10.0);
+    in.take("diffuse", shading.diffuse, 0.0, 10.0);
+    in.take("specular", shading.specular, 0.0, 10.0);
+    in.take("shininess", shading.shininess, 0.0, 1e4);
     return shading;
 }
 
@@ -119,14 +115,13 @@ RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& fol
         return layer;
     read_choice(in, "mode", layer.mode);
     read_choice(in, "integrator", layer.integrator);
-    read_number(in, "step_mm", 0.0, 1e6, layer.step_mm);
+    in.take("step_mm", layer.step_mm, 0.0, 1e6);
     if (layer.step_mm > 0.0 && layer.step_mm < 1e-7)
         in.find("step_mm")->reject("0 or a number from 1e-07 to 1e+06");
-    if (const auto sub_steps = in.find("sub_steps"))
-        layer.sub_steps = sub_steps->whole_number(1, kMaxSubSteps);
+    in.take("sub_steps", layer.sub_steps, 1, kMaxSubSteps);
     if (const auto jitter = in.find("jitter"))
         layer.jitter_seed = jitter->whole_number(0, ~0u);
-    read_number(in, "min_transmittance", 0.0, 1.0, layer.min_transmittance);
+    in.take("min_transmittance", layer.min_transmittance, 0.0, 1.0);
     if (const auto transfer = in.find("transfer"))
         layer.transfer = read_transfer_function(*transfer, folder);
     else if (layer.mode != RayMode::iso)
@@ -153,7 +148,7 @@ void read_slices(const JsonValue& in, SceneFile& file) {
             file.centered_slices.push_back(file.scene.slices.size());
         read_direction(item, "normal", slice.normal);
         read_choice(item, "interpolation", slice.interpolation);
-        read_number(item, "slab_mm", 0.0, 1e6, slice.slab_mm);
+        item.take("slab_mm", slice.slab_mm, 0.0, 1e6);
         read_choice(item, "slab_mode", slice.slab_mode);
         file.scene.slices.push_back(slice);
     }
@@ -171,62 +166,51 @@ void read_clip_planes(const JsonValue& in, SceneFile& file) {
     }
 }
 
+// Styles by label. Labels in between keep what style_of(layer) gives without a list.
+template <class Style, class Layer, class Read>
+std::vector<Style> read_styles(const JsonValue& in, const Layer& layer,
+                               std::initializer_list<std::string_view> keys, const Read& read) {
+    std::vector<std::pair<uint32_t, Style>> given;
+    uint32_t largest = 0;
+    for (const JsonValue& item : in.items(0, kLargestLabel)) {
+        if (!item.only_keys(keys))
+            return {};
+        uint32_t label = 1;
+        if (!item.take("label", label, 1, kLargestLabel))
+            item.complain("expected the key \"label\", found none");
+        Style style = style_of(layer, label);
+        read_color(item, "color", style.color);
+        read(item, style);
+        given.emplace_back(label, style);
+        largest = std::max(largest, label);
+    }
+    std::vector<Style> styles;
+    for (uint32_t i = 0; !given.empty() && i <= largest; ++i)
+        styles.push_back(style_of(layer, i));
+    for (const auto& [label, style] : given)
+        styles[label] = style;
+    return styles;
+}
+
 LabelLayer read_label_layer(const JsonValue& in) {
     LabelLayer layer;
     if (!in.only_keys({"styles", "ray_cast_weight", "slice_opacity", "outline_px"}))
         return layer;
-    read_number(in, "ray_cast_weight", 0.0, 1.0, layer.ray_cast_weight);
-    read_number(in, "slice_opacity", 0.0, 1.0, layer.slice_opacity);
-    read_number(in, "outline_px", 0.0, 100.0, layer.outline_px);
-    const auto styles = in.find("styles");
-    if (!styles)
-        return layer;
-    std::vector<std::pair<uint32_t, LabelStyle>> given;
-    uint32_t largest = 0;
-    for (const JsonValue& item : styles->items(0, kLargestLabel)) {
-        if (!item.only_keys({"label", "color", "visible"}))
-            return layer;
-        const auto label = item.find("label");
-        if (!label)
-            item.complain("expected the key \"label\", found none");
-        const uint32_t number = label ? label->whole_number(1, kLargestLabel) : 1;
-        LabelStyle style = style_of(LabelLayer{}, number);
-        read_color(item, "color", style.color);
-        if (const auto visible = item.find("visible"))
-            style.visible = visible->boolean();
-        given.emplace_back(number, style);
-        largest = std::max(largest, number);
-    }
-    // Labels in between keep their generated colours.
-    for (uint32_t i = 0; !given.empty() && i <= largest; ++i)
-        layer.styles.push_back(style_of(LabelLayer{}, i));
-    for (const auto& [number, style] : given)
-        layer.styles[number] = style;
+    in.take("ray_cast_weight", layer.ray_cast_weight, 0.0, 1.0);
+    in.take("slice_opacity", layer.slice_opacity, 0.0, 1.0);
+    in.take("outline_px", layer.outline_px, 0.0, 100.0);
+    if (const auto styles = in.find("styles"))
+        layer.styles = read_styles<LabelStyle>(
+            *styles, LabelLayer{}, {"label", "color", "visible"},
+            [](const JsonValue& item, LabelStyle& style) { item.take("visible", style.visible); });
     return layer;
 }
 
 std::vector<SurfaceStyle> read_surface_styles(const JsonValue& in, const SurfaceLayer& layer) {
-    std::vector<std::pair<uint32_t, SurfaceStyle>> given;
-    uint32_t largest = 0;
-    for (const JsonValue& item : in.items(0, kLargestLabel)) {
-        if (!item.only_keys({"label", "color", "opacity"}))
-            return {};
-        const auto label = item.find("label");
-        if (!label)
-            item.complain("expected the key \"label\", found none");
-        const uint32_t number = label ? label->whole_number(1, kLargestLabel) : 1;
-        SurfaceStyle style = style_of(layer, number);
-        read_color(item, "color", style.color);
-        read_number(item, "opacity", 0.0, 1.0, style.opacity);
-        given.emplace_back(number, style);
-        largest = std::max(largest, number);
-    }
-    std::vector<SurfaceStyle> styles; // labels in between keep what they have without one
-    for (uint32_t i = 0; !given.empty() && i <= largest; ++i)
-        styles.push_back(style_of(layer, i));
-    for (const auto& [number, style] : given)
-        styles[number] = style;
-    return styles;
+    return read_styles<SurfaceStyle>(in, layer, {"label", "color", "opacity"},
+                                     [](const JsonValue& item, SurfaceStyle& style) {
+                                         item.take("opacity", style.opacity, 0.0, 1.0);
+                                     });
 }
 
 void read_surfaces(const JsonValue& in, SceneFile& file) {
@@ -236,12 +220,10 @@ void read_surfaces(const JsonValue& in, SceneFile& file) {
             return;
         SurfaceSource source;
         SurfaceLayer layer;
-        if (const auto mesh = item.find("mesh"))
-            source.mesh = mesh->text();
+        item.take("mesh", source.mesh);
         if (const auto iso = item.find("iso"))
             source.iso = iso->number(-kLargestValue, kLargestValue);
-        if (const auto labels = item.find("labels"))
-            source.labels = labels->boolean();
+        item.take("labels", source.labels);
         const int sources = !source.mesh.empty() + source.iso.has_value() + source.labels;
         if (sources != 1)
             item.complain(
@@ -254,11 +236,10 @@ void read_surfaces(const JsonValue& in, SceneFile& file) {
             layer.live_iso = source.iso;
         }
         read_color(item, "color", layer.style.color);
-        read_number(item, "opacity", 0.0, 1.0, layer.style.opacity);
+        item.take("opacity", layer.style.opacity, 0.0, 1.0);
         if (const auto shading = item.find("shading"))
             layer.shading = read_shading(*shading);
-        if (const auto smooth = item.find("smooth"))
-            layer.smooth = smooth->boolean();
+        item.take("smooth", layer.smooth);
         if (const auto styles = item.find("styles"))
             layer.label_styles = read_surface_styles(*styles, layer);
         file.surfaces.push_back(source);
@@ -284,16 +265,11 @@ void read_scene(const JsonValue& in, SceneFile& file) {
                        "value_and_depth"}))
         return;
     Scene& scene = file.scene;
-    if (const auto volume = in.find("volume"))
-        file.volume = volume->text();
-    if (const auto labels = in.find("labels"))
-        file.labels = labels->text();
-    if (const auto frame = in.find("frame"))
-        file.frame = frame->whole_number(0, 1'000'000);
-    if (const auto series = in.find("series"))
-        file.series = series->text();
-    if (const auto resample = in.find("resample_slices"))
-        file.resample_slices = resample->boolean();
+    in.take("volume", file.volume);
+    in.take("labels", file.labels);
+    in.take("frame", file.frame, 0, 1'000'000);
+    in.take("series", file.series);
+    in.take("resample_slices", file.resample_slices);
     if (const auto size = in.find("size_px")) {
         const std::vector<JsonValue> sides = size->items(2, 2);
         if (sides.size() == 2)
@@ -326,10 +302,8 @@ void read_scene(const JsonValue& in, SceneFile& file) {
         scene.labels = LabelLayer{};
     if (const auto surfaces = in.find("surfaces"))
         read_surfaces(*surfaces, file);
-    if (const auto depth = in.find("surface_depth"))
-        scene.surface_depth = depth->whole_number(1, kMaxSurfaceDepth);
-    if (const auto value = in.find("value_and_depth"))
-        scene.value_and_depth = value->boolean();
+    in.take("surface_depth", scene.surface_depth, 1, kMaxSurfaceDepth);
+    in.take("value_and_depth", scene.value_and_depth);
 }
 
 } // namespace

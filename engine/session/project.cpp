@@ -104,6 +104,17 @@ Result<void> set_journals_aside(const fs::path& folder, uint64_t save) {
     return {};
 }
 
+template <class Files>
+Result<Document> document_of(const fs::path& folder, const Files& files) {
+    std::vector<NamedVolume> volumes;
+    for (const auto& file : files)
+        volumes.push_back(file.of);
+    Result<Document> made = make_document(std::move(volumes));
+    if (!made)
+        return fail("{}: {}", folder.string(), made.error().message);
+    return made;
+}
+
 } // namespace
 
 bool Project::is_one(const fs::path& path) {
@@ -131,10 +142,10 @@ Result<Project::Seen> Project::look(const fs::path& path, const std::stop_token&
     const Result<std::vector<File>> files = open_volumes(folder, *read);
     if (!files)
         return fail("{}", files.error().message);
-    std::vector<NamedVolume> volumes;
-    for (const File& file : *files)
-        volumes.push_back(file.of);
-    Seen seen{.contents = {.document = Document(std::move(volumes)),
+    Result<Document> document = document_of(folder, *files);
+    if (!document)
+        return pass_on(document);
+    Seen seen{.contents = {.document = std::move(*document),
                            .grey = read->grey,
                            .labels = read->labels,
                            .scene = read->scene,
@@ -180,10 +191,10 @@ Result<Project::Opened> Project::open(const fs::path& path, const Opening& openi
     if (!opening.unsaved)
         if (Result<void> aside = set_journals_aside(folder, read->save); !aside)
             return pass_on(aside);
-    std::vector<NamedVolume> volumes;
-    for (const File& file : project.files_)
-        volumes.push_back(file.of);
-    Document document(std::move(volumes));
+    Result<Document> made = document_of(folder, project.files_);
+    if (!made)
+        return pass_on(made);
+    Document& document = *made;
     auto history = std::make_unique<History>();
     std::vector<std::string> notes;
     std::optional<Journal> journal;

@@ -77,8 +77,7 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
                              [&](const auto& volume) { return volume.name == *member; }))
                 value->reject("the name of one of the volumes");
         }
-    if (const auto modality = in.find("modality"))
-        out.modality = modality->text();
+    in.take("modality", out.modality);
     if (const auto touch = in.find("touch"))
         out.touch = read_touch_parameters(*touch);
     if (errors.first)
@@ -98,20 +97,17 @@ Result<void> write_project_description(const fs::path& folder,
     const Result<Json> scene = parse_json(write_scene(description.scene), "scene");
     Json volumes = Json::array();
     for (const ProjectDescription::Entry& volume : description.volumes)
-        volumes.items.push_back(Json::object({{"name", Json::of(volume.name)},
-                                              {"kind", Json::of(name_of(volume.kind))},
-                                              {"file", Json::of(volume.file)}}));
-    Json json = Json::object({{"project", Json::of(kVersion)},
-                              {"save", Json::of(static_cast<double>(description.save))},
-                              {"volumes", std::move(volumes)}});
+        volumes.push_back(
+            {{"name", volume.name}, {"kind", name_of(volume.kind)}, {"file", volume.file}});
+    Json json{{"project", kVersion}, {"save", description.save}, {"volumes", std::move(volumes)}};
     for (const auto& [key, member] : {std::pair("grey", &description.grey),
                                       {"labels", &description.labels},
                                       {"modality", &description.modality}})
         if (!member->empty())
-            json.members.emplace_back(key, Json::of(*member));
+            json[key] = *member;
     if (scene)
-        json.members.emplace_back("scene", *scene);
-    json.members.emplace_back("touch", touch_parameters_json(description.touch));
+        json["scene"] = *scene;
+    json["touch"] = touch_parameters_json(description.touch);
     const std::string text = json_text(json);
     return save_bytes(folder / kProjectFile, std::as_bytes(std::span(text)));
 }

@@ -35,23 +35,19 @@ constexpr const char* kAxes[] = {"transfer_x", "transfer_y", "transfer_z"};
 Json transfer_json(const HapticTransfer& transfer) {
     Json points = Json::array();
     for (uint32_t i = 0; i < transfer.point_count; ++i)
-        points.items.push_back(
-            Json::array({Json::of(transfer.values[i]), Json::of(transfer.forces_n[i])}));
-    return Json::object({{"strength_n", Json::of(transfer.strength_n)},
-                         {"center", Json::of(transfer.center)},
-                         {"width", Json::of(transfer.width)},
-                         {"points", std::move(points)}});
+        points.push_back({transfer.values[i], transfer.forces_n[i]});
+    return {{"strength_n", transfer.strength_n},
+            {"center", transfer.center},
+            {"width", transfer.width},
+            {"points", std::move(points)}};
 }
 
 HapticTransfer read_transfer(const JsonValue& in) {
     in.only_keys({"strength_n", "center", "width", "points"});
     HapticTransfer transfer;
-    if (const auto strength = in.find("strength_n"))
-        transfer.strength_n = strength->number(-MostTouch::force_n, MostTouch::force_n);
-    if (const auto center = in.find("center"))
-        transfer.center = center->number(-MostTouch::value, MostTouch::value);
-    if (const auto width = in.find("width"))
-        transfer.width = width->number(-MostTouch::value, MostTouch::value);
+    in.take("strength_n", transfer.strength_n, -MostTouch::force_n, MostTouch::force_n);
+    in.take("center", transfer.center, -MostTouch::value, MostTouch::value);
+    in.take("width", transfer.width, -MostTouch::value, MostTouch::value);
     if (const auto points = in.find("points"))
         for (const JsonValue& point : points->items(0, HapticTransfer::kMostPoints)) {
             const auto pair = point.items(2, 2);
@@ -67,26 +63,21 @@ HapticTransfer read_transfer(const JsonValue& in) {
 }
 
 Json label_json(const LabelTouch& label) {
-    return Json::object({{"label", Json::of(static_cast<double>(label.label))},
-                         {"stiffness_n_per_m", Json::of(label.stiffness_n_per_m)},
-                         {"friction_static", Json::of(label.friction_static)},
-                         {"friction_dynamic", Json::of(label.friction_dynamic)},
-                         {"yield_n", Json::of(label.yield_n)}});
+    return {{"label", label.label},
+            {"stiffness_n_per_m", label.stiffness_n_per_m},
+            {"friction_static", label.friction_static},
+            {"friction_dynamic", label.friction_dynamic},
+            {"yield_n", label.yield_n}};
 }
 
 LabelTouch read_label(const JsonValue& in) {
     in.only_keys({"label", "stiffness_n_per_m", "friction_static", "friction_dynamic", "yield_n"});
     LabelTouch label;
-    if (const auto number = in.find("label"))
-        label.label = number->whole_number(0, 65535);
-    if (const auto value = in.find("stiffness_n_per_m"))
-        label.stiffness_n_per_m = value->number(0, MostTouch::stiffness_n_per_m);
-    if (const auto value = in.find("friction_static"))
-        label.friction_static = value->number(0, MostTouch::friction);
-    if (const auto value = in.find("friction_dynamic"))
-        label.friction_dynamic = value->number(0, MostTouch::friction);
-    if (const auto value = in.find("yield_n"))
-        label.yield_n = value->number(0, MostTouch::force_n);
+    in.take("label", label.label, 0, 65535);
+    in.take("stiffness_n_per_m", label.stiffness_n_per_m, 0, MostTouch::stiffness_n_per_m);
+    in.take("friction_static", label.friction_static, 0, MostTouch::friction);
+    in.take("friction_dynamic", label.friction_dynamic, 0, MostTouch::friction);
+    in.take("yield_n", label.yield_n, 0, MostTouch::force_n);
     return label;
 }
 
@@ -95,18 +86,16 @@ LabelTouch read_label(const JsonValue& in) {
 Json touch_parameters_json(const TouchParameters& parameters) {
     Json out = Json::object();
     for (const Amount& amount : kAmounts)
-        out.members.emplace_back(amount.key, Json::of(parameters.*amount.member));
-    out.members.emplace_back("tool_samples",
-                             Json::of(static_cast<double>(parameters.tool_samples)));
-    out.members.emplace_back(
-        "source", Json::of(parameters.source == TouchSource::labels ? "labels" : "grey"));
+        out[amount.key] = parameters.*amount.member;
+    out["tool_samples"] = parameters.tool_samples;
+    out["source"] = parameters.source == TouchSource::labels ? "labels" : "grey";
     for (size_t axis = 0; axis < 3; ++axis)
-        out.members.emplace_back(kAxes[axis], transfer_json(parameters.transfer[axis]));
-    out.members.emplace_back("opacity", transfer_json(parameters.opacity));
+        out[kAxes[axis]] = transfer_json(parameters.transfer[axis]);
+    out["opacity"] = transfer_json(parameters.opacity);
     Json labels = Json::array();
     for (uint32_t i = 0; i < parameters.label_count; ++i)
-        labels.items.push_back(label_json(parameters.labels[i]));
-    out.members.emplace_back("labels", std::move(labels));
+        labels.push_back(label_json(parameters.labels[i]));
+    out["labels"] = std::move(labels);
     return out;
 }
 

@@ -129,8 +129,8 @@ TEST_F(BenchCommand, RenderAndUploadShareAPageAndCompareWithThemselves) {
     // Whatever is derived from it, a volume of 64^3 is no fewer bytes than its samples.
     EXPECT_GE(upload["rows"][0]["bytes"], 64 * 64 * 64 * 2);
     const std::string html = bytes_of("out/index.html");
-    EXPECT_THAT(html, HasSubstr("\"suite\":\"render\""));
-    EXPECT_THAT(html, HasSubstr("\"suite\":\"upload\""));
+    EXPECT_THAT(html, HasSubstr("\"suite\": \"render\""));
+    EXPECT_THAT(html, HasSubstr("\"suite\": \"upload\""));
 
     ran = compare("out/render.json", "out/render.json");
     EXPECT_EQ(ran.exit_code, 0) << ran.messages;
@@ -203,7 +203,7 @@ TEST_F(BenchCommand, SurfaceGivesTimeBesideErrorAndTheOrder) {
     EXPECT_LE(v["window"]["p50_us"], v["window"]["p99_us"]);
     EXPECT_LE(v["window"]["p99_us"], v["window"]["worst_us"]);
     EXPECT_GT(v["window"]["triangles_mean"], 10.0);
-    EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("\"suite\":\"surface\""));
+    EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("\"suite\": \"surface\""));
 }
 
 TEST_F(BenchCommand, RenderDoesWhatIsNamed) {
@@ -364,7 +364,7 @@ TEST_F(BenchCommand, EditGivesLatenciesOnAPage) {
         EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [&](const std::string& what) {
             return what.starts_with(start);
         })) << start;
-    EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("\"suite\":\"edit\""));
+    EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("\"suite\": \"edit\""));
 }
 
 TEST_F(BenchCommand, RefusesWithOneSentence) {

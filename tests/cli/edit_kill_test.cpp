@@ -61,7 +61,7 @@ class KilledEdit : public ProgramTest {
             std::vector<StrokePose> poses;
             for (int k = 0; k < 20; ++k)
                 poses.push_back({0.01 * k, {glm::dvec3(-60 + 5 * k, 8 * i - 50, 3 * i), kUpright}});
-            strokes_.push_back(make_stroke(
+            strokes_.push_back(*make_stroke(
                 *parse_json(R"({"kind": "capsule", "radius_mm": 8, "length_mm": 20})", ""), op,
                 poses));
             text_ += stroke_text(strokes_.back());
@@ -215,7 +215,7 @@ TEST_F(KilledEdit, ALongSweepEndsWhenAskedTo) {
     for (int k = 0; k < 4000; ++k) // across one brick and back, each way some sixty places
         poses.push_back({0.01 * k, {glm::dvec3(k % 2 ? 31 : 0, 15, 15), kUpright}});
     write("strokes.jsonl",
-          stroke_text(make_stroke(
+          stroke_text(*make_stroke(
               *parse_json(R"({"kind": "burr", "radius_mm": 9, "flutes": 12})", ""), op, poses)));
     ASSERT_TRUE(save_volume(file("in.nrrd"),
                             make_volume(make_grid(glm::uvec3(32), glm::dvec3(1)), ScalarType::i16,

@@ -43,7 +43,7 @@ class EditCommand : public ProgramTest {
             for (int k = 0; k < 40; ++k)
                 poses.push_back(
                     {0.01 * k, {glm::dvec3(-80 + 2 * k, 10 * (i % 7), 5 * (i % 5)), kUpright}});
-            strokes.push_back(make_stroke(
+            strokes.push_back(*make_stroke(
                 *parse_json(R"({"kind": "burr", "radius_mm": 9, "flutes": 4})", ""), op, poses));
         }
         return strokes;
@@ -138,7 +138,7 @@ TEST_F(EditCommand, PaintsLabelsWhereAGuideLiesInARange) {
     op.only_values = {700, 3000};
     write("strokes.jsonl",
           stroke_text(
-              make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 300})", ""), op, {{}})));
+              *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 300})", ""), op, {{}})));
     const ProgramRun done = run({"edit", file("labels.nii").string(), strokes_path(), "--guide",
                                  file("in.nrrd").string(), "-o", file("out.nii").string()});
     ASSERT_EQ(done.exit_code, 0) << done.messages;
@@ -254,7 +254,7 @@ TEST_F(EditCommand, AGuideLiesWhereTheLabelsDo) {
     Operation op;
     op.only_values = {700, 3000};
     write("strokes.jsonl",
-          stroke_text(make_stroke(*parse_json(R"({"kind": "point"})", ""), op, {{}})));
+          stroke_text(*make_stroke(*parse_json(R"({"kind": "point"})", ""), op, {{}})));
     Grid moved = phantom().grid();
     moved.world_from_index[3].x += 2;
     const auto labels_on = [&](const Grid& grid) {
@@ -289,7 +289,7 @@ TEST_F(EditCommand, SaysWhatIsWrong) {
     write("strokes.jsonl", "{\"stroke\": 1}\n");
     expect({strokes_path()}, 1, "strokes.jsonl:1: ");
     Operation draw;
-    const Stroke drawn = make_stroke(*parse_json(R"({"kind": "point"})", ""), draw, {{}});
+    const Stroke drawn = *make_stroke(*parse_json(R"({"kind": "point"})", ""), draw, {{}});
     write("strokes.jsonl", stroke_text(drawn) + text_of(grey_strokes(1)));
     expect({strokes_path()}, 1, "found both");
     write("strokes.jsonl", stroke_text(drawn)); // HU are no labels
@@ -354,7 +354,7 @@ TEST_F(EditCommand, SaysThatLabelsAreNeeded) {
     Operation op;
     op.kind = OperationKind::erase;
     write("strokes.jsonl",
-          stroke_text(make_stroke(*parse_json(R"({"kind": "point"})", ""), op, {{}})));
+          stroke_text(*make_stroke(*parse_json(R"({"kind": "point"})", ""), op, {{}})));
     const ProgramRun done = edit({strokes_path()});
     EXPECT_EQ(done.exit_code, 1);
     EXPECT_THAT(done.messages, HasSubstr("'erase' of the strokes works on labels: expected a label "

@@ -116,7 +116,7 @@ class EditThreads : public GpuTest {
         operation.kind = random() % 2 ? OperationKind::cut : OperationKind::mill;
         operation.to_value = random() % 2 ? 0.0 : 500.0; // removes, or adds
         operation.rates = {{0.0, 20000.0}};
-        const Stroke stroke = make_stroke(*parse_json(kShapes[random() % 3], ""), operation, {{}});
+        const Stroke stroke = *make_stroke(*parse_json(kShapes[random() % 3], ""), operation, {{}});
         // Full: the next one then.
         (void)session.use({stroke.shape, stroke.tool, stroke.operation, "ball", ""});
     }
@@ -211,7 +211,7 @@ std::string all_of(const Document& document) {
 }
 
 TEST_F(EditThreads, HandEyeAndMeshFollowTheEditorForARandomWhile) {
-    const Document first({{"ball", VolumeKind::grey, ball()}});
+    const Document first = *make_document({{"ball", VolumeKind::grey, ball()}});
     std::mt19937 random(3);
     const std::unique_ptr<Session> session = begin(first, random);
     auto eye = session->add_eye();
@@ -289,7 +289,7 @@ TEST_F(EditThreads, DISABLED_WorksUntilItIsKilled) {
     journal_ = journal;
     std::mt19937 random(static_cast<uint32_t>(::getpid()));
     const std::unique_ptr<Session> session =
-        begin(Document({{"ball", VolumeKind::grey, ball()}}), random);
+        begin(*make_document({{"ball", VolumeKind::grey, ball()}}), random);
     auto eye = session->add_eye();
     Renderer renderer(device());
     Steps last;
@@ -306,7 +306,7 @@ TEST_F(EditThreads, DISABLED_WorksUntilItIsKilled) {
 }
 
 TEST_F(EditThreads, NoStepIsLostWheneverTheProcessIsKilled) {
-    const Document first({{"ball", VolumeKind::grey, ball()}});
+    const Document first = *make_document({{"ball", VolumeKind::grey, ball()}});
     int told[2];
     ASSERT_EQ(::pipe2(told, O_NONBLOCK), 0);
     std::mt19937 random(5);

@@ -45,8 +45,8 @@ TEST_F(Profile, ScopesNestAndCarryWhatTheyAreTold) {
     {
         profile::Scope outer("outer");
         ASSERT_TRUE(outer.recorded());
-        outer.tell("answer", Json::of(42.0));
-        outer.tell("text", Json::of("a \"quoted\" word\n"));
+        outer.tell("answer", 42.0);
+        outer.tell("text", "a \"quoted\" word\n");
         const profile::Scope inner("inner");
     }
     const int64_t after = profile::now_ns();
@@ -80,8 +80,7 @@ TEST_F(Profile, ThreadsAndTracksAreLinesOfTheirOwn) {
     for (auto& thread : threads)
         thread.join();
     const int64_t now = profile::now_ns();
-    profile::add(profile::Track::passes, "ray cast", now, now + 1500,
-                 {{"gpu_ms", Json::of(0.0015)}});
+    profile::add(profile::Track::passes, "ray cast", now, now + 1500, {{"gpu_ms", 0.0015}});
     const auto found = spans(saved());
     EXPECT_EQ(found.size(), 401u);
     std::set<int> lines;

@@ -7,18 +7,16 @@
 namespace palpate::bench {
 namespace {
 
-using nlohmann::json;
-
 class ConversationTest : public TemporaryFolder {};
 
 TEST_F(ConversationTest, GivesTheAnswerToEachQuestion) {
     Result<Conversation> echo = Conversation::start({"cat"}, file("said"));
     ASSERT_TRUE(echo.has_value());
-    json long_one = json::array();
+    Json long_one = Json::array();
     for (int i = 0; i < 20000; ++i) // more than a piece
         long_one.push_back(i);
-    for (const json& question : {json{{"frames", 3}}, long_one, json("ü")}) {
-        const Result<json> answer = echo->ask(question);
+    for (const Json& question : {Json{{"frames", 3}}, long_one, Json("ü")}) {
+        const Result<Json> answer = echo->ask(question);
         ASSERT_TRUE(answer.has_value()) << answer.error().message;
         EXPECT_EQ(*answer, question);
     }
@@ -28,7 +26,7 @@ TEST_F(ConversationTest, SaysWhatAProgramLastSaidThatEnds) {
     Result<Conversation> gone =
         Conversation::start({"sh", "-c", "echo no display >&2"}, file("said"));
     ASSERT_TRUE(gone.has_value());
-    const Result<json> answer = gone->ask(1);
+    const Result<Json> answer = gone->ask(1);
     ASSERT_FALSE(answer.has_value());
     EXPECT_EQ(answer.error().message, "it ended: no display");
 }
@@ -37,7 +35,7 @@ TEST_F(ConversationTest, TakesNoOtherAnswerThanJson) {
     Result<Conversation> talker =
         Conversation::start({"sh", "-c", "read x; echo nonsense"}, file("said"));
     ASSERT_TRUE(talker.has_value());
-    const Result<json> answer = talker->ask(1);
+    const Result<Json> answer = talker->ask(1);
     ASSERT_FALSE(answer.has_value());
     EXPECT_EQ(answer.error().message, "expected an answer in JSON, found 'nonsense'");
 }

@@ -74,7 +74,8 @@ TEST(Sampling, TakesTheMiddlePixelsOfItsSquares) {
 }
 
 TEST(Subjects, ThePeersCameraIsThatOfTheComparison) {
-    // bench/peers_data.py: distance 0.8 * half diagonal / sin(15 deg), from +y, 30 degrees up.
+    // as bench/suite/subject.cpp: distance 0.8 * half diagonal / sin(15 deg), from +y, 30 degrees
+    // up.
     const Sample sample = ball(33);
     const double diagonal = std::sqrt(3.0) * 100.0;
     const double distance = 0.8 * diagonal / 2.0 / std::sin(std::acos(-1.0) / 12.0);

@@ -147,7 +147,7 @@ TEST_F(JournalledDocument, IsWhatItsJournalGivesAtEveryMoment) {
     for (uint64_t seed = 0; seed < 6; ++seed) {
         Random random(seed);
         const Grid grid = make_grid({40, 30, 20}, {1, 1, 1.5});
-        const Document first(
+        const Document first = *make_document(
             {{"ct", VolumeKind::grey, random_greys(random, grid, ScalarType::i16)},
              {"organs", VolumeKind::labels, random_labels(random, grid, ScalarType::u8)}});
         uint64_t saves = 1;
@@ -187,7 +187,7 @@ TEST_F(JournalledDocument, IsWhatItsJournalGivesAtEveryMoment) {
             } else if (what < 6) { // a filter's result, of a grid of its own
                 editor.put({fmt::format("v{}", pick(random, 0, 2)), VolumeKind::other,
                             random_volume(random)},
-                           "median", Json::object({{"radius_mm", Json::of(2.0)}}));
+                           "median", {{"radius_mm", 2.0}});
                 editor.settle();
                 ASSERT_EQ(reader.pin()->refusal, "");
                 done(all_of(reader.pin()->document));
@@ -263,6 +263,22 @@ TEST_F(JournalledDocument, GoesOnWithTheStepsOfItsJournal) {
     const auto kept = Journal::peek(path);
     ASSERT_EQ(kept->entries.size(), 2u);
     EXPECT_EQ(kept->entries[1].kind, JournalEntry::Kind::undo);
+}
+
+TEST(Document, OfVolumesThatDoNotGoTogetherIsRefused) {
+    const Volume volume = make_volume(make_grid({2, 2, 2}, glm::dvec3(1)), ScalarType::u8,
+                                      [](glm::uvec3) { return 0.0; });
+    const auto why = [&](const std::vector<std::string>& names) {
+        std::vector<NamedVolume> volumes;
+        for (const std::string& name : names)
+            volumes.push_back({name, VolumeKind::grey, volume});
+        const Result<Document> made = make_document(std::move(volumes));
+        return made ? fmt::format("{} volumes", made->volumes.size()) : made.error().message;
+    };
+    EXPECT_EQ(why({"head", "liver"}), "2 volumes");
+    EXPECT_EQ(why({}), "a document: expected at least one volume, found none");
+    EXPECT_EQ(why({"head", "head"}), "a document: expected names that differ, found 'head' twice");
+    EXPECT_THAT(why({"head", "../x"}), HasSubstr("found '../x'"));
 }
 
 } // namespace

@@ -76,8 +76,8 @@ class Hand {
  private:
     void stroke() {
         const Setup setup = random_setup(random_);
-        const Stroke stroke = make_stroke(setup.shape, setup.operation,
-                                          random_path(random_, now_.grid(), pick(random_, 2, 30)));
+        const Stroke stroke = *make_stroke(setup.shape, setup.operation,
+                                           random_path(random_, now_.grid(), pick(random_, 2, 30)));
         while (!editor_.use(stroke.shape, stroke.tool, stroke.operation))
             std::this_thread::yield();
         for (size_t i = 0; i < stroke.poses.size(); ++i) {
@@ -177,7 +177,7 @@ TEST(Editor, ALongStrokeAppearsPieceByPieceAndTheRingStaysEmpty) {
     Editor editor(first, {.ring_inputs = 64, .slice_ms = 0.01});
     auto reader = editor.add_reader();
     const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 60})", "");
-    const Stroke stroke = make_stroke(ball, {}, {{0, {glm::dvec3(80), kUpright}}});
+    const Stroke stroke = *make_stroke(ball, {}, {{0, {glm::dvec3(80), kUpright}}});
     ASSERT_TRUE(editor.use(stroke.shape, stroke.tool, stroke.operation));
     constexpr uint64_t kInputs = 2000; // many more than the ring has room for
     uint64_t number = 0;
@@ -234,7 +234,7 @@ TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
     const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 6})", "");
     std::vector<Stroke> strokes;
     for (int i = 0; i < 3; ++i)
-        strokes.push_back(make_stroke(ball, {}, {{0, {glm::dvec3(10 + 10 * i), kUpright}}}));
+        strokes.push_back(*make_stroke(ball, {}, {{0, {glm::dvec3(10 + 10 * i), kUpright}}}));
     ASSERT_TRUE(editor.use(ball, strokes[0].tool, {}));
     uint64_t number = 0;
     const auto dab = [&](const Stroke& stroke) {
@@ -361,7 +361,7 @@ TEST_F(JournalledEditor, AChangeOfJournalWaitsNoLongerThanItsLimit) {
     Editor editor(first, {.journal = *Journal::create(file("old"), Journal::base_of(first))});
     auto reader = editor.add_reader();
     const Stroke ball =
-        make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""), {}, {{}});
+        *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""), {}, {{}});
     ASSERT_TRUE(editor.use(ball.shape, ball.tool, ball.operation));
     ASSERT_TRUE(editor.push({EditInput::Kind::down, {0, {{8, 8, 8}, kUpright}}, 1, 0}));
     while (reader.pin()->inputs_done < 1)
@@ -402,7 +402,7 @@ TEST(Editor, PassesOverWhatIsNoPose) {
         {6, {{30, 20, 20}, nearly}},     {7, {{9, 9, 9}, {0, 0, 0, 0}}}};
     Editor editor(first);
     auto reader = editor.add_reader();
-    const Stroke stroke = make_stroke(capsule, {}, {pushed[0], {6, {{30, 20, 20}, lying}}});
+    const Stroke stroke = *make_stroke(capsule, {}, {pushed[0], {6, {{30, 20, 20}, lying}}});
     ASSERT_TRUE(editor.use(stroke.shape, stroke.tool, stroke.operation));
     for (size_t i = 0; i < pushed.size(); ++i) {
         const auto kind = i == 0                   ? EditInput::Kind::down

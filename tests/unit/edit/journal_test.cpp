@@ -29,9 +29,9 @@ class JournalTest : public TemporaryFolder {
                 continue;
             }
             all.push_back({JournalEntry::Kind::stroke,
-                           make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 2})", ""),
-                                       random_operation(random, OperationKind::erode),
-                                       random_path(random, grid, 5))});
+                           *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 2})", ""),
+                                        random_operation(random, OperationKind::erode),
+                                        random_path(random, grid, 5))});
         }
         return all;
     }

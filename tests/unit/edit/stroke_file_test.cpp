@@ -59,8 +59,8 @@ TEST(StrokeFile, WritesWhatItReadsToTheBit) {
         const Grid grid = random_grid(random, {40, 30, 20});
         JsonErrors errors{"f", {}};
         const Stroke stroke =
-            make_stroke(*parse_json(shapes[i % 4], "f"), random_operation(random, kind),
-                        random_path(random, grid, 4));
+            *make_stroke(*parse_json(shapes[i % 4], "f"), random_operation(random, kind),
+                         random_path(random, grid, 4));
         const std::string text = stroke_text(stroke);
         const Result<std::vector<Stroke>> read = parse_strokes(text, "f");
         ASSERT_TRUE(read) << read.error().message << "\n" << text;
@@ -127,6 +127,19 @@ TEST(StrokeFile, EveryTruncationIsReadOrRefused) {
     for (size_t i = 0; i <= text.size(); ++i)
         fine += why(text.substr(0, i)) == "fine";
     EXPECT_EQ(fine, 4u); // after each pose, with and without its line break
+}
+
+TEST(Stroke, OfPartsThatAreNoneIsRefused) {
+    const auto why = [](const char* shape, std::vector<StrokePose> poses) {
+        const Result<Stroke> made = make_stroke(*parse_json(shape, "f"), {}, std::move(poses));
+        return made ? "" : made.error().message;
+    };
+    const char* ball = R"({"kind": "ball", "radius_mm": 2})";
+    EXPECT_EQ(why(ball, {{0.0}, {0.0}, {1.5}}), "");
+    EXPECT_EQ(why(ball, {}), "a stroke: expected at least one pose, found none");
+    EXPECT_EQ(why(ball, {{1.0}, {0.5}}),
+              "a stroke: expected times that do not fall, found 0.5 s after 1 s");
+    EXPECT_THAT(why(R"({"kind": "ball", "radius_mm": 0})", {{}}), HasSubstr("radius_mm"));
 }
 
 } // namespace

@@ -43,12 +43,12 @@ class CarvedHead : public SharedData {
         add.to_value = 1800;
         add.rates = {{0, 3000}};
         const auto shape = [](const char* text) { return *parse_json(text, ""); };
-        return {make_stroke(shape(R"({"kind": "ball", "radius_mm": 12})"), cut,
-                            drilling(volume, {0.5 * end.x, end.y, 0.5 * end.z})),
-                make_stroke(shape(R"({"kind": "burr", "radius_mm": 10, "flutes": 6})"), mill,
-                            drilling(volume, {0.0, 0.5 * end.y, 0.6 * end.z})),
-                make_stroke(shape(R"({"kind": "capsule", "radius_mm": 7, "length_mm": 20})"), add,
-                            drilling(volume, {end.x, 0.5 * end.y, 0.7 * end.z}))};
+        return {*make_stroke(shape(R"({"kind": "ball", "radius_mm": 12})"), cut,
+                             drilling(volume, {0.5 * end.x, end.y, 0.5 * end.z})),
+                *make_stroke(shape(R"({"kind": "burr", "radius_mm": 10, "flutes": 6})"), mill,
+                             drilling(volume, {0.0, 0.5 * end.y, 0.6 * end.z})),
+                *make_stroke(shape(R"({"kind": "capsule", "radius_mm": 7, "length_mm": 20})"), add,
+                             drilling(volume, {end.x, 0.5 * end.y, 0.7 * end.z}))};
     }
 };
 

@@ -291,8 +291,8 @@ TEST_F(ProjectTest, ASaveWaitsForAStrokeNoLongerThanItsLimit) {
     make();
     Result<Project::Opened> opened = Project::open(file("p"));
     Session session(std::move(opened->setup));
-    const Stroke cut = make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""),
-                                   {.kind = OperationKind::cut, .to_value = 5}, {{}});
+    const Stroke cut = *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""),
+                                    {.kind = OperationKind::cut, .to_value = 5}, {{}});
     ASSERT_TRUE(session.use({cut.shape, cut.tool, cut.operation, "head", ""}));
     const haptics::Workspace workspace({0, 0, 0}, 1.0);
     haptics::RecordedDevice device(

@@ -72,8 +72,8 @@ TEST(Session, APressIsOneStroke) {
 
 TEST(Session, AStrokeUnderWayEndsWithTheDevice) {
     Session session(setup());
-    const Stroke made = make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""),
-                                    {.kind = OperationKind::cut, .to_value = 5}, {{}});
+    const Stroke made = *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""),
+                                     {.kind = OperationKind::cut, .to_value = 5}, {{}});
     session.use({made.shape, made.tool, made.operation, "head", ""});
     const haptics::Workspace workspace({0, 0, 0}, 1.0);
     haptics::RecordedDevice device(
@@ -168,7 +168,7 @@ TEST(Session, WhatIsChosenUnderAPressedHandMakesNoJump) {
                            [&](glm::uvec3 i) { return 500.0 + 100.0 * (z_mm - (i.z - 23.5)); });
     };
     SessionSetup begin = setup();
-    begin.document = Document(
+    begin.document = *make_document(
         {{"low", VolumeKind::grey, floor_at(0.0)}, {"high", VolumeKind::grey, floor_at(3.0)}});
     begin.grey = "low";
     begin.labels = "";

@@ -18,7 +18,7 @@ namespace palpate {
 
 inline Document head_and_organs() {
     const Grid grid = make_grid({48, 40, 36}, {0.5, 0.5, 1.0}, {-12, -10, -18});
-    return Document(
+    return *make_document(
         {{"head", VolumeKind::grey,
           make_volume(grid, ScalarType::i16,
                       [](glm::uvec3 i) { return (i.x * 7 + i.y * 13 + i.z * 29) % 997; })},
@@ -38,7 +38,7 @@ inline void stroke(Session& session, int n, std::optional<double> surface_value 
     if (n % 2)
         operation.only_values = {200, 800};
     const Stroke made =
-        make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""), operation, {{}});
+        *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""), operation, {{}});
     ASSERT_TRUE(session.use(
         {made.shape, made.tool, made.operation, n % 2 ? "organs" : "head", n % 2 ? "head" : ""}));
     std::vector<haptics::HandPose> poses;
@@ -77,7 +77,7 @@ inline void act(Session& session, int n) {
                 {"result", VolumeKind::other,
                  make_volume(make_grid({20, 20, uint32_t(10 + n % 5)}, {1, 1, 1}), ScalarType::f32,
                              [n](glm::uvec3 i) { return 0.1 * i.x * n; })},
-                "gaussian", Json::object({{"sigma_mm", Json::of(0.1 * n)}})));
+                "gaussian", Json{{"sigma_mm", 0.1 * n}}));
             break;
         default:
             stroke(session, n);
