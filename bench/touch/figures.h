@@ -25,7 +25,7 @@ class Histogram {
     std::array<uint32_t, 2000> bins_{};
 };
 
-// What one algorithm did on one path in one scene, judged against the body's closed form.
+// Figures of one algorithm on one path in one scene, judged against the body's closed form.
 struct Figures {
     uint64_t ticks = 0, contact_ticks = 0;
     uint64_t pop_throughs = 0;        // the proxy changed parts of free space, or sank 1.5 voxels
@@ -74,7 +74,7 @@ class Judge {
     bool has_last_ = false, has_proxy_ = false;
     glm::dvec3 last_tool_{}, last_force_{}, last_proxy_{};
     uint64_t since_exchange_ = ~uint64_t{0} >> 1; // ticks
-    uint64_t settled_after_ = 0;                  // what an exchange moved is bled off by then
+    uint64_t settled_after_ = 0;                  // the jump of an exchange is bled off by then
     int part_ = 0;
     bool sunk_ = false;
     bool is_blind_ = false;

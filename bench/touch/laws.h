@@ -5,7 +5,7 @@
 
 namespace palpate::touch {
 
-// What the plan measures of an algorithm in one scene, a plane of 0.5 mm floats, at 1 N/mm; NaN
+// Measurements of an algorithm in one scene of the plan, a plane of 0.5 mm floats, at 1 N/mm; NaN
 // where the algorithm has no such property or never touched.
 struct Laws {
     double energy_beyond_mj = NAN;  // in to 4 mm at 0.2 m/s and out: work on the hand less k v T d

@@ -17,9 +17,8 @@ using glm::dvec3;
 Solid solid_of(const Volume& volume, double iso) {
     // A slope below this is no edge: a tenth of the range over four samples.
     const ValueRange range = volume.range();
-    const dvec3 spacing = spacing_mm(volume.grid());
-    const double flat = 0.1 * (double{range.max} - double{range.min}) /
-                        (4.0 * std::max({spacing.x, spacing.y, spacing.z}));
+    const double flat =
+        0.1 * (double{range.max} - double{range.min}) / (4.0 * largest_spacing_mm(volume.grid()));
     Solid solid;
     solid.distance_mm = [=](dvec3 mm) {
         const dvec3 index = index_point(volume.grid(), mm);

@@ -35,7 +35,7 @@ double edge_mm(const Storage& storage);
 // Spacing of the coarsest axis: what errors of position are shares of.
 double voxel_mm(const Storage& storage);
 
-// What an edit makes of a body, and for how long.
+// A body after an edit, and for how long it stays.
 struct EditStep {
     size_t ticks = 0;
     Solid solid;
@@ -86,7 +86,7 @@ struct Scene {
         haptics::TouchScene touch;
     };
     std::vector<Stage> stages; // of body.edits
-    // Which of them is there at a tick; `touch` for ever where there are none.
+    // The index of the one at a tick; `touch` for ever where there are none.
     size_t stage_at(size_t tick) const;
 };
 

@@ -19,10 +19,10 @@ struct Solid {
     // The nearest point that is free: where a frictionless proxy rests. A point that is free is
     // returned itself; none where the nearest is not unique or not known.
     std::function<std::optional<glm::dvec3>(glm::dvec3 mm)> nearest_free;
-    // What the scanner stores, 0 in free space to 1 in material, 0.5 at the surface. `edge_mm` is
+    // The scanner's value, 0 in free space to 1 in material, 0.5 at the surface. `edge_mm` is
     // the standard deviation of its blur.
     std::function<double(glm::dvec3 mm, double edge_mm)> density;
-    // Which connected part of free space a point lies in; -1 in material. Absent: there is one.
+    // The connected part of free space at a point; -1 in material. Absent: there is one.
     std::function<int(glm::dvec3 mm)> part;
     bool free_is_convex = false;
     // The least radius at which material bulges: the nearest free point moves faster than the hand
@@ -33,7 +33,7 @@ struct Solid {
 // How much faster than the hand a true force may change at this depth, in units of the stiffness.
 double expansion(const Solid& solid, double depth_mm);
 
-// What the middle of a ball of this radius feels of a body: its surface moved out by the radius. A
+// The body for the middle of a ball of this radius: its surface moved out by the radius. A
 // hollow edge must be rounded by at least as much. The density stays the body's.
 Solid grown(const Solid& solid, double radius_mm);
 

@@ -2,7 +2,7 @@
 
 #include "bench/touch/scenes.h"
 
-// What the plan asks beyond bodies at rest.
+// Cases of the plan beyond bodies at rest.
 namespace palpate::touch {
 
 // A12: what must not be felt, and values at the end of their type.

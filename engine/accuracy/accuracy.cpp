@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "engine/base/assert.h"
 #include "engine/reference/truth.h"
 #include "engine/scene/scene_names.h"
 
@@ -124,7 +123,6 @@ AccuracyJudge::AccuracyJudge(Renderer& renderer, const Scene& scene, const Scene
       data_(&data),
       scene_(scene),
       pixels_(static_cast<double>(scene.size_px.x) * scene.size_px.y) {
-    PALPATE_ASSERT(scene.ray_cast.has_value());
     scene_.stereo.reset();
     scene_.value_and_depth = false;
     scene_.size_px = smaller(scene.size_px, side_px);
@@ -139,6 +137,8 @@ Result<Image> AccuracyJudge::draw(const Scene& scene) {
 
 Result<AccuracyJudge> AccuracyJudge::make(Renderer& renderer, const Scene& scene,
                                           const SceneData& data, AccuracySampling sampling) {
+    if (!scene.ray_cast)
+        return fail("the error of a picture: expected a scene with a ray cast, found none");
     AccuracyJudge judge(renderer, scene, data, sampling.side_px);
     Scene finest = judge.scene_;
     finest.ray_cast->integrator = Integrator::exact;

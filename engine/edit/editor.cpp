@@ -165,7 +165,6 @@ bool Editor::take_inputs() {
     bool any = false;
     for (EditInput input; inputs_.pop(input); any = true) {
         waiting_.push_back(input);
-        taken_.store(input.number, std::memory_order_release);
     }
     return any;
 }

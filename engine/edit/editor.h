@@ -141,7 +141,6 @@ class Editor {
     Readers::Reader add_reader() { return states_.add_reader(); }
 
     // The newest input popped from the ring, by number; for tests and status lines.
-    uint64_t inputs_taken() const { return taken_.load(std::memory_order_acquire); }
     // How many inputs and commands were accepted; see EditState for how many of them are done.
     uint64_t commands_given() const { return commanded_.load(std::memory_order_acquire); }
 
@@ -200,7 +199,6 @@ class Editor {
     Ring<Command> commands_{64};
     Mailbox<EditState> states_;
     std::atomic<uint64_t> pushed_{0}; // how many inputs the ring took
-    std::atomic<uint64_t> taken_{0};
     std::atomic<uint64_t> commanded_{0};
 
     // The thread's own.

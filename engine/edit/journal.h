@@ -17,8 +17,8 @@ struct Change {
     std::string packed;               // of pack_step()
 };
 
-// What an edit did: a stroke, another change of the document (a filter's result, say), or a step
-// back or forth.
+// One entry: a stroke, another change of the document (a filter's result, say), or a step back or
+// forth.
 struct JournalEntry {
     enum class Kind { stroke, undo, redo, change };
     Kind kind = Kind::stroke;
@@ -49,8 +49,8 @@ Result<JournalEntry> parse_entry(std::string_view text, const std::string& name)
 // none.
 class Journal {
  public:
-    // What entries apply to: volumes by their samples, or (save above 0) a project as it was saved
-    // for the save-th time.
+    // The state that entries apply to: volumes by their samples, or (save above 0) the save-th save
+    // of a project.
     struct Base {
         struct Entry {
             std::string name;
@@ -84,7 +84,7 @@ class Journal {
     struct Found;
     static Result<Found> open(const std::filesystem::path& path, const Base& base);
 
-    // What a journal holds, whatever volumes it belongs to; changes nothing, needs no lock.
+    // Reads a journal without its volumes; changes nothing, needs no lock.
     static Result<Contents> peek(const std::filesystem::path& path);
 
     // An error if another process has it open for writing.

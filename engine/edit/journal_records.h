@@ -20,7 +20,7 @@ std::string record_of(std::string_view payload);
 // The payload of the record at `at`, which moves behind it; nothing where it is not whole.
 std::optional<std::string_view> next_record(std::string_view file, size_t& at);
 
-// What lies behind the last whole record.
+// The end of the file behind the last whole record.
 //
 // A write that never ended leaves a record that is cut, or that ends in zeros, as no payload does,
 // and nothing after it. Whatever else is no record was one, and has changed since.

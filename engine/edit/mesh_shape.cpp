@@ -5,6 +5,7 @@
 #include <map>
 
 #include "engine/edit/shape.h"
+#include "engine/mesh/mesh_check.h"
 #include "engine/mesh/triangle_tree.h"
 
 namespace palpate {
@@ -103,10 +104,8 @@ bool is_closed(const Mesh& mesh) {
 Result<ShapePtr> make_mesh_shape(const Mesh& mesh, double cell_mm) {
     if (mesh.triangles.empty())
         return fail("expected a mesh with triangles, found none");
-    for (const glm::uvec3 t : mesh.triangles)
-        if (std::max({t.x, t.y, t.z}) >= mesh.positions.size())
-            return fail("expected triangles of the {} positions, found position {}",
-                        mesh.positions.size(), std::max({t.x, t.y, t.z}));
+    if (Result<void> whole = check_mesh(mesh); !whole)
+        return pass_on(whole);
     if (!is_closed(mesh))
         return fail("expected a closed mesh, found edges with a triangle on one side only");
     BoxMm box{glm::dvec3(mesh.positions[0]), glm::dvec3(mesh.positions[0])};

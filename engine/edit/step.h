@@ -26,7 +26,7 @@ std::vector<ReplacedBrick> replaced_bricks(const Volume& before, const Volume& a
 // sample.
 Volume taken_back(const Volume& before, const Volume& after);
 
-// What a step did to one volume of a document. A volume that came or went is told by how it
+// The part of a step that changed one volume. A volume that came or went is told by how it
 // differs from zeros; one whose grid, type or kind changed went, and came.
 struct VolumeStep {
     enum class Kind : uint8_t { changed, came, went };

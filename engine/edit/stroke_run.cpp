@@ -11,21 +11,13 @@
 #include "engine/edit/label_box.h"
 #include "engine/edit/near_samples.h"
 #include "engine/edit/regions.h"
+#include "engine/volume/nearest_stored.h"
 
 namespace palpate {
 
 namespace {
 
 constexpr size_t kBricksPerSlice = 16;
-
-template <class T>
-T stored(double value) {
-    if constexpr (std::is_floating_point_v<T>)
-        return static_cast<T>(value);
-    else
-        return static_cast<T>(std::clamp<double>(
-            std::nearbyint(value), std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
-}
 
 template <class T>
 bool has_data(T value) {
@@ -350,14 +342,14 @@ void StrokeRun::change(const Touched& brick, const SampleMask& fresh, std::span<
             return for_all([&](T v, glm::ivec3) { return is_free(v) ? T{0} : v; });
         case OperationKind::cut:
             return for_all([&](T v, glm::ivec3 p) {
-                return has_data(v) ? stored<T>(wall_value(brick, double(v), p)) : v;
+                return has_data(v) ? nearest_stored<T>(wall_value(brick, double(v), p)) : v;
             });
         case OperationKind::mill:
             return for_all([&](T v, glm::ivec3 p) {
                 if (!has_data(v))
                     return v;
                 const double dose = brick.dose[offset_in_brick(glm::uvec3(p))];
-                return stored<T>(
+                return nearest_stored<T>(
                     milled(v, rate_at(op.rates, v), dose, wall_value(brick, double(v), p)));
             });
         case OperationKind::erode:

@@ -107,7 +107,8 @@ double neighborhood_match_share(const Image& first, const Image& second,
 
 Result<ImageDifference> compare_images(const Image& first, const Image& second, double bound,
                                        double pixels_per_degree) {
-    PALPATE_ASSERT_CMP(bound, >=, 0.0);
+    if (!(bound >= 0.0))
+        return fail("expected a bound of 0 or more, found {}", bound);
     Result<std::vector<size_t>> matching = matching_channels(first, second);
     if (!matching)
         return pass_on(matching);

@@ -39,7 +39,8 @@ struct ImageDifference {
     std::optional<double> flip_mean; // flip.h; where both images have colours
 };
 
-// Compares two images of one size with the same channels, in whatever order.
+// Compares two images of one size with the same channels, in whatever order; an error where they
+// are not, or where the bound is below 0.
 // bound >= 0, in the samples' units: differences up to it, itself included, are within.
 Result<ImageDifference> compare_images(const Image& first, const Image& second, double bound,
                                        double pixels_per_degree = kFlipPixelsPerDegree);

@@ -13,7 +13,6 @@
 #include <exception>
 #include <stdexcept>
 
-#include "engine/base/assert.h"
 #include "engine/base/file.h"
 #include "engine/image/exr_header.h"
 
@@ -158,8 +157,10 @@ std::string one_line(std::string text) {
 
 Result<void> save_exr(const std::filesystem::path& path, const Image& image, ExrPrecision precision,
                       const ImageMetadata& metadata) {
-    PALPATE_ASSERT(image.samples.size() ==
-                   size_t{image.size_px.x} * image.size_px.y * image.channels.size());
+    if (const size_t whole = size_t{image.size_px.x} * image.size_px.y * image.channels.size();
+        image.samples.size() != whole)
+        return fail("{}: expected a picture of {} samples, found {}", path.string(), whole,
+                    image.samples.size());
     if (auto checked =
             check_image_limits(path, image.size_px.x, image.size_px.y, image.channels.size());
         !checked)

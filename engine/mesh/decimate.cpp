@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/base/assert.h"
 #include "engine/mesh/distance.h"
+#include "engine/mesh/mesh_check.h"
 #include "engine/mesh/used_positions.h"
 
 namespace palpate {
@@ -107,12 +107,10 @@ double distance_mm(const CollapseSource& source, const Remainder& left, double t
 } // namespace
 
 Result<Decimated> decimate(const Mesh& mesh, const DecimateOptions& options) {
-    PALPATE_ASSERT_CMP(options.error_mm, >, 0.0);
-    for (size_t v = 0; v < mesh.positions.size(); ++v)
-        if (const glm::vec3 p = mesh.positions[v];
-            !(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)))
-            return fail("decimation: expected finite positions, found {} {} {} at vertex {}", p.x,
-                        p.y, p.z, v);
+    if (!(options.error_mm > 0.0))
+        return fail("decimation: expected an error above 0 mm, found {}", options.error_mm);
+    if (Result<void> whole = check_mesh(mesh); !whole)
+        return pass_on(whole);
     if (mesh.triangles.empty())
         return Decimated{mesh};
     const CollapseSource source(mesh);

@@ -37,7 +37,7 @@ struct Decimated {
 // edge is added. Lines where walls between labels meet stay lines, and no wall splits. The
 // triangles keep their order and labels. Triangles that name a vertex twice are dropped.
 //
-// An error where a position is not finite.
+// Refused: an error_mm that is not above 0; what check_mesh() refuses.
 Result<Decimated> decimate(const Mesh& mesh, const DecimateOptions& options);
 
 } // namespace palpate

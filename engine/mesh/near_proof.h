@@ -88,7 +88,7 @@ double NearProof::prove(const Piece& whole, double level, const CornersOf& corne
             return found.distance_mm;
         if (looks > kMostPieces || piece.count >= Piece::kMost - 3)
             return kStep * level;
-        // What lies over the triangle nearest to the middle, and the rest.
+        // The part over the triangle nearest to the middle, and the rest.
         const Corners other = corners_of(found.triangle);
         const glm::dvec3 normal = twice_area_normal(other);
         const size_t others = pieces_.size();

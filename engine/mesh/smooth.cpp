@@ -136,21 +136,4 @@ SmoothReport windowed_sinc_filter(Mesh& mesh, uint32_t terms, double pass_band) 
     });
 }
 
-void mean_filter_normals(Mesh& mesh, uint32_t passes) {
-    if (mesh.normals.empty())
-        mesh.normals = vertex_normals(mesh);
-    const Neighbors neighbors = neighbors_of(mesh);
-    for (uint32_t pass = 0; pass < passes; ++pass) {
-        std::vector<glm::vec3> next(mesh.normals.size());
-        tbb::parallel_for(size_t{0}, next.size(), [&](size_t v) {
-            glm::dvec3 sum(mesh.normals[v]);
-            for (uint32_t i = neighbors.first[v]; i < neighbors.first[v + 1]; ++i)
-                sum += glm::dvec3(mesh.normals[neighbors.vertices[i]]);
-            const double length = glm::length(sum);
-            next[v] = length > 0.0 ? glm::vec3(sum / length) : mesh.normals[v];
-        });
-        mesh.normals = std::move(next);
-    }
-}
-
 } // namespace palpate

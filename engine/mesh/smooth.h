@@ -38,10 +38,6 @@ SmoothReport taubin_filter(Mesh& mesh, uint32_t passes, double lambda = 0.5,
 // pass_band, so that f is still 1 there. 0 < pass_band < 2; terms >= 1, each as dear as a pass.
 SmoothReport windowed_sinc_filter(Mesh& mesh, uint32_t terms = 20, double pass_band = 0.1);
 
-// Normals alone: each becomes the unit mean of itself and its neighbours', `passes` times. Smooths
-// shading and touch without moving vertices. Normals are computed first if there are none.
-void mean_filter_normals(Mesh& mesh, uint32_t passes);
-
 // Coefficients of the windowed sinc: f(k) = sum of c[i] cos(i arccos(1 - k / 2)).
 std::vector<double> windowed_sinc_coefficients(uint32_t terms, double pass_band);
 

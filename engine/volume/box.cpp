@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "engine/volume/builder.h"
+#include "engine/volume/extent.h"
 
 namespace palpate {
 
@@ -79,12 +80,8 @@ Result<void> copy_in(VolumeEdit& edit, glm::uvec3 first, glm::uvec3 size, BoxStr
 
 template <class T>
 Result<Volume> volume_of_array(const Grid& grid, BoxStrides strides, std::span<const T> samples) {
-    if (glm::any(glm::equal(grid.size, glm::uvec3(0))))
-        return fail("expected a grid of one sample or more on each axis, found {} x {} x {}",
-                    grid.size.x, grid.size.y, grid.size.z);
-    const double cell = glm::determinant(glm::dmat3(grid.world_from_index));
-    if (!std::isfinite(cell) || cell == 0.0)
-        return fail("expected a grid whose matrix has an inverse, found the determinant {}", cell);
+    if (Result<void> checked = check_grid(grid); !checked)
+        return pass_on(checked);
     if (Result<void> checked =
             check<T>(grid, scalar_type_of<T>, glm::uvec3(0), grid.size, strides, samples.size());
         !checked)

@@ -10,6 +10,7 @@
 
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
+#include "engine/volume/nearest_stored.h"
 
 namespace palpate {
 
@@ -46,15 +47,6 @@ Volume build(const Grid& grid, ScalarType type, const Make& make) {
     });
     PALPATE_ASSERT_CMP(made.load(), ==, total);
     return builder.finish();
-}
-
-template <class T>
-T rounded(double value) {
-    if constexpr (std::is_floating_point_v<T>)
-        return static_cast<T>(value);
-    else
-        return static_cast<T>(std::clamp<double>(
-            std::nearbyint(value), std::numeric_limits<T>::min(), std::numeric_limits<T>::max()));
 }
 
 } // namespace
@@ -152,7 +144,7 @@ BrickPtr make_brick(const Grid& grid, ScalarType type,
             for (uint32_t y = 0; y < valid.y; ++y)
                 for (uint32_t x = 0; x < valid.x; ++x)
                     staged[offset_in_brick({x, y, z})] =
-                        rounded<T>(value(start + glm::uvec3(x, y, z)));
+                        nearest_stored<T>(value(start + glm::uvec3(x, y, z)));
         return Brick::make(std::span<const T>(staged), valid);
     });
 }

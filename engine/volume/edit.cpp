@@ -8,6 +8,7 @@
 
 #include "engine/base/assert.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/nearest_stored.h"
 
 namespace palpate {
 
@@ -57,14 +58,8 @@ float VolumeEdit::value(glm::uvec3 index) const {
 void VolumeEdit::set(glm::uvec3 index, double value) {
     visit_scalar(base_.type(), [&](auto t) {
         using T = decltype(t);
-        T stored;
-        if constexpr (std::is_floating_point_v<T>)
-            stored = static_cast<T>(value);
-        else
-            stored = static_cast<T>(std::clamp<double>(std::nearbyint(value),
-                                                       std::numeric_limits<T>::min(),
-                                                       std::numeric_limits<T>::max()));
-        write_brick<T>(index / kBrickSide)[offset_in_brick(index % kBrickSide)] = stored;
+        write_brick<T>(index / kBrickSide)[offset_in_brick(index % kBrickSide)] =
+            nearest_stored<T>(value);
     });
 }
 

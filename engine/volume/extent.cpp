@@ -87,9 +87,24 @@ std::string apart_text(const std::string& what, const Grid& grid, const Grid& vo
                        what, text_of(world_box(grid)), text_of(world_box(volume)));
 }
 
+Result<void> check_grid(const Grid& grid) {
+    if (glm::any(glm::equal(grid.size, glm::uvec3(0))))
+        return fail("expected a grid of one sample or more on each axis, found {} x {} x {}",
+                    grid.size.x, grid.size.y, grid.size.z);
+    const double cell = glm::determinant(glm::dmat3(grid.world_from_index));
+    if (!std::isfinite(cell) || cell == 0.0)
+        return fail("expected a grid whose matrix has an inverse, found the determinant {}", cell);
+    return {};
+}
+
 double smallest_spacing_mm(const Grid& grid) {
     const glm::dvec3 spacing = spacing_mm(grid);
     return std::min({spacing.x, spacing.y, spacing.z});
+}
+
+double largest_spacing_mm(const Grid& grid) {
+    const glm::dvec3 spacing = spacing_mm(grid);
+    return std::max({spacing.x, spacing.y, spacing.z});
 }
 
 double slack_mm(const Grid& grid) {

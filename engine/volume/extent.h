@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/error.h"
 #include "engine/volume/grid.h"
 
 // Positions of objects in the patient, and whether they overlap.
@@ -40,8 +41,12 @@ bool have_common_point(std::span<const HalfSpace> spaces, double slack_mm);
 // with `what` the first is. Empty where some do.
 std::string apart_text(const std::string& what, const Grid& grid, const Grid& volume);
 
+// Fails where a size is 0 or the matrix has no inverse. Makers of volumes take both for granted.
+Result<void> check_grid(const Grid& grid);
+
 // Of the three along the index axes; > 0.
 double smallest_spacing_mm(const Grid& grid);
+double largest_spacing_mm(const Grid& grid);
 
 // A ten-thousandth of the smallest spacing: what is nearer is taken as the same place.
 double slack_mm(const Grid& grid);

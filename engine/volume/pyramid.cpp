@@ -4,11 +4,11 @@
 
 #include <cmath>
 #include <limits>
-#include <type_traits>
 #include <vector>
 
 #include "engine/base/assert.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/nearest_stored.h"
 
 namespace palpate {
 
@@ -33,7 +33,7 @@ T mean(const T* samples, glm::uvec3 low, glm::uvec3 high) {
     if constexpr (std::is_floating_point_v<T>)
         return count > 0 ? static_cast<T>(sum / count) : std::numeric_limits<T>::quiet_NaN();
     else
-        return static_cast<T>(std::nearbyint(sum / count));
+        return nearest_stored<T>(sum / count);
 }
 
 } // namespace

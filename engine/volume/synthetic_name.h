@@ -9,7 +9,7 @@
 
 namespace palpate {
 
-// What a synthetic volume is before it is sampled: make_volume() and make_brick() take its parts.
+// A synthetic volume before it is sampled: the arguments of make_volume() and make_brick().
 struct SyntheticVolume {
     Grid grid;
     ScalarType type{};

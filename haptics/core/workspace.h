@@ -7,7 +7,7 @@
 
 namespace palpate::haptics {
 
-// What a person sets of a workspace while it runs.
+// Settings of a workspace that a person changes while it runs.
 struct WorkspaceSettings {
     double scale = 1.0;                      // mm of the world per mm of the hand; > 0
     glm::dquat rotation{1.0, 0.0, 0.0, 0.0}; // world_from_device, unit length

@@ -16,7 +16,7 @@ namespace palpate::haptics {
 struct DeviceRecord {
     DeviceSample sample;
     DeviceStatus status = DeviceStatus::ok;
-    Wrench wrench; // what was written after it
+    Wrench wrench; // written after it
 };
 
 // Two forms of one thing; both give back every bit that was put in.

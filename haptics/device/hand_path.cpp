@@ -48,6 +48,24 @@ glm::dvec3 HandPath::velocity_mm_per_s(double time_s) const noexcept {
            (poses_[i + 1].time_s - poses_[i].time_s);
 }
 
+Result<HandPath> make_hand_path(std::vector<HandPose> poses) {
+    if (poses.empty())
+        return fail("a path: expected at least one pose, found none");
+    for (size_t i = 0; i < poses.size(); ++i) {
+        const auto& [time_s, tool, buttons] = poses[i];
+        const glm::dvec3 p = tool.position_mm;
+        if (!std::isfinite(time_s) || (i > 0 && !(poses[i - 1].time_s < time_s)))
+            return fail("a path: expected times that rise, found {} s at pose {}", time_s, i);
+        if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kFarthestHand_mm))
+            return fail("a path: expected places within {:g} mm, found {}, {}, {} at pose {}",
+                        kFarthestHand_mm, p.x, p.y, p.z, i);
+        if (!(std::abs(glm::dot(tool.rotation, tool.rotation) - 1.0) < 1e-6))
+            return fail("a path: expected rotations of unit length, found {} at pose {}",
+                        glm::length(tool.rotation), i);
+    }
+    return HandPath(std::move(poses));
+}
+
 Result<HandPath> parse_hand_path(const std::string& text, const std::string& name) {
     constexpr CsvColumn kColumns[] = {{"time_s"},    {"x_mm"},           {"y_mm"},
                                       {"z_mm"},      {"qw", false, 1.0}, {"qx", false},

@@ -24,7 +24,8 @@ struct HandPose {
 // the first and after the last it rests there.
 class HandPath {
  public:
-    // At least one pose; times rise; everything finite; rotations of unit length.
+    // At least one pose; times rise; everything finite; rotations of unit length. For poses from
+    // elsewhere there is make_hand_path().
     explicit HandPath(std::vector<HandPose> poses);
 
     HandPose at(double time_s) const noexcept;
@@ -39,11 +40,16 @@ class HandPath {
     std::vector<HandPose> poses_;
 };
 
+constexpr double kFarthestHand_mm = 1e8; // from 0 along an axis, as of strokes
+
+// A path of poses from elsewhere. Refused: what the constructor takes for granted, and places
+// farther than kFarthestHand_mm.
+Result<HandPath> make_hand_path(std::vector<HandPose> poses);
+
 // Comma-separated text (csv.h) with the columns time_s, x_mm, y_mm, z_mm, and optionally qw, qx,
 // qy, qz (scaled to unit length; default: no rotation) and button (a whole number, bit b for button
 // b). Refused, with the line: times that do not rise, quaternions near 0, places farther than
 // kFarthestHand_mm.
-constexpr double kFarthestHand_mm = 1e8; // from 0 along an axis, as of strokes
 Result<HandPath> parse_hand_path(const std::string& text, const std::string& name);
 Result<HandPath> load_hand_path(const std::filesystem::path& path);
 

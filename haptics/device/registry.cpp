@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cmath>
 
-#include "engine/base/assert.h"
 #include "haptics/device/recorded.h"
 
 namespace palpate::haptics {
@@ -23,7 +22,10 @@ std::vector<DeviceEntry> list_simulated() {
 }
 
 Opened open_simulated(const DeviceEntry& entry, const DeviceSetup& setup) {
-    DevicePreset preset = *find_device_preset(entry.name);
+    const DevicePreset* known = find_device_preset(entry.name);
+    if (!known)
+        return fail("a simulated device: expected one that is listed, found '{}'", entry.name);
+    DevicePreset preset = *known;
     preset.plant.delay_ticks = setup.delay_ticks;
     return std::make_unique<SimulatedDevice>(preset, setup.hand, setup.path, setup.workspace,
                                              setup.start_ns);
@@ -68,12 +70,12 @@ constexpr DeviceDriver kDrivers[] = {
     {"recorded", "what `palpate touch --record` wrote", "FILE", list_recorded, open_recorded},
 };
 
-const DeviceDriver& driver_of(const DeviceEntry& entry) {
-    const auto found = std::find_if(
+// Null where there is none.
+const DeviceDriver* driver_of(const DeviceEntry& entry) {
+    const auto* found = std::find_if(
         std::begin(kDrivers), std::end(kDrivers),
         [&](const DeviceDriver& driver) { return std::string_view(driver.name) == entry.driver; });
-    PALPATE_ASSERT(found != std::end(kDrivers));
-    return *found;
+    return found != std::end(kDrivers) ? found : nullptr;
 }
 
 } // namespace
@@ -102,7 +104,7 @@ Result<DeviceEntry> find_device(std::string_view text) {
         number = all.size();
     std::vector<std::string> names;
     for (size_t i = 0; i < all.size(); ++i) {
-        const std::string argument = driver_of(all[i]).argument;
+        const std::string argument = driver_of(all[i])->argument;
         const std::string usage = all[i].name + (argument.empty() ? "" : ":") + argument;
         names.push_back(usage);
         if (i != number && all[i].name != name)
@@ -119,7 +121,16 @@ Result<DeviceEntry> find_device(std::string_view text) {
 
 Result<std::unique_ptr<HapticDevice>> open_device(const DeviceEntry& entry,
                                                   const DeviceSetup& setup) {
-    return driver_of(entry).open(entry, setup);
+    const DeviceDriver* driver = driver_of(entry);
+    if (!driver)
+        return fail("a device: expected one that is listed, found one of the driver '{}'",
+                    entry.driver);
+    if (!(setup.rate_hz >= 1.0 && setup.rate_hz <= 1e6))
+        return fail("a device: expected a rate of 1 to 1000000 Hz, found {}", setup.rate_hz);
+    if (setup.delay_ticks > DevicePlant::kMostDelayTicks)
+        return fail("a device: expected a delay of 0 to {} ticks, found {}",
+                    DevicePlant::kMostDelayTicks, setup.delay_ticks);
+    return driver->open(entry, setup);
 }
 
 } // namespace palpate::haptics

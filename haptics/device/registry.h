@@ -23,9 +23,9 @@ struct DeviceEntry {
     DeviceCapabilities capabilities;
 };
 
-// What a simulated hand needs; drivers of real devices pass over it.
+// Settings of a simulated hand; drivers of real devices ignore them.
 struct DeviceSetup {
-    HandPath path{{HandPose{}}};             // where the hand means to be, world
+    HandPath path{{HandPose{}}};             // intended positions of the hand, world
     Workspace workspace{glm::dvec3(0), 1.0}; // through which it gets there
     HandModel hand;
     uint32_t delay_ticks = 0; // 0 .. 2
@@ -36,9 +36,8 @@ struct DeviceSetup {
 // A kind of device. To add one: a pair of files, a test, and a line in the table of registry.cpp.
 struct DeviceDriver {
     const char* name;
-    const char* purpose; // one line
-    const char*
-        argument; // what stands behind the colon, for people ("FILE"); "" where nothing does
+    const char* purpose;  // one line
+    const char* argument; // behind the colon, for people ("FILE"); "" where there is none
     // The devices that are there now, each with all but `argument` and `driver`. A driver that
     // takes an argument lists one.
     std::vector<DeviceEntry> (*list)();

@@ -21,7 +21,8 @@ struct DevicePlant {
     double damping_n_s_per_m = 0.5;
     double coulomb_n = 0.0;      // dry friction; what the handle resists before it moves
     double encoder_step_m = 0.0; // 0: exact
-    uint32_t delay_ticks = 0;    // 0 .. 2: writes between a force and the moment it acts
+    static constexpr uint32_t kMostDelayTicks = 2;
+    uint32_t delay_ticks = 0; // writes between a force and the moment it acts
 };
 
 struct DevicePreset {
@@ -99,11 +100,11 @@ class SimulatedDevice final : public HapticDevice {
     size_t intent_ = 0;           // the last at or before now
     glm::dquat device_from_world_;
     bool is_homed_;
-    glm::dvec3 zero_m_{0.0}; // what the encoders show in the middle
+    glm::dvec3 zero_m_{0.0}; // reading of the encoders in the middle
 
     int64_t start_ns_, time_ns_;
     glm::dvec3 position_m_{0.0}, velocity_m_per_s_{0.0};
-    std::array<Wrench, 3> commanded_{}; // newest first
+    std::array<Wrench, DevicePlant::kMostDelayTicks + 1> commanded_{}; // newest first
     Wrench acting_;
     std::atomic<int64_t> halted_ns_{kNever_ns};
     double motor_work_j_ = 0.0;

@@ -35,7 +35,7 @@ struct TouchScene {
     uint64_t version = 0;                        // rises with every publication
 };
 
-// Which part of a scene is felt.
+// The part of a scene that is felt.
 enum class TouchSource : uint8_t { grey, labels };
 
 // How strong a constraint is where the grey value is I: the haptic transfer functions of Nystroem
@@ -80,7 +80,7 @@ struct TouchParameters {
     double vibration_n = 0.0;         // amplitude while material is removed
     TouchSource source = TouchSource::grey;
     // Normals are taken from samples blurred by this many samples: 1 for noise of 10 % of the
-    // contrast, 0.6 for 5 %, 0 for clean data. See normal_blur_for().
+    // contrast, 0.6 for 5 %, 0 for clean data. See tune() in field.h.
     double normal_blur_samples = 1.0;
     // Grey values far from the surface on its free and its solid side, for data without noise: the
     // blurred step between them is straightened before it is interpolated. Equal: not known. See
@@ -129,7 +129,7 @@ struct TickOutput {
     glm::dvec3 normal{0.0};  // unit length, out of the material; 0 where none is known
     double depth_mm = 0.0;   // distance from tool to proxy
     double confidence = 1.0; // of the normal, 0 .. 1
-    uint32_t label = 0;      // what is touched; 0 is none
+    uint32_t label = 0;      // of the touched material; 0 is none
     uint32_t iterations = 0; // of whatever the algorithm repeats
     uint32_t contacts = 0;   // constraints or samples that held the proxy
 };

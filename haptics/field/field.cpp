@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/volume/extent.h"
 #include "haptics/field/samples.h"
 #include "haptics/field/spline_place.h"
 
@@ -53,9 +54,8 @@ void Field::follow(const Volume& volume, TouchSource source, double iso, double 
         filters_ = make_filters(grid_, blur, labels, stored_.straightened());
         index_from_world_ = index_from_world(grid_);
         gradient_to_world_ = glm::transpose(glm::dmat3(index_from_world_));
-        const glm::dvec3 spacing = spacing_mm(grid_);
-        smallest_mm_ = std::min({spacing.x, spacing.y, spacing.z});
-        coarsest_mm_ = std::max({spacing.x, spacing.y, spacing.z});
+        smallest_mm_ = smallest_spacing_mm(grid_);
+        coarsest_mm_ = largest_spacing_mm(grid_);
     }
     ++generation_;
     iso_ = iso;

@@ -77,14 +77,14 @@ class Field {
     // Of the unsharpened samples; of labels, sharp().
     double trilinear(glm::dvec3 world_mm);
 
-    // Which of the points at_mm + offset may be solid, now or after the whole has moved by up to
-    // one sample on each axis: their number is returned, and their order is that of `offsets`.
+    // Finds the points at_mm + offset that may be solid, now or after all have moved by up to one
+    // sample on each axis. Returns their number; their order is that of `offsets`.
     // Offsets are given in index space (offset_of), none longer than reach_samples on any axis.
     // About 3 ns a point.
     uint32_t near_points(glm::dvec3 at_mm, std::span<const glm::vec3> offsets, double reach_samples,
                          uint16_t* found);
-    // Which of them, of those named, have a trilinear() of at least the iso-value less `below`
-    // (value units, 0 or more). About 8 ns.
+    // Finds those of the named points whose trilinear() is at least the iso-value less `below`
+    // (value units, 0 or more). About 8 ns a point.
     struct Inside {
         float value; // above the iso-value
         uint32_t point;
@@ -106,7 +106,7 @@ class Field {
         return glm::vec3(glm::dmat3(index_from_world_) * mm);
     }
 
-    // What values are compared with: the iso-value, or what straightening makes of it.
+    // The threshold for value(): the iso-value, straightened where samples are.
     double iso() const { return base_ + double{threshold_}; }
     double contrast() const { return contrast_; } // highest less lowest value
     // Of straightened steps: a value so far in material that samples no longer tell how far, nor
@@ -192,7 +192,7 @@ class Field {
     SampleTiles tiles_;
 };
 
-// What a volume's own samples tell of how to feel it (tuning.cpp). Not for the servo thread.
+// Settings derived from a volume's own samples (tuning.cpp). Not for the servo thread.
 struct Tuning {
     // From its noise, estimated as the median absolute difference of neighbouring samples, as a
     // share of the contrast about the iso-value.
@@ -204,7 +204,6 @@ struct Tuning {
     Plateaus plateaus;
 };
 Tuning tuning_for(const Volume& volume, double iso);
-double normal_blur_for(const Volume& volume, double iso);
 // Sets in `parameters` what a volume that is felt at parameters.iso tells, and returns it.
 Tuning tune(TouchParameters& parameters, const Volume& volume);
 

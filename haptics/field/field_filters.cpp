@@ -4,6 +4,8 @@
 #include <cmath>
 #include <span>
 
+#include "engine/volume/extent.h"
+
 namespace palpate::haptics {
 
 namespace {
@@ -108,8 +110,8 @@ FieldFilters make_step_filters(glm::dvec3 spacing, bool is_even) {
 
 FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened) {
     const glm::dvec3 spacing = spacing_mm(grid);
-    const double coarsest = std::max({spacing.x, spacing.y, spacing.z});
-    const bool is_even = coarsest < 1.05 * std::min({spacing.x, spacing.y, spacing.z});
+    const double coarsest = largest_spacing_mm(grid);
+    const bool is_even = coarsest < 1.05 * smallest_spacing_mm(grid);
     if (straightened)
         return make_step_filters(spacing, is_even);
     FieldFilters made;

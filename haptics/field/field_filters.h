@@ -6,7 +6,7 @@
 
 namespace palpate::haptics {
 
-// What the views of a Field (field.h) do to samples before the spline: one filter an axis.
+// The filters of a Field's views (field.h) before the spline: one an axis.
 struct Filter {
     static constexpr int kMostReach = 5;
     int reach = 1; // samples to either side; 1, 2, 3 or 5

@@ -52,7 +52,7 @@ class FineSamples {
     }
 
  private:
-    // What samples a point of the lattice is made of on an axis, by where it lies between two.
+    // The taps of a point of the lattice on an axis, by its place between two samples.
     static constexpr int kMostTaps = 2 * Filter::kMostReach + 4;
     static constexpr int kMostRead = kMostSide + kMostTaps;
     struct View {

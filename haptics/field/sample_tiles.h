@@ -29,7 +29,7 @@ class SampleTiles {
     static bool fits(glm::ivec3 low, glm::ivec3 high) {
         return glm::all(glm::lessThan((high >> 3) - (low >> 3), glm::ivec3(kMost)));
     }
-    // Which samples are read: none, for near() in whole tiles; those of a box where any may be at
+    // The samples to read: none, for near() in whole tiles; those of a box where any may be at
     // least the threshold; all.
     enum class Read : uint8_t { none, where_solid, all };
     // Holds the samples low .. high, both included: from now on all below tells of these.

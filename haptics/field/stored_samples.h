@@ -15,8 +15,8 @@ struct Plateaus {
 // are not blurred, for noise would be raised. Else none.
 Plateaus usable_plateaus(Plateaus plateaus, double iso, double blur_samples);
 
-// What a sample becomes when a field stores it: a float that rises with the sample and is 0 at
-// `base`, so that rounding is least where the surface lies.
+// The stored form of a sample: a float that rises with the sample and is 0 at `base`, so that
+// rounding is least where the surface lies.
 //
 //   labels        0.5 in a label and -0.5 outside
 //   straightened  the blurred step between the plateaus becomes a wider one, as steep at the base

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/volume/extent.h"
 #include "haptics/field/field.h"
 
 namespace palpate::haptics {
@@ -80,10 +81,9 @@ double grains_about(const Volume& volume, double iso) {
 // along its normals, for a body may be smaller than that across other ways, and from where the axes
 // cross it. Quarters of all, for some normals are wrong.
 Plateaus plateaus_about(const Volume& volume, double iso) {
-    const dvec3 spacing = spacing_mm(volume.grid());
-    const double step_mm = 0.5 * std::min({spacing.x, spacing.y, spacing.z});
+    const double step_mm = 0.5 * smallest_spacing_mm(volume.grid());
     const int steps =
-        static_cast<int>(std::ceil(5.0 * std::max({spacing.x, spacing.y, spacing.z}) / step_mm));
+        static_cast<int>(std::ceil(5.0 * largest_spacing_mm(volume.grid()) / step_mm));
     const glm::dmat3 to_index(index_from_world(volume.grid()));
     std::vector<float> lows, highs;
     for_crossings(volume, iso, [&](int, ivec3 at) {
@@ -145,10 +145,6 @@ Tuning tuning_for(const Volume& volume, double iso) {
     if (share < 0.002)
         tuning.plateaus = plateaus_about(volume, iso);
     return tuning;
-}
-
-double normal_blur_for(const Volume& volume, double iso) {
-    return tuning_for(volume, iso).normal_blur_samples;
 }
 
 Tuning tune(TouchParameters& parameters, const Volume& volume) {

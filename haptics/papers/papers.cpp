@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/volume/extent.h"
 #include "haptics/field/coupling.h"
 #include "haptics/field/samples.h"
 #include "haptics/field/sphere_samples.h"
@@ -245,9 +246,7 @@ TickOutput eriksson_tick(ErikssonState& state, const TickInput& input) noexcept 
     const double iso = source.iso;
     double value = value_at(source, to_index, p);
     const dvec3 n3 = unit_or_zero(gradient_at(source, to_index, p));
-    const dvec3 spacing = spacing_mm(source.volume->grid());
-    const dvec3 step =
-        0.1 * std::min({spacing.x, spacing.y, spacing.z}) * (value >= iso ? -n3 : n3);
+    const dvec3 step = 0.1 * smallest_spacing_mm(source.volume->grid()) * (value >= iso ? -n3 : n3);
     const bool was_inside = value >= iso;
     uint32_t iterations = 0;
     for (; iterations < 20; ++iterations) {

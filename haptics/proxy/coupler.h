@@ -15,7 +15,7 @@ struct Feel {
     uint32_t label = 0; // the one that counts most
 };
 
-// What the parameters say where labels do not.
+// The feel where no label has its own.
 inline Feel plain_feel(const TouchParameters& p) {
     return {p.stiffness_n_per_m, p.friction_static, p.friction_dynamic, p.yield_n, 0};
 }
@@ -24,7 +24,7 @@ inline Feel plain_feel(const TouchParameters& p) {
 // samples; plain_feel() where there is no label, or where no labels are felt.
 Feel feel_at(const Volume& labels, glm::dvec3 index, const TouchParameters& parameters);
 
-// What was felt in the tick before, and where the proxy is.
+// The contact state after the tick before, and the place of the proxy.
 struct Felt {
     bool has_proxy = false, touching = false, slipping = false;
     glm::dvec3 proxy{0.0}, normal{0.0};
@@ -58,7 +58,7 @@ struct Geometry {
     glm::dvec3 normal{0.0}; // out of what holds it; unit length where touching
     bool touching = false;
     bool submerged = false;    // in material, and no way out is known
-    bool was_replaced = false; // what is touched was exchanged since the tick before
+    bool was_replaced = false; // the touched scene was exchanged since the tick before
     bool lacks_data = false;   // something near was not in memory
     double confidence = 1.0;
     uint32_t iterations = 0, contacts = 0;
@@ -72,7 +72,6 @@ class Coupler {
 
     const Feel& feel() const { return feel_; }
     double yielded_mm() const { return yielded_mm_; }
-    glm::dvec3 rendered_mm() const { return rendered_; }
     // Friction, for a proxy that was in contact: where it is drawn to in place of the hand, which
     // it follows but for what the cone lets it stay behind. `slipping` is of the tick before, and
     // then of this one.

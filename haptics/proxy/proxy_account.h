@@ -23,8 +23,8 @@ class ProxyAccount {
         if (given_mm2_ < 0.0)
             given_mm2_ *= std::max(0.0, 1.0 - dt_s / kKept_s);
     }
-    // What holds the proxy has itself moved by up to moved_mm against a spring of length depth_mm:
-    // a tool that turned or grew. That is nobody's error, and may follow.
+    // Allows for a constraint that itself moved by up to moved_mm against a spring of length
+    // depth_mm: a tool that turned or grew. The proxy may follow it.
     void allow(double moved_mm, double depth_mm) noexcept {
         given_mm2_ -= moved_mm * (2.0 * depth_mm + moved_mm);
     }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/volume/extent.h"
 #include "haptics/field/patch.h"
 #include "haptics/proxy/coupler.h"
 #include "haptics/proxy/rest.h"
@@ -266,6 +267,8 @@ class LocalWindow {
         to_mesh_ = Patch::mesh_from_world(*volume);
         to_world_ = world_from_mesh(volume->grid());
         spacing_ = spacing_mm(volume->grid()) / double{kFiner};
+        grain_mm_ = smallest_spacing_mm(volume->grid()) / kFiner;
+        largest_mm_ = largest_spacing_mm(volume->grid());
         lacks_data_ = false;
         return true;
     }
@@ -300,7 +303,7 @@ class LocalWindow {
     // one of 26 ways.
     bool find_free(dvec3 from, dvec3 first, dvec3& found) const {
         const dvec3 spacing = double{kFiner} * spacing_;
-        const double step_mm = 0.5 * std::max({spacing.x, spacing.y, spacing.z});
+        const double step_mm = 0.5 * largest_mm_;
         for (int i = 1; i <= 8; ++i)
             for (int way = -1; way < 27; ++way) {
                 const dvec3 towards =
@@ -316,7 +319,7 @@ class LocalWindow {
     dvec3 low_mm() const { return patch_.low_mm(); }
     dvec3 high_mm() const { return patch_.high_mm(); }
     bool lacks_data() const { return lacks_data_; }
-    double grain_mm() const { return std::min({spacing_.x, spacing_.y, spacing_.z}); }
+    double grain_mm() const { return grain_mm_; }
 
  private:
     static constexpr int kFiner = 4;
@@ -328,6 +331,7 @@ class LocalWindow {
     uint64_t version_ = 0, settings_ = 0;
     bool is_new_ = false, lacks_data_ = false, has_window_ = false;
     dvec3 middle_{0.0}, spacing_{1.0};
+    double grain_mm_ = 1.0, largest_mm_ = 1.0;
     glm::dmat4 to_mesh_{1.0}, to_world_{1.0};
 };
 

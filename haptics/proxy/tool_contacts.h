@@ -25,6 +25,7 @@ class ToolContacts {
     static constexpr uint32_t kMost = 24;       // contacts
     static constexpr uint32_t kMostAcross = 17; // places across a groove, besides
     static constexpr uint32_t kMostHolds = kMost + kMostAcross;
+    static constexpr double kFacing = 0.96; // cosine of 16 degrees: its plane is that of a ball
 
     // At the start of a tick. `volume` must live until its end.
     void follow(const TickInput& input, const Volume& volume);
@@ -122,7 +123,7 @@ class ToolContacts {
     std::array<glm::dvec3, SphereSamples::kMost> points_; // about the tool's origin, world axes
     std::array<glm::vec3, SphereSamples::kMost> offsets_; // the same in index space
     double reach_samples_ = 0.0;                          // of the farthest offset, on any axis
-    // What points_ were made of.
+    // Inputs of points_.
     const ToolPoints* made_of_ = nullptr;
     uint64_t made_in_version_ = 0, made_in_settings_ = 0;
     glm::dquat made_turn_{0.0, 0.0, 0.0, 0.0};

@@ -36,8 +36,5 @@ struct ThreadUse {
     int64_t page_faults = 0, involuntary_switches = 0;
 };
 ThreadUse thread_use() noexcept;
-// Time that the hypervisor gave to others while we wanted to run, since boot, all processors; 0
-// where /proc/stat does not say.
-int64_t steal_ns();
 
 } // namespace palpate::haptics

@@ -126,5 +126,21 @@ TEST(Trajectories, OnlyTheBrokenSensorJumps) {
     }
 }
 
+TEST(HandPath, OfPosesThatAreNoPathIsRefused) {
+    const auto why = [](std::vector<HandPose> poses) {
+        const Result<HandPath> made = make_hand_path(std::move(poses));
+        return made ? "" : made.error().message;
+    };
+    EXPECT_EQ(why({{.time_s = 1.0}, {.time_s = 2.0}}), "");
+    EXPECT_EQ(why({}), "a path: expected at least one pose, found none");
+    EXPECT_EQ(why({{.time_s = 1.0}, {.time_s = 1.0}}),
+              "a path: expected times that rise, found 1 s at pose 1");
+    EXPECT_EQ(why({{.time_s = NAN}}), "a path: expected times that rise, found nan s at pose 0");
+    EXPECT_EQ(why({{.tool = {.position_mm = {0, 2e8, 0}}}}),
+              "a path: expected places within 1e+08 mm, found 0, 200000000, 0 at pose 0");
+    EXPECT_EQ(why({{.tool = {.rotation = {2, 0, 0, 0}}}}),
+              "a path: expected rotations of unit length, found 2 at pose 0");
+}
+
 } // namespace
 } // namespace palpate::haptics

@@ -77,5 +77,20 @@ TEST(Devices, CalibratingTakesThePlaceOfTheHandleForTheMiddle) {
     EXPECT_EQ(sample.velocity_m_per_s, glm::dvec3(0)); // that was no motion
 }
 
+TEST(Devices, SetUpWrongAreRefused) {
+    const auto why = [](const DeviceEntry& entry, const DeviceSetup& setup) {
+        const Result<std::unique_ptr<HapticDevice>> opened = open_device(entry, setup);
+        return opened ? "" : opened.error().message;
+    };
+    const DeviceEntry ideal = *find_device("ideal");
+    EXPECT_EQ(why(ideal, {}), "");
+    EXPECT_EQ(why(ideal, {.delay_ticks = 3}),
+              "a device: expected a delay of 0 to 2 ticks, found 3");
+    for (const double rate_hz : {0.0, -1.0, double(NAN), 1e7})
+        EXPECT_THAT(why(ideal, {.rate_hz = rate_hz}), HasSubstr("expected a rate"));
+    EXPECT_THAT(why({.name = "ideal", .driver = "none"}, {}), HasSubstr("of the driver 'none'"));
+    EXPECT_THAT(why({.name = "another", .driver = ideal.driver}, {}), HasSubstr("found 'another'"));
+}
+
 } // namespace
 } // namespace palpate::haptics

@@ -387,7 +387,7 @@ TEST(Field, BlurFollowsTheNoise) {
     touch::TouchCase body{.solid = touch::plane({0, 0, 0}, {0.3, 0.4, 0.8})};
     const auto blur = [&](double noise) {
         const touch::Scene scene = touch::make_scene(body, {.noise = noise});
-        return normal_blur_for(*scene.touch.grey, scene.iso);
+        return tuning_for(*scene.touch.grey, scene.iso).normal_blur_samples;
     };
     EXPECT_EQ(blur(0.0), 0.0);
     EXPECT_EQ(blur(0.02), 0.6);

@@ -2,10 +2,12 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <string>
 #include <thread>
@@ -27,6 +29,18 @@ extern char** environ;
 // the phantom, separated by commas. Bounds are those of this kind of machine.
 namespace palpate::haptics {
 namespace {
+
+// Time that the hypervisor gave to others while we wanted to run, since boot, all processors; 0
+// where /proc/stat does not say.
+int64_t steal_ns() {
+    std::ifstream stat("/proc/stat");
+    std::string cpu;
+    int64_t jiffies[8] = {};
+    stat >> cpu;
+    for (int64_t& field : jiffies)
+        stat >> field;
+    return stat ? jiffies[7] * (1'000'000'000 / sysconf(_SC_CLK_TCK)) : 0;
+}
 
 // The program, drawing without end on the software driver; ended with this.
 class Drawing {

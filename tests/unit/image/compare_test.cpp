@@ -116,5 +116,11 @@ TEST(DifferenceImage, ShowsTheAbsoluteDifferenceOpaquely) {
     EXPECT_EQ(difference_image(a, b, 2.0f).samples, (std::vector<float>{0.5f, 1.0f, 1.0f, 1.0f}));
 }
 
+TEST(CompareImages, RefusesABoundBelowNothing) {
+    const Image a = image_of({1, 1}, {"R"}, {0.5f});
+    for (const double bound : {-0.1, double{kNaN}})
+        EXPECT_FALSE(compare_images(a, a, bound)) << bound;
+}
+
 } // namespace
 } // namespace palpate

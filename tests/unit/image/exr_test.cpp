@@ -181,6 +181,12 @@ TEST_F(ExrTest, LeavesNoFileWhereNoneCanBeWritten) {
         save_exr(file("no/such/folder.exr"), varied_image({2, 2}), ExrPrecision::half_float));
     EXPECT_FALSE(save_exr(file("empty.exr"), make_image({0, 4}, {"R"}), ExrPrecision::half_float));
     EXPECT_FALSE(std::filesystem::exists(file("empty.exr")));
+    Image torn = varied_image({2, 2});
+    torn.samples.pop_back();
+    const auto saved = save_exr(file("torn.exr"), torn, ExrPrecision::half_float);
+    ASSERT_FALSE(saved);
+    EXPECT_NE(saved.error().message.find("expected a picture of 24 samples, found 23"),
+              std::string::npos);
 }
 
 } // namespace

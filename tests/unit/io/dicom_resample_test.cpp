@@ -1,4 +1,4 @@
-#include "engine/io/dicom_resample.h"
+#include "engine/decode/dicom_resample.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "engine/io/dicom_stack.h"
+#include "engine/decode/dicom_stack.h"
 
 #include <gmock/gmock.h>
 

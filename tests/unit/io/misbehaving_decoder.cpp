@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/dicom_file.h"
+#include "engine/decode/dicom_file.h"
+#include "engine/decode/serve.h"
 #include "engine/io/report.h"
 #include "engine/io/sandbox.h"
-#include "engine/io/serve.h"
 
 using namespace palpate;
 using namespace palpate::io;

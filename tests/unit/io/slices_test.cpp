@@ -1,6 +1,6 @@
 #include <gmock/gmock.h>
 
-#include "engine/io/slice_list.h"
+#include "engine/decode/slice_list.h"
 #include "engine/io/volume_io.h"
 #include "tests/unit/io/sample_files.h"
 
@@ -131,9 +131,10 @@ TEST(Sidecar, NamesTheKeyThatIsWrong) {
         const auto sidecar = io::load_sidecar(folder / "slices.json");
         return sidecar ? "no error" : sidecar.error().message;
     };
-    EXPECT_THAT(message(R"({"spacing": [1, 1, 1]})"), HasSubstr("spacing: no such key"));
+    EXPECT_THAT(message(R"({"spacing": [1, 1, 1]})"),
+                HasSubstr("unknown key \"spacing\"; did you mean \"spacing_mm\"?"));
     EXPECT_THAT(message(R"({"spacing_mm": [1, 0, 1]})"), HasSubstr("spacing_mm"));
-    EXPECT_THAT(message(R"({"type": "int"})"), HasSubstr("type: expected u8"));
+    EXPECT_THAT(message(R"({"type": "int"})"), HasSubstr("type: expected one of \"u8\""));
     EXPECT_THAT(message(R"({"pattern": "../s%d"})"), HasSubstr("pattern"));
     EXPECT_THAT(message(R"({"size": [-1, 4]})"), HasSubstr("size"));
     EXPECT_THAT(message("[1]"), HasSubstr("object"));

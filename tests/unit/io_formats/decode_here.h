@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/decoder.h"
+#include "engine/decode/formats.h"
 
 namespace palpate::io {
 

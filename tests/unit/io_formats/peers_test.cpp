@@ -1,5 +1,5 @@
 #include <gtest/gtest.h>
-#include "engine/io/itk_compiler.h"
+#include "engine/decode/itk_compiler.h"
 
 #include <itkMetaImageIO.h>
 #include <itkNrrdImageIO.h>

@@ -244,5 +244,14 @@ TEST(Decimate, EndsWhenAskedToAndTakesNothing) {
     EXPECT_TRUE(nothing->mesh.triangles.empty());
 }
 
+TEST(Decimate, RefusesAnErrorOfNothingAndFaultyMeshes) {
+    const auto none = decimate(meshes::tetrahedron(), {.error_mm = 0.0});
+    ASSERT_FALSE(none);
+    EXPECT_EQ(none.error().message, "decimation: expected an error above 0 mm, found 0");
+    Mesh faulty = meshes::tetrahedron();
+    faulty.triangles[0].x = 9;
+    EXPECT_FALSE(decimate(faulty, {}));
+}
+
 } // namespace
 } // namespace palpate

@@ -216,23 +216,5 @@ TEST(Filters, DoNotDependOnTheOrderOfVerticesAndTriangles) {
         ASSERT_LT(glm::length(mesh.positions[v] - other.positions[to[v]]), 2e-6f);
 }
 
-TEST(MeanFilterNormals, TurnsNormalsAndMovesNothing) {
-    Mesh mesh = noisy_ball(0.1);
-    const std::vector<glm::vec3> positions = mesh.positions;
-    const auto error = [&] {
-        double sum = 0.0;
-        for (size_t v = 0; v < positions.size(); ++v)
-            sum += 1.0 - glm::dot(mesh.normals[v], glm::normalize(positions[v]));
-        return sum;
-    };
-    mean_filter_normals(mesh, 0);
-    const double before = error();
-    mean_filter_normals(mesh, 3);
-    EXPECT_LT(error(), 0.3 * before);
-    EXPECT_EQ(mesh.positions, positions);
-    for (const glm::vec3 n : mesh.normals)
-        ASSERT_NEAR(glm::length(n), 1.0f, 1e-6f);
-}
-
 } // namespace
 } // namespace palpate

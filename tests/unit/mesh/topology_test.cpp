@@ -8,6 +8,7 @@
 #include <set>
 
 #include "engine/mesh/label_surfaces.h"
+#include "engine/mesh/mesh_check.h"
 #include "tests/support/meshes.h"
 
 namespace palpate {
@@ -312,6 +313,31 @@ TEST(ForEachLabel, GivesWhatEachLabelHasByItself) {
         EXPECT_EQ(visited, std::vector<uint16_t>(present.begin(), present.end()));
     }
     for_each_label(Mesh(), [](uint16_t, const Mesh&) { FAIL(); });
+}
+
+TEST(CheckMesh, NamesTheFirstFault) {
+    const auto why = [](Mesh mesh) {
+        const Result<void> whole = check_mesh(mesh);
+        return whole ? "" : whole.error().message;
+    };
+    const Mesh good = meshes::tetrahedron();
+    const auto with = [&](const auto& spoil) {
+        Mesh mesh = good;
+        spoil(mesh);
+        return why(std::move(mesh));
+    };
+    EXPECT_EQ(why({}), "");
+    EXPECT_EQ(why(good), "");
+    EXPECT_EQ(with([](Mesh& m) { m.normals.resize(3); }),
+              "a mesh: expected no normals or 4, found 3");
+    EXPECT_EQ(with([](Mesh& m) { m.labels.resize(5); }),
+              "a mesh: expected no labels or 4, found 5");
+    EXPECT_EQ(with([](Mesh& m) { m.outer_labels.resize(1); }),
+              "a mesh: expected no outer labels or 4, found 1");
+    EXPECT_EQ(with([](Mesh& m) { m.positions[2].y = NAN; }),
+              "a mesh: expected finite positions, found 0 nan 0 at vertex 2");
+    EXPECT_EQ(with([](Mesh& m) { m.triangles[1].z = 4; }),
+              "a mesh: expected triangles of its 4 vertices, found 0 1 4 at triangle 1");
 }
 
 } // namespace

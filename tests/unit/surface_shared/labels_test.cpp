@@ -10,6 +10,7 @@
 #include "engine/mesh/topology.h"
 #include "engine/surface/surface_nets.h"
 #include "engine/volume/builder.h"
+#include "tests/support/label_volumes.h"
 #include "tests/support/paths.h"
 
 namespace palpate {

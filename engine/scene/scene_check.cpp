@@ -1,0 +1,96 @@
+#include "engine/scene/scene_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace palpate {
+
+Result<void> check_transfer_function(const TransferFunction& function) {
+    if (function.colors.empty() || function.opacities.empty())
+        return fail(
+            "a transfer function: expected a colour and an opacity at least, found {} and {}",
+            function.colors.size(), function.opacities.size());
+    const auto check_order = [](const char* what, const auto& points) -> Result<void> {
+        for (size_t i = 0; i < points.size(); ++i)
+            if (!std::isfinite(points[i].value) || (i > 0 && points[i].value < points[i - 1].value))
+                return fail("a transfer function: expected {} whose values do not fall, found {}",
+                            what, points[i].value);
+        return {};
+    };
+    if (Result<void> sorted = check_order("colours", function.colors); !sorted)
+        return sorted;
+    if (Result<void> sorted = check_order("opacities", function.opacities); !sorted)
+        return sorted;
+    for (const auto& point : function.opacities)
+        if (!(point.opacity >= 0.0 && point.opacity <= 1.0))
+            return fail("a transfer function: expected opacities of 0 .. 1, found {}",
+                        point.opacity);
+    if (!(function.opacity_unit_mm > 0.0))
+        return fail("a transfer function: expected an opacity unit above 0 mm, found {}",
+                    function.opacity_unit_mm);
+    return {};
+}
+
+Result<void> check_drawable(const Scene& scene, const SceneData& data) {
+    if (!scene.ray_cast && scene.slices.empty() && scene.surfaces.empty())
+        return fail("a scene: expected a ray cast, a slice or a surface, found none");
+    if (scene.size_px.x == 0 || scene.size_px.y == 0)
+        return fail("a scene: expected one pixel or more, found {} x {}", scene.size_px.x,
+                    scene.size_px.y);
+    const glm::dvec3 forward = scene.camera.target_mm - scene.camera.eye_mm;
+    const double sine = glm::length(glm::cross(forward, scene.camera.up)) /
+                        (glm::length(forward) * glm::length(scene.camera.up));
+    if (!(sine > 1e-6))
+        return fail(
+            "a scene: expected a camera whose direction is not along its up, found both parallel "
+            "or 0");
+    if (scene.labels.has_value() != data.labels.has_value())
+        return fail("a scene: expected labels in the scene and in its data, found them in {} alone",
+                    scene.labels ? "the scene" : "the data");
+    if (data.labels && data.labels->type() != ScalarType::u8 &&
+        data.labels->type() != ScalarType::u16)
+        return fail("a scene: expected labels of type u8 or u16, found {}",
+                    name_of(data.labels->type()));
+    const size_t isos = scene.ray_cast ? scene.ray_cast->isos.size() : 0;
+    for (const auto& [name, found, most] :
+         {std::tuple("slices", scene.slices.size(), kMaxSlices),
+          {"clip planes", scene.clip_planes.size(), kMaxClipPlanes},
+          {"surfaces", scene.surfaces.size(), kMaxSurfaces},
+          {"iso-values", isos, kMaxIsos}})
+        if (found > most)
+            return fail("a scene: expected at most {} {}, found {}", most, name, found);
+    const auto is_plane = [](const auto& plane) {
+        const double length = glm::length(plane.normal);
+        return length > 0.0 && std::isfinite(length);
+    };
+    if (!std::all_of(scene.slices.begin(), scene.slices.end(), is_plane) ||
+        !std::all_of(scene.clip_planes.begin(), scene.clip_planes.end(), is_plane))
+        return fail(
+            "a scene: expected slices and clip planes with a normal, found one of length 0");
+    const auto& meshes = data.meshes;
+    if (meshes.size() != scene.surfaces.size() ||
+        std::find(meshes.begin(), meshes.end(), nullptr) != meshes.end())
+        return fail("a scene: expected {} meshes, one for each surface, found {}",
+                    scene.surfaces.size(),
+                    meshes.size() - std::count(meshes.begin(), meshes.end(), nullptr));
+    if (scene.surface_depth < 1 || scene.surface_depth > kMaxSurfaceDepth)
+        return fail("a scene: expected a surface depth of 1 .. {}, found {}", kMaxSurfaceDepth,
+                    scene.surface_depth);
+    if (!scene.slices.empty())
+        if (Result<void> good = check_transfer_function(scene.slice_transfer); !good)
+            return good;
+    if (!scene.ray_cast)
+        return {};
+    const RayCastLayer& layer = *scene.ray_cast;
+    for (size_t i = 1; i < layer.isos.size(); ++i)
+        if (!(layer.isos[i - 1].value < layer.isos[i].value))
+            return fail("a scene: expected iso-values that rise, found {} after {}",
+                        layer.isos[i].value, layer.isos[i - 1].value);
+    if (layer.mode != RayMode::iso)
+        if (Result<void> good = check_transfer_function(layer.transfer); !good)
+            return good;
+    return check_steps(layer, data.volume.grid());
+}
+
+} // namespace palpate
