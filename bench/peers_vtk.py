@@ -1,31 +1,7 @@
-#!/usr/bin/python3
-"""Pictures of VTK's volume mappers, to be held against grid truth.
-
-usage: peers_vtk.py DATA OUT.npz VOLUME gpu|fixed
-
-Writes, for 512x512 pixels at a step of one in-plane voxel, row 0 at the top:
-  mip    the maximum in HU. VTK gives 8-bit pictures, so it is read through windows of 128 HU:
-         the last bit is half a HU
-  alpha  colours 0 .. 1, from 8 bits
-  hit    where the iso-surface (300 HU) is seen
-  depth  gpu only: distance from the eye in mm, from the mapper's depth picture; NaN where none
-Needs a display; runs under xvfb."""
-import sys
-
+"""VTK's volume mappers in a window: the scene, colours, maxima and depths. For peers_points.py."""
 import numpy as np
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-
-import peers_data
-
-SIZE = 512
-WINDOW_HU = 128
-# The points of the preset ct-peer (engine/scene/presets.cpp); opacity hides per mm.
-OPACITY = [(-1024, 0), (-500, 0), (-200, 0.04), (70, 0.03), (180, 0.08), (300, 0.45), (1200, 0.85),
-           (3071, 0.85)]
-COLOR = [(-500, .62, .36, .26), (-200, .88, .60, .50), (70, .90, .62, .50), (300, 1, .94, .85),
-         (1200, 1, 1, .95)]
-ISO_HU = 300
 
 
 def vtk_image(samples, spacing):
@@ -106,8 +82,9 @@ class Stage:
         self.window.Finalize()
 
 
-def maximum(stage, least=-1024, most=3072, window_hu=WINDOW_HU):
-    """The maximum of each ray, for volumes of values between least and most."""
+def maximum(stage, least, most, window_hu):
+    """The maximum of each ray, for volumes of values between least and most. VTK gives 8-bit
+    pictures, so it is read through windows of window_hu."""
     stage.mapper.SetBlendModeToMaximumIntensity()
     result = np.full((stage.size, stage.size), np.nan)
     # Windows overlap, and the middle half of each counts: the ends are rounded by VTK's table.
@@ -139,32 +116,3 @@ def surface_depth(stage, look):
     result = along_axis * np.sqrt(1 + place[None, :]**2 + place[:, None]**2)
     result[(depth <= 0) | (depth >= 1)] = np.nan
     return result
-
-
-def main():
-    data, out, name, kind = sys.argv[1:5]
-    samples, spacing = peers_data.volume(data, name)
-    image = vtk_image(samples, spacing)
-    pictures = {}
-    eye, target = peers_data.camera(samples.shape[::-1], spacing)
-    view = {"eye": eye, "target": target, "up": (0, 0, 1),
-            "view_angle_deg": peers_data.VIEW_ANGLE_DEG}
-    stage = Stage(view, make_mapper(kind, image, spacing[0]), SIZE)
-    stage.renderer.AddVolume(stage.volume)
-    stage.renderer.ResetCameraClippingRange()
-    pictures["mip"] = maximum(stage)
-    stage.mapper.SetBlendModeToComposite()
-    pictures["alpha"] = stage.draw(volume_property(OPACITY, COLOR))
-    # The fixed-point mapper has no iso mode: a step of the opacity stands in.
-    look = volume_property([(ISO_HU - 1, 0), (ISO_HU, 1)], [(ISO_HU, 1, 1, 1)])
-    if kind == "gpu":
-        look.GetIsoSurfaceValues().SetValue(0, ISO_HU)
-        stage.mapper.SetBlendModeToIsoSurface()
-    pictures["hit"] = stage.draw(look)[..., 0] > 0.5
-    if kind == "gpu":
-        pictures["depth"] = surface_depth(stage, look)
-    np.savez_compressed(out, **pictures)
-
-
-if __name__ == "__main__":
-    main()
