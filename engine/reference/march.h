@@ -4,7 +4,7 @@
 
 namespace palpate::reference {
 
-// What a ray has gathered.
+// Colour and transmittance along a ray.
 struct Marched {
     glm::dvec3 color{0.0};      // weighted by opacity
     double transmittance = 1.0; // of what lies behind

@@ -14,8 +14,8 @@
 
 namespace palpate::reference {
 
-// What twin and truth share: one eye's pixels, ray by ray, slices, meshes and ray casting put
-// together.
+// The common part of twin and truth: one eye's pixels, ray by ray; slices, meshes and ray casting
+// put together.
 //
 // `make_marcher(rays, sampler)` makes, once per row, what turns a ray and a stretch into a Marched;
 // `slice_color` is the colour of a slice's value. All references must outlive the picture.

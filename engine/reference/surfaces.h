@@ -17,7 +17,7 @@ struct SurfaceHit {
     Marched marched() const;
 };
 
-// What a ray meets of a scene's meshes.
+// The intersections of a ray with a scene's meshes.
 struct SurfaceHits {
     std::vector<SurfaceHit> see_through; // in order, those before `opaque`
     std::optional<SurfaceHit> opaque;    // the nearest

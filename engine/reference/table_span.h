@@ -19,12 +19,12 @@ struct TablePoint {
 TablePoint table_point(const TransferTable& table, double value);
 double entries_per_value(const TransferTable& table);
 
-// What a piece of a ray shows: `opacity` of `color`.
+// The contribution of a piece of a ray: `opacity` of `color`.
 struct TableSpan {
     glm::dvec3 color{0.0};
     double opacity = 0.0;
     double seen_at = 0.5; // the mean share of the way at which the light arises that leaves it
-    double error = 0.0;   // what opacity * color may be off by, of one channel
+    double error = 0.0;   // largest error of opacity * color, of one channel
 };
 
 // From a to b over length_mm. `bend` is by how many entries the value half-way lies above the mean

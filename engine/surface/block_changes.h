@@ -7,8 +7,8 @@
 #include "engine/surface/marching_cubes.h"
 #include "engine/volume/changes.h"
 
-// What an edit means to a surface that is kept block by block of 8^3 samples, on the CPU or the
-// GPU. Block (0, 0, 0) begins with sample (0, 0, 0).
+// The blocks of a surface that an edit changes. Surfaces are kept in blocks of 8^3 samples, on the
+// CPU or the GPU. Block (0, 0, 0) begins with sample (0, 0, 0).
 namespace palpate::block {
 
 // The blocks that read a changed sample, in rising order of z, y, x, each once: a block reads its

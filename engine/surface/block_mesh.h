@@ -29,7 +29,7 @@ class BlockMesher {
 
     Samples& samples(); // to be filled before each mesh()
 
-    // What the block at `place` holds. Spans stay valid until the next call.
+    // The mesh of the block at `place`. Pointers stay valid until the next call.
     struct Result {
         int own_edges = 0, inner = 0, vertices = 0, triangles = 0;
         const glm::vec3* positions = nullptr; // own edges, inner, borrowed

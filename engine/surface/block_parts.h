@@ -2,7 +2,7 @@
 
 #include "engine/surface/block_cells.h"
 
-// What vertices and triangles of a block share; for block_*.cpp alone.
+// Helpers for the vertices and triangles of a block; for block_*.cpp alone.
 namespace palpate::block {
 
 // From the number of a cell's first edge (its lowest corner's, axis 0) to those of its twelve.

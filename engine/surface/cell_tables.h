@@ -45,7 +45,7 @@ using CellLoop = std::vector<uint8_t>;
 // ignored.
 std::vector<CellLoop> cell_loops(uint8_t inside, uint8_t joined);
 
-// Which corners belong together: corners of one sign with one number are connected.
+// A number for each corner: corners of one sign with one number are connected.
 using CornerClasses = std::array<uint8_t, 8>;
 
 // Connected along edges and across faces.

@@ -5,7 +5,7 @@
 
 #include "engine/surface/cell_tables.h"
 
-// What the walls between labels do within one cell of 2 x 2 x 2 samples.
+// The walls between labels within one cell of 2 x 2 x 2 samples.
 //
 // Corners, edges and faces are numbered as in cell_tables.h. An edge whose ends differ is crossed
 // by a wall. Where walls cross a face they are linked there; walls linked through any faces of the

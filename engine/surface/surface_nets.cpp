@@ -251,12 +251,6 @@ Mesh surface_nets(const Volume& labels, const SurfaceNetsOptions& options) {
             .world_from_mesh = world_from_mesh(labels.grid())};
 }
 
-std::vector<LabelVolume> label_volumes(const Mesh& mesh) {
-    PALPATE_ASSERT_CMP(mesh.labels.size(), ==, mesh.triangles.size());
-    const Surface<float> surface{mesh.positions, mesh.triangles, mesh.labels, mesh.outer_labels};
-    return volumes_of(surface, volume_scale(mesh.world_from_mesh));
-}
-
 std::vector<LabelVolume> surface_nets_volumes_fp64(const Volume& labels,
                                                    const SurfaceNetsOptions& options) {
     return volumes_of(make_surface<double>(labels, options),

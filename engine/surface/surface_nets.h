@@ -40,16 +40,13 @@ struct SurfaceNetsOptions {
 // number of threads. Order: cells x fastest, then the wall's axis.
 Mesh surface_nets(const Volume& labels, const SurfaceNetsOptions& options = {});
 
-// What each label of a mesh with labels encloses, from its triangles; background apart. In rising
-// order; volumes in world mm^3, in double.
+// The volume that the surface of one label encloses, in world mm^3.
 struct LabelVolume {
     uint16_t label = 0;
     double volume_mm3 = 0.0;
 };
-std::vector<LabelVolume> label_volumes(const Mesh& mesh);
-
-// The same of surface_nets(labels, options), whose vertices are kept in double throughout: what
-// floats change.
+// Volumes of all labels of surface_nets(labels, options) but the background, in rising order, with
+// vertices kept in double throughout.
 std::vector<LabelVolume> surface_nets_volumes_fp64(const Volume& labels,
                                                    const SurfaceNetsOptions& options = {});
 

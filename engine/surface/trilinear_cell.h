@@ -28,7 +28,7 @@ uint8_t inside_corners(const CornerValues& values);
 // alone, and of them in an order that both its cells see.
 uint8_t joined_faces(uint8_t inside, const CornerValues& values);
 
-// Which corners are connected within the cell, given what its faces connect.
+// The connections of corners within the cell, given those on its faces.
 //
 // Sweeps a plane along z. In each slice the interpolant is bilinear, so that corners of one sign
 // are connected along edges, or across by the sign of the saddle; between the zeros of the four

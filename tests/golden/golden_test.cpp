@@ -14,11 +14,11 @@
 #include <string_view>
 
 #include "engine/base/file.h"
+#include "engine/decode/serve.h"
 #include "engine/image/compare.h"
 #include "engine/image/exr.h"
 #include "engine/image/png.h"
 #include "engine/io/scene_data.h"
-#include "engine/io/serve.h"
 #include "engine/loading/scene_meshes.h"
 #include "engine/reference/truth.h"
 #include "engine/render/display_layout.h"
