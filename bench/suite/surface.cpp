@@ -349,7 +349,7 @@ Result<Report> run_surface(Bench& bench) {
         report.json["edits"] = std::move(*edits);
     }
     if (is_asked(options, kLivePart)) {
-        Result<Value> live = measure_live(bench, report.failures);
+        Result<Json> live = measure_live(bench, report.failures);
         if (!live)
             return pass_on(live);
         report.json["live"] = std::move(*live);

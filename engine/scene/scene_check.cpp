@@ -68,12 +68,12 @@ Result<void> check_drawable(const Scene& scene, const SceneData& data) {
         !std::all_of(scene.clip_planes.begin(), scene.clip_planes.end(), is_plane))
         return fail(
             "a scene: expected slices and clip planes with a normal, found one of length 0");
-    const auto& meshes = data.meshes;
-    if (meshes.size() != scene.surfaces.size() ||
-        std::find(meshes.begin(), meshes.end(), nullptr) != meshes.end())
+    if (data.meshes.size() != scene.surfaces.size())
         return fail("a scene: expected {} meshes, one for each surface, found {}",
-                    scene.surfaces.size(),
-                    meshes.size() - std::count(meshes.begin(), meshes.end(), nullptr));
+                    scene.surfaces.size(), data.meshes.size());
+    for (size_t i = 0; i < scene.surfaces.size(); ++i)
+        if (!data.meshes[i] && !scene.surfaces[i].live_iso)
+            return fail("a scene: expected a mesh for surface {}, found none", i + 1);
     if (scene.surface_depth < 1 || scene.surface_depth > kMaxSurfaceDepth)
         return fail("a scene: expected a surface depth of 1 .. {}, found {}", kMaxSurfaceDepth,
                     scene.surface_depth);

@@ -73,9 +73,15 @@ TEST(CheckDrawable, SaysWhatOfASceneDoesNotFit) {
          [](Scene& s, SceneData&) { s.ray_cast->isos.resize(9); }},
         {"a scene: expected 1 meshes, one for each surface, found 0",
          [](Scene& s, SceneData&) { s.surfaces.resize(1); }},
-        {"a scene: expected 1 meshes, one for each surface, found 0",
+        {"a scene: expected a mesh for surface 1, found none",
          [](Scene& s, SceneData& d) {
              s.surfaces.resize(1);
+             d.meshes.push_back(nullptr);
+         }},
+        {"", // a live surface has none
+         [](Scene& s, SceneData& d) {
+             s.surfaces.resize(1);
+             s.surfaces[0].live_iso = 0.5;
              d.meshes.push_back(nullptr);
          }},
         {"",
