@@ -84,9 +84,9 @@ Json stats_json(const GpuDevice& device, Renderer& renderer, const Timing& timin
     if (!scene.surfaces.empty()) {
         json["surfaces"] = Json::array();
         for (const auto& mesh : data.meshes)
-            json["surfaces"].push_back(mesh ? OrderedJson{{"triangles", mesh->triangles.size()},
-                                                          {"vertices", mesh->positions.size()}}
-                                            : OrderedJson{{"live", true}});
+            json["surfaces"].push_back(mesh ? Json{{"triangles", mesh->triangles.size()},
+                                                   {"vertices", mesh->positions.size()}}
+                                            : Json{{"live", true}});
         json["exact_see_through_layers"] = scene.surface_depth;
     }
     json["residency"] = residency_json(timing.first);
