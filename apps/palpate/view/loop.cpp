@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "apps/palpate/view/window.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/gpu/error.h"
 
@@ -75,7 +76,7 @@ DeviceOptions headless_device(const std::string& select, bool validate) {
             }};
 }
 
-Result<nlohmann::ordered_json> run_window(Source source, LoopOptions options) {
+Result<Json> run_window(Source source, LoopOptions options) {
     Result<std::unique_ptr<Window>> made = Window::create(options.size_px, "palpate");
     if (!made)
         return pass_on(made);

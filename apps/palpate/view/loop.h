@@ -1,12 +1,12 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <stop_token>
 #include <string>
 
 #include "apps/palpate/view/viewer.h"
+#include "engine/base/json.h"
 
 namespace palpate::view {
 
@@ -23,10 +23,10 @@ struct LoopOptions {
 };
 
 // Opens a window and ends when a person closes it, with the state then.
-Result<nlohmann::ordered_json> run_window(Source source, LoopOptions options);
+Result<Json> run_window(Source source, LoopOptions options);
 
 struct HeadlessResult {
-    nlohmann::ordered_json state;
+    Json state;
     std::optional<Image> shot;
 };
 // Does a script without a window.

@@ -77,7 +77,7 @@ Event read_event(const JsonValue& in) {
 }
 
 Json pair_json(glm::dvec2 pair) {
-    return Json::array({Json::of(pair.x), Json::of(pair.y)});
+    return Json{pair.x, pair.y};
 }
 
 } // namespace
@@ -136,15 +136,14 @@ Result<Script> load_script(const std::filesystem::path& path) {
 }
 
 std::string header_line(glm::uvec2 size_px, double text_scale) {
-    return json_line(Json::object({{"palpate_view", Json::of(1.0)},
-                                   {"size", pair_json(glm::dvec2(size_px))},
-                                   {"text_scale", Json::of(text_scale)}})) +
+    return json_line(Json{{"palpate_view", 1.0},
+                          {"size", pair_json(glm::dvec2(size_px))},
+                          {"text_scale", text_scale}}) +
            "\n";
 }
 
 std::string event_line(uint64_t frame, const Event& event) {
-    Json line = Json::object(
-        {{"frame", Json::of(static_cast<double>(frame))}, {"t_s", Json::of(event.time_s)}});
+    Json line{{"frame", frame}, {"t_s", event.time_s}};
     const auto add = [&](const char* key, Json value) {
         line.members.emplace_back(key, std::move(value));
     };
@@ -155,18 +154,18 @@ std::string event_line(uint64_t frame, const Event& event) {
         case Event::Kind::button:
             for (const auto& [name, button] : kButtons)
                 if (button == event.button)
-                    add("button", Json::of(name));
-            add("down", Json::of(event.down));
+                    add("button", name);
+            add("down", event.down);
             break;
         case Event::Kind::wheel:
             add("wheel", pair_json(event.wheel));
             break;
         case Event::Kind::key:
-            add("key", Json::of(event.key));
-            add("down", Json::of(event.down));
+            add("key", event.key);
+            add("down", event.down);
             break;
         case Event::Kind::text:
-            add("text", Json::of(event.text));
+            add("text", event.text);
             break;
         case Event::Kind::resize:
             add("resize", pair_json(glm::dvec2(event.size_px)));
@@ -174,8 +173,8 @@ std::string event_line(uint64_t frame, const Event& event) {
         case Event::Kind::drop: {
             std::vector<Json> paths;
             for (const std::string& path : event.paths)
-                paths.push_back(Json::of(path));
-            add("drop", Json::array(std::move(paths)));
+                paths.push_back(path);
+            add("drop", paths);
             break;
         }
     }
@@ -183,7 +182,7 @@ std::string event_line(uint64_t frame, const Event& event) {
                                      {"ctrl", event.modifiers.ctrl},
                                      {"alt", event.modifiers.alt}})
         if (held)
-            add(name, Json::of(true));
+            add(name, true);
     return json_line(line) + "\n";
 }
 

@@ -8,6 +8,7 @@
 #include "apps/palpate/view/pictures.h"
 #include "apps/palpate/view/script.h"
 #include "apps/palpate/view/ui_drawing.h"
+#include "engine/base/json.h"
 #include "engine/image/image.h"
 
 namespace palpate::view {
@@ -44,7 +45,7 @@ class Viewer {
     const ViewState& state() const { return state_; }
     Work& work() { return *work_; }
     const Interface& interface() const { return interface_; }
-    nlohmann::ordered_json dump() { return work_->dump(state_); }
+    Json dump() { return work_->dump(state_); }
     std::optional<std::string> failure() { return pictures_->failure(); }
     const std::string& title() const { return work_->title(); }
     // Whether the window may close; else the interface asks a person first.

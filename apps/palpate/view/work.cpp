@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "apps/palpate/view/pick.h"
+#include "engine/base/json.h"
 #include "engine/base/profile.h"
 #include "engine/session/default_scene.h"
 #include "engine/session/feel.h"
@@ -65,10 +66,10 @@ std::string title_of(const SceneFile& file) {
                                      : std::filesystem::path(file.volume).filename().string();
 }
 
-nlohmann::ordered_json json_of(glm::dvec3 v) {
+Json json_of(glm::dvec3 v) {
     return {v.x, v.y, v.z};
 }
-nlohmann::ordered_json json_of(const Box& box) {
+Json json_of(const Box& box) {
     return {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
 }
 
@@ -150,15 +151,12 @@ bool Work::take_tool(const ViewState& state) {
     const bool on_labels = state.hand != Hand::cut;
     if (on_labels && !has_labels() && !put_empty_labels())
         return false;
-    Json shape =
-        Json::object({{"kind", Json::of("ball")}, {"radius_mm", Json::of(state.radius_mm)}});
+    Json shape = Json{{"kind", "ball"}, {"radius_mm", state.radius_mm}};
     // A ball between samples still draws the one that its middle is in; cuts are by its surface.
     const glm::dvec3 spacing = spacing_mm(subject_.grid);
     const bool is_small = state.radius_mm < std::max({spacing.x, spacing.y, spacing.z});
     if (on_labels && is_small)
-        shape = Json::object(
-            {{"kind", Json::of("union")},
-             {"of", Json::array({shape, Json::object({{"kind", Json::of("point")}})})}});
+        shape = Json{{"kind", "union"}, {"of", Json::array({shape, {{"kind", "point"}}})}};
     EditSetup setup{shape,
                     {make_ball(state.radius_mm), on_labels && is_small},
                     {},
@@ -168,9 +166,8 @@ bool Work::take_tool(const ViewState& state) {
                            : state.hand == Hand::erase ? OperationKind::erase
                                                        : OperationKind::cut;
     setup.operation.label = state.label;
-    Json tool = Json::object({{"shape", std::move(shape)},
-                              {"hand", Json::of(name_of(state.hand))},
-                              {"label", Json::of(static_cast<double>(state.label))}});
+    Json tool =
+        Json{{"shape", std::move(shape)}, {"hand", name_of(state.hand)}, {"label", state.label}};
     if (json_line(tool) == json_line(tool_))
         return true;
     if (!session_.use(std::move(setup)))
@@ -284,10 +281,10 @@ std::string Work::text_at(glm::dvec3 point_mm) {
     return text;
 }
 
-nlohmann::ordered_json Work::dump(const ViewState& state) {
+Json Work::dump(const ViewState& state) {
     session_.settle();
     const EditState edit = edited();
-    nlohmann::ordered_json json;
+    Json json;
     json["size"] = {state.size_px.x, state.size_px.y};
     json["layout"] = name_of(state.layout);
     json["alone"] = state.alone ? name_of(*state.alone) : "";

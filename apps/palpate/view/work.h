@@ -1,12 +1,12 @@
 #pragma once
 
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "apps/palpate/open_scene.h"
 #include "apps/palpate/view/state.h"
+#include "engine/base/json.h"
 #include "engine/session/project.h"
 #include "engine/session/session.h"
 
@@ -58,7 +58,7 @@ class Work {
     std::string unit() const { return loaded_.modality == "CT" ? "HU" : ""; }
 
     // Everything that a test or a report of a fault wants to know.
-    nlohmann::ordered_json dump(const ViewState& state);
+    Json dump(const ViewState& state);
 
     static constexpr const char* kGrey = "volume";
     static constexpr const char* kLabels = "labels";
