@@ -63,7 +63,7 @@ TEST_F(ViewerTest, AClickOfTheBrushDrawsTheSamplesOfItsBall) {
                 ASSERT_EQ(labels->value(index), distance < radius ? 1.0f : 0.0f);
             }
     EXPECT_GT(inside, 10u);
-    const std::string drawn = viewer().dump()["document"]["labels"];
+    const std::string drawn = viewer().dump()["document"]["labels"].string;
     EXPECT_EQ(drawn, fmt::format("{:016x}", content_hash(*labels)));
 }
 
@@ -180,7 +180,7 @@ TEST_F(ViewerTest, TheSameInputGivesTheSamePictureAndDocument) {
         button(true);
         move(at + glm::dvec2(40, 10));
         button(false);
-        states.push_back(viewer().dump().dump());
+        states.push_back(json_line(viewer().dump()));
         pictures.push_back(viewer().shot().value().samples);
     }
     EXPECT_EQ(states[0], states[1]);
