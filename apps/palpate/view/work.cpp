@@ -45,7 +45,7 @@ SessionSetup setup_of(Source& source, bool threaded) {
     std::vector<NamedVolume> volumes{{Work::kGrey, VolumeKind::grey, data.volume}};
     if (data.labels)
         volumes.push_back({Work::kLabels, VolumeKind::labels, *data.labels});
-    SessionSetup setup{.document = Document(std::move(volumes)),
+    SessionSetup setup{.document = *make_document(std::move(volumes)), // of names that differ
                        .grey = Work::kGrey,
                        .labels = Work::kLabels,
                        .scene = base_of(opened)};
