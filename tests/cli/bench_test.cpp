@@ -242,7 +242,7 @@ TEST_F(BenchCommand, SurfaceDoesWhatIsNamed) {
     EXPECT_FALSE(v.contains("edits"));
     ran = run({"bench", "surface", "--only", "sphere", "--out", file("out").string()});
     EXPECT_EQ(ran.exit_code, 1);
-    EXPECT_THAT(ran.messages, HasSubstr("edits or window, found 'sphere'"));
+    EXPECT_THAT(ran.messages, HasSubstr("edits, window or live, found 'sphere'"));
     ran = run({"bench", "upload", "--only", "sphere_16", "--out", file("out").string()});
     EXPECT_EQ(ran.exit_code, 2);
     EXPECT_THAT(ran.messages, HasSubstr("expected the suite render, surface or touch"));

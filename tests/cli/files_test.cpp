@@ -232,7 +232,7 @@ TEST_F(EveryCommand, SaysWhatIsExpectedInPlaceOfAWordItDoesNotKnow) {
         HasSubstr(
             "expected a command, one of compare, devices, doctor, info, edit, convert, bench, "
             "project, "
-            "render, surface, touch, found 'stats'"));
+            "render, surface, touch, view, found 'stats'"));
     wrong = run({});
     EXPECT_EQ(wrong.exit_code, 2);
     EXPECT_THAT(wrong.messages, HasSubstr("found none"));
