@@ -165,9 +165,9 @@ double share_at_surface(double value, double to, std::optional<double> surface_v
     if (!surface_value || value == to)
         return 0.5;
     const double share = (*surface_value - value) / (to - value);
-    if (share >= 1.0) // to_value lies on the side of the matter
-        return 0.5;
-    return std::max(0.0, share); // 0: no matter was here
+    // Beyond either end there is no surface to place: to_value lies on the side of the matter, or
+    // no matter was here.
+    return share > 0.0 && share < 1.0 ? share : 0.5;
 }
 
 double share_taken(double samples, double at_surface) {

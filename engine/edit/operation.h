@@ -77,7 +77,7 @@ struct Operation {
     std::optional<double> to_value; // of cut and mill; within the range of the volume's type
     Walls walls = Walls::smooth;    // of cut and mill
     // Of smooth walls: the iso-value whose surface is to be the tool's own. Without it, and where
-    // to_value does not lie beyond it, that is the mean of to_value and the value that was there.
+    // it does not lie between to_value and the value that was there, that is the mean of the two.
     std::optional<double> surface_value;
     double falloff_mm = 0.0;      // of mill; >= 0
     std::vector<RatePoint> rates; // of mill: rising values, at least one; constant beyond the ends

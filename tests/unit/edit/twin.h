@@ -113,7 +113,7 @@ inline FlatVolume brute_force(const Volume& before, const Tool& tool, const Oper
         double at = 0.5;
         if (op.surface_value && v != to) {
             const double share = (*op.surface_value - v) / (to - v);
-            at = share >= 1.0 ? 0.5 : share < 0.0 ? 0.0 : share;
+            at = share >= 1.0 || share <= 0.0 ? 0.5 : share;
         }
         const double k = at < 0.5 ? at : 1.0 - at;
         double share = at - k * samples;

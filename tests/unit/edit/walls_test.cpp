@@ -145,6 +145,24 @@ INSTANTIATE_TEST_SUITE_P(Bodies, Walls,
                                     std::get<1>(cell.param).name;
                          });
 
+// A hole in soft tissue is as large as the tool, also where the surface that is felt is bone.
+TEST(Walls, InMatterBelowTheSurfaceValueAreThoseWithoutOne) {
+    const Volume before = make_volume(make_grid({24, 24, 24}, glm::dvec3(1)), ScalarType::i16,
+                                      [](glm::uvec3) { return 30.0; });
+    const std::vector<StrokePose> dab{{0.0, {{11.2, 11.6, 11.9}, kUpright}}};
+    Operation cut;
+    cut.kind = OperationKind::cut;
+    cut.to_value = -1024.0;
+    const Result<Volume> without = apply_stroke(before, {make_ball(3.0)}, cut, dab);
+    cut.surface_value = 300.0;
+    const Result<Volume> with = apply_stroke(before, {make_ball(3.0)}, cut, dab);
+    ASSERT_TRUE(with && without);
+    for (uint32_t z = 0; z < 24; ++z)
+        for (uint32_t y = 0; y < 24; ++y)
+            for (uint32_t x = 0; x < 24; ++x)
+                ASSERT_EQ(with->value({x, y, z}), without->value({x, y, z}));
+}
+
 TEST(Walls, OfALongMillAreThoseOfACut) {
     Random random(11);
     for (int i = 0; i < 20; ++i) {
