@@ -109,11 +109,9 @@ struct Measured {
             apply(row.setting, data.volume.grid(), *scene.ray_cast);
             double ms = 1e30, error = 0.0;
             for (int turn = 0; turn < 3; ++turn) {
-                Result<Frame> frame = renderer.render(scene, data);
-                if (!frame)
-                    return pass_on(frame);
-                ms = std::min(ms, gpu_ms(frame->stats));
-                error = color_rmse(frame->eyes[0], truth);
+                PALPATE_TRY(const Frame frame, renderer.render(scene, data));
+                ms = std::min(ms, gpu_ms(frame.stats));
+                error = color_rmse(frame.eyes[0], truth);
             }
             if (row.setting == kUnit)
                 unit_ms = ms;
@@ -147,15 +145,13 @@ Result<void> measure(Measured& out) {
                         scene.ray_cast->shading = Shading{};
                     if (kind == SceneKind::mip)
                         scene.ray_cast->mode = RayMode::mip;
-                    if (auto done = out.add(renderer, scene, volume.data, volume.name); !done)
-                        return done;
+                    PALPATE_TRY(out.add(renderer, scene, volume.data, volume.name));
                 }
             for (const double at : {0.3, 0.5, 0.7}) {
                 scene.ray_cast = RayCastLayer{};
                 scene.ray_cast->mode = RayMode::iso;
                 scene.ray_cast->isos = {{low + at * (high - low)}};
-                if (auto done = out.add(renderer, scene, volume.data, volume.name); !done)
-                    return done;
+                PALPATE_TRY(out.add(renderer, scene, volume.data, volume.name));
             }
         }
     }

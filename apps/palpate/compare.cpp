@@ -142,10 +142,8 @@ const char* name_of(Kind kind) {
 Result<Image> load_picture(const std::string& path) {
     if (extension_of(path) == ".png")
         return load_png(path);
-    Result<ExrFile> file = load_exr(path);
-    if (!file)
-        return pass_on(file);
-    return std::move(file->image);
+    PALPATE_TRY(ExrFile file, load_exr(path));
+    return std::move(file.image);
 }
 
 Json json_of(const SampleDifference& difference) {
@@ -169,14 +167,10 @@ Json json_of(const ImageDifference& difference) {
 }
 
 Result<Json> compare_pictures(const CompareOptions& options, Verdict& verdict) {
-    Result<Image> first = load_picture(options.first);
-    if (!first)
-        return pass_on(first);
-    Result<Image> second = load_picture(options.second);
-    if (!second)
-        return pass_on(second);
+    PALPATE_TRY(const Image first, load_picture(options.first));
+    PALPATE_TRY(const Image second, load_picture(options.second));
     Result<ImageDifference> difference =
-        compare_images(*first, *second, options.bound, options.pixels_per_degree);
+        compare_images(first, second, options.bound, options.pixels_per_degree);
     if (!difference)
         return fail("{} and {}: {}", options.first, options.second, difference.error().message);
     verdict.judge_samples(difference->all);
@@ -184,7 +178,7 @@ Result<Json> compare_pictures(const CompareOptions& options, Verdict& verdict) {
     if (difference->flip_mean)
         verdict.judge("--flip", *difference->flip_mean);
     Json json{{"kind", "image"},
-              {"size_px", {first->size_px.x, first->size_px.y}},
+              {"size_px", {first.size_px.x, first.size_px.y}},
               {"bound", options.bound}};
     json.update(json_of(*difference));
     return json;
@@ -217,10 +211,8 @@ Result<Json> compare_voxels(const CompareOptions& options, Verdict& verdict) {
     std::vector<Volume> volumes;
     for (const std::string& path : {options.first, options.second}) {
         const ReadFlags flags{.path = path, .max_memory_mib = options.max_memory_mib};
-        Result<LoadedVolume> loaded = load(flags, options.labels, interrupt);
-        if (!loaded)
-            return pass_on(loaded);
-        volumes.push_back(std::move(loaded->volume));
+        PALPATE_TRY(LoadedVolume loaded, load(flags, options.labels, interrupt));
+        volumes.push_back(std::move(loaded.volume));
     }
     const double bound = options.labels ? 0.0 : options.bound;
     Result<VolumeDifference> difference = compare_volumes(volumes[0], volumes[1], bound);
@@ -304,12 +296,10 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
         if (options.max_memory_mib > 0)
             read.max_memory_bytes =
                 static_cast<uint64_t>(std::min(options.max_memory_mib, 1e12) * 1024 * 1024);
-        Result<LoadedMesh> loaded = load_mesh(path, read);
-        if (!loaded)
-            return pass_on(loaded);
-        for (const std::string& warning : loaded->warnings)
+        PALPATE_TRY(LoadedMesh loaded, load_mesh(path, read));
+        for (const std::string& warning : loaded.warnings)
             log::warning("{}", warning);
-        meshes.push_back(std::move(loaded->mesh));
+        meshes.push_back(std::move(loaded.mesh));
     }
     if (meshes[0].triangles.empty() != meshes[1].triangles.empty())
         return fail("{} and {}: only one of them has triangles", options.first, options.second);
@@ -363,18 +353,15 @@ Result<void> run_compare(const CompareOptions& options, const CLI::App& app) {
                     options.first, name_of(other), options.second);
     warn_of_idle_options(app, kind);
     Verdict verdict(options);
-    Result<Json> json = kind == Kind::picture ? compare_pictures(options, verdict)
-                        : kind == Kind::mesh  ? compare_surfaces(options, verdict)
-                                              : compare_voxels(options, verdict);
-    if (!json)
-        return pass_on(json);
+    PALPATE_TRY(Json json, kind == Kind::picture ? compare_pictures(options, verdict)
+                           : kind == Kind::mesh  ? compare_surfaces(options, verdict)
+                                                 : compare_voxels(options, verdict));
     if (!verdict.unused().empty())
         return fail("{} does not apply to {} ({})", verdict.unused()[0].flag,
                     options.labels ? "a label map" : name_of(kind), options.first);
-    (*json)["failed"] = verdict.failed();
-    (*json)["pass"] = verdict.failed().empty();
-    if (Result<void> printed = print_report(report_text(*json)); !printed)
-        return printed;
+    json["failed"] = verdict.failed();
+    json["pass"] = verdict.failed().empty();
+    PALPATE_TRY(print_report(report_text(json)));
     if (!verdict.failed().empty())
         return fail("{} and {} differ: {}", options.first, options.second,
                     fmt::join(verdict.failed(), "; "));

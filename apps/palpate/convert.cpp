@@ -33,19 +33,15 @@ void warn_of_lost_names(const ConvertOptions& options, const LoadedVolume& loade
 Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& interrupt) {
     BrickStream stream;
     if (is_synthetic(options.read.path)) {
-        const Result<SyntheticVolume> found = find_synthetic(options.read.path);
-        if (!found)
-            return fail("{}", found.error().message);
-        stream = {found->grid, found->type, options.labels, {}, [made = *found](glm::uvec3 at) {
+        PALPATE_TRY(const SyntheticVolume found, find_synthetic(options.read.path));
+        stream = {found.grid, found.type, options.labels, {}, [made = found](glm::uvec3 at) {
                       return make_brick(made.grid, made.type, made.value, at);
                   }};
     } else {
-        const Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
-        if (!loaded)
-            return fail("{}", loaded.error().message);
-        warn_of_lost_names(options, *loaded);
-        stream = stream_of(loaded->volume);
-        stream.modality = loaded->modality;
+        PALPATE_TRY(const LoadedVolume loaded, load(options.read, options.labels, interrupt));
+        warn_of_lost_names(options, loaded);
+        stream = stream_of(loaded.volume);
+        stream.modality = loaded.modality;
         stream.labels = options.labels;
     }
     Progress progress("writing " + options.out);
@@ -55,16 +51,13 @@ Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& i
 }
 
 Result<void> run_convert(const ConvertOptions& options) {
-    if (Result<void> named = expect_volume_name(options.out); !named)
-        return named;
+    PALPATE_TRY(expect_volume_name(options.out));
     const Interrupt interrupt;
     if (std::filesystem::path(options.out).extension() == ".pbv")
         return convert_to_bricks(options, interrupt);
-    Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
-    if (!loaded)
-        return fail("{}", loaded.error().message);
-    warn_of_lost_names(options, *loaded);
-    return save_volume(options.out, loaded->volume, interrupt.token());
+    PALPATE_TRY(const LoadedVolume loaded, load(options.read, options.labels, interrupt));
+    warn_of_lost_names(options, loaded);
+    return save_volume(options.out, loaded.volume, interrupt.token());
 }
 
 } // namespace

@@ -93,22 +93,17 @@ Result<void> run_devices(const DevicesOptions& o) {
     std::vector<DeviceEntry> entries = haptics::list_devices();
     if (o.name.empty())
         return list(entries, 0, o.json);
-    Result<DeviceEntry> entry = haptics::find_device(o.name);
-    if (!entry)
-        return pass_on(entry);
+    PALPATE_TRY(DeviceEntry entry, haptics::find_device(o.name));
     if (o.home || o.calibrate) {
-        auto device = haptics::open_device(*entry, {});
-        if (!device)
-            return pass_on(device);
-        if (Result<void> done = o.home ? (*device)->home() : (*device)->calibrate(); !done)
-            return done;
-        log::info("{} {}", entry->name, o.home ? "is being homed" : "is calibrated");
+        PALPATE_TRY(const auto device, haptics::open_device(entry, {}));
+        PALPATE_TRY(o.home ? device->home() : device->calibrate());
+        log::info("{} {}", entry.name, o.home ? "is being homed" : "is calibrated");
         return {};
     }
     size_t number = 0;
-    while (entries[number].name != entry->name)
+    while (entries[number].name != entry.name)
         ++number;
-    return list({std::move(*entry)}, number, o.json);
+    return list({std::move(entry)}, number, o.json);
 }
 
 } // namespace

@@ -41,13 +41,9 @@ std::vector<NamedFile> files_of(const EditOptions& o) {
 Result<std::vector<JournalEntry>> strokes_of_file(const EditOptions& options) {
     std::vector<JournalEntry> entries;
     if (!options.strokes.empty()) {
-        Result<std::string> text = load_text(options.strokes, uint64_t{1} << 30);
-        if (!text)
-            return pass_on(text);
-        Result<std::vector<Stroke>> strokes = parse_strokes(*text, options.strokes);
-        if (!strokes)
-            return pass_on(strokes);
-        for (Stroke& stroke : *strokes) {
+        PALPATE_TRY(const std::string text, load_text(options.strokes, uint64_t{1} << 30));
+        PALPATE_TRY(std::vector<Stroke> strokes, parse_strokes(text, options.strokes));
+        for (Stroke& stroke : strokes) {
             const bool guided = stroke.operation.on_labels() && stroke.operation.only_values;
             entries.push_back({JournalEntry::Kind::stroke,
                                std::move(stroke),
@@ -97,8 +93,7 @@ Result<Journal::Contents> look_at_journal(const EditOptions& options, const fs::
             return fail("{}: no such file, so there is nothing to recover", path.string());
         return Journal::Contents();
     }
-    if (Result<void> ended = Journal::expect_ended(path); !ended)
-        return pass_on(ended);
+    PALPATE_TRY(Journal::expect_ended(path));
     if (options.discard)
         return Journal::Contents();
     if (!options.recover)
@@ -125,12 +120,9 @@ Result<Journal::Found> find_journal(const EditOptions& options, const fs::path& 
     if (fs::exists(path, error) && options.recover)
         return Journal::open(path, base);
     if (fs::exists(path, error) && options.discard)
-        if (Result<void> gone = Journal::discard(path); !gone)
-            return pass_on(gone);
-    Result<Journal> made = Journal::create(path, base);
-    if (!made)
-        return pass_on(made);
-    return Journal::Found{{}, std::move(*made)};
+        PALPATE_TRY(Journal::discard(path));
+    PALPATE_TRY(Journal made, Journal::create(path, base));
+    return Journal::Found{{}, std::move(made)};
 }
 
 // Says what was found in a journal.
@@ -168,49 +160,38 @@ Result<Input> load_input(const EditOptions& options, bool labels, const char* ki
         return input;
     ReadFlags flags = options.read;
     flags.path = options.guide;
-    Result<LoadedVolume> guide = load(flags, false, interrupt);
-    if (!guide)
-        return pass_on(guide);
-    if (const Result<void> serves = check_guide(guide->volume, input.volume.volume); !serves)
+    PALPATE_TRY(const LoadedVolume guide, load(flags, false, interrupt));
+    if (const Result<void> serves = check_guide(guide.volume, input.volume.volume); !serves)
         return fail("{}: {}", options.guide, serves.error().message);
-    input.guide = guide->volume;
+    input.guide = guide.volume;
     return input;
 }
 
 Result<void> run_edit(const EditOptions& options) {
     const fs::path journal_path = options.out + ".journal";
     const Interrupt interrupt;
-    if (const Result<void> named = expect_volume_name(options.out); !named)
-        return named;
-    Result<std::vector<JournalEntry>> wanted = strokes_of_file(options);
-    if (!wanted)
-        return pass_on(wanted);
+    PALPATE_TRY(expect_volume_name(options.out));
+    PALPATE_TRY(std::vector<JournalEntry> wanted, strokes_of_file(options));
     const bool alone = options.strokes.empty(); // the journal's strokes are all there are
-    Result<Journal::Contents> there = look_at_journal(options, journal_path);
-    if (!there)
-        return pass_on(there);
-    const std::vector<JournalEntry>& strokes = alone ? there->entries : *wanted;
-    if (const Result<void> enough = check_undo(strokes, options.undo); !enough)
-        return enough;
+    PALPATE_TRY(const Journal::Contents there, look_at_journal(options, journal_path));
+    const std::vector<JournalEntry>& strokes = alone ? there.entries : wanted;
+    PALPATE_TRY(check_undo(strokes, options.undo));
     for (uint32_t i = 0; i < options.undo; ++i)
-        wanted->push_back({JournalEntry::Kind::undo, {}});
+        wanted.push_back({JournalEntry::Kind::undo, {}});
     const Result<const Operation*> first = first_operation(strokes);
     if (!first)
         return fail("{}: {}", alone ? journal_path.string() : options.strokes,
                     first.error().message);
     const bool labels = *first && (*first)->on_labels();
-    Result<Input> input =
-        load_input(options, labels, labels ? name_of((*first)->kind) : "", interrupt);
-    if (!input)
-        return pass_on(input);
-    const Volume& volume = input->volume.volume;
-    if (const Result<void> holds = expect_format_holds(options.out, volume.grid()); !holds)
-        return holds;
-    const Volume* guide = input->guide ? &*input->guide : nullptr;
+    PALPATE_TRY(const Input input,
+                load_input(options, labels, labels ? name_of((*first)->kind) : "", interrupt));
+    const Volume& volume = input.volume.volume;
+    PALPATE_TRY(expect_format_holds(options.out, volume.grid()));
+    const Volume* guide = input.guide ? &*input.guide : nullptr;
     Document document(volume, labels ? VolumeKind::labels : VolumeKind::grey);
     if (guide)
         document = with_volume(document, {"guide", VolumeKind::grey, *guide});
-    for (JournalEntry& entry : *wanted) { // before anything is begun
+    for (JournalEntry& entry : wanted) { // before anything is begun
         if (entry.kind != JournalEntry::Kind::stroke)
             continue;
         if (const Result<void> fits = check(entry.stroke.operation, volume, guide); !fits)
@@ -218,23 +199,22 @@ Result<void> run_edit(const EditOptions& options) {
         entry.stroke.operation = settled(std::move(entry.stroke.operation), volume);
     }
 
-    Result<Journal::Found> found = find_journal(options, journal_path, Journal::base_of(document));
-    if (!found)
-        return pass_on(found);
-    tell(*found, journal_path);
-    std::vector<JournalEntry> entries = std::move(found->entries);
+    PALPATE_TRY(Journal::Found found,
+                find_journal(options, journal_path, Journal::base_of(document)));
+    tell(found, journal_path);
+    std::vector<JournalEntry> entries = std::move(found.entries);
     const size_t kept = entries.size();
     if (alone) {
-        for (JournalEntry& entry : *wanted)
+        for (JournalEntry& entry : wanted)
             entries.push_back(std::move(entry));
     } else { // what is kept must be where STROKES began
         for (size_t i = 0; i < kept; ++i)
-            if (i >= wanted->size() || entries[i].text() != (*wanted)[i].text())
+            if (i >= wanted.size() || entries[i].text() != wanted[i].text())
                 return fail(
                     "{}: expected the beginning of {}, found another step {}; --recover without "
                     "STROKES applies the journal",
                     journal_path.string(), options.strokes, i + 1);
-        entries = std::move(*wanted);
+        entries = std::move(wanted);
     }
     const auto keep_journal = [&](const Error& why) {
         return fail("{}; the finished strokes are in {}, and --recover applies them", why.message,
@@ -251,7 +231,7 @@ Result<void> run_edit(const EditOptions& options) {
             if (const Result<void> done = replay.apply(entries[i], interrupt.token()); !done)
                 return keep_journal(done.error());
             if (i >= kept)
-                if (const Result<void> written = found->journal.append(entries[i]); !written)
+                if (const Result<void> written = found.journal.append(entries[i]); !written)
                     return keep_journal(written.error());
             progress.show(static_cast<double>(i + 1) / static_cast<double>(entries.size()));
         }
@@ -262,7 +242,7 @@ Result<void> run_edit(const EditOptions& options) {
     if (const Result<void> saved = save_volume(options.out, replay.volume(), interrupt.token());
         !saved)
         return keep_journal(saved.error());
-    found->journal.remove();
+    found.journal.remove();
     if (options.report.empty())
         return {};
     Json report = replay.report();

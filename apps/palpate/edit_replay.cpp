@@ -49,9 +49,7 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
     using Kind = JournalEntry::Kind;
     const Timer timer;
     const Volume before = volume();
-    Result<Replayed> done = replay(now_, history_, entry, stop);
-    if (!done)
-        return pass_on(done);
+    PALPATE_TRY(const Replayed done, replay(now_, history_, entry, stop));
     Json line;
     const bool is_stroke = entry.kind == Kind::stroke;
     line["operation"] = is_stroke                    ? name_of(entry.stroke.operation.kind)
@@ -70,7 +68,7 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
         idle_ += changed == 0;
         if (changed == 0 && first_idle_.empty())
             first_idle_ = fmt::format("of stroke {}, {}", strokes_,
-                                      why_idle(entry.stroke, before, done->samples_seen));
+                                      why_idle(entry.stroke, before, done.samples_seen));
     }
     return {};
 }

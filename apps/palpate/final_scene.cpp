@@ -74,10 +74,7 @@ Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& load
     RayCastLayer& layer = *scene.ray_cast;
     layer.integrator = options.integrator.value_or(layer.integrator);
     if (has_transfer(options)) {
-        auto found = transfer_of(options, loaded, mode);
-        if (!found)
-            return pass_on(found);
-        layer.transfer = *found;
+        PALPATE_TRY(layer.transfer, transfer_of(options, loaded, mode));
     }
     if (!options.isos.empty())
         layer.isos = iso_surfaces(options.isos);
@@ -201,23 +198,17 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
             range.empty() ? "no sample has data" : fmt::format("all samples are {:g}", range.min));
     if (from_volume && is_ct_without_offset(loaded))
         log::info("{}: a CT without values below -200, taken as HU + 1024", file.volume);
-    if (auto done = apply_ray_cast(options, loaded, scene); !done)
-        return pass_on(done);
+    PALPATE_TRY(apply_ray_cast(options, loaded, scene));
     apply_slices(options, grid, scene);
     if (!scene.slices.empty() && scene.slice_transfer.colors.empty())
         scene.slice_transfer = default_slice_transfer(loaded);
     if (!scene.slices.empty() && has_transfer(options)) {
-        auto found = transfer_of(options, loaded, RayMode::mip);
-        if (!found)
-            return pass_on(found);
-        scene.slice_transfer = *found;
+        PALPATE_TRY(scene.slice_transfer, transfer_of(options, loaded, RayMode::mip));
     }
     if (!has_scene(options.input))
         scene.camera = default_camera(scene, loaded.data);
-    if (auto done = apply_clips(options, scene); !done)
-        return pass_on(done);
-    if (auto done = apply_camera(options, grid, scene); !done)
-        return pass_on(done);
+    PALPATE_TRY(apply_clips(options, scene));
+    PALPATE_TRY(apply_camera(options, grid, scene));
     apply_display(options, scene);
     return scene;
 }

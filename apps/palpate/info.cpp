@@ -126,11 +126,8 @@ struct InfoOptions {
 
 Result<void> run_info(const InfoOptions& options) {
     const Interrupt interrupt;
-    const Result<LoadedVolume> loaded = load(options.read, options.labels, interrupt);
-    if (!loaded)
-        return fail("{}", loaded.error().message);
-    return options.json ? print_report(report_text(json_of(*loaded)))
-                        : print_text(text_of(*loaded));
+    PALPATE_TRY(const LoadedVolume loaded, load(options.read, options.labels, interrupt));
+    return options.json ? print_report(report_text(json_of(loaded))) : print_text(text_of(loaded));
 }
 
 } // namespace

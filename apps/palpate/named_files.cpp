@@ -82,9 +82,7 @@ Result<void> each_its_own(std::span<const NamedFile> files) {
             if (a.path.empty() || b.path.empty() || !(is_written(a) || is_written(b)))
                 continue;
             const bool a_is_written = is_written(a);
-            if (Result<void> apart = expect_apart(a_is_written ? a : b, a_is_written ? b : a, a, b);
-                !apart)
-                return apart;
+            PALPATE_TRY(expect_apart(a_is_written ? a : b, a_is_written ? b : a, a, b));
         }
     return {};
 }
@@ -92,8 +90,7 @@ Result<void> each_its_own(std::span<const NamedFile> files) {
 Result<void> all_can_be_written(std::span<const NamedFile> files) {
     for (const NamedFile& file : files)
         if (is_written(file) && !file.makes_folder && !file.path.empty() && file.path != "-")
-            if (Result<void> can = expect_writable(file.path); !can)
-                return can;
+            PALPATE_TRY(expect_writable(file.path));
     return {};
 }
 

@@ -22,10 +22,8 @@ struct Plane {
 };
 
 Result<Plane> read_plane(const std::string& text) {
-    Result<std::vector<double>> v = numbers(text, 6);
-    if (!v)
-        return pass_on(v);
-    const Plane plane{{(*v)[0], (*v)[1], (*v)[2]}, {(*v)[3], (*v)[4], (*v)[5]}};
+    PALPATE_TRY(const std::vector<double> v, numbers(text, 6));
+    const Plane plane{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
     if (glm::length(plane.normal) == 0.0)
         return fail("expected a normal that is not 0, found '{}'", text);
     return plane;
@@ -72,28 +70,22 @@ Result<SliceLayer> read_slice(const std::string& text, glm::dvec3 center_mm) {
             "expected axial, coronal or sagittal, optionally with :MM, or px,py,pz,nx,ny,nz; found "
             "'{}'",
             text);
-    Result<Plane> plane = read_plane(text);
-    if (!plane)
-        return pass_on(plane);
-    slice.point_mm = plane->point_mm;
-    slice.normal = plane->normal;
+    PALPATE_TRY(const Plane plane, read_plane(text));
+    slice.point_mm = plane.point_mm;
+    slice.normal = plane.normal;
     return slice;
 }
 
 Result<ClipPlane> read_clip(const std::string& text) {
-    Result<Plane> plane = read_plane(text);
-    if (!plane)
-        return pass_on(plane);
-    return ClipPlane{plane->point_mm, plane->normal};
+    PALPATE_TRY(const Plane plane, read_plane(text));
+    return ClipPlane{plane.point_mm, plane.normal};
 }
 
 Result<glm::dvec3> read_color(const std::string& text) {
-    Result<std::vector<double>> c = numbers(text, 3);
-    if (!c)
-        return pass_on(c);
-    if (!std::all_of(c->begin(), c->end(), [](double v) { return v >= 0.0 && v <= 1.0; }))
+    PALPATE_TRY(const std::vector<double> c, numbers(text, 3));
+    if (!std::all_of(c.begin(), c.end(), [](double v) { return v >= 0.0 && v <= 1.0; }))
         return fail("expected numbers from 0 to 1, found '{}'", text);
-    return glm::dvec3((*c)[0], (*c)[1], (*c)[2]);
+    return glm::dvec3(c[0], c[1], c[2]);
 }
 
 Result<SurfaceSource> read_surface(const std::string& text) {

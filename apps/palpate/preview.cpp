@@ -18,11 +18,9 @@ Result<Preview> draw_preview(GpuDevice& device, const RendererOptions& options, 
             continue;
         const Timer timer;
         Renderer renderer(device, options);
-        Result<Frame> frame =
-            renderer.render(scene, {loaded.coarser[i], loaded.data.labels, loaded.data.meshes});
-        if (!frame)
-            return pass_on(frame);
-        return Preview{std::move(frame->eyes), i + 1, timer.ms()};
+        PALPATE_TRY(Frame frame, renderer.render(scene, {loaded.coarser[i], loaded.data.labels,
+                                                         loaded.data.meshes}));
+        return Preview{std::move(frame.eyes), i + 1, timer.ms()};
     }
     return fail("--preview: expected a brick file (palpate convert IN OUT.pbv) of several levels");
 }

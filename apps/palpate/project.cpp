@@ -40,45 +40,36 @@ std::vector<NamedFile> files_of(const ProjectOptions& o) {
 // A project of a scene or a volume, seen and felt as render and touch do by default.
 Result<void> create(const ProjectOptions& o, const Interrupt& interrupt) {
     for (const std::string& volume : {o.from, o.labels})
-        if (Result<void> voxels = expect_no_mesh(volume); !voxels)
-            return voxels;
+        PALPATE_TRY(expect_no_mesh(volume));
     SceneOptions options;
     options.input = o.from;
     options.labels = o.labels;
-    Result<SceneFile> file = base_scene(options);
-    if (!file)
-        return pass_on(file);
-    Result<LoadedScene> loaded = load_scene_input(o.from, *file, {.stop = interrupt.token()});
-    if (!loaded)
-        return pass_on(loaded);
-    for (const std::string& note : loaded->notes)
+    PALPATE_TRY(SceneFile file, base_scene(options));
+    PALPATE_TRY(LoadedScene loaded, load_scene_input(o.from, file, {.stop = interrupt.token()}));
+    for (const std::string& note : loaded.notes)
         log::info("{}", note);
-    for (const std::string& warning : loaded->warnings)
+    for (const std::string& warning : loaded.warnings)
         log::warning("{}", warning);
-    const bool is_map = file->labels.empty() && is_label_map(*loaded);
-    show_labels_by_default(options, *file, *loaded);
-    color_labels(loaded->label_names, *file);
-    Result<Scene> scene = final_scene(options, *file, *loaded);
-    if (!scene)
-        return pass_on(scene);
-    file->scene = *scene;
-    file->framing.reset();
-    file->centered_slices.clear();
-    file->centered_clips.clear();
+    const bool is_map = file.labels.empty() && is_label_map(loaded);
+    show_labels_by_default(options, file, loaded);
+    color_labels(loaded.label_names, file);
+    PALPATE_TRY(file.scene, final_scene(options, file, loaded));
+    file.framing.reset();
+    file.centered_slices.clear();
+    file.centered_clips.clear();
     ProjectContents contents{
-        Document(loaded->data.volume, is_map ? VolumeKind::labels : VolumeKind::grey),
+        Document(loaded.data.volume, is_map ? VolumeKind::labels : VolumeKind::grey),
         "volume",
         is_map ? "volume" : "",
-        std::move(*file),
-        {.iso = default_iso(*loaded)},
-        loaded->modality};
-    if (loaded->data.labels && !is_map) {
+        std::move(file),
+        {.iso = default_iso(loaded)},
+        loaded.modality};
+    if (loaded.data.labels && !is_map) {
         contents.labels = "labels";
         contents.document =
-            with_volume(contents.document, {"labels", VolumeKind::labels, *loaded->data.labels});
+            with_volume(contents.document, {"labels", VolumeKind::labels, *loaded.data.labels});
     }
-    if (Result<void> made = Project::create(o.folder, contents); !made)
-        return made;
+    PALPATE_TRY(Project::create(o.folder, contents));
     log::info("{}: created", o.folder);
     return {};
 }
@@ -136,13 +127,9 @@ Result<void> describe(const ProjectOptions& o, const Project::Seen& seen) {
 Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const SessionSetup& setup) {
     std::vector<JournalEntry> entries;
     if (!o.strokes.empty()) {
-        Result<std::string> text = load_text(o.strokes, uint64_t{1} << 30);
-        if (!text)
-            return pass_on(text);
-        Result<std::vector<Stroke>> strokes = parse_strokes(*text, o.strokes);
-        if (!strokes)
-            return pass_on(strokes);
-        for (Stroke& stroke : *strokes) {
+        PALPATE_TRY(const std::string text, load_text(o.strokes, uint64_t{1} << 30));
+        PALPATE_TRY(std::vector<Stroke> strokes, parse_strokes(text, o.strokes));
+        for (Stroke& stroke : strokes) {
             Operation& operation = stroke.operation;
             const bool on_labels = operation.on_labels();
             const bool guided = on_labels && operation.only_values;
@@ -166,35 +153,27 @@ Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const Sessio
 
 // Each step is in the journal before the next begins, so that one who ends this loses none.
 Result<void> change(const ProjectOptions& o, const Interrupt& interrupt) {
-    Result<Project::Opened> opened =
-        Project::open(o.folder, {.unsaved = !o.discard, .stop = interrupt.token()});
-    if (!opened)
-        return pass_on(opened);
-    for (const std::string& note : opened->notes)
+    PALPATE_TRY(Project::Opened opened,
+                Project::open(o.folder, {.unsaved = !o.discard, .stop = interrupt.token()}));
+    for (const std::string& note : opened.notes)
         log::warning("{}", note);
-    SessionSetup& setup = opened->setup;
-    Result<std::vector<JournalEntry>> entries = steps_of(o, setup);
-    if (!entries)
-        return pass_on(entries);
-    for (const JournalEntry& entry : *entries) {
+    SessionSetup& setup = opened.setup;
+    PALPATE_TRY(const std::vector<JournalEntry> entries, steps_of(o, setup));
+    for (const JournalEntry& entry : entries) {
         const History::Stats steps = setup.edit.begun->stats();
         const bool is_undo = entry.kind == JournalEntry::Kind::undo;
         if ((is_undo && steps.undo_steps == 0) ||
             (entry.kind == JournalEntry::Kind::redo && steps.redo_steps == 0))
             return fail("{}: nothing is left to {}; steps before the last save stay", o.folder,
                         is_undo ? "undo" : "redo");
-        if (Result<Replayed> done =
-                replay(setup.document, *setup.edit.begun, entry, interrupt.token());
-            !done)
-            return pass_on(done);
-        if (Result<void> kept = setup.edit.journal->append(entry); !kept)
-            return kept;
+        PALPATE_TRY(replay(setup.document, *setup.edit.begun, entry, interrupt.token()));
+        PALPATE_TRY(setup.edit.journal->append(entry));
     }
     if (!o.save)
         return {};
     setup.edit.threaded = false;
     Session session(std::move(setup));
-    return opened->project.save(session);
+    return opened.project.save(session);
 }
 
 Result<void> run_project(const ProjectOptions& o, const CLI::App& app) {
@@ -203,29 +182,24 @@ Result<void> run_project(const ProjectOptions& o, const CLI::App& app) {
     const IdleOptions idle[] = {{!describes, {"--json"}, "of a description"}};
     warn_of_idle(app, idle);
     if (!o.out.empty())
-        if (Result<void> named = expect_volume_name(o.out); !named)
-            return named;
+        PALPATE_TRY(expect_volume_name(o.out));
     if (!o.from.empty()) {
-        if (Result<void> made = create(o, interrupt); !made)
-            return made;
+        PALPATE_TRY(create(o, interrupt));
     } else if (!Project::is_one(o.folder)) {
         return fail("{}: expected the folder of a project; --new SCENE creates one", o.folder);
     }
     if (o.changes())
-        if (Result<void> changed = change(o, interrupt); !changed)
-            return changed;
+        PALPATE_TRY(change(o, interrupt));
     if (o.exported.empty() && !describes)
         return {};
-    Result<Project::Seen> seen = Project::look(o.folder, interrupt.token());
-    if (!seen)
-        return pass_on(seen);
-    for (const std::string& note : seen->notes)
+    PALPATE_TRY(const Project::Seen seen, Project::look(o.folder, interrupt.token()));
+    for (const std::string& note : seen.notes)
         log::warning("{}", note);
     if (o.exported.empty())
-        return describe(o, *seen);
-    if (Result<void> there = expect_volume(seen->contents.document, o.exported); !there)
+        return describe(o, seen);
+    if (Result<void> there = expect_volume(seen.contents.document, o.exported); !there)
         return fail("--export: {}", there.error().message);
-    return save_volume(o.out, *seen->contents.document.find(o.exported), interrupt.token());
+    return save_volume(o.out, *seen.contents.document.find(o.exported), interrupt.token());
 }
 
 } // namespace

@@ -19,12 +19,10 @@ void warn_of_idle_reading(const std::string& path, const ReadOptions& options) {
 } // namespace
 
 Result<Project::Seen> look_at_project(const std::string& path, const std::stop_token& stop) {
-    Result<Project::Seen> seen = Project::look(path, stop);
-    if (!seen)
-        return seen;
-    for (const std::string& note : seen->notes)
+    PALPATE_TRY(Project::Seen seen, Project::look(path, stop));
+    for (const std::string& note : seen.notes)
         log::warning("{}", note);
-    if (const size_t steps = seen->unsaved.size(); steps > 0)
+    if (const size_t steps = seen.unsaved.size(); steps > 0)
         log::info("{}: with {} step{} since its last save", path, steps, steps == 1 ? "" : "s");
     return seen;
 }
@@ -32,10 +30,8 @@ Result<Project::Seen> look_at_project(const std::string& path, const std::stop_t
 Result<LoadedVolume> load_project_volume(const std::string& path, bool labels,
                                          const ReadOptions& options) {
     warn_of_idle_reading(path, options);
-    Result<Project::Seen> seen = look_at_project(path, options.stop);
-    if (!seen)
-        return pass_on(seen);
-    const ProjectContents& contents = seen->contents;
+    PALPATE_TRY(const Project::Seen seen, look_at_project(path, options.stop));
+    const ProjectContents& contents = seen.contents;
     const Volume* volume = contents.document.find(labels ? contents.labels : contents.grey);
     if (!volume && labels)
         return fail("{}: expected a project with labels, found none", path);
@@ -49,12 +45,10 @@ Result<LoadedVolume> load_project_volume(const std::string& path, bool labels,
 
 Result<SceneFile> scene_file_of(const std::string& input) {
     if (Project::is_one(input)) {
-        Result<ProjectDescription> read = read_project_description(project_folder(input));
-        if (!read)
-            return pass_on(read);
-        SceneFile file = std::move(read->scene);
+        PALPATE_TRY(ProjectDescription read, read_project_description(project_folder(input)));
+        SceneFile file = std::move(read.scene);
         file.volume = std::filesystem::absolute(project_folder(input)).string();
-        file.labels = read->labels.empty() ? "" : file.volume;
+        file.labels = read.labels.empty() ? "" : file.volume;
         return file;
     }
     if (is_scene_file(input))
@@ -69,10 +63,8 @@ Result<LoadedScene> load_scene_input(const std::string& input, const SceneFile& 
     if (!Project::is_one(input))
         return load_scene_data(file, options);
     warn_of_idle_reading(input, options);
-    Result<Project::Seen> seen = look_at_project(input, options.stop);
-    if (!seen)
-        return pass_on(seen);
-    const ProjectContents& contents = seen->contents;
+    PALPATE_TRY(const Project::Seen seen, look_at_project(input, options.stop));
+    const ProjectContents& contents = seen.contents;
     const Volume* grey = contents.document.find(contents.grey);
     LoadedScene scene{{grey ? *grey : contents.document.first(), std::nullopt, {}},
                       contents.modality,
@@ -88,13 +80,11 @@ Result<LoadedScene> load_scene_input(const std::string& input, const SceneFile& 
         labels_alone.folder = file.folder;
         labels_alone.volume = file.labels;
         labels_alone.labels = file.labels;
-        Result<LoadedScene> loaded = load_scene_data(labels_alone, options);
-        if (!loaded)
-            return loaded;
-        scene.notes = std::move(loaded->notes);
-        scene.warnings = std::move(loaded->warnings);
-        scene.data.labels = std::move(loaded->data.labels);
-        scene.label_names = std::move(loaded->label_names);
+        PALPATE_TRY(LoadedScene loaded, load_scene_data(labels_alone, options));
+        scene.notes = std::move(loaded.notes);
+        scene.warnings = std::move(loaded.warnings);
+        scene.data.labels = std::move(loaded.data.labels);
+        scene.label_names = std::move(loaded.label_names);
     }
     return scene;
 }

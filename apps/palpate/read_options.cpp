@@ -60,20 +60,17 @@ ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt) {
 }
 
 Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
-    if (Result<void> voxels = expect_no_mesh(flags.path); !voxels)
-        return pass_on(voxels);
+    PALPATE_TRY(expect_no_mesh(flags.path));
     const ReadOptions options = read_options(flags, interrupt);
     if (Project::is_one(flags.path))
         return load_project_volume(flags.path, labels, options);
     if (is_synthetic(flags.path)) {
-        Result<Volume> made = make_synthetic(flags.path, options.max_memory_bytes);
-        if (!made)
-            return pass_on(made);
-        if (labels && made->type() != ScalarType::u8)
+        PALPATE_TRY(Volume made, make_synthetic(flags.path, options.max_memory_bytes));
+        if (labels && made.type() != ScalarType::u8)
             return fail("{}: expected labels (checkerboard), found grey values", flags.path);
         if (flags.resample_slices)
             log::warning("{}: --resample-slices has no effect on a synthetic volume", flags.path);
-        return LoadedVolume{std::move(*made), {}, {}, {}, {}, {}};
+        return LoadedVolume{std::move(made), {}, {}, {}, {}, {}};
     }
     Result<LoadedVolume> loaded =
         labels ? load_labels(flags.path, options) : load_volume(flags.path, options);

@@ -71,13 +71,11 @@ Result<void> meet_error(const RenderOptions& options, GpuDevice& device,
     if (!scene.ray_cast)
         return fail("--error: expected a scene with ray casting, found slices alone");
     Renderer renderer(device, renderer_options);
-    const Result<AccuracyChoice> choice = choose_setting(renderer, scene, data, options.error);
-    if (!choice)
-        return fail("{}", choice.error().message);
-    apply(choice->setting, data.volume.grid(), *scene.ray_cast);
-    scene.ray_cast->min_transmittance = choice->min_transmittance;
+    PALPATE_TRY(const AccuracyChoice choice, choose_setting(renderer, scene, data, options.error));
+    apply(choice.setting, data.volume.grid(), *scene.ray_cast);
+    scene.ray_cast->min_transmittance = choice.min_transmittance;
     log::info("{}: an RMSE of colour of {:.1e} is expected, {:g} was asked for",
-              text_of(choice->setting), choice->error_estimate, options.error);
+              text_of(choice.setting), choice.error_estimate, options.error);
     return {};
 }
 
@@ -102,10 +100,8 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
         if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
             return fail("{}: expected a name ending in .png or .exr", path.string());
     const Interrupt interrupt;
-    Result<OpenedScene> opened = open_scene(options.scene, options.read, interrupt);
-    if (!opened)
-        return pass_on(opened);
-    auto& [file, loaded, scene] = *opened;
+    PALPATE_TRY(OpenedScene opened, open_scene(options.scene, options.read, interrupt));
+    auto& [file, loaded, scene] = opened;
     const SceneToDraw to_draw{options.scene, file, scene, loaded};
     warn_of_idle_options(app, to_draw, options.output, options.frames.frames);
     const std::vector<std::string> empty = empty_parts(to_draw);
@@ -119,8 +115,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     RendererOptions renderer_options{.volume_format = options.format,
                                      .skipping = !options.no_skipping};
     apply(options.memory, device, options.frames.frames > 1, renderer_options);
-    if (auto met = meet_error(options, device, renderer_options, loaded.data, scene); !met)
-        return met;
+    PALPATE_TRY(meet_error(options, device, renderer_options, loaded.data, scene));
 
     SceneFile drawn = file;
     drawn.scene = scene;
@@ -128,19 +123,13 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     drawn.centered_slices.clear();
     drawn.centered_clips.clear();
     if (!options.write_scene.empty())
-        if (auto saved = write_text(options.write_scene, write_scene(drawn)); !saved)
-            return saved;
+        PALPATE_TRY(write_text(options.write_scene, write_scene(drawn)));
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
     std::optional<Preview> preview;
     if (!options.preview.empty()) {
-        Result<Preview> drawn_first = draw_preview(device, renderer_options, scene, loaded);
-        if (!drawn_first)
-            return fail("{}", drawn_first.error().message);
-        preview = std::move(*drawn_first);
-        if (auto saved = save_frame(options.preview, options.precision(), scene, preview->eyes, {});
-            !saved)
-            return saved;
+        PALPATE_TRY(preview, draw_preview(device, renderer_options, scene, loaded));
+        PALPATE_TRY(save_frame(options.preview, options.precision(), scene, preview->eyes, {}));
         log::info("{}: level {} of the volume, after {:.2f} s", options.preview, preview->level,
                   preview->ms / 1000.0);
     }
@@ -168,8 +157,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
                                  {"palpate:driver", device.info().driver},
                                  {"palpate:scene", scene_hash(drawn)}};
     const std::vector<Image> eyes = renderer.read_back();
-    if (auto saved = save_frame(options.output, options.precision(), scene, eyes, metadata); !saved)
-        return saved;
+    PALPATE_TRY(save_frame(options.output, options.precision(), scene, eyes, metadata));
     if (empty.empty() && is_one_color(eyes))
         log::warning(
             "{}: the picture has one colour: this camera, mode and transfer function show nothing "
@@ -180,8 +168,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     if (!options.stats.empty()) {
         const std::string text =
             report_text(stats_json(device, renderer, *timing, scene, loaded.data));
-        if (auto saved = write_text(options.stats, text); !saved)
-            return saved;
+        PALPATE_TRY(write_text(options.stats, text));
     }
     if (!device.validation_messages().empty())
         return fail("Vulkan validation had {} complaints, the first: {}",

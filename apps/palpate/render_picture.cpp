@@ -49,10 +49,8 @@ Result<void> save_frame(const std::filesystem::path& path, ExrPrecision precisio
     const auto paths = frame_paths(path, display.layout);
     for (const StereoLayout eye : {StereoLayout::left, StereoLayout::right}) {
         display.layout = eye;
-        auto saved = save_picture(paths[eye == StereoLayout::right], display_image(eyes, display),
-                                  precision, metadata);
-        if (!saved)
-            return saved;
+        PALPATE_TRY(save_picture(paths[eye == StereoLayout::right], display_image(eyes, display),
+                                 precision, metadata));
     }
     return {};
 }

@@ -18,11 +18,9 @@ Result<FrameStats> draw_once(Renderer& renderer, std::optional<Interactive>& int
                              const Scene& scene, const SceneData& data, Timing& timing) {
     if (!interactive)
         return renderer.draw(scene, data);
-    Result<InteractiveFrame> drawn = interactive->draw(scene, data);
-    if (!drawn)
-        return pass_on(drawn);
-    timing.interactive = *drawn;
-    return drawn->frame;
+    PALPATE_TRY(const InteractiveFrame drawn, interactive->draw(scene, data));
+    timing.interactive = drawn;
+    return drawn.frame;
 }
 
 } // namespace
@@ -57,27 +55,25 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
         if (stop.stop_requested())
             return fail("interrupted after {} of {} frames", i, count);
         const Timer timer;
-        Result<FrameStats> stats = draw_once(renderer, interactive, scene, data, timing);
-        if (!stats)
-            return pass_on(stats);
+        PALPATE_TRY(const FrameStats stats, draw_once(renderer, interactive, scene, data, timing));
         if (interactive) {
             timing.moving = timing.interactive->px_per_ray > 1;
             timing.coarsest = timing.interactive->coarsest;
         }
         if (i == 0) {
             timing.first_frame_ms = timer.ms();
-            timing.cell_map_ms = stats->cell_map_ms;
-            timing.first = *stats;
+            timing.cell_map_ms = stats.cell_map_ms;
+            timing.first = stats;
         }
         if (i > 0 || count == 1) {
-            timing.wall_ms.push_back(stats->wall_ms);
+            timing.wall_ms.push_back(stats.wall_ms);
             double gpu = 0;
-            for (const PassTime& pass : stats->passes) {
+            for (const PassTime& pass : stats.passes) {
                 gpu += pass.gpu_ms;
                 passes[pass.name].push_back(pass.gpu_ms);
             }
             timing.gpu_ms.push_back(gpu);
-            timing.passes = stats->passes;
+            timing.passes = stats.passes;
         }
         if (i + 1 < count)
             scene.camera = orbit(scene.camera, options.orbit_deg);
@@ -85,14 +81,10 @@ Result<Timing> draw_frames(Renderer& renderer, Scene scene, const SceneData& dat
     while (interactive && options.settle && !timing.interactive->complete) {
         if (stop.stop_requested())
             return fail("interrupted during --settle");
-        if (auto drawn = draw_once(renderer, interactive, scene, data, timing); !drawn)
-            return pass_on(drawn);
+        PALPATE_TRY(draw_once(renderer, interactive, scene, data, timing));
     }
     if (count_samples && scene.ray_cast && !interactive) {
-        Result<uint64_t> samples = renderer.count_samples(scene, data);
-        if (!samples)
-            return pass_on(samples);
-        timing.samples = *samples;
+        PALPATE_TRY(timing.samples, renderer.count_samples(scene, data));
     }
     for (PassTime& pass : timing.passes)
         pass.gpu_ms = percentile(passes[pass.name], 0.5);

@@ -209,10 +209,7 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
 }
 
 Result<SceneFile> base_scene(const SceneOptions& options) {
-    Result<SceneFile> loaded = scene_file_of(options.input);
-    if (!loaded)
-        return loaded;
-    SceneFile file = std::move(*loaded);
+    PALPATE_TRY(SceneFile file, scene_file_of(options.input));
     if (!has_scene(options.input))
         file.framing = Framing{};
     if (!options.labels.empty()) {
@@ -222,8 +219,7 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
         if (!file.scene.labels)
             file.scene.labels = LabelLayer{};
     }
-    if (auto applied = apply_surfaces(options, file); !applied)
-        return pass_on(applied);
+    PALPATE_TRY(apply_surfaces(options, file));
     return file;
 }
 

@@ -121,18 +121,15 @@ Result<Mesh> extract_iso(const SurfaceCommand& options, const Volume& volume,
                                 .normals = options.normals,
                                 .closed_at_border = options.closed,
                                 .stop = interrupt.token()};
-    Result<Extractor> by = choose_extractor(options.on, options.device, volume, wanted);
-    if (!by)
-        return pass_on(by);
+    PALPATE_TRY(Extractor by, choose_extractor(options.on, options.device, volume, wanted));
     ExtractPasses passes;
-    Result<Mesh> mesh = extract_on(*by, volume, static_cast<float>(*options.iso), wanted, passes);
-    if (!mesh)
-        return mesh;
-    told["on"] = by->device ? "gpu" : "cpu";
-    told["why"] = by->why;
-    if (by->device) {
-        told["device"] = by->device->info().name;
-        told["driver"] = by->device->info().driver;
+    PALPATE_TRY(Mesh mesh,
+                extract_on(by, volume, static_cast<float>(*options.iso), wanted, passes));
+    told["on"] = by.device ? "gpu" : "cpu";
+    told["why"] = by.why;
+    if (by.device) {
+        told["device"] = by.device->info().name;
+        told["driver"] = by.device->info().driver;
         for (const auto& [name, ms] : passes)
             told["ms"][name] = ms;
     }
@@ -228,12 +225,10 @@ Result<Json> decimated(const SurfaceCommand& options, Mesh& mesh, const std::sto
         wanted.error_mm = options.decimate_mm;
     if (!options.decimate_to.empty())
         wanted.least_triangles = triangle_count(options.decimate_to, before).value();
-    Result<Decimated> found = decimate(mesh, wanted);
-    if (!found)
-        return pass_on(found);
-    warn_of_little_gain(options, wanted.least_triangles, before, *found);
-    mesh = std::move(found->mesh);
-    Json json{{"hausdorff_mm", found->hausdorff_mm}, {"triangles_before", before}};
+    PALPATE_TRY(Decimated found, decimate(mesh, wanted));
+    warn_of_little_gain(options, wanted.least_triangles, before, found);
+    mesh = std::move(found.mesh);
+    Json json{{"hausdorff_mm", found.hausdorff_mm}, {"triangles_before", before}};
     if (options.decimate_mm > 0.0)
         json["error_mm"] = options.decimate_mm;
     return json;
@@ -297,10 +292,8 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
     Mesh mesh;
     Json report = Json::object(), extra = Json::object();
     Result<void> done = stages.run("read", 0.0, [&]() -> Result<void> {
-        Result<LoadedVolume> read = load(options.read, options.labels, interrupt);
-        if (!read)
-            return pass_on(read);
-        loaded.emplace(std::move(*read));
+        PALPATE_TRY(LoadedVolume read, load(options.read, options.labels, interrupt));
+        loaded.emplace(std::move(read));
         if (options.only_labels.empty())
             return {};
         Result<Volume> kept = with_labels(loaded->volume, options.only_labels);
@@ -311,10 +304,7 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
     });
     if (done)
         done = stages.run("extract", 0.2, [&]() -> Result<void> {
-            Result<Mesh> made = extract(options, loaded->volume, interrupt, extra["extraction"]);
-            if (!made)
-                return pass_on(made);
-            mesh = std::move(*made);
+            PALPATE_TRY(mesh, extract(options, loaded->volume, interrupt, extra["extraction"]));
             if (mesh.triangles.empty() && !interrupt.token().stop_requested())
                 return options.labels
                            ? fail("{}: expected labels other than 0, found none", options.read.path)
@@ -329,11 +319,9 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         });
     if (done && options.is_decimated())
         done = stages.run("decimate", 0.5, [&]() -> Result<void> {
-            Result<Json> json = decimated(options, mesh, interrupt.token(),
-                                          [&](double share) { stages.show(0.5 + 0.2 * share); });
-            if (!json)
-                return pass_on(json);
-            extra["decimation"] = std::move(*json);
+            PALPATE_TRY(extra["decimation"],
+                        decimated(options, mesh, interrupt.token(),
+                                  [&](double share) { stages.show(0.5 + 0.2 * share); }));
             return {};
         });
     if (done && !options.report.empty())

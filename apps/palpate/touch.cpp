@@ -69,14 +69,12 @@ std::vector<std::string> names_of(const Table& table) {
 }
 
 Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interrupt) {
-    Result<SceneFile> file = scene_file_of(o.scene);
-    if (!file)
-        return pass_on(file);
+    PALPATE_TRY(SceneFile file, scene_file_of(o.scene));
     if (!o.labels.empty())
-        file->labels = o.labels.starts_with("synthetic:")
-                           ? o.labels
-                           : std::filesystem::absolute(o.labels).string();
-    Result<LoadedScene> scene = load_scene_input(o.scene, *file, {.stop = interrupt.token()});
+        file.labels = o.labels.starts_with("synthetic:")
+                          ? o.labels
+                          : std::filesystem::absolute(o.labels).string();
+    Result<LoadedScene> scene = load_scene_input(o.scene, file, {.stop = interrupt.token()});
     if (scene) {
         for (const std::string& note : scene->notes)
             log::info("{}", note);
@@ -92,10 +90,9 @@ Result<TouchParameters> parameters_of(const TouchOptions& o, const LoadedScene& 
     const bool is_project = Project::is_one(o.scene);
     TouchParameters p;
     if (is_project) {
-        const Result<ProjectDescription> read = read_project_description(project_folder(o.scene));
-        if (!read)
-            return fail("{}", read.error().message);
-        p = read->touch;
+        PALPATE_TRY(const ProjectDescription read,
+                    read_project_description(project_folder(o.scene)));
+        p = read.touch;
     }
     const auto set = [&](const char* option, auto& member, auto value) {
         if (!is_project || app.count(option) > 0)
@@ -227,10 +224,8 @@ Result<std::optional<Journal>> begin_journal(const TouchOptions& o, const Docume
             "{}: holds strokes of an interrupted touch or edit, or of --journal; `palpate edit "
             "SCENE --recover -o {}` applies them; remove the file to start again",
             journal_of(o).string(), o.output);
-    Result<Journal> made = Journal::create(journal_of(o), Journal::base_of(document));
-    if (!made)
-        return pass_on(made);
-    return std::optional<Journal>(std::move(*made));
+    PALPATE_TRY(Journal made, Journal::create(journal_of(o), Journal::base_of(document)));
+    return std::optional<Journal>(std::move(made));
 }
 
 // What is done, or why it is not: then the strokes stay.
@@ -266,52 +261,38 @@ Result<void> check_together(const TouchOptions& o) {
         return fail(
             "--friction: expected a dynamic coefficient of at most the static {:g}, found {:g}",
             o.friction[0], o.friction[1]);
-    if (Result<void> path = check_together(o.motion); !path)
-        return path;
+    PALPATE_TRY(check_together(o.motion));
     return check_together(o.feel, o.algorithm);
 }
 
 Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (!o.output.empty())
-        if (Result<void> named = expect_volume_name(o.output); !named)
-            return named;
+        PALPATE_TRY(expect_volume_name(o.output));
     for (const std::string& volume : {o.scene, o.labels})
-        if (Result<void> voxels = expect_no_mesh(volume); !voxels)
-            return voxels;
+        PALPATE_TRY(expect_no_mesh(volume));
     const AlgorithmEntry* algorithm = haptics::find_algorithm(o.algorithm);
     const Result<haptics::DeviceEntry> device = haptics::find_device(o.device); // was checked
     const Interrupt interrupt;
-    Result<LoadedScene> scene = load_touched(o, interrupt);
-    if (!scene)
-        return pass_on(scene);
-    const Grid& grid = scene->data.volume.grid();
-    Result<haptics::HandPath> path = hand_path(app, o.motion, grid);
-    if (!path)
-        return pass_on(path);
-    Result<TouchParameters> parameters = parameters_of(o, *scene, app);
-    if (!parameters)
-        return pass_on(parameters);
-    Result<Feel> feel = make_feel(o.feel, *scene, *parameters, *algorithm, interrupt.token());
-    if (!feel)
-        return pass_on(feel);
-    warn_of_idle_options(app, o, feel->parameters.source, *device);
-    SessionSetup session = session_setup(*feel);
+    PALPATE_TRY(const LoadedScene scene, load_touched(o, interrupt));
+    const Grid& grid = scene.data.volume.grid();
+    PALPATE_TRY(const haptics::HandPath path, hand_path(app, o.motion, grid));
+    PALPATE_TRY(const TouchParameters parameters, parameters_of(o, scene, app));
+    PALPATE_TRY(Feel feel, make_feel(o.feel, scene, parameters, *algorithm, interrupt.token()));
+    warn_of_idle_options(app, o, feel.parameters.source, *device);
+    SessionSetup session = session_setup(feel);
     const Volume before = session.document.first();
     if (!o.output.empty())
-        if (Result<void> holds = expect_format_holds(o.output, before.grid()); !holds)
-            return holds;
-    Result<std::optional<Journal>> journal = begin_journal(o, session.document);
-    if (!journal)
-        return pass_on(journal);
-    const bool journalled = journal->has_value();
+        PALPATE_TRY(expect_format_holds(o.output, before.grid()));
+    PALPATE_TRY(std::optional<Journal> journal, begin_journal(o, session.document));
+    const bool journalled = journal.has_value();
     if (journalled)
-        session.edit.journal.emplace(std::move(**journal));
+        session.edit.journal.emplace(std::move(*journal));
     Progress progress("touching");
     Result<TouchRun> run =
         run_touch_loop({.session = std::move(session),
-                        .edit = std::move(feel->edit),
+                        .edit = std::move(feel.edit),
                         .algorithm = *algorithm,
-                        .path = *path,
+                        .path = path,
                         .device = *device,
                         .hand = o.hand,
                         .rate_hz = o.rate_hz,
@@ -327,7 +308,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
     warn_of_what_was_felt(summary, o);
     if (edits(o))
-        warn_of_idle_edit(before, run->volume, *path);
+        warn_of_idle_edit(before, run->volume, path);
     return o.report == "-" ? Result<void>() : say(summary, std::move(run->telemetry));
 }
 

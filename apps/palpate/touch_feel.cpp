@@ -111,20 +111,15 @@ template <class T>
 Result<Said<T>> read_json(const std::string& text, T (*read)(const JsonValue&)) {
     std::string content = text;
     if (!is_json(text)) {
-        Result<std::string> content_of_file = load_text(text);
-        if (!content_of_file)
-            return pass_on(content_of_file);
-        content = std::move(*content_of_file);
+        PALPATE_TRY(content, load_text(text));
     }
     const std::string name = is_json(text) ? "JSON" : text;
-    Result<Json> json = parse_json(content, name);
-    if (!json)
-        return pass_on(json);
+    PALPATE_TRY(Json json, parse_json(content, name));
     JsonErrors errors{name, {}};
-    T value = read(JsonValue(*json, "", errors));
+    T value = read(JsonValue(json, "", errors));
     if (errors.first)
         return tl::unexpected(*errors.first);
-    return Said<T>{std::move(*json), std::move(value)};
+    return Said<T>{std::move(json), std::move(value)};
 }
 Result<Said<Tool>> read_touch_tool(const std::string& text) {
     return read_json(text, read_tool);
@@ -143,9 +138,7 @@ CLI::Validator readable_json(Result<Said<T>> (*read)(const std::string&)) {
     return readable([read](const std::string& text) -> Result<void> {
         if (!is_json(text))
             return {};
-        Result<Said<T>> value = read(text);
-        if (!value)
-            return pass_on(value);
+        PALPATE_TRY(read(text));
         return {};
     });
 }
@@ -153,10 +146,8 @@ CLI::Validator readable_json(Result<Said<T>> (*read)(const std::string&)) {
 Result<Volume> load_component(const std::string& name, std::stop_token stop) {
     SceneFile file;
     file.volume = name;
-    Result<LoadedScene> loaded = load_scene_data(file, {.stop = stop});
-    if (!loaded)
-        return pass_on(loaded);
-    return std::move(loaded->data.volume);
+    PALPATE_TRY(LoadedScene loaded, load_scene_data(file, {.stop = stop}));
+    return std::move(loaded.data.volume);
 }
 
 Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& feel) {
@@ -175,11 +166,9 @@ Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& fee
         edit->operation = std::move(operation->value);
     }
     if (!o.tool.empty()) {
-        Result<Said<Tool>> tool = read_touch_tool(o.tool);
-        if (!tool)
-            return pass_on(tool);
-        edit->shape = std::move(tool->json);
-        edit->tool = std::move(tool->value);
+        PALPATE_TRY(Said<Tool> tool, read_touch_tool(o.tool));
+        edit->shape = std::move(tool.json);
+        edit->tool = std::move(tool.value);
     }
     const bool labels = edit->operation.on_labels();
     if (labels && !feel.scene.labels)
@@ -305,10 +294,7 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     const std::string_view name = algorithm.name;
     Feel feel = felt_by_default(loaded);
     feel.parameters = std::move(parameters);
-    Result<std::optional<EditSetup>> edit = read_edit(o, feel);
-    if (!edit)
-        return pass_on(edit);
-    feel.edit = std::move(*edit);
+    PALPATE_TRY(feel.edit, read_edit(o, feel));
     if (!o.label_feel.empty())
         feel.parameters.label_count = 0;
     for (const std::string& text : o.label_feel)
@@ -346,23 +332,16 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         feel.parameters.opacity = read_opacity(o.opacity).value();
 
     for (size_t axis = 0; axis < o.field.size(); ++axis) {
-        Result<Volume> component = load_component(o.field[axis], stop);
-        if (!component)
-            return pass_on(component);
-        feel.scene.field[axis] = std::move(*component);
+        PALPATE_TRY(feel.scene.field[axis], load_component(o.field[axis], stop));
     }
     if (name == "swept-tool" && !o.felt_tool.empty()) {
-        Result<Said<Tool>> tool = read_touch_tool(o.felt_tool);
-        if (!tool)
-            return pass_on(tool);
+        PALPATE_TRY(const Said<Tool> tool, read_touch_tool(o.felt_tool));
         feel.scene.tool = std::make_shared<const haptics::ToolPoints>(
-            haptics::sample_tool(*tool->value.shape, feel.parameters.tool_samples));
+            haptics::sample_tool(*tool.value.shape, feel.parameters.tool_samples));
     }
     if (name == "swept-mesh" && !o.mesh.empty()) {
-        Result<LoadedMesh> mesh = load_mesh(o.mesh);
-        if (!mesh)
-            return pass_on(mesh);
-        add_felt_mesh(feel, std::make_shared<const Mesh>(std::move(mesh->mesh)));
+        PALPATE_TRY(LoadedMesh mesh, load_mesh(o.mesh));
+        add_felt_mesh(feel, std::make_shared<const Mesh>(std::move(mesh.mesh)));
     } else if (name == "swept-mesh") {
         add_felt_mesh(feel);
     }

@@ -65,8 +65,7 @@ Result<void> run_by_clock(Session& session, SessionDevice device, std::vector<Se
         done.store(at + 1, std::memory_order_release);
         return at + 1 < count;
     };
-    if (Result<void> started = session.start(std::move(device)); !started)
-        return started;
+    PALPATE_TRY(session.start(std::move(device)));
     const ServoThread& thread = *session.servo_thread();
     log::info("servo: {}{}{}", thread.state().policy,
               thread.state().locked ? ", locked in memory" : "",
@@ -91,8 +90,7 @@ Result<void> run_by_ticks(Session& session, const SessionDevice& device, TouchRu
                           RecordingDevice& recorder, size_t count, int64_t period_ns,
                           const std::stop_token& stop,
                           const std::function<void(double)>& progress) {
-    if (Result<void> started = session.start(device); !started)
-        return started;
+    PALPATE_TRY(session.start(device));
     run.ticks.reserve(count);
     for (size_t i = 0; i < count; ++i) {
         const int64_t now_ns = static_cast<int64_t>(i) * period_ns;
@@ -125,16 +123,14 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
             path.end_s() - kLead_s, setup.rate_hz, needed * 0x1p-30);
     const auto count = static_cast<size_t>(path.end_s() * setup.rate_hz) + 1;
     const int64_t begin_ns = setup.real_time ? monotonic_ns() + period_ns : 0;
-    Result<std::unique_ptr<HapticDevice>> device =
-        open_device(setup.device, {.path = path,
-                                   .workspace = workspace,
-                                   .hand = setup.hand,
-                                   .delay_ticks = setup.delay_ticks,
-                                   .rate_hz = setup.rate_hz,
-                                   .start_ns = begin_ns});
-    if (!device)
-        return pass_on(device);
-    RecordingDevice recorder(**device, setup.real_time ? count + 16 : 16);
+    PALPATE_TRY(const std::unique_ptr<HapticDevice> device,
+                open_device(setup.device, {.path = path,
+                                           .workspace = workspace,
+                                           .hand = setup.hand,
+                                           .delay_ticks = setup.delay_ticks,
+                                           .rate_hz = setup.rate_hz,
+                                           .start_ns = begin_ns}));
+    RecordingDevice recorder(*device, setup.real_time ? count + 16 : 16);
     setup.session.edit.threaded = setup.real_time;
     TouchRun run{.volume = setup.session.document.first()};
     run.start_ns = begin_ns + std::llround(kLead_s * 1e9);
@@ -143,12 +139,9 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
         session.use(*setup.edit);
     const SessionDevice touched{
         recorder, setup.algorithm, workspace, Servo::Options{.rate_hz = setup.rate_hz}, {}, {}};
-    Result<void> done =
-        setup.real_time
-            ? run_by_clock(session, touched, run.ticks, count, stop, progress)
-            : run_by_ticks(session, touched, run, recorder, count, period_ns, stop, progress);
-    if (!done)
-        return pass_on(done);
+    PALPATE_TRY(setup.real_time ? run_by_clock(session, touched, run.ticks, count, stop, progress)
+                                : run_by_ticks(session, touched, run, recorder, count, period_ns,
+                                               stop, progress));
     session.settle(); // a stroke under way ends with the path
     if (const std::string refusal = session.take_refusal(); !refusal.empty())
         return fail("{}", refusal);

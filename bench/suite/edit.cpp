@@ -101,10 +101,8 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
     BlockSurface surface(now, static_cast<float>(kBone));
     Renderer renderer(device);
     const Scene scene = iso_scene(sample, bench.options().tiny ? 32 : 512);
-    if (const auto first = renderer.draw(scene, {now, std::nullopt}); !first)
-        return fail("{}", first.error().message);
-    if (const auto first = renderer.draw_coarse(scene, {now, std::nullopt}, {}); !first)
-        return fail("{}", first.error().message);
+    PALPATE_TRY(renderer.draw(scene, {now, std::nullopt}));
+    PALPATE_TRY(renderer.draw_coarse(scene, {now, std::nullopt}, {}));
     {
         Commands commands(device);
         cells.show(*scene.ray_cast, 1.0f, 0.0f, {}, commands);
@@ -155,9 +153,7 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
 
         // The same dab once more, to pixels: the renderer's own upload and patch are in it.
         const Timer drawing;
-        const Result<FrameStats> frame = renderer.draw(scene, {next, std::nullopt});
-        if (!frame)
-            return fail("{}", frame.error().message);
+        PALPATE_TRY(renderer.draw(scene, {next, std::nullopt}));
         times.frame.push_back(drawing.ms());
         times.pixels.push_back(times.publish.back() + times.frame.back());
         const Timer recording;
@@ -171,11 +167,9 @@ Result<Times> dabs(Bench& bench, const Sample& sample, Volume& now, int count) {
             0.0, {place + glm::dvec3(3.0 * smallest_spacing_mm(now.grid())), {1, 0, 0, 0}}};
         const Timer since_hand;
         now = *apply_stroke(now, ball, cut, {&pose, 1});
-        const auto frame = renderer.draw_coarse(scene, {now, std::nullopt}, {});
-        if (!frame)
-            return fail("{}", frame.error().message);
+        PALPATE_TRY(const auto frame, renderer.draw_coarse(scene, {now, std::nullopt}, {}));
         times.coarse_pixels.push_back(since_hand.ms());
-        times.coarse_error.push_back(frame->error_estimate);
+        times.coarse_error.push_back(frame.error_estimate);
     }
     return times;
 }
@@ -255,8 +249,7 @@ Result<Json> ask_vtk(Bench& bench, const Volume& volume, int repeats) {
     std::error_code ignored;
     fs::create_directories(out, ignored);
     const fs::path raw = out / "edited.raw", result = out / "edit.json";
-    if (Result<void> saved = save_samples<uint16_t>(volume, raw); !saved)
-        return pass_on(saved);
+    PALPATE_TRY(save_samples<uint16_t>(volume, raw));
     const std::string problem =
         run_vtk_script(bench, "peers_edit.py",
                        {raw.string(), std::to_string(volume.size().x), fmt::format("{}", kBone),
@@ -264,13 +257,8 @@ Result<Json> ask_vtk(Bench& bench, const Volume& volume, int repeats) {
     fs::remove(raw, ignored);
     if (!problem.empty())
         return Json{{"absent_because", problem}};
-    Result<std::string> text = load_text(result);
-    if (!text)
-        return pass_on(text);
-    Result<Json> read = parse_json(*text, result.string());
-    if (!read)
-        return pass_on(read);
-    const Json& found = *read;
+    PALPATE_TRY(const std::string text, load_text(result));
+    PALPATE_TRY(const Json found, parse_json(text, result.string()));
     const double frame = spread(found["frame_ms"].numbers()).median;
     const double edges = spread(found["flying_edges_ms"].numbers()).median;
     const double upload = spread(found["frame_after_edit_ms"].numbers()).median - frame;
@@ -285,51 +273,43 @@ Result<Report> run_edit(Bench& bench) {
     const Options& options = bench.options();
     const uint32_t side = options.tiny ? 96 : 512;
     const int count = options.tiny ? 3 : options.full ? 401 : 101;
-    Result<Volume> made =
-        make_synthetic(fmt::format("synthetic:phantom?size={}&type=u16", side), uint64_t{8} << 30);
-    if (!made)
-        return pass_on(made);
+    PALPATE_TRY(
+        const Volume made,
+        make_synthetic(fmt::format("synthetic:phantom?size={}&type=u16", side), uint64_t{8} << 30));
     // At the origin, as the cameras of subjects expect.
-    const Grid grid = make_grid(made->size(), spacing_mm(made->grid()));
-    Sample sample{"phantom", fmt::format("CT phantom {}^3, u16", side), with_grid(*made, grid)};
+    const Grid grid = make_grid(made.size(), spacing_mm(made.grid()));
+    Sample sample{"phantom", fmt::format("CT phantom {}^3, u16", side), with_grid(made, grid)};
     Volume now = sample.volume;
-    Result<Times> times = dabs(bench, sample, now, count);
-    if (!times)
-        return pass_on(times);
+    PALPATE_TRY(const Times times, dabs(bench, sample, now, count));
     Report report;
     Json& json = report.json;
     json["title"] =
         fmt::format("a dab of radius 10 samples, cut into the bone of a {}", sample.title);
-    json["bricks_changed_median"] = percentile(times->bricks, 0.5);
-    json["blocks_meshed_median"] = percentile(times->blocks, 0.5);
+    json["bricks_changed_median"] = percentile(times.bricks, 0.5);
+    json["blocks_meshed_median"] = percentile(times.blocks, 0.5);
     json["rows"] = Json::array();
     const auto add = [&](const std::string& what, const std::vector<double>& ms, double target) {
         json["rows"].push_back(row_of(what, ms, options.tiny ? 0.0 : target));
     };
-    add("hand to snapshot (published)", times->publish, 1.0);
-    add("list of changed bricks", times->changes, 0);
-    add("staging of the bricks", times->stage, 0);
-    add("copy command on the device", times->copy, 0);
-    add("macro-cells: ranges, occupancy, distances", times->cells, 0);
-    add("surface of changed blocks (paper 3: 0.4 ms local update)", times->mesh, 0);
-    add("snapshot to uploaded and re-meshed", times->ready, 8.0);
-    add("frame of 512 x 512, iso, after the dab", times->frame, 0);
-    add("hand to new pixels, iso 512 x 512 (paper 5: 300 ms)", times->pixels, 60.0);
-    add("hand to new pixels, interactive mode 512 x 512", times->coarse_pixels, 60.0);
-    add("step recorded for undo", times->history, 0);
-    json["interactive_error_median"] = percentile(times->coarse_error, 0.5);
-    Result<Json> live = edit_live(bench, sample.volume, iso_scene(sample, options.tiny ? 32 : 512),
-                                  way_over_bone(sample.volume), options.tiny ? 0.3 : 6.0);
-    if (!live)
-        return pass_on(live);
-    json["live"] = *live;
+    add("hand to snapshot (published)", times.publish, 1.0);
+    add("list of changed bricks", times.changes, 0);
+    add("staging of the bricks", times.stage, 0);
+    add("copy command on the device", times.copy, 0);
+    add("macro-cells: ranges, occupancy, distances", times.cells, 0);
+    add("surface of changed blocks (paper 3: 0.4 ms local update)", times.mesh, 0);
+    add("snapshot to uploaded and re-meshed", times.ready, 8.0);
+    add("frame of 512 x 512, iso, after the dab", times.frame, 0);
+    add("hand to new pixels, iso 512 x 512 (paper 5: 300 ms)", times.pixels, 60.0);
+    add("hand to new pixels, interactive mode 512 x 512", times.coarse_pixels, 60.0);
+    add("step recorded for undo", times.history, 0);
+    json["interactive_error_median"] = percentile(times.coarse_error, 0.5);
+    PALPATE_TRY(json["live"],
+                edit_live(bench, sample.volume, iso_scene(sample, options.tiny ? 32 : 512),
+                          way_over_bone(sample.volume), options.tiny ? 0.3 : 6.0));
     json["batches"] = batches(bench, sample.volume, options.tiny ? 2 : 21);
     if (options.peers && !options.tiny) {
         log::info("VTK: the whole surface and the whole texture");
-        Result<Json> vtk = ask_vtk(bench, sample.volume, options.full ? 21 : 5);
-        if (!vtk)
-            return pass_on(vtk);
-        json["vtk"] = *vtk;
+        PALPATE_TRY(json["vtk"], ask_vtk(bench, sample.volume, options.full ? 21 : 5));
     }
     return report;
 }

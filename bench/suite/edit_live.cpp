@@ -48,8 +48,7 @@ Result<Json> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
     const Stroke stroke = *make_stroke(ball, cut, {{}});
     const float iso = static_cast<float>(scene.ray_cast->isos.front().value);
     Renderer renderer(bench.device());
-    if (const auto first = renderer.draw_coarse(scene, {volume, std::nullopt}, {}); !first)
-        return fail("{}", first.error().message);
+    PALPATE_TRY(renderer.draw_coarse(scene, {volume, std::nullopt}, {}));
     Session session({.document = volume,
                      .grey = "volume",
                      .labels = {},
@@ -68,10 +67,7 @@ Result<Json> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
         haptics::monotonic_ns());
     const Clock::time_point end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                                      std::chrono::duration<double>(seconds));
-    if (Result<void> started =
-            session.start({hand, *haptics::find_algorithm("none"), workspace, {}, {}, {}});
-        !started)
-        return pass_on(started);
+    PALPATE_TRY(session.start({hand, *haptics::find_algorithm("none"), workspace, {}, {}, {}}));
     size_t frames = 0;
     for (; Clock::now() < end && !bench.options().stop.stop_requested(); ++frames) {
         const Session::Eye::Sight sight = eye.look();

@@ -110,9 +110,7 @@ class Experiment {
                                           : level("ends below") == "1/64" ? 1.0 / 64.0
                                                                           : 1.0 / 1024.0;
         const uint32_t size_px = bench_.options().tiny ? 16 : 48;
-        const Result<Image> truth = bench_.truth(subject, {size_px, 1});
-        if (!truth)
-            return fail("{}", truth.error().message);
+        PALPATE_TRY(const Image truth, bench_.truth(subject, {size_px, 1}));
         Setting setting{.integrator = level("integrator"),
                         .step_samples = std::stod(level("step"))};
         if (setting.integrator == "exact" && level("mode") == "alpha")
@@ -121,11 +119,9 @@ class Experiment {
         Scene scene = scene_of(subject, size_px);
         apply(setting, sample->volume, *scene.ray_cast);
         const SceneData data = subject.data();
-        const Result<Frame> frame = renderer.render(scene, data);
-        if (!frame)
-            return fail("{}", frame.error().message);
+        PALPATE_TRY(const Frame frame, renderer.render(scene, data));
         Made made;
-        made.error = errors_of(frame->eyes[0], *truth, Metric::color, 1.0).rmse;
+        made.error = errors_of(frame.eyes[0], truth, Metric::color, 1.0).rmse;
         scene.size_px = glm::uvec2(bench_.options().tiny ? 32 : 192);
         if (level("eyes") == "two") {
             const double away = glm::length(scene.camera.target_mm - scene.camera.eye_mm);
@@ -133,11 +129,9 @@ class Experiment {
         }
         std::vector<double> times;
         for (int i = 0; i < 4; ++i) { // the first is not counted
-            const Result<FrameStats> stats = renderer.draw(scene, data);
-            if (!stats)
-                return fail("{}", stats.error().message);
+            PALPATE_TRY(const FrameStats stats, renderer.draw(scene, data));
             if (i > 0)
-                times.push_back(stats->wall_ms);
+                times.push_back(stats.wall_ms);
         }
         made.ms = *std::min_element(times.begin(), times.end());
         return made;
@@ -198,11 +192,9 @@ Result<Json> factors_json(Bench& bench, uint32_t hypercube) {
     Experiment experiment(bench);
     const std::vector<Factor>& all = experiment.all();
     const Choice usual(all.size(), 0);
-    const Result<Made> base = experiment.measure(usual);
-    if (!base)
-        return fail("{}", base.error().message);
+    PALPATE_TRY(const Made base, experiment.measure(usual));
     Json v;
-    v["default"] = {{"levels", experiment.named(usual)}, {"ms", base->ms}, {"rmse", base->error}};
+    v["default"] = {{"levels", experiment.named(usual)}, {"ms", base.ms}, {"rmse", base.error}};
     v["one_at_a_time"] = Json::array();
     for (size_t f = 0; f < all.size(); ++f)
         for (size_t level = 1; level < all[f].levels.size(); ++level) {
@@ -217,8 +209,8 @@ Result<Json> factors_json(Bench& bench, uint32_t hypercube) {
                                           {"level", all[f].levels[level]},
                                           {"ms", made->ms},
                                           {"rmse", made->error},
-                                          {"time_ratio", made->ms / base->ms},
-                                          {"error_ratio", made->error / base->error}});
+                                          {"time_ratio", made->ms / base.ms},
+                                          {"error_ratio", made->error / base.error}});
         }
     const std::vector<Choice> choices = latin_hypercube(all, hypercube);
     std::vector<Made> found;
@@ -229,14 +221,12 @@ Result<Json> factors_json(Bench& bench, uint32_t hypercube) {
             break;
         if (bench.options().stop.stop_requested())
             return fail("interrupted within the hypercube");
-        const Result<Made> made = experiment.measure(choice);
-        if (!made)
-            return fail("{}", made.error().message);
-        found.push_back(*made);
-        mean_time += std::log(made->ms);
-        mean_error += log_error(made->error);
+        PALPATE_TRY(const Made made, experiment.measure(choice));
+        found.push_back(made);
+        mean_time += std::log(made.ms);
+        mean_error += log_error(made.error);
         v["hypercube"].push_back(
-            {{"levels", experiment.named(choice)}, {"ms", made->ms}, {"rmse", made->error}});
+            {{"levels", experiment.named(choice)}, {"ms", made.ms}, {"rmse", made.error}});
     }
     const auto drawn = static_cast<double>(found.size());
     v["main_effects"] = Json::array();

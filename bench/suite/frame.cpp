@@ -158,10 +158,9 @@ class Series {
             Commands commands(bench_.device());
             std::optional<FrameTicket> ticket;
             for (size_t view = 0; view < scenes.size(); ++view) {
-                Result<RecordedFrame> recorded = views_[view].record(commands, scenes[view], data);
-                if (!recorded)
-                    return pass_on(recorded);
-                ticket = recorded->ticket;
+                PALPATE_TRY(const RecordedFrame recorded,
+                            views_[view].record(commands, scenes[view], data));
+                ticket = recorded.ticket;
             }
             commands.submit();
             atlas_ = ticket->stats().atlas; // waits
@@ -218,18 +217,14 @@ Result<Report> run_frame(Bench& bench) {
         const Sample sample = ball_of(side);
         for (const Look& look : kLooks) {
             Series series(bench, sample, look, plan.limit_bytes);
-            if (Result<Costs> warm = series.draw(3, false); !warm)
-                return pass_on(warm);
+            PALPATE_TRY(series.draw(3, false));
             // Behind the dabs, what they left to be done comes in quiet frames.
             for (const auto& [frames, dabs] :
                  {std::pair("camera moving", false), std::pair("a dab a frame", true),
                   std::pair("moving after dabs", false)}) {
-                if (Result<Costs> first = series.draw(dabs ? 2 : 0, dabs); !first)
-                    return pass_on(first);
-                Result<Costs> measured = series.draw(plan.frames, dabs);
-                if (!measured)
-                    return pass_on(measured);
-                rows.push_back(row_of(look, sample, series.atlas(), frames, *measured));
+                PALPATE_TRY(series.draw(dabs ? 2 : 0, dabs));
+                PALPATE_TRY(const Costs measured, series.draw(plan.frames, dabs));
+                rows.push_back(row_of(look, sample, series.atlas(), frames, measured));
                 medians[fmt::format("{}, {}", look.name, frames)].push_back(
                     rows.items.back()["cpu_ms"]["median"].number);
             }

@@ -104,10 +104,8 @@ Result<Image> Bench::truth(const Subject& subject, Sampling sampling) {
     add_voxels(hash, subject.sample->volume);
     const fs::path path = options_.out / "truth" / (hash.text() + ".exr");
     if (fs::exists(path)) {
-        Result<ExrFile> kept = load_exr(path);
-        if (!kept)
-            return pass_on(kept);
-        return std::move(kept->image);
+        PALPATE_TRY(ExrFile kept, load_exr(path));
+        return std::move(kept.image);
     }
     const Timer timer;
     Image image = render_truth(scene, subject.data(), 0, sampling.pixels());
@@ -116,11 +114,8 @@ Result<Image> Bench::truth(const Subject& subject, Sampling sampling) {
                   sampling.rays(), timer.ms() / 1000.0);
     std::error_code ignored;
     fs::create_directories(path.parent_path(), ignored);
-    if (Result<void> saved =
-            save_exr(path, image, ExrPrecision::full_float,
-                     {{"palpate:renderer", "grid truth"}, {"palpate:subject", subject.name}});
-        !saved)
-        return pass_on(saved);
+    PALPATE_TRY(save_exr(path, image, ExrPrecision::full_float,
+                         {{"palpate:renderer", "grid truth"}, {"palpate:subject", subject.name}}));
     return image;
 }
 
@@ -128,9 +123,7 @@ Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
                                               const std::vector<Setting>& settings,
                                               Sampling sampling, int rounds,
                                               const std::function<void()>& after_round) {
-    const Result<Image> true_picture = truth(subject, sampling);
-    if (!true_picture)
-        return fail("{}", true_picture.error().message);
+    PALPATE_TRY(const Image true_picture, truth(subject, sampling));
     const SceneData data = subject.data();
     Renderer renderer(device_, {.stored_gradients = device_.info().is_cpu()}); // as many frames do
     std::vector<Drawn> all;
@@ -144,7 +137,7 @@ Result<std::vector<Bench::Drawn>> Bench::draw(const Subject& subject,
         if (!frame)
             return fail("{}, {}: {}", subject.name, setting.name(), frame.error().message);
         drawn.picture = sampling.of(frame->eyes[0]);
-        drawn.errors = errors_of(drawn.picture, *true_picture, subject.metric,
+        drawn.errors = errors_of(drawn.picture, true_picture, subject.metric,
                                  smallest_spacing_mm(subject.sample->volume.grid()));
         all.push_back(std::move(drawn));
         scene.value_and_depth = false;

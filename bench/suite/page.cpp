@@ -74,10 +74,8 @@ Result<void> write_page(const fs::path& folder) {
         const fs::path path = folder / fmt::format("{}.json", suite);
         if (!fs::exists(path))
             continue;
-        const Result<std::string> text = load_text(path);
-        if (!text)
-            return fail("{}", text.error().message);
-        Result<Json> result = parse_json(*text, path.string());
+        PALPATE_TRY(const std::string text, load_text(path));
+        Result<Json> result = parse_json(text, path.string());
         if (!result || std::as_const(*result)["suite"] != suite)
             return fail("{}: expected the result of palpate bench {}", path.string(), suite);
         put_pictures_inside(*result, folder);

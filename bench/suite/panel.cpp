@@ -147,8 +147,7 @@ Result<Json> map_json(const Bench& bench, const std::string& title, const Image&
     std::error_code ignored;
     fs::create_directories(folder, ignored);
     const fs::path path = folder / (name + ".png");
-    if (Result<void> saved = save_png(path, shown); !saved)
-        return pass_on(saved);
+    PALPATE_TRY(save_png(path, shown));
     return Json{{"title", title},
                 {"subject", subject.name},
                 {"png", "maps/" + name + ".png"},

@@ -33,10 +33,7 @@ std::string last_line(const fs::path& file) {
 Result<Json> save_raw(const Sample& sample, const fs::path& path) {
     const Volume& volume = sample.volume;
     const bool floats = volume.type() == ScalarType::f32;
-    if (Result<void> saved =
-            floats ? save_samples<float>(volume, path) : save_samples<int16_t>(volume, path);
-        !saved)
-        return pass_on(saved);
+    PALPATE_TRY(floats ? save_samples<float>(volume, path) : save_samples<int16_t>(volume, path));
     const glm::uvec3 size = volume.size();
     return Json{{"file", fs::absolute(path).string()},
                 {"dtype", floats ? "<f4" : "<i2"},
@@ -148,10 +145,7 @@ Result<Peers> Peers::start(Bench& bench, const std::vector<Subject>& subjects,
             continue;
         Json& volume = job["volumes"][subject.sample->name];
         if (volume.is_null()) {
-            Result<Json> saved = save_raw(*subject.sample, out / (subject.sample->name + ".raw"));
-            if (!saved)
-                return pass_on(saved);
-            volume = *saved;
+            PALPATE_TRY(volume, save_raw(*subject.sample, out / (subject.sample->name + ".raw")));
         }
         job["cases"].push_back(case_json(subject, steps));
         peers.names_.push_back(subject.name);
@@ -161,15 +155,13 @@ Result<Peers> Peers::start(Bench& bench, const std::vector<Subject>& subjects,
         job["mapper"] = mapper;
         const fs::path work = out / ("job_" + mapper + ".json");
         const std::string text = json_text(job);
-        if (Result<void> saved = save_bytes(work, std::as_bytes(std::span(text))); !saved)
-            return pass_on(saved);
-        Result<Conversation> vtk = Conversation::start(
-            {"xvfb-run", "-a", "-s", "-screen 0 1280x1280x24 -noreset", kPython,
-             std::string(PALPATE_BENCH_SCRIPTS) + "/peers_points.py", work.string()},
-            out / ("said_" + mapper + ".txt"));
-        if (!vtk)
-            return pass_on(vtk);
-        peers.mappers_.push_back({mapper, std::move(*vtk)});
+        PALPATE_TRY(save_bytes(work, std::as_bytes(std::span(text))));
+        PALPATE_TRY(Conversation vtk,
+                    Conversation::start(
+                        {"xvfb-run", "-a", "-s", "-screen 0 1280x1280x24 -noreset", kPython,
+                         std::string(PALPATE_BENCH_SCRIPTS) + "/peers_points.py", work.string()},
+                        out / ("said_" + mapper + ".txt")));
+        peers.mappers_.push_back({mapper, std::move(vtk)});
     }
     return peers;
 }
@@ -183,15 +175,11 @@ void Peers::give_up(const Mapper& mapper, const Error& error) {
 }
 
 Result<void> Peers::score(PeerPoint& point, const std::string& file, const Subject& subject) {
-    Result<Image> picture = read_picture(file, subject, point.mapper, sampling_);
-    if (!picture)
-        return pass_on(picture);
-    const Result<Image> truth = bench_->truth(subject, sampling_);
-    if (!truth)
-        return fail("{}", truth.error().message);
-    point.errors = errors_of(*picture, *truth, subject.metric,
+    PALPATE_TRY(Image picture, read_picture(file, subject, point.mapper, sampling_));
+    PALPATE_TRY(const Image truth, bench_->truth(subject, sampling_));
+    point.errors = errors_of(picture, truth, subject.metric,
                              smallest_spacing_mm(subject.sample->volume.grid()));
-    point.picture = std::move(*picture);
+    point.picture = std::move(picture);
     return {};
 }
 
@@ -218,8 +206,7 @@ Result<void> Peers::open(const Subject& subject) {
             const std::vector<Json>& pictures = (*answer)["pictures"].items;
             if (pictures.empty())
                 continue;
-            if (Result<void> scored = score(point, pictures.at(step).string, subject); !scored)
-                return scored;
+            PALPATE_TRY(score(point, pictures.at(step).string, subject));
         }
     }
     return {};

@@ -64,10 +64,9 @@ Result<Json> convergence(Bench& bench, const Plan& plan) {
                                     exact ? static_cast<uint32_t>(std::lround(1.0 / step)) : 0});
                 steps.push_back(step);
             }
-            const auto drawn = bench.draw(subject, settings, {plan.convergence_px, 1}, 0);
-            if (!drawn)
-                return fail("{}", drawn.error().message);
-            for (const Bench::Drawn& one : *drawn)
+            PALPATE_TRY(const auto drawn,
+                        bench.draw(subject, settings, {plan.convergence_px, 1}, 0));
+            for (const Bench::Drawn& one : drawn)
                 errors.push_back(std::max(one.errors.rmse, 1e-12));
             all.push_back(convergence_json(subject.title, integrator, steps, errors));
         }
@@ -139,43 +138,33 @@ Result<Report> run_quality(Bench& bench) {
     Report report;
     Json& json = report.json;
     json["notes"] = samples.notes;
-    Result<Peers> peers = Peers::start(bench, subjects, {1.0, 0.5, 0.25}, plan.sampling);
-    if (!peers)
-        return fail("{}", peers.error().message);
+    PALPATE_TRY(Peers peers, Peers::start(bench, subjects, {1.0, 0.5, 0.25}, plan.sampling));
     json["panels"] = Json::array();
     json["maps"] = Json::array();
     json["first_frames"] = Json::array();
     for (const Subject& subject : subjects) {
         log::info("{}", subject.name);
-        if (Result<void> opened = peers->open(subject); !opened)
-            return fail("{}", opened.error().message);
-        const auto drawn =
+        PALPATE_TRY(peers.open(subject));
+        PALPATE_TRY(
+            const auto drawn,
             bench.draw(subject, settings_of(subject.layer.mode, options.full), plan.sampling,
-                       plan.rounds, [&] { peers->time_frames(3, plan.peer_budget_s); });
-        if (!drawn)
-            return fail("{}", drawn.error().message);
+                       plan.rounds, [&] { peers.time_frames(3, plan.peer_budget_s); }));
         json["panels"].push_back(
-            panel_json(subject, *drawn, peers->points(), plan.sampling, report.failures));
-        const Result<double> first =
-            bench.first_frame_ms(subject, default_setting(), plan.sampling.size_px);
-        if (!first)
-            return fail("{}", first.error().message);
+            panel_json(subject, drawn, peers.points(), plan.sampling, report.failures));
+        PALPATE_TRY(const double first,
+                    bench.first_frame_ms(subject, default_setting(), plan.sampling.size_px));
         json["first_frames"].push_back(
-            {{"subject", subject.name}, {"renderer", "palpate"}, {"ms", *first}});
+            {{"subject", subject.name}, {"renderer", "palpate"}, {"ms", first}});
         // Maps: our default, and each mapper at the same step, on one scale.
-        const Result<Image> truth = bench.truth(subject, plan.sampling);
-        if (!truth)
-            return fail("{}", truth.error().message);
-        const auto mine = std::find_if(drawn->begin(), drawn->end(), [](const auto& d) {
+        PALPATE_TRY(const Image truth, bench.truth(subject, plan.sampling));
+        const auto mine = std::find_if(drawn.begin(), drawn.end(), [](const auto& d) {
             return d.setting.name() == default_setting().name();
         });
         const double scale = std::max(mine->errors.p999, 1e-9);
-        Result<Json> map = map_json(bench, subject.title + ", palpate, " + mine->setting.name(),
-                                    mine->picture, *truth, subject, scale);
-        if (!map)
-            return fail("{}", map.error().message);
-        json["maps"].push_back(*map);
-        for (const PeerPoint& peer : peers->points()) {
+        PALPATE_TRY(Json map, map_json(bench, subject.title + ", palpate, " + mine->setting.name(),
+                                       mine->picture, truth, subject, scale));
+        json["maps"].push_back(map);
+        for (const PeerPoint& peer : peers.points()) {
             if (peer.subject != subject.name)
                 continue;
             if (std::abs(peer.step_samples - 1.0) > 0.01)
@@ -185,23 +174,15 @@ Result<Report> run_quality(Bench& bench) {
                                             {"ms", peer.first_frame_ms}});
             if (!peer.errors)
                 continue;
-            map = map_json(bench, subject.title + ", " + peer.name(), peer.picture, *truth, subject,
-                           scale);
-            if (!map)
-                return fail("{}", map.error().message);
-            json["maps"].push_back(*map);
+            PALPATE_TRY(map, map_json(bench, subject.title + ", " + peer.name(), peer.picture,
+                                      truth, subject, scale));
+            json["maps"].push_back(map);
         }
     }
-    json["peers"] = {{"vtk", peers->version()}, {"absent_because", peers->absent_because()}};
+    json["peers"] = {{"vtk", peers.version()}, {"absent_because", peers.absent_because()}};
     json["aims"] = narrow_peak_aim(json["panels"].items.back());
-    const Result<Json> orders = convergence(bench, plan);
-    if (!orders)
-        return fail("{}", orders.error().message);
-    json["convergence"] = *orders;
-    const Result<Json> effects = factors_json(bench, plan.hypercube);
-    if (!effects)
-        return fail("{}", effects.error().message);
-    json["factors"] = *effects;
+    PALPATE_TRY(json["convergence"], convergence(bench, plan));
+    PALPATE_TRY(json["factors"], factors_json(bench, plan.hypercube));
     return report;
 }
 

@@ -76,16 +76,14 @@ Result<Json> full_by_interactive(Bench& bench, const Watched& m, const Subject& 
     if (!coarse)
         return fail("{}: {}", subject.name, coarse.error().message);
     const double error = color_rmse(m.renderer.read_back()[0], full->eyes[0]);
-    Result<Spread> ratio = ratio_of(
-        bench, subject.name, pairs, [&] { return m.renderer.draw(scene, m.data); },
-        [&]() -> Result<FrameStats> {
-            Result<CoarseStats> few = m.renderer.draw_coarse(scene, m.data, {});
-            if (!few)
-                return pass_on(few);
-            return few->frame;
-        });
-    if (!ratio)
-        return pass_on(ratio);
+    const auto draw_coarse = [&]() -> Result<FrameStats> {
+        PALPATE_TRY(const CoarseStats few, m.renderer.draw_coarse(scene, m.data, {}));
+        return few.frame;
+    };
+    PALPATE_TRY(const Spread ratio,
+                ratio_of(
+                    bench, subject.name, pairs, [&] { return m.renderer.draw(scene, m.data); },
+                    draw_coarse));
     if (subject.layer.mode != RayMode::alpha)
         aims.push_back({{"what", fmt::format("{}, turned by {:g} degrees: interactive beside full "
                                              "quality, at {:.1f} dB ({:.0f} % of the pixels have "
@@ -93,10 +91,10 @@ Result<Json> full_by_interactive(Bench& bench, const Watched& m, const Subject& 
                                              m.what, turned_degrees, decibels(error),
                                              100.0 * coarse->traced_share)},
                         {"aim", "at least 1.5 at 40 dB or better"},
-                        {"figure", ratio->median},
-                        {"reached", ratio->median >= 1.5 && decibels(error) >= 40.0}});
+                        {"figure", ratio.median},
+                        {"reached", ratio.median >= 1.5 && decibels(error) >= 40.0}});
     return Json{{"turned_degrees", turned_degrees},
-                {"full_by_interactive", json_of(*ratio)},
+                {"full_by_interactive", json_of(ratio)},
                 {"rmse", error},
                 {"rmse_estimate", coarse->error_estimate},
                 {"db", decibels(error)},
@@ -112,19 +110,15 @@ Result<Json> measure_relative(Bench& bench, const Subject& subject, uint32_t siz
                     fmt::format("{}, {} px", subject.title, size_px)};
     watched.mono.ray_cast = subject.layer;
     watched.mono.value_and_depth = false;
-    Result<Spread> eyes = stereo_by_mono(bench, watched, subject, pairs, aims);
-    if (!eyes)
-        return pass_on(eyes);
+    PALPATE_TRY(const Spread eyes, stereo_by_mono(bench, watched, subject, pairs, aims));
     Json views = Json::array();
     for (const double turned : turned_degrees) {
-        Result<Json> view = full_by_interactive(bench, watched, subject, pairs, turned, aims);
-        if (!view)
-            return pass_on(view);
-        views.push_back(std::move(*view));
+        PALPATE_TRY(Json view, full_by_interactive(bench, watched, subject, pairs, turned, aims));
+        views.push_back(std::move(view));
     }
     return Json{{"subject", subject.name},
                 {"size_px", size_px},
-                {"stereo_by_mono", json_of(*eyes)},
+                {"stereo_by_mono", json_of(eyes)},
                 {"interactive", std::move(views)}};
 }
 

@@ -141,29 +141,25 @@ Result<void> measure_frames(Bench& bench, Peers& peers, const Subject& subject,
                             bool with_first_frame, Report& report) {
     const Plan plan = plan_of(bench.options());
     Json& json = report.json;
-    if (Result<void> opened = peers.open(subject); !opened)
-        return fail("{}", opened.error().message);
-    const auto drawn = bench.draw(subject, settings, sampling, plan.rounds,
-                                  [&] { peers.time_frames(3, plan.peer_budget_s); });
-    if (!drawn)
-        return fail("{}", drawn.error().message);
-    Json panel = panel_json(subject, *drawn, peers.points(), sampling, report.failures);
+    PALPATE_TRY(peers.open(subject));
+    PALPATE_TRY(const auto drawn, bench.draw(subject, settings, sampling, plan.rounds,
+                                             [&] { peers.time_frames(3, plan.peer_budget_s); }));
+    Json panel = panel_json(subject, drawn, peers.points(), sampling, report.failures);
     panel["title"] = fmt::format("{}, {} px", subject.title, sampling.size_px);
     json["panels"].push_back(std::move(panel));
-    add_aims(subject, sampling.size_px, drawn->front(), peers.points(), json["aims"]);
+    add_aims(subject, sampling.size_px, drawn.front(), peers.points(), json["aims"]);
     if (!with_first_frame)
         return {};
-    const Result<double> first = bench.first_frame_ms(subject, default_setting(), sampling.size_px);
-    if (!first)
-        return fail("{}", first.error().message);
+    PALPATE_TRY(const double first,
+                bench.first_frame_ms(subject, default_setting(), sampling.size_px));
     json["first_frames"].push_back(
-        {{"subject", subject.name}, {"renderer", "palpate"}, {"ms", *first}});
+        {{"subject", subject.name}, {"renderer", "palpate"}, {"ms", first}});
     for (const PeerPoint& peer : peers.points())
         if (peer.subject == subject.name)
             json["first_frames"].push_back({{"subject", subject.name},
                                             {"renderer", peer.name()},
                                             {"ms", peer.first_frame_ms}});
-    add_first_frame_aims(subject, *first, peers.points(), json["aims"]);
+    add_first_frame_aims(subject, first, peers.points(), json["aims"]);
     return {};
 }
 
@@ -172,9 +168,7 @@ Result<void> measure_frames(Bench& bench, Peers& peers, const Subject& subject,
 Result<Report> run_render(Bench& bench) {
     const Options& options = bench.options();
     const Plan plan = plan_of(options);
-    const Result<Parts> parts = parts_of(options);
-    if (!parts)
-        return fail("{}", parts.error().message);
+    PALPATE_TRY(const Parts parts, parts_of(options));
     Report report;
     Json& json = report.json;
     for (const char* key : {"notes", "panels", "aims", "first_frames", "relative"})
@@ -193,29 +187,23 @@ Result<Report> run_render(Bench& bench) {
             const Sampling sampling{size_px, std::max(1u, size_px / plan.rays_px)};
             const bool is_least = size_px == sizes_px.front();
             std::optional<Peers> peers;
-            if (parts->frames) {
-                Result<Peers> started = Peers::start(bench, subjects, {1.0}, sampling);
-                if (!started)
-                    return fail("{}", started.error().message);
-                peers.emplace(std::move(*started));
+            if (parts.frames) {
+                PALPATE_TRY(Peers started, Peers::start(bench, subjects, {1.0}, sampling));
+                peers.emplace(std::move(started));
             }
             for (const Subject& subject : subjects) {
                 log::info("{}, {} px", subject.name, size_px);
-                if (parts->frames)
-                    if (Result<void> measured = measure_frames(
-                            bench, *peers, subject, settings(subject.layer.mode, with_exact),
-                            sampling, is_least, report);
-                        !measured)
-                        return pass_on(measured);
-                if (!parts->relative || !is_least)
+                if (parts.frames)
+                    PALPATE_TRY(measure_frames(bench, *peers, subject,
+                                               settings(subject.layer.mode, with_exact), sampling,
+                                               is_least, report));
+                if (!parts.relative || !is_least)
                     continue;
-                const std::span<const double> turns(parts->turned_degrees);
-                Result<Json> relative =
-                    measure_relative(bench, subject, size_px, parts->pairs,
-                                     is_first ? turns : turns.first(1), json["aims"]);
-                if (!relative)
-                    return pass_on(relative);
-                json["relative"].push_back(std::move(*relative));
+                const std::span<const double> turns(parts.turned_degrees);
+                PALPATE_TRY(Json relative,
+                            measure_relative(bench, subject, size_px, parts.pairs,
+                                             is_first ? turns : turns.first(1), json["aims"]));
+                json["relative"].push_back(std::move(relative));
             }
             if (peers)
                 json["peers"] = {{"vtk", peers->version()},

@@ -43,12 +43,10 @@ Subject subject_of(const Sample& sample, RayMode mode, Metric metric) {
 } // namespace
 
 Result<Sample> head_ct(const fs::path& path) {
-    const Result<LoadedVolume> loaded = load_volume(path);
-    if (!loaded)
-        return fail("{}", loaded.error().message);
-    const glm::uvec3 size = loaded->volume.size();
+    PALPATE_TRY(const LoadedVolume loaded, load_volume(path));
+    const glm::uvec3 size = loaded.volume.size();
     return Sample{"head_ct", fmt::format("Head CT, {} x {} x {}", size.x, size.y, size.z),
-                  straightened(loaded->volume)};
+                  straightened(loaded.volume)};
 }
 
 Sample resampled(const Sample& sample, glm::uvec3 size, std::string name) {

@@ -65,9 +65,7 @@ Result<void> run_suite(const std::string& name, const Options& options) {
     const Neighbours neighbours;
     GpuDevice device({.select = options.device});
     Bench bench(device, options);
-    Result<Report> report = suite->run(bench);
-    if (!report)
-        return pass_on(report);
+    PALPATE_TRY(const Report report, suite->run(bench));
     Json json{{"suite", suite->name},
               {"form", options.tiny   ? "tiny"
                        : options.full ? "full"
@@ -76,22 +74,20 @@ Result<void> run_suite(const std::string& name, const Options& options) {
               {"duration_s", timer.ms() / 1000.0},
               {"environment", environment(device.info())},
               {"busy_neighbours", neighbours.cores()},
-              {"pass", report->failures.empty()},
-              {"failures", report->failures}};
-    json.update(report->json);
+              {"pass", report.failures.empty()},
+              {"failures", report.failures}};
+    json.update(report.json);
     const fs::path path = options.out / fmt::format("{}.json", suite->name);
     const std::string text = json_text(json);
-    if (Result<void> saved = save_bytes(path, std::as_bytes(std::span(text))); !saved)
-        return saved;
-    if (Result<void> written = write_page(options.out); !written)
-        return written;
+    PALPATE_TRY(save_bytes(path, std::as_bytes(std::span(text))));
+    PALPATE_TRY(write_page(options.out));
     log::info("{} and {} after {:.0f} s", path.string(), (options.out / "index.html").string(),
               timer.ms() / 1000.0);
-    if (!report->failures.empty())
-        return fail("{}{}", report->failures[0],
-                    report->failures.size() == 1
+    if (!report.failures.empty())
+        return fail("{}{}", report.failures[0],
+                    report.failures.size() == 1
                         ? ""
-                        : fmt::format(" (and {} more)", report->failures.size() - 1));
+                        : fmt::format(" (and {} more)", report.failures.size() - 1));
     return {};
 }
 

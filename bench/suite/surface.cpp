@@ -313,16 +313,14 @@ Result<void> measure_case(const SurfaceCase& of, ExtractPipelines& pipelines, Su
 
 Result<Report> run_surface(Bench& bench) {
     const Options& options = bench.options();
-    const Result<std::vector<NamedCase>> cases = surface_cases(options);
-    if (!cases)
-        return fail("{}", cases.error().message);
+    PALPATE_TRY(const std::vector<NamedCase> cases, surface_cases(options));
     Report report;
     report.json["notes"] = Json::array();
     report.json["aims"] = Json::array();
     Json rows = Json::array();
     ExtractPipelines pipelines(bench.device());
     SurfacePeers peers(options);
-    for (const NamedCase& one : *cases) {
+    for (const NamedCase& one : cases) {
         log::info("{}", one.name);
         const Result<SurfaceCase> made = one.make();
         if (!made) {
@@ -330,8 +328,7 @@ Result<Report> run_surface(Bench& bench) {
                 fmt::format("without {}: {}", one.name, made.error().message));
             continue;
         }
-        if (Result<void> done = measure_case(*made, pipelines, peers, options, rows); !done)
-            return pass_on(done);
+        PALPATE_TRY(measure_case(*made, pipelines, peers, options, rows));
     }
     for (const Json& row : rows)
         if (row.contains("euler_number") && !row.contains("peer") && // whose faults are not ours
@@ -342,17 +339,12 @@ Result<Report> run_surface(Bench& bench) {
     report.json["orders"] = orders_of(rows);
     report.json["surfaces"] = std::move(rows);
     if (is_asked(options, kEditsPart)) {
-        Result<Json> edits = measure_edits(pipelines, peers, options, report.failures);
-        if (!edits)
-            return pass_on(edits);
-        add_edit_aims(*edits, bench.device().info().is_cpu(), report.json["aims"]);
-        report.json["edits"] = std::move(*edits);
+        PALPATE_TRY(Json edits, measure_edits(pipelines, peers, options, report.failures));
+        add_edit_aims(edits, bench.device().info().is_cpu(), report.json["aims"]);
+        report.json["edits"] = std::move(edits);
     }
     if (is_asked(options, kLivePart)) {
-        Result<Json> live = measure_live(bench, report.failures);
-        if (!live)
-            return pass_on(live);
-        report.json["live"] = std::move(*live);
+        PALPATE_TRY(report.json["live"], measure_live(bench, report.failures));
     }
     if (is_asked(options, kWindowPart)) {
         const Json window = measure_window(options);

@@ -21,10 +21,8 @@ SurfaceCase sampled(const synthetic::Field& field, uint32_t side, const std::str
 }
 
 Result<SurfaceCase> label_case(const std::string& name, const fs::path& path) {
-    Result<LoadedVolume> loaded = load_labels(path.string());
-    if (!loaded)
-        return pass_on(loaded);
-    const Volume& volume = loaded->volume;
+    PALPATE_TRY(const LoadedVolume loaded, load_labels(path.string()));
+    const Volume& volume = loaded.volume;
     return SurfaceCase{{name, path.filename().string(),
                         with_grid(volume, make_grid(volume.size(), spacing_mm(volume.grid())))},
                        0.0,
@@ -59,16 +57,12 @@ Result<std::vector<NamedCase>> surface_cases(const Options& options) {
         });
     }
     add("head_ct", !options.tiny, [=]() -> Result<SurfaceCase> {
-        Result<Sample> ct = head_ct(options.head_ct);
-        if (!ct)
-            return pass_on(ct);
-        return SurfaceCase{std::move(*ct), 300.0, false, {}};
+        PALPATE_TRY(Sample ct, head_ct(options.head_ct));
+        return SurfaceCase{std::move(ct), 300.0, false, {}};
     });
     add("head_ct_174", !options.tiny, [=]() -> Result<SurfaceCase> {
-        Result<Sample> ct = head_ct(options.head_ct);
-        if (!ct)
-            return pass_on(ct);
-        return SurfaceCase{resampled(*ct, {512, 512, 174}, "head_ct_174"), 300.0, false, {}};
+        PALPATE_TRY(const Sample ct, head_ct(options.head_ct));
+        return SurfaceCase{resampled(ct, {512, 512, 174}, "head_ct_174"), 300.0, false, {}};
     });
     // Eight periods across, 12.5 mm each.
     add("gyroid_512", options.full, []() -> Result<SurfaceCase> {

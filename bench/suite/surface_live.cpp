@@ -93,10 +93,8 @@ Result<Json> measure_live(Bench& bench, std::vector<std::string>& failures) {
     const Options& options = bench.options();
     Sample sample = phantom(64);
     if (!options.tiny) {
-        Result<Sample> ct = head_ct(options.head_ct);
-        if (!ct)
-            return pass_on(ct);
-        sample = resampled(*ct, {512, 512, 174}, "head_ct_174");
+        PALPATE_TRY(const Sample ct, head_ct(options.head_ct));
+        sample = resampled(ct, {512, 512, 174}, "head_ct_174");
     }
     const uint32_t size_px = options.tiny ? 96 : 1024;
     const Volume& whole = sample.volume;
@@ -110,9 +108,8 @@ Result<Json> measure_live(Bench& bench, std::vector<std::string>& failures) {
 
     Renderer afresh(bench.device());
     const Scene of_mesh = scene_of(whole, kKeepers[2], size_px);
-    const Result<Frame> truth = afresh.render(of_mesh, {after.back(), {}, {mesh_of(after.back())}});
-    if (!truth)
-        return fail("{}", truth.error().message);
+    PALPATE_TRY(const Frame truth,
+                afresh.render(of_mesh, {after.back(), {}, {mesh_of(after.back())}}));
 
     Json rows = Json::array();
     for (const Keeper& keeper : kKeepers) {
@@ -149,7 +146,7 @@ Result<Json> measure_live(Bench& bench, std::vector<std::string>& failures) {
             record_ms.push_back(drawn->record_ms);
             frame_ms.push_back(drawn->frame_ms);
         }
-        const bool same = same_bits(renderer.read_back(), truth->eyes);
+        const bool same = same_bits(renderer.read_back(), truth.eyes);
         if (!same)
             failures.push_back(fmt::format(
                 "live, {}: the picture after {} dabs is not that of the mesh from scratch",

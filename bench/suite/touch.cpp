@@ -102,9 +102,7 @@ Json touch_laws(const TouchParts& parts) {
 Result<Report> run_touch(Bench& bench) {
     const Options& options = bench.options();
     const TouchPlan plan = touch_plan(options);
-    const Result<TouchParts> parts = touch_parts(options.only);
-    if (!parts)
-        return fail("{}", parts.error().message);
+    PALPATE_TRY(const TouchParts parts, touch_parts(options.only));
     Report report;
     report.json["notes"] = Json::array();
     AllTotals totals;
@@ -117,19 +115,17 @@ Result<Report> run_touch(Bench& bench) {
     };
     Json times = Json::array(), laws = Json::array();
     Result<Json> maps = Json::array();
-    if (parts->times) {
-        times = tick_times(plan, *parts); // first: all alone
+    if (parts.times) {
+        times = tick_times(plan, parts); // first: all alone
         done("times");
     }
-    Result<TouchGrid> grid = touch_grid(plan, *parts, options, report, totals);
-    if (!grid)
-        return pass_on(grid);
+    PALPATE_TRY(TouchGrid grid, touch_grid(plan, parts, options, report, totals));
     done("grid");
-    if (parts->laws) {
-        laws = touch_laws(*parts);
+    if (parts.laws) {
+        laws = touch_laws(parts);
         done("laws");
     }
-    if (parts->z_width) {
+    if (parts.z_width) {
         maps = touch_z_width(plan, options);
         if (!maps)
             return pass_on(maps);
@@ -140,17 +136,17 @@ Result<Report> run_touch(Bench& bench) {
     Json bounds{{"form", options.tiny   ? "tiny"
                          : options.full ? "full"
                                         : "short"},
-                {"parts", parts->names()},
+                {"parts", parts.names()},
                 {"most_ticks", plan.ticks},
-                {"rows", touch_bounds(totals, grid->closed_totals)}};
-    for (const haptics::AlgorithmEntry& entry : parts->algorithms)
+                {"rows", touch_bounds(totals, grid.closed_totals)}};
+    for (const haptics::AlgorithmEntry& entry : parts.algorithms)
         bounds["algorithms"].push_back(entry.name);
     report.json["touch"] = {
         {"seconds", std::move(seconds)}, {"algorithms", algorithms_json(totals)},
         {"bounds", std::move(bounds)},   {"metrics", std::move(metrics)},
         {"beside", std::move(beside)},   {"times", std::move(times)},
         {"laws", std::move(laws)},       {"z_width", std::move(*maps)},
-        {"grid", std::move(grid->open)}, {"closed_loop", std::move(grid->closed)}};
+        {"grid", std::move(grid.open)},  {"closed_loop", std::move(grid.closed)}};
     return report;
 }
 

@@ -357,9 +357,7 @@ Result<TouchGrid> touch_grid(const TouchPlan& plan, const TouchParts& parts, con
                 grid.closed.push_back(std::move(row));
         return {};
     };
-    if (Result<void> done = for_each_touch_scene(plan, parts, options, report.json["notes"], visit);
-        !done)
-        return pass_on(done);
+    PALPATE_TRY(for_each_touch_scene(plan, parts, options, report.json["notes"], visit));
     for (std::string& sentence : open.failures())
         report.failures.push_back(std::move(sentence));
     return grid;

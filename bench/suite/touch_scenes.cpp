@@ -73,12 +73,10 @@ Result<void> visit_patients(const TouchPlan& plan, const TouchParts& parts, cons
         const std::string stored = fmt::format("{} x {} x {}, as scanned", size.x, size.y, size.z);
         int number = 0;
         for (const touch::Place& place : touch::places_on(volume, iso, plan.places))
-            if (Result<void> done =
-                    visit_scene(touch::patient_scene(fmt::format("{}/{}", name, ++number), volume,
-                                                     labels, iso, place.mm, place.outside),
-                                parts, stored, visit);
-                !done)
-                return done;
+            PALPATE_TRY(
+                visit_scene(touch::patient_scene(fmt::format("{}/{}", name, ++number), volume,
+                                                 labels, iso, place.mm, place.outside),
+                            parts, stored, visit));
         return {};
     };
     if (plan.places == 0 || !(parts.patients || parts.closed_loop))
@@ -89,22 +87,19 @@ Result<void> visit_patients(const TouchPlan& plan, const TouchParts& parts, cons
     if (Result<Sample> ct = head_ct(options.head_ct); ct) {
         const Volume volume =
             plan.ct_side ? resampled(*ct, glm::uvec3(plan.ct_side), "ct").volume : ct->volume;
-        if (Result<void> done = visit_places("ct", volume, false, 300.0); !done)
-            return done;
+        PALPATE_TRY(visit_places("ct", volume, false, 300.0));
     } else {
         lacks(ct.error());
     }
     if (const Result<LoadedVolume> mr = load_volume(kMr); mr) {
         const ValueRange range = mr->volume.range();
         const double iso = 0.5 * (double{range.min} + double{range.max});
-        if (Result<void> done = visit_places("mr", mr->volume, false, iso); !done)
-            return done;
+        PALPATE_TRY(visit_places("mr", mr->volume, false, iso));
     } else {
         lacks(mr.error());
     }
     if (const Result<LoadedVolume> atlas = load_labels(kAtlas); atlas) {
-        if (Result<void> done = visit_places("atlas", atlas->volume, true, 0.5); !done)
-            return done;
+        PALPATE_TRY(visit_places("atlas", atlas->volume, true, 0.5));
     } else {
         lacks(atlas.error());
     }
@@ -132,10 +127,8 @@ Result<void> for_each_touch_scene(const TouchPlan& plan, const TouchParts& parts
         for (const touch::TouchCase& body : cases) {
             if (options.stop.stop_requested())
                 return fail("interrupted at {} {}", body.id, body.name);
-            if (Result<void> done =
-                    visit_scene(touch::make_scene(body, stored.storage), parts, stored.name, visit);
-                !done)
-                return done;
+            PALPATE_TRY(
+                visit_scene(touch::make_scene(body, stored.storage), parts, stored.name, visit));
         }
     }
     return visit_patients(plan, parts, options, notes, visit);

@@ -37,10 +37,7 @@ Result<Json> map_of(const haptics::DevicePreset& preset, uint32_t delay_ticks,
     device.plant.delay_ticks = delay_ticks;
     const auto cells = touch::z_width("swept-point", device, plan.z_columns, plan.z_rows);
     const std::string name = fmt::format("z_width_{}_{}.png", preset.name, delay_ticks);
-    if (const auto saved =
-            save_png(options.out / name, picture_of(cells, plan.z_columns, plan.z_rows));
-        !saved)
-        return fail("{}", saved.error().message);
+    PALPATE_TRY(save_png(options.out / name, picture_of(cells, plan.z_columns, plan.z_rows)));
     Json list = Json::array();
     double stiffest = 0.0;
     for (const touch::ZWidthCell& cell : cells) {
@@ -64,10 +61,8 @@ Result<Json> touch_z_width(const TouchPlan& plan, const Options& options) {
     for (const uint32_t delay_ticks : {0u, 1u})
         for (const char* name : {"falcon", "touch", "omega"})
             if (const haptics::DevicePreset* preset = haptics::find_device_preset(name)) {
-                Result<Json> map = map_of(*preset, delay_ticks, plan, options);
-                if (!map)
-                    return pass_on(map);
-                maps.push_back(std::move(*map));
+                PALPATE_TRY(Json map, map_of(*preset, delay_ticks, plan, options));
+                maps.push_back(std::move(map));
             }
     return maps;
 }

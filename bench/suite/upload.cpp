@@ -21,9 +21,7 @@ Scene small_scene(const Sample& sample) {
 
 Result<double> draw_ms(Renderer& renderer, const Scene& scene, const Volume& volume) {
     const Timer timer;
-    const Result<FrameStats> stats = renderer.draw(scene, {volume, std::nullopt});
-    if (!stats)
-        return fail("{}", stats.error().message);
+    PALPATE_TRY(renderer.draw(scene, {volume, std::nullopt}));
     return timer.ms();
 }
 
@@ -82,19 +80,16 @@ Result<Report> run_upload(Bench& bench) {
             return fail("interrupted");
         Renderer renderer(bench.device());
         const uint64_t before = bench.device().traffic().uploaded_bytes;
-        const Result<double> first = draw_ms(renderer, scene, sample.volume);
-        if (!first)
-            return fail("{}", first.error().message);
+        PALPATE_TRY(const double first, draw_ms(renderer, scene, sample.volume));
         whole_bytes = bench.device().traffic().uploaded_bytes - before;
-        whole.push_back(std::max(1e-3, *first - renderer.pipeline_wait_ms()));
+        whole.push_back(std::max(1e-3, first - renderer.pipeline_wait_ms()));
     }
     report.json["rows"].push_back(
         row("whole volume and all that is derived from it, first frame of 8 x 8 pixels included",
             whole, whole_bytes, repeats));
     Renderer renderer(bench.device());
     Volume now = sample.volume;
-    if (const Result<double> first = draw_ms(renderer, scene, now); !first)
-        return fail("{}", first.error().message);
+    PALPATE_TRY(draw_ms(renderer, scene, now));
     for (int i = 0; i < repeats; ++i)
         still.push_back(*draw_ms(renderer, scene, now));
     const double still_ms = percentile(still, 0.5);
@@ -109,11 +104,9 @@ Result<Report> run_upload(Bench& bench) {
         for (int i = 0; i < repeats; ++i) {
             now = edited(now, count, value = value > 900 ? 0 : value + 1);
             const uint64_t before = bench.device().traffic().uploaded_bytes;
-            const Result<double> ms = draw_ms(renderer, scene, now);
-            if (!ms)
-                return fail("{}", ms.error().message);
+            PALPATE_TRY(const double ms, draw_ms(renderer, scene, now));
             bytes = bench.device().traffic().uploaded_bytes - before;
-            times.push_back(std::max(1e-3, *ms - still_ms));
+            times.push_back(std::max(1e-3, ms - still_ms));
         }
         report.json["rows"].push_back(
             row(fmt::format("{} brick{} with one changed voxel each", count, count == 1 ? "" : "s"),

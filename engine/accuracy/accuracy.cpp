@@ -129,10 +129,8 @@ AccuracyJudge::AccuracyJudge(Renderer& renderer, const Scene& scene, const Scene
 }
 
 Result<Image> AccuracyJudge::draw(const Scene& scene) {
-    Result<Frame> frame = renderer_->render(scene, *data_);
-    if (!frame)
-        return pass_on(frame);
-    return std::move(frame->eyes.front());
+    PALPATE_TRY(Frame frame, renderer_->render(scene, *data_));
+    return std::move(frame.eyes.front());
 }
 
 Result<AccuracyJudge> AccuracyJudge::make(Renderer& renderer, const Scene& scene,
@@ -144,17 +142,15 @@ Result<AccuracyJudge> AccuracyJudge::make(Renderer& renderer, const Scene& scene
     finest.ray_cast->integrator = Integrator::exact;
     finest.ray_cast->min_transmittance = 0.0;
     finest.ray_cast->sub_steps = kMaxSubSteps;
-    Result<Image> picture = judge.draw(finest);
-    const Result<Image> to = picture ? judge.draw(moved(finest, 1.0)) : picture;
-    Result<Image> fro = to ? judge.draw(moved(finest, -1.0)) : to;
-    if (!fro)
-        return pass_on(fro);
+    PALPATE_TRY(Image picture, judge.draw(finest));
+    PALPATE_TRY(const Image to, judge.draw(moved(finest, 1.0)));
+    PALPATE_TRY(const Image fro, judge.draw(moved(finest, -1.0)));
 
     const glm::uvec2 size = judge.scene_.size_px;
     std::vector<std::pair<double, glm::uvec2>> pixels;
     for (uint32_t y = 0; y < size.y; ++y)
         for (uint32_t x = 0; x < size.x; ++x)
-            pixels.push_back({doubt(*picture, *to, *fro, {x, y}), {x, y}});
+            pixels.push_back({doubt(picture, to, fro, {x, y}), {x, y}});
     std::stable_sort(pixels.begin(), pixels.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
     std::vector<glm::uvec2> seen;
@@ -169,7 +165,7 @@ Result<AccuracyJudge> AccuracyJudge::make(Renderer& renderer, const Scene& scene
     const std::vector<PixelSample> truth = truth_pixels(judge.scene_, data, seen);
     std::vector<double> squares;
     for (size_t i = 0; i < seen.size(); ++i)
-        squares.push_back(squared_error(*picture, seen[i], glm::dvec3(truth[i].rgba)));
+        squares.push_back(squared_error(picture, seen[i], glm::dvec3(truth[i].rgba)));
     double sum = 0.0, most = 0.0;
     for (size_t i = 0; i < worst; ++i)
         sum += squares[i];
@@ -180,28 +176,24 @@ Result<AccuracyJudge> AccuracyJudge::make(Renderer& renderer, const Scene& scene
         sum += static_cast<double>(rest) *
                upper_mean(std::span(squares).subspan(worst), static_cast<double>(rest), most);
     judge.finest_error_ = std::sqrt(sum / static_cast<double>(pixels.size()));
-    judge.finest_ = std::move(*picture);
+    judge.finest_ = std::move(picture);
     return judge;
 }
 
 Result<double> AccuracyJudge::estimate(const RayCastLayer& layer) {
     scene_.ray_cast = layer;
-    Result<Image> picture = draw(scene_);
-    if (!picture)
-        return pass_on(picture);
+    PALPATE_TRY(const Image picture, draw(scene_));
     std::vector<double> squares;
     for (uint32_t y = 0; y < finest_.size_px.y; ++y)
         for (uint32_t x = 0; x < finest_.size_px.x; ++x)
-            squares.push_back(squared_error(*picture, {x, y}, color(finest_, {x, y})));
+            squares.push_back(squared_error(picture, {x, y}, color(finest_, {x, y})));
     const double most = *std::max_element(squares.begin(), squares.end());
     return std::sqrt(upper_mean(squares, pixels_, most)) + finest_error_;
 }
 
 Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, const SceneData& data,
                                       double error, AccuracySampling sampling) {
-    Result<AccuracyJudge> few = AccuracyJudge::make(renderer, scene, data, sampling);
-    if (!few)
-        return pass_on(few);
+    PALPATE_TRY(AccuracyJudge few, AccuracyJudge::make(renderer, scene, data, sampling));
     const bool is_whole = smaller(scene.size_px, sampling.side_px) == scene.size_px;
     std::optional<Result<AccuracyJudge>> whole; // of all pixels, made when it is needed
     const auto estimate_all = [&](const RayCastLayer& layer) -> Result<double> {
@@ -233,7 +225,7 @@ Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, co
     };
     for (const auto& [setting, cost] : settings) {
         apply(setting, data.volume.grid(), layer);
-        Result<double> estimate = few->estimate(layer);
+        Result<double> estimate = few.estimate(layer);
         if (estimate && *estimate <= error && !is_whole)
             estimate = estimate_all(layer);
         if (!estimate)
@@ -244,11 +236,9 @@ Result<AccuracyChoice> choose_setting(Renderer& renderer, const Scene& scene, co
     if (!is_whole) { // the smaller picture may err more
         least = std::numeric_limits<double>::infinity();
         apply(finest, data.volume.grid(), layer);
-        Result<double> estimate = estimate_all(layer);
-        if (!estimate)
-            return pass_on(estimate);
-        if (found(finest, *estimate))
-            return AccuracyChoice{finest, layer.min_transmittance, *estimate};
+        PALPATE_TRY(const double estimate, estimate_all(layer));
+        if (found(finest, estimate))
+            return AccuracyChoice{finest, layer.min_transmittance, estimate};
     }
     // A quarter of what is asked for may go to early termination.
     const double unit = std::pow(10.0, std::floor(std::log10(least / 0.75)) - 1.0);

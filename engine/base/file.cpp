@@ -49,14 +49,12 @@ Result<void> expect_writable(const fs::path& path) {
 
 Result<void> write_atomically(const fs::path& asked,
                               const std::function<Result<void>(const fs::path&)>& write) {
-    if (Result<void> can = expect_writable(asked); !can)
-        return can;
+    PALPATE_TRY(expect_writable(asked));
     std::error_code ignored;
     fs::path path = asked;
     if (fs::is_symlink(asked, ignored) && fs::exists(asked, ignored)) {
         path = fs::canonical(asked, ignored);
-        if (Result<void> can = expect_writable(path); !can)
-            return can;
+        PALPATE_TRY(expect_writable(path));
     }
     fs::path temporary = path;
     temporary.replace_filename(fmt::format(".{}.tmp.{}", ::getpid(), path.filename().string()));

@@ -257,42 +257,36 @@ Result<uint32_t> check_codestreams(const DicomFile& file) {
     if (!file.encapsulated || codec == Codec::other)
         return 0;
     const std::string name = file.path.string();
-    const Result<std::vector<EncodedItem>> items = encoded_items(file);
-    if (!items)
-        return fail("{}", items.error().message);
-    if (items->empty())
+    PALPATE_TRY(const std::vector<EncodedItem> items, encoded_items(file));
+    if (items.empty())
         return fail("{}: holds no encoded image", name);
     const Expected expected{file.mosaic.value_or(file.frames.front().size),
                             static_cast<uint32_t>(8 * bytes_per_component(file.type))};
     const size_t images = file.mosaic ? 1 : file.frames.size();
     if (codec == Codec::rle) { // an item is an image
-        if (items->size() != images + 1)
-            return fail("{}: holds {} RLE images, expected {}", name, items->size() - 1, images);
-        for (size_t i = 1; i < items->size(); ++i) {
-            const Result<std::vector<uint8_t>> bytes = bytes_of(file, *items, i, i + 1);
-            if (!bytes)
-                return fail("{}", bytes.error().message);
-            if (const Fault fault = check_rle(*bytes, expected); !fault.empty())
+        if (items.size() != images + 1)
+            return fail("{}: holds {} RLE images, expected {}", name, items.size() - 1, images);
+        for (size_t i = 1; i < items.size(); ++i) {
+            PALPATE_TRY(const std::vector<uint8_t> bytes, bytes_of(file, items, i, i + 1));
+            if (const Fault fault = check_rle(bytes, expected); !fault.empty())
                 return fail("{}: {}", name, fault);
         }
         return 0;
     }
-    const Result<std::vector<uint8_t>> bytes = bytes_of(file, *items, 1, items->size());
-    if (!bytes)
-        return fail("{}", bytes.error().message);
+    PALPATE_TRY(const std::vector<uint8_t> bytes, bytes_of(file, items, 1, items.size()));
     const uint8_t start[] = {0xff, static_cast<uint8_t>(codec == Codec::jpeg_2000 ? 0x4f : 0xd8),
                              0xff};
     uint32_t signed_bits = 0;
     size_t found = 0;
     for (size_t at = 0;; ++found) { // padding may lie between images
-        const auto next = std::search(bytes->begin() + static_cast<std::ptrdiff_t>(at),
-                                      bytes->end(), std::begin(start), std::end(start));
-        if (next == bytes->end())
+        const auto next = std::search(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes.end(),
+                                      std::begin(start), std::end(start));
+        if (next == bytes.end())
             break;
-        at = static_cast<size_t>(next - bytes->begin());
+        at = static_cast<size_t>(next - bytes.begin());
         const Fault fault = codec == Codec::jpeg_2000
-                                ? walk_jpeg_2000(*bytes, expected, at, signed_bits)
-                                : walk_jpeg(*bytes, expected, codec == Codec::jpeg_ls, at);
+                                ? walk_jpeg_2000(bytes, expected, at, signed_bits)
+                                : walk_jpeg(bytes, expected, codec == Codec::jpeg_ls, at);
         if (!fault.empty())
             return fail("{}: {}", name, fault);
     }

@@ -153,8 +153,7 @@ Result<void> check_pixels(const DicomFile& file, double claimed_bytes) {
                         claimed_bytes, held);
         return {};
     }
-    if (Result<std::vector<EncodedItem>> items = encoded_items(file); !items)
-        return pass_on(items);
+    PALPATE_TRY(encoded_items(file));
     return {};
 }
 
@@ -219,18 +218,14 @@ bool looks_like_dicom(std::string_view bytes, const std::string& extension) {
 
 Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     const std::string name = path.string();
-    const Result<uint64_t> bytes = regular_file_bytes(path);
-    if (!bytes)
-        return fail("{}", bytes.error().message);
-    Result<std::string> stated_syntax = check_structure(path);
-    if (!stated_syntax)
-        return pass_on(stated_syntax);
+    PALPATE_TRY(const uint64_t bytes, regular_file_bytes(path));
+    PALPATE_TRY(const std::string stated_syntax, check_structure(path));
     gdcm::Reader reader;
     reader.SetFileName(path.c_str());
     // Skipped, the pixels are not read: the stream then stands at their first byte.
     if (!reader.ReadUpToTag(kPixels, {kPixels}))
         return fail("{}: is no DICOM file, or a damaged one: no data set in transfer syntax '{}'",
-                    name, printable(*stated_syntax));
+                    name, printable(stated_syntax));
     const DataSet& set = reader.GetFile().GetDataSet();
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
 
@@ -242,7 +237,7 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         std::end(kSegmentationKinds);
     DicomFile file;
     file.path = path;
-    file.bytes = *bytes;
+    file.bytes = bytes;
     file.pixels_at = reader.GetStreamCurrentPosition();
     file.syntax = syntax.GetString();
     file.encapsulated = syntax.IsEncapsulated();
@@ -275,23 +270,17 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     take_geometry(set, frame);
     const double count = decimal(set, Tag(0x0028, 0x0008)).value_or(1.0);
     const double claimed = std::ceil(count * frame.size.x * frame.size.y * allocated / 8.0);
-    if (!(claimed > 0) || claimed > file.most_expansion * static_cast<double>(*bytes))
+    if (!(claimed > 0) || claimed > file.most_expansion * static_cast<double>(bytes))
         return fail("{}: claims {} frames of {} x {} samples of {} bits, but holds only {} bytes",
-                    name, count, frame.size.x, frame.size.y, allocated, *bytes);
-    if (Result<void> whole = check_pixels(file, claimed); !whole)
-        return pass_on(whole);
+                    name, count, frame.size.x, frame.size.y, allocated, bytes);
+    PALPATE_TRY(check_pixels(file, claimed));
     if (segmentation) {
-        Result<Segmentation> found = segmentation_of(name, set);
-        if (!found)
-            return pass_on(found);
-        file.segmentation = std::move(*found);
+        PALPATE_TRY(file.segmentation, segmentation_of(name, set));
         frame.object = DicomObject::segmentation;
     } else if (is_mosaic(set) && count == 1) {
-        Result<std::vector<DicomFrame>> tiles = mosaic_frames(name, set, frame);
-        if (!tiles)
-            return pass_on(tiles);
+        PALPATE_TRY(std::vector<DicomFrame> tiles, mosaic_frames(name, set, frame));
         file.mosaic = frame.size;
-        file.frames = std::move(*tiles);
+        file.frames = std::move(tiles);
         return file;
     }
     const auto shared = sequence(set, Tag(0x5200, 0x9229));
@@ -311,14 +300,9 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
 
 Result<std::vector<char>> read_dicom_pixels(const DicomFile& file) {
     const std::string name = file.path.string();
-    const Result<uint32_t> stream_bits = check_codestreams(file);
-    if (!stream_bits)
-        return fail("{}", stream_bits.error().message);
-    Result<std::vector<char>> decoded =
-        lies_high(file) ? read_dicom_bytes(file) : decode_pixels(file);
-    if (!decoded)
-        return decoded;
-    std::vector<char>& pixels = *decoded;
+    PALPATE_TRY(const uint32_t stream_bits, check_codestreams(file));
+    PALPATE_TRY(std::vector<char> pixels,
+                lies_high(file) ? read_dicom_bytes(file) : decode_pixels(file));
     const glm::uvec2 size = file.frames.front().size;
     const uint64_t images = file.mosaic ? 1 : file.frames.size();
     const glm::uvec2 plane = file.mosaic.value_or(size);
@@ -332,7 +316,7 @@ Result<std::vector<char>> read_dicom_pixels(const DicomFile& file) {
     // has more bits than the header says, knows better.
     if (lies_high(file))
         take_bits(file, file.high_bit, pixels);
-    else if (is_signed(file.type) && *stream_bits <= file.bits_stored)
+    else if (is_signed(file.type) && stream_bits <= file.bits_stored)
         take_bits(file, file.bits_stored - 1, pixels);
     if (file.mosaic)
         return untile(pixels, plane, size, file.frames.size(), bytes_per_component(file.type));

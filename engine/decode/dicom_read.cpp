@@ -94,10 +94,7 @@ Failures resample_pixels(const Files& files, const DicomStack& stack, std::span<
         last = frame.file;
         const DicomFile& file = files.at(frame.file);
         if (frame.file != decoded) {
-            Result<std::vector<char>> read = read_dicom_pixels(file);
-            if (!read)
-                return pass_on(read);
-            pixels = std::move(*read);
+            PALPATE_TRY(pixels, read_dicom_pixels(file));
             decoded = frame.file;
         }
         std::vector<double> values(size_t{frame.size.x} * frame.size.y);
@@ -210,27 +207,23 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
     for (const auto& [path, file] : found->files)
         frames.insert(frames.end(), file.frames.begin(), file.frames.end());
     std::vector<DicomSeries> all = group_series(std::move(frames));
-    const Result<size_t> chosen = choose_series(request, all);
-    if (!chosen)
-        return fail("{}", chosen.error().message);
+    PALPATE_TRY(const size_t chosen, choose_series(request, all));
     std::vector<std::string> notes = std::move(found->notes);
     if (found->files.size() > 1 || all.size() > 1 || fs::is_directory(request.path)) {
-        const std::vector<std::string> list = list_series(all, *chosen);
+        const std::vector<std::string> list = list_series(all, chosen);
         notes.insert(notes.end(), list.begin(), list.end());
     }
-    DicomSeries series = all[*chosen];
+    DicomSeries series = all[chosen];
     if (series.frames.front().object == DicomObject::segmentation) {
-        Result<Decoded> decoded =
-            decode_segmentation(name, found->files.at(series.frames.front().file), sink);
-        if (!decoded)
-            return decoded;
-        decoded->notes = std::move(notes);
-        decoded->warnings.insert(decoded->warnings.begin(), found->warnings.begin(),
-                                 found->warnings.end());
+        PALPATE_TRY(Decoded decoded,
+                    decode_segmentation(name, found->files.at(series.frames.front().file), sink));
+        decoded.notes = std::move(notes);
+        decoded.warnings.insert(decoded.warnings.begin(), found->warnings.begin(),
+                                found->warnings.end());
         return decoded;
     }
     std::vector<std::string> warnings;
-    warn_of_other_planes(name, all, *chosen, warnings);
+    warn_of_other_planes(name, all, chosen, warnings);
     set_damaged_aside(*found, series, sink);
     sink.alive();
     for (;;) { // until the codecs take every file that is left
@@ -249,12 +242,10 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
         decoded.grid = stack->grid;
 
         const VoxelClaim claim = claim_of(found->files, *stack, decoded);
-        Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-        if (!voxels)
-            return pass_on(voxels);
-        const Failures failures =
-            stack->resampled ? resample_pixels(found->files, *stack, *voxels, sink)
-                             : copy_pixels(found->files, *stack, claim.type, *voxels, sink);
+        PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));
+        const Failures failures = stack->resampled
+                                      ? resample_pixels(found->files, *stack, voxels, sink)
+                                      : copy_pixels(found->files, *stack, claim.type, voxels, sink);
         sink.alive();
         if (failures.empty())
             return decoded;

@@ -72,11 +72,9 @@ Result<void> resample_stack(const DicomStack& stack, const DicomValues& values_o
     uint32_t k = 0;
     for (size_t s = 0; s < stack.frames.size(); ++s) {
         const DicomFrame& frame = stack.frames[s];
-        const Result<std::vector<double>> values = values_of(frame);
-        if (!values)
-            return fail("{}", values.error().message);
+        PALPATE_TRY(const std::vector<double> values, values_of(frame));
         const glm::dvec3 first(index_from_world * glm::dvec4(*frame.position, 1.0));
-        std::vector<double> here = on_grid(*values, frame.size, -glm::dvec2(first), size);
+        std::vector<double> here = on_grid(values, frame.size, -glm::dvec2(first), size);
         const double here_at =
             glm::dot(*frame.position - origin, normal) / glm::length(grid.world_from_index[2]);
         const bool last = s + 1 == stack.frames.size();

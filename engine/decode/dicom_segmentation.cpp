@@ -214,16 +214,13 @@ Result<std::vector<char>> pixels_of(const std::string& name, const DicomFile& fi
     }
     if (file.syntax == "1.2.840.10008.1.2.2")
         return fail("{}: holds a big-endian segmentation, which is not read", name);
-    Result<std::vector<char>> bytes = read_dicom_bytes(file);
-    if (!bytes)
-        return bytes;
+    PALPATE_TRY(std::vector<char> bytes, read_dicom_bytes(file));
     const glm::uvec2 size = file.frames.front().size;
     const uint64_t samples = uint64_t{size.x} * size.y * file.frames.size();
     const uint64_t expected =
         file.bits_allocated == 1 ? (samples + 7) / 8 : samples * bytes_per_component(file.type);
-    if (bytes->size() < expected)
-        return fail("{}: its segmentation has {} bytes, expected {}", name, bytes->size(),
-                    expected);
+    if (bytes.size() < expected)
+        return fail("{}: its segmentation has {} bytes, expected {}", name, bytes.size(), expected);
     return bytes;
 }
 
@@ -236,12 +233,9 @@ Result<Decoded> decode_segmentation(const std::string& name, const DicomFile& fi
     decoded.modality = "SEG";
     decoded.labels = segmentation.segments;
     decoded.warnings = file.warnings;
-    if (Result<void> checked = check_segments(name, file); !checked)
-        return pass_on(checked);
-    const Result<Placed> placed = place_frames(name, file, decoded.warnings);
-    if (!placed)
-        return fail("{}", placed.error().message);
-    decoded.grid = placed->grid;
+    PALPATE_TRY(check_segments(name, file));
+    PALPATE_TRY(const Placed placed, place_frames(name, file, decoded.warnings));
+    decoded.grid = placed.grid;
 
     uint32_t largest =
         segmentation.kind == SegmentationKind::label_map && bytes_per_component(file.type) > 1
@@ -250,7 +244,7 @@ Result<Decoded> decode_segmentation(const std::string& name, const DicomFile& fi
     for (const DicomFrame& frame : file.frames)
         largest = std::max(largest, frame.segment);
     VoxelClaim claim;
-    claim.size = placed->grid.size;
+    claim.size = placed.grid.size;
     claim.type = largest > 255 ? ComponentType::u16 : ComponentType::u8;
     claim.source_bytes = file.bytes;
     const uint64_t voxels = uint64_t{claim.size.x} * claim.size.y * claim.size.z;
@@ -262,20 +256,15 @@ Result<Decoded> decode_segmentation(const std::string& name, const DicomFile& fi
     claim.working_bytes = 3 * file.bytes + (file.encapsulated ? 4 * frames : 0) +
                           (segmentation.kind == SegmentationKind::fractional ? 2 * voxels : 0) +
                           (uint64_t{16} << 20);
-    Result<std::span<std::byte>> out = sink.allocate(name, claim);
-    if (!out)
-        return pass_on(out);
-    const Result<std::vector<char>> pixels = pixels_of(name, file);
-    if (!pixels)
-        return fail("{}", pixels.error().message);
+    PALPATE_TRY(const std::span<std::byte> out, sink.allocate(name, claim));
+    PALPATE_TRY(const std::vector<char> pixels, pixels_of(name, file));
     Overlaps overlaps;
     if (claim.type == ComponentType::u8)
-        paint<uint8_t>(file, *pixels, *placed,
-                       {reinterpret_cast<uint8_t*>(out->data()), out->size()}, sink, overlaps);
+        paint<uint8_t>(file, pixels, placed, {reinterpret_cast<uint8_t*>(out.data()), out.size()},
+                       sink, overlaps);
     else
-        paint<uint16_t>(file, *pixels, *placed,
-                        {reinterpret_cast<uint16_t*>(out->data()), out->size() / 2}, sink,
-                        overlaps);
+        paint<uint16_t>(file, pixels, placed,
+                        {reinterpret_cast<uint16_t*>(out.data()), out.size() / 2}, sink, overlaps);
     warn_of_overlaps(name, segmentation, overlaps, decoded.warnings);
     if (segmentation.kind == SegmentationKind::fractional)
         decoded.warnings.push_back(fmt::format(

@@ -60,15 +60,13 @@ Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal,
                 request.path.string(), leaf(more[0]), leaf(more[1]), along_normal(more[0], normal));
         }
     const auto count = static_cast<uint32_t>(places.front().size());
-    const Result<uint32_t> chosen = choose_frame(request, count, warnings);
-    if (!chosen)
-        return fail("{}", chosen.error().message);
+    PALPATE_TRY(const uint32_t chosen, choose_frame(request, count, warnings));
     frames.clear();
     for (auto& place : places) {
         std::stable_sort(place.begin(), place.end(), [](const auto& a, const auto& b) {
             return a.instance_number < b.instance_number;
         });
-        frames.push_back(std::move(place[*chosen]));
+        frames.push_back(std::move(place[chosen]));
     }
     return {};
 }
@@ -251,15 +249,12 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, 
                       : a.instance_number < b.instance_number;
     });
     if (placed) {
-        if (Result<void> kept = keep_frame(request, normal, frames, stack.warnings); !kept)
-            return pass_on(kept);
+        PALPATE_TRY(keep_frame(request, normal, frames, stack.warnings));
     } else if (frames.size() > 1 && frames[0].file == frames[1].file) {
         // Frames of one file without places are frames in time.
         const auto count = static_cast<uint32_t>(frames.size());
-        const Result<uint32_t> chosen = choose_frame(request, count, stack.warnings);
-        if (!chosen)
-            return fail("{}", chosen.error().message);
-        frames = {frames[*chosen]};
+        PALPATE_TRY(const uint32_t chosen, choose_frame(request, count, stack.warnings));
+        frames = {frames[chosen]};
     }
     const DicomFrame first = frames.front();
     assume_what_is_absent(name, first, frames.size(), stack.warnings);
@@ -271,17 +266,12 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, 
         if (request.resample_slices &&
             (places.farthest_mm > std::max(kPositionRoundingMm, 0.01 * usual) ||
              places.sideways_mm > 10 * kPositionRoundingMm)) {
-            Result<Grid> grid = upright_grid(name, frames, places, axes, spacing, stack.warnings);
-            if (!grid)
-                return pass_on(grid);
-            stack.grid = *grid;
+            PALPATE_TRY(stack.grid,
+                        upright_grid(name, frames, places, axes, spacing, stack.warnings));
             stack.resampled = true;
             return stack;
         }
-        const Result<glm::dvec3> found = slice_step(name, frames, normal, damaged, stack.warnings);
-        if (!found)
-            return fail("{}", found.error().message);
-        step = *found;
+        PALPATE_TRY(step, slice_step(name, frames, normal, damaged, stack.warnings));
     }
     if (request.resample_slices)
         stack.warnings.push_back(

@@ -253,48 +253,34 @@ Form form_of(const std::string& syntax) {
 
 Result<Fault> walk_data(const std::filesystem::path& path, Packing packing, uint64_t start,
                         uint64_t end, Form form) {
-    Result<ByteSource> source = ByteSource::open(path, packing, start);
-    if (!source)
-        return pass_on(source);
-    Input input(std::move(*source), packing == Packing::none ? start : 0);
+    PALPATE_TRY(ByteSource source, ByteSource::open(path, packing, start));
+    Input input(std::move(source), packing == Packing::none ? start : 0);
     return Walk(input, form).elements(end, false, form == Form::implicit_little, 0);
 }
 
 } // namespace
 
 Result<std::string> check_structure(const std::filesystem::path& path) {
-    const Result<uint64_t> bytes = regular_file_bytes(path);
-    if (!bytes)
-        return fail("{}", bytes.error().message);
-    Result<ByteSource> source = ByteSource::open(path, Packing::none);
-    if (!source)
-        return pass_on(source);
-    Input input(std::move(*source), 0);
+    PALPATE_TRY(const uint64_t bytes, regular_file_bytes(path));
+    PALPATE_TRY(ByteSource source, ByteSource::open(path, Packing::none));
+    Input input(std::move(source), 0);
     Meta meta;
-    Fault fault = read_meta(input, *bytes, meta);
+    Fault fault = read_meta(input, bytes, meta);
     if (fault.empty()) {
         Packing packing = Packing::none;
-        uint64_t end = *bytes;
+        uint64_t end = bytes;
         if (meta.syntax == "1.2.840.10008.1.2.1.99") { // how long it is comes from a first pass
             packing = Packing::bare_deflate;
-            Result<ByteSource> packed = ByteSource::open(path, packing, meta.data_at);
-            const Result<uint64_t> unpacked =
-                packed ? packed->skip(std::numeric_limits<uint64_t>::max())
-                       : Result<uint64_t>(pass_on(packed));
-            if (!unpacked)
-                return fail("{}", unpacked.error().message);
-            end = *unpacked;
+            PALPATE_TRY(ByteSource packed, ByteSource::open(path, packing, meta.data_at));
+            PALPATE_TRY(end, packed.skip(std::numeric_limits<uint64_t>::max()));
         }
         const Form form =
             meta.syntax.empty() ? guessed_form(input.look(kHeadBytes)) : form_of(meta.syntax);
-        Result<Fault> walked = walk_data(path, packing, meta.data_at, end, form);
-        if (!walked)
-            return pass_on(walked);
-        fault = *walked;
+        PALPATE_TRY(fault, walk_data(path, packing, meta.data_at, end, form));
         if (!fault.empty() && form != Form::explicit_big) { // some name the other of the two
             const Form other =
                 form == Form::implicit_little ? Form::explicit_little : Form::implicit_little;
-            walked = walk_data(path, packing, meta.data_at, end, other);
+            const Result<Fault> walked = walk_data(path, packing, meta.data_at, end, other);
             if (walked && walked->empty())
                 fault.clear();
         }

@@ -122,16 +122,14 @@ void read_header(const fs::path& path, const DecodeRequest& request, const Voxel
 Result<DicomFiles> read_one(const DecodeRequest& request, const VoxelSink& sink) {
     const fs::path& path = request.path;
     DicomFiles found;
-    Result<DicomFile> file = read_dicom_header(path);
-    if (!file)
-        return pass_on(file);
-    if (file->refusal.empty()) {
-        found.files.emplace(path, std::move(*file));
+    PALPATE_TRY(DicomFile file, read_dicom_header(path));
+    if (file.refusal.empty()) {
+        found.files.emplace(path, std::move(file));
         return found;
     }
     const auto named = files_of_directory(path, found.warnings);
     if (!named)
-        return fail("{}: {}", path.string(), file->refusal);
+        return fail("{}: {}", path.string(), file.refusal);
     for (const fs::path& one : *named)
         read_header(one, request, sink, found);
     if (found.files.empty())

@@ -17,10 +17,8 @@ namespace palpate::io {
 class ForwardBytes {
  public:
     static Result<ForwardBytes> open(const std::filesystem::path& path) {
-        Result<ByteSource> source = ByteSource::open(path, Packing::none);
-        if (!source)
-            return pass_on(source);
-        return ForwardBytes(std::move(*source));
+        PALPATE_TRY(ByteSource source, ByteSource::open(path, Packing::none));
+        return ForwardBytes(std::move(source));
     }
     uint64_t at() const { return start_ + next_; }
 

@@ -134,10 +134,7 @@ Result<Project> parse_project(const std::string& name, const std::string& plist)
         project.matrix_file.find('/') != std::string::npos)
         return fail("{}: expected the plain name of a member as matrix file, found \"{}\"", name,
                     project.matrix_file);
-    Result<ComponentType> type = numpy_type(name, value_of(matrix, "dtype").text().get());
-    if (!type)
-        return pass_on(type);
-    project.type = *type;
+    PALPATE_TRY(project.type, numpy_type(name, value_of(matrix, "dtype").text().get()));
     const auto shape = numbers_of(value_of(matrix, "shape")); // slowest first
     const auto spacing = numbers_of(value_of(root, "spacing"));
     if (shape.size() != 3 || spacing.size() != 3)
@@ -175,15 +172,12 @@ Result<Grid> project_grid(const std::string& name, const Project& project) {
 
 Result<Project> load_project(const fs::path& path) {
     Archive archive(path);
-    Result<uint64_t> bytes = archive.find("main.plist");
-    if (!bytes)
-        return pass_on(bytes);
-    if (*bytes > kMostPlistBytes)
+    PALPATE_TRY(const uint64_t bytes, archive.find("main.plist"));
+    if (bytes > kMostPlistBytes)
         return fail("{}: expected a main.plist of at most {} bytes, found {}", path.string(),
-                    kMostPlistBytes, *bytes);
-    std::string plist(*bytes, '\0');
-    if (Result<void> read = archive.read(std::as_writable_bytes(std::span(plist))); !read)
-        return pass_on(read);
+                    kMostPlistBytes, bytes);
+    std::string plist(bytes, '\0');
+    PALPATE_TRY(archive.read(std::as_writable_bytes(std::span(plist))));
     return parse_project(path.string(), plist);
 }
 
@@ -192,48 +186,35 @@ Result<Project> load_project(const fs::path& path) {
 Result<Decoded> decode_invesalius(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
     Decoded decoded;
-    if (Result<uint32_t> frame = choose_frame(request, 1, decoded.warnings); !frame)
-        return pass_on(frame);
-    Result<uint64_t> file_bytes = regular_file_bytes(request.path);
-    if (!file_bytes)
-        return pass_on(file_bytes);
-    Result<Project> project = load_project(request.path);
-    if (!project)
-        return pass_on(project);
-    Result<Grid> grid = project_grid(name, *project);
-    if (!grid)
-        return pass_on(grid);
-    decoded.grid = *grid;
-    decoded.modality = project->modality;
+    PALPATE_TRY(choose_frame(request, 1, decoded.warnings));
+    PALPATE_TRY(const uint64_t file_bytes, regular_file_bytes(request.path));
+    PALPATE_TRY(const Project project, load_project(request.path));
+    PALPATE_TRY(decoded.grid, project_grid(name, project));
+    decoded.modality = project.modality;
     decoded.notes.push_back(fmt::format(
         "{}: an InVesalius project stores no position; its first voxel is put at 0 0 0", name));
-    if (project->orientation != 1)
+    if (project.orientation != 1)
         decoded.warnings.push_back(fmt::format(
             "{}: its slices were not acquired axially; x is taken as left, y as front, z as head",
             name));
 
     Archive archive(request.path);
-    Result<uint64_t> held = archive.find(project->matrix_file);
-    if (!held)
-        return pass_on(held);
+    PALPATE_TRY(const uint64_t held, archive.find(project.matrix_file));
     VoxelClaim claim;
-    claim.size = project->size;
-    claim.type = project->type;
-    claim.source_bytes = *file_bytes;
+    claim.size = project.size;
+    claim.type = project.type;
+    claim.source_bytes = file_bytes;
     claim.most_expansion = archive.is_packed() ? kDeflateExpansion : kRawExpansion;
     const std::optional<uint64_t> claimed = claimed_bytes(claim);
-    if (claimed && *held < *claimed)
+    if (claimed && held < *claimed)
         return fail("{}: main.plist claims {} bytes of voxels, but {} holds {}", name, *claimed,
-                    project->matrix_file, *held);
-    Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return pass_on(voxels);
-    if (*held > voxels->size())
+                    project.matrix_file, held);
+    PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));
+    if (held > voxels.size())
         decoded.warnings.push_back(fmt::format(
             "{}: {} holds {} bytes where main.plist claims {}; the last {} are left out", name,
-            project->matrix_file, *held, voxels->size(), *held - voxels->size()));
-    if (Result<void> read = archive.read(*voxels); !read)
-        return pass_on(read);
+            project.matrix_file, held, voxels.size(), held - voxels.size()));
+    PALPATE_TRY(archive.read(voxels));
     return decoded;
 }
 

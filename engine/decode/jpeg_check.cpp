@@ -68,28 +68,26 @@ Result<void> check_frame(const std::string& name, int marker, uint64_t at, std::
 
 Result<void> check_jpeg(const std::filesystem::path& path) {
     const std::string name = path.string();
-    Result<ForwardBytes> bytes = ForwardBytes::open(path);
-    if (!bytes)
-        return pass_on(bytes);
-    if (const std::string found = bytes->take(2); found != "\xff\xd8")
+    PALPATE_TRY(ForwardBytes bytes, ForwardBytes::open(path));
+    if (const std::string found = bytes.take(2); found != "\xff\xd8")
         return fail("{}: expected the marker SOI of JPEG in its first 2 bytes, found \"{}\"", name,
                     shown(found));
     bool has_frame = false, has_scan = false;
     int marker = -1; // met already, at the end of a scan
     for (;;) {
-        const uint64_t at = bytes->at() - (marker >= 0 ? 2 : 0);
+        const uint64_t at = bytes.at() - (marker >= 0 ? 2 : 0);
         if (marker < 0) {
-            const int begin = bytes->byte();
+            const int begin = bytes.byte();
             if (begin >= 0 && begin != 0xff)
                 return fail("{}: expected a marker at byte {}, found the byte {:#04x}", name, at,
                             begin);
             do
-                marker = begin < 0 ? -1 : bytes->byte();
+                marker = begin < 0 ? -1 : bytes.byte();
             while (marker == 0xff);
         }
         if (marker < 0)
             return fail("{}: ends at byte {} without the marker EOI: the file is cut off", name,
-                        bytes->at());
+                        bytes.at());
         if (marker == 0xd9) // EOI
             break;
         if (marker == 0x01 || (marker >= 0xd0 && marker <= 0xd7)) { // TEM, RST: no segment
@@ -99,36 +97,35 @@ Result<void> check_jpeg(const std::filesystem::path& path) {
         if (marker == 0x00 || marker == 0xd8 || (marker >= 0x02 && marker <= 0xbf))
             return fail("{}: expected a segment of JPEG at byte {}, found the marker {:#04x}", name,
                         at, marker);
-        const std::string length = bytes->take(2);
+        const std::string length = bytes.take(2);
         const uint32_t segment = length.size() == 2 ? number_of(length, true) : 2;
         if (segment < 2)
             return fail(
                 "{}: expected a length of 2 or more in the segment {:#04x} at byte {}, found "
                 "{}",
                 name, marker, at, segment);
-        const std::string data = bytes->take(segment - 2);
+        const std::string data = bytes.take(segment - 2);
         if (length.size() < 2 || data.size() < segment - 2)
             return fail(
                 "{}: ends at byte {}, within the segment {:#04x} of {} bytes that begins at "
                 "byte {}: the file is cut off",
-                name, bytes->at(), marker, segment, at);
+                name, bytes.at(), marker, segment, at);
         if (is_frame(marker)) {
             if (has_frame)
                 return fail("{}: expected one frame, found a second at byte {}", name, at);
-            if (Result<void> frame = check_frame(name, marker, at, data); !frame)
-                return frame;
+            PALPATE_TRY(check_frame(name, marker, at, data));
             has_frame = true;
         }
         const bool is_scan = marker == 0xda;
         if (is_scan && !has_frame)
             return fail("{}: expected a frame before the scan at byte {}, found none", name, at);
         has_scan = has_scan || is_scan;
-        marker = is_scan ? skip_scan(*bytes) : -1;
+        marker = is_scan ? skip_scan(bytes) : -1;
         if (is_scan && marker < 0)
             return fail(
                 "{}: ends at byte {}, within the scan that begins at byte {}, without the "
                 "marker EOI: the file is cut off",
-                name, bytes->at(), at);
+                name, bytes.at(), at);
     }
     if (!has_scan)
         return fail("{}: ends without a scan: it holds no pixels", name);

@@ -103,18 +103,13 @@ Result<void> read_geometry(const std::string& name, const Fields& fields, MetaIm
                            std::vector<std::string>& warnings) {
     const size_t count = header.sizes.size();
     const size_t spatial = std::min<size_t>(count, 3);
-    Result<std::vector<double>> matrix =
-        numbers(name, fields, {"TransformMatrix", "Orientation", "Rotation"}, count * count);
-    if (!matrix)
-        return pass_on(matrix);
-    Result<std::vector<double>> offset =
-        numbers(name, fields, {"Offset", "Position", "Origin"}, count);
-    if (!offset)
-        return pass_on(offset);
-    Result<std::vector<double>> spacing =
-        numbers(name, fields, {"ElementSpacing", "ElementSize"}, count);
-    if (!spacing)
-        return pass_on(spacing);
+    PALPATE_TRY(
+        const std::vector<double> matrix,
+        numbers(name, fields, {"TransformMatrix", "Orientation", "Rotation"}, count * count));
+    PALPATE_TRY(const std::vector<double> offset,
+                numbers(name, fields, {"Offset", "Position", "Origin"}, count));
+    PALPATE_TRY(const std::vector<double> spacing,
+                numbers(name, fields, {"ElementSpacing", "ElementSize"}, count));
     double unit = 1;
     if (const std::string_view units = field(fields, {"DistanceUnits"}); !units.empty()) {
         if (units == "um")
@@ -126,26 +121,23 @@ Result<void> read_geometry(const std::string& name, const Fields& fields, MetaIm
                 fmt::format("{}: expected DistanceUnits um, mm or cm, found \"{}\"; mm are assumed",
                             name, units));
     }
-    if (spacing->empty())
+    if (spacing.empty())
         warnings.push_back(fmt::format("{}: names no ElementSpacing; 1 mm is assumed", name));
     for (size_t i = 0; i < spatial; ++i) {
         const int axis = static_cast<int>(i);
-        if (!matrix->empty()) // each run of numbers is the direction of one index axis
+        if (!matrix.empty()) // each run of numbers is the direction of one index axis
             for (size_t j = 0; j < spatial; ++j)
-                header.steps[axis][static_cast<int>(j)] = (*matrix)[i * count + j];
-        header.steps[axis] *= (spacing->empty() ? 1.0 : (*spacing)[i]) * unit;
-        if (!offset->empty())
-            header.origin[axis] = (*offset)[i] * unit;
+                header.steps[axis][static_cast<int>(j)] = matrix[i * count + j];
+        header.steps[axis] *= (spacing.empty() ? 1.0 : spacing[i]) * unit;
+        if (!offset.empty())
+            header.origin[axis] = offset[i] * unit;
     }
     return {};
 }
 
 Result<void> read_payload_fields(const std::string& name, const Fields& fields,
                                  MetaImageHeader& header) {
-    Result<ComponentType> type = element_type(name, field(fields, {"ElementType"}));
-    if (!type)
-        return pass_on(type);
-    header.type = *type;
+    PALPATE_TRY(header.type, element_type(name, field(fields, {"ElementType"})));
     if (const std::string_view binary = field(fields, {"BinaryData"}); !binary.empty())
         header.binary = is_true(binary);
     header.compressed = is_true(field(fields, {"CompressedData"}));
@@ -179,19 +171,13 @@ Result<MetaImageHeader> parse_meta_image_header(const std::string& name, std::st
                                                 std::vector<std::string>& warnings) {
     Fields fields;
     MetaImageHeader header;
-    Result<size_t> bytes = split(name, text, fields);
-    if (!bytes)
-        return pass_on(bytes);
-    header.bytes = *bytes;
+    PALPATE_TRY(header.bytes, split(name, text, fields));
     if (const std::string_view kind = field(fields, {"ObjectType"});
         !kind.empty() && kind != "Image")
         return fail("{}: expected an ObjectType Image, found \"{}\"", name, kind);
-    if (Result<void> read = read_shape(name, fields, header); !read)
-        return pass_on(read);
-    if (Result<void> read = read_geometry(name, fields, header, warnings); !read)
-        return pass_on(read);
-    if (Result<void> read = read_payload_fields(name, fields, header); !read)
-        return pass_on(read);
+    PALPATE_TRY(read_shape(name, fields, header));
+    PALPATE_TRY(read_geometry(name, fields, header, warnings));
+    PALPATE_TRY(read_payload_fields(name, fields, header));
     if (const std::string_view modality = field(fields, {"Modality"});
         modality.starts_with("MET_MOD_") && modality != "MET_MOD_UNKNOWN" &&
         modality != "MET_MOD_OTHER")

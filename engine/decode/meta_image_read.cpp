@@ -20,10 +20,7 @@ Result<void> place(const std::string& name, const fs::path& header_path,
         if (header.data_file.starts_with("LIST") || header.data_file.find('%') != std::string::npos)
             return fail("{}: expected one data file, found a list of them (\"{}\")", name,
                         header.data_file);
-        Result<fs::path> beside = file_beside(header_path, header.data_file);
-        if (!beside)
-            return pass_on(beside);
-        payload.file = *beside;
+        PALPATE_TRY(payload.file, file_beside(header_path, header.data_file));
         payload.offset = 0;
     }
     if (!header.binary)
@@ -47,43 +44,33 @@ Result<void> place(const std::string& name, const fs::path& header_path,
 
 Result<Decoded> decode_meta_image(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
-    Result<std::string> text = load_beginning(name);
-    if (!text)
-        return pass_on(text);
+    PALPATE_TRY(const std::string text, load_beginning(name));
     Decoded decoded;
-    Result<MetaImageHeader> header = parse_meta_image_header(name, *text, decoded.warnings);
-    if (!header)
-        return pass_on(header);
+    PALPATE_TRY(const MetaImageHeader header,
+                parse_meta_image_header(name, text, decoded.warnings));
     Payload payload;
-    payload.type = header->type;
-    payload.big_endian = header->big_endian;
-    payload.components = header->components;
+    payload.type = header.type;
+    payload.big_endian = header.big_endian;
+    payload.components = header.components;
     payload.size = glm::uvec3(1);
     uint64_t frames = 1;
-    for (size_t i = 0; i < header->sizes.size(); ++i) {
+    for (size_t i = 0; i < header.sizes.size(); ++i) {
         if (i < 3)
-            payload.size[static_cast<int>(i)] = static_cast<uint32_t>(header->sizes[i]);
+            payload.size[static_cast<int>(i)] = static_cast<uint32_t>(header.sizes[i]);
         else
-            frames *= static_cast<uint64_t>(header->sizes[i]);
+            frames *= static_cast<uint64_t>(header.sizes[i]);
         if (frames > INT32_MAX)
             return fail("{}: expected at most {} frames, found more", name, INT32_MAX);
     }
     payload.frames = frames;
-    Result<uint32_t> frame = choose_frame(request, static_cast<uint32_t>(frames), decoded.warnings);
-    if (!frame)
-        return pass_on(frame);
-    payload.frame = *frame;
-    Result<Grid> grid = grid_from_columns(name, payload.size, header->steps, header->origin);
-    if (!grid)
-        return pass_on(grid);
-    decoded.grid = *grid;
-    if (header->rescale != Rescale{})
-        decoded.rescale = {header->rescale};
-    decoded.modality = header->modality;
-    if (Result<void> placed = place(name, request.path, *header, payload); !placed)
-        return pass_on(placed);
-    if (Result<void> read = read_payload(payload, sink, decoded.warnings); !read)
-        return pass_on(read);
+    PALPATE_TRY(payload.frame,
+                choose_frame(request, static_cast<uint32_t>(frames), decoded.warnings));
+    PALPATE_TRY(decoded.grid, grid_from_columns(name, payload.size, header.steps, header.origin));
+    if (header.rescale != Rescale{})
+        decoded.rescale = {header.rescale};
+    decoded.modality = header.modality;
+    PALPATE_TRY(place(name, request.path, header, payload));
+    PALPATE_TRY(read_payload(payload, sink, decoded.warnings));
     return decoded;
 }
 

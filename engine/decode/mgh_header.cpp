@@ -44,10 +44,7 @@ Result<MghHeader> parse_mgh_header(const std::string& name, std::span<const std:
                         i < 3 ? fmt::format("size along {}", "xyz"[i]) : "number of frames", count);
         (i < 3 ? header.size[i] : header.frames) = static_cast<uint32_t>(count);
     }
-    const Result<ComponentType> type = component_type(name, fields.at<int32_t>(20));
-    if (!type)
-        return fail("{}", type.error().message);
-    header.type = *type;
+    PALPATE_TRY(header.type, component_type(name, fields.at<int32_t>(20)));
     header.has_geometry = fields.at<int16_t>(28) > 0;
     if (!header.has_geometry)
         return header; // what follows is not set then

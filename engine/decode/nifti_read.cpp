@@ -48,15 +48,11 @@ Result<ComponentType> component_type(const std::string& name, int datatype) {
 }
 
 Result<NiftiHeader> load_header(const fs::path& path, Packing packing) {
-    Result<ByteSource> source = ByteSource::open(path, packing);
-    if (!source)
-        return pass_on(source);
+    PALPATE_TRY(ByteSource source, ByteSource::open(path, packing));
     std::array<std::byte, kNifti2Bytes> bytes{};
     // Of a short packed file the error of the packing counts, of a short header its own.
-    Result<size_t> got = source->read(bytes);
-    if (!got)
-        return pass_on(got);
-    return parse_nifti_header(path.string(), {bytes.data(), *got});
+    PALPATE_TRY(const size_t got, source.read(bytes));
+    return parse_nifti_header(path.string(), {bytes.data(), got});
 }
 
 struct Shape {
@@ -132,64 +128,38 @@ std::vector<Rescale> rescale_of(const std::string& name, const NiftiHeader& head
 Result<Decoded> decode_nifti(const DecodeRequest& request, VoxelSink& sink) {
     fs::path header_path = request.path;
     if (request.path.extension() == ".img") {
-        Result<fs::path> beside = file_beside(request.path, request.path.stem().string() + ".hdr");
-        if (!beside)
-            return pass_on(beside);
-        header_path = *beside;
+        PALPATE_TRY(header_path, file_beside(request.path, request.path.stem().string() + ".hdr"));
     }
     const std::string name = header_path.string();
-    Result<Packing> packing = packing_of(header_path);
-    if (!packing)
-        return pass_on(packing);
-    Result<NiftiHeader> header = load_header(header_path, *packing);
-    if (!header)
-        return pass_on(header);
-    if (header->kind == NiftiHeader::Kind::analyze && header_path.extension() != ".hdr")
+    PALPATE_TRY(Packing packing, packing_of(header_path));
+    PALPATE_TRY(const NiftiHeader header, load_header(header_path, packing));
+    if (header.kind == NiftiHeader::Kind::analyze && header_path.extension() != ".hdr")
         return fail("{}: expected the mark n+1 or ni1 of NIfTI-1, found none", name);
 
     Decoded decoded;
     Payload payload;
     payload.file = header_path;
-    payload.big_endian = header->big_endian;
-    Result<ComponentType> type = component_type(name, header->datatype);
-    if (!type)
-        return pass_on(type);
-    payload.type = *type;
-    Result<Shape> shape = shape_of(name, *header);
-    if (!shape)
-        return pass_on(shape);
-    payload.size = shape->size;
-    payload.frames = shape->frames;
-    Result<uint32_t> frame = choose_frame(request, shape->frames, decoded.warnings);
-    if (!frame)
-        return pass_on(frame);
-    payload.frame = *frame;
-    Result<Grid> grid = nifti_grid(name, *header, shape->size, decoded.warnings);
-    if (!grid)
-        return pass_on(grid);
-    decoded.grid = *grid;
-    decoded.rescale = rescale_of(name, *header, decoded.warnings);
+    payload.big_endian = header.big_endian;
+    PALPATE_TRY(payload.type, component_type(name, header.datatype));
+    PALPATE_TRY(const Shape shape, shape_of(name, header));
+    payload.size = shape.size;
+    payload.frames = shape.frames;
+    PALPATE_TRY(payload.frame, choose_frame(request, shape.frames, decoded.warnings));
+    PALPATE_TRY(decoded.grid, nifti_grid(name, header, shape.size, decoded.warnings));
+    decoded.rescale = rescale_of(name, header, decoded.warnings);
 
-    if (header->pair) {
-        Result<fs::path> image = image_beside(header_path);
-        if (!image)
-            return pass_on(image);
-        payload.file = *image;
-        packing = packing_of(*image);
-        if (!packing)
-            return pass_on(packing);
+    if (header.pair) {
+        PALPATE_TRY(payload.file, image_beside(header_path));
+        PALPATE_TRY(packing, packing_of(payload.file));
     }
-    Result<uint64_t> offset = voxel_offset(name, *header);
-    if (!offset)
-        return pass_on(offset);
-    if (*packing == Packing::deflate) {
+    PALPATE_TRY(const uint64_t offset, voxel_offset(name, header));
+    if (packing == Packing::deflate) {
         payload.encoding = Encoding::deflate;
-        payload.skip = *offset;
+        payload.skip = offset;
     } else {
-        payload.offset = *offset;
+        payload.offset = offset;
     }
-    if (Result<void> read = read_payload(payload, sink, decoded.warnings); !read)
-        return pass_on(read);
+    PALPATE_TRY(read_payload(payload, sink, decoded.warnings));
     return decoded;
 }
 

@@ -300,16 +300,10 @@ Result<NrrdHeader> parse_nrrd_header(const std::string& name, std::string_view t
                                      std::vector<std::string>& warnings) {
     Fields fields;
     NrrdHeader header;
-    Result<size_t> bytes = split(name, text, fields);
-    if (!bytes)
-        return pass_on(bytes);
-    header.bytes = *bytes;
-    if (Result<void> read = read_payload_fields(name, fields, header); !read)
-        return pass_on(read);
-    if (Result<void> read = read_axes(name, fields, header); !read)
-        return pass_on(read);
-    if (Result<void> read = read_units(name, fields, header, warnings); !read)
-        return pass_on(read);
+    PALPATE_TRY(header.bytes, split(name, text, fields));
+    PALPATE_TRY(read_payload_fields(name, fields, header));
+    PALPATE_TRY(read_axes(name, fields, header));
+    PALPATE_TRY(read_units(name, fields, header, warnings));
 
     if (!field(fields, "axis mins").empty())
         warnings.push_back(

@@ -44,10 +44,8 @@ Result<std::optional<std::vector<fs::path>>> nrrd_file_list(const fs::path& head
         if (length < 0 || static_cast<size_t>(length) >= name.size())
             return fail("{}: expected shorter names of data files, found \"{}\"", header.string(),
                         pattern);
-        Result<fs::path> beside = file_beside(header, name.data());
-        if (!beside)
-            return pass_on(beside);
-        files.push_back(*beside);
+        PALPATE_TRY(const fs::path beside, file_beside(header, name.data()));
+        files.push_back(beside);
     }
     return files;
 }
@@ -77,25 +75,19 @@ Result<void> read_file_list(const Payload& payload, const std::vector<fs::path>&
                         held - std::min(held, skip));
         claim.source_bytes += each;
     }
-    Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return pass_on(voxels);
+    PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));
     for (size_t i = 0; i < files.size(); ++i) {
         sink.alive(files[i]);
         const uint64_t skip = payload.skip.value_or(fs::file_size(files[i]) - each);
-        Result<ByteSource> source = ByteSource::open(files[i], Packing::none, skip);
-        if (!source)
-            return pass_on(source);
-        Result<size_t> got = source->read(voxels->subspan(i * each, each));
-        if (!got)
-            return pass_on(got);
-        if (*got < each)
+        PALPATE_TRY(ByteSource source, ByteSource::open(files[i], Packing::none, skip));
+        PALPATE_TRY(const size_t got, source.read(voxels.subspan(i * each, each)));
+        if (got < each)
             return fail("{}: changed while it was read: expected {} bytes, found {}",
-                        files[i].string(), each, *got);
+                        files[i].string(), each, got);
     }
     const bool native_is_big = std::endian::native == std::endian::big;
     if (payload.big_endian != native_is_big)
-        swap_bytes(*voxels, bytes_per_component(payload.type));
+        swap_bytes(voxels, bytes_per_component(payload.type));
     return {};
 }
 

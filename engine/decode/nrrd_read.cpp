@@ -78,18 +78,14 @@ Result<Grid> nrrd_grid(const std::string& name, const NrrdHeader& header,
 
 // The byte after `lines` line ends, from `offset` on.
 Result<uint64_t> after_lines(const fs::path& file, uint64_t offset, int64_t lines) {
-    Result<ByteSource> source = ByteSource::open(file, Packing::none, offset);
-    if (!source)
-        return pass_on(source);
+    PALPATE_TRY(ByteSource source, ByteSource::open(file, Packing::none, offset));
     std::array<char, 1 << 12> part;
     for (int64_t left = lines; left > 0;) {
-        Result<size_t> got = source->read(std::as_writable_bytes(std::span(part)));
-        if (!got)
-            return pass_on(got);
-        if (*got == 0)
+        PALPATE_TRY(const size_t got, source.read(std::as_writable_bytes(std::span(part))));
+        if (got == 0)
             return fail("{}: expected {} lines to skip, found {}", file.string(), lines,
                         lines - left);
-        for (size_t i = 0; i < *got && left > 0; ++i, ++offset)
+        for (size_t i = 0; i < got && left > 0; ++i, ++offset)
             left -= part[i] == '\n';
     }
     return offset;
@@ -105,17 +101,11 @@ Result<void> place(const std::string& name, const fs::path& header_path, const N
                 "{}: expected one data file or \"name.%d first last step\", found another list of "
                 "them (\"{}\")",
                 name, header.data_file);
-        Result<fs::path> beside = file_beside(header_path, header.data_file);
-        if (!beside)
-            return pass_on(beside);
-        payload.file = *beside;
+        PALPATE_TRY(payload.file, file_beside(header_path, header.data_file));
         payload.offset = 0;
     }
     if (header.line_skip > 0) {
-        Result<uint64_t> offset = after_lines(payload.file, payload.offset, header.line_skip);
-        if (!offset)
-            return pass_on(offset);
-        payload.offset = *offset;
+        PALPATE_TRY(payload.offset, after_lines(payload.file, payload.offset, header.line_skip));
     }
     switch (header.encoding) {
         case NrrdHeader::Encoding::raw:
@@ -144,24 +134,19 @@ Result<void> pass_nifti_header(const std::string& name, Payload& payload,
                                std::vector<std::string>& warnings) {
     if (payload.encoding == Encoding::ascii || payload.skip != 0u)
         return {};
-    Result<ByteSource> source = ByteSource::open(
-        payload.file, payload.encoding == Encoding::raw ? Packing::none : Packing::deflate,
-        payload.offset);
-    if (!source)
-        return pass_on(source);
+    const Packing packing = payload.encoding == Encoding::raw ? Packing::none : Packing::deflate;
+    PALPATE_TRY(ByteSource source, ByteSource::open(payload.file, packing, payload.offset));
     std::array<char, 348> head;
-    Result<size_t> got = source->read(std::as_writable_bytes(std::span(head)));
+    Result<size_t> got = source.read(std::as_writable_bytes(std::span(head)));
     if (!got || *got < head.size() ||
         std::string_view(&head[344], 4) != std::string_view("n+1\0", 4))
         return {}; // what is damaged is found when the voxels are read
-    Result<uint64_t> rest = source->skip(UINT64_MAX);
-    if (!rest)
-        return pass_on(rest);
+    PALPATE_TRY(const uint64_t rest, source.skip(UINT64_MAX));
     payload.skip.reset();
     warnings.push_back(fmt::format(
         "{}: the data file {} holds {} bytes and is a NIfTI file of its own; the header "
         "claims {}, which are taken from its end",
-        name, payload.file.filename().string(), *got + *rest, describe(payload)));
+        name, payload.file.filename().string(), *got + rest, describe(payload)));
     return {};
 }
 
@@ -169,49 +154,32 @@ Result<void> pass_nifti_header(const std::string& name, Payload& payload,
 
 Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
-    Result<std::string> text = load_beginning(name);
-    if (!text)
-        return pass_on(text);
+    PALPATE_TRY(const std::string text, load_beginning(name));
     Decoded decoded;
-    Result<NrrdHeader> header = parse_nrrd_header(name, *text, decoded.warnings);
-    if (!header)
-        return pass_on(header);
+    PALPATE_TRY(const NrrdHeader header, parse_nrrd_header(name, text, decoded.warnings));
     Payload payload;
-    payload.type = header->type;
-    payload.big_endian = header->big_endian;
+    payload.type = header.type;
+    payload.big_endian = header.big_endian;
     std::vector<const NrrdHeader::Axis*> spatial;
-    if (Result<void> arranged = arrange(name, *header, payload, spatial); !arranged)
-        return pass_on(arranged);
-    Result<uint32_t> frame =
-        choose_frame(request, static_cast<uint32_t>(payload.frames), decoded.warnings);
-    if (!frame)
-        return pass_on(frame);
-    payload.frame = *frame;
-    Result<Grid> grid = nrrd_grid(name, *header, spatial, payload.size, decoded.warnings);
-    if (!grid)
-        return pass_on(grid);
-    decoded.grid = *grid;
-    Result<std::optional<std::vector<fs::path>>> files =
-        nrrd_file_list(request.path, header->data_file);
-    if (!files)
-        return pass_on(files);
-    if (*files) {
-        if (header->encoding != NrrdHeader::Encoding::raw || header->line_skip > 0)
+    PALPATE_TRY(arrange(name, header, payload, spatial));
+    PALPATE_TRY(payload.frame,
+                choose_frame(request, static_cast<uint32_t>(payload.frames), decoded.warnings));
+    PALPATE_TRY(decoded.grid, nrrd_grid(name, header, spatial, payload.size, decoded.warnings));
+    PALPATE_TRY(const std::optional<std::vector<fs::path>> files,
+                nrrd_file_list(request.path, header.data_file));
+    if (files) {
+        if (header.encoding != NrrdHeader::Encoding::raw || header.line_skip > 0)
             return fail("{}: expected raw data files without a line skip in a list of them", name);
         payload.file = request.path;
         payload.skip.reset();
-        if (header->byte_skip >= 0)
-            payload.skip = static_cast<uint64_t>(header->byte_skip);
-        if (Result<void> read = read_file_list(payload, **files, sink); !read)
-            return pass_on(read);
+        if (header.byte_skip >= 0)
+            payload.skip = static_cast<uint64_t>(header.byte_skip);
+        PALPATE_TRY(read_file_list(payload, *files, sink));
         return decoded;
     }
-    if (Result<void> placed = place(name, request.path, *header, payload); !placed)
-        return pass_on(placed);
-    if (Result<void> passed = pass_nifti_header(name, payload, decoded.warnings); !passed)
-        return pass_on(passed);
-    if (Result<void> read = read_payload(payload, sink, decoded.warnings); !read)
-        return pass_on(read);
+    PALPATE_TRY(place(name, request.path, header, payload));
+    PALPATE_TRY(pass_nifti_header(name, payload, decoded.warnings));
+    PALPATE_TRY(read_payload(payload, sink, decoded.warnings));
     return decoded;
 }
 

@@ -63,19 +63,13 @@ Result<std::span<std::byte>> read_raw(const Payload& payload, uint64_t file_byte
 
     VoxelClaim claim = claim_of(payload);
     claim.source_bytes = held - skip;
-    Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return voxels;
-    const uint64_t start = payload.offset + skip + voxels->size() * payload.frame;
-    Result<ByteSource> source = ByteSource::open(payload.file, Packing::none, start);
-    if (!source)
-        return pass_on(source);
-    Result<size_t> got = source->read(*voxels);
-    if (!got)
-        return pass_on(got);
-    if (*got < voxels->size())
+    PALPATE_TRY(std::span<std::byte> voxels, sink.allocate(name, claim));
+    const uint64_t start = payload.offset + skip + voxels.size() * payload.frame;
+    PALPATE_TRY(ByteSource source, ByteSource::open(payload.file, Packing::none, start));
+    PALPATE_TRY(const size_t got, source.read(voxels));
+    if (got < voxels.size())
         return fail("{}: changed while it was read: expected {} bytes, found {}", name,
-                    voxels->size(), *got);
+                    voxels.size(), got);
     return voxels;
 }
 
@@ -93,43 +87,29 @@ Result<std::span<std::byte>> read_deflate(const Payload& payload, uint64_t file_
             kDeflateExpansion * static_cast<double>(claim.source_bytes));
     uint64_t skip = payload.skip.value_or(0);
     if (!payload.skip) {
-        Result<ByteSource> counted =
-            ByteSource::open(payload.file, Packing::deflate, payload.offset);
-        Result<uint64_t> held = counted ? counted->skip(UINT64_MAX) : pass_on(counted);
-        if (!held)
-            return pass_on(held);
-        skip = *held - std::min(*held, total);
+        PALPATE_TRY(ByteSource counted,
+                    ByteSource::open(payload.file, Packing::deflate, payload.offset));
+        PALPATE_TRY(const uint64_t held, counted.skip(UINT64_MAX));
+        skip = held - std::min(held, total);
     }
-    Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return voxels;
-    Result<ByteSource> source = ByteSource::open(payload.file, Packing::deflate, payload.offset);
-    if (!source)
-        return pass_on(source);
+    PALPATE_TRY(std::span<std::byte> voxels, sink.allocate(name, claim));
+    PALPATE_TRY(ByteSource source,
+                ByteSource::open(payload.file, Packing::deflate, payload.offset));
 
     // Every frame is unpacked, also those not wanted: only so is the stream known to be whole.
-    const uint64_t before = skip + voxels->size() * payload.frame;
-    const uint64_t after = total - voxels->size() * (payload.frame + 1);
-    uint64_t found = 0;
-    Result<uint64_t> passed = source->skip(before);
-    if (!passed)
-        return pass_on(passed);
-    found += *passed;
-    Result<size_t> got = source->read(*voxels);
-    if (!got)
-        return pass_on(got);
-    found += *got;
-    passed = source->skip(after + kMostSurplus);
-    if (!passed)
-        return pass_on(passed);
-    found += *passed;
+    const uint64_t before = skip + voxels.size() * payload.frame;
+    const uint64_t after = total - voxels.size() * (payload.frame + 1);
+    PALPATE_TRY(const uint64_t skipped, source.skip(before));
+    PALPATE_TRY(const size_t got, source.read(voxels));
+    PALPATE_TRY(const uint64_t passed, source.skip(after + kMostSurplus));
+    const uint64_t found = skipped + got + passed;
     const uint64_t found_voxels = found - std::min(found, skip);
     if (found_voxels < total)
         return fail("{}: the header claims {}, but the file holds {} bytes of voxels", name,
                     describe(payload), found_voxels);
     if (found_voxels > total && !payload.has_footer)
         warnings.push_back(
-            surplus_sentence(payload, found_voxels, total, *passed == after + kMostSurplus));
+            surplus_sentence(payload, found_voxels, total, passed == after + kMostSurplus));
     return voxels;
 }
 
@@ -183,23 +163,17 @@ Result<std::span<std::byte>> read_ascii(const Payload& payload, uint64_t file_by
     if (static_cast<double>(total) > kMostAsciiExpansion * static_cast<double>(claim.source_bytes))
         return fail("{}: the header claims {}, but the file holds {} bytes of text", name,
                     describe(payload), claim.source_bytes - 1);
-    Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return voxels;
-    Result<ByteSource> source = ByteSource::open(payload.file, Packing::none, payload.offset);
-    if (!source)
-        return pass_on(source);
+    PALPATE_TRY(std::span<std::byte> voxels, sink.allocate(name, claim));
+    PALPATE_TRY(ByteSource source, ByteSource::open(payload.file, Packing::none, payload.offset));
     std::string text(claim.source_bytes - 1, '\0');
-    Result<size_t> got = source->read(std::as_writable_bytes(std::span(text)));
-    if (!got)
-        return pass_on(got);
-    text.resize(*got);
+    PALPATE_TRY(const size_t got, source.read(std::as_writable_bytes(std::span(text))));
+    text.resize(got);
 
-    const uint64_t per_frame = voxels->size() / bytes_per_component(payload.type);
+    const uint64_t per_frame = voxels.size() / bytes_per_component(payload.type);
     Result<void> parsed = visit_component(payload.type, [&](auto t) {
         using T = decltype(t);
         return parse_numbers(name, text, per_frame * payload.frame,
-                             std::span<T>(reinterpret_cast<T*>(voxels->data()), per_frame));
+                             std::span<T>(reinterpret_cast<T*>(voxels.data()), per_frame));
     });
     if (!parsed)
         return pass_on(parsed);
@@ -232,26 +206,24 @@ std::string describe(const Payload& payload) {
 Result<void> read_payload(const Payload& payload, VoxelSink& sink,
                           std::vector<std::string>& warnings) {
     PALPATE_ASSERT(payload.frame < payload.frames);
-    Result<uint64_t> file_bytes = regular_file_bytes(payload.file);
-    if (!file_bytes)
-        return pass_on(file_bytes);
+    PALPATE_TRY(const uint64_t file_bytes, regular_file_bytes(payload.file));
     const std::optional<uint64_t> total = total_bytes(payload);
     if (!total)
         return fail("{}: the header claims {}, which is not a possible size", payload.file.string(),
                     describe(payload));
-    if (payload.offset > *file_bytes)
+    if (payload.offset > file_bytes)
         return fail("{}: the voxels should begin at byte {}, but the file holds {} bytes",
-                    payload.file.string(), payload.offset, *file_bytes);
+                    payload.file.string(), payload.offset, file_bytes);
     Result<std::span<std::byte>> voxels;
     switch (payload.encoding) {
         case Encoding::raw:
-            voxels = read_raw(payload, *file_bytes, *total, sink, warnings);
+            voxels = read_raw(payload, file_bytes, *total, sink, warnings);
             break;
         case Encoding::deflate:
-            voxels = read_deflate(payload, *file_bytes, *total, sink, warnings);
+            voxels = read_deflate(payload, file_bytes, *total, sink, warnings);
             break;
         case Encoding::ascii:
-            voxels = read_ascii(payload, *file_bytes, *total, sink, warnings);
+            voxels = read_ascii(payload, file_bytes, *total, sink, warnings);
             break;
     }
     if (!voxels)

@@ -102,25 +102,20 @@ Result<PictureHeader> read_picture_header(const fs::path& path) try {
     const Kind* kind = kind_of(path);
     if (!kind)
         return fail("{}: is no PNG, TIFF, JPEG or BMP file by its name", path.string());
-    if (Result<uint64_t> bytes = regular_file_bytes(path); !bytes)
-        return fail("{}", bytes.error().message);
-    if (Result<void> checked = kind->check(path); !checked)
-        return pass_on(checked);
+    PALPATE_TRY(regular_file_bytes(path));
+    PALPATE_TRY(kind->check(path));
     if (!kind->make)
         return read_jpeg_header(path);
-    Result<Io::Pointer> io = open(path, *kind);
-    if (!io)
-        return pass_on(io);
-    const std::optional<ComponentType> type = component_type((*io)->GetComponentType());
+    PALPATE_TRY(const Io::Pointer io, open(path, *kind));
+    const std::optional<ComponentType> type = component_type(io->GetComponentType());
     if (!type)
         return fail("{}: its samples are of a type that is not read", path.string());
     PictureHeader header;
     for (unsigned axis = 0; axis < 3; ++axis)
-        header.size[axis] = axis < (*io)->GetNumberOfDimensions()
-                                ? static_cast<uint32_t>((*io)->GetDimensions(axis))
-                                : 1;
+        header.size[axis] =
+            axis < io->GetNumberOfDimensions() ? static_cast<uint32_t>(io->GetDimensions(axis)) : 1;
     header.type = *type;
-    header.components = (*io)->GetNumberOfComponents();
+    header.components = io->GetNumberOfComponents();
     return header;
 } catch (const itk::ExceptionObject& error) {
     return fail("{}: its header cannot be read: {}", path.string(), reason(error));
@@ -130,16 +125,14 @@ Result<void> read_picture(const fs::path& path, std::span<std::byte> voxels) try
     const Kind* kind = kind_of(path);
     if (!kind->make)
         return read_jpeg(path, voxels);
-    Result<Io::Pointer> io = open(path, *kind);
-    if (!io)
-        return pass_on(io);
-    if (static_cast<uint64_t>((*io)->GetImageSizeInBytes()) != voxels.size())
+    PALPATE_TRY(const Io::Pointer io, open(path, *kind));
+    if (static_cast<uint64_t>(io->GetImageSizeInBytes()) != voxels.size())
         return fail("{}: its size changed while it was read", path.string());
-    itk::ImageIORegion region((*io)->GetNumberOfDimensions());
-    for (unsigned axis = 0; axis < (*io)->GetNumberOfDimensions(); ++axis)
-        region.SetSize(axis, (*io)->GetDimensions(axis));
-    (*io)->SetIORegion(region);
-    (*io)->Read(voxels.data());
+    itk::ImageIORegion region(io->GetNumberOfDimensions());
+    for (unsigned axis = 0; axis < io->GetNumberOfDimensions(); ++axis)
+        region.SetSize(axis, io->GetDimensions(axis));
+    io->SetIORegion(region);
+    io->Read(voxels.data());
     return {};
 } catch (const itk::ExceptionObject& error) {
     return fail("{}: its pixels cannot be read: {}", path.string(), reason(error));

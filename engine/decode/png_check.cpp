@@ -94,9 +94,7 @@ class PngPixels {
                             done_, rows_.bytes(),
                             stream_->msg ? stream_->msg : "they make no sense");
             ended_ = status == Z_STREAM_END;
-            if (Result<void> rows = look_at({out.data(), out.size() - stream_->avail_out}, name);
-                !rows)
-                return rows;
+            PALPATE_TRY(look_at({out.data(), out.size() - stream_->avail_out}, name));
         }
         return {};
     }
@@ -191,8 +189,7 @@ Result<void> read_chunk(const std::string& name, const Chunk& chunk, ForwardByte
                 name, bytes.at(), chunk.kind, chunk.length, chunk.at);
         sum = ::crc32(sum, reinterpret_cast<const Bytef*>(part.data()),
                       static_cast<uInt>(part.size()));
-        if (Result<void> visited = visit(part); !visited)
-            return visited;
+        PALPATE_TRY(visit(part));
         left -= part.size();
     }
     const std::string stored = bytes.take(4);
@@ -210,29 +207,25 @@ Result<void> read_chunk(const std::string& name, const Chunk& chunk, ForwardByte
 
 Result<void> check_png(const std::filesystem::path& path) {
     const std::string name = path.string();
-    Result<ForwardBytes> bytes = ForwardBytes::open(path);
-    if (!bytes)
-        return pass_on(bytes);
-    if (const std::string found = bytes->take(8); found != "\x89PNG\r\n\x1a\n")
+    PALPATE_TRY(ForwardBytes bytes, ForwardBytes::open(path));
+    if (const std::string found = bytes.take(8); found != "\x89PNG\r\n\x1a\n")
         return fail("{}: expected the signature of PNG in its first 8 bytes, found \"{}\"", name,
                     shown(found));
     std::string header;
     std::unique_ptr<PngPixels> pixels;
     for (;;) {
-        const Result<Chunk> chunk = next_chunk(name, *bytes);
-        if (!chunk)
-            return fail("{}", chunk.error().message);
-        const bool is_header = chunk->kind == "IHDR", is_data = chunk->kind == "IDAT";
-        if (is_header != header.empty() || (is_header && chunk->length != 13))
+        PALPATE_TRY(const Chunk chunk, next_chunk(name, bytes));
+        const bool is_header = chunk.kind == "IHDR", is_data = chunk.kind == "IDAT";
+        if (is_header != header.empty() || (is_header && chunk.length != 13))
             return fail(
                 "{}: expected one chunk IHDR of 13 bytes, and that first, found {} of {} "
                 "bytes at byte {}",
-                name, chunk->kind, chunk->length, chunk->at);
-        const bool is_critical = std::isupper(static_cast<unsigned char>(chunk->kind[0])) != 0;
-        if (is_critical && !is_header && !is_data && chunk->kind != "PLTE" && chunk->kind != "IEND")
+                name, chunk.kind, chunk.length, chunk.at);
+        const bool is_critical = std::isupper(static_cast<unsigned char>(chunk.kind[0])) != 0;
+        if (is_critical && !is_header && !is_data && chunk.kind != "PLTE" && chunk.kind != "IEND")
             return fail("{}: holds the critical chunk {} at byte {}, which is not known", name,
-                        chunk->kind, chunk->at);
-        Result<void> read = read_chunk(name, *chunk, *bytes, [&](auto part) -> Result<void> {
+                        chunk.kind, chunk.at);
+        Result<void> read = read_chunk(name, chunk, bytes, [&](auto part) -> Result<void> {
             if (is_header)
                 header.append(reinterpret_cast<const char*>(part.data()), part.size());
             return is_data ? pixels->take(name, part) : Result<void>();
@@ -240,12 +233,10 @@ Result<void> check_png(const std::filesystem::path& path) {
         if (!read)
             return read;
         if (is_header) {
-            Result<PngRows> rows = png_rows(name, header);
-            if (!rows)
-                return pass_on(rows);
-            pixels = std::make_unique<PngPixels>(std::move(*rows));
+            PALPATE_TRY(PngRows rows, png_rows(name, header));
+            pixels = std::make_unique<PngPixels>(std::move(rows));
         }
-        if (chunk->kind == "IEND")
+        if (chunk.kind == "IEND")
             return pixels->finish(name);
     }
 }

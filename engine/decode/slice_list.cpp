@@ -154,14 +154,10 @@ SliceSidecar read_sidecar(const JsonValue& in) {
 } // namespace
 
 Result<SliceSidecar> load_sidecar(const fs::path& path) {
-    Result<std::string> text = load_text(path, 1 << 20);
-    if (!text)
-        return pass_on(text);
-    Result<Json> json = parse_json(*text, path.string());
-    if (!json)
-        return pass_on(json);
+    PALPATE_TRY(const std::string text, load_text(path, 1 << 20));
+    PALPATE_TRY(const Json json, parse_json(text, path.string()));
     JsonErrors errors{path.string(), {}};
-    SliceSidecar sidecar = read_sidecar(JsonValue(*json, "", errors));
+    SliceSidecar sidecar = read_sidecar(JsonValue(json, "", errors));
     if (errors.first)
         return tl::unexpected(*errors.first);
     return sidecar;
@@ -189,19 +185,16 @@ Result<std::vector<fs::path>> files_matching(const fs::path& folder, const std::
 
 Result<std::vector<fs::path>> pictures_of(const fs::path& folder,
                                           std::vector<std::string>& warnings) {
-    Result<std::vector<fs::path>> files = sorted_files(
-        folder,
-        [](const fs::path& path) { return is_picture(lower_case(path.extension().string())); },
-        warnings);
-    if (!files)
-        return files;
-    if (files->empty())
+    const auto wanted = [](const fs::path& path) {
+        return is_picture(lower_case(path.extension().string()));
+    };
+    PALPATE_TRY(std::vector<fs::path> files, sorted_files(folder, wanted, warnings));
+    if (files.empty())
         return fail("{}: holds no pictures (PNG, TIFF, JPEG, BMP)", folder.string());
-    for (const fs::path& file : *files)
-        if (lower_case(file.extension().string()) !=
-            lower_case(files->front().extension().string()))
+    for (const fs::path& file : files)
+        if (lower_case(file.extension().string()) != lower_case(files.front().extension().string()))
             return fail("{}: holds pictures of several kinds ({}, {}); a pattern chooses",
-                        folder.string(), files->front().filename().string(),
+                        folder.string(), files.front().filename().string(),
                         file.filename().string());
     return files;
 }

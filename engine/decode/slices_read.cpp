@@ -37,20 +37,14 @@ Result<Slices> find_slices(const fs::path& path, std::vector<std::string>& warni
     }
     if (fs::exists(folder / kSidecarName)) {
         slices.described_by = folder / kSidecarName;
-        Result<SliceSidecar> sidecar = load_sidecar(slices.described_by);
-        if (!sidecar)
-            return pass_on(sidecar);
-        slices.sidecar = std::move(*sidecar);
+        PALPATE_TRY(slices.sidecar, load_sidecar(slices.described_by));
     }
     if (!slices.files.empty())
         return slices;
     if (pattern.empty())
         pattern = slices.sidecar.pattern.value_or("");
-    Result<std::vector<fs::path>> files =
-        pattern.empty() ? pictures_of(folder, warnings) : files_matching(folder, pattern, warnings);
-    if (!files)
-        return pass_on(files);
-    slices.files = std::move(*files);
+    PALPATE_TRY(slices.files, pattern.empty() ? pictures_of(folder, warnings)
+                                              : files_matching(folder, pattern, warnings));
     return slices;
 }
 
@@ -73,52 +67,40 @@ Grid grid_of(const std::string& name, const SliceSidecar& sidecar, glm::uvec3 si
 Result<uint64_t> bytes_of(const std::vector<fs::path>& files) {
     uint64_t total = 0;
     for (const fs::path& file : files) {
-        Result<uint64_t> bytes = regular_file_bytes(file);
-        if (!bytes)
-            return bytes;
-        total += *bytes;
+        PALPATE_TRY(const uint64_t bytes, regular_file_bytes(file));
+        total += bytes;
     }
     return total;
 }
 
 Result<void> read_pictures(const std::string& name, const Slices& slices, VoxelSink& sink,
                            VoxelClaim& claim) {
-    const Result<PictureHeader> first = read_picture_header(slices.files.front());
-    if (!first)
-        return fail("{}", first.error().message);
-    if (first->size.z > 1 && slices.files.size() > 1)
+    PALPATE_TRY(const PictureHeader first, read_picture_header(slices.files.front()));
+    if (first.size.z > 1 && slices.files.size() > 1)
         return fail("{}: has {} pages, expected one page a slice", slices.files.front().string(),
-                    first->size.z);
+                    first.size.z);
     for (const fs::path& file : slices.files) {
         sink.alive(file);
-        const Result<PictureHeader> header = read_picture_header(file);
-        if (!header)
-            return fail("{}", header.error().message);
-        if (header->size != first->size || header->type != first->type ||
-            header->components != first->components)
+        PALPATE_TRY(const PictureHeader header, read_picture_header(file));
+        if (header.size != first.size || header.type != first.type ||
+            header.components != first.components)
             return fail("{}: mixed sizes: {} is {} x {} of {} x {}, {} is {} x {} of {} x {}", name,
-                        slices.files.front().filename().string(), first->size.x, first->size.y,
-                        first->components, name_of(first->type), file.filename().string(),
-                        header->size.x, header->size.y, header->components, name_of(header->type));
+                        slices.files.front().filename().string(), first.size.x, first.size.y,
+                        first.components, name_of(first.type), file.filename().string(),
+                        header.size.x, header.size.y, header.components, name_of(header.type));
     }
-    claim.size = {first->size.x, first->size.y,
-                  std::max<size_t>(first->size.z, slices.files.size())};
-    claim.type = first->type;
-    claim.components = first->components;
+    claim.size = {first.size.x, first.size.y, std::max<size_t>(first.size.z, slices.files.size())};
+    claim.type = first.type;
+    claim.components = first.components;
     claim.most_expansion = kPictureExpansion;
     VoxelClaim one = claim;
-    one.size = first->size;
+    one.size = first.size;
     claim.working_bytes = 3 * claimed_bytes(one).value_or(0);
-    const Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return fail("{}", voxels.error().message);
-    const size_t slice_bytes = voxels->size() / slices.files.size();
+    PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));
+    const size_t slice_bytes = voxels.size() / slices.files.size();
     for (size_t i = 0; i < slices.files.size(); ++i) {
         sink.alive(slices.files[i]);
-        if (Result<void> read =
-                read_picture(slices.files[i], voxels->subspan(i * slice_bytes, slice_bytes));
-            !read)
-            return read;
+        PALPATE_TRY(read_picture(slices.files[i], voxels.subspan(i * slice_bytes, slice_bytes)));
     }
     return {};
 }
@@ -133,14 +115,12 @@ Result<void> read_raw(const std::string& name, const Slices& slices, VoxelSink& 
             name, kSidecarName);
     claim.size = {sidecar.size->x, sidecar.size->y, slices.files.size()};
     claim.type = *sidecar.type;
-    const Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return fail("{}", voxels.error().message);
-    const size_t slice_bytes = voxels->size() / slices.files.size();
+    PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));
+    const size_t slice_bytes = voxels.size() / slices.files.size();
     std::string longer;
     for (size_t i = 0; i < slices.files.size(); ++i) {
         sink.alive(slices.files[i]);
-        const std::span<std::byte> slice = voxels->subspan(i * slice_bytes, slice_bytes);
+        const std::span<std::byte> slice = voxels.subspan(i * slice_bytes, slice_bytes);
         std::ifstream in(slices.files[i], std::ios::binary);
         in.seekg(static_cast<std::streamoff>(sidecar.header_bytes));
         in.read(reinterpret_cast<char*>(slice.data()), static_cast<std::streamsize>(slice_bytes));
@@ -168,23 +148,16 @@ Result<void> read_raw(const std::string& name, const Slices& slices, VoxelSink& 
 Result<Decoded> decode_slices(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
     Decoded decoded;
-    const Result<Slices> slices = find_slices(request.path, decoded.warnings);
-    if (!slices)
-        return fail("{}", slices.error().message);
-    if (const Result<uint32_t> frame = choose_frame(request, 1, decoded.warnings); !frame)
-        return fail("{}", frame.error().message);
-    const Result<uint64_t> bytes = bytes_of(slices->files);
-    if (!bytes)
-        return fail("{}", bytes.error().message);
+    PALPATE_TRY(const Slices slices, find_slices(request.path, decoded.warnings));
+    PALPATE_TRY(choose_frame(request, 1, decoded.warnings));
+    PALPATE_TRY(const uint64_t bytes, bytes_of(slices.files));
     VoxelClaim claim;
-    claim.source_bytes = *bytes;
-    const Result<void> read = is_picture(lower_case(slices->files.front().extension().string()))
-                                  ? read_pictures(name, *slices, sink, claim)
-                                  : read_raw(name, *slices, sink, claim, decoded.warnings);
-    if (!read)
-        return fail("{}", read.error().message);
-    decoded.grid = grid_of(name, slices->sidecar, claim.size, decoded.warnings);
-    decoded.modality = slices->sidecar.modality;
+    claim.source_bytes = bytes;
+    PALPATE_TRY(is_picture(lower_case(slices.files.front().extension().string()))
+                    ? read_pictures(name, slices, sink, claim)
+                    : read_raw(name, slices, sink, claim, decoded.warnings));
+    decoded.grid = grid_of(name, slices.sidecar, claim.size, decoded.warnings);
+    decoded.modality = slices.sidecar.modality;
     return decoded;
 }
 

@@ -17,10 +17,8 @@ namespace {
 class Parts {
  public:
     static Result<Parts> open(const std::filesystem::path& path) {
-        Result<uint64_t> bytes = regular_file_bytes(path);
-        if (!bytes)
-            return pass_on(bytes);
-        return Parts(path, *bytes);
+        PALPATE_TRY(const uint64_t bytes, regular_file_bytes(path));
+        return Parts(path, bytes);
     }
     const std::string& name() const { return name_; }
     uint64_t bytes() const { return bytes_; }
@@ -114,28 +112,22 @@ Result<std::vector<uint64_t>> values_of(Parts& file, const Directory& tags, uint
         return fail("{}: expected whole numbers as {} (tag {}), found {} of type {}", file.name(),
                     what, tag, entry.count, entry.type);
     const uint32_t each = bytes_of_type(entry.type);
-    const Result<std::string> bytes = file.take(entry.at, uint64_t{each} * entry.count, what);
-    if (!bytes)
-        return fail("{}", bytes.error().message);
+    PALPATE_TRY(const std::string bytes, file.take(entry.at, uint64_t{each} * entry.count, what));
     for (uint32_t i = 0; i < entry.count; ++i)
-        values.push_back(file.number(*bytes, size_t{i} * each, each));
+        values.push_back(file.number(bytes, size_t{i} * each, each));
     return values;
 }
 
 // One directory at `at`; returns where the next is, 0 for none.
 Result<uint32_t> read_directory(Parts& file, uint64_t at, Directory& tags) {
-    Result<std::string> count = file.take(at, 2, "the number of tags");
-    if (!count)
-        return pass_on(count);
-    const uint32_t entries = file.number(*count, 0, 2);
-    Result<std::string> bytes = file.take(at + 2, 12 * entries + 4, "the tags");
-    if (!bytes)
-        return pass_on(bytes);
+    PALPATE_TRY(const std::string count, file.take(at, 2, "the number of tags"));
+    const uint32_t entries = file.number(count, 0, 2);
+    PALPATE_TRY(const std::string bytes, file.take(at + 2, 12 * entries + 4, "the tags"));
     for (uint32_t i = 0; i < entries; ++i) {
-        const uint32_t tag = file.number(*bytes, 12 * i, 2);
-        Entry entry{file.number(*bytes, 12 * i + 2, 2), file.number(*bytes, 12 * i + 4, 4), 0};
+        const uint32_t tag = file.number(bytes, 12 * i, 2);
+        Entry entry{file.number(bytes, 12 * i + 2, 2), file.number(bytes, 12 * i + 4, 4), 0};
         const uint64_t size = uint64_t{bytes_of_type(entry.type)} * entry.count;
-        entry.at = size <= 4 ? at + 2 + 12 * i + 8 : file.number(*bytes, 12 * i + 8, 4);
+        entry.at = size <= 4 ? at + 2 + 12 * i + 8 : file.number(bytes, 12 * i + 8, 4);
         if (entry.at + size > file.bytes())
             return fail(
                 "{}: expected the values of tag {} in bytes {} to {}, found the end of the "
@@ -143,60 +135,50 @@ Result<uint32_t> read_directory(Parts& file, uint64_t at, Directory& tags) {
                 file.name(), tag, entry.at, entry.at + size, file.bytes());
         tags.emplace(tag, entry);
     }
-    return file.number(*bytes, 12 * entries, 4);
+    return file.number(bytes, 12 * entries, 4);
 }
 
 // The strips or tiles of one page lie in the file.
 Result<void> check_page(Parts& file, const Directory& tags) {
     for (const auto& [tag, what] : {std::pair(256, "its width"), {257, "its height"}}) {
-        Result<std::vector<uint64_t>> side =
-            values_of(file, tags, static_cast<uint32_t>(tag), what);
-        if (!side)
-            return pass_on(side);
-        if (side->size() != 1 || side->front() == 0)
+        PALPATE_TRY(const std::vector<uint64_t> side,
+                    values_of(file, tags, static_cast<uint32_t>(tag), what));
+        if (side.size() != 1 || side.front() == 0)
             return fail("{}: expected one number above 0 as {} (tag {}), found {}", file.name(),
-                        what, tag, side->empty() ? "none" : std::to_string(side->front()));
+                        what, tag, side.empty() ? "none" : std::to_string(side.front()));
     }
     const bool tiled = tags.contains(324);
-    Result<std::vector<uint64_t>> at =
-        values_of(file, tags, tiled ? 324 : 273, "the places of its pixels");
-    if (!at)
-        return pass_on(at);
-    Result<std::vector<uint64_t>> bytes =
-        values_of(file, tags, tiled ? 325 : 279, "the sizes of its pixels");
-    if (!bytes)
-        return pass_on(bytes);
-    if (at->empty())
+    PALPATE_TRY(const std::vector<uint64_t> at,
+                values_of(file, tags, tiled ? 324 : 273, "the places of its pixels"));
+    PALPATE_TRY(const std::vector<uint64_t> bytes,
+                values_of(file, tags, tiled ? 325 : 279, "the sizes of its pixels"));
+    if (at.empty())
         return fail("{}: expected the places of its pixels (tag 273 or 324), found none",
                     file.name());
-    if (!bytes->empty() && bytes->size() != at->size())
+    if (!bytes.empty() && bytes.size() != at.size())
         return fail("{}: expected as many sizes as places of its pixels, found {} and {}",
-                    file.name(), bytes->size(), at->size());
-    for (size_t i = 0; i < at->size(); ++i)
-        if (const uint64_t size = bytes->empty() ? 1 : (*bytes)[i];
-            (*at)[i] > file.bytes() || size > file.bytes() - (*at)[i])
+                    file.name(), bytes.size(), at.size());
+    for (size_t i = 0; i < at.size(); ++i)
+        if (const uint64_t size = bytes.empty() ? 1 : bytes[i];
+            at[i] > file.bytes() || size > file.bytes() - at[i])
             return fail(
                 "{}: expected pixels in bytes {} to {}, found the end of the file at byte "
                 "{}",
-                file.name(), (*at)[i], (*at)[i] + size, file.bytes());
+                file.name(), at[i], at[i] + size, file.bytes());
     return {};
 }
 
 } // namespace
 
 Result<void> check_bmp(const std::filesystem::path& path) {
-    Result<Parts> file = Parts::open(path);
-    if (!file)
-        return pass_on(file);
-    Result<std::string> head = file->take(0, 54, "the header of a BMP");
-    if (!head)
-        return pass_on(head);
-    if (!head->starts_with("BM"))
+    PALPATE_TRY(Parts file, Parts::open(path));
+    PALPATE_TRY(const std::string head, file.take(0, 54, "the header of a BMP"));
+    if (!head.starts_with("BM"))
         return fail("{}: expected a BMP that begins with BM, found other bytes", path.string());
-    const uint32_t begin = file->number(*head, 10, 4), size = file->number(*head, 14, 4);
-    const auto width = static_cast<int32_t>(file->number(*head, 18, 4));
-    const auto rows = static_cast<int32_t>(file->number(*head, 22, 4));
-    const uint32_t bits = file->number(*head, 28, 2), packing = file->number(*head, 30, 4);
+    const uint32_t begin = file.number(head, 10, 4), size = file.number(head, 14, 4);
+    const auto width = static_cast<int32_t>(file.number(head, 18, 4));
+    const auto rows = static_cast<int32_t>(file.number(head, 22, 4));
+    const uint32_t bits = file.number(head, 28, 2), packing = file.number(head, 30, 4);
     const uint64_t height = static_cast<uint64_t>(std::abs(int64_t{rows}));
     if (size < 40 || size > 124)
         return fail("{}: expected a header of 40 to 124 bytes, found {}", path.string(), size);
@@ -212,48 +194,40 @@ Result<void> check_bmp(const std::filesystem::path& path) {
         return fail("{}: expected pixels behind the header of {} bytes, found them at byte {}",
                     path.string(), 14 + size, begin);
     if (packing == 1) {
-        Result<std::string> codes =
-            file->take(begin, file->bytes() - std::min<uint64_t>(begin, file->bytes()), "runs");
-        if (!codes)
-            return pass_on(codes);
-        return check_runs(*file, *codes, begin, static_cast<uint32_t>(width),
+        PALPATE_TRY(
+            const std::string codes,
+            file.take(begin, file.bytes() - std::min<uint64_t>(begin, file.bytes()), "runs"));
+        return check_runs(file, codes, begin, static_cast<uint32_t>(width),
                           static_cast<uint32_t>(height));
     }
     const uint64_t row_bytes = (uint64_t{bits} * static_cast<uint64_t>(width) + 31) / 32 * 4;
-    if (begin + row_bytes * height > file->bytes())
+    if (begin + row_bytes * height > file.bytes())
         return fail(
             "{}: expected {} x {} pixels in bytes {} to {}, found the end of the file at "
             "byte {}",
-            path.string(), width, height, begin, begin + row_bytes * height, file->bytes());
+            path.string(), width, height, begin, begin + row_bytes * height, file.bytes());
     return {};
 }
 
 Result<void> check_tiff(const std::filesystem::path& path) {
-    Result<Parts> file = Parts::open(path);
-    if (!file)
-        return pass_on(file);
-    Result<std::string> head = file->take(0, 8, "the header of a TIFF");
-    if (!head)
-        return pass_on(head);
-    file->big_endian = head->starts_with("MM");
-    const uint32_t version = file->number(*head, 2, 2);
-    if ((!file->big_endian && !head->starts_with("II")) || (version != 42 && version != 43))
+    PALPATE_TRY(Parts file, Parts::open(path));
+    PALPATE_TRY(const std::string head, file.take(0, 8, "the header of a TIFF"));
+    file.big_endian = head.starts_with("MM");
+    const uint32_t version = file.number(head, 2, 2);
+    if ((!file.big_endian && !head.starts_with("II")) || (version != 42 && version != 43))
         return fail("{}: expected a TIFF that begins with II or MM and 42, found other bytes",
                     path.string());
     if (version == 43)
         return {}; // BigTIFF: left to its library
     std::set<uint32_t> seen;
-    for (uint32_t at = file->number(*head, 4, 4); at != 0;) {
+    for (uint32_t at = file.number(head, 4, 4); at != 0;) {
         if (!seen.insert(at).second)
             return fail("{}: expected pages one after another, found that of byte {} twice",
                         path.string(), at);
         Directory tags;
-        Result<uint32_t> next = read_directory(*file, at, tags);
-        if (!next)
-            return pass_on(next);
-        if (Result<void> page = check_page(*file, tags); !page)
-            return page;
-        at = *next;
+        PALPATE_TRY(const uint32_t next, read_directory(file, at, tags));
+        PALPATE_TRY(check_page(file, tags));
+        at = next;
     }
     if (seen.empty())
         return fail("{}: expected a page, found none", path.string());

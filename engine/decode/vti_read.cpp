@@ -58,25 +58,22 @@ Result<void> take_grid(const std::string& name, const pugi::xml_node& image, Hea
         first[axis] = (*extent)[2 * i];
     }
     // Origin is where index (0, 0, 0) would lie; the piece begins at its extent.
-    const Result<Grid> grid = grid_from_columns(
-        name, size, steps, glm::dvec3((*origin)[0], (*origin)[1], (*origin)[2]) + steps * first);
-    if (!grid)
-        return fail("{}", grid.error().message);
-    header.grid = *grid;
+    PALPATE_TRY(
+        header.grid,
+        grid_from_columns(name, size, steps,
+                          glm::dvec3((*origin)[0], (*origin)[1], (*origin)[2]) + steps * first));
     return {};
 }
 
 Result<Header> parse(const std::string& name, const VtkXml& split) {
     pugi::xml_document document;
-    Result<pugi::xml_node> file = parse_vtk(name, split, "ImageData", "a volume", document);
-    if (!file)
-        return pass_on(file);
-    const pugi::xml_node image = file->child("ImageData");
+    PALPATE_TRY(const pugi::xml_node file,
+                parse_vtk(name, split, "ImageData", "a volume", document));
+    const pugi::xml_node image = file.child("ImageData");
     if (!image.child("Piece") || image.child("Piece").next_sibling("Piece"))
         return fail("{}: expected one piece", name);
     Header header;
-    if (Result<void> taken = take_grid(name, image, header); !taken)
-        return pass_on(taken);
+    PALPATE_TRY(take_grid(name, image, header));
 
     const pugi::xml_node points = image.child("Piece").child("PointData");
     const std::string wanted = points.attribute("Scalars").value();
@@ -94,10 +91,7 @@ Result<Header> parse(const std::string& name, const VtkXml& split) {
     header.format = array.attribute("format").as_string("ascii");
     header.text = array.text().get();
     header.offset = array.attribute("offset").as_ullong(0);
-    Result<VtkLayout> layout = vtk_layout(name, *file);
-    if (!layout)
-        return pass_on(layout);
-    header.layout = *layout;
+    PALPATE_TRY(header.layout, vtk_layout(name, file));
     return header;
 }
 
@@ -105,53 +99,44 @@ Result<Header> parse(const std::string& name, const VtkXml& split) {
 
 Result<Decoded> decode_vti(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
-    const Result<uint64_t> bytes = regular_file_bytes(request.path);
-    if (!bytes)
-        return fail("{}", bytes.error().message);
-    if (Result<void> room = sink.reserve(name, 4 * *bytes); !room)
-        return pass_on(room);
-    std::string text(*bytes, '\0');
+    PALPATE_TRY(const uint64_t bytes, regular_file_bytes(request.path));
+    PALPATE_TRY(sink.reserve(name, 4 * bytes));
+    std::string text(bytes, '\0');
     std::ifstream in(request.path, std::ios::binary);
     in.read(text.data(), static_cast<std::streamsize>(text.size()));
     if (!in)
         return fail("{}: cannot be read whole", name);
     const VtkXml split = split_appended(text);
-    Result<Header> parsed = parse(name, split);
-    if (!parsed)
-        return pass_on(parsed);
-    const Header& header = *parsed;
+    PALPATE_TRY(const Header header, parse(name, split));
 
     Decoded decoded;
-    if (const Result<uint32_t> frame = choose_frame(request, 1, decoded.warnings); !frame)
-        return fail("{}", frame.error().message);
+    PALPATE_TRY(choose_frame(request, 1, decoded.warnings));
     decoded.grid = header.grid;
     VoxelClaim claim;
     claim.size = header.grid.size;
     claim.type = header.type;
     claim.components = header.components;
-    claim.source_bytes = *bytes;
+    claim.source_bytes = bytes;
     claim.most_expansion = header.format == "ascii" ? 4.0
                            : header.layout.packed   ? kDeflateExpansion
                                                     : kRawExpansion;
-    const Result<std::span<std::byte>> voxels = sink.allocate(name, claim);
-    if (!voxels)
-        return fail("{}", voxels.error().message);
+    PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));
     Result<void> filled;
     if (header.format == "ascii") {
-        filled = fill_from_text(header.text, header.type, *voxels);
+        filled = fill_from_text(header.text, header.type, voxels);
     } else if (header.format == "appended") {
         if (header.offset > split.appended.size())
             return fail("{}: its data begin at byte {} of {}", name, header.offset,
                         split.appended.size());
         filled = fill({split.appended.substr(header.offset), header.layout.appended_base64},
-                      header.layout, *voxels);
+                      header.layout, voxels);
     } else {
-        filled = fill({header.text, true}, header.layout, *voxels);
+        filled = fill({header.text, true}, header.layout, voxels);
     }
     if (!filled)
         return fail("{}: {}", name, filled.error().message);
     if (header.layout.big_endian && header.format != "ascii")
-        swap_bytes(*voxels, bytes_per_component(header.type));
+        swap_bytes(voxels, bytes_per_component(header.type));
     decoded.notes.push_back(name +
                             ": VTK files name no patient axes; x, y, z are taken as left, "
                             "posterior, superior");

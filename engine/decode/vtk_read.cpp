@@ -69,23 +69,15 @@ Result<void> take_keyword(std::string_view line, Header& header) {
     const auto words = words_of(line);
     const std::string keyword = lower_case(words[0]);
     if (keyword == "dimensions") {
-        Result<glm::dvec3> size = three_numbers(line);
-        if (!size)
-            return pass_on(size);
+        PALPATE_TRY(const glm::dvec3 size, three_numbers(line));
         for (int axis = 0; axis < 3; ++axis)
-            if (!((*size)[axis] >= 1 && (*size)[axis] <= 0xffffffffu))
-                return fail("claims {} samples on an axis, expected at least 1", (*size)[axis]);
-        header.size = *size;
+            if (!(size[axis] >= 1 && size[axis] <= 0xffffffffu))
+                return fail("claims {} samples on an axis, expected at least 1", size[axis]);
+        header.size = size;
     } else if (keyword == "spacing" || keyword == "aspect_ratio") {
-        Result<glm::dvec3> spacing = three_numbers(line);
-        if (!spacing)
-            return pass_on(spacing);
-        header.spacing = *spacing;
+        PALPATE_TRY(header.spacing, three_numbers(line));
     } else if (keyword == "origin") {
-        Result<glm::dvec3> origin = three_numbers(line);
-        if (!origin)
-            return pass_on(origin);
-        header.origin = *origin;
+        PALPATE_TRY(header.origin, three_numbers(line));
     } else if (keyword == "point_data") {
         const auto points = words.size() == 2 ? parse_integer(words[1]) : std::nullopt;
         if (!points || *points < 0)
@@ -128,8 +120,7 @@ Result<Header> parse(std::string_view all) {
         const std::string_view found = next_line();
         if (found.empty())
             return fail("ends before its SCALARS");
-        if (Result<void> taken = take_keyword(found, header); !taken)
-            return pass_on(taken);
+        PALPATE_TRY(take_keyword(found, header));
     }
     std::string_view rest = text;
     if (const auto table = take_line(rest);
@@ -143,10 +134,8 @@ Result<Header> parse(std::string_view all) {
 
 Result<Decoded> decode_vtk(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
-    Result<std::string> beginning = load_beginning(name);
-    if (!beginning)
-        return pass_on(beginning);
-    const Result<Header> header = parse(*beginning);
+    PALPATE_TRY(const std::string beginning, load_beginning(name));
+    const Result<Header> header = parse(beginning);
     if (!header)
         return fail("{}: {}", name, header.error().message);
     const uint64_t samples = uint64_t{header->size.x} * header->size.y * header->size.z;
@@ -154,15 +143,12 @@ Result<Decoded> decode_vtk(const DecodeRequest& request, VoxelSink& sink) {
         return fail("{}: claims {} x {} x {} samples, but has {} points", name, header->size.x,
                     header->size.y, header->size.z, header->points);
     Decoded decoded;
-    if (const Result<uint32_t> frame = choose_frame(request, 1, decoded.warnings); !frame)
-        return fail("{}", frame.error().message);
-    const Result<Grid> grid = grid_from_columns(
-        name, header->size,
-        {{header->spacing.x, 0, 0}, {0, header->spacing.y, 0}, {0, 0, header->spacing.z}},
-        header->origin);
-    if (!grid)
-        return fail("{}", grid.error().message);
-    decoded.grid = *grid;
+    PALPATE_TRY(choose_frame(request, 1, decoded.warnings));
+    PALPATE_TRY(decoded.grid, grid_from_columns(name, header->size,
+                                                {{header->spacing.x, 0, 0},
+                                                 {0, header->spacing.y, 0},
+                                                 {0, 0, header->spacing.z}},
+                                                header->origin));
 
     Payload payload;
     payload.file = request.path;
@@ -173,8 +159,7 @@ Result<Decoded> decode_vtk(const DecodeRequest& request, VoxelSink& sink) {
     payload.size = header->size;
     payload.components = header->components;
     std::vector<std::string> surplus; // other arrays may follow, which are no concern
-    if (Result<void> read = read_payload(payload, sink, surplus); !read)
-        return pass_on(read);
+    PALPATE_TRY(read_payload(payload, sink, surplus));
     decoded.notes.push_back(name +
                             ": VTK files name no patient axes; x, y, z are taken as left, "
                             "posterior, superior");

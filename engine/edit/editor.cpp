@@ -172,12 +172,10 @@ bool Editor::take_inputs() {
 Result<std::unique_ptr<StrokeRun>> Editor::begin_stroke(const EditInput& down) {
     if (!setup_)
         return fail("a stroke began before there was a tool");
-    if (Result<StrokePose> pose = checked_pose(down.pose); !pose)
-        return pass_on(pose);
+    PALPATE_TRY(checked_pose(down.pose));
     for (const std::string* name : {&setup_->on, &setup_->guide})
         if (!name->empty())
-            if (Result<void> there = expect_volume(now_, *name); !there)
-                return pass_on(there);
+            PALPATE_TRY(expect_volume(now_, *name));
     const Volume* guide = setup_->guide.empty() ? nullptr : now_.find(setup_->guide);
     setup_->operation = settled(std::move(setup_->operation), edited()); // as it is kept
     return StrokeRun::start(edited(), setup_->tool, setup_->operation,
@@ -351,8 +349,7 @@ Result<Document> Editor::change_to(ChangeJournal& change) {
                                             pack_step(step_between(*change.from, now_))}};
         if (entry.change.packed.empty())
             return fail("the journal's entry needs more memory than there is");
-        if (Result<void> written = change.journal.append(entry); !written)
-            return pass_on(written);
+        PALPATE_TRY(change.journal.append(entry));
     }
     options_.journal.emplace(std::move(change.journal));
     undos_in_journal_ = redos_in_journal_ = 0;

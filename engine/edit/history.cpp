@@ -206,10 +206,8 @@ struct History::State {
         if (!step->open.empty()) {
             next = apply_step(now, step->open, back);
         } else if (step->on_disk) {
-            Result<std::string> read = spill.read(*step->on_disk, step->disk_bytes);
-            if (!read)
-                return pass_on(read);
-            next = apply_packed_step(now, *read, back);
+            PALPATE_TRY(const std::string read, spill.read(*step->on_disk, step->disk_bytes));
+            next = apply_packed_step(now, read, back);
         } else if (!step->empty) {
             next = apply_packed_step(now, step->packed, back);
         }

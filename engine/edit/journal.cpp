@@ -153,8 +153,7 @@ Result<std::filesystem::path> keep_copy(const std::filesystem::path& path,
                 return copy;
             continue;
         }
-        if (Result<void> kept = save_bytes(copy, std::as_bytes(std::span(bytes))); !kept)
-            return pass_on(kept);
+        PALPATE_TRY(save_bytes(copy, std::as_bytes(std::span(bytes))));
         return copy;
     }
 }
@@ -182,10 +181,8 @@ Result<Journal::Contents> read_entries(std::string_view text, size_t& at,
                                        const std::filesystem::path& path) {
     Journal::Contents contents;
     while (const std::optional<std::string_view> payload = next_record(text, at)) {
-        Result<JournalEntry> entry = parse_entry(*payload, path.string());
-        if (!entry)
-            return pass_on(entry);
-        contents.entries.push_back(std::move(*entry));
+        PALPATE_TRY(JournalEntry entry, parse_entry(*payload, path.string()));
+        contents.entries.push_back(std::move(entry));
     }
     const JournalTail tail = tail_of(text, at);
     contents.cut = tail.kind == JournalTail::Kind::unfinished;
@@ -234,8 +231,7 @@ Result<Journal> Journal::create(const std::filesystem::path& path, const Base& b
     if (fd < 0)
         return fail("{}: cannot be made: {}", path.string(), std::strerror(errno));
     Journal journal(path, fd, 0);
-    if (Result<void> ours = lock(fd, path); !ours) // and theirs is the file
-        return pass_on(ours);
+    PALPATE_TRY(lock(fd, path)); // and theirs is the file
     Result<void> begun = journal.begin(base);
     if (begun && !keep_name(path))
         begun = fail("{}: its folder cannot be written: {}", path.string(), std::strerror(errno));
@@ -260,63 +256,47 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
     if (fd < 0)
         return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
     Journal journal(path, fd, 0);
-    if (Result<void> ours = lock(fd, path); !ours)
-        return pass_on(ours);
-    Result<std::string> file = load_text(path, kMostBytes);
-    if (!file)
-        return pass_on(file);
-    const std::string_view text(*file);
+    PALPATE_TRY(lock(fd, path));
+    PALPATE_TRY(const std::string file, load_text(path, kMostBytes));
+    const std::string_view text(file);
     // The magic itself may be cut, or zeros that it was never written over.
     const std::string_view start = text.substr(0, text.find_last_not_of('\0') + 1);
     const bool torn_start = start.size() < kJournalMagic.size() && kJournalMagic.starts_with(start);
     if (!torn_start)
-        if (Result<void> ours = expect_magic(text, path); !ours)
-            return pass_on(ours);
+        PALPATE_TRY(expect_magic(text, path));
     size_t at = torn_start ? text.size() : kJournalMagic.size();
     const std::optional<std::string_view> first = next_record(text, at);
     if (!first) { // ended before the first entry could be: begin anew
-        if (Result<void> whole = expect_no_damage_at_start(text, at, path); !whole)
-            return pass_on(whole);
-        if (Result<void> begun = journal.begin(base); !begun)
-            return pass_on(begun);
+        PALPATE_TRY(expect_no_damage_at_start(text, at, path));
+        PALPATE_TRY(journal.begin(base));
         return Found{{{}, true, {}}, std::move(journal)};
     }
     if (const std::string differs = difference(*first, base); !differs.empty())
         return fail("{}: belongs to another edit: {}", path.string(), differs);
-    Result<Contents> contents = read_entries(text, at, path);
-    if (!contents)
-        return pass_on(contents);
-    if (const std::string lacks = missing(contents->entries, base); !lacks.empty())
+    PALPATE_TRY(Contents contents, read_entries(text, at, path));
+    if (const std::string lacks = missing(contents.entries, base); !lacks.empty())
         return fail("{}: belongs to another edit: {}", path.string(), lacks);
-    if (contents->damage) {
-        Result<std::filesystem::path> copy = keep_copy(path, *file);
-        if (!copy)
-            return pass_on(copy);
-        contents->damage->kept_as = *copy;
+    if (contents.damage) {
+        PALPATE_TRY(contents.damage->kept_as, keep_copy(path, file));
     }
     if (at < text.size() && ::ftruncate(fd, static_cast<off_t>(at)) != 0)
         return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
     journal.end_ = at;
-    return Found{std::move(*contents), std::move(journal)};
+    return Found{std::move(contents), std::move(journal)};
 }
 
 Result<Journal::Contents> Journal::peek(const std::filesystem::path& path) {
-    Result<std::string> file = load_text(path, kMostBytes);
-    if (!file)
-        return pass_on(file);
+    PALPATE_TRY(const std::string file, load_text(path, kMostBytes));
     size_t at = kJournalMagic.size();
-    if (file->starts_with(kOlderMagic)) {
-        Result<void> older = expect_magic(*file, path);
-        return pass_on(older);
-    }
-    if (!file->starts_with(kJournalMagic))
+    if (file.starts_with(kOlderMagic))
+        PALPATE_TRY(expect_magic(file, path));
+    if (!file.starts_with(kJournalMagic))
         return Contents();
-    if (!next_record(*file, at)) {
-        if (Result<void> whole = expect_no_damage_at_start(*file, at, path); !whole)
-            return pass_on(whole);
+    if (!next_record(file, at)) {
+        PALPATE_TRY(expect_no_damage_at_start(file, at, path));
         return Contents();
     }
-    return read_entries(*file, at, path);
+    return read_entries(file, at, path);
 }
 
 Result<void> Journal::expect_ended(const std::filesystem::path& path) {

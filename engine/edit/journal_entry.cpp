@@ -23,33 +23,29 @@ Result<JournalEntry> parse_entry(std::string_view payload, const std::string& na
         return entry;
     }
     const size_t end = std::min(payload.find('\n'), payload.size() - 1);
-    Result<Json> head = parse_json(payload.substr(0, end), name);
-    if (!head)
-        return pass_on(head);
+    PALPATE_TRY(const Json head, parse_json(payload.substr(0, end), name));
     const auto text = [&](const char* key) {
-        const Json* member = head->find(key);
+        const Json* member = head.find(key);
         return member ? member->string : std::string();
     };
     const std::string_view rest = payload.substr(end + 1);
-    if (head->find("change") && !rest.empty()) {
+    if (head.find("change") && !rest.empty()) {
         entry.kind = JournalEntry::Kind::change;
         entry.change.title = text("change");
-        if (const Json* parameters = head->find("parameters"))
+        if (const Json* parameters = head.find("parameters"))
             entry.change.parameters = *parameters;
         entry.change.packed = rest.substr(0, rest.size() - 1);
         return entry;
     }
-    if (!head->find("on"))
+    if (!head.find("on"))
         return fail("{}: expected a stroke, a change, undo or redo, found '{:.60}'", name,
                     payload.substr(0, end));
     entry.on = text("on");
     entry.guide = text("guide");
-    Result<std::vector<Stroke>> strokes = parse_strokes(rest, name);
-    if (!strokes)
-        return pass_on(strokes);
-    if (strokes->size() != 1)
-        return fail("{}: expected one stroke an entry, found {}", name, strokes->size());
-    entry.stroke = std::move(strokes->front());
+    PALPATE_TRY(std::vector<Stroke> strokes, parse_strokes(rest, name));
+    if (strokes.size() != 1)
+        return fail("{}: expected one stroke an entry, found {}", name, strokes.size());
+    entry.stroke = std::move(strokes.front());
     return entry;
 }
 

@@ -104,8 +104,7 @@ bool is_closed(const Mesh& mesh) {
 Result<ShapePtr> make_mesh_shape(const Mesh& mesh, double cell_mm) {
     if (mesh.triangles.empty())
         return fail("expected a mesh with triangles, found none");
-    if (Result<void> whole = check_mesh(mesh); !whole)
-        return pass_on(whole);
+    PALPATE_TRY(check_mesh(mesh));
     if (!is_closed(mesh))
         return fail("expected a closed mesh, found edges with a triangle on one side only");
     BoxMm box{glm::dvec3(mesh.positions[0]), glm::dvec3(mesh.positions[0])};

@@ -76,8 +76,7 @@ Operation settled(Operation operation, const Volume& volume) {
 Result<void> check(const Operation& operation, const Volume& volume, const Volume* guide) {
     const char* name = name_of(operation.kind);
     const ScalarType type = volume.type();
-    if (const Result<void> whole = check_values(operation); !whole)
-        return whole;
+    PALPATE_TRY(check_values(operation));
     if (operation.on_labels()) {
         if (type != ScalarType::u8 && type != ScalarType::u16)
             return fail("{}: expected labels stored as u8 or u16, found {}", name, name_of(type));

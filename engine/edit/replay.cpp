@@ -16,26 +16,24 @@ Result<Volume> stroked(const Document& now, const JournalEntry& entry, uint64_t&
                        const std::stop_token& stop) {
     for (const std::string* name : {&entry.on, &entry.guide})
         if (!name->empty())
-            if (Result<void> there = expect_volume(now, *name); !there)
-                return pass_on(there);
+            PALPATE_TRY(expect_volume(now, *name));
     const Volume* guide = entry.guide.empty() ? nullptr : now.find(entry.guide);
-    auto run = StrokeRun::start(*now.find(entry.on), entry.stroke.tool, entry.stroke.operation,
-                                guide ? std::optional(*guide) : std::nullopt);
-    if (!run)
-        return pass_on(run);
+    PALPATE_TRY(const auto run,
+                StrokeRun::start(*now.find(entry.on), entry.stroke.tool, entry.stroke.operation,
+                                 guide ? std::optional(*guide) : std::nullopt));
     // In portions, which change no byte, so that a long way is not laid out at once.
     const auto go_on = [&] { return !stop.stop_requested(); };
     for (std::span<const StrokePose> left(entry.stroke.poses); !left.empty();) {
         const size_t n = std::min(kPosesAtOnce, left.size());
-        (*run)->add(left.first(n));
+        run->add(left.first(n));
         left = left.subspan(n);
         if (left.empty())
-            (*run)->lift();
-        if (!(*run)->work(go_on, stop))
+            run->lift();
+        if (!run->work(go_on, stop))
             return fail("interrupted");
     }
-    samples_seen = (*run)->samples_seen();
-    return (*run)->publish();
+    samples_seen = run->samples_seen();
+    return run->publish();
 }
 
 } // namespace
@@ -46,28 +44,21 @@ Result<Replayed> replay(Document& now, History& history, const JournalEntry& ent
     Replayed replayed;
     if (entry.kind == Kind::undo || entry.kind == Kind::redo) {
         const bool back = entry.kind == Kind::undo;
-        Result<std::optional<Document>> taken = back ? history.undo(now) : history.redo(now);
+        PALPATE_TRY(std::optional<Document> taken, back ? history.undo(now) : history.redo(now));
         if (!taken)
-            return pass_on(taken);
-        if (!*taken)
             return fail("expected a stroke to {}, found none left in the history",
                         back ? "undo" : "redo");
-        now = std::move(**taken);
+        now = std::move(*taken);
         return replayed;
     }
     Document next = now;
     if (entry.kind == Kind::change) {
-        Result<Document> changed = apply_packed_step(now, entry.change.packed, false);
-        if (!changed)
-            return pass_on(changed);
-        next = std::move(*changed);
+        PALPATE_TRY(next, apply_packed_step(now, entry.change.packed, false));
     } else {
-        Result<Volume> after = stroked(now, entry, replayed.samples_seen, stop);
-        if (!after)
-            return pass_on(after);
+        PALPATE_TRY(const Volume after, stroked(now, entry, replayed.samples_seen, stop));
         for (NamedVolume& volume : next.volumes)
             if (volume.name == entry.on)
-                volume.volume = *after;
+                volume.volume = after;
     }
     history.record(now, next);
     now = std::move(next);

@@ -132,12 +132,10 @@ Result<void> apply_part(Document& now, const VolumeStep& part, bool back, const 
     if (part.kind != Kind::changed && (part.kind == Kind::came) != back) {
         if (there != volumes.end())
             return damaged();
-        Result<Volume> made = change(VolumeBuilder(part.frame.grid, part.type).finish());
-        if (!made)
-            return pass_on(made);
+        PALPATE_TRY(Volume made, change(VolumeBuilder(part.frame.grid, part.type).finish()));
         volumes.insert(
             volumes.begin() + static_cast<ptrdiff_t>(std::min(part.frame.place, volumes.size())),
-            {part.name, part.frame.kind, std::move(*made)});
+            {part.name, part.frame.kind, std::move(made)});
         return {};
     }
     if (there == volumes.end() || there->volume.type() != part.type)
@@ -146,10 +144,7 @@ Result<void> apply_part(Document& now, const VolumeStep& part, bool back, const 
         volumes.erase(there);
         return {};
     }
-    Result<Volume> changed = change(there->volume);
-    if (!changed)
-        return pass_on(changed);
-    there->volume = std::move(*changed);
+    PALPATE_TRY(there->volume, change(there->volume));
     return {};
 }
 
@@ -158,8 +153,7 @@ template <class DoPart>
 Result<Document> apply_parts(const Document& now, size_t count, bool back, const DoPart& do_part) {
     Document next = now;
     for (size_t k = 0; k < count; ++k)
-        if (Result<void> done = do_part(next, back ? count - 1 - k : k); !done)
-            return pass_on(done);
+        PALPATE_TRY(do_part(next, back ? count - 1 - k : k));
     if (next.volumes.empty())
         return damaged();
     return next;
@@ -337,11 +331,9 @@ std::string pack_step(const Step& step) {
 }
 
 Result<Document> apply_packed_step(const Document& now, std::string_view packed, bool back) {
-    Result<std::vector<PackedPart>> parts = parts_of(packed);
-    if (!parts)
-        return pass_on(parts);
-    return apply_parts(now, parts->size(), back, [&](Document& next, size_t i) {
-        const PackedPart& part = (*parts)[i];
+    PALPATE_TRY(const std::vector<PackedPart> parts, parts_of(packed));
+    return apply_parts(now, parts.size(), back, [&](Document& next, size_t i) {
+        const PackedPart& part = parts[i];
         return apply_part(next, part.step, back, [&](const Volume& volume) {
             return with_packed_bricks(volume, part.bytes);
         });

@@ -201,17 +201,14 @@ Result<std::vector<Stroke>> parse_strokes(std::string_view text, const std::stri
         ++line;
         if (row.find_first_not_of(" \t\r") == row.npos)
             continue;
-        Result<Json> json = parse_json(row, name, line);
-        if (!json)
-            return pass_on(json);
+        PALPATE_TRY(const Json json, parse_json(row, name, line));
         JsonErrors errors{name, {}};
-        const JsonValue value(*json, "", errors);
+        const JsonValue value(json, "", errors);
         if (!value.is(Json::Kind::object))
             return fail("{}:{}: expected a header or a pose, found {}", name, line,
-                        kind_name(json->kind));
+                        kind_name(json.kind));
         if (value.find("stroke")) {
-            if (Result<void> whole = ended(); !whole)
-                return pass_on(whole);
+            PALPATE_TRY(ended());
             strokes.push_back(read_header(value));
             header_line = line;
         } else if (strokes.empty()) {
@@ -230,8 +227,7 @@ Result<std::vector<Stroke>> parse_strokes(std::string_view text, const std::stri
         if (errors.first)
             return tl::unexpected(*errors.first);
     }
-    if (Result<void> whole = ended(); !whole)
-        return pass_on(whole);
+    PALPATE_TRY(ended());
     if (strokes.empty())
         return fail("{}: expected a stroke, found none", name);
     return strokes;

@@ -91,8 +91,7 @@ struct StrokeRun::Touched {
 
 Result<std::unique_ptr<StrokeRun>> StrokeRun::start(Volume before, Tool tool, Operation operation,
                                                     std::optional<Volume> guide) {
-    if (Result<void> fits = check(operation, before, guide ? &*guide : nullptr); !fits)
-        return pass_on(fits);
+    PALPATE_TRY(check(operation, before, guide ? &*guide : nullptr));
     operation = settled(std::move(operation), before);
     return std::unique_ptr<StrokeRun>(
         new StrokeRun(std::move(before), std::move(tool), std::move(operation), std::move(guide)));
@@ -430,14 +429,12 @@ Volume StrokeRun::publish() {
 
 Result<Volume> apply_stroke(const Volume& before, const Tool& tool, const Operation& operation,
                             std::span<const StrokePose> poses, std::optional<Volume> guide) {
-    Result<std::unique_ptr<StrokeRun>> run =
-        StrokeRun::start(before, tool, operation, std::move(guide));
-    if (!run)
-        return pass_on(run);
-    (*run)->add(poses);
-    (*run)->lift();
-    (*run)->work();
-    return (*run)->publish();
+    PALPATE_TRY(const std::unique_ptr<StrokeRun> run,
+                StrokeRun::start(before, tool, operation, std::move(guide)));
+    run->add(poses);
+    run->lift();
+    run->work();
+    return run->publish();
 }
 
 } // namespace palpate

@@ -58,10 +58,8 @@ Result<StrokePose> checked_pose(const StrokePose& pose) {
                     pose.tool.position_mm.x, pose.tool.position_mm.y, pose.tool.position_mm.z);
     if (!(std::abs(pose.time_s) <= kLongest_s))
         return fail("expected a time within {:g} s, found {}", kLongest_s, pose.time_s);
-    Result<glm::dquat> turn = unit_turn(pose.tool.rotation);
-    if (!turn)
-        return pass_on(turn);
-    return StrokePose{pose.time_s, {pose.tool.position_mm, *turn}};
+    PALPATE_TRY(const glm::dquat turn, unit_turn(pose.tool.rotation));
+    return StrokePose{pose.time_s, {pose.tool.position_mm, turn}};
 }
 
 StrokePose pose_between(const StrokePose& from, const StrokePose& to, double t) {

@@ -109,21 +109,19 @@ Result<ImageDifference> compare_images(const Image& first, const Image& second, 
                                        double pixels_per_degree) {
     if (!(bound >= 0.0))
         return fail("expected a bound of 0 or more, found {}", bound);
-    Result<std::vector<size_t>> matching = matching_channels(first, second);
-    if (!matching)
-        return pass_on(matching);
+    PALPATE_TRY(const std::vector<size_t> matching, matching_channels(first, second));
     ImageDifference out;
     std::vector<size_t> every;
     for (size_t c = 0; c < first.channels.size(); ++c) {
         every.push_back(c);
-        out.channels.push_back(measure(first, second, {c}, *matching, bound, first.channels[c]));
+        out.channels.push_back(measure(first, second, {c}, matching, bound, first.channels[c]));
     }
-    out.all = measure(first, second, every, *matching, bound, "all");
+    out.all = measure(first, second, every, matching, bound, "all");
     const auto red = channel_index(first, "R"), green = channel_index(first, "G"),
                blue = channel_index(first, "B");
     if (red && green && blue)
-        out.rgb = measure(first, second, {*red, *green, *blue}, *matching, bound, "RGB");
-    out.neighborhood_match_share = neighborhood_match_share(first, second, *matching, bound);
+        out.rgb = measure(first, second, {*red, *green, *blue}, matching, bound, "RGB");
+    out.neighborhood_match_share = neighborhood_match_share(first, second, matching, bound);
     if (const auto map = flip_map(first, second, pixels_per_degree); map && !map->empty()) {
         double sum = 0.0;
         for (const double v : *map)

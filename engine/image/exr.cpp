@@ -161,10 +161,7 @@ Result<void> save_exr(const std::filesystem::path& path, const Image& image, Exr
         image.samples.size() != whole)
         return fail("{}: expected a picture of {} samples, found {}", path.string(), whole,
                     image.samples.size());
-    if (auto checked =
-            check_image_limits(path, image.size_px.x, image.size_px.y, image.channels.size());
-        !checked)
-        return checked;
+    PALPATE_TRY(check_image_limits(path, image.size_px.x, image.size_px.y, image.channels.size()));
     MemoryOutput stream(path.c_str());
     try {
         write(stream, image, precision, metadata);
@@ -175,13 +172,10 @@ Result<void> save_exr(const std::filesystem::path& path, const Image& image, Exr
 }
 
 Result<ExrFile> load_exr(const std::filesystem::path& path) {
-    Result<std::string> bytes = load_text(path, 2 * kMaxImageBytes);
-    if (!bytes)
-        return pass_on(bytes);
-    if (auto checked = check_exr_header(path, *bytes); !checked)
-        return pass_on(checked);
+    PALPATE_TRY(const std::string bytes, load_text(path, 2 * kMaxImageBytes));
+    PALPATE_TRY(check_exr_header(path, bytes));
     try {
-        return read(path, *bytes);
+        return read(path, bytes);
     } catch (const std::exception& error) {
         return fail("{}: cannot be read: {}", path.string(), one_line(error.what()));
     }

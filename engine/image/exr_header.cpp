@@ -126,10 +126,8 @@ Result<void> check_exr_header(const std::filesystem::path& path, std::string_vie
     const uint64_t width = static_cast<uint64_t>(int64_t{(*window)[2]} - (*window)[0] + 1);
     const uint64_t height = static_cast<uint64_t>(int64_t{(*window)[3]} - (*window)[1] + 1);
     const uint64_t chunks = (height + rows_together - 1) / rows_together;
-    if (auto checked = check_image_limits(path, width, height, channels); !checked)
-        return checked;
-    if (auto checked = check_image_limits(path, width, chunks * rows_together, channels); !checked)
-        return checked;
+    PALPATE_TRY(check_image_limits(path, width, height, channels));
+    PALPATE_TRY(check_image_limits(path, width, chunks * rows_together, channels));
     // Each chunk has an offset of 8 bytes in the table, and its row and length, 8 bytes more.
     if (walker.rest() < 16 * chunks)
         return fail("{}: expected at least {} bytes after the header for {} rows, found {}",

@@ -145,8 +145,7 @@ Result<void> save_png(const std::filesystem::path& path, const Image& image) {
             return fail("{}: a PNG holds the channels R, G and B, but the picture has no {}",
                         path.string(), name);
     const auto [width, height] = std::pair(image.size_px.x, image.size_px.y);
-    if (auto checked = check_image_limits(path, width, height, from.size()); !checked)
-        return checked;
+    PALPATE_TRY(check_image_limits(path, width, height, from.size()));
     std::vector<png_byte> bytes;
     bytes.reserve(size_t{width} * height * from.size());
     for (uint32_t y = 0; y < height; ++y)
@@ -161,28 +160,24 @@ Result<void> save_png(const std::filesystem::path& path, const Image& image) {
 }
 
 Result<Image> load_png(const std::filesystem::path& path) {
-    Result<std::string> bytes = load_text(path, 2 * kMaxImageBytes);
-    if (!bytes)
-        return pass_on(bytes);
+    PALPATE_TRY(const std::string bytes, load_text(path, 2 * kMaxImageBytes));
     PngState state(/*writes=*/false);
-    state.input = *bytes;
+    state.input = bytes;
     if (!state.info || !read_header(state))
         return fail("{}: cannot be read as PNG: {}", path.string(), state.message);
     const uint32_t width = png_get_image_width(state.png, state.info);
     const uint32_t height = png_get_image_height(state.png, state.info);
-    if (auto checked = check_image_limits(path, width, height, 1); !checked)
-        return pass_on(checked);
+    PALPATE_TRY(check_image_limits(path, width, height, 1));
     if (!prepare_rows(state))
         return fail("{}: cannot be read as PNG: {}", path.string(), state.message);
     const png_byte channels = png_get_channels(state.png, state.info);
     const bool wide = png_get_bit_depth(state.png, state.info) == 16;
-    if (auto checked = check_image_limits(path, width, height, channels); !checked)
-        return pass_on(checked);
+    PALPATE_TRY(check_image_limits(path, width, height, channels));
     const uint64_t row_bytes = png_get_rowbytes(state.png, state.info);
     // Expanding a palette or 1-bit grey makes at most 32 times as much of what deflate holds.
-    if (row_bytes * height / 32 > kDeflateRatio * bytes->size())
+    if (row_bytes * height / 32 > kDeflateRatio * bytes.size())
         return fail("{}: {} x {} pixels cannot be held in {} bytes", path.string(), width, height,
-                    bytes->size());
+                    bytes.size());
     std::vector<png_byte> data(row_bytes * height);
     std::vector<png_bytep> rows = rows_of(data, height);
     if (!read_rows(state, rows.data()))

@@ -117,29 +117,23 @@ Result<void> check_entry(const std::string& name, const Contents& contents, uint
 
 Result<Contents> read_contents(const std::string& name, const MappedFile& file) {
     Contents contents;
-    Result<BrickFileHeader> header = read_header(name, file.bytes());
-    if (!header)
-        return pass_on(header);
-    contents.header = *header;
-    Result<std::vector<Grid>> grids = check_sizes(name, *header);
-    if (!grids)
-        return pass_on(grids);
-    contents.grids = std::move(*grids);
-    const auto index = file.bytes().subspan(header->index_offset);
-    if (const uint32_t crc = io::checksum(index); crc != header->index_crc)
+    PALPATE_TRY(const BrickFileHeader header, read_header(name, file.bytes()));
+    contents.header = header;
+    PALPATE_TRY(contents.grids, check_sizes(name, header));
+    const auto index = file.bytes().subspan(header.index_offset);
+    if (const uint32_t crc = io::checksum(index); crc != header.index_crc)
         return fail("{}: the index is damaged: expected checksum {:08x}, found {:08x}", name,
-                    header->index_crc, crc);
+                    header.index_crc, crc);
     const size_t table = io::range_table_bytes(contents.type());
-    contents.ranges.resize(header->range_count);
-    contents.entries.resize((index.size() - table * header->range_count) / sizeof(BrickFileEntry));
+    contents.ranges.resize(header.range_count);
+    contents.entries.resize((index.size() - table * header.range_count) / sizeof(BrickFileEntry));
     const size_t entry_bytes = contents.entries.size() * sizeof(BrickFileEntry);
     std::memcpy(contents.entries.data(), index.data(), entry_bytes);
     for (size_t i = 0; i < contents.ranges.size(); ++i)
         io::read_ranges(index.subspan(entry_bytes + i * table, table), contents.type(),
                         contents.ranges[i]);
     for (uint64_t i = 0; i < contents.entries.size(); ++i)
-        if (Result<void> checked = check_entry(name, contents, i); !checked)
-            return pass_on(checked);
+        PALPATE_TRY(check_entry(name, contents, i));
     file.count_read(uint64_t{1} << 62); // the index is copied: its pages may go
     return contents;
 }
@@ -261,15 +255,11 @@ bool is_brick_file(const std::filesystem::path& path) {
 
 Result<BrickFile> open_brick_file(const std::filesystem::path& path, uint64_t cache_bytes) {
     const std::string name = path.string();
-    Result<MappedFile> file = MappedFile::open(path);
-    if (!file)
-        return pass_on(file);
-    Result<Contents> contents = read_contents(name, *file);
-    if (!contents)
-        return pass_on(contents);
-    const BrickFileHeader header = contents->header;
-    const auto source = std::make_shared<const FileSource>(name, std::move(*file),
-                                                           std::move(*contents), cache_bytes);
+    PALPATE_TRY(MappedFile file, MappedFile::open(path));
+    PALPATE_TRY(Contents contents, read_contents(name, file));
+    const BrickFileHeader header = contents.header;
+    const auto source =
+        std::make_shared<const FileSource>(name, std::move(file), std::move(contents), cache_bytes);
     ConstantBricks constants(source->contents().type());
     std::vector<Volume> levels;
     uint64_t first_key = 0;

@@ -135,8 +135,7 @@ class Output {
         if (entry.bytes > 0) {
             entry.offset = at_;
             entry.ranges = range_count_++;
-            if (Result<void> written = put(packed.bytes); !written)
-                return written;
+            PALPATE_TRY(put(packed.bytes));
             ranges_.insert(ranges_.end(), packed.ranges.begin(), packed.ranges.end());
         }
         const glm::uvec3 p = packed.position;
@@ -168,14 +167,12 @@ class Output {
         index.insert(index.end(), ranges_.begin(), ranges_.end());
         header.index_bytes = index.size();
         header.index_crc = io::checksum(index);
-        if (Result<void> written = put(index); !written)
-            return written;
+        PALPATE_TRY(put(index));
         header.file_bytes = at_;
         const auto head = std::as_bytes(std::span(&header, 1));
         header.header_crc = io::checksum(head.first(offsetof(BrickFileHeader, header_crc)));
         at_ = 0;
-        if (Result<void> written = put(head); !written)
-            return written;
+        PALPATE_TRY(put(head));
         if (::close(std::exchange(fd_, -1)) != 0)
             return failed();
         return {};
@@ -300,8 +297,7 @@ Result<void> save_brick_file(const std::filesystem::path& path, const BrickStrea
             return fail("{}: cannot be written: {}", name, std::strerror(errno));
         Output output(name, fd, Levels(stream));
         try {
-            if (Result<void> written = write_pages(output, stream, name, writing); !written)
-                return written;
+            PALPATE_TRY(write_pages(output, stream, name, writing));
         } catch (const SourceError& error) { // what is read proves to be damaged
             return fail("{}", error.what());
         }

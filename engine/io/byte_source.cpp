@@ -38,14 +38,10 @@ void swap_bytes(std::span<std::byte> bytes, size_t word_bytes) {
 }
 
 Result<Packing> packing_of(const std::filesystem::path& path) {
-    Result<ByteSource> source = ByteSource::open(path, Packing::none);
-    if (!source)
-        return pass_on(source);
+    PALPATE_TRY(ByteSource source, ByteSource::open(path, Packing::none));
     std::array<std::byte, 2> start{};
-    Result<size_t> got = source->read(start);
-    if (!got)
-        return pass_on(got);
-    const bool is_gzip = *got == 2 && start[0] == kGzipMagic && start[1] == std::byte{0x8b};
+    PALPATE_TRY(const size_t got, source.read(start));
+    const bool is_gzip = got == 2 && start[0] == kGzipMagic && start[1] == std::byte{0x8b};
     return is_gzip ? Packing::deflate : Packing::none;
 }
 
@@ -104,20 +100,16 @@ Result<size_t> ByteSource::read_file(std::span<std::byte> out) {
 Result<bool> ByteSource::refill() {
     if (stream_->avail_in > 0)
         return true;
-    Result<size_t> got = read_file(packed_);
-    if (!got)
-        return pass_on(got);
+    PALPATE_TRY(const size_t got, read_file(packed_));
     stream_->next_in = reinterpret_cast<Bytef*>(packed_.data());
-    stream_->avail_in = static_cast<uInt>(*got);
-    return *got > 0;
+    stream_->avail_in = static_cast<uInt>(got);
+    return got > 0;
 }
 
 Result<bool> ByteSource::begin_next() {
-    Result<bool> more = refill();
-    if (!more)
-        return more;
+    PALPATE_TRY(const bool more, refill());
     // What follows the last member and is none itself is padding, as gzip takes it.
-    if (!*more || static_cast<std::byte>(*stream_->next_in) != kGzipMagic)
+    if (!more || static_cast<std::byte>(*stream_->next_in) != kGzipMagic)
         return false;
     inflateReset(stream_.get());
     return true;
@@ -128,10 +120,8 @@ Result<size_t> ByteSource::read(std::span<std::byte> out) {
         return fd_ < 0 ? Result<size_t>(0) : read_file(out);
     size_t done = 0;
     while (done < out.size()) {
-        Result<bool> more = refill();
+        PALPATE_TRY(const bool more, refill());
         if (!more)
-            return pass_on(more);
-        if (!*more)
             return fail("{}: its compressed data are cut off", path_.string());
         const size_t room = std::min<size_t>(out.size() - done, std::numeric_limits<uInt>::max());
         stream_->next_out = reinterpret_cast<Bytef*>(out.data() + done);
@@ -139,10 +129,8 @@ Result<size_t> ByteSource::read(std::span<std::byte> out) {
         const int status = inflate(stream_.get(), Z_NO_FLUSH);
         done += room - stream_->avail_out;
         if (status == Z_STREAM_END) {
-            Result<bool> next = begin_next();
-            if (!next)
-                return pass_on(next);
-            if (!*next) {
+            PALPATE_TRY(const bool next, begin_next());
+            if (!next) {
                 stream_.reset();
                 ::close(std::exchange(fd_, -1));
                 break;
@@ -167,11 +155,9 @@ Result<uint64_t> ByteSource::skip(uint64_t count) {
     uint64_t done = 0;
     while (done < count) {
         const size_t part = std::min<uint64_t>(passed.size(), count - done);
-        Result<size_t> got = read({passed.data(), part});
-        if (!got)
-            return pass_on(got);
-        done += *got;
-        if (*got < part)
+        PALPATE_TRY(const size_t got, read({passed.data(), part}));
+        done += got;
+        if (got < part)
             break;
     }
     return done;

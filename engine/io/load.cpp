@@ -11,16 +11,14 @@ namespace {
 
 Result<LoadedVolume> open_bricks(const std::filesystem::path& path, const ReadOptions& options,
                                  io::VolumeKind kind) {
-    Result<BrickFile> file =
-        open_brick_file(path, std::min(options.brick_cache_bytes, options.max_memory_bytes / 2));
-    if (!file)
-        return pass_on(file);
-    const ScalarType type = file->volume.type();
+    PALPATE_TRY(BrickFile file, open_brick_file(path, std::min(options.brick_cache_bytes,
+                                                               options.max_memory_bytes / 2)));
+    const ScalarType type = file.volume.type();
     if (kind == io::VolumeKind::labels && type != ScalarType::u8 && type != ScalarType::u16)
         return fail("{}: expected labels of type u8 or u16, found {}", path.string(),
                     name_of(type));
-    LoadedVolume loaded{std::move(file->volume),  {}, {}, std::move(file->modality),
-                        std::move(file->coarser), {}};
+    LoadedVolume loaded{std::move(file.volume),  {}, {}, std::move(file.modality),
+                        std::move(file.coarser), {}};
     if (options.resample_slices)
         loaded.warnings.push_back(path.string() +
                                   ": --resample-slices has no effect on a brick file");
@@ -34,11 +32,10 @@ Result<LoadedVolume> load(const std::filesystem::path& path, const ReadOptions& 
                           io::VolumeKind kind) {
     if (is_brick_file(path))
         return open_bricks(path, options, kind);
-    const Result<io::DecodedVoxels> voxels = io::decode_in_child(
-        {path, options.frame, options.series, options.resample_slices}, options);
-    if (!voxels)
-        return fail("{}", voxels.error().message);
-    return io::narrow(path.string(), voxels->decoded, voxels->claim, voxels->bytes(), kind,
+    PALPATE_TRY(const io::DecodedVoxels voxels,
+                io::decode_in_child({path, options.frame, options.series, options.resample_slices},
+                                    options));
+    return io::narrow(path.string(), voxels.decoded, voxels.claim, voxels.bytes(), kind,
                       options.max_memory_bytes);
 }
 

@@ -91,19 +91,15 @@ Parse parser_of(const fs::path& path, std::string_view text) {
 
 Result<LoadedMesh> load_mesh(const fs::path& path, const MeshReadOptions& options) {
     const std::string name = path.string();
-    Result<std::string> text = whole_file(path, options.max_memory_bytes);
-    if (!text)
-        return pass_on(text);
-    const uint64_t limit_bytes = options.max_memory_bytes - text->size();
-    Result<LoadedMesh> loaded = parser_of(path, *text)(*text, name, limit_bytes);
-    if (!loaded)
-        return loaded;
-    const Mesh& mesh = loaded->mesh;
+    PALPATE_TRY(const std::string text, whole_file(path, options.max_memory_bytes));
+    const uint64_t limit_bytes = options.max_memory_bytes - text.size();
+    PALPATE_TRY(LoadedMesh loaded, parser_of(path, text)(text, name, limit_bytes));
+    const Mesh& mesh = loaded.mesh;
     const auto degenerate =
         std::count_if(mesh.triangles.begin(), mesh.triangles.end(),
                       [](glm::uvec3 t) { return t.x == t.y || t.y == t.z || t.z == t.x; });
     if (degenerate > 0)
-        loaded->warnings.push_back(
+        loaded.warnings.push_back(
             fmt::format("{}: {} of {} triangles have two corners in one place", name, degenerate,
                         mesh.triangles.size()));
     return loaded;

@@ -333,10 +333,8 @@ Result<void> save_mesh(const fs::path& path, const Mesh& mesh, const MeshWriteOp
         return fail("{}: expected at most 2147483647 vertices, found {}", name,
                     mesh.positions.size());
     return write_atomically(path, [&](const fs::path& temporary) -> Result<void> {
-        Result<OutputFile> file = OutputFile::create(temporary, name);
-        if (!file)
-            return pass_on(file);
-        Writer out(std::move(*file), name, options.stop);
+        PALPATE_TRY(OutputFile file, OutputFile::create(temporary, name));
+        Writer out(std::move(file), name, options.stop);
         if (extension == ".ply")
             write_ply(out, world, options.ascii);
         else if (extension == ".stl")

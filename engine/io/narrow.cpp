@@ -211,10 +211,7 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
                 name, claim.components);
         ScalarType type = smallest_type(survey);
         if (kind == VolumeKind::labels) {
-            const Result<ScalarType> chosen = label_type(name, survey);
-            if (!chosen)
-                return fail("{}", chosen.error().message);
-            type = *chosen;
+            PALPATE_TRY(type, label_type(name, survey));
         }
         const uint64_t samples = sample_count(decoded.grid);
         const uint64_t needed = bytes.size() + samples * bytes_per_sample(type);

@@ -135,8 +135,7 @@ class ObjReader {
 
     Result<LoadedMesh> read() {
         do {
-            if (Result<void> read = read_line(lines_.word()); !read)
-                return pass_on(read);
+            PALPATE_TRY(read_line(lines_.word()));
         } while (lines_.next_line());
         return finish();
     }
@@ -205,16 +204,14 @@ class ObjReader {
             corners_without_normal_ += 1;
             return point;
         }
-        const Result<uint32_t> normal =
-            index(word.substr(second + 1), normals_.size(), counts_.normals, "normal");
-        if (!normal)
-            return fail("{}", normal.error().message);
+        PALPATE_TRY(const uint32_t normal,
+                    index(word.substr(second + 1), normals_.size(), counts_.normals, "normal"));
         uint32_t& of_point = normal_of_[*point];
         if (of_point == kNone)
-            of_point = *normal;
-        const bool both_read = std::max(of_point, *normal) < normals_.size();
+            of_point = normal;
+        const bool both_read = std::max(of_point, normal) < normals_.size();
         const bool same =
-            of_point == *normal || (both_read && normals_[of_point] == normals_[*normal]);
+            of_point == normal || (both_read && normals_[of_point] == normals_[normal]);
         several_normals_ += !same;
         return point;
     }
@@ -224,12 +221,10 @@ class ObjReader {
         std::array<uint32_t, 2> fan{}; // the first corner and the last
         size_t corners = 0;
         for (std::string_view word = lines_.word(); !word.empty(); word = lines_.word()) {
-            Result<uint32_t> corner = read_corner(word);
-            if (!corner)
-                return pass_on(corner);
+            PALPATE_TRY(const uint32_t corner, read_corner(word));
             if (corners >= 2)
-                mesh.triangles.emplace_back(fan[0], fan[1], *corner);
-            fan[corners == 0 ? 0 : 1] = *corner;
+                mesh.triangles.emplace_back(fan[0], fan[1], corner);
+            fan[corners == 0 ? 0 : 1] = corner;
             ++corners;
         }
         if (corners < 3)

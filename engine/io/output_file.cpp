@@ -84,8 +84,7 @@ Result<void> OutputFile::deflate_all(std::span<const std::byte> bytes, int flush
             stream_->avail_out = static_cast<uInt>(packed_.size());
             deflate(stream_.get(), flush);
             const size_t made = packed_.size() - stream_->avail_out;
-            if (Result<void> written = write_file({packed_.data(), made}); !written)
-                return written;
+            PALPATE_TRY(write_file({packed_.data(), made}));
         } while (stream_->avail_out == 0);
     } while (!bytes.empty());
     return {};
@@ -97,8 +96,7 @@ Result<void> OutputFile::write(std::span<const std::byte> bytes) {
 
 Result<void> OutputFile::finish() {
     if (stream_)
-        if (Result<void> ended = deflate_all({}, Z_FINISH); !ended)
-            return ended;
+        PALPATE_TRY(deflate_all({}, Z_FINISH));
     if (::fsync(fd_) != 0)
         return failed();
     if (::close(std::exchange(fd_, -1)) != 0)

@@ -129,10 +129,8 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
             if (header.elements.empty())
                 return fail("{}:{}: expected an element before its properties, found none", name,
                             line);
-            Result<Property> property = parse_property(words, name, line);
-            if (!property)
-                return pass_on(property);
-            header.elements.back().properties.push_back(std::move(*property));
+            PALPATE_TRY(Property property, parse_property(words, name, line));
+            header.elements.back().properties.push_back(std::move(property));
         } else if (key == "end_header") {
             if (!has_format)
                 return fail("{}: expected a line \"format\", found none", name);
@@ -235,11 +233,9 @@ class Body {
                             element.count, element.name, least, numbers_.rest());
             // Elements without properties take no bytes: as many as there may be say nothing.
             const uint64_t count = element.properties.empty() ? 0 : element.count;
-            if (Result<void> prepared = prepare(element); !prepared)
-                return pass_on(prepared);
+            PALPATE_TRY(prepare(element));
             for (uint64_t n = 0; n < count; ++n)
-                if (Result<void> read = read_one(element, n); !read)
-                    return pass_on(read);
+                PALPATE_TRY(read_one(element, n));
         }
         return finish();
     }
@@ -264,8 +260,7 @@ class Body {
         const uint64_t each = sizeof(glm::uvec3) + (has_labels_ ? sizeof(uint16_t) : 0) +
                               (has_outer_labels_ ? sizeof(uint16_t) : 0);
         const uint64_t room = std::max(wanted, before + before / 2);
-        if (Result<void> spent = spend(room * each); !spent)
-            return spent;
+        PALPATE_TRY(spend(room * each));
         mesh.triangles.reserve(room);
         mesh.labels.reserve(has_labels_ ? room : 0);
         mesh.outer_labels.reserve(has_outer_labels_ ? room : 0);
@@ -282,11 +277,8 @@ class Body {
                     return fail("{}: expected vertices with a number {}, found none", name_, axis);
             has_normals_ = element.find("nx") && element.find("ny") && element.find("nz");
             // Here in double, and then in float.
-            if (Result<void> spent =
-                    spend(element.count * (sizeof(glm::dvec3) + sizeof(glm::vec3) +
-                                           (has_normals_ ? sizeof(glm::vec3) : 0)));
-                !spent)
-                return spent;
+            PALPATE_TRY(spend(element.count * (sizeof(glm::dvec3) + sizeof(glm::vec3) +
+                                               (has_normals_ ? sizeof(glm::vec3) : 0))));
             points_.reserve(element.count);
             loaded_.mesh.normals.reserve(has_normals_ ? element.count : 0);
             vertices_ = element.count;
@@ -321,8 +313,7 @@ class Body {
         for (const Property& property : element.properties) {
             if (property.count_type) {
                 const bool is_corners = is_face && property.name.starts_with("vertex_ind");
-                if (Result<void> read = read_list(element, n, property, is_corners); !read)
-                    return read;
+                PALPATE_TRY(read_list(element, n, property, is_corners));
                 continue;
             }
             const std::optional<double> value = numbers_.next(property.type);
@@ -375,8 +366,7 @@ class Body {
             return fail("{}: expected {} entries in {} of {} {}, at least {} bytes, found {}",
                         name_, entries, property.name, element.name, n, least, numbers_.rest());
         if (is_corners)
-            if (Result<void> room = reserve_triangles(entries - 2); !room)
-                return room;
+            PALPATE_TRY(reserve_triangles(entries - 2));
         std::array<uint32_t, 2> fan{}; // the first corner and the last
         for (uint64_t i = 0; i < entries; ++i) {
             const std::optional<double> value = numbers_.next(property.type);
@@ -418,10 +408,8 @@ class Body {
 } // namespace
 
 Result<LoadedMesh> parse_ply(std::string_view text, const std::string& name, uint64_t limit_bytes) {
-    const Result<Header> header = parse_header(text, name);
-    if (!header)
-        return fail("{}", header.error().message);
-    return Body(*header, name, limit_bytes).parse();
+    PALPATE_TRY(const Header header, parse_header(text, name));
+    return Body(header, name, limit_bytes).parse();
 }
 
 } // namespace palpate::io

@@ -140,11 +140,9 @@ void write_report(int fd, const std::string& line) {
 }
 
 Result<void> take_report(const std::string& line, Reported& reported) {
-    Result<Json> json = parse_json(line, "report");
-    if (!json)
-        return pass_on(json);
+    PALPATE_TRY(const Json json, parse_json(line, "report"));
     JsonErrors errors{"report", {}};
-    const JsonValue in(*json, "", errors);
+    const JsonValue in(json, "", errors);
     in.only_keys({"claim", "at", "decoded", "error"});
     if (const auto claim = in.find("claim")) {
         constexpr auto last = static_cast<uint32_t>(ComponentType::f64);

@@ -299,10 +299,8 @@ Result<DecodedVoxels> decode_once(const DecodeRequest& request, const ReadOption
         return fail("{}: no shared memory to decode into: {}", name, std::strerror(errno));
     Reported reported;
     {
-        Result<Child> child = start_child(request, options, memory);
-        if (!child)
-            return pass_on(child);
-        if (Result<void> heard = listen(*child, options, seconds_to_read(request.path), reported);
+        PALPATE_TRY(Child child, start_child(request, options, memory));
+        if (Result<void> heard = listen(child, options, seconds_to_read(request.path), reported);
             !heard) {
             at = reported.at;
             return fail("{}: {}{}", name, heard.error().message,

@@ -12,12 +12,10 @@ namespace {
 Result<LoadedVolume> load_named(const SceneFile& file, const std::string& name, bool labels,
                                 const ReadOptions& options) {
     if (is_synthetic(name)) {
-        Result<Volume> made = make_synthetic(name, options.max_memory_bytes);
-        if (!made)
-            return pass_on(made);
-        if (labels && made->type() != ScalarType::u8 && made->type() != ScalarType::u16)
+        PALPATE_TRY(Volume made, make_synthetic(name, options.max_memory_bytes));
+        if (labels && made.type() != ScalarType::u8 && made.type() != ScalarType::u16)
             return fail("{}: expected labels (checkerboard), found grey values", name);
-        return LoadedVolume{std::move(*made), {}, {}, {}, {}, {}};
+        return LoadedVolume{std::move(made), {}, {}, {}, {}, {}};
     }
     const std::filesystem::path path = volume_path(file, name);
     return labels ? load_labels(path, options) : load_volume(path, options);
@@ -38,23 +36,19 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
     if (!file.series.empty())
         volume_options.series = file.series;
     volume_options.resample_slices |= file.resample_slices;
-    Result<LoadedVolume> volume = load_named(file, file.volume, false, volume_options);
-    if (!volume)
-        return pass_on(volume);
+    PALPATE_TRY(const LoadedVolume volume, load_named(file, file.volume, false, volume_options));
     LoadedScene scene{
-        {volume->volume, std::nullopt}, volume->modality, {}, {}, volume->coarser, volume->labels};
-    keep_messages(scene, *volume);
+        {volume.volume, std::nullopt}, volume.modality, {}, {}, volume.coarser, volume.labels};
+    keep_messages(scene, volume);
     if (!file.labels.empty()) {
         ReadOptions label_options = options;
         label_options.frame.reset();
         label_options.series.reset();
         label_options.resample_slices = false;
-        Result<LoadedVolume> labels = load_named(file, file.labels, true, label_options);
-        if (!labels)
-            return pass_on(labels);
-        keep_messages(scene, *labels);
-        scene.data.labels = std::move(labels->volume);
-        scene.label_names = std::move(labels->labels);
+        PALPATE_TRY(LoadedVolume labels, load_named(file, file.labels, true, label_options));
+        keep_messages(scene, labels);
+        scene.data.labels = std::move(labels.volume);
+        scene.label_names = std::move(labels.labels);
     }
     return scene;
 }

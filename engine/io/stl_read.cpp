@@ -46,8 +46,7 @@ Result<LoadedMesh> parse_binary(std::string_view text, const std::string& name,
     if (text.size() < expected)
         return fail("{}: expected {} triangles in {} bytes, found {} bytes", name, count, expected,
                     text.size());
-    if (Result<void> room = expect_room(count, limit_bytes, name); !room)
-        return pass_on(room);
+    PALPATE_TRY(expect_room(count, limit_bytes, name));
     std::vector<glm::dvec3> corners;
     corners.reserve(size_t{3} * count);
     for (uint64_t n = 0; n < count; ++n) {
@@ -73,8 +72,7 @@ Result<LoadedMesh> parse_binary(std::string_view text, const std::string& name,
 Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name,
                                uint64_t limit_bytes) {
     const uint64_t most = text.size() / kLeastFacetText; // facets that there may be
-    if (Result<void> room = expect_room(most, limit_bytes, name); !room)
-        return pass_on(room);
+    PALPATE_TRY(expect_room(most, limit_bytes, name));
     Words words(text);
     std::vector<glm::dvec3> corners;
     corners.reserve(3 * most + 3);
@@ -94,10 +92,8 @@ Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name,
             is_open = !is_open;
             continue;
         }
-        if (Result<void> is = expect(is_open ? "facet" : "solid", word); !is)
-            return pass_on(is);
-        if (Result<void> is = expect("normal", words.next()); !is)
-            return pass_on(is);
+        PALPATE_TRY(expect(is_open ? "facet" : "solid", word));
+        PALPATE_TRY(expect("normal", words.next()));
         for (int i = 0; i < 3; ++i) // a normal that is no number says no less than the corners do
             if (words.next().empty())
                 return fail(
@@ -105,11 +101,9 @@ Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name,
                     "the file",
                     name, corners.size() / 3);
         for (const char* next : {"outer", "loop"})
-            if (Result<void> is = expect(next, words.next()); !is)
-                return pass_on(is);
+            PALPATE_TRY(expect(next, words.next()));
         for (int i = 0; i < 3; ++i) {
-            if (Result<void> is = expect("vertex", words.next()); !is)
-                return pass_on(is);
+            PALPATE_TRY(expect("vertex", words.next()));
             glm::dvec3 p;
             for (int axis = 0; axis < 3; ++axis) {
                 const std::optional<double> value = words.number();
@@ -126,8 +120,7 @@ Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name,
             corners.push_back(p);
         }
         for (const char* next : {"endloop", "endfacet"})
-            if (Result<void> is = expect(next, words.next()); !is)
-                return pass_on(is);
+            PALPATE_TRY(expect(next, words.next()));
     }
     if (is_open)
         return fail("{}: expected \"endsolid\", found the end of the file", name);

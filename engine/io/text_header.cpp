@@ -40,14 +40,10 @@ std::optional<std::vector<T>> parse_numbers(std::string_view text) {
 } // namespace
 
 Result<std::string> load_beginning(const std::string& path) {
-    Result<ByteSource> source = ByteSource::open(path, Packing::none);
-    if (!source)
-        return pass_on(source);
+    PALPATE_TRY(ByteSource source, ByteSource::open(path, Packing::none));
     std::string text(kMostHeaderBytes, '\0');
-    Result<size_t> got = source->read(std::as_writable_bytes(std::span(text)));
-    if (!got)
-        return pass_on(got);
-    text.resize(*got);
+    PALPATE_TRY(const size_t got, source.read(std::as_writable_bytes(std::span(text))));
+    text.resize(got);
     return text;
 }
 

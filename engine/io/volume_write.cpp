@@ -45,8 +45,7 @@ Result<void> write_voxels(OutputFile& file, const std::string& name, const Volum
         }
         if (big_endian)
             reverse_words(slice);
-        if (Result<void> written = file.write(std::as_bytes(std::span(slice))); !written)
-            return written;
+        PALPATE_TRY(file.write(std::as_bytes(std::span(slice))));
     }
     return {};
 }
@@ -63,21 +62,14 @@ Result<void> save_single(const fs::path& path, const Volume& volume, const Volum
                          const std::stop_token& stop) {
     const std::string name = path.string();
     return write_atomically(path, [&](const fs::path& temporary) -> Result<void> {
-        Result<OutputFile> file = OutputFile::create(temporary, name);
-        if (!file)
-            return pass_on(file);
+        PALPATE_TRY(OutputFile file, OutputFile::create(temporary, name));
         if (header.packed == VolumeHeader::Packed::all)
-            if (Result<void> begun = file->begin_packing(); !begun)
-                return begun;
-        if (Result<void> written = file->write(header.bytes); !written)
-            return written;
+            PALPATE_TRY(file.begin_packing());
+        PALPATE_TRY(file.write(header.bytes));
         if (header.packed == VolumeHeader::Packed::voxels)
-            if (Result<void> begun = file->begin_packing(); !begun)
-                return begun;
-        if (Result<void> written = write_voxels(*file, name, volume, header.big_endian, stop);
-            !written)
-            return written;
-        return file->finish();
+            PALPATE_TRY(file.begin_packing());
+        PALPATE_TRY(write_voxels(file, name, volume, header.big_endian, stop));
+        return file.finish();
     });
 }
 
@@ -85,27 +77,17 @@ Result<void> save_single(const fs::path& path, const Volume& volume, const Volum
 // not its own: an old header goes before its voxels do, and the new one comes last.
 Result<void> save_pair(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
     const fs::path raw = fs::path(path).replace_extension(".raw");
-    Result<VolumeHeader> header = io::meta_image_volume_header(
-        path.string(), volume.grid(), volume.type(), raw.filename().string());
-    if (!header)
-        return pass_on(header);
+    PALPATE_TRY(const VolumeHeader header,
+                io::meta_image_volume_header(path.string(), volume.grid(), volume.type(),
+                                             raw.filename().string()));
     return write_atomically(path, [&](const fs::path& temporary) -> Result<void> {
-        Result<OutputFile> text = OutputFile::create(temporary, path.string());
-        if (!text)
-            return pass_on(text);
-        if (Result<void> written = text->write(header->bytes); !written)
-            return written;
-        if (Result<void> finished = text->finish(); !finished)
-            return finished;
+        PALPATE_TRY(OutputFile text, OutputFile::create(temporary, path.string()));
+        PALPATE_TRY(text.write(header.bytes));
+        PALPATE_TRY(text.finish());
         return write_atomically(raw, [&](const fs::path& temporary_raw) -> Result<void> {
-            Result<OutputFile> file = OutputFile::create(temporary_raw, raw.string());
-            if (!file)
-                return pass_on(file);
-            if (Result<void> written = write_voxels(*file, raw.string(), volume, false, stop);
-                !written)
-                return written;
-            if (Result<void> finished = file->finish(); !finished)
-                return finished;
+            PALPATE_TRY(OutputFile file, OutputFile::create(temporary_raw, raw.string()));
+            PALPATE_TRY(write_voxels(file, raw.string(), volume, false, stop));
+            PALPATE_TRY(file.finish());
             std::error_code failed;
             fs::remove(path, failed);
             if (failed)
@@ -136,20 +118,18 @@ Result<void> expect_volume_name(const fs::path& path) {
 }
 
 Result<void> expect_format_holds(const fs::path& path, const Grid& grid) {
-    if (Result<void> known = expect_volume_name(path); !known)
-        return known;
+    PALPATE_TRY(expect_volume_name(path));
     const std::string name = lower_name(path);
-    Result<VolumeHeader> header; // whose size is no matter
+    // The scalar type changes only the size of a header, not whether there is one.
     if (name.ends_with(".mha") || name.ends_with(".mhd"))
-        header = io::meta_image_volume_header(path.string(), grid, ScalarType::u8, "LOCAL");
+        PALPATE_TRY(io::meta_image_volume_header(path.string(), grid, ScalarType::u8, "LOCAL"));
     else if (name.ends_with(".vtk"))
-        header = io::vtk_volume_header(path.string(), grid, ScalarType::u8);
-    return header ? Result<void>() : pass_on(header);
+        PALPATE_TRY(io::vtk_volume_header(path.string(), grid, ScalarType::u8));
+    return {};
 }
 
 Result<void> save_volume(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
-    if (Result<void> known = expect_volume_name(path); !known)
-        return known;
+    PALPATE_TRY(expect_volume_name(path));
     const std::string name = lower_name(path);
     const Grid& grid = volume.grid();
     if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
@@ -164,13 +144,11 @@ Result<void> save_volume(const fs::path& path, const Volume& volume, const std::
         return save_pair(path, volume, stop);
     if (name.ends_with(".pbv"))
         return save_brick_file(path, stream_of(volume), {stop, {}});
-    Result<VolumeHeader> header =
-        name.ends_with(".mha")
-            ? io::meta_image_volume_header(path.string(), grid, volume.type(), "LOCAL")
-            : io::vtk_volume_header(path.string(), grid, volume.type());
-    if (!header)
-        return pass_on(header);
-    return save_single(path, volume, *header, stop);
+    PALPATE_TRY(const VolumeHeader header,
+                name.ends_with(".mha")
+                    ? io::meta_image_volume_header(path.string(), grid, volume.type(), "LOCAL")
+                    : io::vtk_volume_header(path.string(), grid, volume.type()));
+    return save_single(path, volume, header, stop);
 }
 
 } // namespace palpate

@@ -75,30 +75,24 @@ uint64_t word_at(const std::string& bytes, size_t index, const VtkLayout& layout
 // Sizes first, then blocks of zlib: [blocks][block bytes][last block bytes][packed bytes]...
 Result<void> unpack(VtkSource source, const VtkLayout& layout, std::span<std::byte> out) {
     VtkSource ahead = source;
-    const Result<std::string> count = ahead.take(3 * layout.word_bytes);
-    if (!count)
-        return fail("{}", count.error().message);
-    const uint64_t blocks = word_at(*count, 0, layout);
+    PALPATE_TRY(const std::string count, ahead.take(3 * layout.word_bytes));
+    const uint64_t blocks = word_at(count, 0, layout);
     if (blocks > source.most_bytes())
         return fail("claims {} blocks of data in {} bytes", blocks, source.most_bytes());
-    const Result<std::string> sizes = source.take((3 + blocks) * layout.word_bytes);
-    if (!sizes)
-        return fail("{}", sizes.error().message);
+    PALPATE_TRY(const std::string sizes, source.take((3 + blocks) * layout.word_bytes));
     uint64_t total = 0;
     for (uint64_t i = 0; i < blocks; ++i) {
-        const uint64_t one = word_at(*sizes, 3 + i, layout);
+        const uint64_t one = word_at(sizes, 3 + i, layout);
         if (one > source.most_bytes() || (total += one) > source.most_bytes())
             return fail("claims more packed bytes than its {}", source.most_bytes());
     }
-    const Result<std::string> packed = source.take(total); // the blocks are one run
-    if (!packed)
-        return fail("{}", packed.error().message);
+    PALPATE_TRY(const std::string packed, source.take(total)); // the blocks are one run
     size_t done = 0, at = 0;
     for (uint64_t i = 0; i < blocks; ++i) {
-        const uint64_t bytes = word_at(*sizes, 3 + i, layout);
+        const uint64_t bytes = word_at(sizes, 3 + i, layout);
         uLongf length = out.size() - done;
         const int status = ::uncompress(reinterpret_cast<Bytef*>(out.data() + done), &length,
-                                        reinterpret_cast<const Bytef*>(packed->data() + at), bytes);
+                                        reinterpret_cast<const Bytef*>(packed.data() + at), bytes);
         if (status != Z_OK)
             return fail("block {} of its compressed data is damaged", i);
         done += length;
@@ -170,12 +164,10 @@ Result<void> fill(VtkSource source, const VtkLayout& layout, std::span<std::byte
     if (layout.packed)
         return unpack(source, layout, out);
     // The size and the data are one run of base64.
-    const Result<std::string> bytes = source.take(layout.word_bytes + out.size());
-    if (!bytes)
-        return fail("{}", bytes.error().message);
-    if (word_at(*bytes, 0, layout) != out.size())
-        return fail("expected {} bytes of data, found {}", out.size(), word_at(*bytes, 0, layout));
-    std::memcpy(out.data(), bytes->data() + layout.word_bytes, out.size());
+    PALPATE_TRY(const std::string bytes, source.take(layout.word_bytes + out.size()));
+    if (word_at(bytes, 0, layout) != out.size())
+        return fail("expected {} bytes of data, found {}", out.size(), word_at(bytes, 0, layout));
+    std::memcpy(out.data(), bytes.data() + layout.word_bytes, out.size());
     return {};
 }
 

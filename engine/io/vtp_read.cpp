@@ -23,8 +23,7 @@ class VtpReader {
 
     Result<LoadedMesh> read(const pugi::xml_node& poly_data) {
         for (const pugi::xml_node& piece : poly_data.children("Piece"))
-            if (Result<void> read = read_piece(piece); !read)
-                return pass_on(read);
+            PALPATE_TRY(read_piece(piece));
         Mesh& mesh = loaded_.mesh;
         if (mesh.normals.size() != world_.size())
             mesh.normals.clear();
@@ -94,8 +93,7 @@ class VtpReader {
         if (double(count) * double(each) > most)
             return fail("{}: expected {} numbers for {}, found at most {:.0f}", name_, count, what,
                         most / double(each));
-        if (Result<void> room = spend(count * (sizeof(double) + 2 * each)); !room)
-            return pass_on(room);
+        PALPATE_TRY(spend(count * (sizeof(double) + 2 * each)));
         std::vector<uint64_t> memory((count * each + 7) / 8); // aligned for every type
         const std::span<std::byte> bytes(reinterpret_cast<std::byte*>(memory.data()), count * each);
         Result<void> filled =
@@ -126,15 +124,11 @@ class VtpReader {
 
     Result<void> read_points(const pugi::xml_node& piece, uint64_t points) {
         const pugi::xml_node array = piece.child("Points").child("DataArray");
-        if (Result<void> three = expect_components(array, 3, "points"); !three)
-            return three;
-        if (Result<void> room = spend(points * (sizeof(glm::dvec3) + 2 * sizeof(glm::vec3))); !room)
-            return room;
-        const Result<Numbers> found = numbers(array, 3 * points, "points");
-        if (!found)
-            return fail("{}", found.error().message);
+        PALPATE_TRY(expect_components(array, 3, "points"));
+        PALPATE_TRY(spend(points * (sizeof(glm::dvec3) + 2 * sizeof(glm::vec3))));
+        PALPATE_TRY(const Numbers found, numbers(array, 3 * points, "points"));
         for (uint64_t i = 0; i < points; ++i) {
-            const glm::dvec3 p((*found)[3 * i], (*found)[3 * i + 1], (*found)[3 * i + 2]);
+            const glm::dvec3 p(found[3 * i], found[3 * i + 1], found[3 * i + 2]);
             if (!(std::abs(p.x) <= 1e12 && std::abs(p.y) <= 1e12 && std::abs(p.z) <= 1e12))
                 return fail("{}: expected positions within 1e12 mm, found ({}, {}, {}) at point {}",
                             name_, p.x, p.y, p.z, i);
@@ -145,14 +139,11 @@ class VtpReader {
         const pugi::xml_node normals = data.find_child_by_attribute("DataArray", "Name", called);
         if (!normals)
             return {};
-        if (Result<void> three = expect_components(normals, 3, "normals"); !three)
-            return three;
-        const Result<Numbers> directions = numbers(normals, 3 * points, "normals");
-        if (!directions)
-            return fail("{}", directions.error().message);
+        PALPATE_TRY(expect_components(normals, 3, "normals"));
+        PALPATE_TRY(const Numbers directions, numbers(normals, 3 * points, "normals"));
         for (uint64_t i = 0; i < points; ++i)
-            loaded_.mesh.normals.push_back(unit_normal(
-                {(*directions)[3 * i], (*directions)[3 * i + 1], (*directions)[3 * i + 2]}));
+            loaded_.mesh.normals.push_back(
+                unit_normal({directions[3 * i], directions[3 * i + 1], directions[3 * i + 2]}));
         return {};
     }
 
@@ -182,44 +173,39 @@ class VtpReader {
             return {};
         const pugi::xml_node node = piece.child(kind);
         const std::string what = fmt::format("the offsets of {}", kind);
-        const Result<Numbers> offsets =
-            numbers(node.find_child_by_attribute("DataArray", "Name", "offsets"), cells, what);
-        if (!offsets)
-            return fail("{}", offsets.error().message);
+        PALPATE_TRY(
+            const Numbers offsets,
+            numbers(node.find_child_by_attribute("DataArray", "Name", "offsets"), cells, what));
         double before = 0;
         for (uint64_t cell = 0; cell < cells; ++cell) {
-            const double corners = (*offsets)[cell] - before;
+            const double corners = offsets[cell] - before;
             if (!(corners >= 3 && corners < 4e9) || corners != std::floor(corners))
                 return fail("{}: expected 3 corners or more in cell {} of {}, found {}", name_,
                             cell, kind, corners);
-            before = (*offsets)[cell];
+            before = offsets[cell];
         }
         if (before > double(uint64_t{1} << 40))
             return fail("{}: expected at most 2^40 corners in {}, found {}", name_, kind, before);
         const auto all = static_cast<uint64_t>(before);
-        const Result<Numbers> corners =
-            numbers(node.find_child_by_attribute("DataArray", "Name", "connectivity"), all,
-                    fmt::format("the connectivity of {}", kind));
-        if (!corners)
-            return fail("{}", corners.error().message);
+        PALPATE_TRY(const Numbers corners,
+                    numbers(node.find_child_by_attribute("DataArray", "Name", "connectivity"), all,
+                            fmt::format("the connectivity of {}", kind)));
         const uint64_t points = world_.size() - first_point;
-        for (const double corner : *corners)
+        for (const double corner : corners)
             if (!(corner >= 0.0 && corner < double(points)) || corner != std::floor(corner))
                 return fail("{}: expected points 0 .. {} in {}, found {}", name_,
                             static_cast<int64_t>(points) - 1, kind, corner);
         Mesh& mesh = loaded_.mesh;
         const uint64_t triangles = all - 2 * cells;
-        if (Result<void> room = spend(triangles * (sizeof(glm::uvec3) + 2 * sizeof(uint16_t)));
-            !room)
-            return room;
+        PALPATE_TRY(spend(triangles * (sizeof(glm::uvec3) + 2 * sizeof(uint16_t))));
         mesh.triangles.reserve(mesh.triangles.size() + triangles);
         const bool strips = std::string_view(kind) == "Strips";
         uint64_t begin = 0;
         for (uint64_t cell = 0; cell < cells; ++cell) {
             const auto at = [&](uint64_t i) {
-                return first_point + static_cast<uint32_t>((*corners)[begin + i]);
+                return first_point + static_cast<uint32_t>(corners[begin + i]);
             };
-            const uint64_t count = static_cast<uint64_t>((*offsets)[cell]) - begin;
+            const uint64_t count = static_cast<uint64_t>(offsets[cell]) - begin;
             for (uint64_t i = 2; i < count; ++i) {
                 if (!strips)
                     mesh.triangles.emplace_back(at(0), at(i - 1), at(i));
@@ -243,10 +229,7 @@ class VtpReader {
         constexpr const char* keys[] = {"NumberOfPoints", "NumberOfVerts", "NumberOfLines",
                                         "NumberOfPolys", "NumberOfStrips"};
         for (size_t i = 0; i < std::size(keys); ++i) {
-            const Result<uint64_t> found = count(piece, keys[i]);
-            if (!found)
-                return fail("{}", found.error().message);
-            counts[i] = *found;
+            PALPATE_TRY(counts[i], count(piece, keys[i]));
         }
         const auto [points, verts, lines, polys, strips] = counts;
         const uint64_t first_point = world_.size();
@@ -254,17 +237,13 @@ class VtpReader {
             return fail("{}: expected at most 2147483647 points, found more", name_);
         passed_over_ += verts + lines;
         if (points > 0)
-            if (Result<void> read = read_points(piece, points); !read)
-                return read;
+            PALPATE_TRY(read_points(piece, points));
         // Data of cells come in this order.
         const uint64_t cells = verts + lines + polys + strips;
         Labels of_cells;
         for (const auto& [called, into] :
              {std::pair("label", &of_cells.inner), {"outer_label", &of_cells.outer}}) {
-            Result<Numbers> found = labels(piece, called, cells);
-            if (!found)
-                return pass_on(found);
-            *into = std::move(*found);
+            PALPATE_TRY(*into, labels(piece, called, cells));
         }
         const auto first = static_cast<uint32_t>(first_point);
         Result<void> read = read_cells(piece, "Polys", polys, verts + lines, first, of_cells);
@@ -292,16 +271,12 @@ Result<LoadedMesh> parse_vtp(std::string_view text, const std::string& name, uin
         return fail("{}: expected XML that fits {} bytes, as memory allows, found it to need {}",
                     name, limit_bytes, needed);
     pugi::xml_document document;
-    Result<pugi::xml_node> file = parse_vtk(name, split, "PolyData", "a mesh", document);
-    if (!file)
-        return pass_on(file);
-    const pugi::xml_node poly_data = file->child("PolyData");
+    PALPATE_TRY(const pugi::xml_node file, parse_vtk(name, split, "PolyData", "a mesh", document));
+    const pugi::xml_node poly_data = file.child("PolyData");
     if (!poly_data.child("Piece"))
         return fail("{}: expected a mesh with a piece, found none", name);
-    Result<VtkLayout> layout = vtk_layout(name, *file);
-    if (!layout)
-        return pass_on(layout);
-    return VtpReader(split, *layout, name, limit_bytes - needed).read(poly_data);
+    PALPATE_TRY(const VtkLayout layout, vtk_layout(name, file));
+    return VtpReader(split, layout, name, limit_bytes - needed).read(poly_data);
 }
 
 } // namespace palpate::io

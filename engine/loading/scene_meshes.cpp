@@ -24,11 +24,9 @@ Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,
         return std::make_shared<const Mesh>(
             surface_nets(*loaded.data.labels, {.passes = kLabelSmoothing}));
     const std::filesystem::path path = volume_path(file, source.mesh);
-    Result<LoadedMesh> mesh = load_mesh(path);
-    if (!mesh)
-        return pass_on(mesh);
-    loaded.warnings.insert(loaded.warnings.end(), mesh->warnings.begin(), mesh->warnings.end());
-    return std::make_shared<const Mesh>(std::move(mesh->mesh));
+    PALPATE_TRY(LoadedMesh mesh, load_mesh(path));
+    loaded.warnings.insert(loaded.warnings.end(), mesh.warnings.begin(), mesh.warnings.end());
+    return std::make_shared<const Mesh>(std::move(mesh.mesh));
 }
 
 Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded) {
@@ -39,10 +37,9 @@ Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded) {
             loaded.data.meshes.push_back(nullptr);
             continue;
         }
-        Result<std::shared_ptr<const Mesh>> mesh = make_scene_mesh(file, file.surfaces[i], loaded);
-        if (!mesh)
-            return pass_on(mesh);
-        loaded.data.meshes.push_back(std::move(*mesh));
+        PALPATE_TRY(std::shared_ptr<const Mesh> mesh,
+                    make_scene_mesh(file, file.surfaces[i], loaded));
+        loaded.data.meshes.push_back(std::move(mesh));
     }
     return {};
 }

@@ -109,8 +109,7 @@ double distance_mm(const CollapseSource& source, const Remainder& left, double t
 Result<Decimated> decimate(const Mesh& mesh, const DecimateOptions& options) {
     if (!(options.error_mm > 0.0))
         return fail("decimation: expected an error above 0 mm, found {}", options.error_mm);
-    if (Result<void> whole = check_mesh(mesh); !whole)
-        return pass_on(whole);
+    PALPATE_TRY(check_mesh(mesh));
     if (mesh.triangles.empty())
         return Decimated{mesh};
     const CollapseSource source(mesh);

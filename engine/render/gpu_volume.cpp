@@ -84,11 +84,9 @@ Result<GpuVolume> GpuVolume::make(GpuDevice& device, std::string name, const Vol
     if (wish.format != TexelFormat::label && !device.can_filter_linearly(format))
         return fail("{}: {} cannot interpolate its texels", name, device.info().name);
     if (choice.atlas) {
-        Result<BrickAtlas> atlas = BrickAtlas::make(device, name, volume, choice.storage,
-                                                    wish.bricks(), wish.atlas_limit_bytes());
-        if (!atlas)
-            return pass_on(atlas);
-        made.atlas_.emplace(std::move(*atlas));
+        PALPATE_TRY(BrickAtlas atlas, BrickAtlas::make(device, name, volume, choice.storage,
+                                                       wish.bricks(), wish.atlas_limit_bytes()));
+        made.atlas_.emplace(std::move(atlas));
         return made;
     }
     const uint32_t limit = device.limits().maxImageDimension3D;

@@ -55,16 +55,15 @@ Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& 
 
 Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const SceneData& data) {
     const Level level = kLevels[level_];
-    Result<CoarseStats> drawn = renderer_->draw_coarse(
-        scene, data, {.step_factor = level.step_factor, .px_per_ray = level.px_per_ray});
-    if (!drawn)
-        return pass_on(drawn);
+    PALPATE_TRY(CoarseStats drawn, renderer_->draw_coarse(scene, data,
+                                                          {.step_factor = level.step_factor,
+                                                           .px_per_ray = level.px_per_ray}));
     if (level.px_per_ray == 2)
-        listed_share_ = std::max(drawn->traced_share, 0.01);
-    InteractiveFrame frame{std::move(drawn->frame),
-                           drawn->error_estimate,
+        listed_share_ = std::max(drawn.traced_share, 0.01);
+    InteractiveFrame frame{std::move(drawn.frame),
+                           drawn.error_estimate,
                            level.step_factor,
-                           drawn->traced_share,
+                           drawn.traced_share,
                            level.px_per_ray,
                            false,
                            false};
@@ -92,10 +91,7 @@ Result<InteractiveFrame> Interactive::draw_resting(const Scene& scene, const Sce
         const double room = row_ms_ > 0 ? budget_ms_ / row_ms_ : 1.0;
         const auto rows =
             static_cast<uint32_t>(std::clamp(room, 1.0, static_cast<double>(all - next_row_)));
-        Result<FrameStats> drawn = renderer_->refine(scene, data, next_row_, rows);
-        if (!drawn)
-            return pass_on(drawn);
-        frame.frame = std::move(*drawn);
+        PALPATE_TRY(frame.frame, renderer_->refine(scene, data, next_row_, rows));
         row_ms_ = frame.frame.wall_ms / rows;
         next_row_ += rows;
     }

@@ -92,17 +92,14 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     in_flight_.push_back(task.commands.ticket());
     const uint64_t submitted = store_->device.last_submitted();
     if (scene.ray_cast)
-        if (Result<void> checked = check_steps(*scene.ray_cast, data.volume.grid()); !checked)
-            return pass_on(checked);
+        PALPATE_TRY(check_steps(*scene.ray_cast, data.volume.grid()));
     Passes& passes = *passes_;
     if (scene.surfaces.empty())
         passes.surfaces.reset();
     else if (!passes.surfaces)
         passes.surfaces.emplace(store_->device, store_->nearest, store_->options.block_maker);
     if (passes.surfaces)
-        if (Result<void> kept = passes.surfaces->prepare(scene, data, task.views, task.commands);
-            !kept)
-            return pass_on(kept);
+        PALPATE_TRY(passes.surfaces->prepare(scene, data, task.views, task.commands));
     const bool see_through = passes.surfaces && passes.surfaces->has_see_through();
     if (!passes.targets || !passes.targets->suit(scene, see_through)) {
         passes.targets.reset();
@@ -126,11 +123,8 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     else if (!passes.slices)
         passes.slices.emplace(*store_);
     if (scene.ray_cast || passes.slices) {
-        Result<size_t> uploaded =
-            store_->volume.prepare(passes.voxels, scene, data, wish, task.commands);
-        if (!uploaded)
-            return pass_on(uploaded);
-        stats.uploaded_bricks = *uploaded;
+        PALPATE_TRY(stats.uploaded_bricks,
+                    store_->volume.prepare(passes.voxels, scene, data, wish, task.commands));
     } else {
         passes.voxels.leave();
     }
@@ -144,9 +138,7 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
         passes.ray_cast->prepare(*task.frame, task.counts_samples);
     if (passes.slices)
         passes.slices->prepare(*task.frame);
-    if (Result<void> planned = passes.voxels.plan(scene, task.views, step_factor, among_layers);
-        !planned)
-        return pass_on(planned);
+    PALPATE_TRY(passes.voxels.plan(scene, task.views, step_factor, among_layers));
     passes.voxels.tell(stats);
     if (task.timer) {
         if (store_->device.last_submitted() > submitted) { // uploads that did not fit this frame's
@@ -184,17 +176,13 @@ RecordedFrame Renderer::recorded(Task& task, FrameStats stats) {
 }
 
 Result<RecordedFrame> Renderer::record_full(Task task) {
-    Result<FrameStats> stats = prepare(task, 1.0);
-    if (!stats)
-        return pass_on(stats);
-    stats->uploaded_bricks += record_behind(task);
+    PALPATE_TRY(FrameStats stats, prepare(task, 1.0));
+    stats.uploaded_bricks += record_behind(task);
     if (passes_->ray_cast) {
-        Result<size_t> uploaded = passes_->ray_cast->record(*task.frame);
-        if (!uploaded)
-            return pass_on(uploaded);
-        stats->uploaded_bricks += *uploaded;
+        PALPATE_TRY(const size_t uploaded, passes_->ray_cast->record(*task.frame));
+        stats.uploaded_bricks += uploaded;
     }
-    return recorded(task, std::move(*stats));
+    return recorded(task, std::move(stats));
 }
 
 // prepare() for frames that have no time for several parts.
@@ -217,27 +205,23 @@ Result<RecordedCoarse> Renderer::record_few(Task task, const CoarseSettings& set
         coarse.reset();
         coarse.emplace(*store_, task.scene);
     }
-    Result<FrameStats> stats =
-        prepare_interactive(task, CoarsePass::step_factor(*task.scene.ray_cast, settings));
-    if (!stats)
-        return pass_on(stats);
-    stats->uploaded_bricks += record_behind(task);
+    PALPATE_TRY(FrameStats stats,
+                prepare_interactive(task, CoarsePass::step_factor(*task.scene.ray_cast, settings)));
+    stats.uploaded_bricks += record_behind(task);
     // slices may show other bricks than rays
-    stats->uploaded_bricks += passes_->voxels.show_part(0, task.commands);
+    stats.uploaded_bricks += passes_->voxels.show_part(0, task.commands);
     const CoarseRays rays = coarse->record(*task.frame, *passes_->ray_cast, settings);
-    RecordedFrame frame = recorded(task, std::move(*stats));
+    RecordedFrame frame = recorded(task, std::move(stats));
     return RecordedCoarse{frame.picture, CoarseTicket(std::move(frame.ticket), rays)};
 }
 
 Result<RecordedFrame> Renderer::record_refinement(Task task, uint32_t first_row, uint32_t rows) {
     PALPATE_ASSERT(task.scene.ray_cast.has_value());
     PALPATE_ASSERT_CMP(first_row + rows, <=, tile_rows(task.scene));
-    Result<FrameStats> stats = prepare_interactive(task, 1.0);
-    if (!stats)
-        return pass_on(stats);
-    stats->uploaded_bricks += passes_->voxels.show_part(0, task.commands);
+    PALPATE_TRY(FrameStats stats, prepare_interactive(task, 1.0));
+    stats.uploaded_bricks += passes_->voxels.show_part(0, task.commands);
     passes_->ray_cast->record_rows(*task.frame, first_row, rows);
-    return recorded(task, std::move(*stats));
+    return recorded(task, std::move(stats));
 }
 
 namespace {
@@ -338,13 +322,10 @@ Result<FrameStats> Renderer::refine(const Scene& scene, const SceneData& data, u
 
 Result<uint64_t> Renderer::count_samples(const Scene& scene, const SceneData& data) {
     uint64_t samples = 0;
-    Result<FrameStats> stats = drawn(
-        [&](Commands& commands, Timer& timer) {
-            return record_full({commands, scene, data, &timer, true});
-        },
-        [&] { samples = passes_->ray_cast->read_sample_counts(); });
-    if (!stats)
-        return pass_on(stats);
+    const auto record_counted = [&](Commands& commands, Timer& timer) {
+        return record_full({commands, scene, data, &timer, true});
+    };
+    PALPATE_TRY(drawn(record_counted, [&] { samples = passes_->ray_cast->read_sample_counts(); }));
     return samples;
 }
 
@@ -385,10 +366,8 @@ std::vector<Image> Renderer::read_back() {
 }
 
 Result<Frame> Renderer::render(const Scene& scene, const SceneData& data) {
-    Result<FrameStats> stats = draw(scene, data);
-    if (!stats)
-        return pass_on(stats);
-    return Frame{read_back(), std::move(*stats)};
+    PALPATE_TRY(FrameStats stats, draw(scene, data));
+    return Frame{read_back(), std::move(stats)};
 }
 
 } // namespace palpate

@@ -44,10 +44,8 @@ gpu::SurfaceClip clip_block(const CameraSpace& camera, const ClipPlane& plane) {
 
 Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data,
                                   std::span<const View> views, Commands& commands) {
-    if (Result<void> kept = keep_surfaces(scene, data, commands); !kept)
-        return kept;
-    if (Result<void> kept = keep_styles(scene, commands); !kept)
-        return kept;
+    PALPATE_TRY(keep_surfaces(scene, data, commands));
+    PALPATE_TRY(keep_styles(scene, commands));
     keep_scratch(scene);
     keep_frames(scene, views, commands);
     return {};
@@ -80,11 +78,9 @@ Result<void> SurfacePass::keep_surfaces(const Scene& scene, const SceneData& dat
     for (size_t i = 0; i < surfaces_.size(); ++i) {
         const std::string name = fmt::format("surface {}", i + 1);
         const std::optional<double> iso = scene.surfaces[i].live_iso;
-        if (Result<void> kept =
-                iso ? keep_live(surfaces_[i], name, static_cast<float>(*iso), data.volume, commands)
-                    : keep_mesh(surfaces_[i], name, data.meshes[i], commands);
-            !kept)
-            return kept;
+        PALPATE_TRY(
+            iso ? keep_live(surfaces_[i], name, static_cast<float>(*iso), data.volume, commands)
+                : keep_mesh(surfaces_[i], name, data.meshes[i], commands));
         surfaces_[i].list_arrays();
     }
     return {};
@@ -99,10 +95,9 @@ Result<void> SurfacePass::keep_mesh(Surface& surface, const std::string& name,
     if (changes && surface.mesh->update(mesh, commands))
         return {};
     surface.mesh.reset();
-    Result<GpuMesh> made = GpuMesh::make(*device_, name, mesh, /*room_to_grow=*/changes, commands);
-    if (!made)
-        return pass_on(made);
-    surface.mesh.emplace(std::move(*made));
+    PALPATE_TRY(GpuMesh made,
+                GpuMesh::make(*device_, name, mesh, /*room_to_grow=*/changes, commands));
+    surface.mesh.emplace(std::move(made));
     return {};
 }
 

@@ -78,10 +78,8 @@ Result<size_t> VolumeResidency::keep(std::optional<GpuVolume>& held, const char*
         wish.needed_bricks += wish.needed_bricks / 4;
     held.reset();
     make_room(GpuVolume::bytes_for(*device_, volume, wish), commands);
-    Result<GpuVolume> made = GpuVolume::make(*device_, name, volume, wish, commands);
-    if (!made)
-        return pass_on(made);
-    held.emplace(std::move(*made));
+    PALPATE_TRY(GpuVolume made, GpuVolume::make(*device_, name, volume, wish, commands));
+    held.emplace(std::move(made));
     all_fit_ = false;
     const glm::uvec3 bricks = volume.brick_count();
     return held->is_atlas() ? 0 : size_t{bricks.x} * bricks.y * bricks.z;
@@ -104,13 +102,10 @@ Result<size_t> VolumeResidency::prepare(VolumeUse& use, const Scene& scene, cons
     };
     size_t uploaded = 0;
     if (data.labels) {
-        const Result<size_t> more =
-            keep(labels_, "labels", *data.labels,
-                 {.format = TexelFormat::label, .limit_bytes = free_bytes(&labels_)},
-                 changed_since(labels_, *data.labels), commands);
-        if (!more)
-            return more;
-        uploaded = *more;
+        PALPATE_TRY(uploaded,
+                    keep(labels_, "labels", *data.labels,
+                         {.format = TexelFormat::label, .limit_bytes = free_bytes(&labels_)},
+                         changed_since(labels_, *data.labels), commands));
     }
     const Timer timer;
     const bool in_step = volume_ && snapshot_ && volume_->snapshot().is_same_as(*snapshot_);
@@ -125,17 +120,15 @@ Result<size_t> VolumeResidency::prepare(VolumeUse& use, const Scene& scene, cons
     use.cell_map_ms_ = scene.ray_cast ? timer.ms() : 0.0;
 
     const bool for_atlas = find_needed(use, scene, wish);
-    const Result<size_t> more = keep(volume_, "volume", data.volume,
-                                     {.format = options_->volume_format,
-                                      .residency = options_->residency,
-                                      .limit_bytes = room_for_volume(scene, wish),
-                                      .beside_atlas_bytes = wish.carried_bytes,
-                                      .needed_bricks = for_atlas ? needed_ : 0,
-                                      .most_bricks = options_->most_resident_bricks},
-                                     changed, commands);
-    if (!more)
-        return more;
-    uploaded += *more;
+    PALPATE_TRY(const size_t more, keep(volume_, "volume", data.volume,
+                                        {.format = options_->volume_format,
+                                         .residency = options_->residency,
+                                         .limit_bytes = room_for_volume(scene, wish),
+                                         .beside_atlas_bytes = wish.carried_bytes,
+                                         .needed_bricks = for_atlas ? needed_ : 0,
+                                         .most_bricks = options_->most_resident_bricks},
+                                        changed, commands));
+    uploaded += more;
     if (maxima) { // and these on how the volume is stored
         const Timer again;
         show_cells(use, *scene.ray_cast, volume_->value_scale(), volume_->value_bias(), commands);

@@ -43,17 +43,15 @@ Result<void> VolumeUse::plan(const Scene& scene, std::span<const View> views, do
     std::vector<Viewpoint> viewpoints;
     for (const View& view : views)
         viewpoints.push_back(viewpoint_of(view, held.grid()));
-    Result<std::vector<Part>> parts =
-        plan_parts(held.brick_count(), needed_->seen(), room,
-                   reach_samples(*scene.ray_cast, held.grid(), step_factor), viewpoints);
-    if (!parts)
-        return pass_on(parts);
-    if (parts->size() > 1 && scene.ray_cast->mode == RayMode::mip && among_layers)
+    PALPATE_TRY(std::vector<Part> parts,
+                plan_parts(held.brick_count(), needed_->seen(), room,
+                           reach_samples(*scene.ray_cast, held.grid(), step_factor), viewpoints));
+    if (parts.size() > 1 && scene.ray_cast->mode == RayMode::mip && among_layers)
         return fail(
             "the volume: a MIP behind see-through surfaces needs all of it on the device, "
             "which has room for {} of the {} bricks that can be seen",
             room, needed_->seen_count());
-    parts_ = std::move(*parts);
+    parts_ = std::move(parts);
     return {};
 }
 

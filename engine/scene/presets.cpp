@@ -143,14 +143,10 @@ TransferFunction read_preset(const JsonValue& name) {
 }
 
 Result<TransferFunction> load_file(const std::filesystem::path& path) {
-    Result<std::string> text = load_text(path, 1 << 20);
-    if (!text)
-        return pass_on(text);
-    Result<Json> json = parse_json(*text, path.string());
-    if (!json)
-        return pass_on(json);
+    PALPATE_TRY(const std::string text, load_text(path, 1 << 20));
+    PALPATE_TRY(const Json json, parse_json(text, path.string()));
     JsonErrors errors{path.string(), {}};
-    const JsonValue root(*json, "", errors);
+    const JsonValue root(json, "", errors);
     if (!root.is(Json::Kind::object))
         root.reject("an object");
     TransferFunction function = read_transfer_function(root, {});

@@ -18,10 +18,8 @@ Result<void> check_transfer_function(const TransferFunction& function) {
                             what, points[i].value);
         return {};
     };
-    if (Result<void> sorted = check_order("colours", function.colors); !sorted)
-        return sorted;
-    if (Result<void> sorted = check_order("opacities", function.opacities); !sorted)
-        return sorted;
+    PALPATE_TRY(check_order("colours", function.colors));
+    PALPATE_TRY(check_order("opacities", function.opacities));
     for (const auto& point : function.opacities)
         if (!(point.opacity >= 0.0 && point.opacity <= 1.0))
             return fail("a transfer function: expected opacities of 0 .. 1, found {}",
@@ -78,8 +76,7 @@ Result<void> check_drawable(const Scene& scene, const SceneData& data) {
         return fail("a scene: expected a surface depth of 1 .. {}, found {}", kMaxSurfaceDepth,
                     scene.surface_depth);
     if (!scene.slices.empty())
-        if (Result<void> good = check_transfer_function(scene.slice_transfer); !good)
-            return good;
+        PALPATE_TRY(check_transfer_function(scene.slice_transfer));
     if (!scene.ray_cast)
         return {};
     const RayCastLayer& layer = *scene.ray_cast;
@@ -88,8 +85,7 @@ Result<void> check_drawable(const Scene& scene, const SceneData& data) {
             return fail("a scene: expected iso-values that rise, found {} after {}",
                         layer.isos[i].value, layer.isos[i - 1].value);
     if (layer.mode != RayMode::iso)
-        if (Result<void> good = check_transfer_function(layer.transfer); !good)
-            return good;
+        PALPATE_TRY(check_transfer_function(layer.transfer));
     return check_steps(layer, data.volume.grid());
 }
 

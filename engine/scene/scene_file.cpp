@@ -335,23 +335,19 @@ std::filesystem::path volume_path(const SceneFile& file, std::string_view volume
 
 Result<SceneFile> parse_scene(std::string_view text, const std::string& name,
                               const std::filesystem::path& folder) {
-    Result<Json> json = parse_json(text, name);
-    if (!json)
-        return pass_on(json);
+    PALPATE_TRY(const Json json, parse_json(text, name));
     JsonErrors errors{name, {}};
     SceneFile file;
     file.folder = folder;
-    read_scene(JsonValue(*json, "", errors), file);
+    read_scene(JsonValue(json, "", errors), file);
     if (errors.first)
         return tl::unexpected<Error>(*errors.first);
     return file;
 }
 
 Result<SceneFile> load_scene(const std::filesystem::path& path) {
-    Result<std::string> text = load_text(path, 16 << 20);
-    if (!text)
-        return pass_on(text);
-    return parse_scene(*text, path.string(), path.parent_path());
+    PALPATE_TRY(const std::string text, load_text(path, 16 << 20));
+    return parse_scene(text, path.string(), path.parent_path());
 }
 
 } // namespace palpate

@@ -40,14 +40,12 @@ template <class Visit>
 Result<void> for_each_journal(const fs::path& folder, uint64_t save, const Visit& visit) {
     for (uint64_t number = save;; ++number) {
         const fs::path path = folder / journal_name(number);
-        const Result<Journal::Contents> found = visit(number, path);
-        if (!found)
-            return fail("{}", found.error().message);
+        PALPATE_TRY(const Journal::Contents found, visit(number, path));
         const fs::path next = folder / journal_name(number + 1);
         std::error_code error;
         if (!fs::exists(next, error))
             return {};
-        if (found->damage || found->cut)
+        if (found.damage || found.cut)
             return fail(
                 "{}: goes on from steps that are lost in {}; remove it to open what there "
                 "is before",
@@ -76,18 +74,15 @@ Result<void> set_journals_aside(const fs::path& folder, uint64_t save) {
     if (paths.empty())
         return fail("{}: no such file", (folder / journal_name(save)).string());
     for (const fs::path& path : paths)
-        if (Result<void> ended = Journal::expect_ended(path); !ended)
-            return ended;
-    const Result<Journal::Contents> first = Journal::peek(paths.front());
-    if (!first)
-        return fail("{}", first.error().message);
+        PALPATE_TRY(Journal::expect_ended(path));
+    PALPATE_TRY(const Journal::Contents first, Journal::peek(paths.front()));
     while (paths.size() > 1) {
         fs::rename(paths.back(), set_aside_name(paths.back()), error);
         if (error)
             return fail("{}: cannot be renamed: {}", paths.back().string(), error.message());
         paths.pop_back();
     }
-    if (first->entries.empty() && !first->damage && !first->cut)
+    if (first.entries.empty() && !first.damage && !first.cut)
         return {};
     fs::copy_file(paths.front(), set_aside_name(paths.front()), error);
     fs::path fresh = paths.front();
@@ -126,51 +121,36 @@ Result<std::vector<Project::File>> Project::open_volumes(const fs::path& folder,
                                                          const ProjectDescription& description) {
     std::vector<File> files;
     for (const ProjectDescription::Entry& entry : description.volumes) {
-        Result<BrickFile> file = open_brick_file(folder / entry.file);
-        if (!file)
-            return pass_on(file);
-        files.push_back({entry.file, {entry.name, entry.kind, std::move(file->volume)}});
+        PALPATE_TRY(BrickFile file, open_brick_file(folder / entry.file));
+        files.push_back({entry.file, {entry.name, entry.kind, std::move(file.volume)}});
     }
     return files;
 }
 
 Result<Project::Seen> Project::look(const fs::path& path, const std::stop_token& stop) {
     const fs::path folder = project_folder(path);
-    Result<ProjectDescription> read = read_project_description(folder);
-    if (!read)
-        return pass_on(read);
-    const Result<std::vector<File>> files = open_volumes(folder, *read);
-    if (!files)
-        return fail("{}", files.error().message);
-    Result<Document> document = document_of(folder, *files);
-    if (!document)
-        return pass_on(document);
-    Seen seen{.contents = {.document = std::move(*document),
-                           .grey = read->grey,
-                           .labels = read->labels,
-                           .scene = read->scene,
-                           .touch = read->touch,
-                           .modality = read->modality},
-              .saves = read->save,
+    PALPATE_TRY(const ProjectDescription read, read_project_description(folder));
+    PALPATE_TRY(const std::vector<File> files, open_volumes(folder, read));
+    PALPATE_TRY(Document document, document_of(folder, files));
+    Seen seen{.contents = {.document = std::move(document),
+                           .grey = read.grey,
+                           .labels = read.labels,
+                           .scene = read.scene,
+                           .touch = read.touch,
+                           .modality = read.modality},
+              .saves = read.save,
               .unsaved = {},
               .notes = {}};
     History history;
-    const Result<void> done =
-        for_each_journal(folder, read->save, [&](uint64_t, const fs::path& name) {
-            Result<Journal::Contents> found = Journal::peek(name);
-            if (!found)
-                return found;
-            if (Result<void> replayed =
-                    replay_all(seen.contents.document, history, *found, name, stop);
-                !replayed)
-                return Result<Journal::Contents>(pass_on(replayed));
-            if (std::string note = note_of(*found, name); !note.empty())
-                seen.notes.push_back(std::move(note));
-            seen.unsaved.insert(seen.unsaved.end(), found->entries.begin(), found->entries.end());
-            return found;
-        });
-    if (!done)
-        return fail("{}", done.error().message);
+    const auto visit = [&](uint64_t, const fs::path& name) -> Result<Journal::Contents> {
+        PALPATE_TRY(Journal::Contents found, Journal::peek(name));
+        PALPATE_TRY(replay_all(seen.contents.document, history, found, name, stop));
+        if (std::string note = note_of(found, name); !note.empty())
+            seen.notes.push_back(std::move(note));
+        seen.unsaved.insert(seen.unsaved.end(), found.entries.begin(), found.entries.end());
+        return found;
+    };
+    PALPATE_TRY(for_each_journal(folder, read.save, visit));
     return seen;
 }
 
@@ -180,56 +160,41 @@ Result<Project::Opened> Project::open(const fs::path& folder) {
 
 Result<Project::Opened> Project::open(const fs::path& path, const Opening& opening) {
     const fs::path folder = project_folder(path);
-    Result<ProjectDescription> read = read_project_description(folder);
-    if (!read)
-        return pass_on(read);
-    Project project(folder, read->save);
-    Result<std::vector<File>> files = open_volumes(folder, *read);
-    if (!files)
-        return pass_on(files);
-    project.files_ = std::move(*files);
+    PALPATE_TRY(const ProjectDescription read, read_project_description(folder));
+    Project project(folder, read.save);
+    PALPATE_TRY(project.files_, open_volumes(folder, read));
     if (!opening.unsaved)
-        if (Result<void> aside = set_journals_aside(folder, read->save); !aside)
-            return pass_on(aside);
-    Result<Document> made = document_of(folder, project.files_);
-    if (!made)
-        return pass_on(made);
-    Document& document = *made;
+        PALPATE_TRY(set_journals_aside(folder, read.save));
+    PALPATE_TRY(Document document, document_of(folder, project.files_));
     auto history = std::make_unique<History>();
     std::vector<std::string> notes;
     std::optional<Journal> journal;
     size_t unsaved = 0;
-    const Result<void> done =
-        for_each_journal(folder, read->save, [&](uint64_t number, const fs::path& name) {
-            Result<Journal::Found> found = Journal::open(name, {.save = number});
-            if (!found)
-                return Result<Journal::Contents>(pass_on(found));
-            if (Result<void> replayed = replay_all(document, *history, *found, name, opening.stop);
-                !replayed)
-                return Result<Journal::Contents>(pass_on(replayed));
-            if (std::string note = note_of(*found, name); !note.empty())
-                notes.push_back(std::move(note));
-            unsaved += found->entries.size();
-            project.journal_ = number;
-            journal.emplace(std::move(found->journal));
-            return Result<Journal::Contents>(std::move(*found));
-        });
-    if (!done)
-        return fail("{}", done.error().message);
-    project.modality_ = read->modality;
-    project.scene_ = read->scene;
-    const Volume* seen = document.find(read->grey.empty() ? read->labels : read->grey);
+    const auto visit = [&](uint64_t number, const fs::path& name) -> Result<Journal::Contents> {
+        PALPATE_TRY(Journal::Found found, Journal::open(name, {.save = number}));
+        PALPATE_TRY(replay_all(document, *history, found, name, opening.stop));
+        if (std::string note = note_of(found, name); !note.empty())
+            notes.push_back(std::move(note));
+        unsaved += found.entries.size();
+        project.journal_ = number;
+        journal.emplace(std::move(found.journal));
+        return found;
+    };
+    PALPATE_TRY(for_each_journal(folder, read.save, visit));
+    project.modality_ = read.modality;
+    project.scene_ = read.scene;
+    const Volume* seen = document.find(read.grey.empty() ? read.labels : read.grey);
     const Grid grid = (seen ? *seen : document.first()).grid();
     SessionSetup setup{.document = std::move(document),
-                       .grey = read->grey,
-                       .labels = read->labels,
-                       .scene = resolved_scene(read->scene, grid),
+                       .grey = read.grey,
+                       .labels = read.labels,
+                       .scene = resolved_scene(read.scene, grid),
                        .touch = {},
-                       .parameters = read->touch,
+                       .parameters = read.touch,
                        .mesh_iso = {},
                        .edit = {}};
     ProjectContents as_saved{setup.document, setup.grey,       setup.labels,
-                             read->scene,    setup.parameters, read->modality};
+                             read.scene,     setup.parameters, read.modality};
     as_saved.scene.scene = setup.scene;
     project.settings_ = settings_text(as_saved);
     setup.edit.begun = std::move(history);

@@ -25,15 +25,11 @@ fs::path project_folder(const fs::path& path) {
 
 Result<ProjectDescription> read_project_description(const fs::path& folder) {
     const fs::path path = folder / kProjectFile;
-    Result<std::string> text = load_text(path);
-    if (!text)
-        return pass_on(text);
+    PALPATE_TRY(const std::string text, load_text(path));
     const std::string name = path.string();
-    Result<Json> json = parse_json(*text, name);
-    if (!json)
-        return pass_on(json);
+    PALPATE_TRY(const Json json, parse_json(text, name));
     JsonErrors errors{name, {}};
-    const JsonValue in(*json, "", errors);
+    const JsonValue in(json, "", errors);
     ProjectDescription out;
     if (!in.is(Json::Kind::object))
         in.reject("a project");
@@ -82,12 +78,9 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
         out.touch = read_touch_parameters(*touch);
     if (errors.first)
         return tl::unexpected(*errors.first);
-    if (const Json* scene = json->find("scene")) {
-        Result<SceneFile> read =
-            parse_scene(json_text(*scene), name + ": scene", path.parent_path());
-        if (!read)
-            return pass_on(read);
-        out.scene = std::move(*read);
+    if (const Json* scene = json.find("scene")) {
+        PALPATE_TRY(out.scene,
+                    parse_scene(json_text(*scene), name + ": scene", path.parent_path()));
     }
     return out;
 }

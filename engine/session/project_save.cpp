@@ -39,8 +39,7 @@ Result<std::vector<Project::File>> Project::write(const fs::path& folder, uint64
             stream.labels = volume.kind == VolumeKind::labels;
             if (volume.name == contents.grey)
                 stream.modality = contents.modality.substr(0, 31);
-            if (Result<void> saved = save_brick_file(folder / name, stream); !saved)
-                return pass_on(saved);
+            PALPATE_TRY(save_brick_file(folder / name, stream));
         }
         files.push_back({name, volume});
         description.volumes.push_back({volume.name, name, volume.kind});
@@ -49,8 +48,7 @@ Result<std::vector<Project::File>> Project::write(const fs::path& folder, uint64
         if (volume.name == contents.labels)
             scene.labels = name;
     }
-    if (Result<void> saved = write_project_description(folder, description); !saved)
-        return pass_on(saved);
+    PALPATE_TRY(write_project_description(folder, description));
     return files;
 }
 
@@ -60,8 +58,7 @@ Result<std::vector<Project::File>> Project::create_files(const fs::path& folder,
     if (fs::exists(folder, error))
         return fail("{}: expected no such file or folder yet, found one", folder.string());
     for (const NamedVolume& volume : contents.document.volumes)
-        if (Result<void> named = check_volume_name(volume.name); !named)
-            return pass_on(named);
+        PALPATE_TRY(check_volume_name(volume.name));
     fs::path made = folder.has_filename() ? folder : folder.parent_path();
     made.replace_filename(fmt::format(".{}.tmp.{}", ::getpid(), made.filename().string()));
     const auto given_up = [&](const std::string& why) {
@@ -82,8 +79,7 @@ Result<std::vector<Project::File>> Project::create_files(const fs::path& folder,
 }
 
 Result<void> Project::create(const fs::path& folder, const ProjectContents& contents) {
-    if (Result<std::vector<File>> files = create_files(folder, contents); !files)
-        return pass_on(files);
+    PALPATE_TRY(create_files(folder, contents));
     return {};
 }
 
@@ -95,9 +91,7 @@ Result<Project> Project::create_from(const fs::path& folder, Session& session,
     project.scene_ = scene;
     project.modality_ = modality;
     const ProjectContents contents = project.contents_of(session);
-    Result<std::vector<File>> files = create_files(folder, contents);
-    if (!files)
-        return pass_on(files);
+    PALPATE_TRY(std::vector<File> files, create_files(folder, contents));
     const auto given_up = [&](const std::string& why) {
         std::error_code ignored;
         fs::remove_all(folder, ignored);
@@ -113,7 +107,7 @@ Result<Project> Project::create_from(const fs::path& folder, Session& session,
         return given_up(change.error().message);
     if (const Result<Document> reached = change->wait(limit); !reached)
         return given_up(reached.error().message);
-    project.files_ = std::move(*files);
+    project.files_ = std::move(files);
     project.settings_ = settings_text(contents);
     return project;
 }
@@ -121,11 +115,9 @@ Result<Project> Project::create_from(const fs::path& folder, Session& session,
 Result<void> Project::save_as(const fs::path& folder, Session& session, Limit limit) {
     if (saving_.valid())
         (void)end_save(); // of the old folder, which stays as it is then
-    Result<Project> made = create_from(folder, session, scene_, modality_, limit);
-    if (!made)
-        return pass_on(made);
-    made->every_ = every_;
-    *this = std::move(*made);
+    PALPATE_TRY(Project made, create_from(folder, session, scene_, modality_, limit));
+    made.every_ = every_;
+    *this = std::move(made);
     return {};
 }
 
@@ -172,10 +164,8 @@ Result<void> Project::begin_save(Session& session, Limit limit) {
         return fail("expected no save under way, found one");
     const uint64_t next = journal_ + 1;
     const fs::path path = folder_ / journal_name(next);
-    Result<Journal> journal = Journal::create(path, {.save = next});
-    if (!journal)
-        return pass_on(journal);
-    Result<JournalChange> change = session.change_journal(std::move(*journal));
+    PALPATE_TRY(Journal journal, Journal::create(path, {.save = next}));
+    Result<JournalChange> change = session.change_journal(std::move(journal));
     if (!change) {
         std::error_code ignored;
         fs::remove(path, ignored);
@@ -225,8 +215,7 @@ Result<void> Project::end_save() {
 Result<void> Project::save(Session& session, Limit limit) {
     if (saving_.valid())
         (void)end_save(); // this one comes after it
-    if (Result<void> begun = begin_save(session, limit); !begun)
-        return begun;
+    PALPATE_TRY(begin_save(session, limit));
     return end_save();
 }
 
@@ -245,8 +234,7 @@ std::optional<Result<void>> Project::poll(Session& session, int64_t now_ns) {
     waits_since_ns_ = now_ns;
     if (is_saved(session))
         return {};
-    if (Result<void> begun = begin_save(session); !begun)
-        return begun;
+    PALPATE_TRY(begin_save(session));
     return {};
 }
 

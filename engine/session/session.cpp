@@ -146,8 +146,7 @@ Result<void> Session::start(SessionDevice device) {
         return fail("expected no device that is running, found one: stop it first");
     if (DeviceSample sample; device.device.capabilities().needs_homing &&
                              device.device.read(monotonic_ns(), sample) == DeviceStatus::not_homed)
-        if (Result<void> homed = device.device.home(); !homed)
-            return homed;
+        PALPATE_TRY(device.device.home());
     servo_thread_.reset();
     servo_.reset();
     running_ = true;

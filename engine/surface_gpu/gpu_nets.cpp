@@ -44,11 +44,9 @@ Result<GpuNets> GpuNets::make(NetPipelines& pipelines, const Volume& labels,
                               const SurfaceNetsOptions& options) {
     PALPATE_ASSERT(labels.type() == ScalarType::u8 || labels.type() == ScalarType::u16);
     PALPATE_ASSERT(options.bound >= 0.0 && options.bound < 0.5);
-    if (Result<void> fits = SampleImage::fits(pipelines.device(), labels); !fits)
-        return pass_on(fits);
+    PALPATE_TRY(SampleImage::fits(pipelines.device(), labels));
     GpuNets nets(pipelines, labels, options);
-    if (Result<void> made = nets.make_all(); !made)
-        return pass_on(made);
+    PALPATE_TRY(nets.make_all());
     return nets;
 }
 
@@ -122,8 +120,7 @@ Result<void> GpuNets::make_all() {
     for (uint32_t n = 0; n < blocks; ++n)
         numbers[n] = n;
     const std::vector<NetCounter::Count> counts = counted(numbers);
-    if (Result<void> made = make_arrays(counts); !made)
-        return made;
+    PALPATE_TRY(make_arrays(counts));
     Commands commands(*device_);
     commands.zero(arrays_->places);
     commands.zero(arrays_->triangles);
@@ -319,8 +316,7 @@ Result<size_t> GpuNets::update(const Volume& after) {
     if (!find_room(commands, numbers, counted(numbers))) {
         commands.submit();
         commands.finish();
-        if (Result<void> made = make_all(); !made)
-            return pass_on(made);
+        PALPATE_TRY(make_all());
         return around(read, std::max({count_.x, count_.y, count_.z})).size();
     }
     // What changed moves vertices within the reach of smoothing, and blocks refer to the vertices

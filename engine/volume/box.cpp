@@ -80,12 +80,9 @@ Result<void> copy_in(VolumeEdit& edit, glm::uvec3 first, glm::uvec3 size, BoxStr
 
 template <class T>
 Result<Volume> volume_of_array(const Grid& grid, BoxStrides strides, std::span<const T> samples) {
-    if (Result<void> checked = check_grid(grid); !checked)
-        return pass_on(checked);
-    if (Result<void> checked =
-            check<T>(grid, scalar_type_of<T>, glm::uvec3(0), grid.size, strides, samples.size());
-        !checked)
-        return pass_on(checked);
+    PALPATE_TRY(check_grid(grid));
+    PALPATE_TRY(
+        check<T>(grid, scalar_type_of<T>, glm::uvec3(0), grid.size, strides, samples.size()));
     VolumeEdit edit(VolumeBuilder(grid, scalar_type_of<T>).finish());
     write_box(edit, glm::uvec3(0), grid.size, strides, samples.data());
     return edit.commit();

@@ -44,8 +44,7 @@ double corner_distance_mm(const Grid& a, const Grid& b) {
 
 Result<VolumeDifference> compare_volumes(const Volume& first, const Volume& second, double bound) {
     PALPATE_ASSERT_CMP(bound, >=, 0.0);
-    if (auto checked = check_sizes(first.size(), second.size()); !checked)
-        return pass_on(checked);
+    PALPATE_TRY(check_sizes(first.size(), second.size()));
     VolumeDifference out;
     out.geometry_mm = corner_distance_mm(first.grid(), second.grid());
     out.same_type = first.type() == second.type();
@@ -72,8 +71,7 @@ Result<VolumeDifference> compare_volumes(const Volume& first, const Volume& seco
 }
 
 Result<std::vector<LabelAgreement>> compare_labels(const Volume& first, const Volume& second) {
-    if (auto checked = check_sizes(first.size(), second.size()); !checked)
-        return pass_on(checked);
+    PALPATE_TRY(check_sizes(first.size(), second.size()));
     std::vector<LabelAgreement> labels(65536);
     for_each_pair(first, second, [&](float a, float b) {
         PALPATE_ASSERT(a >= 0.0f && a <= 65535.0f && b >= 0.0f && b <= 65535.0f);

@@ -141,13 +141,11 @@ Result<SyntheticVolume> find_synthetic(const std::string& name) {
 }
 
 Result<Volume> make_synthetic(const std::string& name, uint64_t limit_bytes) {
-    Result<SyntheticVolume> found = find_synthetic(name);
-    if (!found)
-        return pass_on(found);
-    const uint64_t bytes = sample_count(found->grid) * bytes_per_sample(found->type);
+    PALPATE_TRY(const SyntheticVolume found, find_synthetic(name));
+    const uint64_t bytes = sample_count(found.grid) * bytes_per_sample(found.type);
     if (bytes > limit_bytes)
         return fail("{}: needs {} bytes of memory, and the limit is {}", name, bytes, limit_bytes);
-    return make_volume(found->grid, found->type, found->value);
+    return make_volume(found.grid, found.type, found.value);
 }
 
 } // namespace palpate

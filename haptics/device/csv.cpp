@@ -69,11 +69,7 @@ Result<void> read_csv(std::string_view text, const std::string& name,
             continue;
         split(line, cells);
         if (width == 0) {
-            Result<std::vector<size_t>> found =
-                read_names(cells, columns, fmt::format("{}:{}", name, number));
-            if (!found)
-                return pass_on(found);
-            at = *found;
+            PALPATE_TRY(at, read_names(cells, columns, fmt::format("{}:{}", name, number)));
             width = cells.size();
             continue;
         }
@@ -90,8 +86,7 @@ Result<void> read_csv(std::string_view text, const std::string& name,
                 return fail("{}:{}: {}: expected a number, found '{}'", name, number,
                             columns[c].name, cell);
         }
-        if (Result<void> done = row(values, number); !done)
-            return done;
+        PALPATE_TRY(row(values, number));
     }
     if (width == 0)
         return fail("{}: expected a line of column names, found none", name);

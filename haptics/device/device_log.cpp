@@ -191,8 +191,7 @@ Result<std::vector<DeviceRecord>> parse_csv(std::string_view text, const std::st
         records.push_back(record_of(words));
         return {};
     };
-    if (Result<void> read = read_csv(text, name, kCsv, add); !read)
-        return pass_on(read);
+    PALPATE_TRY(read_csv(text, name, kCsv, add));
     return records;
 }
 
@@ -240,12 +239,10 @@ std::vector<std::byte> pack(std::span<const DeviceRecord> records) {
 
 Result<std::vector<DeviceRecord>> parse_device_log(std::string_view bytes,
                                                    const std::string& name) {
-    Result<std::vector<DeviceRecord>> records =
-        bytes.substr(0, kMagic.size()) == kMagic ? unpack(bytes, name) : parse_csv(bytes, name);
-    if (!records)
-        return records;
-    if (Result<void> sound = check(*records, name); !sound)
-        return pass_on(sound);
+    PALPATE_TRY(std::vector<DeviceRecord> records, bytes.substr(0, kMagic.size()) == kMagic
+                                                       ? unpack(bytes, name)
+                                                       : parse_csv(bytes, name));
+    PALPATE_TRY(check(records, name));
     return records;
 }
 
@@ -259,10 +256,8 @@ Result<void> save_device_log(const std::filesystem::path& path,
 }
 
 Result<std::vector<DeviceRecord>> load_device_log(const std::filesystem::path& path) {
-    Result<std::string> bytes = load_text(path, uint64_t{16} << 30);
-    if (!bytes)
-        return pass_on(bytes);
-    return parse_device_log(*bytes, path.string());
+    PALPATE_TRY(const std::string bytes, load_text(path, uint64_t{16} << 30));
+    return parse_device_log(bytes, path.string());
 }
 
 } // namespace palpate::haptics

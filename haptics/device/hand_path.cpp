@@ -92,18 +92,15 @@ Result<HandPath> parse_hand_path(const std::string& text, const std::string& nam
                          static_cast<uint32_t>(v[8])});
         return {};
     };
-    if (Result<void> read = read_csv(text, name, kColumns, add); !read)
-        return pass_on(read);
+    PALPATE_TRY(read_csv(text, name, kColumns, add));
     if (poses.empty())
         return fail("{}: expected at least one pose, found none", name);
     return HandPath(std::move(poses));
 }
 
 Result<HandPath> load_hand_path(const std::filesystem::path& path) {
-    Result<std::string> text = load_text(path, uint64_t{4} << 30);
-    if (!text)
-        return pass_on(text);
-    return parse_hand_path(*text, path.string());
+    PALPATE_TRY(const std::string text, load_text(path, uint64_t{4} << 30));
+    return parse_hand_path(text, path.string());
 }
 
 } // namespace palpate::haptics

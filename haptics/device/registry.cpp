@@ -55,13 +55,10 @@ std::vector<DeviceEntry> list_recorded() {
 }
 
 Opened open_recorded(const DeviceEntry& entry, const DeviceSetup& setup) {
-    Result<std::vector<DeviceRecord>> records = load_device_log(entry.argument);
-    if (!records)
-        return pass_on(records);
-    if (records->empty())
+    PALPATE_TRY(std::vector<DeviceRecord> records, load_device_log(entry.argument));
+    if (records.empty())
         return fail("{}: expected at least one record, found none", entry.argument);
-    return std::make_unique<RecordedDevice>(entry.capabilities, std::move(*records),
-                                            setup.start_ns);
+    return std::make_unique<RecordedDevice>(entry.capabilities, std::move(records), setup.start_ns);
 }
 
 constexpr DeviceDriver kDrivers[] = {

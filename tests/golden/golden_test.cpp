@@ -43,11 +43,9 @@ struct GoldenCase {
 };
 
 Result<Json> load_json(const fs::path& path) {
-    Result<std::string> text = load_text(path);
-    if (!text)
-        return pass_on(text);
+    PALPATE_TRY(const std::string text, load_text(path));
     try {
-        return Json::parse(*text);
+        return Json::parse(text);
     } catch (const Json::exception& error) {
         return fail("{}: {}", path.string(), error.what());
     }
@@ -55,18 +53,16 @@ Result<Json> load_json(const fs::path& path) {
 
 Result<GoldenCase> load_case(const fs::path& folder, const fs::path& work) {
     const fs::path path = folder / "case.json";
-    Result<Json> json = load_json(path);
-    if (!json)
-        return pass_on(json);
+    PALPATE_TRY(const Json json, load_json(path));
     GoldenCase golden{.name = folder.filename(), .folder = folder, .work = work};
     try {
-        golden.scene = json->at("scene");
-        golden.scene["size_px"] = json->at("size_px");
-        golden.max_channel_difference = json->at("max_channel_difference");
-        golden.max_differing_share = json->at("max_differing_share");
-        golden.stated_error = json->at("stated_error");
-        golden.truth_step = json->value("truth_step", 1u);
-        if (json->at("why").get<std::string>().empty())
+        golden.scene = json.at("scene");
+        golden.scene["size_px"] = json.at("size_px");
+        golden.max_channel_difference = json.at("max_channel_difference");
+        golden.max_differing_share = json.at("max_differing_share");
+        golden.stated_error = json.at("stated_error");
+        golden.truth_step = json.value("truth_step", 1u);
+        if (json.at("why").get<std::string>().empty())
             return fail("{}: expected a reason under 'why', found none", path.string());
     } catch (const Json::exception& error) {
         return fail("{}: {}", path.string(), error.what());
@@ -93,14 +89,12 @@ Image every_nth(const Image& image, uint32_t step) {
 
 // The colours and alpha of a picture; scenes may have other channels.
 Result<ExrFile> load_colors(const fs::path& path) {
-    Result<ExrFile> file = load_exr(path);
-    if (!file)
-        return file;
+    PALPATE_TRY(ExrFile file, load_exr(path));
     for (const char* name : {"R", "G", "B", "A"})
-        if (!channel_index(file->image, name))
+        if (!channel_index(file.image, name))
             return fail("{}: expected the channels R, G, B and A, found no {}", path.string(),
                         name);
-    file->image = every_nth(file->image, 1);
+    file.image = every_nth(file.image, 1);
     return file;
 }
 
@@ -129,12 +123,9 @@ Result<Json> edited_scene(const GoldenCase& golden, const Drawer& drawer) {
 
 Result<ExrFile> draw(const GoldenCase& golden, const Drawer& drawer = {}) {
     const fs::path scene = golden.work / "scene.json", actual = golden.work / "actual.exr";
-    Result<Json> edited = edited_scene(golden, drawer);
-    if (!edited)
-        return pass_on(edited);
-    const std::string text = edited->dump(2);
-    if (auto saved = save_bytes(scene, std::as_bytes(std::span(text))); !saved)
-        return pass_on(saved);
+    PALPATE_TRY(const Json edited, edited_scene(golden, drawer));
+    const std::string text = edited.dump(2);
+    PALPATE_TRY(save_bytes(scene, std::as_bytes(std::span(text))));
     fs::remove(actual);
     // Mesa's software driver compiles for the widest vectors it finds; one width gives one picture.
     setenv("LP_NATIVE_VECTOR_WIDTH", "256", 1);
@@ -148,18 +139,13 @@ Result<ExrFile> draw(const GoldenCase& golden, const Drawer& drawer = {}) {
 
 // The field itself, as a picture like the program's but for truth_step.
 Result<Image> truth_of(const GoldenCase& golden) {
-    Result<SceneFile> file = load_scene(golden.work / "scene.json");
-    if (!file)
-        return pass_on(file);
-    Result<LoadedScene> loaded = load_scene_data(*file);
-    if (!loaded)
-        return pass_on(loaded);
-    if (Result<void> made = make_scene_meshes(*file, *loaded); !made)
-        return pass_on(made);
-    const Scene scene = resolved_scene(*file, loaded->data.volume.grid());
+    PALPATE_TRY(const SceneFile file, load_scene(golden.work / "scene.json"));
+    PALPATE_TRY(LoadedScene loaded, load_scene_data(file));
+    PALPATE_TRY(make_scene_meshes(file, loaded));
+    const Scene scene = resolved_scene(file, loaded.data.volume.grid());
     std::vector<Image> eyes;
     for (int eye = 0; eye < (scene.stereo ? 2 : 1); ++eye)
-        eyes.push_back(render_truth(scene, loaded->data, eye, {.step = golden.truth_step}));
+        eyes.push_back(render_truth(scene, loaded.data, eye, {.step = golden.truth_step}));
     return every_nth(display_image(eyes, display_layout(scene)), 1);
 }
 
@@ -196,44 +182,32 @@ Result<void> leave_evidence(const GoldenCase& golden, const Image& expected, con
                                     .dump(2);
     fs::copy_file(golden.expected(), golden.work / "expected.exr",
                   fs::copy_options::overwrite_existing);
-    if (auto saved =
-            save_png(golden.work / "difference.png", difference_image(expected, actual, gain));
-        !saved)
-        return saved;
+    PALPATE_TRY(save_png(golden.work / "difference.png", difference_image(expected, actual, gain)));
     return save_bytes(golden.work / "numbers.json", std::as_bytes(std::span(numbers)));
 }
 
 Result<void> check(const GoldenCase& golden) {
-    Result<ExrFile> expected = load_colors(golden.expected());
-    if (!expected)
-        return pass_on(expected);
-    Result<ExrFile> actual = draw(golden);
-    if (!actual)
-        return pass_on(actual);
+    PALPATE_TRY(ExrFile expected, load_colors(golden.expected()));
+    PALPATE_TRY(ExrFile actual, draw(golden));
     Result<ImageDifference> difference =
-        compare_images(expected->image, actual->image, golden.max_channel_difference / 255.0);
+        compare_images(expected.image, actual.image, golden.max_channel_difference / 255.0);
     if (!difference)
         return fail("{}: {}", golden.name, difference.error().message);
     const SampleDifference& all = difference->all;
     if (all.share_beyond > golden.max_differing_share) {
-        if (auto left = leave_evidence(golden, expected->image, actual->image, all); !left)
-            return left;
+        PALPATE_TRY(leave_evidence(golden, expected.image, actual.image, all));
         return fail(
             "{}: {:.4f} of the pixels differ by more than {:g}/255, allowed are {:.4f}; the "
             "largest difference is {:.1f}/255; drawn on {}, expected from {}; see {}",
             golden.name, all.share_beyond, golden.max_channel_difference,
-            golden.max_differing_share, all.max_abs * 255.0, drawn_on(*actual), drawn_on(*expected),
+            golden.max_differing_share, all.max_abs * 255.0, drawn_on(actual), drawn_on(expected),
             golden.work.string());
     }
-    Result<Image> truth = truth_of(golden);
-    if (!truth)
-        return pass_on(truth);
+    PALPATE_TRY(const Image truth, truth_of(golden));
     for (const auto& [which, file] :
-         {std::pair("expected.exr", &*expected), std::pair("the picture drawn now", &*actual)}) {
-        Result<double> error = check_truth(golden, which, file->image, *truth);
-        if (!error)
-            return pass_on(error);
-        fmt::print("{}: {}: {:.6f} from truth, stated {:g}\n", golden.name, which, *error,
+         {std::pair("expected.exr", &expected), std::pair("the picture drawn now", &actual)}) {
+        PALPATE_TRY(const double error, check_truth(golden, which, file->image, truth));
+        fmt::print("{}: {}: {:.6f} from truth, stated {:g}\n", golden.name, which, error,
                    golden.stated_error);
     }
     fmt::print("{}: {:.4f} of the pixels differ by more than {:g}/255, the most by {:.2f}/255\n",
@@ -244,34 +218,22 @@ Result<void> check(const GoldenCase& golden) {
 // On another driver: filters interpolate with other digits there, so the picture is held against
 // grid truth alone, within the error that the case states.
 Result<void> check_elsewhere(const GoldenCase& golden, const std::string& device) {
-    Result<ExrFile> actual = draw(golden, {.device = device});
-    if (!actual)
-        return pass_on(actual);
-    Result<Image> truth = truth_of(golden);
-    if (!truth)
-        return pass_on(truth);
-    Result<double> error = check_truth(golden, "the picture", actual->image, *truth);
-    if (!error)
-        return pass_on(error);
-    fmt::print("{}: on {}: {:.6f} from truth, stated {:g}\n", golden.name, drawn_on(*actual),
-               *error, golden.stated_error);
+    PALPATE_TRY(const ExrFile actual, draw(golden, {.device = device}));
+    PALPATE_TRY(const Image truth, truth_of(golden));
+    PALPATE_TRY(const double error, check_truth(golden, "the picture", actual.image, truth));
+    fmt::print("{}: on {}: {:.6f} from truth, stated {:g}\n", golden.name, drawn_on(actual), error,
+               golden.stated_error);
     return {};
 }
 
 Result<void> measure(const GoldenCase& golden, const Drawer& drawer) {
-    Result<ExrFile> expected = load_colors(golden.expected());
-    if (!expected)
-        return pass_on(expected);
-    Result<ExrFile> actual = draw(golden, drawer);
-    if (!actual)
-        return pass_on(actual);
-    Result<Image> truth = truth_of(golden);
-    if (!truth)
-        return pass_on(truth);
+    PALPATE_TRY(const ExrFile expected, load_colors(golden.expected()));
+    PALPATE_TRY(const ExrFile actual, draw(golden, drawer));
+    PALPATE_TRY(const Image truth, truth_of(golden));
     Result<ImageDifference> error =
-        compare_images(*truth, every_nth(actual->image, golden.truth_step), 0.0);
+        compare_images(truth, every_nth(actual.image, golden.truth_step), 0.0);
     Result<ImageDifference> difference =
-        compare_images(expected->image, actual->image, golden.max_channel_difference / 255.0);
+        compare_images(expected.image, actual.image, golden.max_channel_difference / 255.0);
     for (const auto* compared : {&error, &difference})
         if (!*compared)
             return fail("{}: {}", golden.name, compared->error().message);
@@ -280,40 +242,30 @@ Result<void> measure(const GoldenCase& golden, const Drawer& drawer) {
                        {"differing_share", difference->all.share_beyond},
                        {"max_differing_share", golden.max_differing_share},
                        {"channel_difference", difference->all.max_abs * 255.0},
-                       {"drawn_on", drawn_on(*actual)}};
+                       {"drawn_on", drawn_on(actual)}};
     fmt::print("{}\n", numbers.dump());
     return {};
 }
 
 Result<void> bless(const GoldenCase& golden) {
-    Result<Json> driver = load_json(golden.folder.parent_path() / "driver.json");
-    if (!driver)
-        return pass_on(driver);
-    Result<ExrFile> actual = draw(golden);
-    if (!actual)
-        return pass_on(actual);
-    const std::string recorded = driver->value("device", "") + ", " + driver->value("driver", "");
-    if (drawn_on(*actual) != recorded)
+    PALPATE_TRY(const Json driver, load_json(golden.folder.parent_path() / "driver.json"));
+    PALPATE_TRY(const ExrFile actual, draw(golden));
+    const std::string recorded = driver.value("device", "") + ", " + driver.value("driver", "");
+    if (drawn_on(actual) != recorded)
         return fail("{}: golden pictures are blessed on {} only, and this is {}", golden.name,
-                    recorded, drawn_on(*actual));
-    Result<Image> truth = truth_of(golden);
-    if (!truth)
-        return pass_on(truth);
-    Result<double> error = check_truth(golden, "the picture", actual->image, *truth);
-    if (!error)
-        return pass_on(error);
+                    recorded, drawn_on(actual));
+    PALPATE_TRY(const Image truth, truth_of(golden));
+    PALPATE_TRY(const double error, check_truth(golden, "the picture", actual.image, truth));
     if (Result<ExrFile> before = load_colors(golden.expected())) {
-        Result<ImageDifference> change = compare_images(before->image, actual->image, 0.0);
+        Result<ImageDifference> change = compare_images(before->image, actual.image, 0.0);
         if (change)
             fmt::print("{}: {:.4f} of the pixels change, the most by {:.2f}/255\n", golden.name,
                        change->all.share_beyond, change->all.max_abs * 255.0);
     }
-    fmt::print("{}: blessed, {:.6f} from truth, stated {:g}\n", golden.name, *error,
+    fmt::print("{}: blessed, {:.6f} from truth, stated {:g}\n", golden.name, error,
                golden.stated_error);
-    Result<std::string> bytes = load_text(golden.work / "actual.exr");
-    if (!bytes)
-        return pass_on(bytes);
-    return save_bytes(golden.expected(), std::as_bytes(std::span(*bytes)));
+    PALPATE_TRY(const std::string bytes, load_text(golden.work / "actual.exr"));
+    return save_bytes(golden.expected(), std::as_bytes(std::span(bytes)));
 }
 
 int run(int argc, char** argv) {

@@ -149,10 +149,8 @@ inline Result<Promise> ask(Renderer& renderer, const RandomScene& random) {
         chosen.ray_cast->sub_steps = kMaxSubSteps;
         chosen.ray_cast->min_transmittance = 0.0;
     }
-    Result<Frame> frame = renderer.render(chosen, data);
-    if (!frame)
-        return pass_on(frame);
-    promise.found = color_rmse(frame->eyes[0], render_truth(scene, data));
+    PALPATE_TRY(const Frame frame, renderer.render(chosen, data));
+    promise.found = color_rmse(frame.eyes[0], render_truth(scene, data));
     return promise;
 }
 

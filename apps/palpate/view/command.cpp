@@ -55,15 +55,11 @@ Result<void> check_together(const ViewOptions& o) {
 // `keeps`: a project is opened so that it keeps what is done from now on; else it is only read.
 Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& read, bool keeps,
                                  const Interrupt& interrupt) {
-    Result<OpenedScene> scene = open_scene(options, read, interrupt);
-    if (!scene)
-        return pass_on(scene);
-    view::Source source{std::move(*scene)};
+    PALPATE_TRY(OpenedScene scene, open_scene(options, read, interrupt));
+    view::Source source{std::move(scene)};
     if (keeps && Project::is_one(options.input)) {
-        Result<Project::Opened> project = Project::open(options.input);
-        if (!project)
-            return pass_on(project);
-        source.project.emplace(std::move(*project));
+        PALPATE_TRY(Project::Opened project, Project::open(options.input));
+        source.project.emplace(std::move(project));
     }
     return source;
 }
@@ -72,10 +68,7 @@ Result<void> run_view(const ViewOptions& options) {
     const Interrupt interrupt;
     view::Script script;
     if (!options.replay.empty()) {
-        Result<view::Script> read = view::load_script(options.replay);
-        if (!read)
-            return pass_on(read);
-        script = std::move(*read);
+        PALPATE_TRY(script, view::load_script(options.replay));
     }
     if (options.scene.size_px.size() == 2)
         script.size_px = {options.scene.size_px[0], options.scene.size_px[1]};
@@ -105,25 +98,17 @@ Result<void> run_view(const ViewOptions& options) {
     first.size_px = script.size_px;
     const glm::uvec2 room = view::volume_size_px(first);
     scene.size_px = {room.x, room.y};
-    Result<view::Source> opened = open_source(scene, options.read, !options.headless, interrupt);
-    if (!opened)
-        return pass_on(opened);
+    PALPATE_TRY(view::Source opened,
+                open_source(scene, options.read, !options.headless, interrupt));
     view::HeadlessResult result;
     if (options.headless) {
-        auto done =
-            view::run_headless(std::move(*opened), script, std::move(loop), !options.shot.empty());
-        if (!done)
-            return pass_on(done);
-        result = std::move(*done);
+        PALPATE_TRY(result, view::run_headless(std::move(opened), script, std::move(loop),
+                                               !options.shot.empty()));
     } else {
-        auto state = view::run_window(std::move(*opened), std::move(loop));
-        if (!state)
-            return pass_on(state);
-        result.state = std::move(*state);
+        PALPATE_TRY(result.state, view::run_window(std::move(opened), std::move(loop)));
     }
     if (result.shot)
-        if (auto saved = save_png(options.shot, *result.shot); !saved)
-            return saved;
+        PALPATE_TRY(save_png(options.shot, *result.shot));
     return options.state.empty() ? Result<void>()
                                  : write_text(options.state, report_text(result.state));
 }

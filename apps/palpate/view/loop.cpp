@@ -77,10 +77,8 @@ DeviceOptions headless_device(const std::string& select, bool validate) {
 }
 
 Result<Json> run_window(Source source, LoopOptions options) {
-    Result<std::unique_ptr<Window>> made = Window::create(options.size_px, "palpate");
-    if (!made)
-        return pass_on(made);
-    Window& window = **made;
+    PALPATE_TRY(const std::unique_ptr<Window> made, Window::create(options.size_px, "palpate"));
+    Window& window = *made;
     // Two devices: on one, the interface would wait for the rays of the pictures.
     GpuDevice pictures({.select = options.device,
                         .validation = options.validate,
@@ -127,8 +125,7 @@ Result<Json> run_window(Source source, LoopOptions options) {
     if (recorder.failed())
         return fail("{}: cannot be written", options.record);
     for (const GpuDevice* device : {&pictures, interface.get()})
-        if (auto valid = expect_valid(*device); !valid)
-            return pass_on(valid);
+        PALPATE_TRY(expect_valid(*device));
     return viewer.dump();
 }
 
@@ -142,13 +139,9 @@ Result<HeadlessResult> run_headless(Source source, const Script& script, LoopOpt
     replay(viewer, script);
     HeadlessResult result{viewer.dump(), {}};
     if (with_shot) {
-        Result<Image> shot = viewer.shot();
-        if (!shot)
-            return pass_on(shot);
-        result.shot = std::move(*shot);
+        PALPATE_TRY(result.shot, viewer.shot());
     }
-    if (auto valid = expect_valid(device); !valid)
-        return pass_on(valid);
+    PALPATE_TRY(expect_valid(device));
     return result;
 }
 

@@ -128,8 +128,7 @@ Result<Picture> Pictures::draw_full(const Wish& wish) {
     const Timer timer;
     const Scene scene = made_of(wish).scene;
     Renderer& renderer = renderer_of(wish.panel);
-    if (Result<FrameStats> drawn = renderer.draw(scene, data_for(scene)); !drawn)
-        return pass_on(drawn);
+    PALPATE_TRY(renderer.draw(scene, data_for(scene)));
     return picture_of(renderer, wish.panel, timer.ms());
 }
 
@@ -192,10 +191,8 @@ Result<std::vector<Picture>> Pictures::draw() {
     sight_ = eye_.look();
     std::vector<Picture> pictures;
     for (const Wish& wish : wishes_) {
-        Result<Picture> picture = draw_full(wish);
-        if (!picture)
-            return pass_on(picture);
-        pictures.push_back(std::move(*picture));
+        PALPATE_TRY(Picture picture, draw_full(wish));
+        pictures.push_back(std::move(picture));
     }
     return pictures;
 }

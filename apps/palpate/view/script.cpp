@@ -129,10 +129,8 @@ Result<Script> parse_script(const std::string& text, const std::string& name) {
 }
 
 Result<Script> load_script(const std::filesystem::path& path) {
-    Result<std::string> text = load_text(path, uint64_t{256} << 20);
-    if (!text)
-        return pass_on(text);
-    return parse_script(*text, path.string());
+    PALPATE_TRY(const std::string text, load_text(path, uint64_t{256} << 20));
+    return parse_script(text, path.string());
 }
 
 std::string header_line(glm::uvec2 size_px, double text_scale) {

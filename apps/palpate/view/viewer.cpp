@@ -104,16 +104,12 @@ void Viewer::record(Commands& commands, GpuImage& target) {
 }
 
 Result<void> Viewer::draw_pictures() {
-    Result<std::vector<Picture>> drawn = pictures_->draw();
-    if (!drawn)
-        return pass_on(drawn);
-    new_pictures_ = std::move(*drawn);
+    PALPATE_TRY(new_pictures_, pictures_->draw());
     return {};
 }
 
 Result<Image> Viewer::shot() {
-    if (Result<void> drawn = draw_pictures(); !drawn)
-        return pass_on(drawn);
+    PALPATE_TRY(draw_pictures());
     frame({}, time_s_ + kFrame_s); // the notes know of the pictures
     const glm::uvec2 size = state_.size_px;
     Commands commands(*interface_device_);

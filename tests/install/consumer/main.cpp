@@ -41,12 +41,9 @@ Result<void> run(const std::filesystem::path& folder) {
     std::printf("inside: %.0f HU\n", sample.value);
 
     const std::filesystem::path file = folder / "head.nii.gz";
-    if (Result<void> saved = save_volume(file, volume); !saved)
-        return saved;
-    Result<LoadedVolume> loaded = load_volume(file);
-    if (!loaded)
-        return pass_on(loaded);
-    if (!changed_bricks(volume, loaded->volume).empty())
+    PALPATE_TRY(save_volume(file, volume));
+    PALPATE_TRY(const LoadedVolume loaded, load_volume(file));
+    if (!changed_bricks(volume, loaded.volume).empty())
         return fail("{}: expected the voxels that were written, found others", file.string());
 
     Scene scene;
@@ -54,13 +51,11 @@ Result<void> run(const std::filesystem::path& folder) {
     scene.camera = frame_volume(grid, {-0.45, -1.0, 0.4}, {0, 0, 1});
     scene.ray_cast.emplace();
     scene.ray_cast->transfer = *preset("ct-bone");
-    const SceneData data{loaded->volume, {}};
+    const SceneData data{loaded.volume, {}};
     const Image truth = render_twin(scene, data);
     GpuDevice device(DeviceOptions{});
-    Result<Frame> frame = Renderer(device).render(scene, data);
-    if (!frame)
-        return pass_on(frame);
-    const Image& picture = frame->eyes.at(0);
+    PALPATE_TRY(const Frame frame, Renderer(device).render(scene, data));
+    const Image& picture = frame.eyes.at(0);
 
     double squares = 0.0, light = 0.0;
     for (uint32_t y = 0; y < 96; ++y)

@@ -16,10 +16,8 @@ Result<int> half(int number) {
 }
 
 Result<std::string> half_as_text(int number) {
-    Result<int> result = half(number);
-    if (!result)
-        return pass_on(result);
-    return std::to_string(*result);
+    PALPATE_TRY(const int result, half(number));
+    return std::to_string(result);
 }
 
 TEST(Result, HoldsAValueOrOneSentence) {

@@ -51,8 +51,7 @@ TEST_F(File, TemporaryNameEndsAsTheNameDoesAndLiesBesideIt) {
 
 TEST_F(File, FailingWriterLeavesWhatWasThere) {
     const auto fails = [](const fs::path& temporary) -> Result<void> {
-        if (Result<void> part = save_bytes(temporary, as_bytes("part")); !part)
-            return part;
+        PALPATE_TRY(save_bytes(temporary, as_bytes("part")));
         return fail("the scanner is on fire");
     };
     EXPECT_EQ(write_atomically(file("new"), fails).error().message, "the scanner is on fire");

@@ -48,18 +48,15 @@ ProjectContents contents() {
 // Opens it and does acts `from` to `to`, saving after some; tells `told` how many had ended, after
 // each.
 Result<void> work(const fs::path& folder, int from, int to, const std::function<void(int)>& told) {
-    Result<Project::Opened> opened = Project::open(folder);
-    if (!opened)
-        return pass_on(opened);
-    opened->setup.edit.threaded = false;
-    Session session(std::move(opened->setup));
+    PALPATE_TRY(Project::Opened opened, Project::open(folder));
+    opened.setup.edit.threaded = false;
+    Session session(std::move(opened.setup));
     told(from);
     for (int n = from; n < to; ++n) {
         act(session, n);
         told(n + 1);
         if (saves_after(n))
-            if (Result<void> saved = opened->project.save(session); !saved)
-                return saved;
+            PALPATE_TRY(opened.project.save(session));
     }
     return {};
 }
