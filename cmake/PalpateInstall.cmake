@@ -12,8 +12,9 @@ install(DIRECTORY engine haptics shaders DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)
 install(EXPORT palpate-targets NAMESPACE palpate:: DESTINATION ${package_dir})
 configure_package_config_file(cmake/palpate-config.cmake.in
-    ${CMAKE_CURRENT_BINARY_DIR}/palpate-config.cmake INSTALL_DESTINATION ${package_dir})
+    ${CMAKE_CURRENT_BINARY_DIR}/palpate-config.cmake INSTALL_DESTINATION ${package_dir}
+    PATH_VARS CMAKE_INSTALL_BINDIR)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/palpate-config-version.cmake
     COMPATIBILITY SameMinorVersion)
-install(FILES ${CMAKE_CURRENT_BINARY_DIR}/palpate-config.cmake
+install(FILES cmake/installed_bin.cpp.in ${CMAKE_CURRENT_BINARY_DIR}/palpate-config.cmake
               ${CMAKE_CURRENT_BINARY_DIR}/palpate-config-version.cmake DESTINATION ${package_dir})

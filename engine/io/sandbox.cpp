@@ -1,6 +1,8 @@
 #include "engine/io/sandbox.h"
 
+#include <dlfcn.h>
 #include <fcntl.h>
+#include <link.h>
 #include <poll.h>
 #include <signal.h>
 #include <spawn.h>
@@ -23,6 +25,10 @@
 #include "engine/io/report.h"
 
 extern char** environ;
+
+// The folder of the installed program palpate: in this build that of the configured prefix; in
+// others' builds that of the prefix where they found the package (cmake/palpate-config.cmake.in).
+extern "C" const char* palpate_installed_bin();
 
 namespace palpate::io {
 
@@ -102,8 +108,8 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
     if (program.empty())
         return fail(
             "{}: cannot be decoded, because the program palpate is not found beside this "
-            "program or on PATH (PALPATE_DECODER may name it)",
-            request.path.string());
+            "program, in {}, or on PATH (PALPATE_DECODER may name it)",
+            request.path.string(), palpate_installed_bin());
     int ends[2];
     if (::pipe2(ends, O_CLOEXEC) != 0)
         return fail("{}: no pipe to a decoder: {}", request.path.string(), std::strerror(errno));
@@ -247,6 +253,31 @@ bool is_executable(const fs::path& path) {
     return fs::is_regular_file(path) && ::access(path.c_str(), X_OK) == 0;
 }
 
+// Folders where the program palpate may lie for a module of this process (the running program, or a
+// shared library that has these functions in it): bin/ beside it, or beside the folder of its
+// platform (lib/x86_64-linux-gnu).
+void append_folders_of(const fs::path& module, bool is_program, std::vector<fs::path>& folders) {
+    if (module.empty())
+        return;
+    const fs::path folder = module.parent_path();
+    if (is_program)
+        folders.push_back(folder);
+    folders.push_back(folder.parent_path() / "bin");
+    if (!is_program)
+        folders.push_back(folder.parent_path().parent_path() / "bin");
+}
+
+// The shared library that this function is in; empty in a program itself.
+fs::path own_library() {
+    Dl_info info{};
+    void* found = nullptr;
+    if (::dladdr1(reinterpret_cast<void*>(&own_library), &info, &found, RTLD_DL_LINKMAP) == 0)
+        return {};
+    const std::string name = static_cast<const link_map*>(found)->l_name; // empty: the program
+    std::error_code error;
+    return name.empty() ? fs::path() : fs::canonical(name, error);
+}
+
 struct SetProgram {
     std::mutex mutex;
     fs::path path;
@@ -273,9 +304,10 @@ fs::path decoder_program() {
         return named;
     std::vector<fs::path> folders;
     std::error_code error;
-    if (const fs::path self = fs::read_symlink("/proc/self/exe", error); !error)
-        folders.push_back(self.parent_path());
-    folders.emplace_back(PALPATE_INSTALLED_BIN);
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    append_folders_of(program, true, folders);
+    append_folders_of(own_library(), false, folders);
+    folders.emplace_back(palpate_installed_bin());
     if (const char* path = std::getenv("PATH")) {
         std::istringstream entries(path);
         for (std::string entry; std::getline(entries, entry, ':');)

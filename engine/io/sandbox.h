@@ -30,8 +30,9 @@ struct DecodedVoxels {
 };
 
 // The program that decodes: what was set last, where a path was; $PALPATE_DECODER if set; else
-// `palpate` in the folder of the running program, where the library was installed, or on $PATH, in
-// this order. Empty if there is none.
+// `palpate` in the folder of the running program; in bin/ beside that folder; in bin/ of the prefix
+// that a shared library with these functions lies in; in that of the prefix where CMake found
+// Palpate's package; or on $PATH, in this order. Empty if there is none.
 std::filesystem::path decoder_program();
 // For programs that embed the library. An empty path: found as above again.
 void set_decoder_program(std::filesystem::path program);

@@ -10,6 +10,7 @@
 #include "engine/base/error.h"
 #include "engine/gpu/device.h"
 #include "engine/image/png.h"
+#include "engine/io/sandbox.h"
 #include "engine/io/volume_io.h"
 #include "engine/reference/twin.h"
 #include "engine/render/renderer.h"
@@ -77,6 +78,7 @@ Result<void> run(const std::filesystem::path& folder) {
 int main(int argc, char** argv) {
     if (argc != 2)
         return 2;
+    std::printf("decoder: %s\n", io::decoder_program().c_str());
     const Result<void> result = run(argv[1]);
     if (!result)
         std::fprintf(stderr, "%s\n", result.error().message.c_str());
