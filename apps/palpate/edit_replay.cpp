@@ -1,46 +1,11 @@
 #include "apps/palpate/edit_replay.h"
 
-#include <algorithm>
-
 #include "engine/base/timer.h"
 #include "engine/edit/replay.h"
 #include "engine/volume/changes.h"
 #include "engine/volume/content_hash.h"
-#include "engine/volume/extent.h"
 
 namespace palpate {
-
-namespace {
-
-// Where a tool may reach along its way.
-WorldBox box_of(const Stroke& stroke) {
-    WorldBox box{stroke.poses.front().tool.position_mm, stroke.poses.front().tool.position_mm};
-    for (const StrokePose& pose : stroke.poses) {
-        box.low = glm::min(box.low, pose.tool.position_mm);
-        box.high = glm::max(box.high, pose.tool.position_mm);
-    }
-    double reach = 0.0; // of a point
-    if (const ShapePtr& shape = stroke.tool.shape)
-        reach = shape->ball_radius_mm().value_or(shape->bounds().reach_mm());
-    return {box.low - reach, box.high + reach};
-}
-
-std::string why_idle(const Stroke& stroke, const Volume& volume, uint64_t samples) {
-    const WorldBox way = box_of(stroke);
-    std::vector<HalfSpace> both = half_spaces(volume.grid(), 0.5); // a point marks its cell
-    const std::vector<HalfSpace> along = half_spaces(way);
-    both.insert(both.end(), along.begin(), along.end());
-    if (!have_common_point(both, slack_mm(volume.grid())))
-        return fmt::format("its tool stays within {}, and the volume lies elsewhere, within {}",
-                           text_of(way), text_of(world_box(volume.grid())));
-    if (samples == 0)
-        return stroke.operation.only_values ? "no sample with a value of only_values is in its tool"
-                                            : "no sample is in its tool";
-    return fmt::format("'{}' finds nothing to change in the {} samples within its tool",
-                       name_of(stroke.operation.kind), samples);
-}
-
-} // namespace
 
 Replay::Replay(Document document, HistoryOptions history)
     : now_(std::move(document)), history_(std::move(history)) {}
@@ -67,8 +32,7 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
         ++strokes_;
         idle_ += changed == 0;
         if (changed == 0 && first_idle_.empty())
-            first_idle_ = fmt::format("of stroke {}, {}", strokes_,
-                                      why_idle(entry.stroke, before, done.samples_seen));
+            first_idle_ = fmt::format("of stroke {}, {}", strokes_, done.why_idle);
     }
     return {};
 }

@@ -5,12 +5,42 @@
 
 #include "engine/edit/step.h"
 #include "engine/edit/stroke_run.h"
+#include "engine/volume/changes.h"
+#include "engine/volume/extent.h"
 
 namespace palpate {
 
 namespace {
 
 constexpr size_t kPosesAtOnce = 4096;
+
+// Where a tool may reach along its way.
+WorldBox box_of(const Stroke& stroke) {
+    WorldBox box{stroke.poses.front().tool.position_mm, stroke.poses.front().tool.position_mm};
+    for (const StrokePose& pose : stroke.poses) {
+        box.low = glm::min(box.low, pose.tool.position_mm);
+        box.high = glm::max(box.high, pose.tool.position_mm);
+    }
+    double reach = 0.0; // of a point
+    if (const ShapePtr& shape = stroke.tool.shape)
+        reach = shape->ball_radius_mm().value_or(shape->bounds().reach_mm());
+    return {box.low - reach, box.high + reach};
+}
+
+std::string why_idle(const Stroke& stroke, const Volume& volume, uint64_t samples) {
+    const WorldBox way = box_of(stroke);
+    std::vector<HalfSpace> both = half_spaces(volume.grid(), 0.5); // a point marks its cell
+    const std::vector<HalfSpace> along = half_spaces(way);
+    both.insert(both.end(), along.begin(), along.end());
+    if (!have_common_point(both, slack_mm(volume.grid())))
+        return fmt::format("its tool stays within {}, and the volume lies elsewhere, within {}",
+                           text_of(way), text_of(world_box(volume.grid())));
+    if (samples == 0)
+        return stroke.operation.only_values ? "no sample with a value of only_values is in its tool"
+                                            : "no sample is in its tool";
+    return fmt::format("'{}' finds nothing to change in the {} samples within its tool",
+                       name_of(stroke.operation.kind), samples);
+}
 
 Result<Volume> stroked(const Document& now, const JournalEntry& entry, uint64_t& samples_seen,
                        const std::stop_token& stop) {
@@ -56,6 +86,8 @@ Result<Replayed> replay(Document& now, History& history, const JournalEntry& ent
         PALPATE_TRY(next, apply_packed_step(now, entry.change.packed, false));
     } else {
         PALPATE_TRY(const Volume after, stroked(now, entry, replayed.samples_seen, stop));
+        if (const Volume& before = *now.find(entry.on); changed_bricks(before, after).empty())
+            replayed.why_idle = why_idle(entry.stroke, before, replayed.samples_seen);
         for (NamedVolume& volume : next.volumes)
             if (volume.name == entry.on)
                 volume.volume = after;

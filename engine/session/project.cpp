@@ -1,6 +1,7 @@
 #include "engine/session/project.h"
 
 #include <algorithm>
+#include <thread>
 #include <utility>
 
 #include "engine/base/file.h"
@@ -99,6 +100,20 @@ Result<void> set_journals_aside(const fs::path& folder, uint64_t save) {
     return {};
 }
 
+// Tells one state of a project's files from another: its last save, and which journals there are,
+// with the lengths of those that have ended.
+std::string files_text(const fs::path& folder) {
+    const Result<ProjectDescription> read = read_project_description(folder);
+    if (!read)
+        return read.error().message;
+    std::string text = std::to_string(read->save);
+    std::error_code error;
+    for (uint64_t number = read->save; fs::exists(folder / journal_name(number + 1), error);
+         ++number)
+        text += fmt::format(" {}", fs::file_size(folder / journal_name(number), error));
+    return text;
+}
+
 template <class Files>
 Result<Document> document_of(const fs::path& folder, const Files& files) {
     std::vector<NamedVolume> volumes;
@@ -111,6 +126,11 @@ Result<Document> document_of(const fs::path& folder, const Files& files) {
 }
 
 } // namespace
+
+Project::Project(fs::path folder, uint64_t save) : folder_(std::move(folder)), save_(save) {}
+Project::~Project() = default;
+Project::Project(Project&&) noexcept = default;
+Project& Project::operator=(Project&&) noexcept = default;
 
 bool Project::is_one(const fs::path& path) {
     std::error_code error;
@@ -127,30 +147,89 @@ Result<std::vector<Project::File>> Project::open_volumes(const fs::path& folder,
     return files;
 }
 
+struct Project::Snapshot {
+    struct Steps {
+        fs::path path;
+        Journal::Contents contents;
+    };
+    ProjectDescription description;
+    std::vector<File> files;
+    std::vector<Steps> journals;
+};
+
+Result<Project::Snapshot> Project::read_files(const fs::path& folder) {
+    Snapshot snapshot;
+    PALPATE_TRY(snapshot.description, read_project_description(folder));
+    PALPATE_TRY(snapshot.files, open_volumes(folder, snapshot.description));
+    const auto visit = [&](uint64_t, const fs::path& name) -> Result<Journal::Contents> {
+        PALPATE_TRY(Journal::Contents found, Journal::peek(name));
+        snapshot.journals.push_back({name, found});
+        return found;
+    };
+    PALPATE_TRY(for_each_journal(folder, snapshot.description.save, visit));
+    return snapshot;
+}
+
+size_t Project::Seen::in_effect() const {
+    return static_cast<size_t>(
+        std::count_if(unsaved.begin(), unsaved.end(), [](const Step& s) { return s.in_effect; }));
+}
+
 Result<Project::Seen> Project::look(const fs::path& path, const std::stop_token& stop) {
     const fs::path folder = project_folder(path);
-    PALPATE_TRY(const ProjectDescription read, read_project_description(folder));
-    PALPATE_TRY(const std::vector<File> files, open_volumes(folder, read));
-    PALPATE_TRY(Document document, document_of(folder, files));
+    // A save that goes on meanwhile replaces the files one after the other. A step that is being
+    // written looks like one that was cut.
+    constexpr int kLooks = 100, kLooksAtCut = 5;
+    constexpr std::chrono::milliseconds kNap(10);
+    Result<Snapshot> read = fail("");
+    for (int looks = 1; looks <= kLooks; ++looks) {
+        const std::string before = files_text(folder);
+        read = read_files(folder);
+        const bool is_cut = read && !read->journals.empty() && read->journals.back().contents.cut;
+        if (files_text(folder) == before && !(is_cut && looks < kLooksAtCut))
+            break;
+        std::this_thread::sleep_for(kNap);
+    }
+    if (!read)
+        return pass_on(read);
+    PALPATE_TRY(Document document, document_of(folder, read->files));
+    const ProjectDescription& description = read->description;
     Seen seen{.contents = {.document = std::move(document),
-                           .grey = read.grey,
-                           .labels = read.labels,
-                           .scene = read.scene,
-                           .touch = read.touch,
-                           .modality = read.modality},
-              .saves = read.save,
+                           .grey = description.grey,
+                           .labels = description.labels,
+                           .scene = description.scene,
+                           .touch = description.touch,
+                           .modality = description.modality},
+              .saves = description.save,
               .unsaved = {},
               .notes = {}};
     History history;
-    const auto visit = [&](uint64_t, const fs::path& name) -> Result<Journal::Contents> {
-        PALPATE_TRY(Journal::Contents found, Journal::peek(name));
-        PALPATE_TRY(replay_all(seen.contents.document, history, found, name, stop));
-        if (std::string note = note_of(found, name); !note.empty())
-            seen.notes.push_back(std::move(note));
-        seen.unsaved.insert(seen.unsaved.end(), found.entries.begin(), found.entries.end());
-        return found;
+    std::vector<size_t> done, undone; // steps, the newest last
+    const auto move_last = [&](std::vector<size_t>& from, std::vector<size_t>& to, bool in_effect) {
+        if (from.empty())
+            return; // a step before the save
+        seen.unsaved[from.back()].in_effect = in_effect;
+        to.push_back(from.back());
+        from.pop_back();
     };
-    PALPATE_TRY(for_each_journal(folder, read.save, visit));
+    for (const Snapshot::Steps& steps : read->journals) {
+        for (const JournalEntry& entry : steps.contents.entries) {
+            Result<Replayed> replayed = replay(seen.contents.document, history, entry, stop);
+            if (!replayed)
+                return fail("{}: {}", steps.path.string(), replayed.error().message);
+            if (entry.kind == JournalEntry::Kind::undo) {
+                move_last(done, undone, false);
+            } else if (entry.kind == JournalEntry::Kind::redo) {
+                move_last(undone, done, true);
+            } else {
+                undone.clear();
+                done.push_back(seen.unsaved.size());
+                seen.unsaved.push_back({entry, true, std::move(replayed->why_idle)});
+            }
+        }
+        if (std::string note = note_of(steps.contents, steps.path); !note.empty())
+            seen.notes.push_back(std::move(note));
+    }
     return seen;
 }
 

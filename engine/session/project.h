@@ -48,6 +48,10 @@ class Project {
     // Whether a path names a project: its folder, or its project.json.
     static bool is_one(const std::filesystem::path& path);
 
+    ~Project(); // waits for a save under way
+    Project(Project&& other) noexcept;
+    Project& operator=(Project&& other) noexcept;
+
     // A new one, in a folder that is not there. It appears whole or not at all.
     static Result<void> create(const std::filesystem::path& folder,
                                const ProjectContents& contents);
@@ -59,14 +63,29 @@ class Project {
                                        const SceneFile& scene = {},
                                        const std::string& modality = "",
                                        Limit limit = kStrokeLimit);
+    // The same with a thread of its own that writes the volumes.
+    class Creation;
+    static Creation begin_create_from(const std::filesystem::path& folder, Session& session,
+                                      const SceneFile& scene = {}, const std::string& modality = "",
+                                      Limit limit = kStrokeLimit);
+
+    // A step since the last save: a stroke, or another change.
+    struct Step {
+        JournalEntry entry;
+        bool in_effect = true; // false: it was undone, and not done again
+        std::string why_idle;  // of a stroke that changed no sample: the reason; else empty
+    };
 
     // A project as it is now, its unsaved steps applied. Changes nothing and needs no lock: for
-    // those who only read it, and to offer its unsaved steps before it is opened.
+    // those who only read it, and to offer its unsaved steps before it is opened. Another process
+    // may work on it and save it meanwhile: what is seen is how it was at one moment.
     struct Seen {
         ProjectContents contents;
         uint64_t saves = 0;
-        std::vector<JournalEntry> unsaved; // steps since the last save, the oldest first
-        std::vector<std::string> notes;    // sentences about damage found
+        std::vector<Step> unsaved;      // the oldest first; undo and redo are not among them
+        std::vector<std::string> notes; // sentences about damage found
+
+        size_t in_effect() const; // how many of the unsaved steps are
     };
     static Result<Seen> look(const std::filesystem::path& folder, const std::stop_token& stop = {});
 
@@ -90,17 +109,21 @@ class Project {
 
     // The same in a thread of its own, whose result poll() gives.
     Result<void> begin_save(Session& session, Limit limit = kStrokeLimit);
-    bool is_saving() const { return saving_.valid(); }
+    bool is_saving() const { return saving_.valid() || moving_; }
 
     // Moves the session to a new project in another folder, which this is from then on. The old one
     // keeps its unsaved steps. See create_from().
     Result<void> save_as(const std::filesystem::path& folder, Session& session,
                          Limit limit = kStrokeLimit);
+    // The same in a thread of its own, whose result poll() gives. Until then steps are kept in the
+    // old one.
+    Result<void> begin_save_as(const std::filesystem::path& folder, Session& session,
+                               Limit limit = kStrokeLimit);
 
     // Saves by begin_save() every so often, where is_saved() is false; nothing: never.
     void autosave_every(std::optional<std::chrono::milliseconds> interval) { every_ = interval; }
     // Call it between frames, on a clock that goes on: begins a save that is due. The result of a
-    // save of begin_save() that has ended since the last call, once.
+    // save of begin_save() or begin_save_as() that has ended since the last call, once.
     std::optional<Result<void>> poll(Session& session, int64_t now_ns);
 
     // Whether the last save holds all that the session is now. (Strokes are safe without it.)
@@ -122,8 +145,7 @@ class Project {
         std::vector<File> files;
         std::string settings;
     };
-    Project(std::filesystem::path folder, uint64_t save)
-        : folder_(std::move(folder)), save_(save) {}
+    Project(std::filesystem::path folder, uint64_t save);
     static Result<std::vector<File>> create_files(const std::filesystem::path& folder,
                                                   const ProjectContents& contents);
     static Result<std::vector<File>> write(const std::filesystem::path& folder, uint64_t save,
@@ -133,9 +155,12 @@ class Project {
                             const std::vector<File>& before, const std::vector<File>& now);
     static Result<std::vector<File>> open_volumes(const std::filesystem::path& folder,
                                                   const ProjectDescription& description);
+    struct Snapshot; // of its files, for look()
+    static Result<Snapshot> read_files(const std::filesystem::path& folder);
     ProjectContents contents_of(Session& session) const; // its document: of now
     static std::string settings_text(const ProjectContents& contents);
     Result<void> end_save(); // waits for it
+    Result<void> end_move(Result<Project> made);
 
     std::filesystem::path folder_;
     uint64_t save_;        // of project.json
@@ -147,6 +172,27 @@ class Project {
     std::optional<std::chrono::milliseconds> every_;
     std::optional<int64_t> waits_since_ns_; // for the next autosave
     std::future<Saved> saving_;             // last: its thread ends before the rest goes
+    std::unique_ptr<Creation> moving_;      // likewise: of begin_save_as()
+};
+
+// A project that is being made of a session. Where it goes before that is done, the folder may
+// stay, as a whole project without the session's later steps.
+class Project::Creation {
+ public:
+    // Call it between frames, from the session's thread. Once: the project, or why there is none.
+    std::optional<Result<Project>> poll(Session& session);
+    Result<Project> wait(Session& session); // until it is done
+
+ private:
+    friend class Project;
+    Creation(Project project, ProjectContents contents, Limit limit);
+    Result<Project> give_up(const std::string& why) const;
+
+    Project project_;
+    ProjectContents contents_; // when it began
+    Limit limit_;
+    std::future<Result<std::vector<File>>> writing_; // then
+    std::future<Result<Document>> changing_;         // the session's journal
 };
 
 struct Project::Opened {

@@ -83,42 +83,103 @@ Result<void> Project::create(const fs::path& folder, const ProjectContents& cont
     return {};
 }
 
-Result<Project> Project::create_from(const fs::path& folder, Session& session,
-                                     const SceneFile& scene, const std::string& modality,
-                                     Limit limit) {
+Project::Creation::Creation(Project project, ProjectContents contents, Limit limit)
+    : project_(std::move(project)),
+      contents_(std::move(contents)),
+      limit_(limit),
+      writing_(std::async(std::launch::async, [folder = project_.folder_, contents = contents_] {
+          return create_files(folder, contents);
+      })) {}
+
+Result<Project> Project::Creation::give_up(const std::string& why) const {
+    std::error_code ignored;
+    fs::remove_all(project_.folder_, ignored);
+    return fail("{}", why);
+}
+
+std::optional<Result<Project>> Project::Creation::poll(Session& session) {
+    const auto is_ready = [](const auto& future) {
+        return future.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+    };
+    if (writing_.valid()) {
+        if (!is_ready(writing_))
+            return {};
+        Result<std::vector<File>> files = writing_.get();
+        if (!files)
+            return Result<Project>(pass_on(files));
+        project_.files_ = std::move(*files);
+        // What was done since `contents_` is the first step of the journal.
+        Result<Journal::Found> found =
+            Journal::open(project_.folder_ / journal_name(1), {.save = 1});
+        if (!found)
+            return give_up(found.error().message);
+        Result<JournalChange> change =
+            session.change_journal(std::move(found->journal), contents_.document);
+        if (!change)
+            return give_up(change.error().message);
+        changing_ = std::async(
+            std::launch::async,
+            [change = std::move(*change), limit = limit_]() mutable { return change.wait(limit); });
+    }
+    if (!changing_.valid() || !is_ready(changing_))
+        return {};
+    if (const Result<Document> reached = changing_.get(); !reached)
+        return give_up(reached.error().message);
+    return Result<Project>(std::move(project_));
+}
+
+Result<Project> Project::Creation::wait(Session& session) {
+    if (writing_.valid())
+        writing_.wait();
+    if (std::optional<Result<Project>> done = poll(session))
+        return std::move(*done);
+    changing_.wait();
+    return *poll(session);
+}
+
+Project::Creation Project::begin_create_from(const fs::path& folder, Session& session,
+                                             const SceneFile& scene, const std::string& modality,
+                                             Limit limit) {
     Project project(folder, 1);
     project.journal_ = 1;
     project.scene_ = scene;
     project.modality_ = modality;
-    const ProjectContents contents = project.contents_of(session);
-    PALPATE_TRY(std::vector<File> files, create_files(folder, contents));
-    const auto given_up = [&](const std::string& why) {
-        std::error_code ignored;
-        fs::remove_all(folder, ignored);
-        return fail("{}", why);
-    };
-    // What was done since `contents` is the first step of the journal.
-    Result<Journal::Found> found = Journal::open(folder / journal_name(1), {.save = 1});
-    if (!found)
-        return given_up(found.error().message);
-    Result<JournalChange> change =
-        session.change_journal(std::move(found->journal), contents.document);
-    if (!change)
-        return given_up(change.error().message);
-    if (const Result<Document> reached = change->wait(limit); !reached)
-        return given_up(reached.error().message);
-    project.files_ = std::move(files);
+    ProjectContents contents = project.contents_of(session);
     project.settings_ = settings_text(contents);
-    return project;
+    return {std::move(project), std::move(contents), limit};
+}
+
+Result<Project> Project::create_from(const fs::path& folder, Session& session,
+                                     const SceneFile& scene, const std::string& modality,
+                                     Limit limit) {
+    return begin_create_from(folder, session, scene, modality, limit).wait(session);
+}
+
+Result<void> Project::begin_save_as(const fs::path& folder, Session& session, Limit limit) {
+    if (is_saving())
+        return fail("expected no save under way, found one");
+    moving_ =
+        std::make_unique<Creation>(begin_create_from(folder, session, scene_, modality_, limit));
+    return {};
+}
+
+Result<void> Project::end_move(Result<Project> made) {
+    moving_.reset();
+    if (!made)
+        return pass_on(made);
+    made->every_ = every_;
+    *this = std::move(*made);
+    return {};
 }
 
 Result<void> Project::save_as(const fs::path& folder, Session& session, Limit limit) {
+    if (moving_)
+        (void)end_move(moving_->wait(session)); // that one comes first
     if (saving_.valid())
         (void)end_save(); // of the old folder, which stays as it is then
-    PALPATE_TRY(Project made, create_from(folder, session, scene_, modality_, limit));
-    made.every_ = every_;
-    *this = std::move(made);
-    return {};
+    if (Result<void> begun = begin_save_as(folder, session, limit); !begun)
+        return begun;
+    return end_move(moving_->wait(session));
 }
 
 ProjectContents Project::contents_of(Session& session) const {
@@ -160,7 +221,7 @@ bool Project::is_saved(Session& session) const {
 }
 
 Result<void> Project::begin_save(Session& session, Limit limit) {
-    if (saving_.valid())
+    if (is_saving())
         return fail("expected no save under way, found one");
     const uint64_t next = journal_ + 1;
     const fs::path path = folder_ / journal_name(next);
@@ -213,6 +274,8 @@ Result<void> Project::end_save() {
 }
 
 Result<void> Project::save(Session& session, Limit limit) {
+    if (moving_)
+        (void)end_move(moving_->wait(session)); // and this one is of where that led
     if (saving_.valid())
         (void)end_save(); // this one comes after it
     PALPATE_TRY(begin_save(session, limit));
@@ -221,6 +284,13 @@ Result<void> Project::save(Session& session, Limit limit) {
 
 std::optional<Result<void>> Project::poll(Session& session, int64_t now_ns) {
     using std::chrono::nanoseconds;
+    if (moving_) {
+        std::optional<Result<Project>> made = moving_->poll(session);
+        if (!made)
+            return {};
+        waits_since_ns_ = now_ns;
+        return end_move(std::move(*made));
+    }
     if (saving_.valid()) {
         if (saving_.wait_for(nanoseconds(0)) != std::future_status::ready)
             return {};

@@ -230,21 +230,30 @@ void Work::save(const ViewState& state, const std::string& folder) {
             message_ = begun.error().message;
         return;
     }
+    if (creation_) {
+        message_ = "saving; one save at a time";
+        return;
+    }
     if (!has_labels()) // a project names the labels that may be drawn
         put_empty_labels();
     session_.settle();
-    Result<Project> made = Project::create_from(folder, session_, file_, loaded_.modality);
-    if (!made) {
-        message_ = made.error().message;
-        return;
-    }
-    project_.emplace(std::move(*made));
-    project_->autosave_every(kAutosave);
-    title_ = std::filesystem::path(folder).filename().string();
-    message_ = fmt::format("saved to {}; every step is kept there from now on", folder);
+    creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
 }
 
 void Work::poll() {
+    if (creation_)
+        if (std::optional<Result<Project>> made = creation_->poll(session_)) {
+            creation_.reset();
+            if (!*made) {
+                message_ = made->error().message;
+                return;
+            }
+            project_.emplace(std::move(**made));
+            project_->autosave_every(kAutosave);
+            title_ = project_->folder().filename().string();
+            message_ = fmt::format("saved to {}; every step is kept there from now on",
+                                   project_->folder().string());
+        }
     if (!project_)
         return;
     if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns()))

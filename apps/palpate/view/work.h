@@ -78,6 +78,7 @@ class Work {
     StrokePose last_;
     Json tool_;                      // that the session has now, as text tells it
     std::optional<Project> project_; // after the session that its saves look at
+    std::optional<Project::Creation> creation_;
 };
 
 // 1 .. 9: for a CT its usual windows, for others the default one; then all values.

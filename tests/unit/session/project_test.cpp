@@ -7,9 +7,11 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <map>
 #include <set>
+#include <thread>
 
 #include "engine/base/profile.h"
 #include "tests/support/kill.h"
@@ -255,6 +257,46 @@ TEST_F(ProjectTest, IsSavedAsAnother) {
     EXPECT_EQ(all_of(Project::open(file("q"))->setup.document), expected()[5]);
 }
 
+// A session goes on while it is saved as another; its steps meanwhile are kept in both.
+TEST_F(ProjectTest, IsSavedAsAnotherInTheBackground) {
+    make();
+    {
+        Result<Project::Opened> opened = Project::open(file("p"));
+        opened->setup.edit.threaded = false;
+        Project& project = opened->project;
+        Session session(std::move(opened->setup));
+        const auto poll = [&] {
+            std::optional<Result<void>> ended;
+            while (project.is_saving() && !ended)
+                ended = project.poll(session, 0);
+            return ended;
+        };
+        act(session, 0);
+        ASSERT_TRUE(project.begin_save_as(file("none/q"), session));
+        auto ended = poll();
+        ASSERT_TRUE(ended);
+        EXPECT_THAT(ended->error().message, HasSubstr("none/q"));
+        EXPECT_EQ(project.folder(), file("p"));
+
+        ASSERT_TRUE(project.begin_save_as(file("q"), session));
+        EXPECT_FALSE(project.begin_save(session));
+        EXPECT_FALSE(project.begin_save_as(file("r"), session));
+        act(session, 1);
+        EXPECT_EQ(all_of(Project::look(file("p"))->contents.document), expected()[2]);
+        ended = poll();
+        ASSERT_TRUE(ended);
+        ASSERT_TRUE(*ended) << ended->error().message;
+        EXPECT_EQ(project.folder(), file("q"));
+        EXPECT_FALSE(project.poll(session, 0));  // once
+        EXPECT_FALSE(project.is_saved(session)); // but for the step meanwhile
+        act(session, 2);
+        ASSERT_TRUE(project.save(session));
+    }
+    EXPECT_EQ(what_is_there(), expected()[2]);
+    EXPECT_EQ(all_of(Project::open(file("q"))->setup.document), expected()[3]);
+    EXPECT_FALSE(fs::exists(file("r")));
+}
+
 // A session that no project was opened for.
 TEST_F(ProjectTest, IsMadeOfASession) {
     Session session({.document = head_and_organs(),
@@ -280,7 +322,96 @@ TEST_F(ProjectTest, IsMadeOfASession) {
     EXPECT_EQ(seen->contents.modality, "CT");
     EXPECT_EQ(seen->contents.labels, "organs");
     ASSERT_EQ(seen->unsaved.size(), 1u);
-    EXPECT_EQ(seen->unsaved[0].change.title, "threshold");
+    EXPECT_EQ(seen->unsaved[0].entry.change.title, "threshold");
+}
+
+// Undo and redo are told by the steps that are in effect; strokes that changed nothing by why.
+TEST_F(ProjectTest, TellsWhichStepsAreInEffectAndWhichChangedNothing) {
+    make();
+    Result<Project::Opened> opened = Project::open(file("p"));
+    opened->setup.edit.threaded = false;
+    Session session(std::move(opened->setup));
+    const auto in_effect = [&] {
+        std::string text;
+        const Result<Project::Seen> seen = Project::look(file("p"));
+        EXPECT_TRUE(seen) << seen.error().message;
+        EXPECT_EQ(all_of(seen->contents.document), all_of(session.state().document));
+        EXPECT_EQ(seen->in_effect(), session.state().undo_steps);
+        for (const Project::Step& step : seen->unsaved)
+            text += step.in_effect ? '1' : '0';
+        return text;
+    };
+    const auto do_all = [&](const char* acts) { // s: a stroke, u: undo, r: redo
+        for (; *acts; ++acts) {
+            if (*acts == 's')
+                stroke(session, static_cast<int>(session.state().strokes_done));
+            else
+                ASSERT_TRUE(*acts == 'u' ? session.undo() : session.redo());
+            session.settle();
+        }
+    };
+    do_all("sss");
+    EXPECT_EQ(in_effect(), "111");
+    do_all("uu");
+    EXPECT_EQ(in_effect(), "100");
+    do_all("r");
+    EXPECT_EQ(in_effect(), "110");
+    do_all("s"); // what was undone cannot be done again
+    EXPECT_EQ(in_effect(), "1101");
+    do_all("uuu");
+    EXPECT_EQ(in_effect(), "0000");
+
+    const Stroke far = *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""),
+                                    {.kind = OperationKind::cut, .to_value = 5}, {{}});
+    ASSERT_TRUE(session.use({far.shape, far.tool, far.operation, "head", ""}));
+    using Kind = EditInput::Kind;
+    ASSERT_TRUE(session.stroke(Kind::down, {0.0, {{500, 0, 0}}}));
+    ASSERT_TRUE(session.stroke(Kind::up, {0.0, {{500, 0, 0}}}));
+    session.settle();
+    const Result<Project::Seen> seen = Project::look(file("p"));
+    EXPECT_THAT(seen->unsaved.back().why_idle, HasSubstr("the volume lies elsewhere"));
+    EXPECT_EQ(seen->unsaved.front().why_idle, "");
+}
+
+// One who looks while another works and saves sees one of the states there were, in their order.
+TEST_F(ProjectTest, IsSeenWholeWhileAnotherSavesIt) {
+    make();
+    std::atomic<bool> done = false;
+    std::vector<std::string> states; // the worker's until it has ended
+    std::thread worker([&] {
+        Result<Project::Opened> opened = Project::open(file("p"));
+        opened->setup.edit.threaded = false;
+        Session session(std::move(opened->setup));
+        states.push_back(all_of(session.state().document));
+        for (int n = 0; n < 30; ++n) {
+            stroke(session, n);
+            states.push_back(all_of(session.state().document));
+            const Result<void> saved = opened->project.save(session);
+            EXPECT_TRUE(saved) << saved.error().message;
+        }
+        done = true;
+    });
+    std::vector<std::string> seen;
+    std::set<uint64_t> saves;
+    while (!done || seen.empty()) {
+        const Result<Project::Seen> looked = Project::look(file("p"));
+        if (!looked) {
+            ADD_FAILURE() << looked.error().message;
+            break;
+        }
+        EXPECT_TRUE(looked->notes.empty()) << looked->notes.front();
+        saves.insert(looked->saves);
+        seen.push_back(all_of(looked->contents.document));
+    }
+    worker.join();
+    size_t at = 0;
+    for (const std::string& state : seen) {
+        const auto found =
+            std::find(states.begin() + static_cast<ptrdiff_t>(at), states.end(), state);
+        ASSERT_NE(found, states.end()) << "a state that was not there, or no longer";
+        at = static_cast<size_t>(found - states.begin());
+    }
+    std::printf("    seen %zu times, at %zu saves\n", seen.size(), saves.size());
 }
 
 // A stroke that does not end bounds a save, and takes part in the next one.
