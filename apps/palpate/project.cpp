@@ -75,19 +75,11 @@ Result<void> create(const ProjectOptions& o, const Interrupt& interrupt) {
 }
 
 std::string title_of(const JournalEntry& entry) {
-    switch (entry.kind) {
-        case JournalEntry::Kind::stroke:
-            return fmt::format("{} on {}, {} pose{}", name_of(entry.stroke.operation.kind),
-                               entry.on, entry.stroke.poses.size(),
-                               entry.stroke.poses.size() == 1 ? "" : "s");
-        case JournalEntry::Kind::change:
-            return entry.change.title;
-        case JournalEntry::Kind::undo:
-            return "undo";
-        case JournalEntry::Kind::redo:
-            break;
-    }
-    return "redo";
+    if (entry.kind == JournalEntry::Kind::change)
+        return entry.change.title;
+    const size_t poses = entry.stroke.poses.size();
+    return fmt::format("{} on {}, {} pose{}", name_of(entry.stroke.operation.kind), entry.on, poses,
+                       poses == 1 ? "" : "s");
 }
 
 Result<void> describe(const ProjectOptions& o, const Project::Seen& seen) {
@@ -107,11 +99,20 @@ Result<void> describe(const ProjectOptions& o, const Project::Seen& seen) {
                            {"spacing_mm", spacing},
                            {"type", name_of(v.volume.type())}});
     }
-    text += fmt::format("saves      {}\nsteps      {} since the last save\n", seen.saves,
+    text += fmt::format("saves      {}\nsteps      {} since the last save", seen.saves,
                         seen.unsaved.size());
+    text += seen.in_effect() == seen.unsaved.size()
+                ? "\n"
+                : fmt::format(", {} in effect\n", seen.in_effect());
     for (size_t i = 0; i < seen.unsaved.size(); ++i) {
-        text += fmt::format("  {:<8} {}\n", i + 1, title_of(seen.unsaved[i]));
-        steps.push_back(title_of(seen.unsaved[i]));
+        const Project::Step& step = seen.unsaved[i];
+        text += fmt::format("  {:<8} {}{}\n", i + 1, title_of(step.entry),
+                            step.in_effect ? "" : "; undone, not in effect");
+        if (!step.why_idle.empty())
+            text += fmt::format("           it changed no sample: {}\n", step.why_idle);
+        steps.push_back({{"title", title_of(step.entry)},
+                         {"in_effect", step.in_effect},
+                         {"why_idle", step.why_idle}});
     }
     if (!o.json)
         return print_text(text);
@@ -159,6 +160,7 @@ Result<void> change(const ProjectOptions& o, const Interrupt& interrupt) {
         log::warning("{}", note);
     SessionSetup& setup = opened.setup;
     PALPATE_TRY(const std::vector<JournalEntry> entries, steps_of(o, setup));
+    size_t strokes = 0;
     for (const JournalEntry& entry : entries) {
         const History::Stats steps = setup.edit.begun->stats();
         const bool is_undo = entry.kind == JournalEntry::Kind::undo;
@@ -166,7 +168,11 @@ Result<void> change(const ProjectOptions& o, const Interrupt& interrupt) {
             (entry.kind == JournalEntry::Kind::redo && steps.redo_steps == 0))
             return fail("{}: nothing is left to {}; steps before the last save stay", o.folder,
                         is_undo ? "undo" : "redo");
-        PALPATE_TRY(replay(setup.document, *setup.edit.begun, entry, interrupt.token()));
+        PALPATE_TRY(const Replayed done,
+                    replay(setup.document, *setup.edit.begun, entry, interrupt.token()));
+        strokes += entry.kind == JournalEntry::Kind::stroke;
+        if (!done.why_idle.empty())
+            log::warning("{}: stroke {} changed no sample: {}", o.strokes, strokes, done.why_idle);
         PALPATE_TRY(setup.edit.journal->append(entry));
     }
     if (!o.save)

@@ -22,7 +22,7 @@ Result<Project::Seen> look_at_project(const std::string& path, const std::stop_t
     PALPATE_TRY(Project::Seen seen, Project::look(path, stop));
     for (const std::string& note : seen.notes)
         log::warning("{}", note);
-    if (const size_t steps = seen.unsaved.size(); steps > 0)
+    if (const size_t steps = seen.in_effect(); steps > 0)
         log::info("{}: with {} step{} since its last save", path, steps, steps == 1 ? "" : "s");
     return seen;
 }

@@ -60,6 +60,11 @@ bool edits(const TouchOptions& o) {
     return !o.feel.edit.empty() || o.feel.drill_mm > 0.0;
 }
 
+// Whether the strokes become steps of the project that SCENE is.
+bool edits_project(const TouchOptions& o) {
+    return edits(o) && Project::is_one(o.scene);
+}
+
 template <class Table>
 std::vector<std::string> names_of(const Table& table) {
     std::vector<std::string> names;
@@ -119,7 +124,7 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
                                {"--page", o.page, FileUse::write},
                                {"--record", o.record, FileUse::write}});
     append_volume(files, "-o", o.output, FileUse::write);
-    if (edits(o) && !o.output.empty())
+    if (edits(o) && !o.output.empty() && !edits_project(o))
         files.push_back({"the journal of -o", journal_of(o).string(), FileUse::write});
     append_files(o.feel, files);
     if (const Result<haptics::DeviceEntry> device = haptics::find_device(o.device))
@@ -147,6 +152,7 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
         {!is_tool, {"--felt-tool"}, "of swept-tool"},
         {!edits(o), {"--tool"}, "without --edit and --drill"},
         {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
+        {edits_project(o), {"--journal"}, "the project keeps the strokes"},
         {o.motion.path.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
         {name == "none",
          {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source"},
@@ -216,7 +222,7 @@ Result<void> say(const haptics::TouchSummary& s, const Json& telemetry) {
 
 // Where -o is written and the tool edits, its strokes are kept in a journal meanwhile.
 Result<std::optional<Journal>> begin_journal(const TouchOptions& o, const Document& document) {
-    if (!edits(o) || o.output.empty())
+    if (!edits(o) || o.output.empty() || edits_project(o))
         return std::optional<Journal>();
     std::error_code error;
     if (fs::exists(journal_of(o), error))
@@ -226,6 +232,35 @@ Result<std::optional<Journal>> begin_journal(const TouchOptions& o, const Docume
             journal_of(o).string(), o.output);
     PALPATE_TRY(Journal made, Journal::create(journal_of(o), Journal::base_of(document)));
     return std::optional<Journal>(std::move(made));
+}
+
+// The project that SCENE is, opened so that strokes become its steps: its document, history and
+// journal take the place of what was read.
+Result<std::optional<Project::Opened>> open_project(const TouchOptions& o,
+                                                    const std::stop_token& stop) {
+    if (!edits_project(o))
+        return std::optional<Project::Opened>();
+    if (!o.labels.empty())
+        return fail(
+            "--labels: a tool that edits a project changes the project's own labels; leave out "
+            "--labels");
+    PALPATE_TRY(Project::Opened opened, Project::open(o.scene, {.unsaved = true, .stop = stop}));
+    return std::optional<Project::Opened>(std::move(opened));
+}
+
+// A session on the document of a project, felt as `felt` is. The edit works on the volumes by the
+// project's names.
+SessionSetup setup_in_project(SessionSetup project, SessionSetup felt, EditSetup& edit) {
+    const bool on_labels = edit.operation.on_labels();
+    if (project.grey.empty())
+        project.grey = project.document.volumes.front().name;
+    if (project.labels.empty() && !felt.labels.empty())
+        project.labels = project.grey; // a label map stands for both
+    edit.on = on_labels ? project.labels : project.grey;
+    edit.guide = on_labels ? project.grey : "";
+    project.touch = std::move(felt.touch);
+    project.parameters = felt.parameters;
+    return project;
 }
 
 // What is done, or why it is not: then the strokes stay.
@@ -279,8 +314,13 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     PALPATE_TRY(const TouchParameters parameters, parameters_of(o, scene, app));
     PALPATE_TRY(Feel feel, make_feel(o.feel, scene, parameters, *algorithm, interrupt.token()));
     warn_of_idle_options(app, o, feel.parameters.source, *device);
-    SessionSetup session = session_setup(feel);
-    const Volume before = session.document.first();
+    PALPATE_TRY(std::optional<Project::Opened> project, open_project(o, interrupt.token()));
+    SessionSetup felt = session_setup(feel);
+    SessionSetup session =
+        project ? setup_in_project(std::move(project->setup), std::move(felt), *feel.edit)
+                : std::move(felt);
+    const Volume before =
+        feel.edit ? *session.document.find(feel.edit->on) : session.document.first();
     if (!o.output.empty())
         PALPATE_TRY(expect_format_holds(o.output, before.grid()));
     PALPATE_TRY(std::optional<Journal> journal, begin_journal(o, session.document));
@@ -303,8 +343,13 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     Result<void> done = run ? write_all(o, *run, interrupt.token()) : Result<void>(pass_on(run));
     if (journalled)
         done = end_journal(o, std::move(done));
+    if (!done && project)
+        return fail("{}; the finished strokes are steps of {}", done.error().message, o.scene);
     if (!done)
         return done;
+    if (project)
+        log::info("{}: {} step{} more; `palpate project {} --undo N` takes steps back", o.scene,
+                  run->strokes, run->strokes == 1 ? "" : "s", o.scene);
     const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
     warn_of_what_was_felt(summary, o);
     if (edits(o))

@@ -132,9 +132,12 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
                                            .start_ns = begin_ns}));
     RecordingDevice recorder(*device, setup.real_time ? count + 16 : 16);
     setup.session.edit.threaded = setup.real_time;
-    TouchRun run{.volume = setup.session.document.first()};
+    const std::string edited =
+        setup.edit ? setup.edit->on : setup.session.document.volumes.front().name;
+    TouchRun run{.volume = *setup.session.document.find(edited)};
     run.start_ns = begin_ns + std::llround(kLead_s * 1e9);
     Session session(std::move(setup.session));
+    const size_t begun = session.state().strokes_done;
     if (setup.edit)
         session.use(*setup.edit);
     const SessionDevice touched{
@@ -150,7 +153,9 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
         log::warning(
             "force never began: the path's first pose is in contact, or the device was "
             "not ready");
-    run.volume = session.state().document.first();
+    const EditState end = session.state();
+    run.volume = *end.document.find(edited);
+    run.strokes = end.strokes_done - begun;
     run.telemetry = telemetry_json(session.servo()->telemetry());
     return run;
 }

@@ -32,7 +32,8 @@ struct TouchRun {
     std::vector<haptics::ServoTick> ticks;
     int64_t start_ns = 0; // of the path; before it force fades in
     std::vector<haptics::DeviceRecord> records;
-    Volume volume;  // the first of the document, as it is at the end
+    Volume volume; // that was edited, else the first of the document, as it is at the end
+    size_t strokes = 0;
     Json telemetry; // haptics/servo/telemetry.h
 };
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "engine/io/volume_io.h"
 #include "engine/volume/content_hash.h"
@@ -129,6 +130,83 @@ TEST_F(ProjectCommand, OtherCommandsReadIt) {
     EXPECT_EQ(hash_of_export("volume"), before);
 }
 
+TEST_F(ProjectCommand, TellsWhichStepsAreInEffectAndWhichMissed) {
+    create();
+    write_strokes();
+    write("far.jsonl", R"({"stroke": 1, "units": "mm", "shape": {"kind": "ball", "radius_mm": 4}, )"
+                       R"("operation": {"kind": "cut"}})"
+                       "\n{\"p_mm\": [600, 0, 0]}\n");
+    ASSERT_EQ(run_project({"--strokes", file("cut.jsonl").string()}).exit_code, 0);
+    ProgramRun done = run_project({"--strokes", file("far.jsonl").string()});
+    EXPECT_EQ(done.exit_code, 0);
+    EXPECT_THAT(done.messages, AllOf(HasSubstr("far.jsonl: stroke 1 changed no sample"),
+                                     HasSubstr("the volume lies elsewhere")));
+    EXPECT_THAT(run_project({}).output, AllOf(HasSubstr("steps      3 since the last save\n"),
+                                              HasSubstr("it changed no sample: its tool stays")));
+    ASSERT_EQ(run_project({"--undo", "2"}).exit_code, 0);
+    done = run_project({});
+    EXPECT_THAT(done.output, AllOf(HasSubstr("steps      3 since the last save, 1 in effect\n"),
+                                   HasSubstr("cut on volume, 1 pose\n"),
+                                   HasSubstr("draw on labels, 1 pose; undone, not in effect\n")));
+    const auto json = nlohmann::json::parse(run_project({"--json"}).output);
+    EXPECT_EQ(json["steps"].size(), 3u);
+    EXPECT_EQ(json["steps"][0]["title"], "cut on volume, 1 pose");
+    EXPECT_EQ(json["steps"][0]["in_effect"], true);
+    EXPECT_EQ(json["steps"][0]["why_idle"], "");
+    EXPECT_EQ(json["steps"][1]["in_effect"], false);
+    EXPECT_NE(json["steps"][2]["why_idle"], "");
+    EXPECT_THAT(run({"convert", project(), file("c.nrrd").string()}).messages,
+                HasSubstr("with 1 step since its last save"));
+}
+
+// The strokes of a touch are steps of the project: kept, undone and saved later.
+TEST_F(ProjectCommand, ATouchThatEditsWritesItsStrokesIntoTheProject) {
+    create();
+    write("path.csv",
+          "time_s,x_mm,y_mm,z_mm,button\n0,-6,0,-3,1\n0.2,6,0,-3,0\n0.3,0,6,-3,1\n"
+          "0.4,0,8,-3,0\n");
+    const std::vector<std::string> touch{
+        "touch",    project(), "--path",      file("path.csv").string(),
+        "--device", "exact",   "--algorithm", "none"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), touch.begin(), touch.end());
+        return run(more);
+    };
+    const uint64_t values = hash_of_export("volume"), labels = hash_of_export("labels");
+    ASSERT_EQ(with({}).exit_code, 0); // felt alone
+    EXPECT_EQ(hash_of_export("volume"), values);
+    ProgramRun done = with({"--drill", "3", "-o", file("out.nrrd").string()});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_THAT(done.messages, HasSubstr("2 steps more"));
+    const uint64_t drilled = hash_of_export("volume");
+    EXPECT_NE(drilled, values);
+    EXPECT_EQ(hash_of("out.nrrd"), drilled);
+    EXPECT_FALSE(std::filesystem::exists(file("out.nrrd.journal")));
+    EXPECT_EQ(hash_of_export("labels"), labels);
+    // What a touch of the file itself gives.
+    done = run({"touch", file("ct.nrrd").string(), "--path", file("path.csv").string(), "--device",
+                "exact", "--algorithm", "none", "--drill", "3", "-o", file("file.nrrd").string()});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(hash_of("file.nrrd"), drilled);
+    done = with({"--edit", R"({"kind": "draw", "label": 7})", "--tool",
+                 R"({"kind": "ball", "radius_mm": 2})"});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_NE(hash_of_export("labels"), labels);
+    EXPECT_EQ(hash_of_export("volume"), drilled);
+    EXPECT_THAT(run_project({}).output,
+                AllOf(HasSubstr("steps      4 since the last save\n"), HasSubstr("cut on volume"),
+                      HasSubstr("draw on labels")));
+    ASSERT_EQ(run_project({"--undo", "2"}).exit_code, 0);
+    EXPECT_EQ(hash_of_export("labels"), labels);
+    ASSERT_EQ(run_project({"--save"}).exit_code, 0);
+    EXPECT_EQ(hash_of_export("volume"), drilled);
+    done = with({"--drill", "3", "--labels", file("labels.nrrd").string()});
+    EXPECT_EQ(done.exit_code, 1);
+    EXPECT_THAT(done.messages, HasSubstr("leave out --labels"));
+    EXPECT_THAT(with({"--drill", "3", "--journal"}).messages,
+                HasSubstr("without effect here: --journal"));
+}
+
 TEST_F(ProjectCommand, SaysWhatIsWrong) {
     ProgramRun done = run_project({});
     EXPECT_EQ(done.exit_code, 1);
@@ -139,7 +217,8 @@ TEST_F(ProjectCommand, SaysWhatIsWrong) {
     EXPECT_THAT(done.messages, HasSubstr("expected no such file or folder yet, found one"));
     done = run_project({"--export", "nose", "-o", file("x.nrrd").string()});
     EXPECT_EQ(done.exit_code, 1);
-    EXPECT_THAT(done.messages, HasSubstr("expected one of the volumes volume, labels, found"));
+    EXPECT_THAT(done.messages,
+                HasSubstr("expected one of the volumes 'volume', 'labels', found 'nose'"));
     EXPECT_EQ(run_project({"--export", "volume"}).exit_code, 2);
     EXPECT_EQ(run_project({"--labels", file("labels.nrrd").string()}).exit_code, 2);
     std::filesystem::remove(file("p/labels-1.pbv"));
