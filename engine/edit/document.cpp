@@ -83,7 +83,7 @@ Result<void> expect_volume(const Document& document, std::string_view name) {
         return {};
     std::string names;
     for (const NamedVolume& volume : document.volumes)
-        names += (names.empty() ? "" : ", ") + volume.name;
+        names += fmt::format("{}'{}'", names.empty() ? "" : ", ", volume.name);
     return fail("expected one of the volumes {}, found '{}'", names, name);
 }
 

@@ -40,8 +40,10 @@ Stroke read_header(const JsonValue& in) {
     Stroke stroke;
     if (in.find("stroke")->number(0, 1e6) != 1)
         in.complain("expected \"stroke\": 1, the version of the format (not a count)");
-    if (const auto units = in.find("units"); !units || units->text() != "mm")
-        in.complain("expected \"units\": \"mm\"");
+    if (const auto units = in.find("units"); !units)
+        in.complain("expected \"units\": \"mm\", found none");
+    else if (!units->is(Json::Kind::string) || units->json().string != "mm")
+        units->reject("\"mm\"");
     const auto shape = in.find("shape"), operation = in.find("operation");
     if (!shape || !operation) {
         in.complain("expected a header with \"shape\" and \"operation\"");

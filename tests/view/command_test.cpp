@@ -73,5 +73,31 @@ TEST_F(ViewCommand, FailuresAreOneSentence) {
            "no Vulkan device can be used");
 }
 
+// Where the window heeds one of them, it leaves this list and that of view/command.cpp.
+TEST_F(ViewCommand, OptionsWithoutEffectAreSaid) {
+    const std::vector<std::vector<std::string>> idle{{"--slice", "axial"},
+                                                     {"--slab", "3"},
+                                                     {"--slab-mode", "maximum"},
+                                                     {"--interpolation", "cubic"},
+                                                     {"--stereo", "anaglyph"},
+                                                     {"--eye-separation", "60"},
+                                                     {"--convergence", "300"},
+                                                     {"--swap-eyes"},
+                                                     {"--mirror"},
+                                                     {"--values"},
+                                                     {"--frame-ms", "30"}};
+    std::vector<std::string> all{"--state", file("s.json").string()};
+    for (const auto& option : idle)
+        all.insert(all.end(), option.begin(), option.end());
+    const ProgramRun ran = view(all);
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    for (const auto& option : idle)
+        EXPECT_THAT(ran.messages, HasSubstr(option.front() + " ("));
+    EXPECT_EQ(view({"--state", file("s.json").string(), "--mode", "mip", "--view", "left",
+                    "--background", "0,0,1"})
+                  .messages,
+              "");
+}
+
 } // namespace
 } // namespace palpate

@@ -83,8 +83,19 @@ TEST(Script, ErrorsNameTheLineAndWhatWasExpected) {
     EXPECT_THAT(error(head + "{\"frame\": 1, \"move\": [1]}"), HasSubstr("s.jsonl:2: move"));
     EXPECT_THAT(error(head + "{\"frame\": 1, \"move\": [1, 2], \"text\": \"a\"}"),
                 HasSubstr("expected one of"));
-    EXPECT_THAT(error(head + "{\"frame\": 2, \"text\": \"a\"}\n{\"frame\": 1, \"text\": \"a\"}"),
-                HasSubstr("s.jsonl:3: expected frames and times that never fall"));
+    EXPECT_THAT(
+        error(head + "{\"frame\": 2, \"text\": \"a\"}\n{\"frame\": 1, \"text\": \"a\"}"),
+        HasSubstr("s.jsonl:3: expected \"frame\" to be at least 2, that of the line before, "
+                  "found 1"));
+    EXPECT_THAT(
+        error(head + "{\"frame\": 2, \"t_s\": 0.75, \"text\": \"a\"}\n{\"frame\": 2, \"t_s\": "
+                     "0.25, \"text\": \"a\"}"),
+        HasSubstr("s.jsonl:3: expected \"t_s\" to be at least 0.75, that of the line before, "
+                  "found 0.25"));
+    EXPECT_THAT(
+        error(head + "{\"frame\": 1, \"t_s\": 0.75, \"text\": \"a\"}\n"
+                     "{\"frame\": 30, \"text\": \"a\"}"),
+        HasSubstr("at least 0.75, that of the line before, found 0.5, of the frame's number"));
     EXPECT_THAT(error(head + "{\"frame\": 1, \"mov\": [1, 2]}"), HasSubstr("mov"));
     EXPECT_THAT(error(head + "{\"frame\": 1, \"resize\": [1, 2]}"), HasSubstr("resize"));
     EXPECT_EQ(error(head + "\n  \n{\"frame\": 1, \"move\": [1, 2]}\n"), "");

@@ -37,7 +37,7 @@ const std::vector<KeyHelp>& key_help() {
         {"1 .. 9", "windows"},
         {"S, A, D", "labels: show, fade, strengthen"},
         {"Up, Down", "next and previous slice under the pointer"},
-        {"Home, End, PgDn", "3D from above, front, left; Shift: from the other side"},
+        {"Home, End, Page Down", "3D from above, front, left; Shift: from the other side"},
         {"L, Tab", "layout; which slice is shown alone"},
         {"P, H, N, T", "show or hide: slices in 3D, crosshair, notes, tools"},
         {"R", "reset views and window"},

@@ -116,9 +116,19 @@ Result<Script> parse_script(const std::string& text, const std::string& name) {
         const auto time = value.find("t_s");
         next.event.time_s =
             time ? time->number(0.0, kLongest_s) : static_cast<double>(next.frame) * kFrame_s;
-        if (!script.lines.empty() && (next.frame < script.lines.back().frame ||
-                                      next.event.time_s < script.lines.back().event.time_s))
-            value.complain("expected frames and times that never fall");
+        if (!script.lines.empty()) {
+            const Script::Line& last = script.lines.back();
+            if (next.frame < last.frame)
+                value.complain(
+                    fmt::format("expected \"frame\" to be at least {}, that of the line before, "
+                                "found {}",
+                                last.frame, next.frame));
+            else if (next.event.time_s < last.event.time_s)
+                value.complain(fmt::format(
+                    "expected \"t_s\" to be at least {}, that of the line before, "
+                    "found {}{}",
+                    last.event.time_s, next.event.time_s, time ? "" : ", of the frame's number"));
+        }
         script.lines.push_back(std::move(next));
     }
     if (errors.first)

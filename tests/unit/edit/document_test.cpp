@@ -255,7 +255,7 @@ TEST_F(JournalledDocument, GoesOnWithTheStepsOfItsJournal) {
         EXPECT_THAT(reader.pin()->refusal, HasSubstr("the last volume"));
         editor.remove("other");
         editor.settle();
-        EXPECT_THAT(reader.pin()->refusal, HasSubstr("one of the volumes volume, found 'other'"));
+        EXPECT_THAT(reader.pin()->refusal, HasSubstr("one of the volumes 'volume', found 'other'"));
         editor.put({"a/b", VolumeKind::other, first.first()}, "x");
         editor.settle();
         EXPECT_THAT(reader.pin()->refusal, HasSubstr("found 'a/b'"));

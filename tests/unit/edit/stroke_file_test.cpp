@@ -117,7 +117,10 @@ TEST(StrokeFile, SaysWhatIsWrongAndWhere) {
                 HasSubstr("low <= high"));
     std::string other = kHeader;
     other.replace(other.find("mm"), 2, "in");
-    EXPECT_THAT(why(other + kPose), HasSubstr("expected \"units\": \"mm\""));
+    EXPECT_THAT(why(other + kPose), HasSubstr(":1: units: expected \"mm\", found \"in\""));
+    other = kHeader;
+    other.replace(other.find("\"units\": \"mm\", "), 15, "");
+    EXPECT_THAT(why(other + kPose), HasSubstr("expected \"units\": \"mm\", found none"));
 }
 
 // Any piece of a good file is read or refused, and never anything else.
