@@ -49,6 +49,30 @@ def picture(example, folder):
         near("middle pixel", pixels[128, 128, channel], 255 * (0.85 * color + 0.15), 2)
 
 
+def slice(example, folder):
+    """A ramp along x of 20 x 10 x 4 samples, 2 x 2 x 5 mm; its middle slice is z = 1.5 samples."""
+    volume, out = os.path.join(folder, "ramp.nrrd"), os.path.join(folder, "slice.png")
+    values = " ".join(str(100 * x) for _ in range(4 * 10) for x in range(20))
+    with open(volume, "w", encoding="ascii") as file:
+        file.write("NRRD0004\ntype: int16\ndimension: 3\nsizes: 20 10 4\n"
+                   "space: left-posterior-superior\nspace directions: (2,0,0) (0,2,0) (0,0,5)\n"
+                   "space origin: (0,0,0)\nencoding: ascii\n\n" + values + "\n")
+    assert "20 x 10 x 4 samples, 2 x 2 x 5 mm, values 0 .. 1900" in output_of(example, volume, out)
+    pixels = read_png(out).astype(int)
+    # The picture is as high as the diagonal of 40 x 20 x 20 mm, and x = 19 mm is in its middle. Seen
+    # from the feet, +x (left) is on the right. The ramp is a straight one from 0 to 1 over 38 mm.
+    px_per_mm = 256 / math.sqrt(40**2 + 20**2 + 20**2)
+    for column in range(256):
+        mm = 19 + (column + 0.5 - 128) / px_per_mm
+        if 0.5 < mm < 37.5:
+            near(f"column {column}", pixels[128, column, 0], 255 * mm / 38, 1)
+        elif mm < -1.5 or mm > 39.5:
+            near(f"column {column}", pixels[128, column, 0], 0, 0)
+    missing = subprocess.run([example, os.path.join(folder, "none.nii"), out],
+                             capture_output=True, text=True)
+    assert missing.returncode == 1 and "none.nii" in missing.stderr, missing
+
+
 def mesh(example, folder):
     out = os.path.join(folder, "torus.ply")
     text = output_of(example, out)
