@@ -95,30 +95,7 @@ struct Marks {
                 list.AddLine(to_im(tip - glm::dvec2(0.0, 4.0)), to_im(tip + glm::dvec2(0.0, 2.0)),
                              color, thick);
         }
-        const std::string text = bar.mm < 1000.0 ? fmt::format("{:g} mm", bar.mm)
-                                                 : fmt::format("{:g} m", bar.mm / 1000.0);
-        write(list, 0.5 * (begin + end) - glm::dvec2(0.0, 5.0), {0.5, 1.0}, text);
-    }
-
-    // "S 12.5 mm, 46 of 108"
-    std::string place() const {
-        const glm::dvec3 away = -slice().towards;
-        int axis = 0;
-        for (int i = 1; i < 3; ++i)
-            if (std::abs(away[i]) > std::abs(away[axis]))
-                axis = i;
-        const double mm = state.crosshair_mm[axis];
-        const char letter_of[] = {mm < 0 ? 'R' : 'L', mm < 0 ? 'A' : 'P', mm < 0 ? 'I' : 'S'};
-        std::string text = fmt::format("{} {:.1f} mm", letter_of[axis], std::abs(mm));
-        const glm::dvec3 samples = glm::dmat3(index_from_world(grid())) * slice().towards;
-        if (!holds_samples(grid(), slice().towards))
-            return text + ", turned";
-        int along = 0;
-        for (int i = 1; i < 3; ++i)
-            if (std::abs(samples[i]) > std::abs(samples[along]))
-                along = i;
-        const double index = index_point(grid(), state.crosshair_mm)[along];
-        return text + fmt::format(", {:g} of {}", std::round(index) + 1.0, grid().size[along]);
+        write(list, 0.5 * (begin + end) - glm::dvec2(0.0, 5.0), {0.5, 1.0}, length_text(bar.mm));
     }
 
     void notes(const PictureState& picture) const {
@@ -127,10 +104,8 @@ struct Marks {
         const glm::dvec2 foot(low.x + edge, low.y + size.y - edge);
         if (is_slice(panel)) {
             write(list, {low.x + size.x - edge, corner.y}, {1.0, 0.0},
-                  fmt::format("W {:g} L {:g}",
-                              std::round(10 * (state.window.high - state.window.low)) / 10,
-                              std::round(5 * (state.window.low + state.window.high)) / 10));
-            write(list, foot, {0.0, 1.0}, place());
+                  window_text(state.window.low, state.window.high));
+            write(list, foot, {0.0, 1.0}, place_text(grid(), state.crosshair_mm, slice().towards));
             if (std::abs(slice().zoom - 1.0) > 0.005)
                 write(list, foot - glm::dvec2(0.0, letter), {0.0, 1.0},
                       fmt::format("zoom {:.2f}", slice().zoom));

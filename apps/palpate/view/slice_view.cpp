@@ -114,38 +114,4 @@ double layer_step_mm(const Grid& grid, glm::dvec3 direction) {
     return 1.0 / std::max({samples.x, samples.y, samples.z});
 }
 
-bool holds_samples(const Grid& grid, glm::dvec3 direction) {
-    // The axes across which the plane extends stand on its normal.
-    const glm::dmat3 m(grid.world_from_index);
-    int across = 0;
-    for (int i = 0; i < 3; ++i)
-        across += std::abs(glm::dot(glm::normalize(m[i]), direction)) < 1e-6;
-    return across == 2;
-}
-
-std::string letters_of(glm::dvec3 direction) {
-    constexpr double kLeast = 0.2;
-    constexpr const char* positive = "LPS";
-    constexpr const char* negative = "RAI";
-    std::array<int, 3> order{0, 1, 2};
-    std::stable_sort(order.begin(), order.end(),
-                     [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
-    std::string letters;
-    for (const int axis : order)
-        if (std::abs(direction[axis]) >= kLeast * glm::length(direction))
-            letters += direction[axis] > 0 ? positive[axis] : negative[axis];
-    return letters;
-}
-
-ScaleBar scale_bar(double mm_per_px, double most_px) {
-    const double most_mm = mm_per_px * most_px;
-    double mm = std::pow(10.0, std::floor(std::log10(most_mm)));
-    for (const double times : {5.0, 2.0})
-        if (times * mm <= most_mm) {
-            mm *= times;
-            break;
-        }
-    return {mm, mm / mm_per_px};
-}
-
 } // namespace palpate::view

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/palpate/view/panel.h"
+#include "engine/annotate/measure.h"
 #include "engine/scene/camera.h"
 #include "engine/volume/grid.h"
 
@@ -43,18 +44,5 @@ std::optional<glm::dvec2> pixel_of(const Camera& camera, glm::ivec2 size_px, glm
 
 // The way along a direction of unit length from one layer of samples to the next.
 double layer_step_mm(const Grid& grid, glm::dvec3 direction);
-// Whether planes across a direction hold samples: it stands on two axes of the grid.
-bool holds_samples(const Grid& grid, glm::dvec3 direction);
-
-// Where a direction points to in the patient: L R P A S I, the strongest first; those that hold
-// less than a fifth of it are left out. "L", "LP", "AIR".
-std::string letters_of(glm::dvec3 direction);
-
-// A round length (1, 2 or 5 times a power of ten) of at most `most_px` pixels, and more than 2/5 of
-// them.
-struct ScaleBar {
-    double mm, px;
-};
-ScaleBar scale_bar(double mm_per_px, double most_px);
 
 } // namespace palpate::view

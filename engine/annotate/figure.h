@@ -1,0 +1,37 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/image/image.h"
+#include "engine/scene/scene.h"
+
+namespace palpate {
+
+// Marks over a picture for print: what a reader must know to read it.
+struct Figure {
+    bool letters = false;   // at the edges: to which side of the patient they lie (letters_of())
+    bool scale_bar = false; // lower right; for perspective in the focal plane, which it says
+    bool color_bar = false; // upper right: colours of color_function() with their values
+    std::vector<std::string> note{}; // lines in the upper left corner
+    std::string unit{};              // of values: "HU"; empty: none is written
+    bool dark_ink = false;           // for bright backgrounds
+    double line_px = 0.0;            // height of a line of text; 0: 1/26 of the picture's
+};
+
+// Draws the marks into a picture of the scene's camera, for each eye: in stereo they lie at the
+// depth of the screen. Draw them before eyes are laid out for a display, so that a mirrored picture
+// mirrors them as well. The picture has channels R, G, B, and colours associated with A where it
+// has that (strokes.h).
+void annotate(Image& eye, const Scene& scene, const Figure& figure);
+
+// The function that a colour bar shows: that of slices where there are any, else that of rays in
+// modes mip and alpha. Null where there is none, or where it has one value alone.
+const TransferFunction* color_function(const Scene& scene);
+
+// What a corner note says of a scene: the volume's name, where its slices lie, its window or
+// iso-values.
+std::vector<std::string> note_of(const Scene& scene, const Grid& grid, const std::string& name,
+                                 const std::string& unit);
+
+} // namespace palpate
