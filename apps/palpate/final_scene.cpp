@@ -179,8 +179,8 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
     Scene scene = resolved_scene(file, grid);
     if (options.size_px.size() == 2)
         scene.size_px = {options.size_px[0], options.size_px[1]};
-    if (options.background.size() == 3)
-        scene.background = {options.background[0], options.background[1], options.background[2]};
+    if (!options.background.empty())
+        scene.background = read_background(options.background).value();
     scene.value_and_depth = scene.value_and_depth || options.values;
     const bool nothing_asked = from_volume && asks_for_nothing(options);
     const std::optional<SliceLayer> plane = nothing_asked ? only_slice(grid) : std::nullopt;

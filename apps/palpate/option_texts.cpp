@@ -88,6 +88,18 @@ Result<glm::dvec3> read_color(const std::string& text) {
     return glm::dvec3(c[0], c[1], c[2]);
 }
 
+Result<glm::dvec3> read_background(const std::string& text) {
+    if (text == "black" || text == "transparent")
+        return glm::dvec3(0.0);
+    if (text == "white")
+        return glm::dvec3(1.0);
+    Result<glm::dvec3> color = read_color(text);
+    if (!color)
+        return fail("expected black, white, transparent or a colour r,g,b, 0 .. 1, found '{}'",
+                    text);
+    return color;
+}
+
 Result<SurfaceSource> read_surface(const std::string& text) {
     if (text == "labels")
         return SurfaceSource{.mesh = {}, .iso = {}, .labels = true};

@@ -26,6 +26,9 @@ Result<ClipPlane> read_clip(const std::string& text);
 // "r,g,b", 0 .. 1.
 Result<glm::dvec3> read_color(const std::string& text);
 
+// The same, or "black", "white", or "transparent", which is black.
+Result<glm::dvec3> read_background(const std::string& text);
+
 // "labels", "iso=300" or a file.
 Result<SurfaceSource> read_surface(const std::string& text);
 

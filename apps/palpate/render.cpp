@@ -3,6 +3,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/device_options.h"
+#include "apps/palpate/figure_options.h"
 #include "apps/palpate/open_scene.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
@@ -12,6 +13,7 @@
 #include "apps/palpate/render_report.h"
 #include "apps/palpate/render_timing.h"
 #include "apps/palpate/render_warnings.h"
+#include "apps/palpate/turntable.h"
 #include "engine/accuracy/accuracy.h"
 #include "engine/base/log.h"
 #include "engine/base/percentile.h"
@@ -26,6 +28,8 @@ struct RenderOptions {
     ReadFlags read;
     DeviceMemoryOptions memory;
     FrameOptions frames;
+    FigureOptions figure;
+    TurntableOptions turntable;
     std::string preview;
     std::string output, stats, device, write_scene;
     TexelFormat format = TexelFormat::automatic;
@@ -45,8 +49,14 @@ std::vector<NamedFile> files_of(const RenderOptions& options) {
     std::vector<NamedFile> files{{"--tf", options.scene.transfer}};
     append_volume(files, "SCENE", options.scene.input);
     append_volume(files, "--labels", options.scene.labels);
-    for (const std::filesystem::path& path : frame_paths(options.output, layout))
-        files.push_back({"-o", path.string(), FileUse::write});
+    std::vector<std::string> outputs = frame_names(options.turntable, options.output);
+    if (outputs.empty())
+        outputs.push_back(options.output);
+    for (const std::string& output : outputs)
+        for (const std::filesystem::path& path : frame_paths(output, layout))
+            files.push_back({"-o", path.string(), FileUse::write});
+    for (const std::string& scene_of_path : options.turntable.path)
+        append_volume(files, "--camera-path", scene_of_path);
     for (const std::filesystem::path& path : frame_paths(options.preview, layout))
         files.push_back({"--preview", path.string(), FileUse::write});
     files.insert(files.end(), {{"--stats", options.stats, FileUse::write_text},
@@ -95,15 +105,69 @@ void warn_of_missed_budget(const Timing& timing, const FrameOptions& frames) {
 const std::map<std::string, TexelFormat> kTexelFormats{
     {"auto", TexelFormat::automatic}, {"r16", TexelFormat::unorm16}, {"r32f", TexelFormat::f32}};
 
-Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
-    for (const std::filesystem::path path : {options.output, options.preview})
-        if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr")
+ImageMetadata metadata_of(const GpuDevice& device, const SceneFile& drawn) {
+    return {{"palpate:version", PALPATE_VERSION},
+            {"palpate:device", device.info().name},
+            {"palpate:driver", device.info().driver},
+            {"palpate:scene", scene_hash(drawn)}};
+}
+
+Result<void> expect_valid(const GpuDevice& device) {
+    if (!device.validation_messages().empty())
+        return fail("Vulkan validation had {} complaints, the first: {}",
+                    device.validation_messages().size(), device.validation_messages().front());
+    return {};
+}
+
+Result<void> check_names(const RenderOptions& options) {
+    if (Result<void> named = check_together(options.turntable, options.output); !named)
+        return named;
+    for (const std::filesystem::path path : {options.output, options.preview}) {
+        const bool movie = options.turntable.frames > 0 && path.extension() == ".mp4";
+        if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr" && !movie)
             return fail("{}: expected a name ending in .png or .exr", path.string());
+        if (movie && options.scene.stereo == StereoLayout::separate)
+            return fail("{}: expected one picture a frame, found --stereo separate", path.string());
+    }
+    return {};
+}
+
+// --turntable: a picture of each camera.
+Result<void> draw_pictures(const RenderOptions& options, const SceneData& data, SceneFile drawn,
+                           const PictureLook& look, GpuDevice& device,
+                           RendererOptions renderer_options, const std::stop_token& stop) {
+    Progress progress("drawing");
+    uint32_t done = 0;
+    renderer_options.progress = [&](double share) {
+        progress.show((done + share) / options.turntable.frames);
+        return !stop.stop_requested();
+    };
+    Renderer renderer(device, renderer_options);
+    const auto draw = [&](const Camera& camera, const std::string& file) -> Result<void> {
+        drawn.scene.camera = camera;
+        if (Result<FrameStats> frame = renderer.draw(drawn.scene, data); !frame)
+            return pass_on(frame);
+        ++done;
+        return save_frame(file, look, drawn.scene, renderer.read_back(),
+                          metadata_of(device, drawn));
+    };
+    if (Result<void> all =
+            draw_turntable(options.turntable, drawn.scene.camera, options.output, draw, stop);
+        !all)
+        return all;
+    return expect_valid(device);
+}
+
+Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
+    if (Result<void> named = check_names(options); !named)
+        return named;
     const Interrupt interrupt;
     PALPATE_TRY(OpenedScene opened, open_scene(options.scene, options.read, interrupt));
     auto& [file, loaded, scene] = opened;
     const SceneToDraw to_draw{options.scene, file, scene, loaded};
     warn_of_idle_options(app, to_draw, options.output, options.frames.frames);
+    if (const std::string idle = idle_mark(options.figure, scene); !idle.empty())
+        log::warning("{}", idle);
     const std::vector<std::string> empty = empty_parts(to_draw);
     for (const std::string& sentence : empty)
         log::warning("{}", sentence);
@@ -126,10 +190,16 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
         PALPATE_TRY(write_text(options.write_scene, write_scene(drawn)));
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
+    const bool transparent = options.scene.transparent();
+    const PictureLook look{options.precision(), transparent,
+                           figure_of(options.figure, *opened, transparent)};
+    if (options.turntable.frames > 0)
+        return draw_pictures(options, loaded.data, std::move(drawn), look, device, renderer_options,
+                             interrupt.token());
     std::optional<Preview> preview;
     if (!options.preview.empty()) {
         PALPATE_TRY(preview, draw_preview(device, renderer_options, scene, loaded));
-        PALPATE_TRY(save_frame(options.preview, options.precision(), scene, preview->eyes, {}));
+        PALPATE_TRY(save_frame(options.preview, look, scene, preview->eyes, {}));
         log::info("{}: level {} of the volume, after {:.2f} s", options.preview, preview->level,
                   preview->ms / 1000.0);
     }
@@ -152,12 +222,8 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
             timing->interactive->error_estimate);
     warn_of_missed_budget(*timing, options.frames);
     say_residency(timing->first);
-    const ImageMetadata metadata{{"palpate:version", PALPATE_VERSION},
-                                 {"palpate:device", device.info().name},
-                                 {"palpate:driver", device.info().driver},
-                                 {"palpate:scene", scene_hash(drawn)}};
     const std::vector<Image> eyes = renderer.read_back();
-    PALPATE_TRY(save_frame(options.output, options.precision(), scene, eyes, metadata));
+    PALPATE_TRY(save_frame(options.output, look, scene, eyes, metadata_of(device, drawn)));
     if (empty.empty() && is_one_color(eyes))
         log::warning(
             "{}: the picture has one colour: this camera, mode and transfer function show nothing "
@@ -170,10 +236,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
             report_text(stats_json(device, renderer, *timing, scene, loaded.data));
         PALPATE_TRY(write_text(options.stats, text));
     }
-    if (!device.validation_messages().empty())
-        return fail("Vulkan validation had {} complaints, the first: {}",
-                    device.validation_messages().size(), device.validation_messages().front());
-    return {};
+    return expect_valid(device);
 }
 
 } // namespace
@@ -183,6 +246,7 @@ Command add_render(CLI::App& app) {
     add_scene_options(app, o->scene);
     add_read_limits(app, o->read);
     app.add_option("-o,--output", o->output, "Picture to write: .png (8 bit) or .exr")->required();
+    add_figure_options(app, o->figure);
     app.add_flag("--half", o->half, "EXR: 16-bit samples (default: 32-bit)");
     app.add_option("--frames", o->frames.frames,
                    "Frames to time, after one to warm up; the last is written. 1 times the first "
@@ -221,6 +285,7 @@ Command add_render(CLI::App& app) {
     app.add_option("--volume-format", o->format,
                    "Voxels on the device; auto: r32f on CPU devices (default: auto)")
         ->transform(one_of(kTexelFormats));
+    add_turntable_options(app, o->turntable);
     app.add_flag("--no-skipping", o->no_skipping,
                  "Sample empty space as well; the picture is the same, to the bit");
     app.add_flag("--validate", o->validate,

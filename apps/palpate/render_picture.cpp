@@ -1,5 +1,6 @@
 #include "apps/palpate/render_picture.h"
 
+#include "engine/annotate/strokes.h"
 #include "engine/base/profile.h"
 #include "engine/image/png.h"
 #include "engine/render/display_layout.h"
@@ -19,10 +20,10 @@ Image without_alpha(const Image& image) {
 }
 
 Result<void> save_picture(const std::filesystem::path& path, const Image& image,
-                          ExrPrecision precision, const ImageMetadata& metadata) {
+                          const PictureLook& look, const ImageMetadata& metadata) {
     if (path.extension() == ".png")
-        return save_png(path, without_alpha(image));
-    return save_exr(path, image, precision, metadata);
+        return save_png(path, look.transparent ? with_straight_alpha(image) : without_alpha(image));
+    return save_exr(path, image, look.precision, metadata);
 }
 
 // "dir/name_left.png" from "dir/name.png".
@@ -39,18 +40,20 @@ std::vector<std::filesystem::path> frame_paths(const std::filesystem::path& path
     return {path};
 }
 
-Result<void> save_frame(const std::filesystem::path& path, ExrPrecision precision,
-                        const Scene& scene, const std::vector<Image>& eyes,
+Result<void> save_frame(const std::filesystem::path& path, const PictureLook& look,
+                        const Scene& scene, std::vector<Image> eyes,
                         const ImageMetadata& metadata) {
     const profile::Scope scope("save");
+    for (Image& eye : eyes)
+        annotate(eye, scene, look.figure);
     DisplayLayout display = display_layout(scene);
     if (display.layout != StereoLayout::separate)
-        return save_picture(path, display_image(eyes, display), precision, metadata);
+        return save_picture(path, display_image(eyes, display), look, metadata);
     const auto paths = frame_paths(path, display.layout);
     for (const StereoLayout eye : {StereoLayout::left, StereoLayout::right}) {
         display.layout = eye;
         PALPATE_TRY(save_picture(paths[eye == StereoLayout::right], display_image(eyes, display),
-                                 precision, metadata));
+                                 look, metadata));
     }
     return {};
 }

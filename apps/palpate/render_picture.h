@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/annotate/figure.h"
 #include "engine/image/exr.h"
 #include "engine/scene/scene.h"
 
@@ -13,10 +14,18 @@ namespace palpate {
 std::vector<std::filesystem::path> frame_paths(const std::filesystem::path& path,
                                                std::optional<StereoLayout> layout);
 
-// Writes the eyes of a frame to a .png or .exr: one picture, laid out as the scene asks, or
-// NAME_left and NAME_right.
-Result<void> save_frame(const std::filesystem::path& path, ExrPrecision precision,
-                        const Scene& scene, const std::vector<Image>& eyes,
-                        const ImageMetadata& metadata);
+// How a frame becomes a picture.
+struct PictureLook {
+    ExrPrecision precision = ExrPrecision::full_float;
+    // The background is; the scene's is black. An EXR then has colours associated with alpha, as
+    // always, and a PNG has straight ones.
+    bool transparent = false;
+    Figure figure{};
+};
+
+// Writes the eyes of a frame, with marks, to a .png or .exr: one picture, laid out as the scene
+// asks, or NAME_left and NAME_right.
+Result<void> save_frame(const std::filesystem::path& path, const PictureLook& look,
+                        const Scene& scene, std::vector<Image> eyes, const ImageMetadata& metadata);
 
 } // namespace palpate

@@ -252,6 +252,8 @@ void warn_of_idle_options(const CLI::App& app, const SceneToDraw& d, const std::
          "of --projection perspective"},
         {!scene.stereo, {"--eye-separation", "--convergence", "--swap-eyes"}, "without --stereo"},
         {frames == 1, {"--orbit-deg"}, "with one frame"},
+        {app.count("--annotate") == 0, {"--text-size"}, "without --annotate"},
+        {!output.ends_with(".mp4"), {"--fps"}, "of .mp4"},
         {!alpha || !layer.shading, {"--gradients"}, "of shaded mode alpha"},
         {!rays && !slices,
          {"--residency", "--sampling", "--volume-format"},

@@ -199,10 +199,11 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     app.add_flag("--swap-eyes", o.swap_eyes, "Stereo: show each eye in place of the other");
     app.add_flag("--mirror", o.mirror,
                  "Turn the picture upside down, for a screen that is seen in a mirror");
-    app.add_option("--background", o.background, "Colour r,g,b, 0 .. 1 (default: black)")
-        ->delimiter(',')
-        ->expected(3)
-        ->check(CLI::Range(0.0, 1.0));
+    app.add_option("--background", o.background,
+                   "black, white, transparent (alpha in the picture), or a colour r,g,b, 0 .. 1 "
+                   "(default: black)")
+        ->check(readable(read_background))
+        ->type_name("COLOR");
     app.add_flag("--values", o.values,
                  "EXR: also write value and depth in mm (default: colours only)");
     refuse_where_wrong(app, [&o] { return check_together(o); });

@@ -23,8 +23,8 @@ struct SceneOptions {
     std::optional<Interpolation> interpolation;
     std::optional<SlabMode> slab_mode;
     std::optional<Projection> projection;
-    std::string transfer, view;
-    std::vector<double> window, window_level, isos, camera, background;
+    std::string transfer, view, background;
+    std::vector<double> window, window_level, isos, camera;
     std::vector<std::string> slices, clips, surfaces, surface_colors;
     std::vector<double> surface_opacities;
     std::vector<uint32_t> size_px;
@@ -34,6 +34,9 @@ struct SceneOptions {
     uint32_t sub_steps = 0, surface_depth = 0;
     std::optional<uint32_t> jitter_seed;
     bool shade = false, no_shade = false, values = false, swap_eyes = false, mirror = false;
+
+    // The picture has alpha; the scene's background is black then.
+    bool transparent() const { return background == "transparent"; }
 };
 
 void add_scene_options(CLI::App& app, SceneOptions& options);

@@ -52,6 +52,21 @@ Result<void> check_together(const ViewOptions& o) {
     return {};
 }
 
+// Options of a scene that the window does not heed: the one list of them.
+void warn_of_idle_options(const CLI::App& app, const ViewOptions& o) {
+    const IdleOptions idle[] = {
+        {true,
+         {"--slice", "--slab", "--slab-mode", "--interpolation"},
+         "the window has slices of its own"},
+        {true,
+         {"--stereo", "--eye-separation", "--convergence", "--swap-eyes", "--mirror"},
+         "the window shows one eye"},
+        {true, {"--values"}, "of render"},
+        {o.scene.transparent(), {"--background"}, "transparent is of render"},
+        {o.headless, {"--frame-ms"}, "--headless draws at full quality"}};
+    warn_of_idle(app, idle);
+}
+
 // `keeps`: a project is opened so that it keeps what is done from now on; else it is only read.
 Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& read, bool keeps,
                                  const Interrupt& interrupt) {
@@ -64,8 +79,9 @@ Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& r
     return source;
 }
 
-Result<void> run_view(const ViewOptions& options) {
+Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     const Interrupt interrupt;
+    warn_of_idle_options(app, options);
     view::Script script;
     if (!options.replay.empty()) {
         PALPATE_TRY(script, view::load_script(options.replay));
@@ -149,7 +165,7 @@ Command add_view(CLI::App& app) {
     app.add_flag("--validate", o->validate,
                  "Run under Vulkan validation; a validation message is a failure");
     refuse_where_wrong(app, [o] { return check_together(*o); });
-    return {[o] { return run_view(*o); }, [o] { return files_of(*o); }};
+    return {[o, &app] { return run_view(*o, app); }, [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

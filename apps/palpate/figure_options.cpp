@@ -1,0 +1,52 @@
+#include "apps/palpate/figure_options.h"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "apps/palpate/option_checks.h"
+
+namespace palpate {
+
+bool FigureOptions::has(const std::string& mark) const {
+    return std::find(marks.begin(), marks.end(), mark) != marks.end() ||
+           std::find(marks.begin(), marks.end(), "all") != marks.end();
+}
+
+void add_figure_options(CLI::App& app, FigureOptions& o) {
+    app.add_option("--annotate", o.marks,
+                   "Marks for figures, separated by commas: letters (sides of the patient), "
+                   "scale-bar, color-bar, note (name, slice, window), or all (default: none)")
+        ->delimiter(',')
+        ->check(one_of({"letters", "scale-bar", "color-bar", "note", "all"}));
+    app.add_option("--text-size", o.text_px,
+                   "With --annotate: height of a line of text in pixels (default: 1/26 of the "
+                   "picture's height)")
+        ->check(within(4.0, 1000.0));
+}
+
+Figure figure_of(const FigureOptions& o, const OpenedScene& opened, bool transparent) {
+    const Scene& scene = opened.scene;
+    const glm::dvec3 b = scene.background;
+    const std::string unit = opened.loaded.modality == "CT" ? "HU" : "";
+    const std::string& volume = opened.file.volume;
+    const std::string name =
+        is_synthetic(volume) ? volume : std::filesystem::path(volume).filename().string();
+    return {.letters = o.has("letters"),
+            .scale_bar = o.has("scale-bar"),
+            .color_bar = o.has("color-bar"),
+            .note = o.has("note") ? note_of(scene, opened.loaded.data.volume.grid(), name, unit)
+                                  : std::vector<std::string>(),
+            .unit = unit,
+            .dark_ink = transparent || 0.2126 * b.x + 0.7152 * b.y + 0.0722 * b.z > 0.5,
+            .line_px = o.text_px};
+}
+
+std::string idle_mark(const FigureOptions& o, const Scene& scene) {
+    const bool asked = std::find(o.marks.begin(), o.marks.end(), "color-bar") != o.marks.end();
+    return asked && !color_function(scene)
+               ? "--annotate color-bar: without effect, because no window or transfer function "
+                 "colours this picture"
+               : "";
+}
+
+} // namespace palpate

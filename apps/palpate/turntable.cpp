@@ -1,0 +1,162 @@
+#include "apps/palpate/turntable.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+
+#include "apps/palpate/option_checks.h"
+#include "apps/palpate/project_input.h"
+#include "apps/palpate/scene_options.h"
+#include "engine/base/log.h"
+#include "engine/image/movie.h"
+#include "engine/scene/camera_path.h"
+#include "engine/scene/scene_file.h"
+
+namespace palpate {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+bool is_movie(const std::string& output) {
+    return output.ends_with(".mp4");
+}
+
+// The last run of # in a file's name: where it begins, and its length.
+std::pair<size_t, size_t> number_place(const std::string& output) {
+    const size_t end = output.find_last_of('#');
+    if (end == output.npos || output.find('/', end) != output.npos)
+        return {0, 0};
+    const size_t before = output.find_last_not_of('#', end);
+    const size_t begin = before == output.npos ? 0 : before + 1;
+    return {begin, end + 1 - begin};
+}
+
+std::string numbered(std::string name, size_t number) {
+    const auto [begin, count] = number_place(name);
+    return name.replace(begin, count, fmt::format("{:0{}}", number, count));
+}
+
+// The cameras of the way: the scene's own, then those of the path.
+Result<std::vector<Camera>> cameras_of(const TurntableOptions& options, const Camera& first) {
+    std::vector<Camera> cameras{first};
+    for (const std::string& name : options.path) {
+        if (!has_scene(name))
+            return fail("--camera-path: expected a scene file (.json) or a project, found '{}'",
+                        name);
+        const Result<SceneFile> scene = scene_file_of(name);
+        if (!scene)
+            return fail("--camera-path: {}", scene.error().message);
+        if (scene->framing)
+            return fail(
+                "--camera-path: {}: expected a camera with eye and target; --write-scene writes "
+                "scenes that have one",
+                name);
+        cameras.push_back(scene->scene.camera);
+    }
+    return cameras;
+}
+
+Camera camera_of(const TurntableOptions& options, const std::vector<Camera>& cameras,
+                 uint32_t frame) {
+    if (cameras.size() == 1)
+        return orbit(cameras.front(), 360.0 * frame / options.frames);
+    return along(cameras, options.frames > 1 ? double(frame) / (options.frames - 1) : 0.0);
+}
+
+// A folder that is gone when this is.
+struct TemporaryFolder {
+    fs::path path;
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        fs::remove_all(path, ignored);
+    }
+};
+
+} // namespace
+
+void add_turntable_options(CLI::App& app, TurntableOptions& o) {
+    CLI::Option* frames =
+        app.add_option("--turntable", o.frames,
+                       "Write N pictures of a camera that goes round once about its up axis, to "
+                       "a name with #### for the number, or to an .mp4 by ffmpeg (default: one "
+                       "picture)")
+            ->check(CLI::Range(1, 100000))
+            ->type_name("N");
+    app.add_option("--camera-path", o.path,
+                   "With --turntable: instead of once round, from the scene's camera through "
+                   "those of these scenes, separated by commas")
+        ->delimiter(',')
+        ->needs(frames)
+        ->type_name("SCENE");
+    app.add_option("--fps", o.frames_per_s, "With an .mp4: pictures a second")
+        ->check(within(0.1, 1000.0))
+        ->capture_default_str();
+    for (const char* other :
+         {"--frames", "--orbit-deg", "--frame-ms", "--settle", "--preview", "--stats"})
+        frames->excludes(app.get_option(other));
+}
+
+Result<void> check_together(const TurntableOptions& o, const std::string& output) {
+    if (o.frames == 0) {
+        if (is_movie(output))
+            return fail("{}: a movie needs --turntable, its number of pictures", output);
+        return {};
+    }
+    if (!is_movie(output) && number_place(output).second == 0)
+        return fail(
+            "{}: --turntable needs a name with #### in it, which becomes the number of the "
+            "picture, or one ending in .mp4",
+            output);
+    const size_t digits = number_place(output).second;
+    if (const std::string last = std::to_string(o.frames - 1);
+        !is_movie(output) && last.size() > digits)
+        return fail("{}: expected {} # for {} pictures, found {}", output, last.size(), o.frames,
+                    digits);
+    return {};
+}
+
+std::vector<std::string> frame_names(const TurntableOptions& o, const std::string& output) {
+    std::vector<std::string> names;
+    for (uint32_t i = 0; i < o.frames && !is_movie(output); ++i)
+        names.push_back(numbered(output, i));
+    return names;
+}
+
+Result<void> draw_turntable(
+    const TurntableOptions& o, const Camera& first, const std::string& output,
+    const std::function<Result<void>(const Camera&, const std::string& file)>& draw,
+    const std::stop_token& stop) {
+    const Result<std::vector<Camera>> cameras = cameras_of(o, first);
+    if (!cameras)
+        return fail("{}", cameras.error().message);
+    TemporaryFolder folder; // of a movie's frames, beside it
+    std::string names = output;
+    if (is_movie(output)) {
+        if (Result<void> there = expect_movie_encoder(); !there)
+            return fail("{}: {}; --turntable also writes single pictures, to a name with ####",
+                        output, there.error().message);
+        const fs::path path = fs::absolute(output);
+        folder.path =
+            path.parent_path() / fmt::format(".{}.tmp.{}", ::getpid(), path.filename().string());
+        std::error_code error;
+        if (!fs::create_directory(folder.path, error))
+            return fail("{}: cannot be written: {}", output, error.message());
+    }
+    for (uint32_t i = 0; i < o.frames; ++i) {
+        const std::string file =
+            is_movie(output) ? (folder.path / movie_frame_name(i)).string() : numbered(output, i);
+        Result<void> drawn = stop.stop_requested() ? Result<void>(fail("interrupted"))
+                                                   : draw(camera_of(o, *cameras, i), file);
+        if (!drawn && is_movie(output))
+            return fail("{}: {}, in picture {} of {}; nothing is written", output,
+                        drawn.error().message, i + 1, o.frames);
+        if (!drawn)
+            return fail("{}; {} of {} pictures are written, each whole", drawn.error().message, i,
+                        o.frames);
+    }
+    return is_movie(output) ? make_movie(folder.path, o.frames_per_s, output, stop)
+                            : Result<void>();
+}
+
+} // namespace palpate
