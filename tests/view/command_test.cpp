@@ -73,6 +73,26 @@ TEST_F(ViewCommand, FailuresAreOneSentence) {
            "no Vulkan device can be used");
 }
 
+// The sample of docs/reference/view-scripts.md does what the page says.
+TEST_F(ViewCommand, TheSampleScriptOfTheDocsPutsTheCrosshairIntoTheHead) {
+    std::ifstream in(std::string(kSourceDir) + "/docs/reference/view-scripts.md");
+    const std::string page((std::istreambuf_iterator<char>(in)), {});
+    const size_t begin = page.find("```json\n") + 8, end = page.find("```", begin);
+    ASSERT_NE(end, page.npos);
+    write("sample.jsonl", page.substr(begin, end - begin));
+    const ProgramRun ran =
+        run({"--quiet", "view", "/usr/share/doc/invesalius-examples/examples/Cranium.inv3",
+             "--headless", "--replay", file("sample.jsonl").string(), "--state", "-"});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const auto state = nlohmann::json::parse(ran.output);
+    EXPECT_EQ(state["at_crosshair"], "(127, 108, 61)  17 HU");
+    EXPECT_THAT(page, HasSubstr("sample (127, 108, 61) with 17 HU"));
+    const auto eye = state["camera"]["eye_mm"], target = state["camera"]["target_mm"];
+    EXPECT_EQ(eye[0], target[0]);
+    EXPECT_EQ(eye[1], target[1]);
+    EXPECT_GT(eye[2], target[2]);
+}
+
 // Where the window heeds one of them, it leaves this list and that of view/command.cpp.
 TEST_F(ViewCommand, OptionsWithoutEffectAreSaid) {
     const std::vector<std::vector<std::string>> idle{{"--slice", "axial"},
