@@ -24,9 +24,10 @@ void add_figure_options(CLI::App& app, FigureOptions& o) {
         ->check(within(4.0, 1000.0));
 }
 
-Figure figure_of(const FigureOptions& o, const OpenedScene& opened, bool transparent) {
+Figure figure_of(const FigureOptions& o, const OpenedScene& opened, bool transparent, bool moves) {
     const Scene& scene = opened.scene;
     const glm::dvec3 b = scene.background;
+    const bool bright = transparent || 0.2126 * b.x + 0.7152 * b.y + 0.0722 * b.z > 0.5;
     const std::string unit = opened.loaded.modality == "CT" ? "HU" : "";
     const std::string& volume = opened.file.volume;
     const std::string name =
@@ -37,7 +38,10 @@ Figure figure_of(const FigureOptions& o, const OpenedScene& opened, bool transpa
             .note = o.has("note") ? note_of(scene, opened.loaded.data.volume.grid(), name, unit)
                                   : std::vector<std::string>(),
             .unit = unit,
-            .dark_ink = transparent || 0.2126 * b.x + 0.7152 * b.y + 0.0722 * b.z > 0.5,
+            .ink = !moves   ? FigureInk::by_picture
+                   : bright ? FigureInk::dark
+                            : FigureInk::bright,
+            .transparent = transparent,
             .line_px = o.text_px};
 }
 

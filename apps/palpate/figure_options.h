@@ -18,8 +18,9 @@ struct FigureOptions {
 };
 void add_figure_options(CLI::App& app, FigureOptions& options);
 
-// The marks of a scene's picture. `transparent`: the background is.
-Figure figure_of(const FigureOptions& options, const OpenedScene& opened, bool transparent);
+// The marks of a scene's picture. `transparent`: the background is. `moves`: it is one of a movie.
+Figure figure_of(const FigureOptions& options, const OpenedScene& opened, bool transparent,
+                 bool moves);
 
 // A sentence where a mark that was asked for has nothing to show; else empty.
 std::string idle_mark(const FigureOptions& options, const Scene& scene);

@@ -120,8 +120,7 @@ Result<void> expect_valid(const GpuDevice& device) {
 }
 
 Result<void> check_names(const RenderOptions& options) {
-    if (Result<void> named = check_together(options.turntable, options.output); !named)
-        return named;
+    PALPATE_TRY(check_together(options.turntable, options.output));
     for (const std::filesystem::path path : {options.output, options.preview}) {
         const bool movie = options.turntable.frames > 0 && path.extension() == ".mp4";
         if (!path.empty() && path.extension() != ".png" && path.extension() != ".exr" && !movie)
@@ -145,22 +144,17 @@ Result<void> draw_pictures(const RenderOptions& options, const SceneData& data, 
     Renderer renderer(device, renderer_options);
     const auto draw = [&](const Camera& camera, const std::string& file) -> Result<void> {
         drawn.scene.camera = camera;
-        if (Result<FrameStats> frame = renderer.draw(drawn.scene, data); !frame)
-            return pass_on(frame);
+        PALPATE_TRY(renderer.draw(drawn.scene, data));
         ++done;
         return save_frame(file, look, drawn.scene, renderer.read_back(),
                           metadata_of(device, drawn));
     };
-    if (Result<void> all =
-            draw_turntable(options.turntable, drawn.scene.camera, options.output, draw, stop);
-        !all)
-        return all;
+    PALPATE_TRY(draw_turntable(options.turntable, drawn.scene.camera, options.output, draw, stop));
     return expect_valid(device);
 }
 
 Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
-    if (Result<void> named = check_names(options); !named)
-        return named;
+    PALPATE_TRY(check_names(options));
     const Interrupt interrupt;
     PALPATE_TRY(OpenedScene opened, open_scene(options.scene, options.read, interrupt));
     auto& [file, loaded, scene] = opened;
@@ -191,8 +185,9 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
     const bool transparent = options.scene.transparent();
-    const PictureLook look{options.precision(), transparent,
-                           figure_of(options.figure, *opened, transparent)};
+    const PictureLook look{
+        options.precision(), transparent,
+        figure_of(options.figure, opened, transparent, options.turntable.frames > 0)};
     if (options.turntable.frames > 0)
         return draw_pictures(options, loaded.data, std::move(drawn), look, device, renderer_options,
                              interrupt.token());

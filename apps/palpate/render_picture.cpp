@@ -44,8 +44,7 @@ Result<void> save_frame(const std::filesystem::path& path, const PictureLook& lo
                         const Scene& scene, std::vector<Image> eyes,
                         const ImageMetadata& metadata) {
     const profile::Scope scope("save");
-    for (Image& eye : eyes)
-        annotate(eye, scene, look.figure);
+    annotate(eyes, scene, look.figure);
     DisplayLayout display = display_layout(scene);
     if (display.layout != StereoLayout::separate)
         return save_picture(path, display_image(eyes, display), look, metadata);

@@ -81,7 +81,7 @@ void add_turntable_options(CLI::App& app, TurntableOptions& o) {
                        "Write N pictures of a camera that goes round once about its up axis, to "
                        "a name with #### for the number, or to an .mp4 by ffmpeg (default: one "
                        "picture)")
-            ->check(CLI::Range(1, 100000))
+            ->check(CLI::Range(1, 10000))
             ->type_name("N");
     app.add_option("--camera-path", o.path,
                    "With --turntable: instead of once round, from the scene's camera through "
@@ -118,8 +118,9 @@ Result<void> check_together(const TurntableOptions& o, const std::string& output
 
 std::vector<std::string> frame_names(const TurntableOptions& o, const std::string& output) {
     std::vector<std::string> names;
-    for (uint32_t i = 0; i < o.frames && !is_movie(output); ++i)
-        names.push_back(numbered(output, i));
+    if (number_place(output).second > 0)
+        for (uint32_t i = 0; i < o.frames; ++i)
+            names.push_back(numbered(output, i));
     return names;
 }
 
@@ -127,9 +128,7 @@ Result<void> draw_turntable(
     const TurntableOptions& o, const Camera& first, const std::string& output,
     const std::function<Result<void>(const Camera&, const std::string& file)>& draw,
     const std::stop_token& stop) {
-    const Result<std::vector<Camera>> cameras = cameras_of(o, first);
-    if (!cameras)
-        return fail("{}", cameras.error().message);
+    PALPATE_TRY(const std::vector<Camera> cameras, cameras_of(o, first));
     TemporaryFolder folder; // of a movie's frames, beside it
     std::string names = output;
     if (is_movie(output)) {
@@ -138,7 +137,7 @@ Result<void> draw_turntable(
                         output, there.error().message);
         const fs::path path = fs::absolute(output);
         folder.path =
-            path.parent_path() / fmt::format(".{}.tmp.{}", ::getpid(), path.filename().string());
+            path.parent_path() / fmt::format(".{}.frames.{}", ::getpid(), path.filename().string());
         std::error_code error;
         if (!fs::create_directory(folder.path, error))
             return fail("{}: cannot be written: {}", output, error.message());
@@ -147,7 +146,7 @@ Result<void> draw_turntable(
         const std::string file =
             is_movie(output) ? (folder.path / movie_frame_name(i)).string() : numbered(output, i);
         Result<void> drawn = stop.stop_requested() ? Result<void>(fail("interrupted"))
-                                                   : draw(camera_of(o, *cameras, i), file);
+                                                   : draw(camera_of(o, cameras, i), file);
         if (!drawn && is_movie(output))
             return fail("{}: {}, in picture {} of {}; nothing is written", output,
                         drawn.error().message, i + 1, o.frames);

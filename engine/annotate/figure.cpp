@@ -15,88 +15,152 @@ namespace {
 
 constexpr double kLineShare = 1.0 / 26.0, kLeastLine_px = 10.0;
 
+struct Box {
+    glm::dvec2 low, high;
+};
+
+// How bright what a box of the picture shows is on the average, 0 .. 1.
+double brightness(const Image& image, const Box& box, bool transparent) {
+    const glm::dvec2 size(image.size_px);
+    const glm::uvec2 low(glm::clamp(glm::floor(box.low), glm::dvec2(0.0), size));
+    const glm::uvec2 high(glm::clamp(glm::ceil(box.high), glm::dvec2(0.0), size));
+    const auto alpha = channel_index(image, "A");
+    double sum = 0.0, count = 0.0;
+    for (uint32_t y = low.y; y < high.y; ++y)
+        for (uint32_t x = low.x; x < high.x; ++x, ++count) {
+            sum += 0.2126 * double(image.at(x, y, 0)) + 0.7152 * double(image.at(x, y, 1)) +
+                   0.0722 * double(image.at(x, y, 2));
+            if (transparent && alpha)
+                sum += 1.0 - double(image.at(x, y, *alpha));
+        }
+    return count > 0.0 ? sum / count : 0.0;
+}
+
 struct Marks {
-    Image& image;
-    Pen pen;
-    glm::dvec2 size;
+    std::span<Image> eyes;
+    const Figure& figure;
+    double line; // height of a line
     double edge; // room between marks and the picture's edge
 
+    glm::dvec2 size() const { return glm::dvec2(eyes.front().size_px); }
+    double width_of(const std::string& text) const { return text_width(text) * line / kLine; }
+
+    // For what covers this box, in both eyes.
+    Pen pen_on(const Box& box, double line_px) const {
+        const bool dark = figure.ink == FigureInk::dark ||
+                          (figure.ink == FigureInk::by_picture &&
+                           brightness(eyes.front(), box, figure.transparent) > 0.5);
+        return {line_px, glm::dvec3(dark ? 0.0 : 1.0), glm::dvec3(dark ? 1.0 : 0.0)};
+    }
+    void write(glm::dvec2 at, glm::dvec2 anchor, const std::string& text, const Pen& pen) const {
+        for (Image& eye : eyes)
+            draw_text(eye, at, anchor, text, pen);
+    }
+    void fill(glm::dvec2 low, glm::dvec2 high, glm::dvec3 color) const {
+        for (Image& eye : eyes)
+            fill_box(eye, low, high, color);
+    }
+
     void letters(const View& view) const {
-        Pen large = pen;
-        large.line_px *= 1.3;
-        const glm::dvec2 middle = 0.5 * size;
-        const auto at = [&](glm::dvec2 place, glm::dvec2 anchor, glm::dvec3 towards) {
-            draw_text(image, place, anchor, letters_of(towards), large);
+        const double large = 1.3 * line;
+        const auto letter = [&](glm::dvec2 at, glm::dvec2 anchor, glm::dvec3 towards) {
+            const std::string text = letters_of(towards);
+            const glm::dvec2 extent = large / kLine * glm::dvec2(text_width(text), kCapital);
+            const glm::dvec2 low = at - anchor * extent;
+            write(at, anchor, text, pen_on({low, low + extent}, large));
         };
-        at({edge, middle.y}, {0.0, 0.5}, -view.right);
-        at({size.x - edge, middle.y}, {1.0, 0.5}, view.right);
-        at({middle.x, edge}, {0.5, 0.0}, view.up);
-        at({middle.x, size.y - edge}, {0.5, 1.0}, -view.up);
+        const glm::dvec2 middle = 0.5 * size();
+        letter({edge, middle.y}, {0.0, 0.5}, -view.right);
+        letter({size().x - edge, middle.y}, {1.0, 0.5}, view.right);
+        letter({middle.x, edge}, {0.5, 0.0}, view.up);
+        letter({middle.x, size().y - edge}, {0.5, 1.0}, -view.up);
     }
 
     void scale_bar(const Camera& camera) const {
-        const ScaleBar bar = palpate::scale_bar(mm_per_px(camera, image.size_px), 0.3 * size.x);
-        const glm::dvec2 high = size - edge, rim(pen.rim_px());
-        const glm::dvec2 low = high - glm::dvec2(bar.px, 0.2 * pen.line_px);
-        fill_box(image, low - rim, high + rim, pen.rim);
-        fill_box(image, low, high, pen.ink);
-        const bool flat = camera.projection == Projection::orthographic;
-        const std::string text = length_text(bar.mm) + (flat ? "" : " in the focal plane");
-        const double middle =
-            std::min(0.5 * (low.x + high.x), high.x - 0.5 * text_width_px(text, pen));
-        draw_text(image, {middle, low.y - 0.3 * pen.line_px}, {0.5, 1.0}, text, pen);
+        const ScaleBar bar =
+            palpate::scale_bar(mm_per_px(camera, eyes.front().size_px), 0.3 * size().x);
+        const glm::dvec2 high = size() - edge, low = high - glm::dvec2(bar.px, 0.2 * line);
+        std::vector<std::string> lines{length_text(bar.mm)}; // from above
+        if (camera.projection == Projection::perspective)
+            lines.emplace_back("focal plane");
+        double width = bar.px;
+        for (const std::string& text : lines)
+            width = std::max(width, width_of(text));
+        const double top = low.y - static_cast<double>(lines.size()) * line;
+        const Pen pen = pen_on({{high.x - width, top}, high}, line);
+        const glm::dvec2 rim(pen.rim_px());
+        fill(low - rim, high + rim, pen.rim);
+        fill(low, high, pen.ink);
+        double foot = low.y - 0.3 * line;
+        for (size_t i = lines.size(); i-- > 0; foot -= line) {
+            const double middle =
+                std::min(0.5 * (low.x + high.x), high.x - 0.5 * width_of(lines[i]));
+            write({middle, foot}, {0.5, 1.0}, lines[i], pen);
+        }
     }
 
-    void color_bar(const TransferFunction& function, const std::string& unit) const {
+    void color_bar(const TransferFunction& function) const {
         const double least = function.colors.front().value, most = function.colors.back().value;
-        const double line = pen.line_px;
-        const glm::dvec2 high(std::floor(size.x - edge), std::floor(0.44 * size.y));
+        const glm::dvec2 high(std::floor(size().x - edge), std::floor(0.44 * size().y));
         const glm::dvec2 low(std::floor(high.x - 0.8 * line),
-                             std::ceil(edge + (unit.empty() ? 0.0 : line)));
+                             std::ceil(edge + (figure.unit.empty() ? 0.0 : line)));
         if (high.y < low.y + 3.0 * line)
             return; // the picture is too small for it
-        const auto y_of = [&](double value) {
-            return glm::mix(high.y, low.y, (value - least) / (most - least));
-        };
-        fill_box(image, low - pen.rim_px() - 1.0, high + pen.rim_px() + 1.0, pen.rim);
-        fill_box(image, low - 1.0, high + 1.0, pen.ink);
+        const int room = std::clamp(static_cast<int>((high.y - low.y) / (1.6 * line)), 2, 6);
+        const std::vector<double> values = round_values(least, most, room);
+        double width = 0.0;
+        for (const double value : values)
+            width = std::max(width, width_of(fmt::format("{:.6g}", value)));
+        const Pen pen = pen_on({{low.x - 0.5 * line - width, edge}, high}, line);
+        fill(low - pen.rim_px() - 1.0, high + pen.rim_px() + 1.0, pen.rim);
+        fill(low - 1.0, high + 1.0, pen.ink);
         for (double y = low.y; y < high.y; ++y)
-            fill_box(
-                image, {low.x, y}, {high.x, y + 1.0},
-                color_at(function, glm::mix(most, least, (y + 0.5 - low.y) / (high.y - low.y))));
-        const int room = std::max(2, static_cast<int>((high.y - low.y) / (1.6 * line)));
-        for (const double value : round_values(least, most, std::min(room, 6))) {
-            const glm::dvec2 tick(low.x - 1.0, y_of(value));
+            fill({low.x, y}, {high.x, y + 1.0},
+                 color_at(function, glm::mix(most, least, (y + 0.5 - low.y) / (high.y - low.y))));
+        for (const double value : values) {
+            const double share = (value - least) / (most - least);
+            const glm::dvec2 tick(low.x - 1.0, glm::mix(high.y, low.y, share));
             const Segment stroke{tick, tick - glm::dvec2(0.25 * line, 0.0)};
-            draw_strokes(image, std::span(&stroke, 1), pen);
-            draw_text(image, tick - glm::dvec2(0.5 * line, 0.0), {1.0, 0.5},
-                      fmt::format("{:.6g}", value), pen);
+            for (Image& eye : eyes)
+                draw_strokes(eye, std::span(&stroke, 1), pen);
+            write(tick - glm::dvec2(0.5 * line, 0.0), {1.0, 0.5}, fmt::format("{:.6g}", value),
+                  pen);
         }
-        draw_text(image, {high.x, edge}, {1.0, 0.0}, unit, pen);
+        write({high.x, edge}, {1.0, 0.0}, figure.unit, pen);
     }
 
-    void note(const std::vector<std::string>& lines) const {
+    void note() const {
+        const double most_px = 0.45 * size().x - edge; // not to the letter in the middle
+        std::vector<std::string> lines = figure.note;
+        double width = 0.0;
+        for (std::string& text : lines) {
+            while (width_of(text) > most_px && text.size() > 3)
+                text.replace(text.size() - 3, 3, "..");
+            width = std::max(width, width_of(text));
+        }
+        const double height = static_cast<double>(lines.size()) * line;
+        const Pen pen = pen_on({{edge, edge}, {edge + width, edge + height}}, line);
         for (size_t i = 0; i < lines.size(); ++i)
-            draw_text(image, {edge, edge + static_cast<double>(i) * pen.line_px}, {0.0, 0.0},
-                      lines[i], pen);
+            write({edge, edge + static_cast<double>(i) * line}, {0.0, 0.0}, lines[i], pen);
     }
 };
 
 } // namespace
 
-void annotate(Image& eye, const Scene& scene, const Figure& figure) {
-    const double line_px =
-        figure.line_px > 0.0 ? figure.line_px : std::max(kLeastLine_px, kLineShare * eye.size_px.y);
-    const glm::dvec3 dark(0.0), bright(1.0);
-    const Pen pen{line_px, figure.dark_ink ? dark : bright, figure.dark_ink ? bright : dark};
-    const Marks marks{eye, pen, glm::dvec2(eye.size_px), std::round(0.6 * line_px)};
+void annotate(std::span<Image> eyes, const Scene& scene, const Figure& figure) {
+    if (eyes.empty())
+        return;
+    const glm::uvec2 size = eyes.front().size_px;
+    const double line =
+        figure.line_px > 0.0 ? figure.line_px : std::max(kLeastLine_px, kLineShare * size.y);
+    const Marks marks{eyes, figure, line, std::round(0.6 * line)};
     if (figure.letters)
-        marks.letters(make_view(scene.camera, eye.size_px));
+        marks.letters(make_view(scene.camera, size));
     if (figure.scale_bar)
         marks.scale_bar(scene.camera);
     if (const TransferFunction* function = color_function(scene); function && figure.color_bar)
-        marks.color_bar(*function, figure.unit);
-    marks.note(figure.note);
+        marks.color_bar(*function);
+    marks.note();
 }
 
 const TransferFunction* color_function(const Scene& scene) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,10 @@
 
 namespace palpate {
 
+// Dark or bright ink, with a rim of the other; by_picture: for each mark the one that stands out
+// from what lies below it. In a movie that would change from picture to picture.
+enum class FigureInk { by_picture, bright, dark };
+
 // Marks over a picture for print: what a reader must know to read it.
 struct Figure {
     bool letters = false;   // at the edges: to which side of the patient they lie (letters_of())
@@ -15,15 +20,16 @@ struct Figure {
     bool color_bar = false; // upper right: colours of color_function() with their values
     std::vector<std::string> note{}; // lines in the upper left corner
     std::string unit{};              // of values: "HU"; empty: none is written
-    bool dark_ink = false;           // for bright backgrounds
-    double line_px = 0.0;            // height of a line of text; 0: 1/26 of the picture's
+    FigureInk ink = FigureInk::by_picture;
+    bool transparent = false; // the background is, and a bright page is to show through
+    double line_px = 0.0;     // height of a line of text; 0: 1/26 of the picture's
 };
 
-// Draws the marks into a picture of the scene's camera, for each eye: in stereo they lie at the
-// depth of the screen. Draw them before eyes are laid out for a display, so that a mirrored picture
-// mirrors them as well. The picture has channels R, G, B, and colours associated with A where it
-// has that (strokes.h).
-void annotate(Image& eye, const Scene& scene, const Figure& figure);
+// Draws the marks into the pictures of the scene's camera, one or two eyes of one size: in stereo
+// they lie at the depth of the screen. Draw them before eyes are laid out for a display, so that a
+// mirrored picture mirrors them as well. Pictures have channels R, G, B, and colours associated
+// with A where they have that (strokes.h). A line of the note that has no room ends in "..".
+void annotate(std::span<Image> eyes, const Scene& scene, const Figure& figure);
 
 // The function that a colour bar shows: that of slices where there are any, else that of rays in
 // modes mip and alpha. Null where there is none, or where it has one value alone.

@@ -24,7 +24,7 @@ struct Pen {
     glm::dvec3 ink, rim;
 
     double thickness_px() const { return 0.085 * line_px; }
-    double rim_px() const { return 0.07 * line_px; }
+    double rim_px() const { return 0.09 * line_px; }
 };
 // Strokes with their rim.
 void draw_strokes(Image& image, std::span<const Segment> strokes, const Pen& pen);

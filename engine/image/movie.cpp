@@ -83,8 +83,7 @@ fs::path movie_frame_name(size_t number) {
 
 Result<void> make_movie(const fs::path& frames, double frames_per_s, const fs::path& path,
                         const std::stop_token& stop) {
-    if (Result<void> there = expect_movie_encoder(); !there)
-        return there;
+    PALPATE_TRY(expect_movie_encoder());
     Result<void> made = write_atomically(fs::absolute(path), [&](const fs::path& temporary) {
         return run({fs::absolute(encoder()).string(),
                     "-nostdin",

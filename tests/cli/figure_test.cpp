@@ -22,8 +22,8 @@ class FigureCommand : public ProgramTest {
  protected:
     ProgramRun render(const std::string& output, std::vector<std::string> more,
                       const std::string& size = "96,80") const {
-        more.insert(more.begin(), {"--quiet", "render", "synthetic:phantom?size=32", "--size", size,
-                                   "-o", file(output).string()});
+        more.insert(more.begin(), {"render", "synthetic:phantom?size=32", "--size", size, "-o",
+                                   file(output).string()});
         return run(more);
     }
     Image png(const std::string& name) const {
@@ -183,10 +183,10 @@ TEST_F(FigureCommand, ATurntableWritesEveryFrameOfATurn) {
 
 TEST_F(FigureCommand, AnInterruptedTurntableLeavesWholeFramesAlone) {
     const std::vector<std::string> command{
-        "render", "synthetic:phantom?size=48", "--size",      "160,120",
-        "-o",     file("f_####.png").string(), "--turntable", "2000"};
+        "render", "synthetic:phantom?size=48", "--size",      "480,360",
+        "-o",     file("f_####.png").string(), "--turntable", "9000"};
     const std::string messages = file("said").string();
-    const int status = run_and_signal(std::chrono::seconds(4), SIGINT, [&] {
+    const int status = run_and_signal(std::chrono::seconds(2), SIGINT, [&] {
         return become_program(command,
                               ::open(messages.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0666));
     });
@@ -198,12 +198,12 @@ TEST_F(FigureCommand, AnInterruptedTurntableLeavesWholeFramesAlone) {
         if (name == "said")
             continue;
         ASSERT_TRUE(name.starts_with("f_")) << name;
-        EXPECT_EQ(png(name).size_px, glm::uvec2(160, 120));
+        EXPECT_EQ(png(name).size_px, glm::uvec2(480, 360));
         ++frames;
     }
-    EXPECT_LT(frames, 2000u);
+    EXPECT_LT(frames, 9000u);
     EXPECT_THAT(bytes_of("said"),
-                HasSubstr(std::to_string(frames) + " of 2000 pictures are written, each whole"));
+                HasSubstr(std::to_string(frames) + " of 9000 pictures are written, each whole"));
 }
 
 // ffmpeg takes the frames, numbered from 0, in a folder that is gone afterwards.
@@ -226,6 +226,7 @@ TEST_F(FigureCommand, AMovieIsMadeByFfmpegWhereThereIsOne) {
                                          HasSubstr("\n000000.png\n000001.png\n000002.png\n")));
     fs::remove(file("m.mp4"));
     write("bin/ffmpeg", "#!/bin/sh\nexit 3\n");
+    fs::permissions(file("bin/ffmpeg"), fs::perms::owner_all);
     ran = render("m.mp4", {"--turntable", "3"});
     EXPECT_EQ(ran.exit_code, 1);
     EXPECT_THAT(ran.messages, HasSubstr("ffmpeg failed with status 3"));

@@ -36,7 +36,7 @@ Image marked(const Camera& camera, const Figure& figure, glm::uvec2 size = kSize
     scene.size_px = size;
     scene.camera = camera;
     Image image = make_image(size, {"R", "G", "B", "A"});
-    annotate(image, scene, figure);
+    annotate(std::span(&image, 1), scene, figure);
     return image;
 }
 
@@ -153,7 +153,7 @@ TEST(Figure, TheColourBarHasTheColoursOfItsValues) {
     scene.slice_transfer.colors = {{-100, {0, 0, 1}}, {50, {0, 1, 0}}, {200, {1, 0, 0}}};
     Image image = make_image(scene.size_px, {"R", "G", "B"});
     const double line = 14.0, edge = 8.0;
-    annotate(image, scene, {.color_bar = true, .line_px = line});
+    annotate(std::span(&image, 1), scene, {.color_bar = true, .line_px = line});
     const auto x = static_cast<uint32_t>(scene.size_px.x - edge - 4.0);
     const double low = edge, high = std::floor(0.44 * scene.size_px.y);
     for (double y = low; y < high; ++y) {
@@ -192,10 +192,53 @@ TEST(Figure, SmallPicturesAreMarkedAsFarAsThereIsRoom) {
     for (const uint32_t side : {1u, 2u, 9u, 40u}) {
         Scene scene = slice_scene();
         Image image = make_image({side, side}, {"R", "G", "B", "A"});
-        annotate(image, scene, {true, true, true, {"a long note"}, "HU"});
+        annotate(std::span(&image, 1), scene, {true, true, true, {"a long note"}, "HU"});
         for (const float v : image.samples)
             EXPECT_TRUE(v >= 0.0f && v <= 1.0f);
     }
+}
+
+// Each mark takes the ink that stands out from what it covers; both eyes take the same.
+TEST(Figure, InkStandsOutFromWhatItCovers) {
+    const Scene scene = slice_scene();
+    std::array<Image, 2> eyes{make_image({200, 200}, {"R", "G", "B", "A"}),
+                              make_image({200, 200}, {"R", "G", "B", "A"})};
+    for (uint32_t y = 0; y < 200; ++y) // the left half of the left eye is bright
+        for (uint32_t x = 0; x < 100; ++x)
+            for (size_t c = 0; c < 3; ++c)
+                eyes[0].at(x, y, c) = 0.9f;
+    annotate(eyes, scene, {.letters = true, .line_px = 30.0});
+    float darkest = 1.0f, brightest = 0.0f;
+    for (uint32_t y = 90; y < 110; ++y)
+        for (uint32_t x = 10; x < 50; ++x) {
+            darkest = std::min(darkest, eyes[0].at(x, y, 0));
+            brightest = std::max(brightest, eyes[0].at(199 - x, y, 0));
+        }
+    EXPECT_EQ(darkest, 0.0f);
+    EXPECT_EQ(brightest, 1.0f);
+    const auto alone = [&](FigureInk ink, bool transparent) {
+        Image image = make_image({200, 200}, {"R", "G", "B", "A"});
+        annotate(std::span(&image, 1), scene,
+                 {.letters = true, .ink = ink, .transparent = transparent, .line_px = 30.0});
+        return image;
+    };
+    const Image dark = alone(FigureInk::dark, false);
+    for (uint32_t y = 90; y < 110; ++y)
+        for (uint32_t x = 10; x < 50; ++x)
+            EXPECT_EQ(eyes[1].at(x, y, 0), dark.at(x, y, 0));
+    // On a transparent picture it stands out from a bright page.
+    EXPECT_EQ(alone(FigureInk::by_picture, true).samples, dark.samples);
+    EXPECT_EQ(alone(FigureInk::by_picture, false).samples, alone(FigureInk::bright, false).samples);
+}
+
+TEST(Figure, ALongNoteEndsBeforeTheMiddle) {
+    const Scene scene = slice_scene();
+    Image image = make_image({300, 200}, {"R", "G", "B"});
+    annotate(std::span(&image, 1), scene,
+             {.note = {std::string(200, 'W'), "short"}, .line_px = 14.0});
+    for (uint32_t y = 0; y < 200; ++y)
+        for (uint32_t x = 140; x < 300; ++x)
+            EXPECT_EQ(image.at(x, y, 0), 0.0f);
 }
 
 // The marks as a person sees them. PALPATE_BLESS=1 writes the pictures; look at them before.
@@ -221,13 +264,12 @@ TEST(Figure, LooksAsItDid) {
                 for (size_t k = 0; k < 3; ++k)
                     image.at(x, y, k) = inside ? float(0.35 + 0.3 * p.x) : c.bright ? 1.0f : 0.0f;
             }
-        annotate(image, scene,
+        annotate(std::span(&image, 1), scene,
                  {.letters = true,
                   .scale_bar = true,
                   .color_bar = true,
                   .note = {"Cranium (1).inv3", "S 12.5 mm, 46 of 108", "W 400 L 40"},
                   .unit = "HU",
-                  .dark_ink = c.bright,
                   .line_px = 15.0});
         const std::string path =
             std::string(kSourceDir) + "/tests/unit/annotate/" + c.name + ".png";
