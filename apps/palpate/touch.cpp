@@ -16,10 +16,10 @@
 #include "apps/palpate/touch_feel.h"
 #include "apps/palpate/touch_path.h"
 #include "apps/palpate/touch_run.h"
+#include "apps/palpate/touch_strokes.h"
 #include "bench/suite/touch_page.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
-#include "engine/edit/journal.h"
 #include "engine/io/scene_data.h"
 #include "engine/io/volume_io.h"
 #include "engine/session/project_description.h"
@@ -30,7 +30,6 @@ namespace palpate {
 
 namespace {
 
-namespace fs = std::filesystem;
 using haptics::AlgorithmEntry;
 using haptics::TouchParameters;
 
@@ -52,17 +51,12 @@ struct TouchOptions {
     bool real_time = false, keep_journal = false;
 };
 
-fs::path journal_of(const TouchOptions& o) {
-    return o.output + ".journal";
-}
-
 bool edits(const TouchOptions& o) {
     return !o.feel.edit.empty() || o.feel.drill_mm > 0.0;
 }
 
-// Whether the strokes become steps of the project that SCENE is.
-bool edits_project(const TouchOptions& o) {
-    return edits(o) && Project::is_one(o.scene);
+TouchedStrokes strokes_of(const TouchOptions& o) {
+    return {o.scene, o.labels, o.output, edits(o), o.keep_journal};
 }
 
 template <class Table>
@@ -124,8 +118,8 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
                                {"--page", o.page, FileUse::write},
                                {"--record", o.record, FileUse::write}});
     append_volume(files, "-o", o.output, FileUse::write);
-    if (edits(o) && !o.output.empty() && !edits_project(o))
-        files.push_back({"the journal of -o", journal_of(o).string(), FileUse::write});
+    if (const TouchedStrokes strokes = strokes_of(o); strokes.in_journal())
+        files.push_back({"the journal of -o", strokes.journal().string(), FileUse::write});
     append_files(o.feel, files);
     if (const Result<haptics::DeviceEntry> device = haptics::find_device(o.device))
         files.push_back({"--device", device->argument});
@@ -152,7 +146,7 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
         {!is_tool, {"--felt-tool"}, "of swept-tool"},
         {!edits(o), {"--tool"}, "without --edit and --drill"},
         {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
-        {edits_project(o), {"--journal"}, "the project keeps the strokes"},
+        {strokes_of(o).in_project(), {"--journal"}, "the project keeps the strokes"},
         {o.motion.path.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
         {name == "none",
          {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source"},
@@ -220,63 +214,6 @@ Result<void> say(const haptics::TouchSummary& s, const Json& telemetry) {
     return print_report(json_text(json));
 }
 
-// Where -o is written and the tool edits, its strokes are kept in a journal meanwhile.
-Result<std::optional<Journal>> begin_journal(const TouchOptions& o, const Document& document) {
-    if (!edits(o) || o.output.empty() || edits_project(o))
-        return std::optional<Journal>();
-    std::error_code error;
-    if (fs::exists(journal_of(o), error))
-        return fail(
-            "{}: holds strokes of an interrupted touch or edit, or of --journal; `palpate edit "
-            "SCENE --recover -o {}` applies them; remove the file to start again",
-            journal_of(o).string(), o.output);
-    PALPATE_TRY(Journal made, Journal::create(journal_of(o), Journal::base_of(document)));
-    return std::optional<Journal>(std::move(made));
-}
-
-// The project that SCENE is, opened so that strokes become its steps: its document, history and
-// journal take the place of what was read.
-Result<std::optional<Project::Opened>> open_project(const TouchOptions& o,
-                                                    const std::stop_token& stop) {
-    if (!edits_project(o))
-        return std::optional<Project::Opened>();
-    if (!o.labels.empty())
-        return fail(
-            "--labels: a tool that edits a project changes the project's own labels; leave out "
-            "--labels");
-    PALPATE_TRY(Project::Opened opened, Project::open(o.scene, {.unsaved = true, .stop = stop}));
-    return std::optional<Project::Opened>(std::move(opened));
-}
-
-// A session on the document of a project, felt as `felt` is. The edit works on the volumes by the
-// project's names.
-SessionSetup setup_in_project(SessionSetup project, SessionSetup felt, EditSetup& edit) {
-    const bool on_labels = edit.operation.on_labels();
-    if (project.grey.empty())
-        project.grey = project.document.volumes.front().name;
-    if (project.labels.empty() && !felt.labels.empty())
-        project.labels = project.grey; // a label map stands for both
-    edit.on = on_labels ? project.labels : project.grey;
-    edit.guide = on_labels ? project.grey : "";
-    project.touch = std::move(felt.touch);
-    project.parameters = felt.parameters;
-    return project;
-}
-
-// What is done, or why it is not: then the strokes stay.
-Result<void> end_journal(const TouchOptions& o, Result<void> done) {
-    const Result<Journal::Contents> kept = Journal::peek(journal_of(o));
-    const bool empty = kept && kept->entries.empty();
-    std::error_code ignored;
-    if (done ? !o.keep_journal : empty)
-        fs::remove(journal_of(o), ignored);
-    if (done || empty)
-        return done;
-    return fail(
-        "{}; the finished strokes are in {}, and `palpate edit SCENE --recover -o {}` applies them",
-        done.error().message, journal_of(o).string(), o.output);
-}
-
 Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::stop_token& stop) {
     const std::string title =
         fmt::format("{} touched with {} on {}", o.scene, o.algorithm, o.device);
@@ -314,7 +251,8 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     PALPATE_TRY(const TouchParameters parameters, parameters_of(o, scene, app));
     PALPATE_TRY(Feel feel, make_feel(o.feel, scene, parameters, *algorithm, interrupt.token()));
     warn_of_idle_options(app, o, feel.parameters.source, *device);
-    PALPATE_TRY(std::optional<Project::Opened> project, open_project(o, interrupt.token()));
+    const TouchedStrokes strokes = strokes_of(o);
+    PALPATE_TRY(std::optional<Project::Opened> project, open_project(strokes, interrupt.token()));
     SessionSetup felt = session_setup(feel);
     SessionSetup session =
         project ? setup_in_project(std::move(project->setup), std::move(felt), *feel.edit)
@@ -323,7 +261,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
         feel.edit ? *session.document.find(feel.edit->on) : session.document.first();
     if (!o.output.empty())
         PALPATE_TRY(expect_format_holds(o.output, before.grid()));
-    PALPATE_TRY(std::optional<Journal> journal, begin_journal(o, session.document));
+    PALPATE_TRY(std::optional<Journal> journal, begin_journal(strokes, session.document));
     const bool journalled = journal.has_value();
     if (journalled)
         session.edit.journal.emplace(std::move(*journal));
@@ -342,7 +280,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
                        interrupt.token(), [&](double share) { progress.show(share); });
     Result<void> done = run ? write_all(o, *run, interrupt.token()) : Result<void>(pass_on(run));
     if (journalled)
-        done = end_journal(o, std::move(done));
+        done = end_journal(strokes, std::move(done));
     if (!done && project)
         return fail("{}; the finished strokes are steps of {}", done.error().message, o.scene);
     if (!done)

@@ -373,7 +373,7 @@ TEST_F(ProjectTest, TellsWhichStepsAreInEffectAndWhichChangedNothing) {
     EXPECT_EQ(seen->unsaved.front().why_idle, "");
 }
 
-// One who looks while another works and saves sees one of the states there were, in their order.
+// Those who look while another works and saves see the states there were, in their order.
 TEST_F(ProjectTest, IsSeenWholeWhileAnotherSavesIt) {
     make();
     std::atomic<bool> done = false;
@@ -383,35 +383,51 @@ TEST_F(ProjectTest, IsSeenWholeWhileAnotherSavesIt) {
         opened->setup.edit.threaded = false;
         Session session(std::move(opened->setup));
         states.push_back(all_of(session.state().document));
-        for (int n = 0; n < 30; ++n) {
-            stroke(session, n);
-            states.push_back(all_of(session.state().document));
+        for (int n = 0; n < 300; ++n) {
+            if (n % 15 == 0) {
+                stroke(session, n / 15);
+                states.push_back(all_of(session.state().document));
+            }
             const Result<void> saved = opened->project.save(session);
             EXPECT_TRUE(saved) << saved.error().message;
         }
         done = true;
     });
-    std::vector<std::string> seen;
-    std::set<uint64_t> saves;
-    while (!done || seen.empty()) {
-        const Result<Project::Seen> looked = Project::look(file("p"));
-        if (!looked) {
-            ADD_FAILURE() << looked.error().message;
-            break;
-        }
-        EXPECT_TRUE(looked->notes.empty()) << looked->notes.front();
-        saves.insert(looked->saves);
-        seen.push_back(all_of(looked->contents.document));
+    struct Looker {
+        std::vector<std::string> seen, errors;
+        std::set<uint64_t> saves;
+    };
+    Looker lookers[3];
+    {
+        std::vector<std::jthread> threads;
+        for (Looker& looker : lookers)
+            threads.emplace_back([&] {
+                while (!done || looker.saves.empty()) {
+                    const Result<Project::Seen> looked = Project::look(file("p"));
+                    if (!looked) {
+                        looker.errors.push_back(looked.error().message);
+                        continue;
+                    }
+                    looker.errors.insert(looker.errors.end(), looked->notes.begin(),
+                                         looked->notes.end());
+                    looker.saves.insert(looked->saves);
+                    looker.seen.push_back(all_of(looked->contents.document));
+                }
+            });
     }
     worker.join();
-    size_t at = 0;
-    for (const std::string& state : seen) {
-        const auto found =
-            std::find(states.begin() + static_cast<ptrdiff_t>(at), states.end(), state);
-        ASSERT_NE(found, states.end()) << "a state that was not there, or no longer";
-        at = static_cast<size_t>(found - states.begin());
+    for (const Looker& looker : lookers) {
+        EXPECT_TRUE(looker.errors.empty())
+            << looker.errors.size() << " errors: " << looker.errors.front();
+        size_t at = 0;
+        for (const std::string& state : looker.seen) {
+            const auto found =
+                std::find(states.begin() + static_cast<ptrdiff_t>(at), states.end(), state);
+            ASSERT_NE(found, states.end()) << "a state that was not there, or no longer";
+            at = static_cast<size_t>(found - states.begin());
+        }
+        std::printf("    seen %zu times, at %zu saves\n", looker.seen.size(), looker.saves.size());
     }
-    std::printf("    seen %zu times, at %zu saves\n", seen.size(), saves.size());
 }
 
 // A stroke that does not end bounds a save, and takes part in the next one.
