@@ -68,9 +68,9 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
     }
     for (const auto& [key, member] : {std::pair("grey", &out.grey), {"labels", &out.labels}})
         if (const auto value = in.find(key)) {
-            const std::string& name = *member = name_of_volume(*value);
+            const std::string& chosen = *member = name_of_volume(*value);
             if (std::none_of(out.volumes.begin(), out.volumes.end(),
-                             [&](const auto& volume) { return volume.name == name; }))
+                             [&](const auto& volume) { return volume.name == chosen; }))
                 value->reject("the name of one of the volumes");
         }
     in.take("modality", out.modality);
