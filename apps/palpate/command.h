@@ -26,6 +26,7 @@ Command add_compare(CLI::App& app);
 Command add_devices(CLI::App& app);
 Command add_doctor(CLI::App& app);
 Command add_bench(CLI::App& app);
+Command add_measure(CLI::App& app);
 Command add_surface(CLI::App& app);
 Command add_touch(CLI::App& app);
 Command add_view(CLI::App& app);

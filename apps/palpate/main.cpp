@@ -38,6 +38,7 @@ constexpr Entry kCommands[] = {
     {"edit", "Apply strokes of tools to labels or grey values", palpate::add_edit},
     {"convert", "Read a volume in any format and write it in another", palpate::add_convert},
     {"bench", "Measure speed beside error", palpate::add_bench},
+    {"measure", "Measure lengths, angles, areas, balls and labels", palpate::add_measure},
     {"project", "Create, describe and change a project folder", palpate::add_project},
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},
     {"surface", "Extract an iso-surface, or the surfaces of labels, as a mesh",

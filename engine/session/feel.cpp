@@ -30,6 +30,32 @@ TouchSource default_source(const Feel& feel) {
                                                              : TouchSource::grey;
 }
 
+haptics::HapticTransfer opacity_to_touch(const TransferFunction& function) {
+    std::vector<TransferFunction::OpacityPoint> points = function.opacities;
+    while (points.size() > haptics::HapticTransfer::kMostPoints) {
+        size_t least = 1;
+        double loss = INFINITY;
+        for (size_t i = 1; i + 1 < points.size(); ++i) {
+            TransferFunction without{{}, {points[i - 1], points[i + 1]}};
+            const double change =
+                std::abs(opacity_at(without, points[i].value) - points[i].opacity);
+            if (change < loss) {
+                loss = change;
+                least = i;
+            }
+        }
+        points.erase(points.begin() + static_cast<ptrdiff_t>(least));
+    }
+    haptics::HapticTransfer transfer;
+    for (const auto& [value, opacity] : points) {
+        const uint32_t at = transfer.point_count++;
+        transfer.values[at] =
+            at > 0 ? std::max(value, std::nextafter(transfer.values[at - 1], INFINITY)) : value;
+        transfer.forces_n[at] = opacity;
+    }
+    return transfer;
+}
+
 void add_felt_mesh(Feel& feel, std::shared_ptr<const Mesh> mesh) {
     const bool labels = feel.parameters.source == TouchSource::labels;
     if (!mesh)

@@ -26,6 +26,11 @@ double default_iso(const LoadedScene& loaded);
 // erodes or dilates labels it feels those, S. So it does where labels are told how to feel.
 haptics::TouchSource default_source(const Feel& feel);
 
+// The opacities of a function as a hand feels them: in rising values, of which a step has two, one
+// double apart. At most HapticTransfer::kMostPoints: points go first whose loss changes the
+// function least where they are.
+haptics::HapticTransfer opacity_to_touch(const TransferFunction& function);
+
 // What algorithms that feel a mesh need: this one, or (null) the surface of what is felt.
 void add_felt_mesh(Feel& feel, std::shared_ptr<const Mesh> mesh = nullptr);
 

@@ -199,7 +199,8 @@ Result<Project::Seen> Project::look(const fs::path& path, const std::stop_token&
                            .labels = description.labels,
                            .scene = description.scene,
                            .touch = description.touch,
-                           .modality = description.modality},
+                           .modality = description.modality,
+                           .kept = description.kept},
               .saves = description.save,
               .unsaved = {},
               .notes = {}};

@@ -24,6 +24,7 @@ struct ProjectContents {
     SceneFile scene;          // its `volume` and `labels` are the project's files, and not read
     haptics::TouchParameters touch;
     std::string modality = ""; // of the grey volume, "CT" say; empty where unknown
+    Kept kept{};
 };
 
 // A document, how it is seen and how it feels, in a folder (docs/reference/project.md):

@@ -37,7 +37,8 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
         in.complain("expected a project with \"project\": 1, the version of the format");
     else if (version->number(0, 1e6) != kVersion)
         version->reject("version 1 of the format");
-    in.only_keys({"project", "save", "volumes", "grey", "labels", "modality", "scene", "touch"});
+    in.only_keys({"project", "save", "volumes", "grey", "labels", "modality", "scene", "touch",
+                  "measures", "label_names", "locked_labels"});
     const auto save = in.find("save"), volumes = in.find("volumes");
     if (!save || !volumes)
         in.complain("expected \"save\" and \"volumes\"");
@@ -76,6 +77,7 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
     in.take("modality", out.modality);
     if (const auto touch = in.find("touch"))
         out.touch = read_touch_parameters(*touch);
+    out.kept = read_kept(in);
     if (errors.first)
         return tl::unexpected(*errors.first);
     if (const Json* scene = json.find("scene")) {
@@ -101,6 +103,7 @@ Result<void> write_project_description(const fs::path& folder,
     if (scene)
         json["scene"] = *scene;
     json["touch"] = touch_parameters_json(description.touch);
+    json.update(kept_json(description.kept));
     const std::string text = json_text(json);
     return save_bytes(folder / kProjectFile, std::as_bytes(std::span(text)));
 }

@@ -20,6 +20,7 @@ struct ProjectDescription {
     std::string grey, labels, modality;
     SceneFile scene;
     haptics::TouchParameters touch;
+    Kept kept;
 };
 
 inline constexpr const char* kProjectFile = "project.json";

@@ -24,7 +24,8 @@ Result<std::vector<Project::File>> Project::write(const fs::path& folder, uint64
                                    .labels = contents.labels,
                                    .modality = contents.modality,
                                    .scene = contents.scene,
-                                   .touch = contents.touch};
+                                   .touch = contents.touch,
+                                   .kept = contents.kept};
     SceneFile& scene = description.scene;
     scene.volume = scene.labels = "";
     for (const NamedVolume& volume : contents.document.volumes) {
@@ -183,9 +184,13 @@ Result<void> Project::save_as(const fs::path& folder, Session& session, Limit li
 }
 
 ProjectContents Project::contents_of(Session& session) const {
-    ProjectContents contents{session.state().document, session.sources().grey,
-                             session.sources().labels, scene_,
-                             session.parameters(),     modality_};
+    ProjectContents contents{session.state().document,
+                             session.sources().grey,
+                             session.sources().labels,
+                             scene_,
+                             session.parameters(),
+                             modality_,
+                             session.kept()};
     SceneFile& scene = contents.scene;
     scene.scene = session.scene();
     scene.scene.surfaces.resize(std::min(scene.scene.surfaces.size(), scene.surfaces.size()));
@@ -206,7 +211,8 @@ std::string Project::settings_text(const ProjectContents& contents) {
     scene.framing.reset();
     scene.centered_slices.clear();
     scene.centered_clips.clear();
-    return write_scene(scene) + json_line(touch_parameters_json(contents.touch));
+    return write_scene(scene) + json_line(touch_parameters_json(contents.touch)) +
+           json_line(kept_json(contents.kept));
 }
 
 bool Project::is_saved(Session& session) const {

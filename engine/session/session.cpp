@@ -8,6 +8,7 @@
 
 #include "engine/base/assert.h"
 #include "engine/base/profile.h"
+#include "engine/session/feel.h"
 #include "engine/surface/marching_cubes.h"
 #include "haptics/core/clock.h"
 
@@ -47,6 +48,7 @@ TouchScene felt_scene(const SessionSources& sources, uint64_t chosen, const Docu
 
 Session::Session(SessionSetup setup)
     : threaded_(setup.edit.threaded),
+      kept_(std::move(setup.kept)),
       editor_(setup.document, std::move(setup.edit)),
       sources_(std::make_unique<const SessionSources>(
           SessionSources{std::move(setup.grey), std::move(setup.labels), std::move(setup.touch)})),
@@ -139,6 +141,19 @@ void Session::set_iso(double value) {
         show(std::move(scene));
     if (!std::isnan(mesh_iso_.load()))
         mesh_iso_.store(static_cast<float>(value));
+}
+
+void Session::set_transfer(TransferFunction function) {
+    TouchParameters parameters = parameters_.latest();
+    if (parameters.opacity.point_count > 0) {
+        parameters.opacity = opacity_to_touch(function);
+        feel(parameters);
+    }
+    Scene scene = scenes_.latest();
+    if (!scene.ray_cast || scene.ray_cast->transfer == function)
+        return;
+    scene.ray_cast->transfer = std::move(function);
+    show(std::move(scene));
 }
 
 Result<void> Session::start(SessionDevice device) {

@@ -13,6 +13,7 @@
 #include "engine/edit/edit_lag.h"
 #include "engine/edit/editor.h"
 #include "engine/scene/scene.h"
+#include "engine/session/kept.h"
 #include "engine/surface/block_surface.h"
 #include "haptics/proxy/algorithms.h"
 #include "haptics/servo/brick_lock.h"
@@ -43,6 +44,7 @@ struct SessionSetup {
     Scene scene;               // how they are seen
     haptics::TouchScene touch; // SessionSources
     haptics::TouchParameters parameters;
+    Kept kept;
     std::optional<float> mesh_iso; // of the grey volume's surface, kept up to date; none: none
     EditorOptions edit;            // threaded: whether the session has threads at all
 };
@@ -118,6 +120,13 @@ class Session {
     // The iso-value of all of it: what is solid to the hand, the mesh, live surfaces, and the first
     // one seen by rays.
     void set_iso(double value);
+    // The transfer function of all of it: of rays, and, where a hand feels opacities (a table in
+    // TouchParameters::opacity), of the hand. Of more than HapticTransfer::kMostPoints points it
+    // feels the function through those that are left when the ones that matter least have gone.
+    void set_transfer(TransferFunction function);
+
+    void keep(Kept kept) { kept_ = std::move(kept); }
+    const Kept& kept() const { return kept_; }
 
     // One device at a time. A device that says it is not homed is homed first; it gives no force
     // until that is done. Force begins by a soft start.
@@ -189,6 +198,7 @@ class Session {
     void mesh_on(const std::stop_token& stop);
 
     const bool threaded_;
+    Kept kept_;
     Editor editor_;
     EditLag lag_;
     Mailbox<SessionSources> sources_;

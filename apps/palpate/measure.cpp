@@ -1,0 +1,216 @@
+#include <cmath>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_texts.h"
+#include "apps/palpate/output.h"
+#include "apps/palpate/project_input.h"
+#include "apps/palpate/read_options.h"
+#include "engine/base/printable.h"
+#include "engine/measure/measure_report.h"
+#include "engine/session/project_description.h"
+
+namespace palpate {
+
+namespace {
+
+struct MeasureOptions {
+    ReadFlags read;
+    std::string labels, project, csv, json;
+    std::vector<std::string> rulers, angles, polygons, spheres;
+};
+
+std::vector<NamedFile> files_of(const MeasureOptions& o) {
+    std::vector<NamedFile> files;
+    append_volume(files, "V", o.read.path);
+    append_volume(files, "--labels", o.labels);
+    files.insert(files.end(),
+                 {{"--csv", o.csv, FileUse::write_text}, {"--json", o.json, FileUse::write_text}});
+    return files;
+}
+
+// "x,y,z,x,y,z"; a sphere: "x,y,z,radius".
+Result<Measure> read_points(MeasureKind kind, const std::string& text) {
+    const auto numbers = numbers_of(text, ',');
+    const bool is_ball = kind == MeasureKind::sphere;
+    if (!numbers || (is_ball ? numbers->size() != 4 : numbers->size() % 3 != 0))
+        return fail("expected {}, found '{}'", is_ball ? "X,Y,Z,RADIUS" : "X,Y,Z of each point",
+                    text);
+    const std::vector<double>& n = *numbers;
+    Measure made{kind, {}};
+    for (size_t i = 0; i + 2 < n.size(); i += 3)
+        made.points_mm.emplace_back(n[i], n[i + 1], n[i + 2]);
+    if (is_ball && !(n[3] > 0.0))
+        return fail("expected a radius above 0, found '{}'", text);
+    if (is_ball)
+        made.points_mm.push_back(made.points_mm[0] + glm::dvec3(n[3], 0.0, 0.0));
+    if (Result<void> good = check(made); !good)
+        return pass_on(good);
+    return made;
+}
+Result<Measure> read_ruler(const std::string& text) {
+    return read_points(MeasureKind::ruler, text);
+}
+Result<Measure> read_angle(const std::string& text) {
+    return read_points(MeasureKind::angle, text);
+}
+Result<Measure> read_polygon(const std::string& text) {
+    return read_points(MeasureKind::polygon, text);
+}
+Result<Measure> read_sphere(const std::string& text) {
+    return read_points(MeasureKind::sphere, text);
+}
+
+std::string values_text(const ValueStatistics& v) {
+    if (v.count == 0)
+        return "";
+    return fmt::format("  {:g} +- {:g}, {:g} .. {:g}, median {:g}, {} samples", v.mean, v.sd, v.min,
+                       v.max, v.median, v.count);
+}
+
+std::string text_of(const MeasureReport& report) {
+    std::string text;
+    for (const MeasureReport::One& one : report.measures) {
+        const Measured& m = one.measured;
+        text += name_of(one.measure.kind);
+        if (!one.measure.name.empty())
+            text += fmt::format(" {}", printable(one.measure.name));
+        const auto add = [&](const std::optional<double>& value, const char* unit) {
+            if (value)
+                text += fmt::format("  {:g} {}", *value, unit);
+        };
+        add(m.length_mm, "mm");
+        add(m.angle_deg, "degrees");
+        add(m.radius_mm, "mm radius");
+        add(m.area_mm2, "mm2");
+        if (m.volume_mm3)
+            add(*m.volume_mm3 / 1000.0, "ml");
+        text += m.values ? values_text(*m.values) : "";
+        text += m.note.empty() ? "\n" : fmt::format("  ({})\n", m.note);
+    }
+    for (const MeasureReport::Label& label : report.labels) {
+        const LabelStatistics& s = label.statistics;
+        text += fmt::format("label {}{}{}  {:g} ml, {} samples{}\n", s.label,
+                            label.name.empty() ? "" : " ", printable(label.name),
+                            s.volume_mm3 / 1000.0, s.count, values_text(s.values));
+    }
+    return text.empty() ? "nothing to measure: no label, and no measure was named\n" : text;
+}
+
+Result<std::vector<Measure>> measures_of(const MeasureOptions& o) {
+    std::vector<Measure> all;
+    const std::string project = !o.project.empty()             ? o.project
+                                : Project::is_one(o.read.path) ? o.read.path
+                                                               : "";
+    if (!project.empty()) {
+        if (!Project::is_one(project))
+            return fail("--project: {}: expected the folder of a project", project);
+        Result<ProjectDescription> read = read_project_description(project_folder(project));
+        if (!read)
+            return pass_on(read);
+        all = std::move(read->kept.measures);
+    }
+    const std::pair<MeasureKind, const std::vector<std::string>*> named[] = {
+        {MeasureKind::ruler, &o.rulers},
+        {MeasureKind::angle, &o.angles},
+        {MeasureKind::polygon, &o.polygons},
+        {MeasureKind::sphere, &o.spheres}};
+    for (const auto& [kind, texts] : named)
+        for (const std::string& text : *texts)
+            all.push_back(read_points(kind, text).value()); // the command line was checked
+    return all;
+}
+
+// The labels that are named, or a project's own.
+Result<std::optional<LoadedVolume>> labels_of(const MeasureOptions& o, const Interrupt& interrupt) {
+    const bool is_project = Project::is_one(o.read.path);
+    if (o.labels.empty() && is_project) {
+        Result<ProjectDescription> read = read_project_description(project_folder(o.read.path));
+        if (!read)
+            return pass_on(read);
+        if (read->labels.empty())
+            return std::optional<LoadedVolume>();
+    } else if (o.labels.empty()) {
+        return std::optional<LoadedVolume>();
+    }
+    ReadFlags flags;
+    flags.path = o.labels.empty() ? o.read.path : o.labels;
+    flags.max_memory_mib = o.read.max_memory_mib;
+    Result<LoadedVolume> loaded = load(flags, true, interrupt);
+    if (!loaded)
+        return pass_on(loaded);
+    return std::optional(std::move(*loaded));
+}
+
+Result<void> run_measure(const MeasureOptions& o) {
+    const Interrupt interrupt;
+    Result<std::vector<Measure>> measures = measures_of(o);
+    if (!measures)
+        return pass_on(measures);
+    Result<LoadedVolume> loaded = load(o.read, false, interrupt);
+    if (!loaded)
+        return pass_on(loaded);
+    Result<std::optional<LoadedVolume>> labels = labels_of(o, interrupt);
+    if (!labels)
+        return pass_on(labels);
+    MeasureReport report;
+    const auto stopped = [] { return fail("stopped before all was measured"); };
+    for (Measure& one : *measures) {
+        std::optional<Measured> measured = measure(one, loaded->volume, interrupt.token());
+        if (!measured)
+            return stopped();
+        report.measures.push_back({std::move(one), std::move(*measured)});
+    }
+    if (*labels) {
+        const auto found = label_statistics((*labels)->volume, &loaded->volume, interrupt.token());
+        if (!found)
+            return stopped();
+        for (const LabelStatistics& label : *found) {
+            MeasureReport::Label& entry = report.labels.emplace_back();
+            entry.statistics = label;
+            for (const LabelName& name : (*labels)->labels)
+                if (name.label == label.label)
+                    entry.name = name.name;
+        }
+    }
+    if (Result<void> written = write_text(o.csv, report_csv(report)); !written)
+        return written;
+    if (!o.json.empty())
+        return write_text(o.json, report_text(report_json(report)));
+    return o.csv.empty() ? print_text(text_of(report)) : Result<void>();
+}
+
+} // namespace
+
+Command add_measure(CLI::App& app) {
+    auto o = std::make_shared<MeasureOptions>();
+    add_read_flags(app, o->read);
+    app.add_option("--labels", o->labels,
+                   "Label map: count, volume, values, box and centroid of each label (default: "
+                   "that of a project)")
+        ->type_name("FILE");
+    app.add_option("--project", o->project,
+                   "Project whose measures are taken (default: V, where it is one)")
+        ->type_name("FOLDER");
+    const auto add = [&](const char* name, std::vector<std::string>& texts, const char* purpose,
+                         const char* type, Result<Measure> (*read)(const std::string&)) {
+        app.add_option(name, texts, std::string(purpose) + ", mm, LPS; may be repeated")
+            ->check(readable(read))
+            ->type_name(type)
+            ->take_all()
+            ->expected(1)
+            ->allow_extra_args(false);
+    };
+    add("--ruler", o->rulers, "Distance of two points", "X,Y,Z,X,Y,Z", read_ruler);
+    add("--angle", o->angles, "Angle at the second of three points", "X,Y,Z,..", read_angle);
+    add("--polygon", o->polygons, "Area and values within corners in one plane", "X,Y,Z,..",
+        read_polygon);
+    add("--sphere", o->spheres, "Volume and values of a ball", "X,Y,Z,RADIUS", read_sphere);
+    app.add_option("--csv", o->csv, "Write a table, or - (default: text for people)")
+        ->type_name("FILE");
+    app.add_option("--json", o->json, "Write JSON, or - (default: text for people)")
+        ->type_name("FILE");
+    return {[o] { return run_measure(*o); }, [o] { return files_of(*o); }};
+}
+
+} // namespace palpate

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "engine/measure/label_statistics.h"
+#include "engine/measure/measure.h"
+
+namespace palpate {
+
+struct MeasureReport {
+    struct One {
+        Measure measure;
+        Measured measured;
+    };
+    struct Label {
+        LabelStatistics statistics;
+        std::string name; // may be empty
+    };
+    std::vector<One> measures;
+    std::vector<Label> labels;
+};
+
+// {"measures": [..], "labels": [..]}; what is not defined is left out of its entry.
+Json report_json(const MeasureReport& report);
+
+// A table (RFC 4180): a line of column names, one line a measure, one line a label. A field of what
+// is not defined is empty. Lengths in mm, areas in mm2, volumes in mm3 and ml.
+std::string report_csv(const MeasureReport& report);
+
+// "23.4 mm", "41.2°", "152 mm²", "14.1 ml": the first thing that a person wants to know.
+std::string headline(const Measured& measured);
+// "0.52 ml", "1234 ml"
+std::string ml_text(double volume_mm3);
+
+} // namespace palpate

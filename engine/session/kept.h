@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/json_value.h"
+#include "engine/io/label_names.h"
+#include "engine/measure/measure.h"
+
+namespace palpate {
+
+// The notes of a person beside the document; a part of the project.
+struct Kept {
+    std::vector<Measure> measures;
+    std::vector<LabelName> label_names;  // as files gave them
+    std::vector<uint16_t> locked_labels; // that no tool changes; ascending
+
+    friend bool operator==(const Kept&, const Kept&) = default;
+};
+
+// Its members under their names, those that are not empty.
+Json kept_json(const Kept& kept);
+// Of an object that may have other members.
+Kept read_kept(const JsonValue& in);
+
+} // namespace palpate
