@@ -44,8 +44,7 @@ Result<Measure> read_points(MeasureKind kind, const std::string& text) {
         return fail("expected a radius above 0, found '{}'", text);
     if (is_ball)
         made.points_mm.push_back(made.points_mm[0] + glm::dvec3(n[3], 0.0, 0.0));
-    if (Result<void> good = check(made); !good)
-        return pass_on(good);
+    PALPATE_TRY(check(made));
     return made;
 }
 Result<Measure> read_ruler(const std::string& text) {
@@ -105,10 +104,8 @@ Result<std::vector<Measure>> measures_of(const MeasureOptions& o) {
     if (!project.empty()) {
         if (!Project::is_one(project))
             return fail("--project: {}: expected the folder of a project", project);
-        Result<ProjectDescription> read = read_project_description(project_folder(project));
-        if (!read)
-            return pass_on(read);
-        all = std::move(read->kept.measures);
+        PALPATE_TRY(ProjectDescription read, read_project_description(project_folder(project)));
+        all = std::move(read.kept.measures);
     }
     const std::pair<MeasureKind, const std::vector<std::string>*> named[] = {
         {MeasureKind::ruler, &o.rulers},
@@ -125,10 +122,9 @@ Result<std::vector<Measure>> measures_of(const MeasureOptions& o) {
 Result<std::optional<LoadedVolume>> labels_of(const MeasureOptions& o, const Interrupt& interrupt) {
     const bool is_project = Project::is_one(o.read.path);
     if (o.labels.empty() && is_project) {
-        Result<ProjectDescription> read = read_project_description(project_folder(o.read.path));
-        if (!read)
-            return pass_on(read);
-        if (read->labels.empty())
+        PALPATE_TRY(const ProjectDescription read,
+                    read_project_description(project_folder(o.read.path)));
+        if (read.labels.empty())
             return std::optional<LoadedVolume>();
     } else if (o.labels.empty()) {
         return std::optional<LoadedVolume>();
@@ -136,45 +132,36 @@ Result<std::optional<LoadedVolume>> labels_of(const MeasureOptions& o, const Int
     ReadFlags flags;
     flags.path = o.labels.empty() ? o.read.path : o.labels;
     flags.max_memory_mib = o.read.max_memory_mib;
-    Result<LoadedVolume> loaded = load(flags, true, interrupt);
-    if (!loaded)
-        return pass_on(loaded);
-    return std::optional(std::move(*loaded));
+    PALPATE_TRY(LoadedVolume loaded, load(flags, true, interrupt));
+    return std::optional(std::move(loaded));
 }
 
 Result<void> run_measure(const MeasureOptions& o) {
     const Interrupt interrupt;
-    Result<std::vector<Measure>> measures = measures_of(o);
-    if (!measures)
-        return pass_on(measures);
-    Result<LoadedVolume> loaded = load(o.read, false, interrupt);
-    if (!loaded)
-        return pass_on(loaded);
-    Result<std::optional<LoadedVolume>> labels = labels_of(o, interrupt);
-    if (!labels)
-        return pass_on(labels);
+    PALPATE_TRY(std::vector<Measure> measures, measures_of(o));
+    PALPATE_TRY(const LoadedVolume loaded, load(o.read, false, interrupt));
+    PALPATE_TRY(const std::optional<LoadedVolume> labels, labels_of(o, interrupt));
     MeasureReport report;
     const auto stopped = [] { return fail("stopped before all was measured"); };
-    for (Measure& one : *measures) {
-        std::optional<Measured> measured = measure(one, loaded->volume, interrupt.token());
+    for (Measure& one : measures) {
+        std::optional<Measured> measured = measure(one, loaded.volume, interrupt.token());
         if (!measured)
             return stopped();
         report.measures.push_back({std::move(one), std::move(*measured)});
     }
-    if (*labels) {
-        const auto found = label_statistics((*labels)->volume, &loaded->volume, interrupt.token());
+    if (labels) {
+        const auto found = label_statistics(labels->volume, &loaded.volume, interrupt.token());
         if (!found)
             return stopped();
         for (const LabelStatistics& label : *found) {
             MeasureReport::Label& entry = report.labels.emplace_back();
             entry.statistics = label;
-            for (const LabelName& name : (*labels)->labels)
+            for (const LabelName& name : labels->labels)
                 if (name.label == label.label)
                     entry.name = name.name;
         }
     }
-    if (Result<void> written = write_text(o.csv, report_csv(report)); !written)
-        return written;
+    PALPATE_TRY(write_text(o.csv, report_csv(report)));
     if (!o.json.empty())
         return write_text(o.json, report_text(report_json(report)));
     return o.csv.empty() ? print_text(text_of(report)) : Result<void>();

@@ -271,10 +271,11 @@ Result<Project::Opened> Project::open(const fs::path& path, const Opening& openi
                        .scene = resolved_scene(read.scene, grid),
                        .touch = {},
                        .parameters = read.touch,
+                       .kept = read.kept,
                        .mesh_iso = {},
                        .edit = {}};
-    ProjectContents as_saved{setup.document, setup.grey,       setup.labels,
-                             read.scene,     setup.parameters, read.modality};
+    ProjectContents as_saved{setup.document,   setup.grey,    setup.labels, read.scene,
+                             setup.parameters, read.modality, read.kept};
     as_saved.scene.scene = setup.scene;
     project.settings_ = settings_text(as_saved);
     setup.edit.begun = std::move(history);

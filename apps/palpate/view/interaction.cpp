@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "apps/palpate/view/measure_tool.h"
 #include "engine/session/default_scene.h"
 
 namespace palpate::view {
@@ -139,13 +140,16 @@ void press(Outcome& next, const Event& event, const Subject& subject) {
         if (twice && hand == Hand::crosshair && !state.w_held) {
             state.alone = state.alone ? std::nullopt : std::optional(panel);
             drag.kind = Drag::Kind::maximise; // the rest of the click does nothing
+        } else if (state.hand == Hand::measure && !state.w_held &&
+                   press_measure(state, subject, panel, twice)) {
+            drag.kind = Drag::Kind::measure;
         } else if (!is_slice(panel)) {
             drag.kind = event.modifiers.shift  ? Drag::Kind::pan
                         : event.modifiers.ctrl ? Drag::Kind::roll
                                                : Drag::Kind::rotate;
         } else if (state.w_held) {
             drag.kind = Drag::Kind::window;
-        } else if (hand != Hand::crosshair) {
+        } else if (hand != Hand::crosshair && hand != Hand::measure) {
             drag.kind = Drag::Kind::stroke;
             next.orders.push_back(
                 stroke(Order::Kind::stroke_down, state, subject, panel, event.time_s));
@@ -214,6 +218,9 @@ void drag_on(Outcome& next, const Event& event, const Subject& subject) {
         case Drag::Kind::turn:
             turn_planes(state, grid, drag.panel, from, to);
             break;
+        case Drag::Kind::measure:
+            drag_measure(state, subject, drag.panel);
+            break;
         case Drag::Kind::maximise:
             break;
     }
@@ -232,6 +239,11 @@ void release(Outcome& next, const Event& event, const Subject& subject) {
                  : state.crosshair_mm,
              event.time_s,
              {}});
+    const bool clicks = glm::distance(state.pointer_px, state.pressed_px) < kDoubleClick_px &&
+                        state.drag->kind == Drag::Kind::rotate;
+    if (state.hand == Hand::measure && (clicks || state.drag->kind == Drag::Kind::measure) &&
+        box_of(state, state.drag->panel))
+        release_measure(state, subject, state.drag->panel, clicks);
     state.drag.reset();
 }
 
@@ -347,16 +359,19 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     if (event.key == "escape") {
         if (state.drag && state.drag->kind == Drag::Kind::stroke)
             next.orders.push_back({Order::Kind::stroke_cancel, {}, event.time_s, {}});
-        else if (!state.drag && !std::exchange(state.help_open, false) &&
+        else if (!state.drag && !std::exchange(state.help_open, false) && !cancel_measure(state) &&
                  !std::exchange(state.saving_open, false) &&
                  !std::exchange(state.closing_open, false))
             state.alone.reset();
         state.drag.reset();
+        state.measuring.held.reset();
         return;
     }
     if (state.drag) // nothing is moved by accident while a hand is at work
         return;
     if (!event.modifiers.ctrl) {
+        if (press_measure_key(state, event.key))
+            return;
         press_key(state, event.key, event.modifiers.shift, subject);
         return;
     }

@@ -149,9 +149,11 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     draw_help(state);
     draw_questions(state, work, orders);
     ImDrawList& behind = *ImGui::GetBackgroundDrawList();
-    for (const Places::View& view : places_of(state).views)
+    for (const Places::View& view : places_of(state).views) {
         draw_marks(behind, state, work, view.panel, view.box,
                    pictures[static_cast<size_t>(view.panel)]);
+        draw_measures(behind, state, work, view.panel, view.box);
+    }
     ImGui::Render();
     return orders;
 }

@@ -47,8 +47,20 @@ class Interface {
     void draw_hand(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_window(ViewState& state, Work& work);
     void draw_volume(ViewState& state, Work& work);
-    void draw_labels(ViewState& state, Work& work);
+    void draw_labels(ViewState& state);
     void draw_layout(ViewState& state);
+    void draw_tabs(ViewState& state);
+    void draw_transfer(ViewState& state, Work& work);
+    void draw_chosen_point(ViewState& state, Work& work, TransferFunction& function,
+                           std::vector<double>& isos, RayCastLayer& layer, bool& changed,
+                           bool& isos_changed);
+    void draw_presets(RayCastLayer& layer, Work& work, bool& changed);
+    void draw_felt(Work& work, const TransferFunction& function);
+    void draw_measures_panel(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_measure(ViewState& state, Work& work);
+    void draw_labels_panel(ViewState& state, Work& work);
+    bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
+    void draw_label_figures(ViewState& state, Work& work);
     void draw_status(const ViewState& state, Work& work);
     void draw_help(ViewState& state);
     void draw_questions(ViewState& state, Work& work, std::vector<Order>& orders);
@@ -57,12 +69,19 @@ class Interface {
     double time_s_ = 0;
     std::map<std::string, Box> widgets_;
     std::string message_;
-    double told_s_ = -1e9;            // when it came
-    std::array<char, 1024> folder_{}; // that is typed
+    double told_s_ = -1e9;                       // when it came
+    std::array<char, 1024> folder_{}, export_{}; // that are typed
 };
+
+// A small table.
+void draw_values(const ValueStatistics& values, const std::string& unit);
 
 // The marks over a view: letters, crosshair, notes, scale bar, tool.
 void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box,
                 const PictureState& picture);
+
+// Measures over a view.
+void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
+                   const Box& box);
 
 } // namespace palpate::view

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "apps/palpate/view/interface.h"
-#include "engine/scene/presets.h"
 #include "engine/session/default_scene.h"
 
 namespace palpate::view {
@@ -58,22 +57,51 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
     const glm::dvec3 spacing = spacing_mm(work.subject().grid);
     ImGui::TextDisabled("%u x %u x %u, %.3g x %.3g x %.3g mm", size.x, size.y, size.z, spacing.x,
                         spacing.y, spacing.z);
+    draw_tabs(state);
     const auto section = [](const char* name) {
         return ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
     };
     ImGui::PushItemWidth(-ImGui::CalcTextSize("thickness_").x);
-    if (section("Tool"))
-        draw_hand(state, work, orders);
-    if (section("Window"))
-        draw_window(state, work);
-    if (section("Volume"))
-        draw_volume(state, work);
-    if (section("Labels"))
-        draw_labels(state, work);
-    if (section("Layout"))
-        draw_layout(state);
+    switch (state.tab) {
+        case Tab::view:
+            if (section("Tool"))
+                draw_hand(state, work, orders);
+            if (section("Window"))
+                draw_window(state, work);
+            if (section("Volume"))
+                draw_volume(state, work);
+            if (section("Labels"))
+                draw_labels(state);
+            if (section("Layout"))
+                draw_layout(state);
+            break;
+        case Tab::transfer:
+            draw_transfer(state, work);
+            break;
+        case Tab::labels:
+            draw_labels_panel(state, work);
+            break;
+        case Tab::measure:
+            draw_measures_panel(state, work, orders);
+            break;
+    }
     ImGui::PopItemWidth();
     ImGui::End();
+}
+
+void Interface::draw_tabs(ViewState& state) {
+    for (const Tab tab : {Tab::view, Tab::transfer, Tab::labels, Tab::measure}) {
+        if (tab != Tab::view)
+            ImGui::SameLine(0.0f, 2.0f);
+        const bool is_it = state.tab == tab;
+        if (is_it)
+            ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
+        if (ImGui::SmallButton(name_of(tab)))
+            state.tab = tab;
+        if (is_it)
+            ImGui::PopStyleColor();
+        note(fmt::format("tab/{}", name_of(tab)).c_str());
+    }
 }
 
 void Interface::draw_hand(ViewState& state, Work& work, std::vector<Order>& orders) {
@@ -144,15 +172,7 @@ void Interface::draw_volume(ViewState& state, Work& work) {
         note("volume/mode");
     }
     if (scene.ray_cast && scene.ray_cast->mode == RayMode::alpha) {
-        if (ImGui::BeginCombo("colours", "presets")) {
-            for (const std::string_view name : preset_names())
-                if (ImGui::Selectable(std::string(name).c_str())) {
-                    scene.ray_cast->transfer =
-                        fitted(*preset(name), std::string(name), work.loaded());
-                    changed = true;
-                }
-            ImGui::EndCombo();
-        }
+        draw_presets(*scene.ray_cast, work, changed);
         note("volume/colours");
     }
     if (scene.ray_cast && scene.ray_cast->mode == RayMode::mip) {
@@ -165,10 +185,9 @@ void Interface::draw_volume(ViewState& state, Work& work) {
     if (scene.ray_cast && scene.ray_cast->mode == RayMode::iso) {
         double iso = scene.ray_cast->isos.front().value;
         if (slide("iso", iso, work.subject().range.min, work.subject().range.max, "%.5g")) {
-            scene.ray_cast->isos.front().value = iso;
-            std::stable_sort(scene.ray_cast->isos.begin(), scene.ray_cast->isos.end(),
-                             [](const auto& a, const auto& b) { return a.value < b.value; });
-            changed = true;
+            auto& isos = scene.ray_cast->isos;
+            isos.front().value = isos.size() > 1 ? std::min(iso, isos[1].value) : iso;
+            work.session().set_iso(isos.front().value);
         }
         note("volume/iso");
     }
@@ -188,51 +207,11 @@ void Interface::draw_volume(ViewState& state, Work& work) {
         work.session().show(std::move(scene));
 }
 
-void Interface::draw_labels(ViewState& state, Work& work) {
+void Interface::draw_labels(ViewState& state) {
     ImGui::Checkbox("shown", &state.labels_shown);
     note("labels/shown");
     slide("opacity", state.label_opacity, 0.0, 1.0, "%.2f");
     note("labels/opacity");
-    const std::vector<LabelName>& names = work.loaded().label_names;
-    Scene scene = work.session().scene();
-    if (!scene.labels)
-        return;
-    bool changed = false;
-    const auto row = [&](uint32_t label) {
-        LabelStyle style = style_of(*scene.labels, label);
-        ImGui::PushID(static_cast<int>(label));
-        bool visible = style.visible;
-        if (ImGui::Checkbox("##visible", &visible)) {
-            auto& styles = scene.labels->styles;
-            while (styles.size() <= label)
-                styles.push_back(style_of(*scene.labels, static_cast<uint32_t>(styles.size())));
-            styles[label].visible = visible;
-            changed = true;
-        }
-        note(fmt::format("labels/visible/{}", label).c_str());
-        ImGui::SameLine();
-        ImGui::ColorButton(
-            "##color",
-            ImVec4(static_cast<float>(style.color.x), static_cast<float>(style.color.y),
-                   static_cast<float>(style.color.z), 1.0f),
-            ImGuiColorEditFlags_NoTooltip | ImGuiColorEditFlags_NoDragDrop);
-        ImGui::SameLine();
-        if (ImGui::Selectable(work.name_of_label(label).c_str(), state.label == label) &&
-            label <= 65535)
-            state.label = static_cast<uint16_t>(label);
-        ImGui::PopID();
-    };
-    if (names.empty()) {
-        row(state.label);
-    } else if (ImGui::BeginChild("names",
-                                 ImVec2(0.0f, 8.0f * ImGui::GetFrameHeightWithSpacing()))) {
-        for (const LabelName& name : names)
-            if (name.label > 0)
-                row(name.label);
-        ImGui::EndChild();
-    }
-    if (changed)
-        work.session().show(std::move(scene));
 }
 
 void Interface::draw_layout(ViewState& state) {

@@ -6,8 +6,13 @@
 namespace palpate::view {
 
 const char* name_of(Hand hand) {
-    constexpr const char* names[] = {"crosshair", "draw", "erase", "cut"};
+    constexpr const char* names[] = {"crosshair", "draw", "erase", "cut", "measure"};
     return names[static_cast<size_t>(hand)];
+}
+
+const char* name_of(Tab tab) {
+    constexpr const char* names[] = {"view", "transfer", "labels", "measure"};
+    return names[static_cast<size_t>(tab)];
 }
 
 Places places_of(const ViewState& state) {

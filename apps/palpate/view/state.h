@@ -8,14 +8,19 @@
 #include <vector>
 
 #include "apps/palpate/view/event.h"
+#include "apps/palpate/view/measuring.h"
 #include "apps/palpate/view/panel.h"
 #include "apps/palpate/view/slice_view.h"
+#include "apps/palpate/view/transfer_editor.h"
 #include "engine/scene/scene.h"
 
 namespace palpate::view {
 
-enum class Hand { crosshair, draw, erase, cut }; // what the left button does in slices
+enum class Hand { crosshair, draw, erase, cut, measure }; // what the left button does in slices
 const char* name_of(Hand hand);
+
+enum class Tab { view, transfer, labels, measure }; // of the side panel
+const char* name_of(Tab tab);
 
 // Values shown as black and as white in slices.
 struct GreyWindow {
@@ -26,7 +31,7 @@ struct GreyWindow {
 
 // A move of the mouse with a button pressed, from its press on.
 struct Drag {
-    enum class Kind { crosshair, window, pan, zoom, rotate, roll, stroke, turn, maximise };
+    enum class Kind { crosshair, window, pan, zoom, rotate, roll, stroke, turn, maximise, measure };
     Kind kind = Kind::crosshair;
     Button button = Button::left; // whose release ends it
     Panel panel = Panel::axial;
@@ -56,6 +61,11 @@ struct ViewState {
     uint16_t label = 1; // that is drawn
     bool labels_shown = true;
     double label_opacity = 0.4;
+    std::vector<uint16_t> locked_labels; // that no tool changes; ascending
+
+    Tab tab = Tab::view;
+    TransferEditing transfer;
+    Measuring measuring;
 
     glm::dvec2 pointer_px{-1.0};
     std::optional<Panel> under; // the view that the pointer is in
@@ -80,11 +90,21 @@ struct Subject {
 
 // What cannot be done by a change of state.
 struct Order {
-    enum class Kind { stroke_down, stroke_move, stroke_up, stroke_cancel, undo, redo, save, open };
+    enum class Kind {
+        stroke_down,
+        stroke_move,
+        stroke_up,
+        stroke_cancel,
+        undo,
+        redo,
+        save,
+        open,
+        export_measures
+    };
     Kind kind;
     glm::dvec3 at_mm{0.0}; // of strokes
     double time_s = 0.0;
-    std::string path{}; // of open; of save the folder of a new project, or empty
+    std::string path{}; // of open; of save the folder of a new project, or empty; of exports
 
     friend bool operator==(const Order&, const Order&) = default;
 };

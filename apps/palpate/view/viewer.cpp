@@ -73,6 +73,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
         state_of_pictures_[static_cast<size_t>(picture.panel)] = {
             true, picture.complete, picture.ms, picture.error_estimate};
     work_->poll();
+    work_->watch(state_);
     obey(interface_.frame(events, time_s, state_, *work_, state_of_pictures_));
     if (!options_.threaded)
         work_->session().settle();

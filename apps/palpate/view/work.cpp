@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "apps/palpate/view/dump.h"
 #include "apps/palpate/view/pick.h"
 #include "engine/base/json.h"
 #include "engine/base/profile.h"
@@ -106,7 +107,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
                             : title_of(source.scene.file)),
       file_(source.scene.file),
       loaded_(source.scene.loaded),
-      session_(setup_of(source, threaded)) {
+      session_(setup_of(source, threaded)),
+      figures_(threaded) {
     grey_ = session_.sources().grey;
     labels_ = session_.sources().labels;
     if (source.project) {
@@ -135,6 +137,10 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     const TransferFunction& grey = session_.scene().slice_transfer;
     home.window =
         window_of(grey.colors.empty() ? default_slice_transfer(loaded_) : grey, subject_.range);
+    home.measuring.measures = session_.kept().measures;
+    home.locked_labels = session_.kept().locked_labels;
+    if (loaded_.label_names.empty()) // a project has its own
+        loaded_.label_names = session_.kept().label_names;
     subject_.pick = [this](const Ray& ray) {
         const EditState state = session_.state();
         return first_seen(ray, *state.document.find(grey_), session_.scene());
@@ -149,6 +155,10 @@ bool Work::put_empty_labels() {
 // Gives the session the tool of the hand; makes a label map to draw on where there is none.
 bool Work::take_tool(const ViewState& state) {
     const bool on_labels = state.hand != Hand::cut;
+    if (state.hand == Hand::draw && is_locked(state, state.label)) {
+        message_ = fmt::format("label {} is locked", name_of_label(state.label));
+        return false;
+    }
     if (on_labels && !has_labels() && !put_empty_labels())
         return false;
     Json shape = Json{{"kind", "ball"}, {"radius_mm", state.radius_mm}};
@@ -166,8 +176,12 @@ bool Work::take_tool(const ViewState& state) {
                            : state.hand == Hand::erase ? OperationKind::erase
                                                        : OperationKind::cut;
     setup.operation.label = state.label;
+    if (on_labels)
+        setup.operation.over = free_labels(state);
     Json tool =
         Json{{"shape", std::move(shape)}, {"hand", name_of(state.hand)}, {"label", state.label}};
+    if (setup.operation.over)
+        tool["over"] = *setup.operation.over;
     if (json_line(tool) == json_line(tool_))
         return true;
     if (!session_.use(std::move(setup)))
@@ -210,6 +224,9 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::save:
             if (project_ || !order.path.empty())
                 save(state, order.path);
+            break;
+        case Order::Kind::export_measures:
+            export_measures(state, order.path);
             break;
         case Order::Kind::open:
             break;
@@ -324,6 +341,7 @@ Json Work::dump(const ViewState& state) {
     json["tool"] = {
         {"hand", name_of(state.hand)}, {"radius_mm", state.radius_mm}, {"label", state.label}};
     json["labels"] = {{"shown", state.labels_shown}, {"opacity", state.label_opacity}};
+    dump_panels(*this, state, json);
     json["stroke_is_down"] = down_;
     for (const NamedVolume& volume : edit.document.volumes)
         json["document"][volume.name] = fmt::format("{:016x}", content_hash(volume.volume));

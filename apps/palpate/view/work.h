@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/palpate/open_scene.h"
+#include "apps/palpate/view/figures.h"
 #include "apps/palpate/view/state.h"
 #include "engine/base/json.h"
 #include "engine/session/project.h"
@@ -44,6 +45,11 @@ class Work {
     bool closing_loses_steps() { return !project_ && edited().undo_steps > 0; }
     // For each frame: what became of a save, and autosaves.
     void poll();
+    // For each frame: numbers that the state asks for, and what of it is kept with the document.
+    void watch(const ViewState& state);
+    Figures& figures() { return figures_; }
+    // Nothing: not known yet.
+    std::optional<Measured> measured(const Measure& measure);
     // What a person should know: a refusal of the editor, the result of a save.
     // Once each.
     std::string take_message();
@@ -52,6 +58,9 @@ class Work {
     EditState edited() { return session_.state(); }
     bool has_labels() { return edited().document.find(labels_) != nullptr; }
     std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where the file names it
+
+    const std::vector<LabelName>& label_names() const { return loaded_.label_names; }
+    std::optional<double> label_sample_mm3(); // that a sample of labels stands for
 
     // "(12, 40, 7)  143 HU  kidney"; empty outside the volume.
     std::string text_at(glm::dvec3 point_mm);
@@ -65,6 +74,9 @@ class Work {
 
  private:
     bool take_tool(const ViewState& state);
+    // Of an operation on labels: the ones that it may change; nothing where none is locked.
+    std::optional<std::vector<uint16_t>> free_labels(const ViewState& state);
+    void export_measures(const ViewState& state, const std::string& path);
 
     bool put_empty_labels();
 
@@ -74,12 +86,16 @@ class Work {
     LoadedScene loaded_;
     Subject subject_;
     Session session_;
+    Figures figures_;
     bool down_ = false;
     StrokePose last_;
     Json tool_;                      // that the session has now, as text tells it
     std::optional<Project> project_; // after the session that its saves look at
     std::optional<Project::Creation> creation_;
 };
+
+// Whether a person has locked a label: no tool changes its samples.
+bool is_locked(const ViewState& state, uint16_t label);
 
 // 1 .. 9: for a CT its usual windows, for others the default one; then all values.
 void add_windows(Subject& subject, const LoadedScene& loaded);

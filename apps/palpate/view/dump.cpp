@@ -1,0 +1,44 @@
+#include "apps/palpate/view/dump.h"
+
+#include "engine/measure/measure_report.h"
+#include "engine/scene/presets.h"
+
+namespace palpate::view {
+
+void dump_panels(Work& work, const ViewState& state, Json& json) {
+    json["tab"] = name_of(state.tab);
+    work.watch(state);
+    MeasureReport report;
+    for (const Measure& measure : state.measuring.measures)
+        if (const auto measured = work.measured(measure))
+            report.measures.push_back({measure, *measured});
+    json["measures"] = report_json(report)["measures"];
+    json["measuring"] = {
+        {"kind", name_of(state.measuring.kind)},
+        {"begun", state.measuring.begun.size()},
+        {"selected", state.measuring.selected ? Json(*state.measuring.selected) : Json()}};
+    const auto known = work.figures().known();
+    json["label_counts"] = Json::object();
+    for (size_t label = 1; label < known->label_counts.size(); ++label)
+        if (known->label_counts[label] > 0)
+            json["label_counts"][std::to_string(label)] = known->label_counts[label];
+    json["locked_labels"] = Json::array();
+    for (const uint16_t label : state.locked_labels)
+        json["locked_labels"].push_back(label);
+    const Scene& scene = work.session().scene();
+    if (scene.labels)
+        for (const uint32_t label : {1u, 2u, 3u})
+            json["label_styles"][std::to_string(label)] = {
+                {"color", style_of(*scene.labels, label).color},
+                {"visible", style_of(*scene.labels, label).visible}};
+    if (!scene.ray_cast)
+        return;
+    json["transfer"] = transfer_function_json(scene.ray_cast->transfer);
+    json["isos"] = Json::array();
+    for (const IsoSurface& iso : scene.ray_cast->isos)
+        json["isos"].push_back(iso.value);
+    const haptics::TouchParameters& touch = work.session().parameters();
+    json["touch"] = {{"iso", touch.iso}, {"opacity_points", touch.opacity.point_count}};
+}
+
+} // namespace palpate::view

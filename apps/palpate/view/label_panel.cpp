@@ -1,0 +1,166 @@
+// The labels: what is seen, what may be changed, how much there is of each.
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <set>
+
+#include "apps/palpate/view/interface.h"
+#include "engine/measure/measure_report.h"
+
+namespace palpate::view {
+
+namespace {
+
+constexpr size_t kMostRows = 14; // seen at once
+
+// Those that a file names, those that occur, and the one that is drawn.
+std::vector<uint32_t> listed_labels(const ViewState& state, Work& work) {
+    std::set<uint32_t> all{state.label};
+    for (const LabelName& name : work.label_names())
+        all.insert(name.label);
+    const auto known = work.figures().known();
+    for (size_t label = 1; label < known->label_counts.size(); ++label)
+        if (known->label_counts[label] > 0)
+            all.insert(static_cast<uint32_t>(label));
+    all.erase(0);
+    return {all.begin(), all.end()};
+}
+
+LabelStyle& own_style(LabelLayer& layer, uint32_t label) {
+    while (layer.styles.size() <= label)
+        layer.styles.push_back(style_of(layer, static_cast<uint32_t>(layer.styles.size())));
+    return layer.styles[label];
+}
+
+} // namespace
+
+void Interface::draw_labels_panel(ViewState& state, Work& work) {
+    Scene scene = work.session().scene();
+    draw_labels(state);
+    if (!scene.labels)
+        return;
+    bool changed = false;
+    double outline = scene.labels->outline_px;
+    const double none = 0.0, most = 4.0;
+    if (ImGui::SliderScalar("outline", ImGuiDataType_Double, &outline, &none, &most, "%.1f px",
+                            ImGuiSliderFlags_AlwaysClamp)) {
+        scene.labels->outline_px = outline;
+        changed = true;
+    }
+    note("labels/outline");
+    const auto all = listed_labels(state, work);
+    const auto set_visible = [&](auto is_visible) {
+        for (const uint32_t label : all)
+            own_style(*scene.labels, label).visible = is_visible(label);
+        changed = true;
+    };
+    if (ImGui::SmallButton("see all"))
+        set_visible([](uint32_t) { return true; });
+    note("labels/all");
+    ImGui::SameLine();
+    if (ImGui::SmallButton("see one"))
+        set_visible([&](uint32_t label) { return label == state.label; });
+    note("labels/one");
+    const float row = ImGui::GetFrameHeightWithSpacing();
+    const float height = row * static_cast<float>(std::min(all.size(), kMostRows) + 1) + 4.0f;
+    if (ImGui::BeginTable("labels", 5,
+                          ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg |
+                              ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoPadOuterX,
+                          ImVec2(0.0f, height))) {
+        ImGui::TableSetupScrollFreeze(0, 1);
+        ImGui::TableSetupColumn("see");
+        ImGui::TableSetupColumn("lock");
+        ImGui::TableSetupColumn("");
+        ImGui::TableSetupColumn("label", ImGuiTableColumnFlags_WidthStretch);
+        ImGui::TableSetupColumn("volume");
+        ImGui::TableHeadersRow();
+        ImGuiListClipper rows; // an atlas has hundreds
+        rows.Begin(static_cast<int>(all.size()));
+        while (rows.Step())
+            for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i)
+                changed |= draw_label_row(state, work, *scene.labels, all[static_cast<size_t>(i)]);
+        ImGui::EndTable();
+    }
+    draw_label_figures(state, work);
+    if (changed)
+        work.session().show(std::move(scene));
+}
+
+// Whether its style has changed.
+bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label) {
+    bool changed = false;
+    ImGui::PushID(static_cast<int>(label));
+    ImGui::TableNextRow();
+    ImGui::TableNextColumn();
+    LabelStyle style = style_of(layer, label);
+    if (ImGui::Checkbox("##visible", &style.visible)) {
+        own_style(layer, label).visible = style.visible;
+        changed = true;
+    }
+    note(fmt::format("labels/visible/{}", label).c_str());
+    ImGui::TableNextColumn();
+    auto& locked = state.locked_labels;
+    const auto place = std::lower_bound(locked.begin(), locked.end(), label);
+    bool is_locked = place != locked.end() && *place == label;
+    if (ImGui::Checkbox("##locked", &is_locked)) {
+        if (is_locked)
+            locked.insert(place, static_cast<uint16_t>(label));
+        else
+            locked.erase(place);
+    }
+    note(fmt::format("labels/lock/{}", label).c_str());
+    ImGui::TableNextColumn();
+    float rgb[] = {static_cast<float>(style.color.x), static_cast<float>(style.color.y),
+                   static_cast<float>(style.color.z)};
+    if (ImGui::ColorEdit3("##color", rgb,
+                          ImGuiColorEditFlags_NoInputs | ImGuiColorEditFlags_NoTooltip)) {
+        own_style(layer, label).color =
+            glm::clamp(glm::dvec3(rgb[0], rgb[1], rgb[2]), glm::dvec3(0.0), glm::dvec3(1.0));
+        changed = true;
+    }
+    note(fmt::format("labels/color/{}", label).c_str());
+    ImGui::TableNextColumn();
+    if (ImGui::Selectable(work.name_of_label(label).c_str(), state.label == label) &&
+        label <= 65535)
+        state.label = static_cast<uint16_t>(label);
+    note(fmt::format("labels/row/{}", label).c_str());
+    ImGui::TableNextColumn();
+    const auto known = work.figures().known();
+    const uint64_t count = label < known->label_counts.size() ? known->label_counts[label] : 0;
+    if (const auto mm3 = work.label_sample_mm3(); mm3 && count > 0)
+        ImGui::TextUnformatted(ml_text(static_cast<double>(count) * *mm3).c_str());
+    else
+        ImGui::TextDisabled("-");
+    ImGui::PopID();
+    return changed;
+}
+
+// Of the label that is chosen.
+void Interface::draw_label_figures(ViewState& state, Work& work) {
+    const auto known = work.figures().known();
+    const uint64_t count =
+        state.label < known->label_counts.size() ? known->label_counts[state.label] : 0;
+    ImGui::Separator();
+    ImGui::Text("%s", work.name_of_label(state.label).c_str());
+    if (count == 0) {
+        ImGui::TextDisabled("no sample carries it");
+        return;
+    }
+    const double mm3 = static_cast<double>(count) * work.label_sample_mm3().value_or(0.0);
+    ImGui::Text("%s, %llu samples", ml_text(mm3).c_str(), static_cast<unsigned long long>(count));
+    for (const LabelStatistics& one : known->labels) {
+        if (one.label != state.label)
+            continue;
+        if (one.count != count) {
+            ImGui::TextDisabled("counting ..");
+            return;
+        }
+        draw_values(one.values, work.unit());
+        if (ImGui::Button("go to its middle"))
+            move_crosshair(state, work.subject().grid, one.centroid_mm);
+        note("labels/middle");
+    }
+}
+
+} // namespace palpate::view

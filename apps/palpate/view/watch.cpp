@@ -1,0 +1,90 @@
+// Numbers about the document, and notes that are kept with it.
+
+#include <algorithm>
+#include <span>
+
+#include "apps/palpate/view/work.h"
+#include "engine/base/file.h"
+#include "engine/measure/measure_report.h"
+
+namespace palpate::view {
+
+namespace {
+constexpr uint64_t kMostCounted = uint64_t{1} << 28; // samples; of more, a coarser level
+} // namespace
+
+void Work::watch(const ViewState& state) {
+    if (const Kept kept{state.measuring.measures, loaded_.label_names, state.locked_labels};
+        kept != session_.kept())
+        session_.keep(kept);
+    const EditState edit = edited();
+    const Volume& grey = *edit.document.find(grey_);
+    Figures::Wish wish{grey, grey, {}, {}, state.tab == Tab::labels};
+    if (sample_count(grey.grid()) > kMostCounted)
+        for (const Volume& level : loaded_.coarser)
+            if (sample_count(wish.counted.grid()) > kMostCounted)
+                wish.counted = level;
+    if (const Volume* labels = edit.document.find(labels_))
+        wish.labels = *labels;
+    for (const Measure& measure : state.measuring.measures)
+        if (measure.kind == MeasureKind::polygon || measure.kind == MeasureKind::sphere)
+            wish.measures.push_back(measure);
+    figures_.want(std::move(wish));
+}
+
+std::optional<Measured> Work::measured(const Measure& one) {
+    if (one.kind == MeasureKind::ruler || one.kind == MeasureKind::angle)
+        return measure(one, loaded_.data.volume); // reads no sample
+    for (const auto& [known, measured] : figures_.known()->measured) {
+        Measure same = known;
+        same.name = one.name;
+        if (same == one)
+            return measured;
+    }
+    return std::nullopt;
+}
+
+std::optional<double> Work::label_sample_mm3() {
+    const EditState edit = edited();
+    const Volume* labels = edit.document.find(labels_);
+    return labels ? std::optional(sample_mm3(labels->grid())) : std::nullopt;
+}
+
+std::optional<std::vector<uint16_t>> Work::free_labels(const ViewState& state) {
+    if (state.locked_labels.empty())
+        return std::nullopt;
+    const EditState edit = edited();
+    const Volume* labels = edit.document.find(labels_);
+    // Strokes that are under way may still bring the label of the hand.
+    const float highest = labels && !labels->range().empty() ? labels->range().max : 0.0f;
+    std::vector<uint16_t> free;
+    for (uint32_t label = 0; label <= std::max(static_cast<uint32_t>(highest), 255u); ++label)
+        if (!is_locked(state, static_cast<uint16_t>(label)))
+            free.push_back(static_cast<uint16_t>(label));
+    return free;
+}
+
+bool is_locked(const ViewState& state, uint16_t label) {
+    return std::binary_search(state.locked_labels.begin(), state.locked_labels.end(), label);
+}
+
+void Work::export_measures(const ViewState& state, const std::string& path) {
+    if (!threaded_) {
+        message_ = "a script saves nothing";
+        return;
+    }
+    MeasureReport report;
+    for (const Measure& one : state.measuring.measures) {
+        std::optional<Measured> now = measured(one);
+        if (!now) {
+            message_ = "not all is measured yet: try again";
+            return;
+        }
+        report.measures.push_back({one, std::move(*now)});
+    }
+    const std::string text = report_csv(report);
+    const Result<void> saved = save_bytes(path, std::as_bytes(std::span(text)));
+    message_ = saved ? fmt::format("written to {}", path) : saved.error().message;
+}
+
+} // namespace palpate::view

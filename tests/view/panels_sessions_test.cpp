@@ -1,0 +1,211 @@
+// Sessions of the side panel and of measuring.
+
+#include "tests/view/recorded_session.h"
+
+namespace palpate::view {
+namespace {
+
+// See sessions_test.cpp for the phantom. A pixel of a slice is 2.08 * 12 * 200 / 23 / 267 mm =
+// 0.8128969 mm. The plot of the transfer function is 248 pixels wide and 150 high, for values from
+// -1041 to 1130.
+const RecordedSteps kSessions[] = {
+    {"tab_of_the_transfer_function", "widget tab/transfer", R"({"tab": "transfer"})"},
+    {"tab_and_back", "widget tab/measure; widget tab/view; widget tool/cut",
+     R"({"tab": "view", "tool": {"hand": "cut"}})"},
+
+    {"measure_by_key", "key m", R"({"tool": {"hand": "measure"}, "measuring": {"kind": "ruler"}})"},
+    {"measure_kinds_by_key", "key m; key m; key m", R"({"measuring": {"kind": "polygon"}})"},
+    {"measure_kind_by_widget", "widget tab/measure; widget measure/sphere",
+     R"({"tool": {"hand": "measure"}, "measuring": {"kind": "sphere"}})"},
+    {"ruler", "key m; at axial -40 20; drag left 80 0",
+     R"({"measures": [{"kind": "ruler", "length_mm": 65.03175378602833}], "undo_steps": 0,
+         "crosshair_sample": [12, 12, 12], "measuring": {"selected": 0}})"},
+    {"ruler_by_two_clicks", "key m; at axial -40 20; click left; at axial 40 20; click left",
+     R"({"measures": [{"kind": "ruler", "length_mm": 65.03175378602833}]})"},
+    {"ruler_half_placed", "key m; at axial -40 20; click left",
+     R"({"measures": [], "measuring": {"begun": 1}})"},
+    {"ruler_cancelled", "key m; at axial -40 20; click left; key escape; at axial 9 9",
+     R"({"measures": [], "measuring": {"begun": 0}})"},
+    {"ruler_through_slices", "key m; at axial 0 30; click left; wheel 3; at axial 0 30; click left",
+     R"({"measures": [{"length_mm": 26.08695652173913}]})"},
+    {"angle",
+     "key m; key m; at axial 60 0; click left; at axial 0 0; click left; at axial 0 -50; "
+     "click left",
+     R"({"measures": [{"kind": "angle", "angle_deg": 90}]})"},
+    {"polygon",
+     "key m; key m; key m; at coronal -20 -15; click left; at coronal 20 -15; click "
+     "left; at coronal 20 15; click left; at coronal -20 15; click left; key enter",
+     R"({"measures": [{"kind": "polygon", "area_mm2": 792.9616875912395,
+                       "length_mm": 113.80556912554958}]})"},
+    {"polygon_that_crosses_itself",
+     "key m; key m; key m; at axial -20 -20; click left; at axial 20 20; click left; at axial 20 "
+     "-20; click left; at axial -20 21; click left; key enter",
+     R"({"measures": [{"note": "edges cross: no area"}]})"},
+    {"sphere", "key m; key m; key m; key m; at sagittal 10 10; drag left 20 0",
+     R"({"measures": [{"kind": "sphere", "radius_mm": 16.257938446507083,
+                       "volume_mm3": 18000.519293890597}]})"},
+    {"sphere_outside", "key m; key m; key m; key m; at axial 0 136; drag left 6 0",
+     R"({"measures": [{"kind": "sphere", "values": {"count": 0},
+                       "note": "no sample lies inside"}]})"},
+    {"handle_dragged", "key m; at axial -40 20; drag left 80 0; at axial 40 20; drag left -40 0",
+     R"({"measures": [{"length_mm": 32.515876893014165}]})"},
+    {"deleted_by_key", "key m; at axial -40 20; drag left 80 0; key delete",
+     R"({"measures": [], "measuring": {"selected": null}})"},
+    {"deleted_by_widget",
+     "key m; at axial -40 20; drag left 80 0; widget tab/measure; widget "
+     "measure/delete",
+     R"({"measures": []})"},
+    {"selected_in_the_list",
+     "key m; at axial -40 20; drag left 80 0; at axial -40 60; drag left 80 0; widget tab/measure; "
+     "widget measure/row/0; widget measure/delete",
+     R"({"measures": [{"length_mm": 65.03175378602833}]})"},
+    {"measure_in_3d_is_a_click", "key m; at 3d 0 0; click left; at 3d 12 9; click left",
+     R"({"measures": [{"kind": "ruler"}]})"},
+    {"measure_in_3d_turns_by_drags", "key m; at 3d 0 0; drag left 40 0", R"({"measures": []})"},
+    {"measure_exports_nothing_in_a_script", "widget tab/measure; widget measure/export",
+     R"({"tab": "measure"})"},
+
+    {"labels_listed", "widget tab/labels", R"({"tab": "labels", "label_counts": {}})"},
+    {"label_counted", "key b; at axial 10 20; click left; widget tab/labels",
+     R"({"label_counts": {"1": 1}})"},
+    {"label_hidden", "widget tab/labels; widget labels/visible/1",
+     R"({"label_styles": {"1": {"visible": false}, "2": {"visible": true}}})"},
+    {"label_seen_alone", "widget tool/label 0.8; widget tab/labels; widget labels/one",
+     R"({"label_styles": {"2": {"visible": true}}})"},
+    {"label_locked", "widget tab/labels; widget labels/lock/1", R"({"locked_labels": [1]})"},
+    {"label_unlocked", "widget tab/labels; widget labels/lock/1; widget labels/lock/1",
+     R"({"locked_labels": []})"},
+    {"locked_label_is_not_drawn",
+     "widget tab/labels; widget labels/lock/1; key b; at axial 10 20; click left",
+     R"({"label_counts": {}, "undo_steps": 0})"},
+    {"locked_label_is_not_painted_over",
+     "key b; at axial 10 20; click left; widget tab/labels; widget labels/lock/1; widget tab/view; "
+     "widget tool/label 0.8; at axial 10 20; click left; at axial 40 20; click left",
+     R"({"label_counts": {"1": 1, "2": 1}})"},
+    {"locked_label_is_not_erased",
+     "key b; at axial 10 20; click left; widget tab/labels; widget labels/lock/1; key e; at axial "
+     "10 "
+     "20; click left",
+     R"({"label_counts": {"1": 1}})"},
+    {"unlocked_label_is_painted_over",
+     "key b; at axial 10 20; click left; widget tool/label 0.8; at axial 10 20; click left",
+     R"({"label_counts": {"2": 1}})"},
+    {"label_counts_follow_undo",
+     "key b; at axial 10 20; click left; hold ctrl; key z; let ctrl; widget tab/labels",
+     R"({"label_counts": {}})"},
+    {"middle_of_a_label",
+     "key b; at axial 40 20; click left; widget tab/labels; widget "
+     "labels/middle",
+     R"({"crosshair_sample": [15, 13, 12]})"},
+
+    {"transfer_of_the_hand", "widget tab/transfer; widget transfer/felt",
+     R"({"tab": "transfer", "touch": {"opacity_points": 4}})"},
+};
+
+INSTANTIATE_TEST_SUITE_P(Panels, RecordedSession, ::testing::ValuesIn(kSessions), name_of_session);
+
+// In the plot: value v lies at 247 (v + 1041) / 2171 pixels from its left, opacity o at 149 (1 - o)
+// from its head.
+class TransferPanel : public ViewerTest {
+ protected:
+    void SetUp() override {
+        ViewerTest::SetUp();
+        open("synthetic:phantom?size=24");
+        click_widget("tab/transfer");
+        low_ = viewer().work().subject().range.min;
+        high_ = viewer().work().subject().range.max;
+    }
+    TransferFunction function() {
+        return viewer().work().session().scene().ray_cast.value().transfer;
+    }
+    glm::dvec2 place(double value, double opacity) {
+        const Box box = viewer().interface().widgets().at("transfer/plot");
+        return glm::dvec2(box.low_px) +
+               glm::round(glm::dvec2((value - low_) / (high_ - low_) * (box.size_px.x - 1),
+                                     (1.0 - opacity) * 149.0));
+    }
+    double value_at(glm::dvec2 px) {
+        const Box box = viewer().interface().widgets().at("transfer/plot");
+        return low_ + (px.x - box.low_px.x) / (box.size_px.x - 1) * (high_ - low_);
+    }
+    double low_ = 0, high_ = 0;
+};
+
+TEST_F(TransferPanel, AClickAddsADragMovesAndARightClickRemoves) {
+    const TransferFunction before = function();
+    const glm::dvec2 at = place(700.0, 0.9);
+    move(at);
+    button(true);
+    ASSERT_EQ(function().opacities.size(), before.opacities.size() + 1);
+    const auto chosen = state().transfer.chosen.value();
+    ASSERT_EQ(chosen.of, TransferPoint::Of::opacity);
+    EXPECT_NEAR(function().opacities[chosen.number].value, value_at(at), 1e-9);
+    const glm::dvec2 to = at + glm::dvec2(4, 30);
+    move(to);
+    EXPECT_NEAR(function().opacities[chosen.number].value, value_at(to), 1e-9);
+    EXPECT_NEAR(function().opacities[chosen.number].opacity,
+                1.0 - (to.y - viewer().interface().widgets().at("transfer/plot").low_px.y) / 149.0,
+                1e-9);
+    button(false);
+    move(to + glm::dvec2(30, 0)); // nothing is held any more
+    EXPECT_NEAR(function().opacities[chosen.number].value, value_at(to), 1e-9);
+    move(to);
+    button(true, Button::right);
+    button(false, Button::right);
+    EXPECT_EQ(function(), before);
+}
+
+TEST_F(TransferPanel, ColoursLieOnTheBarBelow) {
+    const TransferFunction before = function();
+    const glm::dvec2 at = place(-700.0, 0.0) + glm::dvec2(0, 10);
+    click(at);
+    ASSERT_EQ(function().colors.size(), before.colors.size() + 1);
+    EXPECT_EQ(state().transfer.chosen->of, TransferPoint::Of::color);
+    EXPECT_NEAR(function().colors[state().transfer.chosen->number].value, value_at(at), 1e-9);
+    click_widget("transfer/remove");
+    EXPECT_EQ(function(), before);
+}
+
+TEST_F(TransferPanel, WhatTheHandFeelsFollows) {
+    click_widget("transfer/felt");
+    click(place(700.0, 0.9));
+    const auto felt = viewer().work().session().parameters().opacity;
+    const TransferFunction seen = function();
+    ASSERT_LE(seen.opacities.size(), haptics::HapticTransfer::kMostPoints);
+    ASSERT_EQ(felt.point_count, seen.opacities.size());
+    for (uint32_t i = 0; i < felt.point_count; ++i) {
+        EXPECT_NEAR(felt.values[i], seen.opacities[i].value, 1e-9);
+        EXPECT_EQ(felt.forces_n[i], seen.opacities[i].opacity);
+    }
+}
+
+TEST_F(TransferPanel, AnIsoValueIsDraggedByItsGrip) {
+    Scene scene = viewer().work().session().scene();
+    scene.ray_cast = default_ray_cast(RayMode::iso, viewer().work().loaded());
+    const double iso = scene.ray_cast->isos.front().value;
+    viewer().work().session().show(std::move(scene));
+    frame({});
+    const glm::dvec2 grip = place(iso, 1.0) + glm::dvec2(0, 3), to = grip + glm::dvec2(25, 40);
+    move(grip);
+    button(true);
+    move(to);
+    button(false);
+    EXPECT_NEAR(viewer().work().session().scene().ray_cast->isos.front().value, value_at(to), 1e-9);
+    EXPECT_NEAR(viewer().work().session().parameters().iso, value_at(to), 1e-9);
+    // Another one, and it is gone again.
+    click(place(-200.0, 0.5));
+    EXPECT_EQ(viewer().work().session().scene().ray_cast->isos.size(), 2u);
+    click_widget("transfer/remove");
+    EXPECT_EQ(viewer().work().session().scene().ray_cast->isos.size(), 1u);
+}
+
+// The bins of the plot hold every sample once.
+TEST_F(TransferPanel, TheHistogramCountsEverySample) {
+    uint64_t sum = 0;
+    for (const uint64_t count : viewer().work().figures().known()->histogram)
+        sum += count;
+    EXPECT_EQ(sum, 24u * 24u * 24u);
+}
+
+} // namespace
+} // namespace palpate::view
