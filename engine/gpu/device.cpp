@@ -151,11 +151,13 @@ GpuDevice::GpuDevice(const DeviceOptions& options)
 
     queue_family_ = *find_queue_family(instance_, physical_, options);
 
-    const float priority = 1.0f;
+    const float priorities[] = {1.0f, 1.0f};
+    if (options.can_present) // beside the interface's one for pictures
+        queue_count_ = std::min(2u, queue_families(physical_)[queue_family_].queueCount);
     const VkDeviceQueueCreateInfo queue{.sType = VK_STRUCTURE_TYPE_DEVICE_QUEUE_CREATE_INFO,
                                         .queueFamilyIndex = queue_family_,
-                                        .queueCount = 1,
-                                        .pQueuePriorities = &priority};
+                                        .queueCount = queue_count_,
+                                        .pQueuePriorities = priorities};
     VkPhysicalDeviceVulkan13Features v13{
         .sType = VK_STRUCTURE_TYPE_PHYSICAL_DEVICE_VULKAN_1_3_FEATURES,
         .synchronization2 = VK_TRUE,
@@ -224,6 +226,26 @@ GpuDevice::GpuDevice(const AdoptedDevice& adopted)
     make_timeline();
 }
 
+GpuDevice::GpuDevice(GpuDevice& first)
+    : instance_(first.instance()),
+      info_(first.info_),
+      physical_(first.physical_),
+      handle_(first.handle_),
+      limits_(first.limits_),
+      memory_(first.memory_),
+      queue_family_(first.queue_family_),
+      owned_(false),
+      calibrates_(first.calibrates_),
+      int64_atomics_(first.int64_atomics_) {
+    if (first.queue_count_ > 1) {
+        vkGetDeviceQueue(handle_, queue_family_, 1, &queue_);
+    } else {
+        queue_ = first.queue_;
+        queue_turn_ = first.queue_turn_;
+    }
+    make_timeline();
+}
+
 void GpuDevice::make_timeline() {
     const VkSemaphoreTypeCreateInfo type{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_TYPE_CREATE_INFO,
                                          .semaphoreType = VK_SEMAPHORE_TYPE_TIMELINE};
@@ -233,8 +255,13 @@ void GpuDevice::make_timeline() {
     staging_ = std::make_unique<StagingPool>();
 }
 
-GpuDevice::~GpuDevice() {
+void GpuDevice::wait_idle() const {
+    const auto turn = queue_turn();
     vkQueueWaitIdle(queue_);
+}
+
+GpuDevice::~GpuDevice() {
+    wait_idle();
     idle_slots_.clear();
     staging_.reset();
     while (!retired_.empty()) {
@@ -300,7 +327,10 @@ uint64_t GpuDevice::submit(CommandSlot& slot, std::span<const SemaphoreUse> wait
                                .signalSemaphoreInfoCount = static_cast<uint32_t>(after.size()),
                                .pSignalSemaphoreInfos = after.data()};
     const profile::Scope scope("submit");
-    check(vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE), "submitting work");
+    {
+        const auto turn = queue_turn();
+        check(vkQueueSubmit2(queue_, 1, &submit, VK_NULL_HANDLE), "submitting work");
+    }
     ++submitted_;
     std::erase(open_recordings_, slot.recording_);
     slot.batch().give(*this, submitted_);

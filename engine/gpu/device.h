@@ -6,6 +6,7 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -66,6 +67,11 @@ class GpuDevice {
     explicit GpuDevice(const DeviceOptions& options);
     // Throws GpuError where the device was made without what the engine needs.
     explicit GpuDevice(const AdoptedDevice& adopted);
+    // The same device for another thread: with a queue of its own where the family of the first has
+    // two, else the two take turns on one. Images of either may be used by both, one after the
+    // other: who comes later waits for done_by() of the work before. Messages of validation are
+    // the first's. The first outlives it.
+    explicit GpuDevice(GpuDevice& first);
     ~GpuDevice(); // waits for the queue
     GpuDevice(const GpuDevice&) = delete;
     GpuDevice& operator=(const GpuDevice&) = delete;
@@ -75,6 +81,9 @@ class GpuDevice {
     VkPhysicalDevice physical() const { return physical_; }
     VkInstance instance() const { return instance_.handle(); }
     VkQueue queue() const { return queue_; } // for a window to present with
+    // Held while queue() is used, where a second thread may use it, too.
+    std::unique_lock<std::mutex> queue_turn() const { return std::unique_lock(*queue_turn_); }
+    void wait_idle() const; // until the queue has done all work
     uint32_t queue_family() const { return queue_family_; }
     const VkPhysicalDeviceLimits& limits() const { return limits_; }
     bool can_filter_linearly(VkFormat format) const;
@@ -97,6 +106,8 @@ class GpuDevice {
     // not answered for a minute.
     void wait(uint64_t value);
     uint64_t last_submitted() const { return submitted_; }
+    // For work on another queue to wait for.
+    SemaphoreUse done_by(uint64_t value) const { return {timeline_, value}; }
     uint64_t passed() const; // by the timeline; never waits
 
     // Runs `destroy`, which frees so many bytes, once the GPU is past everything submitted so far,
@@ -151,6 +162,8 @@ class GpuDevice {
     VkPhysicalDevice physical_ = VK_NULL_HANDLE;
     VkDevice handle_ = VK_NULL_HANDLE;
     VkQueue queue_ = VK_NULL_HANDLE;
+    uint32_t queue_count_ = 1; // that the device was made with
+    std::shared_ptr<std::mutex> queue_turn_ = std::make_shared<std::mutex>();
     VkSemaphore timeline_ = VK_NULL_HANDLE;
     VkPhysicalDeviceLimits limits_{};
     VkPhysicalDeviceMemoryProperties memory_{};
