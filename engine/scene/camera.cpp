@@ -40,12 +40,13 @@ View make_view(const Camera& camera, glm::uvec2 size_px) {
         camera.projection == Projection::perspective
             ? std::tan(0.5 * camera.view_angle_deg * glm::pi<double>() / 180.0)
             : 0.5 * camera.view_height_mm;
-    const double half_width =
-        half_height * static_cast<double>(size_px.x) / static_cast<double>(size_px.y);
-    view.left = -half_width;
-    view.right_edge = half_width;
-    view.bottom = -half_height;
-    view.top = half_height;
+    const double half_width = half_height * camera.pixel_aspect * static_cast<double>(size_px.x) /
+                              static_cast<double>(size_px.y);
+    const glm::dvec2 middle = half_height * camera.shift;
+    view.left = middle.x - half_width;
+    view.right_edge = middle.x + half_width;
+    view.bottom = middle.y - half_height;
+    view.top = middle.y + half_height;
     return view;
 }
 
