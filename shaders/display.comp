@@ -13,9 +13,20 @@ layout(scalar, binding = kDisplayBlock) uniform Block { DisplayBlock block; };
 layout(binding = kDisplayPicture) uniform sampler2DArray picture;
 layout(binding = kDisplayTarget, rgba8) uniform writeonly image2DArray target;
 
-vec3 color_of(uint eye, uvec2 pixel) {
+vec3 color_of(uint shown, uvec2 pixel) {
     const uint y = block.mirror != 0u ? block.eye_px.y - 1u - pixel.y : pixel.y;
-    return texelFetch(picture, ivec3(pixel.x, y, min(eye ^ block.swap_eyes, block.last_eye)), 0).rgb;
+    const uint eye = min(shown ^ block.swap_eyes, block.last_eye);
+    precise vec3 color = texelFetch(picture, ivec3(pixel.x, y, eye), 0).rgb;
+    for (uint i = 0u; i < block.mark_count; ++i) {
+        const DisplayMark mark = block.marks[i];
+        precise const vec2 arm = (vec2(pixel.x, y) - mark.at) * mark.scale;
+        precise const float q = arm.x * arm.x + arm.y * arm.y;
+        precise const float t = clamp((mark.outer - q) * mark.inverse, 0.0, 1.0);
+        precise const float weight = t * t * (3.0 - 2.0 * t) * mark.opacity;
+        if (mark.eye == eye && weight > 0.0)
+            color = color + weight * (mark.color - color);
+    }
+    return color;
 }
 
 float luminance(vec3 color) {

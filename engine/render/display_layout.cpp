@@ -39,6 +39,19 @@ float luminance(const float* pixel) {
 
 } // namespace
 
+gpu::DisplayMark mark_block(const EyeMark& mark) {
+    constexpr float kSoft_px = 1.5f;
+    const float soft = kSoft_px / std::min(mark.radius_px.x, mark.radius_px.y);
+    const float inner = std::max(1.0f - soft, 0.0f), outer = 1.0f + soft;
+    return {.at = mark.at_px,
+            .scale = 1.0f / mark.radius_px,
+            .outer = outer * outer,
+            .inverse = 1.0f / (outer * outer - inner * inner),
+            .color = mark.color,
+            .opacity = mark.opacity,
+            .eye = mark.eye};
+}
+
 DisplayLayout display_layout(const Scene& scene) {
     DisplayLayout display{.mirror = scene.mirror};
     if (scene.stereo) {
@@ -58,15 +71,34 @@ Image display_image(std::span<const Image> eyes, const DisplayLayout& display) {
     PALPATE_ASSERT(eyes.front().size_px == eyes.back().size_px &&
                    eyes.front().channels == eyes.back().channels);
     PALPATE_ASSERT(display.layout != StereoLayout::separate);
+    PALPATE_ASSERT_CMP(display.marks.size(), <=, kMaxEyeMarks);
     PALPATE_ASSERT(display.layout != StereoLayout::anaglyph || eyes.front().channels.size() >= 3);
     const glm::uvec2 eye_px = eyes.front().size_px;
     const size_t channels = eyes.front().channels.size();
     // The samples of an eye's pixel.
-    const auto pixel_of = [&](const Shown& shown) {
-        const uint32_t eye = display.swap_eyes ? 1 - shown.eye : shown.eye;
+    std::vector<gpu::DisplayMark> marks;
+    for (const EyeMark& mark : display.marks)
+        marks.push_back(mark_block(mark));
+    std::vector<float> marked[2] = {std::vector<float>(channels), std::vector<float>(channels)};
+    const auto pixel_of = [&](const Shown& shown) -> const float* {
         const uint32_t y = display.mirror ? eye_px.y - 1 - shown.pixel.y : shown.pixel.y;
-        const Image& image = eye == 0 ? eyes.front() : eyes.back();
-        return &image.samples[(size_t{y} * eye_px.x + shown.pixel.x) * channels];
+        const uint32_t eye = std::min<uint32_t>(display.swap_eyes ? 1 - shown.eye : shown.eye,
+                                                static_cast<uint32_t>(eyes.size()) - 1);
+        const float* from = &eyes[eye].samples[(size_t{y} * eye_px.x + shown.pixel.x) * channels];
+        if (marks.empty() || channels < 3)
+            return from;
+        std::vector<float>& to = marked[shown.eye];
+        to.assign(from, from + channels);
+        for (const gpu::DisplayMark& mark : marks) {
+            const glm::vec2 arm = (glm::vec2(shown.pixel.x, y) - mark.at) * mark.scale;
+            const float q = arm.x * arm.x + arm.y * arm.y;
+            const float t = std::clamp((mark.outer - q) * mark.inverse, 0.0f, 1.0f);
+            const float weight = t * t * (3.0f - 2.0f * t) * mark.opacity;
+            if (mark.eye == eye && weight > 0.0f)
+                for (size_t c = 0; c < 3; ++c)
+                    to[c] = to[c] + weight * (mark.color[static_cast<glm::length_t>(c)] - to[c]);
+        }
+        return to.data();
     };
     Image joint = make_image(display_size_px(eye_px, display.layout), eyes.front().channels);
     float* out = joint.samples.data();

@@ -1,11 +1,27 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include "engine/image/image.h"
 #include "engine/scene/scene.h"
+#include "shaders/shared/display.h"
 
 namespace palpate {
+
+// A spot over one eye's picture: 3D cursors are one for each eye. All of `color` out to a pixel and
+// a half within the rim, none from a pixel and a half beyond it, so that its centroid is its middle
+// to 0.03 pixels also where a layout shows every second one (for a radius of 2.5 pixels and more).
+struct EyeMark {
+    uint32_t eye = 0;          // 0: left, 1: right; eyes of scenes with one are 0
+    glm::vec2 at_px{0.0f};     // in the eye's picture; (x, y) is the middle of pixel (x, y)
+    glm::vec2 radius_px{5.0f}; // on either axis; > 0
+    glm::vec3 color{1.0f};
+    float opacity = 1.0f; // 0 .. 1
+
+    friend bool operator==(const EyeMark&, const EyeMark&) = default;
+};
+constexpr size_t kMaxEyeMarks = 16;
 
 // How the pictures of one or two eyes lie on a screen.
 //
@@ -22,7 +38,13 @@ struct DisplayLayout {
     // screen's, so that a window that moves by one pixel shows each eye where it did. May be
     // negative.
     glm::ivec2 origin_px{0};
+    std::vector<EyeMark> marks{}; // at most kMaxEyeMarks; the later ones over those before
+
+    friend bool operator==(const DisplayLayout&, const DisplayLayout&) = default;
 };
+
+// For the device.
+gpu::DisplayMark mark_block(const EyeMark& mark);
 
 // As a scene asks; `left` where it has one eye.
 DisplayLayout display_layout(const Scene& scene);

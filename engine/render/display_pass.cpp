@@ -1,5 +1,7 @@
 #include "engine/render/display_pass.h"
 
+#include <algorithm>
+
 #include "engine/base/assert.h"
 #include "shaders/shared/display.h"
 #include "spirv/display.h"
@@ -8,6 +10,7 @@ namespace palpate {
 
 namespace {
 
+static_assert(kMaxEyeMarks == gpu::kMostMarks);
 static_assert(static_cast<uint32_t>(StereoLayout::side_by_side) == gpu::kSideBySide &&
               static_cast<uint32_t>(StereoLayout::top_bottom) == gpu::kTopBottom &&
               static_cast<uint32_t>(StereoLayout::row_interleaved) == gpu::kRowInterleaved &&
@@ -37,15 +40,18 @@ void DisplayPass::record(Commands& commands, GpuImage& picture, const DisplayLay
     PALPATE_ASSERT(shape.format == VK_FORMAT_R8G8B8A8_UNORM && shape.storage);
     PALPATE_ASSERT(
         glm::all(glm::lessThanEqual(target.corner_px + joint_px, glm::uvec2(shape.size))));
-    const gpu::DisplayBlock block{.eye_px = eye_px,
-                                  .joint_px = joint_px,
-                                  .origin_px = display.origin_px,
-                                  .corner_px = target.corner_px,
-                                  .form = static_cast<uint32_t>(display.layout),
-                                  .last_eye = picture.shape().layers - 1,
-                                  .swap_eyes = display.swap_eyes,
-                                  .mirror = display.mirror,
-                                  .bgra = target.bgra};
+    gpu::DisplayBlock block{.eye_px = eye_px,
+                            .joint_px = joint_px,
+                            .origin_px = display.origin_px,
+                            .corner_px = target.corner_px,
+                            .form = static_cast<uint32_t>(display.layout),
+                            .last_eye = picture.shape().layers - 1,
+                            .swap_eyes = display.swap_eyes,
+                            .mirror = display.mirror,
+                            .bgra = target.bgra,
+                            .mark_count = static_cast<uint32_t>(display.marks.size())};
+    PALPATE_ASSERT_CMP(display.marks.size(), <=, kMaxEyeMarks);
+    std::transform(display.marks.begin(), display.marks.end(), std::begin(block.marks), mark_block);
     const Bound bound[] = {bind_uniform(gpu::kDisplayBlock, commands.upload(bytes_of(block))),
                            bind_sampled(gpu::kDisplayPicture, picture, nearest_),
                            bind_storage_image(gpu::kDisplayTarget, target.image)};

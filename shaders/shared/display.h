@@ -13,6 +13,18 @@ const uint kAnaglyph = 5u;
 const uint kLeftEye = 6u;
 const uint kRightEye = 7u;
 
+const uint kMostMarks = 16u;
+
+// A spot over an eye's picture (EyeMark): with q = length((pixel - at) * scale)^2, its weight goes
+// smoothly from 0 at q = outer to `opacity` at q = outer - 1 / inverse.
+struct DisplayMark {
+    vec2 at, scale;
+    float outer, inverse;
+    vec3 color;
+    float opacity;
+    uint eye;
+};
+
 struct DisplayBlock {
     uvec2 eye_px;                 // size of an eye's picture
     uvec2 joint_px;               // size of the layout
@@ -21,6 +33,8 @@ struct DisplayBlock {
     uint form;                    // one of the above
     uint last_eye;                // layers of the picture - 1
     uint swap_eyes, mirror, bgra; // 0 or 1
+    uint mark_count;
+    DisplayMark marks[kMostMarks];
 };
 const uint kDisplayBlock = 0u;
 const uint kDisplayPicture = 1u; // a layer an eye
