@@ -5,7 +5,8 @@
 // Slices through the volume: per pixel the nearest plane that the ray meets inside the box, with its
 // grey value through the transfer function and the label overlay. Leaves colour and distance, which
 // the ray caster stops at; without a ray caster the colour is the picture. Built with and without
-// HAS_LABELS and HAS_ATLAS.
+// HAS_LABELS, HAS_ATLAS, HAS_FUSION (another volume in colour, under the labels) and HAS_OVERLAY
+// (more labels, over all).
 
 #include "shaders/shared/slices.h"
 #include "shaders/lib/rays.glsl"
@@ -23,6 +24,19 @@ layout(scalar, binding = kSlicePlanes) uniform Planes { SliceIndex planes[kMaxSl
 #if HAS_ATLAS
 layout(binding = kSlicePages) uniform sampler3D pages;
 layout(scalar, binding = kSliceAtlas) uniform AtlasBlock { AtlasFrame atlas; };
+#endif
+#if HAS_FUSION || HAS_OVERLAY
+layout(scalar, binding = kSliceOver) uniform Over { SliceOver over; };
+#endif
+#if HAS_FUSION
+layout(binding = kSliceFused) uniform sampler3D fused;
+layout(binding = kSliceFusedTable) uniform sampler1DArray fused_table;
+#endif
+#if HAS_OVERLAY
+layout(binding = kSliceOverlay) uniform usampler3D overlay;
+layout(scalar, binding = kSliceOverlayStyles) readonly buffer OverlayStyles {
+    vec4 overlay_styles[];
+};
 #endif
 layout(binding = kSliceColor, rgba32f) uniform writeonly image2DArray color_image;
 layout(binding = kSliceValues, rg32f) uniform writeonly image2DArray value_image;
@@ -58,7 +72,8 @@ float cubic_at(vec3 index) {
 // The texel of a slab about the plane; NaN where none of its samples has data.
 float slab_texel(SliceIndex plane, vec3 index) {
     const bool largest = (plane.flags & kSliceMaximum) != 0u;
-    float sum = 0.0, most = -3.4e38, count = 0.0;
+    const bool smallest = (plane.flags & kSliceMinimum) != 0u;
+    float sum = 0.0, most = -3.4e38, least = 3.4e38, count = 0.0;
     for (uint i = 0u; i < plane.samples; ++i) {
         const float offset = float(i) + 0.5 - 0.5 * float(plane.samples);
         const vec3 p = index + offset * plane.normal_step;
@@ -70,9 +85,10 @@ float slab_texel(SliceIndex plane, vec3 index) {
         const bool counts = within && value == value;
         sum += counts ? value : 0.0;
         most = counts ? max(most, value) : most;
+        least = counts ? min(least, value) : least;
         count += counts ? 1.0 : 0.0;
     }
-    return count > 0.0 ? (largest ? most : sum / count) : kNaN;
+    return count > 0.0 ? (largest ? most : smallest ? least : sum / count) : kNaN;
 }
 
 #if HAS_LABELS
@@ -80,6 +96,28 @@ uint label_at(vec3 index) {
     const uint label =
         textureLod(labels, frame.label_from_index * index + frame.label_origin, 0.0).r;
     return styles[min(label, frame.style_count - 1u)].a > 0.0 ? label : 0u;
+}
+#endif
+
+#if HAS_OVERLAY
+uint overlay_at(vec3 index) {
+    const uint label =
+        textureLod(overlay, over.overlay_from_index * index + over.overlay_origin, 0.0).r;
+    return overlay_styles[min(label, over.overlay_styles - 1u)].a > 0.0 ? label : 0u;
+}
+#endif
+
+#if HAS_FUSION
+vec3 with_fusion(vec3 color, vec3 index) {
+    const vec3 p = over.fused_from_index * index + over.fused_origin;
+    const bool within = all(greaterThanEqual(p, vec3(0.0))) &&
+                        all(lessThanEqual(p, over.fused_last));
+    const float texel = textureLod(fused, (p + 0.5) * over.fused_texture, 0.0).r;
+    const vec4 entry = textureLod(
+        fused_table, vec2(texel * over.fused_table_scale + over.fused_table_bias,
+                          float(kTableRowTau)), 0.0);
+    const float weight = over.fused_opacity * (1.0 - exp(-entry.a * over.fused_unit_mm));
+    return within && texel == texel ? mix(color, entry.rgb, weight) : color;
 }
 #endif
 
@@ -121,16 +159,29 @@ void main() {
     vec3 color = textureLod(table, at, 0.0).rgb;
     color = value == value ? color : frame.background;
 
+#if HAS_FUSION
+    color = with_fusion(color, index);
+#endif
+    const vec2 sides[4] = vec2[4](vec2(1, 0), vec2(-1, 0), vec2(0, 1), vec2(0, -1));
 #if HAS_LABELS
     const uint label = label_at(index);
     bool edge = false;
-    const vec2 sides[4] = vec2[4](vec2(1, 0), vec2(-1, 0), vec2(0, 1), vec2(0, -1));
     for (int i = 0; i < 4; ++i) {
         const vec3 beside = point_on(plane, eye, vec2(pixel) + frame.outline_px * sides[i]);
         edge = edge || (frame.outline_px > 0.0 && label_at(beside) != label);
     }
     const float opacity = label == 0u ? 0.0 : edge ? 1.0 : frame.label_opacity;
     color = mix(color, styles[min(label, frame.style_count - 1u)].rgb, opacity);
+#endif
+#if HAS_OVERLAY
+    const uint more = overlay_at(index);
+    bool rim = false;
+    for (int i = 0; i < 4; ++i) {
+        const vec3 beside = point_on(plane, eye, vec2(pixel) + over.overlay_outline_px * sides[i]);
+        rim = rim || (over.overlay_outline_px > 0.0 && overlay_at(beside) != more);
+    }
+    const float cover = more == 0u ? 0.0 : rim ? 1.0 : over.overlay_opacity;
+    color = mix(color, overlay_styles[min(more, over.overlay_styles - 1u)].rgb, cover);
 #endif
     if (all(lessThan(pixel, frame.size_px))) {
         imageStore(color_image, ivec3(pixel, gl_WorkGroupID.z),

@@ -40,6 +40,16 @@ bool has_transfer(const SceneOptions& options) {
     return !options.window.empty() || !options.window_level.empty() || !options.transfer.empty();
 }
 
+Result<TransferFunction> load_transfer(const char* option, const std::string& name,
+                                       const Grid& grid) {
+    std::error_code error;
+    if (!std::filesystem::exists(name, error))
+        return fail("{}: expected a preset ({}) or a JSON file, found '{}'", option,
+                    fmt::join(preset_names(), ", "), name);
+    Result<TransferFunction> read = load_transfer_function(name);
+    return read ? sized(*read, grid) : read;
+}
+
 Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedScene& loaded,
                                      RayMode mode) {
     const Grid& grid = loaded.data.volume.grid();
@@ -55,12 +65,29 @@ Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedSc
     }
     if (const auto found = preset(options.transfer))
         return fitted(*found, options.transfer, loaded);
-    std::error_code error;
-    if (!std::filesystem::exists(options.transfer, error))
-        return fail("--tf: expected a preset ({}) or a JSON file, found '{}'",
-                    fmt::join(preset_names(), ", "), options.transfer);
-    Result<TransferFunction> read = load_transfer_function(options.transfer);
-    return read ? sized(*read, grid) : read;
+    return load_transfer("--tf", options.transfer, grid);
+}
+
+Result<void> apply_fusion(const SceneOptions& options, const LoadedScene& loaded, Scene& scene) {
+    if (!scene.fusion)
+        return {};
+    TransferFunction& transfer = scene.fusion->transfer;
+    const ValueRange range = loaded.data.fused->range();
+    if (options.fused_transfer.empty()) {
+        if (transfer.colors.empty())
+            transfer = default_fusion_transfer(range);
+        return {};
+    }
+    const Grid& grid = loaded.data.fused->grid();
+    const auto found = preset(options.fused_transfer);
+    Result<TransferFunction> read =
+        found ? sized(*found, grid) : load_transfer("--fused-tf", options.fused_transfer, grid);
+    if (!read)
+        return pass_on(read);
+    transfer = options.fused_transfer == "mr" && range.min < range.max
+                   ? stretched(*read, range.min, range.max)
+                   : *read;
+    return {};
 }
 
 Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& loaded, Scene& scene) {
@@ -199,6 +226,7 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
     if (from_volume && is_ct_without_offset(loaded))
         log::info("{}: a CT without values below -200, taken as HU + 1024", file.volume);
     PALPATE_TRY(apply_ray_cast(options, loaded, scene));
+    PALPATE_TRY(apply_fusion(options, loaded, scene));
     apply_slices(options, grid, scene);
     if (!scene.slices.empty() && scene.slice_transfer.colors.empty())
         scene.slice_transfer = default_slice_transfer(loaded);

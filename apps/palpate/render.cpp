@@ -49,6 +49,8 @@ std::vector<NamedFile> files_of(const RenderOptions& options) {
     std::vector<NamedFile> files{{"--tf", options.scene.transfer}};
     append_volume(files, "SCENE", options.scene.input);
     append_volume(files, "--labels", options.scene.labels);
+    append_volume(files, "--fused", options.scene.fused);
+    append_volume(files, "--overlay", options.scene.overlay);
     std::vector<std::string> outputs = frame_names(options.turntable, options.output);
     if (outputs.empty())
         outputs.push_back(options.output);

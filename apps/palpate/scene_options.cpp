@@ -94,6 +94,20 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         ->required();
     app.add_option("--labels", o.labels, "Label map shown with the volume (default: none)")
         ->type_name("FILE");
+    CLI::Option* fused =
+        app.add_option("--fused", o.fused,
+                       "Another volume, shown in colour over slices, with its own grid (default: "
+                       "none)")
+            ->type_name("FILE");
+    app.add_option("--fused-tf", o.fused_transfer,
+                   "Colours and opacities of --fused: a preset or a JSON file (default: black, "
+                   "red, yellow, white over its values)")
+        ->needs(fused);
+    app.add_option("--fused-opacity", o.fused_opacity, "Opacity of --fused, 0 .. 1 (default: 0.5)")
+        ->check(CLI::Range(0.0, 1.0))
+        ->needs(fused);
+    app.add_option("--overlay", o.overlay, "A second label map, shown over slices (default: none)")
+        ->type_name("FILE");
     app.add_option("--mode", o.mode,
                    "Ray-casting mode (default: alpha; no ray casting with --slice alone; surfaces "
                    "for a label map; a slice for a volume one sample thick)")
@@ -213,13 +227,18 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
     PALPATE_TRY(SceneFile file, scene_file_of(options.input));
     if (!has_scene(options.input))
         file.framing = Framing{};
-    if (!options.labels.empty()) {
-        file.labels = is_synthetic(options.labels)
-                          ? options.labels
-                          : std::filesystem::absolute(options.labels).string();
-        if (!file.scene.labels)
-            file.scene.labels = LabelLayer{};
-    }
+    const auto take = [](const std::string& named, std::string& in_file, auto& layer) {
+        if (named.empty())
+            return;
+        in_file = is_synthetic(named) ? named : std::filesystem::absolute(named).string();
+        if (!layer)
+            layer.emplace();
+    };
+    take(options.labels, file.labels, file.scene.labels);
+    take(options.fused, file.fused, file.scene.fusion);
+    take(options.overlay, file.overlay, file.scene.overlay);
+    if (options.fused_opacity)
+        file.scene.fusion->opacity = *options.fused_opacity;
     PALPATE_TRY(apply_surfaces(options, file));
     return file;
 }
@@ -231,8 +250,10 @@ std::optional<StereoLayout> stereo_layout(const SceneOptions& options, const Sce
 }
 
 void append_files(const SceneFile& scene, std::vector<NamedFile>& files) {
-    for (const auto& [what, name] :
-         {std::pair("the volume of SCENE", &scene.volume), {"the labels of SCENE", &scene.labels}})
+    for (const auto& [what, name] : {std::pair("the volume of SCENE", &scene.volume),
+                                     {"the labels of SCENE", &scene.labels},
+                                     {"the fused volume of SCENE", &scene.fused},
+                                     {"the overlay of SCENE", &scene.overlay}})
         if (!name->empty() && !is_synthetic(*name))
             append_volume(files, what, volume_path(scene, *name).string());
 }

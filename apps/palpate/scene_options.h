@@ -16,14 +16,15 @@ namespace palpate {
 // replace what the file says; where it is a volume, they start from a scene that suits it.
 struct SceneOptions {
     std::string input; // SCENE.json, a project, a volume, or synthetic:NAME
-    std::string labels;
+    std::string labels, fused, overlay;
+    std::optional<double> fused_opacity;
     std::optional<RayMode> mode;
     std::optional<Integrator> integrator;
     std::optional<StereoLayout> stereo;
     std::optional<Interpolation> interpolation;
     std::optional<SlabMode> slab_mode;
     std::optional<Projection> projection;
-    std::string transfer, view, background;
+    std::string transfer, fused_transfer, view, background;
     std::vector<double> window, window_level, isos, camera;
     std::vector<std::string> slices, clips, surfaces, surface_colors;
     std::vector<double> surface_opacities;

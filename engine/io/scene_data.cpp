@@ -40,16 +40,24 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
     LoadedScene scene{
         {volume.volume, std::nullopt}, volume.modality, {}, {}, volume.coarser, volume.labels};
     keep_messages(scene, volume);
-    if (!file.labels.empty()) {
-        ReadOptions label_options = options;
-        label_options.frame.reset();
-        label_options.series.reset();
-        label_options.resample_slices = false;
-        PALPATE_TRY(LoadedVolume labels, load_named(file, file.labels, true, label_options));
-        keep_messages(scene, labels);
-        scene.data.labels = std::move(labels.volume);
-        scene.label_names = std::move(labels.labels);
-    }
+    ReadOptions other_options = options;
+    other_options.frame.reset();
+    other_options.series.reset();
+    other_options.resample_slices = false;
+    const auto load_other = [&](const std::string& name, bool labels,
+                                std::optional<Volume>& into) -> Result<std::vector<LabelName>> {
+        if (name.empty())
+            return std::vector<LabelName>{};
+        PALPATE_TRY(LoadedVolume other, load_named(file, name, labels, other_options));
+        keep_messages(scene, other);
+        into = std::move(other.volume);
+        return std::move(other.labels);
+    };
+    PALPATE_TRY(std::vector<LabelName> names, load_other(file.labels, true, scene.data.labels));
+    if (!file.labels.empty())
+        scene.label_names = std::move(names);
+    PALPATE_TRY(load_other(file.fused, false, scene.data.fused));
+    PALPATE_TRY(load_other(file.overlay, true, scene.data.overlay));
     return scene;
 }
 

@@ -15,7 +15,7 @@ struct LoadedScene {
     std::vector<LabelName> label_names; // of the labels, or of a volume that names its values
 };
 
-// Loads, or makes (synthetic:NAME), the volume and the labels of a scene. `options` says how files
+// Loads, or makes (synthetic:NAME), the volumes and labels of a scene. `options` says how files
 // are read; the scene's own frame and series take precedence. An error names the file.
 Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& options = {});
 

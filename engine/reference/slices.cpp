@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/reference/march.h"
 #include "engine/volume/extent.h"
 
 namespace palpate::reference {
@@ -58,7 +59,10 @@ Slices::Slices(const Scene& scene, const SceneData& data, const Rays& rays, cons
       rays_(rays),
       sampler_(sampler),
       color_(std::move(color)),
-      cursor_(data.volume) {}
+      cursor_(data.volume) {
+    if (scene.fusion)
+        fused_.emplace(Fused{SampleCursor(*data.fused), make_table(scene.fusion->transfer)});
+}
 
 double Slices::value_at(const SliceLayer& slice, glm::dvec3 index) {
     return slice.interpolation == Interpolation::linear ? cursor_.value(index)
@@ -69,7 +73,7 @@ double Slices::slab_value(const SliceLayer& slice, glm::dvec3 normal, glm::dvec3
     const double finest = smallest_spacing_mm(data_.volume.grid());
     const double samples = std::max(1.0, std::ceil(slice.slab_mm / finest));
     const glm::dvec3 step = rays_.index_from_local() * normal * (slice.slab_mm / samples);
-    double sum = 0.0, count = 0.0, maximum = kNaN;
+    double sum = 0.0, count = 0.0, maximum = kNaN, minimum = kNaN;
     for (double i = 0.0; i < samples; i += 1.0) {
         const glm::dvec3 at = index + (i + 0.5 - 0.5 * samples) * step;
         if (!within(at, rays_.last(), 0.0))
@@ -80,26 +84,57 @@ double Slices::slab_value(const SliceLayer& slice, glm::dvec3 normal, glm::dvec3
         sum += value;
         count += 1.0;
         maximum = std::isnan(maximum) ? value : std::max(maximum, value);
+        minimum = std::isnan(minimum) ? value : std::min(minimum, value);
     }
+    if (slice.slab_mode == SlabMode::minimum)
+        return minimum;
     if (slice.slab_mode == SlabMode::maximum)
         return maximum;
     return count > 0.0 ? sum / count : kNaN;
 }
 
-glm::dvec3 Slices::with_labels(const SliceLayer& slice, glm::dvec3 normal, glm::dvec2 pixel,
-                               glm::dvec3 local_mm, glm::dvec3 color) const {
-    const uint32_t label = sampler_.shown_label(local_mm);
+glm::dvec3 Slices::with_fusion(glm::dvec3 local_mm, glm::dvec3 color) {
+    const Volume& fused = *data_.fused;
+    const glm::dvec3 index =
+        index_point(fused.grid(), local_mm + glm::dvec3(data_.volume.grid().world_from_index[3]));
+    if (!within(index, glm::dvec3(fused.size()) - 1.0, 0.0))
+        return color;
+    const double value = fused_->cursor.value(index);
+    if (std::isnan(value))
+        return color;
+    const glm::dvec4 entry = nearest_entry(fused_->table, value);
+    const FusionLayer& layer = *scene_.fusion;
+    const double weight = layer.opacity * -std::expm1(-entry.w * layer.transfer.opacity_unit_mm);
+    return glm::mix(color, glm::dvec3(entry), weight);
+}
+
+uint32_t Slices::overlay_at(glm::dvec3 local_mm) const {
+    const Volume& overlay = *data_.overlay;
+    const glm::dvec3 nearest =
+        glm::floor(index_point(overlay.grid(),
+                               local_mm + glm::dvec3(data_.volume.grid().world_from_index[3])) +
+                   0.5);
+    if (!within(nearest, glm::dvec3(overlay.size()) - 1.0, 0.0))
+        return 0;
+    const auto label = static_cast<uint32_t>(overlay.value(glm::uvec3(nearest)));
+    return label != 0 && style_of(*scene_.overlay, label).visible ? label : 0;
+}
+
+template <class Shown>
+glm::dvec3 Slices::with_labels(const LabelLayer& layer, const Shown& shown, const SliceLayer& slice,
+                               glm::dvec3 normal, glm::dvec2 pixel, glm::dvec3 local_mm,
+                               glm::dvec3 color) const {
+    const uint32_t label = shown(local_mm);
     if (label == 0)
         return color;
-    const LabelLayer& layer = *scene_.labels;
-    const LabelStyle style = sampler_.style(label);
+    const LabelStyle style = style_of(layer, label);
     const glm::dvec2 sides[] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
     for (const glm::dvec2 side : sides) {
         if (!(layer.outline_px > 0.0))
             break;
         const LocalRay beside = rays_.through(pixel + layer.outline_px * side);
         const auto t = plane_distance(rays_.local_point(slice.point_mm), normal, beside);
-        if (t && sampler_.shown_label(beside.origin_mm + *t * beside.direction) != label)
+        if (t && shown(beside.origin_mm + *t * beside.direction) != label)
             return style.color;
     }
     return glm::mix(color, style.color, layer.slice_opacity);
@@ -122,9 +157,17 @@ std::optional<SliceHit> Slices::hit(const LocalRay& ray, glm::dvec2 pixel) {
     const glm::dvec3 normal = glm::normalize(which->normal);
     SliceHit hit{nearest, slab_value(*which, normal, rays_.index_at(ray, nearest)), {}};
     hit.color = std::isnan(hit.value) ? scene_.background : color_(hit.value);
+    const glm::dvec3 local_mm = ray.origin_mm + nearest * ray.direction;
+    if (fused_)
+        hit.color = with_fusion(local_mm, hit.color);
     if (sampler_.has_labels())
-        hit.color =
-            with_labels(*which, normal, pixel, ray.origin_mm + nearest * ray.direction, hit.color);
+        hit.color = with_labels(
+            *scene_.labels, [&](glm::dvec3 at) { return sampler_.shown_label(at); }, *which, normal,
+            pixel, local_mm, hit.color);
+    if (scene_.overlay)
+        hit.color = with_labels(
+            *scene_.overlay, [&](glm::dvec3 at) { return overlay_at(at); }, *which, normal, pixel,
+            local_mm, hit.color);
     return hit;
 }
 

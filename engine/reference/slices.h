@@ -28,8 +28,13 @@ class Slices {
  private:
     double slab_value(const SliceLayer& slice, glm::dvec3 normal, glm::dvec3 index);
     double value_at(const SliceLayer& slice, glm::dvec3 index);
-    glm::dvec3 with_labels(const SliceLayer& slice, glm::dvec3 normal, glm::dvec2 pixel,
-                           glm::dvec3 local_mm, glm::dvec3 color) const;
+    glm::dvec3 with_fusion(glm::dvec3 local_mm, glm::dvec3 color);
+    // `shown` is the label at a point in mm, 0 for none.
+    template <class Shown>
+    glm::dvec3 with_labels(const LabelLayer& layer, const Shown& shown, const SliceLayer& slice,
+                           glm::dvec3 normal, glm::dvec2 pixel, glm::dvec3 local_mm,
+                           glm::dvec3 color) const;
+    uint32_t overlay_at(glm::dvec3 local_mm) const; // shown there
 
     const Scene& scene_;
     const SceneData& data_;
@@ -37,6 +42,11 @@ class Slices {
     const Sampler& sampler_;
     std::function<glm::dvec3(double)> color_;
     SampleCursor cursor_;
+    struct Fused { // a volume over the slices
+        SampleCursor cursor;
+        TransferTable table;
+    };
+    std::optional<Fused> fused_;
 };
 
 // Catmull-Rom interpolation over 4x4x4 samples, those beyond the volume repeating its faces.

@@ -1,6 +1,7 @@
 #include "engine/render/frame_block.h"
 
 #include <cmath>
+#include <tuple>
 
 #include "engine/base/assert.h"
 #include "engine/volume/extent.h"
@@ -32,6 +33,35 @@ struct IndexSpace {
     glm::dmat3 index_from_world;
     glm::dmat3 world_from_index;
     glm::dvec3 origin_mm;
+};
+
+// Index positions of one volume from those of another: matrix * index + origin.
+struct IndexMap {
+    IndexMap(const Grid& to, const IndexSpace& from) {
+        const IndexSpace space(to);
+        matrix = space.index_from_world * from.world_from_index;
+        origin = space.point(from.origin_mm);
+    }
+    // In texture coordinates of `size` texels.
+    std::pair<glm::mat3, glm::vec3> to_texture(glm::uvec3 texels) const {
+        const glm::dvec3 size(texels);
+        return {glm::mat3(matrix[0] / size, matrix[1] / size, matrix[2] / size),
+                glm::vec3((origin + 0.5) / size)};
+    }
+    glm::dmat3 matrix;
+    glm::dvec3 origin;
+};
+
+// How a texel is looked up in a table over low .. high. Entry i of n lies at (i + 0.5) / n and
+// stands for low + i / (n - 1) * width.
+struct TableLookup {
+    TableLookup(float value_scale, float value_bias, double low, double high) {
+        const double entries = kTransferTableSize, width = high - low;
+        const double shrink = (entries - 1.0) / entries;
+        scale = static_cast<float>(value_scale / width * shrink);
+        bias = static_cast<float>((value_bias - low) / width * shrink + 0.5 / entries);
+    }
+    float scale, bias;
 };
 
 // The most that a vector of 1 mm can measure along an index axis, in samples.
@@ -135,30 +165,24 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
     frame.world_from_index_covector = glm::mat3(glm::transpose(space.index_from_world));
     if (data.labels) {
         const Grid& labels = data.labels->grid();
-        const IndexSpace label_space(labels);
-        const glm::dmat3 index = label_space.index_from_world * space.world_from_index;
-        const glm::dvec3 origin = label_space.point(space.origin_mm) + 0.5;
-        const glm::dvec3 size(labels.size);
-        frame.label_from_index = glm::mat3(index[0] / size, index[1] / size, index[2] / size);
-        frame.label_origin = glm::vec3(origin / size);
+        std::tie(frame.label_from_index, frame.label_origin) =
+            IndexMap(labels, space).to_texture(labels.size);
     }
     frame.background = glm::vec3(scene.background);
     frame.value_scale = inputs.value_scale;
     frame.value_bias = inputs.value_bias;
-    const double width = inputs.table_high - inputs.table_low;
-    // Entry i of n lies at (i + 0.5) / n and stands for low + i / (n - 1) * width.
-    const double entries = kTransferTableSize;
-    const double shrink = (entries - 1.0) / entries;
-    frame.table_scale = static_cast<float>(inputs.value_scale / width * shrink);
-    frame.table_bias =
-        static_cast<float>((inputs.value_bias - inputs.table_low) / width * shrink + 0.5 / entries);
+    const TableLookup lookup(inputs.value_scale, inputs.value_bias, inputs.table_low,
+                             inputs.table_high);
+    frame.table_scale = lookup.scale;
+    frame.table_bias = lookup.bias;
     const auto weighted = [](glm::vec4 entry) {
         return glm::vec4(glm::vec3(entry.x, entry.y, entry.z) * entry.w, entry.w);
     };
     frame.table_first = weighted(inputs.table_first);
     frame.table_last = weighted(inputs.table_last);
     if (scene.ray_cast)
-        fill_ray_cast(frame, *scene.ray_cast, grid, width / (entries - 1.0));
+        fill_ray_cast(frame, *scene.ray_cast, grid,
+                      (inputs.table_high - inputs.table_low) / (kTransferTableSize - 1.0));
     if (scene.labels) {
         frame.label_weight = static_cast<float>(scene.labels->ray_cast_weight);
         frame.label_opacity = static_cast<float>(scene.labels->slice_opacity);
@@ -185,9 +209,40 @@ std::vector<gpu::SliceIndex> make_slice_planes(const Scene& scene, const Grid& g
              glm::vec3(space.direction(glm::normalize(layer.normal)) * (layer.slab_mm / samples)),
              static_cast<uint32_t>(samples),
              (layer.interpolation == Interpolation::cubic ? gpu::kSliceCubic : 0u) |
-                 (layer.slab_mode == SlabMode::maximum ? gpu::kSliceMaximum : 0u)});
+                 (layer.slab_mode == SlabMode::maximum   ? gpu::kSliceMaximum
+                  : layer.slab_mode == SlabMode::minimum ? gpu::kSliceMinimum
+                                                         : 0u)});
     }
     return planes;
+}
+
+gpu::SliceOver make_slice_over(const Scene& scene, const SceneData& data,
+                               const OverInputs& inputs) {
+    const IndexSpace space(data.volume.grid());
+    gpu::SliceOver over{};
+    if (scene.fusion) {
+        const Grid& grid = data.fused->grid();
+        const IndexMap map(grid, space);
+        const TableLookup lookup(inputs.value_scale, inputs.value_bias, inputs.table_low,
+                                 inputs.table_high);
+        over.fused_from_index = glm::mat3(map.matrix);
+        over.fused_origin = glm::vec3(map.origin);
+        over.fused_last = glm::vec3(grid.size) - 1.0f;
+        over.fused_texture = glm::vec3(1.0 / glm::dvec3(grid.size));
+        over.fused_table_scale = lookup.scale;
+        over.fused_table_bias = lookup.bias;
+        over.fused_opacity = static_cast<float>(scene.fusion->opacity);
+        over.fused_unit_mm = static_cast<float>(scene.fusion->transfer.opacity_unit_mm);
+    }
+    if (scene.overlay) {
+        const Grid& grid = data.overlay->grid();
+        std::tie(over.overlay_from_index, over.overlay_origin) =
+            IndexMap(grid, space).to_texture(grid.size);
+        over.overlay_opacity = static_cast<float>(scene.overlay->slice_opacity);
+        over.overlay_outline_px = static_cast<float>(scene.overlay->outline_px);
+        over.overlay_styles = inputs.style_count;
+    }
+    return over;
 }
 
 std::vector<glm::vec4> make_label_styles(const LabelLayer& layer, uint32_t largest_label) {

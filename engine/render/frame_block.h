@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
-#include "shaders/shared/frame.h"
+#include "shaders/shared/slices.h"
 
 namespace palpate {
 
@@ -24,6 +24,16 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
 
 // The planes of the slice pass, in index space.
 std::vector<gpu::SliceIndex> make_slice_planes(const Scene& scene, const Grid& grid);
+
+// What lies over slices (shaders/shared/slices.h): a fused volume whose value is texel * scale +
+// bias, through a table over low .. high, and an overlay with so many styles. What the scene has
+// not is left as it is.
+struct OverInputs {
+    float value_scale = 1, value_bias = 0;
+    double table_low = 0, table_high = 1;
+    uint32_t style_count = 1;
+};
+gpu::SliceOver make_slice_over(const Scene& scene, const SceneData& data, const OverInputs& inputs);
 
 // One entry a label: colour, and 1 where it is shown. Entry 0 is background. The last entry serves
 // every label beyond.

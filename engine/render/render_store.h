@@ -54,8 +54,9 @@ struct ViewFrame {
     Commands& commands;
     Targets& targets;
     VolumeUse& voxels;
-    LabelStyles* styles; // null where the scene shows no labels
-    double step_factor;  // of the longest steps
+    LabelStyles* styles;                   // null where the scene shows no labels
+    double step_factor;                    // of the longest steps
+    LabelStyles* overlay_styles = nullptr; // null where slices show no overlay
 
     // The block of constants: the volume's, styles', and those of a table, where one is used.
     FrameInputs inputs(const TransferImage* table) const;

@@ -17,7 +17,7 @@ namespace palpate {
 struct Renderer::Passes {
     explicit Passes(RenderStore& store) : voxels(store.volume) {}
     VolumeUse voxels;
-    std::shared_ptr<LabelStyles> styles;
+    std::shared_ptr<LabelStyles> styles, overlay_styles;
     std::optional<Targets> targets;
     std::optional<SurfacePass> surfaces;
     std::optional<SlicePass> slices;
@@ -46,6 +46,7 @@ Renderer::Renderer(std::shared_ptr<RenderStore> store)
 
 Renderer::~Renderer() {
     store_->styles.drop(passes_->styles);
+    store_->styles.drop(passes_->overlay_styles);
     std::erase(store_->views, this);
 }
 
@@ -81,6 +82,8 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     const auto& [scene, data] = std::tie(task.scene, task.data);
     PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
+    PALPATE_ASSERT(scene.fusion.has_value() == data.fused.has_value());
+    PALPATE_ASSERT(scene.overlay.has_value() == data.overlay.has_value());
     PALPATE_ASSERT_CMP(scene.surfaces.size(), ==, data.meshes.size());
     PALPATE_ASSERT_CMP(scene.surfaces.size(), <=, kMaxSurfaces);
     PALPATE_ASSERT(scene.surface_depth >= 1 && scene.surface_depth <= kMaxSurfaceDepth);
@@ -132,8 +135,13 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
         store_->take_styles(passes.styles, *scene.labels, *data.labels, task.commands);
     else
         store_->styles.drop(passes.styles);
+    if (data.overlay && passes.slices)
+        store_->take_styles(passes.overlay_styles, *scene.overlay, *data.overlay, task.commands);
+    else
+        store_->styles.drop(passes.overlay_styles);
     task.frame.emplace(ViewFrame{scene, data, task.views, task.commands, *passes.targets,
-                                 passes.voxels, passes.styles.get(), step_factor});
+                                 passes.voxels, passes.styles.get(), step_factor,
+                                 passes.overlay_styles.get()});
     if (passes.ray_cast)
         passes.ray_cast->prepare(*task.frame, task.counts_samples);
     if (passes.slices)
@@ -327,6 +335,11 @@ Result<uint64_t> Renderer::count_samples(const Scene& scene, const SceneData& da
     };
     PALPATE_TRY(drawn(record_counted, [&] { samples = passes_->ray_cast->read_sample_counts(); }));
     return samples;
+}
+
+GpuImage& Renderer::picture() {
+    PALPATE_ASSERT(passes_->targets.has_value());
+    return *passes_->targets->color;
 }
 
 std::vector<Image> Renderer::read_back() {

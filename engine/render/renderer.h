@@ -65,7 +65,8 @@ class Renderer {
     // take. Leaves the same picture.
     Result<uint64_t> count_samples(const Scene& scene, const SceneData& data);
 
-    // Copies the last frame drawn to the CPU.
+    // The last frame drawn, as RecordedFrame::picture; and a copy of it on the CPU.
+    GpuImage& picture();
     std::vector<Image> read_back();
 
     Result<Frame> render(const Scene& scene, const SceneData& data);

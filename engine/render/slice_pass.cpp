@@ -10,6 +10,20 @@ void SlicePass::prepare(const ViewFrame& frame) {
     store_->take_table(table_, frame.scene.slice_transfer, 1.0, frame.commands);
     block_ = frame.commands.upload(bytes_of(
         make_frame_block(frame.scene, frame.data, frame.views, frame.inputs(table_.get()))));
+    over_.reset();
+    if (const Scene& scene = frame.scene; scene.fusion || scene.overlay) {
+        OverInputs inputs;
+        if (scene.fusion) {
+            store_->take_table(fused_table_, scene.fusion->transfer, 1.0, frame.commands);
+            inputs = {frame.voxels.fused().value_scale(), frame.voxels.fused().value_bias(),
+                      fused_table_->low(), fused_table_->high(), 1};
+        }
+        if (frame.overlay_styles)
+            inputs.style_count = frame.overlay_styles->made_for->second + 1;
+        over_ = frame.commands.upload(bytes_of(make_slice_over(scene, frame.data, inputs)));
+    }
+    if (!frame.scene.fusion)
+        store_->transfers.drop(fused_table_);
     auto planes = make_slice_planes(frame.scene, frame.data.volume.grid());
     planes.resize(gpu::kMaxSlices);
     planes_ = frame.commands.upload(std::as_bytes(std::span(planes)));
@@ -29,6 +43,19 @@ size_t SlicePass::record(const ViewFrame& frame) {
         bound.push_back(bind_storage(gpu::kSliceStyles, frame.styles->buffer.get()));
     }
     bound.push_back(bind_uniform(gpu::kSlicePlanes, *planes_));
+    if (over_)
+        bound.push_back(bind_uniform(gpu::kSliceOver, *over_));
+    if (fused_table_) {
+        bound.push_back(
+            bind_sampled(gpu::kSliceFused, frame.voxels.fused().image(), store_->linear));
+        bound.push_back(
+            bind_sampled(gpu::kSliceFusedTable, fused_table_->image(), store_->nearest));
+    }
+    if (frame.overlay_styles) {
+        bound.push_back(
+            bind_sampled(gpu::kSliceOverlay, frame.voxels.overlay(), store_->label_sampler));
+        bound.push_back(bind_storage(gpu::kSliceOverlayStyles, frame.overlay_styles->buffer.get()));
+    }
     const bool behind = targets.behind.has_value();
     bound.push_back(
         bind_storage_image(gpu::kSliceColor, behind ? *targets.behind : *targets.color));
@@ -39,6 +66,8 @@ size_t SlicePass::record(const ViewFrame& frame) {
     commands.dispatch(store_->pipelines.get(
                           spirv::Slices{.has_labels = frame.styles != nullptr,
                                         .has_atlas = frame.voxels.volume().is_atlas(),
+                                        .has_fusion = fused_table_ != nullptr,
+                                        .has_overlay = frame.overlay_styles != nullptr,
                                         .manual = store_->options.sampling == Sampling::by_hand}),
                       bound, {tile_count(frame.scene.size_px), eye_count(frame.scene)});
     commands.end_pass();

@@ -11,7 +11,10 @@ namespace palpate {
 class SlicePass {
  public:
     explicit SlicePass(RenderStore& store) : store_(&store) {}
-    ~SlicePass() { store_->transfers.drop(table_); }
+    ~SlicePass() {
+        store_->transfers.drop(table_);
+        store_->transfers.drop(fused_table_);
+    }
     SlicePass(const SlicePass&) = delete;
     SlicePass& operator=(const SlicePass&) = delete;
 
@@ -21,8 +24,8 @@ class SlicePass {
 
  private:
     RenderStore* store_;
-    std::shared_ptr<TransferImage> table_;
-    std::optional<BufferSlice> block_, planes_; // of this frame
+    std::shared_ptr<TransferImage> table_, fused_table_;
+    std::optional<BufferSlice> block_, planes_, over_; // of this frame
 };
 
 } // namespace palpate

@@ -89,6 +89,8 @@ Result<size_t> VolumeResidency::prepare(VolumeUse& use, const Scene& scene, cons
                                         const Wish& wish, Commands& commands) {
     use.shows_voxels_ = true;
     use.has_labels_ = data.labels.has_value();
+    use.has_fused_ = data.fused && !scene.slices.empty();
+    use.has_overlay_ = data.overlay && !scene.slices.empty();
     use.wants_gradients_ = options_->stored_gradients && scene.ray_cast &&
                            scene.ray_cast->mode == RayMode::alpha && scene.ray_cast->shading &&
                            options_->sampling == Sampling::device;
@@ -101,12 +103,22 @@ Result<size_t> VolumeResidency::prepare(VolumeUse& use, const Scene& scene, cons
                    : std::vector<ChangedBrick>{};
     };
     size_t uploaded = 0;
-    if (data.labels) {
-        PALPATE_TRY(uploaded,
-                    keep(labels_, "labels", *data.labels,
-                         {.format = TexelFormat::label, .limit_bytes = free_bytes(&labels_)},
-                         changed_since(labels_, *data.labels), commands));
-    }
+    const auto keep_beside = [&](std::optional<GpuVolume>& held, const char* name,
+                                 const Volume& next, TexelFormat format) -> Result<void> {
+        PALPATE_TRY(const size_t more, keep(held, name, next,
+                                            {.format = format,
+                                             .residency = Residency::dense,
+                                             .limit_bytes = free_bytes(&held)},
+                                            changed_since(held, next), commands));
+        uploaded += more;
+        return {};
+    };
+    if (use.has_labels_)
+        PALPATE_TRY(keep_beside(labels_, "labels", *data.labels, TexelFormat::label));
+    if (use.has_fused_)
+        PALPATE_TRY(keep_beside(fused_, "fused volume", *data.fused, options_->volume_format));
+    if (use.has_overlay_)
+        PALPATE_TRY(keep_beside(overlay_, "overlay", *data.overlay, TexelFormat::label));
     const Timer timer;
     const bool in_step = volume_ && snapshot_ && volume_->snapshot().is_same_as(*snapshot_);
     std::vector<ChangedBrick> changed = take_snapshot(data.volume);
@@ -273,6 +285,7 @@ void VolumeResidency::leave(VolumeUse& use) {
     cell_maps_.drop(use.cells_);
     use.forget();
     use.shows_voxels_ = use.has_labels_ = use.wants_gradients_ = false;
+    use.has_fused_ = use.has_overlay_ = false;
     drop_unused();
 }
 
@@ -284,6 +297,10 @@ void VolumeResidency::drop_unused() {
     };
     if (!any(&VolumeUse::has_labels_))
         labels_.reset();
+    if (!any(&VolumeUse::has_fused_))
+        fused_.reset();
+    if (!any(&VolumeUse::has_overlay_))
+        overlay_.reset();
     if (!any(&VolumeUse::wants_gradients_))
         gradients_.reset();
     if (cell_maps_.empty())
@@ -299,6 +316,8 @@ void VolumeResidency::forget() {
     log_ = {};
     volume_.reset();
     labels_.reset();
+    fused_.reset();
+    overlay_.reset();
     gradients_.reset();
     cell_maps_.clear();
     cells_.reset();

@@ -72,7 +72,7 @@ class VolumeResidency {
     std::vector<VolumeUse*> uses_;
     std::optional<Volume> snapshot_; // that log and cells know
     ChangeLog log_;
-    std::optional<GpuVolume> volume_, labels_;
+    std::optional<GpuVolume> volume_, labels_, fused_, overlay_;
     std::optional<GradientImage> gradients_;
     std::shared_ptr<VolumeCells> cells_;
     struct Cells {
@@ -103,6 +103,8 @@ class VolumeUse {
     // After VolumeResidency::prepare():
     GpuVolume& volume() { return *residency_->volume_; }
     GpuImage& labels() { return residency_->labels_->image(); }
+    GpuVolume& fused() { return *residency_->fused_; } // where slices show them
+    GpuImage& overlay() { return residency_->overlay_->image(); }
     CellMap& cells() { return cells_->map; }
     // Stored gradients; null where the frame's rays take none.
     GpuImage* gradients() { return wants_gradients_ ? &residency_->gradients_->image() : nullptr; }
@@ -129,6 +131,7 @@ class VolumeUse {
 
     VolumeResidency* residency_;
     bool shows_voxels_ = false, has_labels_ = false, wants_gradients_ = false;
+    bool has_fused_ = false, has_overlay_ = false;
     std::shared_ptr<VolumeResidency::Cells> cells_;
     std::optional<NeededBricks> needed_; // for an atlas, and for stored gradients
     uint64_t read_ = 0;                  // place in the log that they are for

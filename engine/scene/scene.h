@@ -27,7 +27,7 @@ enum class StereoLayout { // engine/render/display_layout.h
     right,
     separate
 };
-enum class SlabMode { mean, maximum };
+enum class SlabMode { mean, maximum, minimum };
 enum class Interpolation { linear, cubic };
 
 struct IsoSurface {
@@ -117,6 +117,16 @@ struct LabelLayer {
     friend bool operator==(const LabelLayer&, const LabelLayer&) = default;
 };
 
+// Another volume in colour over slices, with a grid of its own: a pixel takes its colour by
+// `opacity` times the transfer function's opacity, linear between samples; nothing outside of its
+// samples and where it has no data. Under the labels.
+struct FusionLayer {
+    TransferFunction transfer;
+    double opacity = 0.5; // 0 .. 1
+
+    friend bool operator==(const FusionLayer&, const FusionLayer&) = default;
+};
+
 // How triangles are shown: those of one label, or all of a mesh without labels.
 struct SurfaceStyle {
     glm::dvec3 color{1.0, 0.94, 0.85};
@@ -170,6 +180,8 @@ struct Scene {
     TransferFunction slice_transfer;    // used when there are slices; opacity is ignored
     std::vector<ClipPlane> clip_planes; // at most kMaxClipPlanes; they cut all but slices
     std::optional<LabelLayer> labels;   // needs SceneData::labels
+    std::optional<FusionLayer> fusion;  // needs SceneData::fused; on slices alone
+    std::optional<LabelLayer> overlay;  // the same of SceneData::overlay, over all of this
     std::vector<SurfaceLayer> surfaces; // at most kMaxSurfaces; SceneData::meshes has one for each
     // Maximum number of translucent triangles blended at a pixel, 1 .. kMaxSurfaceDepth: the
     // nearest, exactly; triangles behind them are left out.
@@ -187,6 +199,8 @@ struct SceneData {
     Volume volume;
     std::optional<Volume> labels;                    // u8 or u16
     std::vector<std::shared_ptr<const Mesh>> meshes; // one a surface of the scene; null: it is live
+    std::optional<Volume> fused{};                   // grey, of any type
+    std::optional<Volume> overlay{};                 // more labels, u8 or u16
 };
 
 // How far a jittered ray's lattice begins before its start, in steps: 0 <= share < 1, a multiple of

@@ -43,13 +43,20 @@ Result<void> check_drawable(const Scene& scene, const SceneData& data) {
         return fail(
             "a scene: expected a camera whose direction is not along its up, found both parallel "
             "or 0");
-    if (scene.labels.has_value() != data.labels.has_value())
-        return fail("a scene: expected labels in the scene and in its data, found them in {} alone",
-                    scene.labels ? "the scene" : "the data");
-    if (data.labels && data.labels->type() != ScalarType::u8 &&
-        data.labels->type() != ScalarType::u16)
-        return fail("a scene: expected labels of type u8 or u16, found {}",
-                    name_of(data.labels->type()));
+    for (const auto& [name, in_scene, in_data] :
+         {std::tuple("labels", scene.labels.has_value(), data.labels.has_value()),
+          {"fused values", scene.fusion.has_value(), data.fused.has_value()},
+          {"overlay labels", scene.overlay.has_value(), data.overlay.has_value()}})
+        if (in_scene != in_data)
+            return fail("a scene: expected {} in the scene and in its data, found them in {} alone",
+                        name, in_scene ? "the scene" : "the data");
+    for (const auto* labels : {&data.labels, &data.overlay})
+        if (*labels && (*labels)->type() != ScalarType::u8 && (*labels)->type() != ScalarType::u16)
+            return fail("a scene: expected labels of type u8 or u16, found {}",
+                        name_of((*labels)->type()));
+    if (scene.fusion)
+        if (Result<void> good = check_transfer_function(scene.fusion->transfer); !good)
+            return good;
     const size_t isos = scene.ray_cast ? scene.ray_cast->isos.size() : 0;
     for (const auto& [name, found, most] :
          {std::tuple("slices", scene.slices.size(), kMaxSlices),

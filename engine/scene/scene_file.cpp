@@ -62,7 +62,7 @@ void read_camera(const JsonValue& in, SceneFile& file) {
         return;
     }
     if (!in.only_keys({"projection", "eye_mm", "target_mm", "up", "view_angle_deg",
-                       "view_height_mm", "direction", "fill"}))
+                       "view_height_mm", "pixel_aspect", "shift", "direction", "fill"}))
         return;
     if (in.find("fill"))
         in.complain("expected \"direction\" beside \"fill\", found none");
@@ -72,6 +72,10 @@ void read_camera(const JsonValue& in, SceneFile& file) {
     read_direction(in, "up", camera.up);
     read_above(in, "view_angle_deg", 0.0, 179.0, camera.view_angle_deg);
     read_above(in, "view_height_mm", 0.0, kLargestMm, camera.view_height_mm);
+    read_above(in, "pixel_aspect", 0.0, 1e3, camera.pixel_aspect);
+    if (const auto shift = in.find("shift"))
+        if (const auto sides = shift->items(2, 2); sides.size() == 2)
+            camera.shift = {sides[0].number(-1e3, 1e3), sides[1].number(-1e3, 1e3)};
     const glm::dvec3 forward = camera.target_mm - camera.eye_mm;
     if (!(glm::length(forward) > 1e-6))
         in.complain("expected \"eye_mm\" and \"target_mm\" to differ, found the same point");
@@ -206,6 +210,15 @@ LabelLayer read_label_layer(const JsonValue& in) {
     return layer;
 }
 
+FusionLayer read_fusion_layer(const JsonValue& in, const std::filesystem::path& folder) {
+    FusionLayer layer;
+    in.only_keys({"transfer", "opacity"});
+    if (const auto transfer = in.find("transfer"))
+        layer.transfer = read_transfer_function(*transfer, folder);
+    in.take("opacity", layer.opacity, 0.0, 1.0);
+    return layer;
+}
+
 std::vector<SurfaceStyle> read_surface_styles(const JsonValue& in, const SurfaceLayer& layer) {
     return read_styles<SurfaceStyle>(in, layer, {"label", "color", "opacity"},
                                      [](const JsonValue& item, SurfaceStyle& style) {
@@ -259,14 +272,18 @@ StereoSettings read_stereo(const JsonValue& in) {
 }
 
 void read_scene(const JsonValue& in, SceneFile& file) {
-    if (!in.only_keys({"volume", "labels", "frame", "series", "resample_slices", "size_px",
-                       "background", "camera", "stereo", "mirror", "ray_cast", "slices",
-                       "slice_transfer", "clip_planes", "label_layer", "surfaces", "surface_depth",
-                       "value_and_depth"}))
+    if (!in.only_keys({"volume",        "labels",         "fused",           "overlay",
+                       "frame",         "series",         "resample_slices", "size_px",
+                       "background",    "camera",         "stereo",          "mirror",
+                       "ray_cast",      "slices",         "slice_transfer",  "clip_planes",
+                       "label_layer",   "fusion_layer",   "overlay_layer",   "surfaces",
+                       "surface_depth", "value_and_depth"}))
         return;
     Scene& scene = file.scene;
     in.take("volume", file.volume);
     in.take("labels", file.labels);
+    in.take("fused", file.fused);
+    in.take("overlay", file.overlay);
     in.take("frame", file.frame, 0, 1'000'000);
     in.take("series", file.series);
     in.take("resample_slices", file.resample_slices);
@@ -300,6 +317,14 @@ void read_scene(const JsonValue& in, SceneFile& file) {
         scene.labels = read_label_layer(*layer);
     else if (!file.labels.empty())
         scene.labels = LabelLayer{};
+    if (const auto layer = in.find("overlay_layer"))
+        scene.overlay = read_label_layer(*layer);
+    else if (!file.overlay.empty())
+        scene.overlay = LabelLayer{};
+    if (const auto layer = in.find("fusion_layer"))
+        scene.fusion = read_fusion_layer(*layer, file.folder);
+    else if (!file.fused.empty())
+        scene.fusion = FusionLayer{};
     if (const auto surfaces = in.find("surfaces"))
         read_surfaces(*surfaces, file);
     in.take("surface_depth", scene.surface_depth, 1, kMaxSurfaceDepth);
@@ -318,6 +343,8 @@ Scene resolved_scene(const SceneFile& file, const Grid& grid) {
     if (scene.ray_cast)
         scene.ray_cast->transfer = sized(scene.ray_cast->transfer, grid);
     scene.slice_transfer = sized(scene.slice_transfer, grid);
+    if (scene.fusion)
+        scene.fusion->transfer = sized(scene.fusion->transfer, grid);
     for (const size_t i : file.centered_slices)
         scene.slices[i].point_mm = center_mm(grid);
     for (const size_t i : file.centered_clips)

@@ -37,6 +37,7 @@ struct SceneFile {
     Scene scene;
     std::string volume; // a file or folder relative to `folder`, or "synthetic:NAME?key=value"
     std::string labels; // the same; empty for none
+    std::string fused, overlay;          // the same; a volume over slices, and more labels
     std::vector<SurfaceSource> surfaces; // one a surface of the scene
     uint32_t frame = 0;                  // which volume of a 4-D file
     std::string series;                  // DICOM: the series' UID; empty for the largest

@@ -43,7 +43,7 @@ struct Names<StereoLayout> {
 template <>
 struct Names<SlabMode> {
     static constexpr std::initializer_list<std::pair<const char*, SlabMode>> list{
-        {"mean", SlabMode::mean}, {"maximum", SlabMode::maximum}};
+        {"mean", SlabMode::mean}, {"maximum", SlabMode::maximum}, {"minimum", SlabMode::minimum}};
 };
 template <>
 struct Names<Interpolation> {

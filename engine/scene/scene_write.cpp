@@ -25,12 +25,17 @@ Json camera_json(const SceneFile& file) {
                 {"fill", file.framing->fill},
                 {"view_angle_deg", file.framing->view_angle_deg},
                 {"projection", name_json(file.framing->projection)}};
-    return {{"projection", name_json(camera.projection)},
-            {"eye_mm", camera.eye_mm},
-            {"target_mm", camera.target_mm},
-            {"up", camera.up},
-            {"view_angle_deg", camera.view_angle_deg},
-            {"view_height_mm", camera.view_height_mm}};
+    Json out{{"projection", name_json(camera.projection)},
+             {"eye_mm", camera.eye_mm},
+             {"target_mm", camera.target_mm},
+             {"up", camera.up},
+             {"view_angle_deg", camera.view_angle_deg},
+             {"view_height_mm", camera.view_height_mm}};
+    if (camera.pixel_aspect != 1.0)
+        out["pixel_aspect"] = camera.pixel_aspect;
+    if (camera.shift != glm::dvec2(0.0))
+        out["shift"] = Json{camera.shift.x, camera.shift.y};
+    return out;
 }
 
 Json shading_json(const Shading& shading) {
@@ -141,6 +146,10 @@ std::string write_scene(const SceneFile& file) {
     out["volume"] = file.volume;
     if (!file.labels.empty())
         out["labels"] = file.labels;
+    if (!file.fused.empty())
+        out["fused"] = file.fused;
+    if (!file.overlay.empty())
+        out["overlay"] = file.overlay;
     out["frame"] = file.frame;
     if (!file.series.empty())
         out["series"] = file.series;
@@ -166,6 +175,13 @@ std::string write_scene(const SceneFile& file) {
     out["clip_planes"] = clip_planes_json(file);
     if (scene.labels)
         out["label_layer"] = label_layer_json(*scene.labels);
+    if (scene.fusion) {
+        out["fusion_layer"] = {{"opacity", scene.fusion->opacity}};
+        if (!scene.fusion->transfer.colors.empty())
+            out["fusion_layer"]["transfer"] = transfer_function_json(scene.fusion->transfer);
+    }
+    if (scene.overlay)
+        out["overlay_layer"] = label_layer_json(*scene.overlay);
     if (!scene.surfaces.empty()) {
         out["surfaces"] = surfaces_json(file);
         out["surface_depth"] = scene.surface_depth;

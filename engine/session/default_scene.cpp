@@ -109,6 +109,18 @@ TransferFunction default_slice_transfer(const LoadedScene& loaded) {
     return window_function(values.low, values.high, 1.0);
 }
 
+TransferFunction default_fusion_transfer(ValueRange range) {
+    const double low = range.empty() ? 0.0 : range.min;
+    const double width = !range.empty() && range.min < range.max ? double{range.max} - low : 1.0;
+    const auto at = [&](double share) { return low + share * width; };
+    return {.colors = {{at(0.0), {0.0, 0.0, 0.0}},
+                       {at(0.35), {0.9, 0.0, 0.0}},
+                       {at(0.7), {1.0, 0.9, 0.0}},
+                       {at(1.0), {1.0, 1.0, 1.0}}},
+            .opacities = {{at(0.1), 0.0}, {at(0.33), 1.0}},
+            .opacity_unit_mm = 1.0};
+}
+
 glm::dvec3 surface_color(size_t number) {
     constexpr glm::dvec3 colors[] = {{1.0, 0.94, 0.85}, {0.90, 0.62, 0.50}, {0.6, 0.8, 1.0},
                                      {0.7, 0.95, 0.6},  {1.0, 0.9, 0.4},    {0.85, 0.6, 0.95},

@@ -28,6 +28,10 @@ RayCastLayer default_ray_cast(RayMode mode, const LoadedScene& loaded);
 // Grey for slices: the soft-tissue window for CT, the values' range else.
 TransferFunction default_slice_transfer(const LoadedScene& loaded);
 
+// Black, red, yellow, white over the values' range, for a volume over slices: the lowest tenth can
+// be seen through, what lies above the lowest third is opaque.
+TransferFunction default_fusion_transfer(ValueRange range);
+
 // A preset as it suits the volume: `mr` is stretched over the values' range, others are moved to
 // where a CT has its 0 HU; opacity is by the volume's size.
 TransferFunction fitted(TransferFunction function, const std::string& preset_name,

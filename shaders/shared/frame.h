@@ -83,5 +83,6 @@ struct SliceIndex {
 };
 const uint kSliceCubic = 1u;
 const uint kSliceMaximum = 2u;
+const uint kSliceMinimum = 4u;
 GPU_END
 #endif
