@@ -47,7 +47,7 @@ TEST_F(ViewCommand, DoesAScriptToTheSameBytesEachTime) {
     EXPECT_EQ(shots[0], shots[1]);
     const auto state = nlohmann::json::parse(states[0]);
     EXPECT_EQ(state["tool"]["hand"], "draw");
-    EXPECT_EQ(state["undo_steps"], 2); // a label map, and a stroke on it
+    EXPECT_EQ(state["undo_steps"], 1);
     EXPECT_EQ(load_png(file("shot.png")).value().size_px, glm::uvec2(640, 480));
 }
 

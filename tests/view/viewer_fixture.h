@@ -34,15 +34,20 @@ class ViewerTest : public ::testing::Test {
             ADD_FAILURE() << messages[i];
     }
     void open(const std::string& name = "synthetic:phantom?size=40", glm::uvec2 size = {800, 600}) {
+        open_scene(Source{open_synthetic(name)}, size);
+    }
+    void open_scene(Source source, glm::uvec2 size,
+                    const std::optional<DisplayProfile>& display = {}) {
         time_s_ = 1.0;
-        ViewerOptions options{.threaded = false};
+        ViewerOptions options{.threaded = false, .display = display};
         options.open = [](const std::string& path) -> Result<Source> {
             if (!is_synthetic(path))
                 return fail("{}: expected a synthetic volume", path);
             return Source{open_synthetic(path)};
         };
-        viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, Source{open_synthetic(name)},
-                        size, 1.0, std::move(options));
+        viewer_.reset();
+        viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, std::move(source), size, 1.0,
+                        std::move(options));
         frame({});
     }
     Viewer& viewer() { return *viewer_; }

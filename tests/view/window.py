@@ -109,7 +109,7 @@ try:
     with open(state_file) as file:
         state = json.load(file)
     assert state["size"] == [900, 650], state["size"]
-    assert state["undo_steps"] == 2, state["undo_steps"]  # a label map and a stroke on it
+    assert state["undo_steps"] == 1, state["undo_steps"]  # the stroke of the brush
     assert state["redo_steps"] == 1, state["redo_steps"]  # the cut
     assert state["tool"]["hand"] == "cut"
     assert state["help_open"]

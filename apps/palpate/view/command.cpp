@@ -16,28 +16,39 @@ struct ViewOptions {
     SceneOptions scene;
     ReadFlags read;
     DeviceMemoryOptions memory;
-    std::string device, record, replay, shot, state;
+    std::string device, display, latency, record, replay, shot, state;
+    std::optional<uint32_t> monitor;
     double frame_ms = 60.0, text_scale = 0.0;
     bool headless = false, validate = false;
 };
 
 std::vector<NamedFile> files_of(const ViewOptions& o) {
-    std::vector<NamedFile> files{{"--tf", o.scene.transfer}, {"--replay", o.replay}};
+    std::vector<NamedFile> files{
+        {"--tf", o.scene.transfer}, {"--display", o.display}, {"--replay", o.replay}};
     append_volume(files, "SCENE", o.scene.input);
     append_volume(files, "--labels", o.scene.labels);
+    append_volume(files, "--fused", o.scene.fused);
+    append_volume(files, "--overlay", o.scene.overlay);
     if (const Result<SceneFile> scene = base_scene(o.scene)) // else it is told later
         append_files(*scene, files);
     files.insert(files.end(), {{"--record", o.record, FileUse::write},
                                {"--shot", o.shot, FileUse::write},
+                               {"--latency", o.latency, FileUse::write_text},
                                {"--state", o.state, FileUse::write_text}});
     return files;
 }
 
 Result<void> check_together(const ViewOptions& o) {
-    if (o.headless && o.replay.empty() && o.shot.empty() && o.state.empty())
-        return fail("--headless: expected --replay, --shot or --state, found none of them");
+    if (o.headless && o.replay.empty() && o.shot.empty() && o.state.empty() && o.latency.empty())
+        return fail(
+            "--headless: expected --replay, --shot, --state or --latency, found none of them");
+    if (!o.latency.empty() &&
+        !(o.replay.empty() && o.shot.empty() && o.state.empty() && o.record.empty()))
+        return fail("--latency: expected none of --record, --replay, --shot and --state");
     if (o.headless && !o.record.empty())
         return fail("--record: records a window; leave out --headless");
+    if (o.headless && o.monitor)
+        return fail("--full-screen: opens a window; leave out --headless");
     if (!o.shot.empty() && !o.headless)
         return fail("--shot: needs --headless");
     if (!o.replay.empty() && !o.headless)
@@ -95,7 +106,15 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
                            .validate = options.validate,
                            .size_px = script.size_px,
                            .text_scale = options.text_scale,
-                           .record = options.record};
+                           .record = options.record,
+                           .monitor = options.monitor};
+    if (!options.display.empty()) {
+        Result<DisplayProfile> display = load_display_profile(options.display);
+        if (!display)
+            return pass_on(display);
+        loop.viewer.display = std::move(*display);
+    }
+    loop.viewer.volume_alone = options.monitor.has_value();
     loop.viewer.frame_ms = options.frame_ms;
     loop.viewer.threaded = !options.headless;
     loop.viewer.open = [&](const std::string& path) {
@@ -116,6 +135,12 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     scene.size_px = {room.x, room.y};
     PALPATE_TRY(view::Source opened,
                 open_source(scene, options.read, !options.headless, interrupt));
+    if (!options.latency.empty()) {
+        loop.viewer.threaded = true;
+        PALPATE_TRY(const Json found, view::run_latency(std::move(opened), std::move(loop),
+                                                        options.headless));
+        return write_text(options.latency, report_text(found));
+    }
     view::HeadlessResult result;
     if (options.headless) {
         PALPATE_TRY(result, view::run_headless(std::move(opened), script, std::move(loop),
@@ -142,6 +167,13 @@ Command add_view(CLI::App& app) {
            "Time of a picture of the volume in ms while something moves; then it is refined")
         ->capture_default_str()
         ->check(positive());
+    app.add_option("--display", o->display,
+                   "Profile of a stereo display, JSON: eyes, screen, mirror, calibration (default: "
+                   "none)")
+        ->type_name("FILE");
+    app.add_option("--full-screen", o->monitor,
+                   "Fill a monitor with the 3D view, 0 the first (default: a window)")
+        ->type_name("MONITOR");
     app.add_option("--text-scale", o->text_scale,
                    "Size of letters and widgets, 0.5 .. 4 (default: as the display asks, or 1)")
         ->check(within(0.5, 4.0));
@@ -157,6 +189,10 @@ Command add_view(CLI::App& app) {
         ->type_name("FILE");
     app.add_option("--state", o->state,
                    "At the end: views, tool and document as JSON, or - (default: none)")
+        ->type_name("FILE");
+    app.add_option("--latency", o->latency,
+                   "Measure how fast the window answers, about a minute, as JSON, or - (default: "
+                   "none)")
         ->type_name("FILE");
     app.add_option("--device", o->device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "

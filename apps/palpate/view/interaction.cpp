@@ -6,6 +6,7 @@
 
 #include "apps/palpate/view/measure_tool.h"
 #include "engine/session/default_scene.h"
+#include "engine/volume/extent.h"
 
 namespace palpate::view {
 
@@ -265,13 +266,9 @@ void hover(ViewState& state, const Subject& subject) {
                        point_under(state, subject.grid, panel, state.pointer_px));
         return;
     }
-    const Box box = box_of(state, panel).value();
-    const glm::uvec2 size(box.size_px);
-    const View view = make_view(state.camera, size);
     if (!subject.pick)
         return;
-    if (const auto met =
-            subject.pick(ray_through(view, state.pointer_px - glm::dvec2(box.low_px), size)))
+    if (const auto met = subject.pick(ray_under(state, state.pointer_px)))
         move_crosshair(state, subject.grid, *met);
 }
 
@@ -288,6 +285,13 @@ void reset(ViewState& state, const Subject& subject) {
     state.camera = subject.home.camera;
     state.crosshair_mm = subject.home.crosshair_mm;
     state.window = subject.home.window;
+}
+
+// One layer of samples thicker or thinner, along the axis on which they lie nearest; at most 100.
+void step_slab(ViewState& state, const Grid& grid, bool thicker) {
+    const double layer = smallest_spacing_mm(grid);
+    const double layers = std::round(state.slab_mm / layer) + (thicker ? 1.0 : -1.0);
+    state.slab_mm = layer * std::clamp(layers, 0.0, 100.0);
 }
 
 // Keys without Ctrl.
@@ -343,6 +347,13 @@ void press_key(ViewState& state, const std::string& key, bool shift, const Subje
         state.notes_shown = !state.notes_shown;
     } else if (key == "h") {
         state.crosshair_shown = !state.crosshair_shown;
+    } else if (key == "g") {
+        state.stereo.on = !state.stereo.on;
+        move_cursor(state, subject);
+    } else if (key == "[" || key == "]") {
+        step_slab(state, subject.grid, key == "]");
+    } else if (key == "\\") {
+        state.slab_mode = static_cast<SlabMode>((static_cast<int>(state.slab_mode) + 1) % 3);
     } else if (key == "p") {
         state.slices_in_volume = !state.slices_in_volume;
     } else if (key == "/" && shift) {
@@ -407,6 +418,7 @@ Outcome after(ViewState before, const Event& event, const Subject& subject) {
                 drag_on(next, event, subject);
             else if (state.under && event.modifiers.shift)
                 hover(state, subject);
+            move_cursor(state, subject);
             break;
         case Event::Kind::button:
             if (!event.down)

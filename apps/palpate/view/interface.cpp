@@ -164,6 +164,8 @@ const ImDrawData& Interface::lists() const {
 
 void Interface::draw_status(const ViewState& state, Work& work) {
     const Box box = places_of(state).status;
+    if (box.size_px.y == 0)
+        return;
     ImGui::SetNextWindowPos(
         ImVec2(static_cast<float>(box.low_px.x), static_cast<float>(box.low_px.y)));
     ImGui::SetNextWindowSize(

@@ -61,6 +61,8 @@ class Interface {
     void draw_labels_panel(ViewState& state, Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work);
+    void draw_slices(ViewState& state, Work& work);
+    void draw_stereo(ViewState& state);
     void draw_status(const ViewState& state, Work& work);
     void draw_help(ViewState& state);
     void draw_questions(ViewState& state, Work& work, std::vector<Order>& orders);

@@ -40,6 +40,8 @@ const std::vector<KeyHelp>& key_help() {
         {"Up, Down", "next and previous slice under the pointer"},
         {"Home, End, Page Down", "3D from above, front, left; Shift: from the other side"},
         {"L, Tab", "layout; which slice is shown alone"},
+        {"[ ], \\", "thinner and thicker slices; maximum, minimum, mean"},
+        {"G", "stereo in 3D, and back"},
         {"P, H, N, T", "show or hide: slices in 3D, crosshair, notes, tools"},
         {"R", "reset views and window"},
         {"?", "this list"},

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <thread>
 
+#include "apps/palpate/view/latency.h"
 #include "apps/palpate/view/window.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
@@ -62,6 +63,20 @@ std::unique_ptr<GpuDevice> presenting_device(const LoopOptions& options) {
     return std::make_unique<GpuDevice>(wanted);
 }
 
+// A graphics card draws both, and pictures stay there. A CPU driver works off one device in turns,
+// so that the interface would wait for the rays of the pictures: these have a device of their own,
+// as where the one that was asked for cannot present.
+std::unique_ptr<GpuDevice> device_of_pictures(const LoopOptions& options, GpuDevice& interface) {
+    const DeviceOptions wanted{.select = options.device, .validation = options.validate};
+    if (interface.info().type != VK_PHYSICAL_DEVICE_TYPE_CPU && options.device.empty())
+        return std::make_unique<GpuDevice>(interface);
+    auto own = std::make_unique<GpuDevice>(wanted);
+    if (own->info().type == VK_PHYSICAL_DEVICE_TYPE_CPU ||
+        own->info().index != interface.info().index)
+        return own;
+    return std::make_unique<GpuDevice>(interface);
+}
+
 } // namespace
 
 DeviceOptions headless_device(const std::string& select, bool validate) {
@@ -76,14 +91,59 @@ DeviceOptions headless_device(const std::string& select, bool validate) {
             }};
 }
 
+Result<Json> run_latency(Source source, LoopOptions options, bool headless) {
+    std::unique_ptr<Window> window;
+    if (!headless) {
+        PALPATE_TRY(window, Window::create(options.size_px, "palpate", options.monitor));
+    }
+    const std::unique_ptr<GpuDevice> interface =
+        headless ? std::make_unique<GpuDevice>(headless_device(options.device, options.validate))
+                 : presenting_device(options);
+    const std::unique_ptr<GpuDevice> pictures = device_of_pictures(options, *interface);
+    options.set_renderer(*pictures, options.viewer.renderer);
+    std::optional<Screen> screen;
+    if (window)
+        screen.emplace(*interface, *window);
+    const glm::uvec2 size =
+        window ? glm::max(window->size_px(), kSmallestWindow_px) : options.size_px;
+    const VkFormat format = screen ? screen->format() : VK_FORMAT_R8G8B8A8_UNORM;
+    Viewer viewer(*pictures, *interface, format, std::move(source), size,
+                  std::max(1.0, options.text_scale), std::move(options.viewer));
+    const auto record = [&](Commands& commands, GpuImage& target) {
+        viewer.record(commands, target);
+    };
+    Result<Json> found = measure_latency(viewer, [&] {
+        if (screen) {
+            window->wait(0.0);
+            window->events().take_frame(); // the hand is not the person's
+            screen->show(window->size_px(), record);
+            return;
+        }
+        Commands commands(*interface);
+        GpuImage target(*interface, "frame",
+                        {.format = format, .size = glm::uvec3(size, 1), .attachment = true});
+        record(commands, target);
+        commands.submit();
+        commands.ticket().wait();
+    });
+    for (const GpuDevice* device : {pictures.get(), interface.get()})
+        PALPATE_TRY(expect_valid(*device));
+    if (found) {
+        (*found)["device"] = pictures->info().name;
+        (*found)["one_device"] = pictures->handle() == interface->handle();
+        (*found)["window"] = window != nullptr;
+        (*found)["size"] = {size.x, size.y};
+    }
+    return found;
+}
+
 Result<Json> run_window(Source source, LoopOptions options) {
-    PALPATE_TRY(const std::unique_ptr<Window> made, Window::create(options.size_px, "palpate"));
+    PALPATE_TRY(const std::unique_ptr<Window> made,
+                Window::create(options.size_px, "palpate", options.monitor));
     Window& window = *made;
-    // Two devices: on one, the interface would wait for the rays of the pictures.
-    GpuDevice pictures({.select = options.device,
-                        .validation = options.validate,
-                        .instance_extensions = Window::instance_extensions()});
     const std::unique_ptr<GpuDevice> interface = presenting_device(options);
+    const std::unique_ptr<GpuDevice> picture_device = device_of_pictures(options, *interface);
+    GpuDevice& pictures = *picture_device;
     options.set_renderer(pictures, options.viewer.renderer);
     Screen screen(*interface, window);
     const double text_scale = options.text_scale > 0.0 ? options.text_scale : window.text_scale();
@@ -113,6 +173,8 @@ Result<Json> run_window(Source source, LoopOptions options) {
             window.set_title((title = viewer.title()) + " - palpate");
         if (const auto failure = viewer.failure())
             return fail("{}", *failure);
+        viewer.set_place(window.place_px());
+        window.hide_pointer(viewer.hides_pointer());
         if (window.size_px().x > 0)
             screen.show(window.size_px(), [&](Commands& commands, GpuImage& target) {
                 viewer.record(commands, target);

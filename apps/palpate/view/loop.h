@@ -14,8 +14,9 @@ struct LoopOptions {
     std::string device; // DeviceOptions::select
     bool validate = false;
     glm::uvec2 size_px{1280, 800};
-    double text_scale = 0.0; // 0: as the display asks
-    std::string record;      // a script to write; empty: none
+    double text_scale = 0.0;           // 0: as the display asks
+    std::string record;                // a script to write; empty: none
+    std::optional<uint32_t> monitor{}; // that the window fills
     ViewerOptions viewer{};
     std::stop_token stop{};
     // What of the renderer depends on the device.
@@ -32,6 +33,9 @@ struct HeadlessResult {
 // Does a script without a window.
 Result<HeadlessResult> run_headless(Source source, const Script& script, LoopOptions options,
                                     bool with_shot);
+
+// What measure_latency() finds, in a window or without one, beside the devices' names.
+Result<Json> run_latency(Source source, LoopOptions options, bool headless);
 
 // Options of a device that draws an interface without a window.
 DeviceOptions headless_device(const std::string& select, bool validate);

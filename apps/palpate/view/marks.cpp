@@ -106,9 +106,16 @@ struct Marks {
             write(list, {low.x + size.x - edge, corner.y}, {1.0, 0.0},
                   window_text(state.window.low, state.window.high));
             write(list, foot, {0.0, 1.0}, place_text(grid(), state.crosshair_mm, slice().towards));
+            std::string more;
             if (std::abs(slice().zoom - 1.0) > 0.005)
-                write(list, foot - glm::dvec2(0.0, letter), {0.0, 1.0},
-                      fmt::format("zoom {:.2f}", slice().zoom));
+                more = fmt::format("zoom {:.2f}", slice().zoom);
+            if (state.slab_mm > 0.0)
+                more += fmt::format("{}{} of {:.3g} mm", more.empty() ? "" : ", ",
+                                    state.slab_mode == SlabMode::maximum   ? "maximum"
+                                    : state.slab_mode == SlabMode::minimum ? "minimum"
+                                                                           : "mean",
+                                    state.slab_mm);
+            write(list, foot - glm::dvec2(0.0, letter), {0.0, 1.0}, more);
         } else if (!picture.complete) {
             write(list, foot, {0.0, 1.0},
                   fmt::format("refining, error {:.3f}", picture.error_estimate));
@@ -142,17 +149,23 @@ void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel pane
     const glm::dvec2 low(box.low_px), size(box.size_px);
     const ImVec2 from = to_im(low), to = to_im(low + size);
     list.PushClipRect(from, to, true);
+    // Two eyes beside each other may leave the last column or row free.
+    const glm::dvec2 picture_size =
+        is_slice(panel) || !state.stereo.on
+            ? size
+            : glm::dvec2(display_size_px(eye_size_px(state.stereo, glm::uvec2(box.size_px)),
+                                         state.stereo.layout));
     if (picture.there)
         list.AddImage(
             reinterpret_cast<ImTextureID>(static_cast<uintptr_t>(Interface::texture_of(panel))),
-            from, to);
+            from, to_im(low + picture_size));
     const double letter = ImGui::GetTextLineHeight();
     const Marks marks{list, state, work, panel, low, size, letter, std::round(0.5 * letter)};
     if (is_slice(panel)) {
         if (state.crosshair_shown)
             marks.crosshair();
         marks.tool();
-    } else if (state.crosshair_shown) {
+    } else if (state.crosshair_shown && !state.stereo.on) { // in stereo it has its depth
         marks.spot();
     }
     if (state.notes_shown) {

@@ -6,39 +6,10 @@
 #include <cmath>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/widgets.h"
 #include "engine/session/default_scene.h"
 
 namespace palpate::view {
-
-namespace {
-
-template <class Choice>
-bool choose(const char* id, Choice& now,
-            std::initializer_list<std::pair<const char*, Choice>> all) {
-    const char* shown = "";
-    for (const auto& [name, value] : all)
-        if (value == now)
-            shown = name;
-    bool changed = false;
-    if (ImGui::BeginCombo(id, shown)) {
-        for (const auto& [name, value] : all)
-            if (ImGui::Selectable(name, value == now)) {
-                now = value;
-                changed = true;
-            }
-        ImGui::EndCombo();
-    }
-    return changed;
-}
-
-bool slide(const char* id, double& value, double low, double high, const char* format,
-           bool logarithmic = false) {
-    return ImGui::SliderScalar(
-        id, ImGuiDataType_Double, &value, &low, &high, format,
-        ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0));
-}
-
-} // namespace
 
 void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& orders) {
     const Box box = places_of(state).tools;
@@ -55,8 +26,14 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
     ImGui::TextUnformatted(work.title().c_str());
     const glm::uvec3 size = work.subject().grid.size;
     const glm::dvec3 spacing = spacing_mm(work.subject().grid);
-    ImGui::TextDisabled("%u x %u x %u, %.3g x %.3g x %.3g mm", size.x, size.y, size.z, spacing.x,
-                        spacing.y, spacing.z);
+    const std::string samples = fmt::format("{} x {} x {},", size.x, size.y, size.z);
+    const std::string extent =
+        fmt::format("{:.3g} x {:.3g} x {:.3g} mm", spacing.x, spacing.y, spacing.z);
+    ImGui::TextDisabled("%s", samples.c_str());
+    if (ImGui::CalcTextSize((samples + " " + extent).c_str()).x <
+        ImGui::GetContentRegionAvail().x) // else in a line of its own
+        ImGui::SameLine(0.0f, ImGui::CalcTextSize(" ").x);
+    ImGui::TextDisabled("%s", extent.c_str());
     draw_tabs(state);
     const auto section = [](const char* name) {
         return ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
@@ -74,6 +51,10 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
                 draw_labels(state);
             if (section("Layout"))
                 draw_layout(state);
+            if (section("Slices"))
+                draw_slices(state, work);
+            if (section("Stereo"))
+                draw_stereo(state);
             break;
         case Tab::transfer:
             draw_transfer(state, work);

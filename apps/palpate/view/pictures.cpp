@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
@@ -14,23 +13,6 @@ namespace {
 
 constexpr std::chrono::milliseconds kNap(3); // while nothing is wished for: edits come unasked
 
-Picture picture_of(Renderer& renderer, Panel panel, double ms) {
-    const Image image = renderer.read_back().front();
-    Picture picture{panel, image.size_px, {}, ms, 0.0, true};
-    const size_t channels = image.channels.size();
-    const size_t count = size_t{image.size_px.x} * image.size_px.y;
-    picture.rgba.resize(4 * count);
-    for (size_t i = 0; i < count; ++i) {
-        for (size_t c = 0; c < 3; ++c) {
-            const float v = image.samples[i * channels + c]; // NaN becomes 0
-            picture.rgba[4 * i + c] = static_cast<std::byte>(
-                static_cast<int>(v > 0.0f ? std::lround(255.0f * std::min(v, 1.0f)) : 0));
-        }
-        picture.rgba[4 * i + 3] = std::byte{255};
-    }
-    return picture;
-}
-
 uint64_t version_of(const std::optional<Volume>& volume) {
     return volume ? volume->version() : 0;
 }
@@ -40,8 +22,16 @@ uint64_t version_of(const std::optional<Volume>& volume) {
 Pictures::Pictures(GpuDevice& device, Session& session, Options options)
     : eye_(session.add_eye()),
       options_(std::move(options)),
-      volume_(device, options_.renderer),
+      volume_(device,
+              [this] {
+                  RendererOptions renderer = options_.renderer;
+                  renderer.progress = [this](double) {
+                      return !stopping_at_wishes_ || !is_outdated();
+                  };
+                  return renderer;
+              }()),
       slices_{Renderer(volume_.store()), Renderer(volume_.store()), Renderer(volume_.store())},
+      images_(device, options_.stay),
       interactive_(volume_, options_.frame_ms) {
     if (options_.threaded)
         thread_ = std::jthread([this](const std::stop_token& stop) { run(stop); });
@@ -86,7 +76,7 @@ void Pictures::run(const std::stop_token& stop) {
             {
                 const std::scoped_lock held(mutex_);
                 wishes = wishes_;
-                wished = wished_;
+                wished = drawing_for_ = wished_;
             }
             if (go_on(wishes))
                 continue;
@@ -102,17 +92,26 @@ void Pictures::run(const std::stop_token& stop) {
         options_.on_picture();
 }
 
+// Whether something else is wished for than when the picture under way was begun.
+bool Pictures::is_outdated() {
+    const std::scoped_lock held(mutex_);
+    return wished_ != drawing_for_ || thread_.get_stop_token().stop_requested();
+}
+
 SceneData Pictures::data_for(const Scene& scene) const {
     SceneData data = sight_->data;
     if (!scene.labels)
         data.labels.reset();
+    data.fused = scene.fusion ? options_.fused : std::nullopt;
+    data.overlay = scene.overlay ? options_.overlay : std::nullopt;
     data.meshes = options_.meshes;
     data.meshes.resize(scene.surfaces.size());
     return data;
 }
 
 Pictures::Made Pictures::made_of(const Wish& wish) const {
-    Made made{wish.scene, sight_->data.volume.version(), version_of(sight_->data.labels), false};
+    Made made{wish.scene, wish.display, sight_->data.volume.version(),
+              version_of(sight_->data.labels), true};
     if (!sight_->data.labels)
         made.scene.labels.reset(); // they may have gone since the wish
     if (!made.scene.labels)
@@ -124,61 +123,107 @@ Renderer& Pictures::renderer_of(Panel panel) {
     return is_slice(panel) ? slices_[static_cast<size_t>(panel)] : volume_;
 }
 
-Result<Picture> Pictures::draw_full(const Wish& wish) {
+Result<std::vector<Picture>> Pictures::draw_full(const Wishes& wishes) {
     const Timer timer;
-    const Scene scene = made_of(wish).scene;
-    Renderer& renderer = renderer_of(wish.panel);
-    PALPATE_TRY(renderer.draw(scene, data_for(scene)));
-    return picture_of(renderer, wish.panel, timer.ms());
+    Commands commands(images_.device());
+    std::vector<PictureImages::Frame> frames;
+    for (const Wish* wish : wishes) {
+        const Scene scene = made_of(*wish).scene;
+        auto recorded = renderer_of(wish->panel).record(commands, scene, data_for(scene));
+        if (!recorded) {
+            commands.submit(); // images are as tracked
+            return pass_on(recorded);
+        }
+        frames.push_back({wish->panel, recorded->picture, wish->display});
+    }
+    std::vector<Picture> pictures = images_.finish(commands, frames);
+    for (Picture& picture : pictures)
+        picture.ms = timer.ms() / static_cast<double>(pictures.size());
+    return pictures;
 }
 
-Result<Picture> Pictures::draw_volume(const Wish& wish) {
+// Nothing where it was given up for another.
+Result<std::optional<Picture>> Pictures::draw_volume(const Wish& wish, double budget_ms) {
     const Timer timer;
-    const Scene scene = made_of(wish).scene;
-    if (coarse_ && scene.ray_cast) {
-        const Result<InteractiveFrame> drawn = interactive_.draw(scene, data_for(scene));
+    const Made wanted = made_of(wish);
+    const auto& made = made_[static_cast<size_t>(wish.panel)];
+    const bool shows_it = made && made->has_rays_of(wanted);
+    const auto laid_out = [&](double error_estimate, bool complete) {
+        Commands commands(images_.device());
+        const PictureImages::Frame frame{wish.panel, &volume_.picture(), wish.display};
+        Picture picture = std::move(images_.finish(commands, std::span(&frame, 1)).front());
+        picture.ms = timer.ms();
+        picture.error_estimate = error_estimate;
+        picture.complete = complete;
+        return picture;
+    };
+    if (shows_it && made->display != wanted.display) // eyes or marks alone
+        return laid_out(last_error_, made->complete);
+    if (coarse_ && wanted.scene.ray_cast) {
+        interactive_.set_budget_ms(budget_ms);
+        const auto drawn = interactive_.draw(wanted.scene, data_for(wanted.scene));
         if (drawn) {
-            Picture picture = picture_of(volume_, wish.panel, timer.ms());
-            picture.complete = drawn->complete;
-            picture.error_estimate = drawn->error_estimate;
-            return picture;
+            last_error_ = drawn->error_estimate;
+            return laid_out(drawn->error_estimate, drawn->complete);
         }
         coarse_ = false; // as where an atlas is marched in parts
     }
-    return draw_full(wish);
+    stopping_at_wishes_ = true;
+    Result<std::vector<Picture>> drawn = draw_full({&wish});
+    stopping_at_wishes_ = false;
+    if (!drawn && is_outdated())
+        return std::nullopt;
+    if (!drawn)
+        return pass_on(drawn);
+    last_error_ = 0.0;
+    return std::move(drawn->front());
 }
 
 bool Pictures::go_on(const std::vector<Wish>& wishes) {
     sight_ = eye_.look();
-    const Wish* next = nullptr;
-    uint64_t best = UINT64_MAX; // what changed comes before what is refined
+    Wishes slices;
+    const Wish* volume = nullptr;
+    bool refines = false;
     for (const Wish& wish : wishes) {
-        const auto panel = static_cast<size_t>(wish.panel);
-        Made wanted = made_of(wish);
-        const bool refines = made_[panel] && *made_[panel] == wanted;
-        wanted.complete = true;
-        if (made_[panel] && *made_[panel] == wanted)
+        const auto& made = made_[static_cast<size_t>(wish.panel)];
+        const Made wanted = made_of(wish);
+        const bool is_there = made && made->has_rays_of(wanted) && made->display == wish.display;
+        if (is_there && made->complete)
             continue;
-        const uint64_t rank = refines ? UINT64_MAX - 1 : turns_[panel];
-        if (rank < best) {
-            best = rank;
-            next = &wish;
-        }
+        if (is_slice(wish.panel))
+            slices.push_back(&wish);
+        else
+            volume = &wish;
+        refines |= is_there;
     }
-    if (!next)
+    if (slices.empty() && !volume)
         return false;
-    Result<Picture> picture = is_slice(next->panel) ? draw_full(*next) : draw_volume(*next);
-    if (!picture)
-        throw GpuError(picture.error().message);
-    Made& made = made_[static_cast<size_t>(next->panel)].emplace(made_of(*next));
-    made.complete = picture->complete;
-    turns_[static_cast<size_t>(next->panel)] = ++turn_;
-    eye_.reached(EditLag::Reader::picture, *sight_, profile::now_ns());
-    hand_over(std::move(*picture));
+    volumes_turn_ = volume && (slices.empty() || (volumes_turn_ && !refines));
+    if (!volumes_turn_) {
+        Result<std::vector<Picture>> drawn = draw_full(slices);
+        if (!drawn)
+            throw GpuError(drawn.error().message);
+        for (size_t i = 0; i < slices.size(); ++i)
+            keep(*slices[i], std::move((*drawn)[i]));
+        volumes_turn_ = true;
+        return true;
+    }
+    const bool alone = slices.empty() && !refines;
+    auto drawn = draw_volume(*volume, alone ? options_.frame_ms : 0.5 * options_.frame_ms);
+    if (!drawn)
+        throw GpuError(drawn.error().message);
+    if (*drawn)
+        keep(*volume, std::move(**drawn));
+    volumes_turn_ = false;
     return true;
 }
 
-void Pictures::hand_over(Picture picture) {
+void Pictures::keep(const Wish& wish, Picture picture) {
+    Made& made = made_[static_cast<size_t>(wish.panel)].emplace(made_of(wish));
+    made.complete = picture.complete;
+    picture.newest_input_ns = sight_->state.newest_input_ns;
+    picture.made_ns = profile::now_ns();
+    eye_.reached(EditLag::Reader::picture, *sight_, picture.made_ns);
     {
         const std::scoped_lock held(mutex_);
         done_[static_cast<size_t>(picture.panel)] = std::move(picture);
@@ -189,12 +234,10 @@ void Pictures::hand_over(Picture picture) {
 
 Result<std::vector<Picture>> Pictures::draw() {
     sight_ = eye_.look();
-    std::vector<Picture> pictures;
-    for (const Wish& wish : wishes_) {
-        PALPATE_TRY(Picture picture, draw_full(wish));
-        pictures.push_back(std::move(picture));
-    }
-    return pictures;
+    Wishes wishes;
+    for (const Wish& wish : wishes_)
+        wishes.push_back(&wish);
+    return draw_full(wishes);
 }
 
 } // namespace palpate::view

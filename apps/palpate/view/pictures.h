@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "apps/palpate/view/panel.h"
+#include "apps/palpate/view/picture_images.h"
 #include "engine/gpu/device.h"
 #include "engine/render/interactive.h"
 #include "engine/render/renderer.h"
@@ -17,35 +18,29 @@
 
 namespace palpate::view {
 
-// A view's picture: 4 bytes a pixel (R, G, B, A), row 0 at the top.
-struct Picture {
-    Panel panel = Panel::axial;
-    glm::uvec2 size_px{0};
-    std::vector<std::byte> rgba;
-    double ms = 0;             // that drawing it took
-    double error_estimate = 0; // RMSE of colours, 1 is white; 0 when it is complete
-    bool complete = true;
-};
-
-// Makes the pictures of views from a session's newest snapshot, on a device of its own.
+// Makes the pictures of views from a session's newest snapshot.
 //
-// With a thread, pictures are made one after the other and the interface waits for none. The view
-// that has waited longest comes first. Of the volume, coarse ones are made within frame_ms while
-// anything changes; when all views show what they shall, it is refined by rows. A wish that comes
-// meanwhile is looked at after each of these steps.
+// With a thread, pictures are made one after the other and the interface waits for none. Slices are
+// made together, and take turns with the volume. Of that, coarse pictures are made within frame_ms
+// while anything changes, and within half of it while slices do, too; when all views show what they
+// shall, it is refined by rows. A wish that comes meanwhile is looked at after each of these steps;
+// a picture that takes several parts of an atlas is given up for it.
 class Pictures {
  public:
     struct Options {
         RendererOptions renderer;
         double frame_ms = 60.0;
         std::vector<std::shared_ptr<const Mesh>> meshes; // of the session's scene
+        std::optional<Volume> fused, overlay;            // SceneData
         std::function<void()> on_picture;                // called on the thread
         bool threaded = true;
+        bool stay = false; // on the device, which is the interface's, too
     };
     // What a view shall show. Scenes are those of scene_of().
     struct Wish {
         Panel panel;
         Scene scene;
+        DisplayLayout display; // both eyes as one picture, and marks over them
 
         friend bool operator==(const Wish&, const Wish&) = default;
     };
@@ -65,32 +60,40 @@ class Pictures {
  private:
     struct Made { // a picture of the thread's
         Scene scene;
+        DisplayLayout display;
         uint64_t volume = 0, labels = 0; // versions of what it shows
         bool complete = false;
 
-        friend bool operator==(const Made&, const Made&) = default;
+        bool has_rays_of(const Made& other) const {
+            return scene == other.scene && volume == other.volume && labels == other.labels;
+        }
     };
+    using Wishes = std::vector<const Wish*>;
     void run(const std::stop_token& stop);
     bool go_on(const std::vector<Wish>& wishes); // false: there was nothing to do
-    void hand_over(Picture picture);
+    void keep(const Wish& wish, Picture picture);
     SceneData data_for(const Scene& scene) const;
     Made made_of(const Wish& wish) const;
     Renderer& renderer_of(Panel panel);
-    Result<Picture> draw_full(const Wish& wish);
-    Result<Picture> draw_volume(const Wish& wish);
+    Result<std::vector<Picture>> draw_full(const Wishes& wishes);
+    Result<std::optional<Picture>> draw_volume(const Wish& wish, double budget_ms);
+    bool is_outdated();
 
     Session::Eye eye_;
     Options options_;
+    bool stopping_at_wishes_ = false; // before the renderer that asks it
     Renderer volume_;
     std::array<Renderer, kSlicePanels> slices_; // share what lies on the device with it
+    PictureImages images_;
 
     // The thread's own.
     std::optional<Session::Eye::Sight> sight_;
     Interactive interactive_;
     bool coarse_ = true; // there are pictures of fewer rays
     std::array<std::optional<Made>, kPanels.size()> made_;
-    std::array<uint64_t, kPanels.size()> turns_{}; // when each was drawn last
-    uint64_t turn_ = 0;
+    bool volumes_turn_ = false;
+    double last_error_ = 0;    // of the volume's picture
+    uint64_t drawing_for_ = 0; // of wished_
 
     std::mutex mutex_; // of what follows
     std::condition_variable_any wake_;

@@ -43,7 +43,7 @@ Screen::Screen(GpuDevice& device, Window& window) : device_(&device) {
 }
 
 Screen::~Screen() {
-    vkQueueWaitIdle(device_->queue());
+    device_->wait_idle();
     drop();
     vkDestroySwapchainKHR(device_->handle(), chain_, nullptr);
     vkDestroySurfaceKHR(device_->instance(), surface_, nullptr);
@@ -59,7 +59,7 @@ void Screen::drop() {
 }
 
 void Screen::make(glm::uvec2 size_px) {
-    vkQueueWaitIdle(device_->queue());
+    device_->wait_idle();
     drop();
     VkSurfaceCapabilitiesKHR can{};
     check(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_->physical(), surface_, &can),
@@ -136,7 +136,10 @@ void Screen::show(glm::uvec2 size_px, const std::function<void(Commands&, GpuIma
                                    .swapchainCount = 1,
                                    .pSwapchains = &chain_,
                                    .pImageIndices = &index};
-    const VkResult shown = vkQueuePresentKHR(device_->queue(), &present);
+    const VkResult shown = [&] {
+        const auto turn = device_->queue_turn();
+        return vkQueuePresentKHR(device_->queue(), &present);
+    }();
     if (shown == VK_ERROR_OUT_OF_DATE_KHR || shown == VK_SUBOPTIMAL_KHR)
         size_px_ = {0, 0};
     else

@@ -96,7 +96,10 @@ glm::dvec2 pixel_of(const SliceView& view, const Grid& grid, glm::ivec2 size_px,
 }
 
 std::optional<glm::dvec2> pixel_of(const Camera& camera, glm::ivec2 size_px, glm::dvec3 point_mm) {
-    const View view = make_view(camera, glm::uvec2(glm::max(size_px, 1)));
+    return pixel_of(make_view(camera, glm::uvec2(glm::max(size_px, 1))), size_px, point_mm);
+}
+
+std::optional<glm::dvec2> pixel_of(const View& view, glm::ivec2 size_px, glm::dvec3 point_mm) {
     const glm::dvec3 arm = point_mm - view.eye_mm;
     const double ahead = glm::dot(arm, view.forward);
     if (!(ahead > 0.0))

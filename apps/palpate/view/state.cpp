@@ -16,8 +16,16 @@ const char* name_of(Tab tab) {
 }
 
 Places places_of(const ViewState& state) {
-    return places_of(state.size_px, state.layout, state.slice, state.alone, state.tools_open,
-                     state.text_scale);
+    const auto places = [&](glm::uvec2 size_px) {
+        return places_of(size_px, state.layout, state.slice, state.alone, state.tools_open,
+                         state.text_scale);
+    };
+    Places all = places(state.size_px);
+    if (!state.status_open) { // it lies below the window
+        all = places(state.size_px + glm::uvec2(0, all.status.size_px.y));
+        all.status = {};
+    }
+    return all;
 }
 
 std::optional<Box> box_of(const ViewState& state, Panel panel) {
@@ -81,10 +89,21 @@ Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scen
         scene.labels.reset();
     if (scene.labels)
         scene.labels->slice_opacity = state.label_opacity;
+    for (std::optional<LabelLayer>* layer : {&scene.labels, &scene.overlay})
+        if (*layer)
+            (*layer)->outline_px = state.outline_px;
+    if (scene.overlay)
+        scene.overlay->slice_opacity = state.overlay_opacity;
+    if (scene.fusion)
+        scene.fusion->opacity = state.fusion_opacity;
     scene.value_and_depth = false;
     scene.stereo.reset();
+    scene.mirror = false;
     const auto plane = [&](const SliceView& slice) {
-        return SliceLayer{.point_mm = state.crosshair_mm, .normal = slice.towards};
+        return SliceLayer{.point_mm = state.crosshair_mm,
+                          .normal = slice.towards,
+                          .slab_mm = state.slab_mm,
+                          .slab_mode = state.slab_mode};
     };
     if (is_slice(panel)) {
         const SliceView& slice = state.slices[static_cast<size_t>(panel)];
@@ -97,10 +116,15 @@ Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scen
         return scene;
     }
     scene.camera = state.camera;
+    show_to_both_eyes(scene, state.stereo);
     scene.slices.clear();
-    if (state.slices_in_volume)
-        for (const SliceView& slice : state.slices)
-            scene.slices.push_back(plane(slice));
+    if (!state.slices_in_volume) {
+        scene.fusion.reset();
+        scene.overlay.reset();
+        return scene;
+    }
+    for (const SliceView& slice : state.slices)
+        scene.slices.push_back(plane(slice));
     return scene;
 }
 

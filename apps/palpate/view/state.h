@@ -11,6 +11,7 @@
 #include "apps/palpate/view/measuring.h"
 #include "apps/palpate/view/panel.h"
 #include "apps/palpate/view/slice_view.h"
+#include "apps/palpate/view/stereo_view.h"
 #include "apps/palpate/view/transfer_editor.h"
 #include "engine/scene/scene.h"
 
@@ -48,6 +49,7 @@ struct ViewState {
     Panel slice = Panel::axial; // of Layout::slice
     std::optional<Panel> alone; // fills the room of all views
     bool tools_open = true, help_open = false, notes_shown = true, crosshair_shown = true;
+    bool status_open = true;                        // the line at the bottom
     bool saving_open = false, closing_open = false; // questions
     bool slices_in_volume = false;                  // the three planes are drawn among the rays
 
@@ -55,6 +57,13 @@ struct ViewState {
     std::array<SliceView, kSlicePanels> slices;
     Camera camera; // of the volume
     GreyWindow window;
+    StereoView stereo;                   // of the volume's view
+    std::optional<glm::dvec3> cursor_mm; // in stereo: where the pointer is in 3D
+
+    double slab_mm = 0.0; // thickness of slices; 0: plain ones
+    SlabMode slab_mode = SlabMode::maximum;
+    double fusion_opacity = 0.5, overlay_opacity = 0.4; // Scene::fusion, Scene::overlay
+    double outline_px = 1.0;                            // of labels and overlay; 0: none
 
     Hand hand = Hand::crosshair;
     double radius_mm = 3.0;

@@ -16,7 +16,7 @@ namespace palpate::view {
 
 namespace {
 
-constexpr uint32_t kMostPictures = 64; // with those that the device may still read
+constexpr uint32_t kMostPictures = 256; // with those that the device may still read
 
 VkShaderModule module_of(GpuDevice& device, const Shader& shader) {
     const std::span<const uint32_t> words = shader.code->words;
@@ -178,7 +178,7 @@ UiDrawing::UiDrawing(GpuDevice& device, VkFormat format)
 }
 
 UiDrawing::~UiDrawing() {
-    vkQueueWaitIdle(device_->queue());
+    device_->wait_idle();
     for (const Slot& slot : slots_)
         vkDestroyFence(device_->handle(), slot.done, nullptr);
     vkDestroyCommandPool(device_->handle(), slots_pool_, nullptr);
@@ -192,47 +192,55 @@ UiDrawing::~UiDrawing() {
     });
 }
 
-void UiDrawing::drop(Picture& picture) {
-    device_->retire([device = device_->handle(), pool = pool_, set = picture.set] {
-        vkFreeDescriptorSets(device, pool, 1, &set);
-    });
+void UiDrawing::drop(uint32_t number) {
+    const auto found = pictures_.find(number);
+    if (found == pictures_.end())
+        return;
+    device_->retire(
+        [device = device_->handle(), pool = pool_, set = found->second.set,
+         image = std::move(found->second.image)] { vkFreeDescriptorSets(device, pool, 1, &set); });
+    pictures_.erase(found);
+}
+
+void UiDrawing::set_picture(uint32_t number, std::shared_ptr<GpuImage> image) {
+    drop(number);
+    Picture picture{std::move(image), VK_NULL_HANDLE};
+    const VkDescriptorSetAllocateInfo allocate{
+        .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
+        .descriptorPool = pool_,
+        .descriptorSetCount = 1,
+        .pSetLayouts = &set_layout_};
+    check(vkAllocateDescriptorSets(device_->handle(), &allocate, &picture.set),
+          "binding a picture of the interface");
+    const VkDescriptorImageInfo shown{linear_.handle(), picture.image->view(),
+                                      VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+    const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
+                                     .dstSet = picture.set,
+                                     .dstBinding = 0,
+                                     .descriptorCount = 1,
+                                     .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
+                                     .pImageInfo = &shown};
+    vkUpdateDescriptorSets(device_->handle(), 1, &write, 0, nullptr);
+    pictures_.emplace(number, std::move(picture));
+}
+
+void UiDrawing::drop_pictures() {
+    while (pictures_.size() > 1)
+        drop(pictures_.rbegin()->first);
+    device_->wait(device_->last_submitted());
 }
 
 void UiDrawing::set_picture(Commands& commands, uint32_t number, glm::uvec2 size_px,
                             std::span<const std::byte> rgba) {
-    auto found = pictures_.find(number);
-    if (found != pictures_.end() && glm::uvec2(found->second.image.shape().size) != size_px) {
-        drop(found->second);
-        pictures_.erase(found);
-        found = pictures_.end();
-    }
-    if (found == pictures_.end()) {
-        Picture picture{
-            GpuImage(*device_, fmt::format("interface picture {}", number),
-                     {.format = VK_FORMAT_R8G8B8A8_UNORM, .size = glm::uvec3(size_px, 1)}),
-            VK_NULL_HANDLE};
-        const VkDescriptorSetAllocateInfo allocate{
-            .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
-            .descriptorPool = pool_,
-            .descriptorSetCount = 1,
-            .pSetLayouts = &set_layout_};
-        check(vkAllocateDescriptorSets(device_->handle(), &allocate, &picture.set),
-              "binding a picture of the interface");
-        const VkDescriptorImageInfo image{linear_.handle(), picture.image.view(),
-                                          VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
-        const VkWriteDescriptorSet write{
-            .sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
-            .dstSet = picture.set,
-            .dstBinding = 0,
-            .descriptorCount = 1,
-            .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
-            .pImageInfo = &image};
-        vkUpdateDescriptorSets(device_->handle(), 1, &write, 0, nullptr);
-        found = pictures_.emplace(number, std::move(picture)).first;
-    }
+    const auto found = pictures_.find(number);
+    if (found == pictures_.end() || glm::uvec2(found->second.image->shape().size) != size_px)
+        set_picture(number, std::make_shared<GpuImage>(
+                                *device_, fmt::format("interface picture {}", number),
+                                ImageShape{.format = VK_FORMAT_R8G8B8A8_UNORM,
+                                           .size = glm::uvec3(size_px, 1)}));
     const BufferSlice staged = commands.upload(rgba);
     const Commands::Region all{0, glm::uvec3(0), glm::uvec3(size_px, 1)};
-    commands.copy(staged, found->second.image, std::span(&all, 1));
+    commands.copy(staged, *pictures_.at(number).image, std::span(&all, 1));
 }
 
 UiDrawing::Slot& UiDrawing::next_slot() {
@@ -263,7 +271,7 @@ void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& d
         to_indices += list.IdxBuffer.size_in_bytes();
     }
     for (auto& [number, picture] : pictures_)
-        commands.use(picture.image, Use::sampled);
+        commands.use(*picture.image, Use::sampled);
     commands.use(target, Use::color_attachment);
     commands.flush();
     const Slot& slot = next_slot();
@@ -344,6 +352,7 @@ void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& d
     const VkSubmitInfo2 submit{.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO_2,
                                .commandBufferInfoCount = 1,
                                .pCommandBufferInfos = &submitted};
+    const auto turn = device_->queue_turn();
     check(vkQueueSubmit2(device_->queue(), 1, &submit, slot.done), "drawing the interface");
 }
 

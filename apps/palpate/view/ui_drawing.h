@@ -27,6 +27,10 @@ class UiDrawing {
     // A), row 0 at the top.
     void set_picture(Commands& commands, uint32_t number, glm::uvec2 size_px,
                      std::span<const std::byte> rgba);
+    // The same of an image that is on the device: rgba8. Held for as long as it may be read.
+    void set_picture(uint32_t number, std::shared_ptr<GpuImage> image);
+    // Lets all pictures but the letters go, now.
+    void drop_pictures();
     bool has_picture(uint32_t number) const { return pictures_.count(number) > 0; }
 
     // Clears the target to black and draws on it. Submits `commands` so far, and then the
@@ -35,14 +39,14 @@ class UiDrawing {
 
  private:
     struct Picture {
-        GpuImage image;
+        std::shared_ptr<GpuImage> image;
         VkDescriptorSet set;
     };
     struct Slot { // what a frame's triangles are recorded into
         VkCommandBuffer commands = VK_NULL_HANDLE;
         VkFence done = VK_NULL_HANDLE;
     };
-    void drop(Picture& picture);
+    void drop(uint32_t number);
     Slot& next_slot();
 
     GpuDevice* device_;

@@ -23,17 +23,28 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
 }
 
 void Viewer::begin(Source source) {
+    new_pictures_.clear();
+    drawing_->drop_pictures();
     pictures_.reset(); // before the session that it looks at
-    const std::vector<std::shared_ptr<const Mesh>> meshes = source.scene.loaded.data.meshes;
+    Pictures::Options options{.renderer = options_.renderer,
+                              .frame_ms = options_.frame_ms,
+                              .meshes = source.scene.loaded.data.meshes,
+                              .fused = source.scene.loaded.data.fused,
+                              .overlay = source.scene.loaded.data.overlay,
+                              .on_picture = options_.on_picture,
+                              .threaded = options_.threaded,
+                              .stay = pictures_device_->handle() == interface_device_->handle()};
     work_ = std::make_unique<Work>(std::move(source), state_.size_px, state_.text_scale,
                                    options_.threaded);
     state_ = work_->subject().home;
+    if (options_.display)
+        use_profile(state_.stereo, *options_.display);
+    if (options_.volume_alone) {
+        state_.layout = Layout::volume;
+        state_.tools_open = state_.status_open = state_.notes_shown = false;
+    }
     state_of_pictures_ = {};
-    new_pictures_.clear();
-    pictures_ =
-        std::make_unique<Pictures>(*pictures_device_, work_->session(),
-                                   Pictures::Options{options_.renderer, options_.frame_ms, meshes,
-                                                     options_.on_picture, options_.threaded});
+    pictures_ = std::make_unique<Pictures>(*pictures_device_, work_->session(), std::move(options));
 }
 
 void Viewer::open(const std::string& path) {
@@ -67,8 +78,11 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
                 work_->obey(order, state_);
     };
     obey(orders);
-    for (Picture& picture : pictures_->take())
+    for (Picture& picture : pictures_->take()) {
+        if (saw_picture)
+            saw_picture(picture);
         new_pictures_.push_back(std::move(picture));
+    }
     for (const Picture& picture : new_pictures_)
         state_of_pictures_[static_cast<size_t>(picture.panel)] = {
             true, picture.complete, picture.ms, picture.error_estimate};
@@ -91,15 +105,23 @@ void Viewer::wish() {
     std::vector<Pictures::Wish> wishes;
     const bool has_labels = work_->has_labels();
     for (const Places::View& view : places_of(state_).views)
-        wishes.push_back({view.panel, scene_of(state_, work_->subject().grid, view.panel,
-                                               work_->session().scene(), has_labels)});
+        wishes.push_back({view.panel,
+                          scene_of(state_, work_->subject().grid, view.panel,
+                                   work_->session().scene(), has_labels),
+                          display_of(state_, view.panel, screen_px_)});
     pictures_->want(std::move(wishes));
 }
 
 void Viewer::record(Commands& commands, GpuImage& target) {
-    for (const Picture& picture : new_pictures_)
-        drawing_->set_picture(commands, Interface::texture_of(picture.panel), picture.size_px,
-                              picture.rgba);
+    for (Picture& picture : new_pictures_) {
+        const uint32_t number = Interface::texture_of(picture.panel);
+        if (!picture.image) {
+            drawing_->set_picture(commands, number, picture.size_px, picture.rgba);
+            continue;
+        }
+        commands.wait_for(picture.ready);
+        drawing_->set_picture(number, std::move(picture.image));
+    }
     new_pictures_.clear();
     drawing_->record(commands, target, interface_.lists());
 }

@@ -18,6 +18,8 @@ struct ViewerOptions {
     RendererOptions renderer;
     double frame_ms = 60.0; // of coarse pictures of the volume
     bool threaded = true;   // false: for scripts, whose result is a function of their input
+    std::optional<DisplayProfile> display{}; // of a stereo screen
+    bool volume_alone = false;               // begins with nothing but the volume's view
     // Opens another file by its name, for files that are dropped on the window.
     std::function<Result<Source>(const std::string& path)> open;
     std::function<void()> on_picture;
@@ -28,7 +30,7 @@ struct ViewerOptions {
 class Viewer {
  public:
     // `pictures` draws volumes, `interface` what is shown; both may be one where nothing is
-    // threaded.
+    // threaded. Where they are one Vulkan device, pictures do not leave it.
     Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Source source,
            glm::uvec2 size_px, double text_scale, ViewerOptions options);
 
@@ -48,6 +50,12 @@ class Viewer {
     Json dump() { return work_->dump(state_); }
     std::optional<std::string> failure() { return pictures_->failure(); }
     const std::string& title() const { return work_->title(); }
+    // Where the window's first pixel lies on the screen: interleaved layouts count from there.
+    void set_place(glm::ivec2 screen_px) { screen_px_ = screen_px; }
+    // A 3D cursor stands in for the pointer.
+    bool hides_pointer() const { return state_.cursor_mm && state_.under == Panel::volume; }
+    // Every picture that frame() takes, for measurements.
+    std::function<void(const Picture&)> saw_picture{};
     // Whether the window may close; else the interface asks a person first.
     bool may_close();
 
@@ -65,6 +73,7 @@ class Viewer {
     std::unique_ptr<Pictures> pictures_;
     ViewState state_;
     double time_s_ = 0; // of the last frame
+    glm::ivec2 screen_px_{0};
     std::vector<Picture> new_pictures_;
     std::array<PictureState, kPanels.size()> state_of_pictures_{};
 };

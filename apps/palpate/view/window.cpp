@@ -91,7 +91,8 @@ Window& of(GLFWwindow* window) {
 
 } // namespace
 
-Result<std::unique_ptr<Window>> Window::create(glm::uvec2 size_px, const std::string& title) {
+Result<std::unique_ptr<Window>> Window::create(glm::uvec2 size_px, const std::string& title,
+                                               std::optional<uint32_t> number) {
     glfwSetErrorCallback([](int, const char* text) { g_error = text; });
     const auto refuse = [&] {
         return fail(
@@ -107,12 +108,25 @@ Result<std::unique_ptr<Window>> Window::create(glm::uvec2 size_px, const std::st
         return fail("palpate view: expected a Vulkan driver that opens windows, found none ({})",
                     g_error);
     glfwWindowHint(GLFW_CLIENT_API, GLFW_NO_API);
+    GLFWmonitor* monitor = nullptr;
+    if (number) {
+        int count = 0;
+        GLFWmonitor** const monitors = glfwGetMonitors(&count);
+        if (*number >= static_cast<uint32_t>(count))
+            return fail("--full-screen: expected a monitor 0 .. {}, found {}", count - 1, *number);
+        monitor = monitors[*number];
+        const GLFWvidmode* const mode = glfwGetVideoMode(monitor);
+        size_px = glm::uvec2(mode->width, mode->height);
+        glfwWindowHint(GLFW_REFRESH_RATE, mode->refreshRate);
+    }
     window->window_ = glfwCreateWindow(static_cast<int>(size_px.x), static_cast<int>(size_px.y),
-                                       title.c_str(), nullptr, nullptr);
+                                       title.c_str(), monitor, nullptr);
     if (!window->window_)
         return refuse();
-    glfwSetWindowSizeLimits(window->window_, static_cast<int>(kSmallestWindow_px.x),
-                            static_cast<int>(kSmallestWindow_px.y), GLFW_DONT_CARE, GLFW_DONT_CARE);
+    if (!monitor)
+        glfwSetWindowSizeLimits(window->window_, static_cast<int>(kSmallestWindow_px.x),
+                                static_cast<int>(kSmallestWindow_px.y), GLFW_DONT_CARE,
+                                GLFW_DONT_CARE);
     window->listen();
     return window;
 }
@@ -227,6 +241,20 @@ glm::uvec2 Window::size_px() const {
     int width = 0, height = 0;
     glfwGetFramebufferSize(window_, &width, &height);
     return {static_cast<uint32_t>(std::max(width, 0)), static_cast<uint32_t>(std::max(height, 0))};
+}
+
+glm::ivec2 Window::place_px() const {
+    glm::ivec2 place(0), size(1);
+    glfwGetWindowPos(window_, &place.x, &place.y); // in the screen's units
+    glfwGetWindowSize(window_, &size.x, &size.y);
+    return place * glm::ivec2(size_px()) / glm::max(size, 1);
+}
+
+void Window::hide_pointer(bool hidden) {
+    if (hidden == pointer_hidden_)
+        return;
+    glfwSetInputMode(window_, GLFW_CURSOR, hidden ? GLFW_CURSOR_HIDDEN : GLFW_CURSOR_NORMAL);
+    pointer_hidden_ = hidden;
 }
 
 double Window::text_scale() const {

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,9 @@ namespace palpate::view {
 class Window {
  public:
     // An error where there is no display, with what to do.
-    static Result<std::unique_ptr<Window>> create(glm::uvec2 size_px, const std::string& title);
+    // monitor: the number of the one whose whole screen it fills; none: a window of this size.
+    static Result<std::unique_ptr<Window>> create(glm::uvec2 size_px, const std::string& title,
+                                                  std::optional<uint32_t> monitor = {});
     ~Window();
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
@@ -31,10 +34,12 @@ class Window {
     static void wake(); // any thread
     EventQueue& events() { return events_; }
     bool should_close() const;
-    void stay_open();           // after should_close()
-    glm::uvec2 size_px() const; // in pixels; 0 while it is an icon
-    double text_scale() const;  // that the system asks for
-    double time_s() const;      // since it opened
+    void stay_open();            // after should_close()
+    glm::uvec2 size_px() const;  // in pixels; 0 while it is an icon
+    glm::ivec2 place_px() const; // of its first pixel on the screen; 0 where that is unknown
+    void hide_pointer(bool hidden);
+    double text_scale() const; // that the system asks for
+    double time_s() const;     // since it opened
     void set_title(const std::string& title);
     GLFWwindow* handle() { return window_; }
 
@@ -44,6 +49,7 @@ class Window {
     Event event(Event::Kind kind) const;
 
     GLFWwindow* window_ = nullptr;
+    bool pointer_hidden_ = false;
     EventQueue events_;
 };
 

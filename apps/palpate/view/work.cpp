@@ -6,6 +6,7 @@
 #include "apps/palpate/view/pick.h"
 #include "engine/base/json.h"
 #include "engine/base/profile.h"
+#include "engine/scene/scene_names.h"
 #include "engine/session/default_scene.h"
 #include "engine/session/feel.h"
 #include "engine/volume/builder.h"
@@ -30,6 +31,10 @@ Scene base_of(const OpenedScene& opened) {
     return scene;
 }
 
+Volume empty_labels(const Grid& grid) {
+    return VolumeBuilder(grid, ScalarType::u8).finish();
+}
+
 SessionSetup setup_of(Source& source, bool threaded) {
     const OpenedScene& opened = source.scene;
     const SceneData& data = opened.loaded.data;
@@ -44,8 +49,9 @@ SessionSetup setup_of(Source& source, bool threaded) {
         return setup;
     }
     std::vector<NamedVolume> volumes{{Work::kGrey, VolumeKind::grey, data.volume}};
-    if (data.labels)
-        volumes.push_back({Work::kLabels, VolumeKind::labels, *data.labels});
+    // A map that a person may draw on is no edit: it is there from the start.
+    volumes.push_back({Work::kLabels, VolumeKind::labels,
+                       data.labels ? *data.labels : empty_labels(data.volume.grid())});
     SessionSetup setup{.document = *make_document(std::move(volumes)), // of names that differ
                        .grey = Work::kGrey,
                        .labels = Work::kLabels,
@@ -69,6 +75,26 @@ std::string title_of(const SceneFile& file) {
 
 Json json_of(glm::dvec3 v) {
     return {v.x, v.y, v.z};
+}
+const char* slab_name(SlabMode mode) {
+    for (const auto& [name, one] : Names<SlabMode>::list)
+        if (one == mode)
+            return name;
+    return "";
+}
+Json stereo_json(const ViewState& state) {
+    const StereoView& stereo = state.stereo;
+    Json json{{"on", stereo.on},
+              {"swap_eyes", stereo.swap_eyes},
+              {"mirror", stereo.mirror},
+              {"separation", stereo.separation},
+              {"profile", stereo.profile ? stereo.profile->name : ""}};
+    for (const auto& [name, layout] : Names<StereoLayout>::list)
+        if (layout == stereo.layout)
+            json["layout"] = name;
+    if (state.cursor_mm)
+        json["cursor_mm"] = json_of(*state.cursor_mm);
+    return json;
 }
 Json json_of(const Box& box) {
     return {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
@@ -134,6 +160,18 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     home.slices = slice_views(subject_.grid);
     move_crosshair(home, subject_.grid, center_mm(subject_.grid));
     home.camera = session_.scene().camera;
+    home.stereo = stereo_view_of(source.scene.scene);
+    const Scene& opened = source.scene.scene;
+    if (!opened.slices.empty()) {
+        home.slab_mm = opened.slices.front().slab_mm;
+        home.slab_mode = opened.slices.front().slab_mode;
+    }
+    if (opened.fusion)
+        home.fusion_opacity = opened.fusion->opacity;
+    if (opened.overlay)
+        home.overlay_opacity = opened.overlay->slice_opacity;
+    if (opened.labels)
+        home.outline_px = opened.labels->outline_px;
     const TransferFunction& grey = session_.scene().slice_transfer;
     home.window =
         window_of(grey.colors.empty() ? default_slice_transfer(loaded_) : grey, subject_.range);
@@ -147,19 +185,27 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     };
 }
 
-bool Work::put_empty_labels() {
-    VolumeBuilder empty(subject_.grid, ScalarType::u8);
-    return session_.put({labels_, VolumeKind::labels, empty.finish()}, "new label map");
+// Of a project that has none.
+bool Work::put_labels() {
+    return edited().document.find(labels_) ||
+           session_.put({labels_, VolumeKind::labels, empty_labels(subject_.grid)},
+                        "new label map");
 }
 
-// Gives the session the tool of the hand; makes a label map to draw on where there is none.
+bool Work::has_labels() {
+    const EditState state = edited();
+    const Volume* labels = state.document.find(labels_);
+    return labels && labels->range().max > 0.0f;
+}
+
+// Gives the session the tool of the hand.
 bool Work::take_tool(const ViewState& state) {
     const bool on_labels = state.hand != Hand::cut;
     if (state.hand == Hand::draw && is_locked(state, state.label)) {
         message_ = fmt::format("label {} is locked", name_of_label(state.label));
         return false;
     }
-    if (on_labels && !has_labels() && !put_empty_labels())
+    if (on_labels && !put_labels())
         return false;
     Json shape = Json{{"kind", "ball"}, {"radius_mm", state.radius_mm}};
     // A ball between samples still draws the one that its middle is in; cuts are by its surface.
@@ -251,8 +297,7 @@ void Work::save(const ViewState& state, const std::string& folder) {
         message_ = "saving; one save at a time";
         return;
     }
-    if (!has_labels()) // a project names the labels that may be drawn
-        put_empty_labels();
+    put_labels(); // a project names the labels that may be drawn
     session_.settle();
     creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
 }
@@ -342,6 +387,11 @@ Json Work::dump(const ViewState& state) {
         {"hand", name_of(state.hand)}, {"radius_mm", state.radius_mm}, {"label", state.label}};
     json["labels"] = {{"shown", state.labels_shown}, {"opacity", state.label_opacity}};
     dump_panels(*this, state, json);
+    json["slab"] = {{"mm", state.slab_mm}, {"mode", slab_name(state.slab_mode)}};
+    json["stereo"] = stereo_json(state);
+    json["overlays"] = {{"fusion_opacity", state.fusion_opacity},
+                        {"overlay_opacity", state.overlay_opacity},
+                        {"outline_px", state.outline_px}};
     json["stroke_is_down"] = down_;
     for (const NamedVolume& volume : edit.document.volumes)
         json["document"][volume.name] = fmt::format("{:016x}", content_hash(volume.volume));

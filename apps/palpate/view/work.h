@@ -56,7 +56,7 @@ class Work {
 
     // The newest of what is edited.
     EditState edited() { return session_.state(); }
-    bool has_labels() { return edited().document.find(labels_) != nullptr; }
+    bool has_labels();                               // any samples of a label
     std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where the file names it
 
     const std::vector<LabelName>& label_names() const { return loaded_.label_names; }
@@ -78,7 +78,7 @@ class Work {
     std::optional<std::vector<uint16_t>> free_labels(const ViewState& state);
     void export_measures(const ViewState& state, const std::string& path);
 
-    bool put_empty_labels();
+    bool put_labels();
 
     const bool threaded_;
     std::string title_, grey_, labels_, new_folder_, message_;

@@ -1,0 +1,184 @@
+// Pictures of views: the same bytes whichever way they reach the interface, and in an order in
+// which no view waits for long.
+
+#include <chrono>
+#include <thread>
+
+#include "apps/palpate/view/pictures.h"
+#include "engine/base/timer.h"
+#include "engine/image/display_byte.h"
+#include "tests/view/viewer_fixture.h"
+
+namespace palpate::view {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+class PicturesTest : public ViewerTest {
+ protected:
+    PicturesTest()
+        : work_(Source{open_synthetic("synthetic:phantom?size=40")}, {800, 600}, 1.0, false) {
+        state_ = work_.subject().home;
+    }
+    std::vector<Pictures::Wish> wishes() {
+        std::vector<Pictures::Wish> all;
+        for (const Places::View& view : places_of(state_).views)
+            all.push_back(
+                {view.panel,
+                 scene_of(state_, work_.subject().grid, view.panel, work_.session().scene(), false),
+                 display_of(state_, view.panel, {0, 0})});
+        return all;
+    }
+    // Until every view has its full picture; all that came.
+    static std::vector<Picture> until_complete(Pictures& pictures, size_t views) {
+        std::vector<Picture> all;
+        std::array<bool, kPanels.size()> complete{};
+        const auto end = Clock::now() + std::chrono::seconds(120);
+        while (std::count(complete.begin(), complete.end(), true) < static_cast<long>(views)) {
+            for (Picture& picture : pictures.take()) {
+                complete[static_cast<size_t>(picture.panel)] = picture.complete;
+                all.push_back(std::move(picture));
+            }
+            if (pictures.failure() || Clock::now() > end) {
+                ADD_FAILURE() << pictures.failure().value_or("no full pictures in two minutes");
+                break;
+            }
+            std::this_thread::yield();
+        }
+        return all;
+    }
+    std::vector<std::byte> bytes_of(Picture& picture, GpuDevice& of) {
+        if (!picture.image)
+            return picture.rgba;
+        Commands commands(of);
+        commands.wait_for(picture.ready);
+        const Commands::Region all{0, glm::uvec3(0), glm::uvec3(picture.size_px, 1)};
+        const BufferSlice bytes =
+            commands.read_back(*picture.image, std::span(&all, 1),
+                               uint64_t{4} * picture.size_px.x * picture.size_px.y);
+        commands.submit();
+        commands.ticket().wait();
+        return {bytes.mapped().begin(), bytes.mapped().end()};
+    }
+    Work work_;
+    ViewState state_;
+};
+
+TEST_F(PicturesTest, AreTheRenderersWhetherTheyStayOnTheDeviceOrNot) {
+    state_.stereo.on = true;
+    for (const bool stay : {true, false}) {
+        Pictures pictures(device(), work_.session(), {.threaded = false, .stay = stay});
+        pictures.want(wishes());
+        std::vector<Picture> drawn = pictures.draw().value();
+        ASSERT_EQ(drawn.size(), 4u);
+        Renderer renderer(device());
+        for (size_t i = 0; i < drawn.size(); ++i) {
+            const Pictures::Wish wish = wishes()[i];
+            const Frame frame =
+                renderer.render(wish.scene, {work_.loaded().data.volume, {}, {}}).value();
+            const Image expected = display_image(frame.eyes, wish.display);
+            EXPECT_EQ(drawn[i].image != nullptr, stay);
+            const std::vector<std::byte> bytes = bytes_of(drawn[i], device());
+            ASSERT_EQ(drawn[i].size_px, expected.size_px);
+            size_t wrong = 0;
+            for (uint32_t y = 0; y < expected.size_px.y; ++y)
+                for (uint32_t x = 0; x < expected.size_px.x; ++x)
+                    for (size_t c = 0; c < 3; ++c)
+                        wrong += std::to_integer<uint8_t>(
+                                     bytes[4 * (size_t{y} * expected.size_px.x + x) + c]) !=
+                                 display_byte(expected.at(x, y, c));
+            EXPECT_EQ(wrong, 0u) << name_of(drawn[i].panel);
+        }
+    }
+}
+
+// A thread beside the interface, on the same device: as on a graphics card.
+TEST_F(PicturesTest, OfAThreadOnTheInterfacesDeviceBecomeFull) {
+    GpuDevice second(device());
+    Pictures full(device(), work_.session(), {.threaded = false});
+    full.want(wishes());
+    std::vector<Picture> expected = full.draw().value();
+    Pictures pictures(second, work_.session(), {.frame_ms = 20.0, .stay = true});
+    pictures.want(wishes());
+    std::vector<Picture> last(kPanels.size());
+    for (Picture& picture : until_complete(pictures, 4))
+        last[static_cast<size_t>(picture.panel)] = std::move(picture);
+    for (Picture& picture : expected)
+        EXPECT_EQ(bytes_of(last[static_cast<size_t>(picture.panel)], device()), picture.rgba)
+            << name_of(picture.panel);
+    last.clear();
+}
+
+// While the camera turns without end, slices come soon; while slices change without end, so do
+// pictures of the volume.
+TEST_F(PicturesTest, NoViewWaitsForAnother) {
+    Pictures pictures(device(), work_.session(), {.frame_ms = 10.0});
+    pictures.want(wishes());
+    until_complete(pictures, 4);
+    std::array<size_t, kPanels.size()> made{};
+    const auto end = Clock::now() + std::chrono::seconds(60);
+    for (int i = 0; made[0] + made[3] < 60 && Clock::now() < end; ++i) {
+        state_.camera = orbit(state_.camera, 1.0);
+        state_.crosshair_mm = world_point(work_.subject().grid, glm::dvec3(10.0 + i % 20));
+        pictures.want(wishes());
+        for (const Picture& picture : pictures.take())
+            ++made[static_cast<size_t>(picture.panel)];
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    EXPECT_GE(made[0] + made[3], 60u);
+    EXPECT_GE(made[0], 20u); // they take turns
+    EXPECT_GE(made[3], 20u);
+}
+
+// A 3D cursor that moves casts no rays: nothing is refined anew, and the picture stays full.
+TEST_F(PicturesTest, MarksAreMovedOverThePictureThatIsThere) {
+    state_.stereo.on = true;
+    Pictures pictures(device(), work_.session(), {.frame_ms = 10.0});
+    pictures.want(wishes());
+    until_complete(pictures, 4);
+    for (int i = 0; i < 5; ++i) {
+        state_.cursor_mm = glm::dvec3(10.0 * i, 0.0, 0.0);
+        pictures.want(wishes());
+        std::vector<Picture> came;
+        const auto end = Clock::now() + std::chrono::seconds(30);
+        while (came.empty() && Clock::now() < end)
+            came = pictures.take();
+        ASSERT_EQ(came.size(), 1u);
+        EXPECT_EQ(came.front().panel, Panel::volume);
+        EXPECT_TRUE(came.front().complete);
+    }
+}
+
+// An atlas too small for what is seen takes many parts: a picture of them is given up for the next.
+TEST_F(PicturesTest, APictureInPartsIsGivenUpForAnotherWish) {
+    RendererOptions renderer;
+    renderer.residency = Residency::atlas;
+    renderer.most_resident_bricks = 16;
+    Work work(Source{open_synthetic("synthetic:phantom?size=160")}, {800, 600}, 1.0, false);
+    state_ = work.subject().home;
+    state_.layout = Layout::volume;
+    const auto wish = [&] {
+        return std::vector<Pictures::Wish>{
+            {Panel::volume,
+             scene_of(state_, work.subject().grid, Panel::volume, work.session().scene(), false),
+             {}}};
+    };
+    Pictures pictures(device(), work.session(), {.renderer = renderer});
+    pictures.want(wish());
+    const Timer first;
+    until_complete(pictures, 1);
+    const double full_ms = first.ms();
+    size_t made = 0;
+    const Timer timer;
+    for (int i = 0; i < 10; ++i) { // each wish before the one before can be done
+        state_.camera = orbit(state_.camera, 5.0);
+        pictures.want(wish());
+        std::this_thread::sleep_for(std::chrono::duration<double>(0.1e-3 * full_ms));
+        made += pictures.take().size();
+    }
+    EXPECT_LT(made, 5u);
+    until_complete(pictures, 1); // and the last one comes
+}
+
+} // namespace
+} // namespace palpate::view
