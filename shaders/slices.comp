@@ -54,15 +54,17 @@ vec4 cubic_weights(float f) {
                       f3 - f2);
 }
 
-float cubic_at(vec3 index) {
+// `taps` is 4, or 0 where nobody wants it: llvmpipe walks through both sides of a condition, and past
+// a loop without turns.
+float cubic_at(vec3 index, int taps) {
     const vec3 low = floor(index);
     const vec3 f = index - low;
     const vec4 wx = cubic_weights(f.x), wy = cubic_weights(f.y), wz = cubic_weights(f.z);
     float sum = 0.0;
-    for (int z = 0; z < 4; ++z)
-        for (int y = 0; y < 4; ++y) {
+    for (int z = 0; z < taps; ++z)
+        for (int y = 0; y < taps; ++y) {
             float row = 0.0;
-            for (int x = 0; x < 4; ++x)
+            for (int x = 0; x < taps; ++x)
                 row += wx[x] * stored_texel(ivec3(low) + ivec3(x, y, z) - 1);
             sum += wz[z] * wy[y] * row;
         }
@@ -73,6 +75,7 @@ float cubic_at(vec3 index) {
 float slab_texel(SliceIndex plane, vec3 index) {
     const bool largest = (plane.flags & kSliceMaximum) != 0u;
     const bool smallest = (plane.flags & kSliceMinimum) != 0u;
+    const bool cubic = (plane.flags & kSliceCubic) != 0u;
     float sum = 0.0, most = -3.4e38, least = 3.4e38, count = 0.0;
     for (uint i = 0u; i < plane.samples; ++i) {
         const float offset = float(i) + 0.5 - 0.5 * float(plane.samples);
@@ -81,7 +84,8 @@ float slab_texel(SliceIndex plane, vec3 index) {
         const vec3 slack = vec3(plane.samples == 1u ? 1e-3 : 0.0);
         const bool within = all(greaterThanEqual(p, -slack)) &&
                             all(lessThanEqual(p, frame.last + slack));
-        const float value = (plane.flags & kSliceCubic) != 0u ? cubic_at(p) : texel_at_index(p);
+        const float smooth_value = cubic_at(p, cubic ? 4 : 0);
+        const float value = cubic ? smooth_value : texel_at_index(p);
         const bool counts = within && value == value;
         sum += counts ? value : 0.0;
         most = counts ? max(most, value) : most;

@@ -153,7 +153,7 @@ TEST_F(PicturesTest, MarksAreMovedOverThePictureThatIsThere) {
 TEST_F(PicturesTest, APictureInPartsIsGivenUpForAnotherWish) {
     RendererOptions renderer;
     renderer.residency = Residency::atlas;
-    renderer.most_resident_bricks = 16;
+    renderer.most_resident_bricks = 40;
     Work work(Source{open_synthetic("synthetic:phantom?size=160")}, {800, 600}, 1.0, false);
     state_ = work.subject().home;
     state_.layout = Layout::volume;

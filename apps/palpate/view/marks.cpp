@@ -174,7 +174,8 @@ void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel pane
             marks.bar();
         } else {
             const View view = make_view(state.camera, glm::uvec2(glm::max(box.size_px, 1)));
-            marks.letters(view.right, view.up);
+            const bool mirrored = state.stereo.on && state.stereo.mirror;
+            marks.letters(view.right, mirrored ? -view.up : view.up);
         }
         marks.notes(picture);
     }

@@ -22,7 +22,8 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
     ImGui::Begin("tools", nullptr,
                  ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
-                     ImGuiWindowFlags_NoFocusOnAppearing);
+                     ImGuiWindowFlags_NoFocusOnAppearing |
+                     ImGuiWindowFlags_AlwaysVerticalScrollbar); // else lines move as it comes
     ImGui::TextUnformatted(work.title().c_str());
     const glm::uvec3 size = work.subject().grid.size;
     const glm::dvec3 spacing = spacing_mm(work.subject().grid);

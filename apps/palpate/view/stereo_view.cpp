@@ -10,8 +10,8 @@ constexpr glm::vec3 kCursorColor{1.0f, 0.9f, 0.3f}, kCrosshairColor{0.35f, 0.86f
 constexpr double kCursor_px = 5.0, kCrosshair_px = 4.0; // radius on the screen
 
 // Pixels of the view for one of an eye's.
-glm::dvec2 view_px_per_eye_px(const StereoView& stereo, glm::uvec2 view_px) {
-    return glm::dvec2(view_px) / glm::dvec2(eye_size_px(stereo, view_px));
+glm::uvec2 view_px_per_eye_px(const StereoView& stereo) {
+    return stereo.on ? display_size_px({1, 1}, stereo.layout) : glm::uvec2(1);
 }
 
 glm::uvec2 view_size_px(const ViewState& state) {
@@ -55,8 +55,7 @@ void use_profile(StereoView& stereo, const DisplayProfile& profile) {
 }
 
 glm::uvec2 eye_size_px(const StereoView& stereo, glm::uvec2 view_px) {
-    const glm::uvec2 parts = stereo.on ? display_size_px({1, 1}, stereo.layout) : glm::uvec2(1);
-    return glm::max(view_px / parts, 1u);
+    return glm::max(view_px / view_px_per_eye_px(stereo), 1u);
 }
 
 void show_to_both_eyes(Scene& scene, const StereoView& stereo) {
@@ -64,15 +63,14 @@ void show_to_both_eyes(Scene& scene, const StereoView& stereo) {
     scene.mirror = stereo.on && stereo.mirror;
     if (!stereo.on)
         return;
-    const glm::uvec2 view_px = scene.size_px;
-    scene.size_px = eye_size_px(stereo, view_px);
+    scene.size_px = eye_size_px(stereo, scene.size_px);
     const double distance = glm::distance(scene.camera.target_mm, scene.camera.eye_mm);
     StereoRig rig{stereo.separation * distance, stereo.convergence * distance};
     if (stereo.profile) {
         rig = rig_before(*stereo.profile, scene.camera);
         scene.camera = camera_before(*stereo.profile, scene.camera, scene.size_px);
     } else {
-        const glm::dvec2 pixel = view_px_per_eye_px(stereo, view_px);
+        const glm::dvec2 pixel(view_px_per_eye_px(stereo));
         scene.camera.pixel_aspect = pixel.x / pixel.y;
     }
     scene.stereo = StereoSettings{rig, stereo.layout, stereo.swap_eyes};
@@ -86,7 +84,7 @@ DisplayLayout display_of(const ViewState& state, Panel panel, glm::ivec2 screen_
     DisplayLayout display{stereo.layout, stereo.swap_eyes, stereo.mirror,
                           screen_px + box_of(state, panel).value().low_px};
     const auto eyes = make_stereo_views(scene.camera, scene.stereo->rig, scene.size_px);
-    const glm::dvec2 pixel = view_px_per_eye_px(stereo, view_size_px(state));
+    const glm::dvec2 pixel(view_px_per_eye_px(stereo));
     const auto mark = [&](glm::dvec3 point_mm, double radius_px, glm::vec3 color) {
         for (uint32_t eye = 0; eye < 2; ++eye)
             if (const auto at = pixel_of(eyes[eye], glm::ivec2(scene.size_px), point_mm))
@@ -102,14 +100,14 @@ DisplayLayout display_of(const ViewState& state, Panel panel, glm::ivec2 screen_
 
 Ray ray_under(const ViewState& state, glm::dvec2 at_px) {
     const Scene scene = eyes_of(state);
-    const glm::dvec2 pixel = view_px_per_eye_px(state.stereo, view_size_px(state));
+    const glm::uvec2 pixel = view_px_per_eye_px(state.stereo);
     const glm::dvec2 size(scene.size_px);
     const glm::dvec2 inside =
         at_px + 0.5 - glm::dvec2(box_of(state, Panel::volume).value().low_px); // of the view
     // Halves lie beside each other unscaled; other layouts show each eye all over the view.
     glm::dvec2 at = inside;
     for (int axis = 0; axis < 2; ++axis)
-        if (pixel[axis] > 1.0 && at[axis] >= size[axis])
+        if (pixel[axis] > 1 && at[axis] >= size[axis])
             at[axis] -= size[axis];
     if (state.stereo.on && state.stereo.mirror)
         at.y = size.y - at.y;
