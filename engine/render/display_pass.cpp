@@ -23,7 +23,9 @@ static_assert(static_cast<uint32_t>(StereoLayout::side_by_side) == gpu::kSideByS
 } // namespace
 
 DisplayPass::DisplayPass(GpuDevice& device)
-    : pipeline_(device, spirv::Display{}), nearest_(device, SampleFilter::nearest, Edge::clamp) {}
+    : device_(&device),
+      pipeline_(device, spirv::Display{}),
+      nearest_(device, SampleFilter::nearest, Edge::clamp) {}
 
 GpuImage DisplayPass::make_target(GpuDevice& device, std::string name, glm::uvec2 size_px) {
     return {device,
@@ -55,8 +57,10 @@ void DisplayPass::record(Commands& commands, GpuImage& picture, const DisplayLay
     const Bound bound[] = {bind_uniform(gpu::kDisplayBlock, commands.upload(bytes_of(block))),
                            bind_sampled(gpu::kDisplayPicture, picture, nearest_),
                            bind_storage_image(gpu::kDisplayTarget, target.image)};
+    if (!display.marks.empty() && !with_marks_)
+        with_marks_.emplace(*device_, spirv::Display{.has_marks = true});
     commands.begin_pass("display");
-    commands.dispatch(pipeline_, bound,
+    commands.dispatch(display.marks.empty() ? pipeline_ : *with_marks_, bound,
                       {(joint_px + (gpu::kDisplayGroup - 1)) / gpu::kDisplayGroup, 1});
     commands.end_pass();
 }

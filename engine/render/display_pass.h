@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "engine/gpu/commands.h"
 #include "engine/render/display_layout.h"
 
@@ -25,7 +27,9 @@ class DisplayPass {
                 const Target& target);
 
  private:
+    GpuDevice* device_;
     ComputePipeline pipeline_;
+    std::optional<ComputePipeline> with_marks_; // made for the first that are shown
     Sampler nearest_;
 };
 

@@ -121,7 +121,7 @@ TEST_F(OverlaysTest, FusionFollowsItsOpacityAndLeavesTheRestAlone) {
     for (size_t i = 0; i < with.samples.size(); i += 4)
         ++(std::equal(&with.samples[i], &with.samples[i] + 4, &without.samples[i]) ? same
                                                                                    : different);
-    EXPECT_GT(same, 1000u);      // beyond its box, and where it is transparent
+    EXPECT_GT(same, 1000u);     // beyond its box, and where it is transparent
     EXPECT_GT(different, 400u); // within
 }
 
