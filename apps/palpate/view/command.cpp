@@ -137,8 +137,8 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
                 open_source(scene, options.read, !options.headless, interrupt));
     if (!options.latency.empty()) {
         loop.viewer.threaded = true;
-        PALPATE_TRY(const Json found, view::run_latency(std::move(opened), std::move(loop),
-                                                        options.headless));
+        PALPATE_TRY(const Json found,
+                    view::run_latency(std::move(opened), std::move(loop), options.headless));
         return write_text(options.latency, report_text(found));
     }
     view::HeadlessResult result;
