@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "engine/render/occupancy.h"
-#include "engine/scene/presets.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
 

@@ -4,7 +4,6 @@
 // at one sample a voxel, drawn in turn. Its error beside grid truth is printed.
 
 #include <CLI/CLI.hpp>
-#include <cmath>
 
 #include "engine/accuracy/accuracy.h"
 #include "engine/base/file.h"

@@ -4,7 +4,6 @@
 #include <benchmark/benchmark.h>
 
 #include "engine/volume/bspline.h"
-#include "engine/volume/builder.h"
 #include "engine/volume/cell_range.h"
 #include "engine/volume/changes.h"
 #include "engine/volume/edit.h"

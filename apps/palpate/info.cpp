@@ -5,7 +5,6 @@
 #include "apps/palpate/output.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/json.h"
-#include "engine/base/log.h"
 #include "engine/base/printable.h"
 #include "engine/io/volume_io.h"
 

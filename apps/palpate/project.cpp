@@ -1,4 +1,3 @@
-#include <filesystem>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"

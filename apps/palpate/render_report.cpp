@@ -1,7 +1,6 @@
 #include "apps/palpate/render_report.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "apps/palpate/preview.h"
 #include "engine/accuracy/accuracy.h"

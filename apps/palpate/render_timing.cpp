@@ -1,6 +1,5 @@
 #include "apps/palpate/render_timing.h"
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <string>

@@ -18,7 +18,6 @@
 #include "apps/palpate/touch_run.h"
 #include "apps/palpate/touch_strokes.h"
 #include "bench/suite/touch_page.h"
-#include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/io/scene_data.h"
 #include "engine/io/volume_io.h"

@@ -5,7 +5,6 @@
 #include "bench/cases/scenes.h"
 #include "engine/reference/truth.h"
 #include "engine/reference/twin.h"
-#include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 
 namespace palpate::cases {

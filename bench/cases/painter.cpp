@@ -4,7 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "engine/gpu/device.h"
 #include "engine/reference/twin.h"
 
 namespace palpate::cases {

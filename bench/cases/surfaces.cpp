@@ -1,7 +1,6 @@
 // R14, R15, R22, R23: normals, cuts, maxima and surfaces between samples.
 
 #include <cmath>
-#include <limits>
 
 #include "bench/cases/scenes.h"
 #include "engine/reference/truth.h"

@@ -5,7 +5,6 @@
 #include <limits>
 #include <numeric>
 
-#include "bench/suite/statistics.h"
 #include "engine/base/assert.h"
 #include "engine/base/percentile.h"
 #include "engine/image/flip.h"

@@ -1,8 +1,6 @@
 #include "bench/suite/measure.h"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 
 #include "engine/base/log.h"
 #include "engine/base/profile.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "bench/suite/page_edit.h"
 #include "bench/suite/page_suites.h"

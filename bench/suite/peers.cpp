@@ -1,12 +1,9 @@
 #include "bench/suite/peers.h"
 
 #include <array>
-#include <cmath>
 #include <fstream>
-#include <limits>
 
 #include "bench/suite/spawn.h"
-#include "engine/base/assert.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"

@@ -1,7 +1,6 @@
 // Modes, integrators and sizes on the head CT: time beside error, and the aims beside VTK.
 
 #include <algorithm>
-#include <cmath>
 #include <optional>
 
 #include "bench/suite/relative.h"

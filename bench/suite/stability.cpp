@@ -3,7 +3,6 @@
 #include "bench/cases/stability.h"
 
 #include "bench/suite/suites.h"
-#include "engine/base/log.h"
 
 namespace palpate::bench {
 

@@ -5,7 +5,6 @@
 
 #include "engine/base/assert.h"
 #include "engine/io/volume_io.h"
-#include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/extent.h"

@@ -7,7 +7,6 @@
 #include <random>
 #include <set>
 
-#include "bench/suite/peers.h"
 #include "bench/suite/suites.h"
 #include "bench/suite/surface_cases.h"
 #include "bench/suite/surface_edits.h"

@@ -3,7 +3,6 @@
 
 #include "bench/suite/touch.h"
 
-#include <cmath>
 #include <memory>
 
 #include "bench/touch/laws.h"

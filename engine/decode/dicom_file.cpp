@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <fstream>
 
 #include "engine/base/printable.h"
 #include "engine/decode/dicom_codestream.h"

@@ -6,8 +6,6 @@
 #include <map>
 #include <set>
 
-#include "engine/decode/dicom_codestream.h"
-
 namespace palpate::io {
 
 namespace {

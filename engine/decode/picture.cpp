@@ -7,7 +7,6 @@
 #include <itkTIFFImageIO.h>
 
 #include <algorithm>
-#include <array>
 
 #include "engine/decode/jpeg_read.h"
 #include "engine/decode/picture_check.h"

@@ -1,11 +1,10 @@
 #include <algorithm>
-#include <cstring>
 #include <fstream>
 
 #include "engine/decode/formats.h"
-#include "engine/decode/payload.h"
 #include "engine/decode/picture.h"
 #include "engine/decode/slice_list.h"
+#include "engine/io/byte_source.h"
 #include "engine/io/text_header.h"
 
 namespace palpate::io {

@@ -3,7 +3,7 @@
 
 #include "engine/decode/affine.h"
 #include "engine/decode/formats.h"
-#include "engine/decode/payload.h"
+#include "engine/io/byte_source.h"
 #include "engine/io/text_header.h"
 #include "engine/io/vtk_xml.h"
 

@@ -1,7 +1,6 @@
 #include "engine/edit/edit_lag.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "engine/base/percentile.h"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "engine/base/error.h"
 #include "engine/base/profile.h"
 #include "engine/gpu/command_slot.h"
 #include "engine/gpu/error.h"

@@ -2,8 +2,6 @@
 
 #include <png.h>
 
-#include <algorithm>
-#include <cmath>
 #include <csetjmp>
 #include <cstring>
 

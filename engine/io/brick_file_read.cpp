@@ -5,7 +5,6 @@
 #include <map>
 #include <new>
 
-#include "engine/base/assert.h"
 #include "engine/base/mapped_file.h"
 #include "engine/io/brick_file.h"
 #include "engine/io/brick_file_layout.h"

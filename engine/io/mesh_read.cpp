@@ -6,7 +6,6 @@
 
 #include "engine/io/mesh_formats.h"
 #include "engine/io/mesh_io.h"
-#include "engine/mesh/topology.h"
 
 namespace palpate {
 

@@ -5,7 +5,6 @@
 #include <cstring>
 #include <map>
 #include <optional>
-#include <span>
 
 #include "engine/base/file.h"
 #include "engine/io/mesh_formats.h"

@@ -1,9 +1,7 @@
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstring>
-#include <limits>
 
 #include "engine/io/mesh_formats.h"
 

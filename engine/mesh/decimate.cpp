@@ -1,7 +1,6 @@
 #include "engine/mesh/decimate.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "engine/mesh/distance.h"
 #include "engine/mesh/mesh_check.h"

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstring>
 
-#include "engine/base/assert.h"
 #include "shaders/shared/interactive.h"
 #include "shaders/shared/tiles.h"
 #include "spirv/enlarge.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "engine/base/assert.h"
 #include "engine/base/profile.h"
 
 namespace palpate {

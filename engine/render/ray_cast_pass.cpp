@@ -5,7 +5,6 @@
 #include <cstring>
 #include <limits>
 
-#include "engine/base/assert.h"
 #include "engine/render/frame_block.h"
 #include "shaders/shared/ray_cast.h"
 #include "shaders/shared/tiles.h"

@@ -1,6 +1,5 @@
 #include "engine/render/texel_storage.h"
 
-#include <cstring>
 #include <type_traits>
 
 namespace palpate {

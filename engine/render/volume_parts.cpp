@@ -1,7 +1,6 @@
 #include "engine/render/volume_parts.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace palpate {
 

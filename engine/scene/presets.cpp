@@ -1,7 +1,6 @@
 #include "engine/scene/presets.h"
 
 #include <algorithm>
-#include <array>
 
 #include "engine/base/file.h"
 

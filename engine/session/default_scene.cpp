@@ -1,7 +1,6 @@
 #include "engine/session/default_scene.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "engine/scene/presets.h"
 #include "engine/scene/value_survey.h"

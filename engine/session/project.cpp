@@ -4,7 +4,6 @@
 #include <thread>
 #include <utility>
 
-#include "engine/base/file.h"
 #include "engine/edit/replay.h"
 #include "engine/io/brick_file.h"
 #include "engine/session/project_description.h"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "engine/base/file.h"
 #include "engine/io/brick_file.h"
 #include "engine/session/project.h"
 #include "engine/session/project_description.h"

@@ -1,7 +1,6 @@
 #include "engine/session/touch_json.h"
 
 #include <algorithm>
-#include <array>
 
 namespace palpate {
 

@@ -1,7 +1,5 @@
 #include "engine/surface/block_mesh.h"
 
-#include <algorithm>
-
 namespace palpate::block {
 
 struct BlockMesher::Work {

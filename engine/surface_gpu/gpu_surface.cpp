@@ -5,7 +5,6 @@
 #include "engine/base/assert.h"
 #include "engine/surface/block_changes.h"
 #include "engine/surface/block_join.h"
-#include "engine/surface/block_reader.h"
 
 namespace palpate {
 

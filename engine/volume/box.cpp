@@ -1,7 +1,5 @@
 #include "engine/volume/box.h"
 
-#include <cmath>
-
 #include "engine/volume/builder.h"
 #include "engine/volume/extent.h"
 

@@ -1,7 +1,6 @@
 #include "engine/volume/brick.h"
 
 #include <atomic>
-#include <bit>
 #include <cmath>
 #include <cstring>
 #include <new>

@@ -2,9 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include <array>
 #include <atomic>
-#include <cmath>
 #include <cstring>
 #include <vector>
 

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <cmath>
-#include <type_traits>
 #include <vector>
 
 #include "engine/base/assert.h"

@@ -2,7 +2,6 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cmath>
 #include <limits>
 #include <vector>
 

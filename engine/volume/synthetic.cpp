@@ -1,7 +1,5 @@
 #include "engine/volume/synthetic.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 

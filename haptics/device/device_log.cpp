@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "engine/base/assert.h"
 #include "engine/base/file.h"

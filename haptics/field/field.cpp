@@ -1,7 +1,6 @@
 #include "haptics/field/field.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "engine/volume/extent.h"
 #include "haptics/field/samples.h"

@@ -1,7 +1,6 @@
 #include "haptics/field/fine_samples.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
 
 #include "engine/base/assert.h"

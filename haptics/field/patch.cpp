@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptics/field/coupling.h"
 #include "haptics/field/samples.h"
 
 namespace palpate::haptics {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 
 #include "haptics/field/coupling.h"
 #include "haptics/proxy/planes.h"

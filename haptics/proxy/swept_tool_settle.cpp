@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "haptics/proxy/swept_tool_course.h"
 

@@ -1,7 +1,6 @@
 #include "haptics/safety/passivity.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace palpate::haptics {
 

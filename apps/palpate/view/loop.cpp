@@ -8,7 +8,6 @@
 #include "apps/palpate/view/latency.h"
 #include "apps/palpate/view/window.h"
 #include "engine/base/json.h"
-#include "engine/base/log.h"
 #include "engine/gpu/error.h"
 
 namespace palpate::view {

@@ -1,7 +1,6 @@
 #include "apps/palpate/view/state.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace palpate::view {
 

@@ -1,7 +1,6 @@
 #include "apps/palpate/view/viewer.h"
 
 #include <algorithm>
-#include <cstring>
 
 #include "apps/palpate/view/interaction.h"
 #include "engine/base/log.h"

@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <map>
 
-#include "engine/gpu/error.h"
-
 namespace palpate::view {
 
 namespace {
