@@ -60,11 +60,9 @@ function panelCard(parent, panel, suite) {
   put(details, "summary", {}, "figures");
   const body = table(details, ["", "ms", "p95", "GPU ms", "CPU ms", "RMSE", "max", "99.9 %", "FLIP", "ours below"], [1, 2, 3, 4, 5, 6, 7, 8]);
   for (const p of panel.points) {
-    const row = put(body, "tr");
-    put(row, "td", {}, p.name + (p.default ? " (default)" : ""));
-    for (const v of [p.time?.wall_ms.median, p.time?.wall_ms.p95, p.time?.gpu_ms?.median, p.time?.cpu_ms?.median,
-                     p.error?.rmse, p.error?.max, p.error?.p999, p.error?.flip_mean])
-      put(row, "td", { class: "n" }, figure(v));
+    const row = tableRow(body, [p.name + (p.default ? " (default)" : "")],
+      [p.time?.wall_ms.median, p.time?.wall_ms.p95, p.time?.gpu_ms?.median, p.time?.cpu_ms?.median,
+        p.error?.rmse, p.error?.max, p.error?.p999, p.error?.flip_mean]);
     const below = put(row, "td");
     if (p.we_are_below !== undefined)
       verdict(below, "span", p.we_are_below, p.we_are_below
@@ -94,13 +92,8 @@ function convergenceSection(parent, list) {
       at += 30 + 6.2 * c.integrator.length;
     }
     const body = table(card, ["integrator", "order", "95 % band", "points"], [1, 2, 3]);
-    for (const c of curves) {
-      const row = put(body, "tr");
-      put(row, "td", {}, c.integrator);
-      put(row, "td", { class: "n" }, figure(c.order));
-      put(row, "td", { class: "n" }, c.band_95 === undefined ? "\u2013" : "\u00b1 " + figure(c.band_95, 2));
-      put(row, "td", { class: "n" }, String(c.fitted_points ?? 0));
-    }
+    for (const c of curves)
+      tableRow(body, [c.integrator], [c.order, c.band_95 === undefined ? undefined : "\u00b1 " + figure(c.band_95, 2), c.fitted_points ?? 0]);
   }
 }
 
@@ -114,10 +107,8 @@ function factorTable(parent, rows, heads) {
   const body = table(parent, heads);
   let last = "";
   for (const r of rows) {
-    const row = put(body, "tr");
-    put(row, "td", {}, r.factor === last ? "" : r.factor);
+    const row = tableRow(body, [r.factor === last ? "" : r.factor, r.level], []);
     last = r.factor;
-    put(row, "td", {}, r.level);
     ratioBar(put(row, "td"), r.time_ratio, "var(--c0)");
     ratioBar(put(row, "td"), r.error_ratio, "var(--c1)");
   }
@@ -157,35 +148,24 @@ for (const suite of results) {
     for (const panel of suite.panels) panelCard(cards, panel, suite);
   }
   if (suite.aims?.length) {
-    put(page, "h3", { style: "margin-top:24px" }, "Aims");
+    part("Aims");
     const body = table(page, ["", "aim", "figure", ""], [2]);
-    for (const aim of suite.aims) {
-      const row = put(body, "tr");
-      put(row, "td", {}, aim.what);
-      put(row, "td", {}, aim.aim);
-      put(row, "td", { class: "n" }, figure(aim.figure));
-      verdict(row, "td", aim.reached, aim.reached ? "reached" : "not reached");
-    }
+    for (const aim of suite.aims)
+      verdict(tableRow(body, [aim.what, aim.aim], [aim.figure]), "td", aim.reached, aim.reached ? "reached" : "not reached");
   }
   if (suite.first_frames?.length) {
-    put(page, "h3", { style: "margin-top:24px" }, "First frame, in ms: upload, shaders compiled, one frame");
+    part("First frame, in ms: upload, shaders compiled, one frame");
     const who = [...new Set(suite.first_frames.map(f => f.renderer))];
     const body = table(page, ["", ...who], who.map((_, i) => i + 1));
-    for (const subject of [...new Set(suite.first_frames.map(f => f.subject))]) {
-      const row = put(body, "tr");
-      put(row, "td", {}, subject);
-      for (const w of who)
-        put(row, "td", { class: "n" }, figure(suite.first_frames.find(f => f.subject === subject && f.renderer === w)?.ms));
-    }
+    for (const subject of [...new Set(suite.first_frames.map(f => f.subject))])
+      tableRow(body, [subject], who.map(w => suite.first_frames.find(f => f.subject === subject && f.renderer === w)?.ms));
   }
   if (suite.convergence?.length) {
-    put(page, "h3", { style: "margin-top:24px" }, "Orders of convergence");
-    put(page, "p", { class: "soft" }, "Fitted to the points that stand four times above the smallest error (filled marks). The exact integrator has no step: for it the axis is the part of a cell that a sub-step takes.");
+    part("Orders of convergence", "Fitted to the points that stand four times above the smallest error (filled marks). The exact integrator has no step: for it the axis is the part of a cell that a sub-step takes.");
     convergenceSection(page, suite.convergence);
   }
   if (suite.maps?.length) {
-    put(page, "h3", { style: "margin-top:24px" }, "Error maps");
-    put(page, "p", { class: "soft" }, "Difference from grid truth at each scored pixel, as its square root; one scale for each scene, brightest where 0.1 % of our default's pixels err more.");
+    part("Error maps", "Difference from grid truth at each scored pixel, as its square root; one scale for each scene, brightest where 0.1 % of our default's pixels err more.");
     const cards = put(page, "div", { class: "cards maps" });
     for (const map of suite.maps) {
       const card = put(cards, "div", { class: "card" });
@@ -195,8 +175,7 @@ for (const suite of results) {
     }
   }
   if (suite.factors) {
-    put(page, "h3", { style: "margin-top:24px" }, "What each choice does");
-    put(page, "p", { class: "soft" }, `On the phantom, RMSE of colours. The default takes ${figure(suite.factors.default.ms)} ms and errs by ${figure(suite.factors.default.rmse)}. ` +
+    part("What each choice does", `On the phantom, RMSE of colours. The default takes ${figure(suite.factors.default.ms)} ms and errs by ${figure(suite.factors.default.rmse)}. ` +
       `Left: one choice moved away from it. Right: all moved at once in ${suite.factors.hypercube.length} settings; geometric mean of a level beside that of all.`);
     const cards = put(page, "div", { class: "cards" });
     factorTable(put(cards, "div", { class: "card" }), suite.factors.one_at_a_time, ["choice", "instead", "time", "error"]);
@@ -207,13 +186,8 @@ for (const suite of results) {
     for (const one of suite.cases) {
       const lines = one.lines?.length ? one.lines : [one];
       lines.forEach((line, i) => {
-        const row = put(body, "tr");
-        const name = put(row, "td", {}, i === 0 ? one.name : "");
-        if (i === 0 && one.why) name.title = one.why;
-        put(row, "td", {}, i === 0 ? one.title : "");
-        put(row, "td", {}, line.part ?? "");
-        put(row, "td", { class: "n" }, figure(line.figure));
-        put(row, "td", { class: "n" }, figure(line.bound));
+        const row = tableRow(body, [i === 0 ? one.name : "", i === 0 ? one.title : "", line.part ?? ""], [line.figure, line.bound]);
+        if (i === 0 && one.why) row.firstChild.title = one.why;
         const cell = verdict(row, "td", line.pass);
         if (line.sentence) cell.title = line.sentence;
       });
@@ -222,72 +196,52 @@ for (const suite of results) {
   if (suite.touch) touchSection(suite.touch);
   if (suite.surfaces?.length) {
     const body = table(page, ["volume", "by", "ms", "p95", "triangles", "Mtri/s", "vertices off, mm", "surface off, RMS mm", "normals off, RMS deg"], [2, 3, 4, 5, 6, 7, 8]);
-    for (const r of suite.surfaces) {
-      const row = put(body, "tr");
-      put(row, "td", {}, r.case);
-      put(row, "td", {}, r.who);
-      for (const v of [r.ms.median, r.ms.p95, r.triangles, r.mtri_per_s, r.vertex_largest_mm, r.rms_mm, r.normal_rms_deg])
-        put(row, "td", { class: "n" }, v === undefined ? "" : figure(v));
-    }
+    for (const r of suite.surfaces)
+      tableRow(body, [r.case, r.who],
+        [r.ms.median, r.ms.p95, r.triangles, r.mtri_per_s, r.vertex_largest_mm ?? "", r.rms_mm ?? "", r.normal_rms_deg ?? ""]);
   }
   if (suite.suite === "surface" && suite.edits?.length) {
-    put(page, "h3", { style: "margin-top:24px" }, "A dab: erosion of a Gaussian of 128 x 128 x 128");
-    put(page, "p", { class: "soft" }, "Table 1 of Vidholm and Agmund (2004): what brings the surface up to date after the edit, ms and edits a second. The tracker is the paper's own extractor, " +
+    part("A dab: erosion of a Gaussian of 128 x 128 x 128", "Table 1 of Vidholm and Agmund (2004): what brings the surface up to date after the edit, ms and edits a second. The tracker is the paper's own extractor, " +
       "which makes all triangles again; blocks makes those again that read a changed sample, on the processor and on the device (gpu); flying edges extract everything again.");
     const who = [...new Set(suite.edits.map(r => r.who))];
     const body = table(page, ["triangles", "radius, samples", "printed in 2004, edits/s", ...who.flatMap(w => [w + ", ms", "edits/s"])], [...Array(3 + 2 * who.length).keys()]);
     for (const first of suite.edits.filter(r => r.who === who[0])) {
-      const row = put(body, "tr");
-      for (const v of [first.triangles, first.radius_samples, first.printed_edits_per_s])
-        put(row, "td", { class: "n" }, v === undefined ? "" : String(v));
+      const figures = [first.triangles, first.radius_samples, first.printed_edits_per_s ?? ""].map(String);
       for (const w of who) {
         const r = suite.edits.find(r => r.who === w && r.triangles === first.triangles && r.radius_samples === first.radius_samples);
-        for (const v of [r?.ms.median, r?.edits_per_s]) put(row, "td", { class: "n" }, v === undefined ? "" : figure(v));
+        figures.push(r?.ms.median ?? "", r?.edits_per_s ?? "");
       }
+      tableRow(body, [], figures);
     }
   }
   if (suite.suite === "surface" && suite.live?.length) {
-    put(page, "h3", { style: "margin-top:24px" }, `A dab of radius 5 mm in a surface in the picture: ${suite.live[0].volume}, ${suite.live[0].triangles} triangles`);
-    put(page, "p", { class: "soft" }, "Medians of a dab, beside the first frame. device and cpu: a live surface and who makes its blocks; mesh: all blocks joined, and of the mesh the pieces uploaded that differ.");
+    part(`A dab of radius 5 mm in a surface in the picture: ${suite.live[0].volume}, ${suite.live[0].triangles} triangles`,
+      "Medians of a dab, beside the first frame. device and cpu: a live surface and who makes its blocks; mesh: all blocks joined, and of the mesh the pieces uploaded that differ.");
     const body = table(page, ["by", "blocks", "of", "bytes", "of", "ms to record", "ms a frame", "same picture"], [1, 2, 3, 4, 5, 6]);
-    for (const r of suite.live) {
-      const row = put(body, "tr");
-      put(row, "td", {}, r.who);
-      for (const v of [r.blocks.median, r.first_blocks, r.bytes.median, r.first_bytes, r.record_ms.median, r.frame_ms.median])
-        put(row, "td", { class: "n" }, figure(v));
-      put(row, "td", {}, r.same_picture ? "yes" : "no");
-    }
+    for (const r of suite.live)
+      put(tableRow(body, [r.who], [r.blocks.median, r.first_blocks, r.bytes.median, r.first_bytes, r.record_ms.median, r.frame_ms.median]),
+        "td", {}, r.same_picture ? "yes" : "no");
   }
   if (suite.suite === "surface" && suite.window)
     put(page, "p", {}, `A window of ${suite.window.samples} x ${suite.window.samples} x ${suite.window.samples} samples for the hand: ${figure(suite.window.p50_us)} us, 99th percentile ${figure(suite.window.p99_us)}, worst ${figure(suite.window.worst_us)} of ${suite.window.count}.`);
   if (suite.orders?.length) {
     put(page, "h3", {}, "Order of convergence on the sphere");
     const body = table(page, ["by", "distance", "area", "volume"], [1, 2, 3]);
-    for (const r of suite.orders) {
-      const row = put(body, "tr");
-      put(row, "td", {}, r.who);
-      for (const v of [r.rms, r.area, r.volume]) put(row, "td", { class: "n" }, figure(v));
-    }
+    for (const r of suite.orders) tableRow(body, [r.who], [r.rms, r.area, r.volume]);
   }
   if (suite.frames?.length) {
     put(page, "p", {}, suite.frame_title);
     const body = table(page, ["view", "volume", "lies as", "frames", "median, ms", "p95", "worst", "bytes uploaded"], [4, 5, 6, 7]);
-    for (const r of suite.frames) {
-      const row = put(body, "tr");
-      for (const v of [r.view, r.volume, r.residency, r.frames]) put(row, "td", {}, v);
-      for (const v of [r.cpu_ms.median, r.cpu_ms.p95, r.cpu_ms.worst, r.uploaded_bytes_median]) put(row, "td", { class: "n" }, figure(v));
-    }
+    for (const r of suite.frames)
+      tableRow(body, [r.view, r.volume, r.residency, r.frames],
+        [r.cpu_ms.median, r.cpu_ms.p95, r.cpu_ms.worst, r.uploaded_bytes_median]);
   }
   if (suite.suite === "edit") editSection(suite);
   else if (suite.rows?.length) {
     put(page, "p", {}, suite.title ?? "");
     const body = table(page, ["", "MB", "ms", "p95", "GB/s", "memcpy, ms", "share of memcpy"], [1, 2, 3, 4, 5, 6]);
-    for (const r of suite.rows) {
-      const row = put(body, "tr");
-      put(row, "td", {}, r.what);
-      for (const v of [r.bytes / 1e6, r.ms.median, r.ms.p95, r.gb_per_s, r.memcpy_ms, r.share_of_memcpy])
-        put(row, "td", { class: "n" }, figure(v));
-    }
+    for (const r of suite.rows)
+      tableRow(body, [r.what], [r.bytes / 1e6, r.ms.median, r.ms.p95, r.gb_per_s, r.memcpy_ms, r.share_of_memcpy]);
   }
 }
 put(page, "h2", {}, "How to read and repeat this");

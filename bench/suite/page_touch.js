@@ -91,10 +91,6 @@ function gridTable(parent, title, rows, text, hint) {
 }
 
 function touchSection(t) {
-  const part = (title, words) => {
-    put(page, "h3", { style: "margin-top:24px" }, title);
-    if (words) put(page, "p", { class: "soft" }, words);
-  };
   part("Algorithms over all scenes and trajectories", "A printed algorithm keeps the faults of its paper. Penetration is of the proxy under the true surface on A1 to A6, in " +
     "voxels of the coarsest axis; direction is the 99th percentile of the angle to the true force on clean scenes; an excess jump is what a force changes in a tick beyond k |dx|. " +
     "Sampled tools are balls of 1.5 voxels and are held against the closed form of such a ball.");
@@ -112,9 +108,7 @@ function touchSection(t) {
   const held = [...new Set(t.bounds.rows.flatMap(b => Object.keys(b.figures)))];
   body = table(page, ["", "gate", ...held], []);
   for (const b of t.bounds.rows) {
-    const row = put(body, "tr");
-    put(row, "td", {}, b.asked);
-    put(row, "td", {}, figure(b.gate));
+    const row = tableRow(body, [b.asked, figure(b.gate)], []);
     for (const name of held) {
       const c = b.figures[name];
       const cell = put(row, "td", {}, c ? undefined : figure(undefined));
@@ -128,9 +122,7 @@ function touchSection(t) {
   const who = Object.keys(t.metrics.find(m => m.figures).figures);
   body = table(page, ["", "gate", ...who], who.map((_, i) => i + 2));
   for (const m of t.metrics) {
-    const row = put(body, "tr");
-    put(row, "td", {}, m.metric);
-    put(row, "td", {}, m.gate);
+    const row = tableRow(body, [m.metric, m.gate], []);
     if (m.proved_by) {
       put(row, "td", { colspan: who.length, class: "soft" }, "in tests: " + m.proved_by);
       continue;
@@ -151,27 +143,15 @@ function touchSection(t) {
     touchPlot(put(cards, "div", { class: "card" }), pairs.map(([r, a]) => ({ name: a.name, printed: a.as_printed, x: r.p99_us, y: Math.max(a[key], 1e-3) })), "us a tick, p99", title);
   part("Our figures beside others'");
   body = table(page, ["", "ours", "papers and programs"], [1]);
-  for (const r of t.beside) {
-    const row = put(body, "tr");
-    put(row, "td", {}, r.what);
-    put(row, "td", { class: "n" }, figure(r.ours));
-    put(row, "td", {}, r.others);
-  }
+  for (const r of t.beside) put(tableRow(body, [r.what], [r.ours]), "td", {}, r.others);
   part("Processor time of a tick, us");
   body = table(page, ["algorithm", "samples", "ticks", "p50", "p99", "p99.9", "max", "over 1 ms"], [1, 2, 3, 4, 5, 6, 7]);
-  for (const r of t.times) {
-    const row = put(body, "tr");
-    put(row, "td", {}, r.algorithm);
-    for (const v of [r.samples, r.ticks, r.p50_us, r.p99_us, r.p999_us, r.max_us, r.misses]) put(row, "td", { class: "n" }, figure(v));
-  }
+  for (const r of t.times)
+    tableRow(body, [r.algorithm], [r.samples, r.ticks, r.p50_us, r.p99_us, r.p999_us, r.max_us, r.misses]);
   part("On one plane", "Energy of a press to 4 mm at 0.2 m/s beyond k v T d; friction of a sliding hand (0.4 is set) and drift of a sticking one; force where T0 is 2 N, as a share of it, and of the spring before it yields; a falcon held 3 mm deep at 1 N/mm.");
   body = table(page, ["algorithm", "energy, mJ", "friction", "drift, um/s", "yields at", "before", "limit cycle, um"], [1, 2, 3, 4, 5, 6]);
-  for (const r of t.laws) {
-    const row = put(body, "tr");
-    put(row, "td", {}, r.algorithm);
-    for (const v of [r.energy_beyond_mj, r.friction_share, r.stick_drift_um_s, r.yield_share, r.below_yield_share, r.limit_cycle_um])
-      put(row, "td", { class: "n" }, figure(v));
-  }
+  for (const r of t.laws)
+    tableRow(body, [r.algorithm], [r.energy_beyond_mj, r.friction_share, r.stick_drift_um_s, r.yield_share, r.below_yield_share, r.limit_cycle_um]);
   part("Z-width", "swept-point against a plane, in a soft hand, at 1 kHz. Green holds still within 50 um; from yellow to red it shakes, by the logarithm of how much.");
   const maps = put(page, "div", { class: "cards" });
   for (const map of t.z_width) zWidthCard(maps, map);
