@@ -13,19 +13,10 @@
 
 namespace palpate::bench {
 
-Conversation::Conversation(int socket, int child, fs::path said)
-    : socket_(socket), child_(child), said_(std::move(said)) {}
-
-Conversation::Conversation(Conversation&& other) noexcept
-    : socket_(std::exchange(other.socket_, -1)),
-      child_(std::exchange(other.child_, -1)),
-      said_(std::move(other.said_)),
-      heard_(std::move(other.heard_)) {}
-
 Conversation::~Conversation() {
-    if (socket_ < 0)
+    if (!socket_)
         return;
-    ::close(socket_);
+    ::close(socket_.release());
     wait_for(child_);
 }
 
@@ -33,22 +24,20 @@ Result<Conversation> Conversation::start(std::vector<std::string> command, const
     int ends[2];
     if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
         return fail("{}: no socket to talk through: {}", command[0], std::strerror(errno));
-    Result<int> child =
-        spawn(std::move(command), std::array{Redirection{.descriptor = 0, .from = ends[1]},
-                                             Redirection{.descriptor = 1, .from = ends[1]},
-                                             Redirection{.descriptor = 2, .file = said}});
-    ::close(ends[1]);
-    if (!child) {
-        ::close(ends[0]);
-        return pass_on(child);
-    }
-    return Conversation(ends[0], *child, said);
+    Fd ours(ends[0]);
+    const Fd theirs(ends[1]);
+    const std::array redirections{Redirection{.descriptor = 0, .from = ends[1]},
+                                  Redirection{.descriptor = 1, .from = ends[1]},
+                                  Redirection{.descriptor = 2, .file = said}};
+    PALPATE_TRY(const int child, spawn(std::move(command), redirections));
+    return Conversation(std::move(ours), child, said);
 }
 
 Result<Json> Conversation::ask(const Json& question) {
     const std::string line = json_line(question) + "\n";
     for (size_t sent = 0; sent < line.size();) {
-        const ssize_t n = ::send(socket_, line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
+        const ssize_t n =
+            ::send(socket_.get(), line.data() + sent, line.size() - sent, MSG_NOSIGNAL);
         if (n < 0 && errno == EINTR)
             continue;
         if (n <= 0)
@@ -58,7 +47,7 @@ Result<Json> Conversation::ask(const Json& question) {
     size_t end;
     while ((end = heard_.find('\n')) == std::string::npos) {
         char piece[4096];
-        const ssize_t n = ::recv(socket_, piece, sizeof piece, 0);
+        const ssize_t n = ::recv(socket_.get(), piece, sizeof piece, 0);
         if (n < 0 && errno == EINTR)
             continue;
         if (n <= 0)

@@ -3,9 +3,10 @@
 #include <filesystem>
 #include <string>
 #include <vector>
-#include "engine/base/json.h"
 
 #include "engine/base/error.h"
+#include "engine/base/fd.h"
+#include "engine/base/json.h"
 
 namespace palpate::bench {
 
@@ -20,14 +21,15 @@ class Conversation {
     // Waits for the answer. Fails where the program has ended, or answers no JSON.
     Result<Json> ask(const Json& question);
 
-    Conversation(Conversation&& other) noexcept;
-    Conversation& operator=(Conversation&&) = delete;
+    Conversation(Conversation&& other) = default;
     ~Conversation(); // says goodbye by closing, and waits for the program's end
 
  private:
-    Conversation(int socket, int child, std::filesystem::path said);
+    Conversation(Fd socket, int child, std::filesystem::path said)
+        : socket_(std::move(socket)), child_(child), said_(std::move(said)) {}
 
-    int socket_, child_;
+    Fd socket_;
+    int child_;
     std::filesystem::path said_;
     std::string heard_; // of the next answer
 };

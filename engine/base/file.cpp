@@ -7,6 +7,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "engine/base/fd.h"
 #include "engine/base/writable.h"
 
 namespace palpate {
@@ -16,14 +17,11 @@ namespace fs = std::filesystem;
 namespace {
 
 Result<void> sync_to_disk(const fs::path& path) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
+    const Fd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+    if (!fd)
         return fail("{}: cannot be read back: {}", path.string(), std::strerror(errno));
-    const int failed = ::fsync(fd);
-    const int reason = errno;
-    ::close(fd);
-    if (failed)
-        return fail("{}: cannot be written to disk: {}", path.string(), std::strerror(reason));
+    if (::fsync(fd.get()) != 0)
+        return fail("{}: cannot be written to disk: {}", path.string(), std::strerror(errno));
     return {};
 }
 

@@ -16,18 +16,18 @@ constexpr uint64_t kMostResident = 64 << 20;
 }
 
 Result<MappedFile> MappedFile::open(const std::filesystem::path& path) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK); // a pipe must not wait
-    if (fd < 0)
+    // A pipe must not wait.
+    MappedFile file(Fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)));
+    if (!file.fd_)
         return fail("{}: cannot be opened: {}", path.string(), std::strerror(errno));
-    MappedFile file(fd, {});
     struct stat status {};
-    if (::fstat(fd, &status) != 0)
+    if (::fstat(file.fd_.get(), &status) != 0)
         return fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
     if (!S_ISREG(status.st_mode))
         return fail("{}: expected a file, found a folder or device", path.string());
     const auto size = static_cast<size_t>(status.st_size);
     if (size > 0) {
-        void* mapped = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, fd, 0);
+        void* mapped = ::mmap(nullptr, size, PROT_READ, MAP_SHARED, file.fd_.get(), 0);
         if (mapped == MAP_FAILED)
             return fail("{}: cannot be mapped into memory: {}", path.string(),
                         std::strerror(errno));
@@ -37,18 +37,16 @@ Result<MappedFile> MappedFile::open(const std::filesystem::path& path) {
 }
 
 MappedFile::MappedFile(MappedFile&& other) noexcept
-    : fd_(std::exchange(other.fd_, -1)), bytes_(std::exchange(other.bytes_, {})) {}
+    : fd_(std::move(other.fd_)), bytes_(std::exchange(other.bytes_, {})) {}
 
 MappedFile::~MappedFile() {
     if (!bytes_.empty())
         ::munmap(const_cast<std::byte*>(bytes_.data()), bytes_.size());
-    if (fd_ >= 0)
-        ::close(fd_);
 }
 
 bool MappedFile::is_whole(uint64_t& now_bytes) const {
     struct stat status {};
-    if (::fstat(fd_, &status) != 0)
+    if (::fstat(fd_.get(), &status) != 0)
         return false;
     now_bytes = static_cast<uint64_t>(status.st_size);
     return now_bytes == bytes_.size();

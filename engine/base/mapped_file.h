@@ -7,6 +7,7 @@
 #include <span>
 
 #include "engine/base/error.h"
+#include "engine/base/fd.h"
 
 namespace palpate {
 
@@ -32,8 +33,8 @@ class MappedFile {
     void count_read(uint64_t bytes) const;
 
  private:
-    MappedFile(int fd, std::span<const std::byte> bytes) : fd_(fd), bytes_(bytes) {}
-    int fd_;
+    explicit MappedFile(Fd fd) : fd_(std::move(fd)) {}
+    Fd fd_;
     std::span<const std::byte> bytes_;
     mutable std::atomic<uint64_t> read_since_ = 0;
 };

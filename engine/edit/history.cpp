@@ -11,6 +11,7 @@
 #include <thread>
 #include <utility>
 
+#include "engine/base/fd.h"
 #include "engine/base/profile.h"
 #include "engine/edit/step.h"
 
@@ -21,26 +22,13 @@ namespace {
 // A file without a name: gone with the process, however that ends.
 class SpillFile {
  public:
-    ~SpillFile() {
-        if (fd_ >= 0)
-            ::close(fd_);
-    }
     // Where the bytes lie; nothing where the folder takes none.
     std::optional<off_t> append(const std::filesystem::path& folder, std::string_view bytes) {
-        if (fd_ < 0)
-            fd_ = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-        if (fd_ < 0)
-            return std::nullopt;
+        if (!fd_)
+            fd_ = Fd(::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600));
         const off_t at = end_;
-        for (size_t done = 0; done < bytes.size();) {
-            const ssize_t n = ::pwrite(fd_, bytes.data() + done, bytes.size() - done,
-                                       at + static_cast<off_t>(done));
-            if (n < 0 && errno == EINTR)
-                continue;
-            if (n <= 0)
-                return std::nullopt;
-            done += static_cast<size_t>(n);
-        }
+        if (!fd_ || !write_all_at(fd_, std::as_bytes(std::span(bytes)), at))
+            return std::nullopt;
         end_ = at + static_cast<off_t>(bytes.size());
         return at;
     }
@@ -48,7 +36,7 @@ class SpillFile {
         std::string bytes(size, '\0');
         for (size_t done = 0; done < size;) {
             const ssize_t n =
-                ::pread(fd_, bytes.data() + done, size - done, at + static_cast<off_t>(done));
+                ::pread(fd_.get(), bytes.data() + done, size - done, at + static_cast<off_t>(done));
             if (n < 0 && errno == EINTR)
                 continue;
             if (n <= 0)
@@ -60,12 +48,12 @@ class SpillFile {
     }
     void clear() {
         end_ = 0;
-        if (fd_ >= 0 && ::ftruncate(fd_, 0) != 0)
+        if (fd_ && ::ftruncate(fd_.get(), 0) != 0)
             end_ = 0; // the space stays taken; nothing else depends on it
     }
 
  private:
-    int fd_ = -1;
+    Fd fd_;
     off_t end_ = 0;
 };
 

@@ -100,42 +100,27 @@ Result<void> expect_magic(std::string_view file, const std::filesystem::path& pa
     return {};
 }
 
-bool write_all(int fd, std::string_view bytes) {
-    while (!bytes.empty()) {
-        const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n <= 0)
-            return false;
-        bytes.remove_prefix(static_cast<size_t>(n));
-    }
-    return true;
-}
-
 // Whether a file made just now in this folder is there after a loss of power too.
 bool keep_name(const std::filesystem::path& path) {
     const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-    const int fd = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0)
+    const Fd fd(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!fd)
         return errno == EACCES; // a folder to write to and not to look into
-    const bool failed = ::fsync(fd) != 0 && errno != EINVAL && errno != EROFS;
-    const int reason = errno; // EINVAL: a file system whose folders have none
-    ::close(fd);
-    errno = reason;
-    return !failed;
+    // EINVAL: a file system whose folders have none
+    return ::fsync(fd.get()) == 0 || errno == EINVAL || errno == EROFS;
 }
 
 // The file at fd is ours alone until fd is closed. A file system that knows no locks refuses none.
-Result<void> lock(int fd, const std::filesystem::path& path) {
+Result<void> lock(const Fd& fd, const std::filesystem::path& path) {
     int failed = 0;
     do
-        failed = ::flock(fd, LOCK_EX | LOCK_NB);
+        failed = ::flock(fd.get(), LOCK_EX | LOCK_NB);
     while (failed && errno == EINTR);
     if (failed && errno == EWOULDBLOCK)
         return fail("{}: expected the journal of an edit that has ended, found one that is running",
                     path.string());
     struct stat found {};
-    if (::fstat(fd, &found) == 0 && found.st_nlink == 0) // it ended, and took it away
+    if (::fstat(fd.get(), &found) == 0 && found.st_nlink == 0) // it ended, and took it away
         return fail("{}: no such file", path.string());
     return {};
 }
@@ -212,26 +197,12 @@ Journal::Base Journal::base_of(const Document& document) {
     return base;
 }
 
-Journal::Journal(std::filesystem::path path, int fd, uint64_t end)
-    : path_(std::move(path)), fd_(fd), end_(end) {}
-
-Journal::Journal(Journal&& other) noexcept
-    : path_(std::move(other.path_)),
-      fd_(std::exchange(other.fd_, -1)),
-      end_(other.end_),
-      torn_(other.torn_) {}
-
-Journal::~Journal() {
-    if (fd_ >= 0)
-        ::close(fd_);
-}
-
 Result<Journal> Journal::create(const std::filesystem::path& path, const Base& base) {
-    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0666);
-    if (fd < 0)
+    constexpr int kNew = O_RDWR | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC;
+    Journal journal(path, Fd(::open(path.c_str(), kNew, 0666)));
+    if (!journal.fd_)
         return fail("{}: cannot be made: {}", path.string(), std::strerror(errno));
-    Journal journal(path, fd, 0);
-    PALPATE_TRY(lock(fd, path)); // and theirs is the file
+    PALPATE_TRY(lock(journal.fd_, path)); // and theirs is the file
     Result<void> begun = journal.begin(base);
     if (begun && !keep_name(path))
         begun = fail("{}: its folder cannot be written: {}", path.string(), std::strerror(errno));
@@ -245,18 +216,17 @@ Result<Journal> Journal::create(const std::filesystem::path& path, const Base& b
 Result<void> Journal::begin(const Base& base) {
     // The magic belongs to the first record, so that a journal cut in its first breath is told
     // from a foreign file by its beginning.
-    if (::ftruncate(fd_, 0) != 0 || !write_all(fd_, kJournalMagic))
+    if (::ftruncate(fd_.get(), 0) != 0 || !write_all(fd_, std::as_bytes(std::span(kJournalMagic))))
         return fail("{}: cannot be written: {}", path_.string(), std::strerror(errno));
     end_ = kJournalMagic.size();
     return write_record(json_line(base_json(base)) + "\n");
 }
 
 Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Base& base) {
-    const int fd = ::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC);
-    if (fd < 0)
+    Journal journal(path, Fd(::open(path.c_str(), O_RDWR | O_APPEND | O_CLOEXEC)));
+    if (!journal.fd_)
         return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
-    Journal journal(path, fd, 0);
-    PALPATE_TRY(lock(fd, path));
+    PALPATE_TRY(lock(journal.fd_, path));
     PALPATE_TRY(const std::string file, load_text(path, kMostBytes));
     const std::string_view text(file);
     // The magic itself may be cut, or zeros that it was never written over.
@@ -279,7 +249,7 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
     if (contents.damage) {
         PALPATE_TRY(contents.damage->kept_as, keep_copy(path, file));
     }
-    if (at < text.size() && ::ftruncate(fd, static_cast<off_t>(at)) != 0)
+    if (at < text.size() && ::ftruncate(journal.fd_.get(), static_cast<off_t>(at)) != 0)
         return fail("{}: cannot be written: {}", path.string(), std::strerror(errno));
     journal.end_ = at;
     return Found{std::move(contents), std::move(journal)};
@@ -300,23 +270,23 @@ Result<Journal::Contents> Journal::peek(const std::filesystem::path& path) {
 }
 
 Result<void> Journal::expect_ended(const std::filesystem::path& path) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0)
+    const Fd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (!fd)
         return fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
-    const Result<void> free = lock(fd, path);
-    ::close(fd);
-    return free;
+    return lock(fd, path);
 }
 
 Result<void> Journal::discard(const std::filesystem::path& path) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0)
+    const auto failed = [&] {
         return fail("{}: cannot be taken away: {}", path.string(), std::strerror(errno));
-    Result<void> done = lock(fd, path);
-    if (done && ::unlink(path.c_str()) != 0)
-        done = fail("{}: cannot be taken away: {}", path.string(), std::strerror(errno));
-    ::close(fd);
-    return done;
+    };
+    const Fd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    if (!fd)
+        return failed();
+    PALPATE_TRY(lock(fd, path));
+    if (::unlink(path.c_str()) != 0)
+        return failed();
+    return {};
 }
 
 Result<void> Journal::append(const JournalEntry& entry) {
@@ -328,16 +298,16 @@ Result<void> Journal::write_record(const std::string& payload) {
         return fail("{}: cannot be written: {}", path_.string(), std::strerror(reason));
     };
     // A reader stops at a torn record, so nothing may follow it.
-    if (torn_ && ::ftruncate(fd_, static_cast<off_t>(end_)) != 0)
+    if (torn_ && ::ftruncate(fd_.get(), static_cast<off_t>(end_)) != 0)
         return failed(errno);
     torn_ = false;
     if (end_ + payload.size() + 8 > kMostBytes)
         return fail("{}: expected at most {} GiB in a journal, found more", path_.string(),
                     (kMostBytes + 1) >> 30);
     const std::string record = record_of(payload);
-    if (!write_all(fd_, record) || ::fdatasync(fd_) != 0) {
+    if (!write_all(fd_, std::as_bytes(std::span(record))) || ::fdatasync(fd_.get()) != 0) {
         const int reason = errno;
-        torn_ = ::ftruncate(fd_, static_cast<off_t>(end_)) != 0;
+        torn_ = ::ftruncate(fd_.get(), static_cast<off_t>(end_)) != 0;
         return failed(reason);
     }
     end_ += record.size();

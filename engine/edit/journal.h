@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/fd.h"
 #include "engine/edit/document.h"
 #include "engine/edit/stroke.h"
 
@@ -93,10 +94,6 @@ class Journal {
     // Removes a journal that no process has open for writing.
     static Result<void> discard(const std::filesystem::path& path);
 
-    ~Journal();
-    Journal(Journal&& other) noexcept;
-    Journal& operator=(Journal&&) = delete;
-
     // When this fails, a full disk say, the journal is what it was before, and may be tried again.
     Result<void> append(const JournalEntry& entry);
 
@@ -104,13 +101,13 @@ class Journal {
     void remove();
 
  private:
-    Journal(std::filesystem::path path, int fd, uint64_t end);
+    Journal(std::filesystem::path path, Fd fd) : path_(std::move(path)), fd_(std::move(fd)) {}
     Result<void> begin(const Base& base);
     Result<void> write_record(const std::string& payload);
 
     std::filesystem::path path_;
-    int fd_;
-    uint64_t end_;      // of the last whole entry
+    Fd fd_;
+    uint64_t end_ = 0;  // of the last whole entry
     bool torn_ = false; // there is more behind it, which could not be taken away
 };
 

@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "engine/base/assert.h"
+#include "engine/base/fd.h"
 #include "engine/base/file.h"
 #include "engine/io/brick_file.h"
 #include "engine/io/brick_file_layout.h"
@@ -118,17 +119,11 @@ class Levels {
 // The file being written: bricks in the order they come, then the index, then the header.
 class Output {
  public:
-    Output(std::string name, int fd, const Levels& levels)
-        : name_(std::move(name)), fd_(fd), at_(sizeof(BrickFileHeader)) {
+    Output(std::string name, Fd fd, const Levels& levels)
+        : name_(std::move(name)), fd_(std::move(fd)), at_(sizeof(BrickFileHeader)) {
         for (uint32_t level = 0; level < levels.count(); ++level)
             entries_.emplace_back(count_of(levels.bricks(level)));
     }
-    ~Output() {
-        if (fd_ >= 0)
-            ::close(fd_);
-    }
-    Output(const Output&) = delete;
-    Output& operator=(const Output&) = delete;
 
     Result<void> write(Packed& packed, glm::uvec3 bricks) {
         BrickFileEntry& entry = packed.entry;
@@ -173,7 +168,7 @@ class Output {
         header.header_crc = io::checksum(head.first(offsetof(BrickFileHeader, header_crc)));
         at_ = 0;
         PALPATE_TRY(put(head));
-        if (::close(std::exchange(fd_, -1)) != 0)
+        if (::close(fd_.release()) != 0)
             return failed();
         return {};
     }
@@ -183,20 +178,14 @@ class Output {
         return fail("{}: cannot be written: {}", name_, std::strerror(errno));
     }
     Result<void> put(std::span<const std::byte> bytes) {
-        while (!bytes.empty()) {
-            const ssize_t done = ::pwrite(fd_, bytes.data(), bytes.size(), static_cast<off_t>(at_));
-            if (done < 0 && errno == EINTR)
-                continue;
-            if (done < 0)
-                return failed();
-            at_ += static_cast<uint64_t>(done);
-            bytes = bytes.subspan(static_cast<size_t>(done));
-        }
+        if (!write_all_at(fd_, bytes, static_cast<off_t>(at_)))
+            return failed();
+        at_ += bytes.size();
         return {};
     }
 
     std::string name_;
-    int fd_;
+    Fd fd_;
     uint64_t at_;
     uint32_t range_count_ = 0;
     std::vector<std::vector<BrickFileEntry>> entries_;
@@ -292,10 +281,10 @@ Result<void> save_brick_file(const std::filesystem::path& path, const BrickStrea
                              const BrickFileWriting& writing) {
     const std::string name = path.string();
     return write_atomically(path, [&](const std::filesystem::path& temporary) -> Result<void> {
-        const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-        if (fd < 0)
+        Fd fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
+        if (!fd)
             return fail("{}: cannot be written: {}", name, std::strerror(errno));
-        Output output(name, fd, Levels(stream));
+        Output output(name, std::move(fd), Levels(stream));
         try {
             PALPATE_TRY(write_pages(output, stream, name, writing));
         } catch (const SourceError& error) { // what is read proves to be damaged

@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <cstring>
 #include <limits>
-#include <utility>
 
 namespace palpate::io {
 
@@ -50,27 +49,13 @@ void ByteSource::End::operator()(z_stream_s* stream) const {
     delete stream;
 }
 
-ByteSource::ByteSource(std::filesystem::path path, int fd) : path_(std::move(path)), fd_(fd) {}
-
-ByteSource::ByteSource(ByteSource&& other) noexcept
-    : path_(std::move(other.path_)),
-      fd_(std::exchange(other.fd_, -1)),
-      stream_(std::move(other.stream_)),
-      packed_(std::move(other.packed_)) {}
-
-ByteSource::~ByteSource() {
-    if (fd_ >= 0)
-        ::close(fd_);
-}
-
 Result<ByteSource> ByteSource::open(const std::filesystem::path& path, Packing packing,
                                     uint64_t offset) {
-    const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    if (fd < 0)
+    ByteSource source(path, Fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC)));
+    if (!source.fd_)
         return fail("{}: cannot be read: {}", path.string(), std::strerror(errno));
-    ByteSource source(path, fd);
     if (offset > static_cast<uint64_t>(std::numeric_limits<off_t>::max()) ||
-        ::lseek(fd, static_cast<off_t>(offset), SEEK_SET) < 0)
+        ::lseek(source.fd_.get(), static_cast<off_t>(offset), SEEK_SET) < 0)
         return fail("{}: cannot be read from byte {}", path.string(), offset);
     if (packing != Packing::none) {
         source.packed_.resize(kPackedBytes);
@@ -85,7 +70,7 @@ Result<ByteSource> ByteSource::open(const std::filesystem::path& path, Packing p
 Result<size_t> ByteSource::read_file(std::span<std::byte> out) {
     size_t done = 0;
     while (done < out.size()) {
-        const ssize_t got = ::read(fd_, out.data() + done, out.size() - done);
+        const ssize_t got = ::read(fd_.get(), out.data() + done, out.size() - done);
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)
@@ -117,7 +102,7 @@ Result<bool> ByteSource::begin_next() {
 
 Result<size_t> ByteSource::read(std::span<std::byte> out) {
     if (!stream_)
-        return fd_ < 0 ? Result<size_t>(0) : read_file(out);
+        return fd_ ? read_file(out) : Result<size_t>(0);
     size_t done = 0;
     while (done < out.size()) {
         PALPATE_TRY(const bool more, refill());
@@ -132,7 +117,7 @@ Result<size_t> ByteSource::read(std::span<std::byte> out) {
             PALPATE_TRY(const bool next, begin_next());
             if (!next) {
                 stream_.reset();
-                ::close(std::exchange(fd_, -1));
+                fd_ = Fd();
                 break;
             }
         } else if (status != Z_OK && status != Z_BUF_ERROR) {
@@ -143,11 +128,12 @@ Result<size_t> ByteSource::read(std::span<std::byte> out) {
 }
 
 Result<uint64_t> ByteSource::skip(uint64_t count) {
-    if (!stream_ && fd_ >= 0) {
-        const off_t at = ::lseek(fd_, 0, SEEK_CUR), end = ::lseek(fd_, 0, SEEK_END);
+    if (!stream_ && fd_) {
+        const int fd = fd_.get();
+        const off_t at = ::lseek(fd, 0, SEEK_CUR), end = ::lseek(fd, 0, SEEK_END);
         const uint64_t passed =
             std::min(count, static_cast<uint64_t>(std::max(end - at, off_t{0})));
-        if (at < 0 || end < 0 || ::lseek(fd_, at + static_cast<off_t>(passed), SEEK_SET) < 0)
+        if (at < 0 || end < 0 || ::lseek(fd, at + static_cast<off_t>(passed), SEEK_SET) < 0)
             return fail("{}: cannot be read: {}", path_.string(), std::strerror(errno));
         return passed;
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/fd.h"
 
 struct z_stream_s;
 
@@ -29,9 +30,6 @@ class ByteSource {
     // An error names the file when it cannot be opened.
     static Result<ByteSource> open(const std::filesystem::path& path, Packing packing,
                                    uint64_t offset = 0);
-    ~ByteSource();
-    ByteSource(ByteSource&&) noexcept;
-    ByteSource& operator=(ByteSource&&) = delete;
 
     // Fills `out`, or as much of it as there is before the end, and returns how much that was.
     // An error when the packed bytes are damaged or end too early.
@@ -44,13 +42,13 @@ class ByteSource {
     struct End {
         void operator()(z_stream_s* stream) const;
     };
-    ByteSource(std::filesystem::path path, int fd);
+    ByteSource(std::filesystem::path path, Fd fd) : path_(std::move(path)), fd_(std::move(fd)) {}
     Result<size_t> read_file(std::span<std::byte> out);
     Result<bool> refill();     // false at the end of the file
     Result<bool> begin_next(); // true when another gzip member follows
 
     std::filesystem::path path_;
-    int fd_;
+    Fd fd_;
     std::unique_ptr<z_stream_s, End> stream_; // null for Packing::none, and after the last member
     std::vector<std::byte> packed_;
 };

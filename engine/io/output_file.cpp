@@ -27,27 +27,14 @@ void OutputFile::End::operator()(z_stream_s* stream) const {
     delete stream;
 }
 
-OutputFile::OutputFile(std::string name, int fd) : name_(std::move(name)), fd_(fd) {}
-
-OutputFile::OutputFile(OutputFile&& other) noexcept
-    : name_(std::move(other.name_)),
-      fd_(std::exchange(other.fd_, -1)),
-      stream_(std::move(other.stream_)),
-      packed_(std::move(other.packed_)) {}
-
-OutputFile::~OutputFile() {
-    if (fd_ >= 0)
-        ::close(fd_);
-}
-
 tl::unexpected<Error> OutputFile::failed() const {
     return fail("{}: cannot be written: {}", name_, std::strerror(errno));
 }
 
 Result<OutputFile> OutputFile::create(const std::filesystem::path& path, std::string name) {
     OutputFile file(std::move(name),
-                    ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666));
-    if (file.fd_ < 0)
+                    Fd(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)));
+    if (!file.fd_)
         return file.failed();
     return file;
 }
@@ -61,14 +48,8 @@ Result<void> OutputFile::begin_packing() {
 }
 
 Result<void> OutputFile::write_file(std::span<const std::byte> bytes) {
-    while (!bytes.empty()) {
-        const ssize_t done = ::write(fd_, bytes.data(), bytes.size());
-        if (done < 0 && errno == EINTR)
-            continue;
-        if (done < 0)
-            return failed();
-        bytes = bytes.subspan(static_cast<size_t>(done));
-    }
+    if (!write_all(fd_, bytes))
+        return failed();
     return {};
 }
 
@@ -97,9 +78,7 @@ Result<void> OutputFile::write(std::span<const std::byte> bytes) {
 Result<void> OutputFile::finish() {
     if (stream_)
         PALPATE_TRY(deflate_all({}, Z_FINISH));
-    if (::fsync(fd_) != 0)
-        return failed();
-    if (::close(std::exchange(fd_, -1)) != 0)
+    if (::fsync(fd_.get()) != 0 || ::close(fd_.release()) != 0)
         return failed();
     return {};
 }

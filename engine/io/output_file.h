@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/base/fd.h"
 
 struct z_stream_s;
 
@@ -19,9 +20,6 @@ class OutputFile {
  public:
     // `name` is how errors call the file; it may differ from the path of a temporary one.
     static Result<OutputFile> create(const std::filesystem::path& path, std::string name);
-    ~OutputFile();
-    OutputFile(OutputFile&&) noexcept;
-    OutputFile& operator=(OutputFile&&) = delete;
 
     // Packs all later bytes as one gzip stream. At most once.
     Result<void> begin_packing();
@@ -37,13 +35,13 @@ class OutputFile {
     struct End {
         void operator()(z_stream_s* stream) const;
     };
-    OutputFile(std::string name, int fd);
+    OutputFile(std::string name, Fd fd) : name_(std::move(name)), fd_(std::move(fd)) {}
     Result<void> write_file(std::span<const std::byte> bytes);
     Result<void> deflate_all(std::span<const std::byte> bytes, int flush);
     tl::unexpected<Error> failed() const; // with the reason in errno
 
     std::string name_;
-    int fd_;
+    Fd fd_;
     std::unique_ptr<z_stream_s, End> stream_; // null until begin_packing()
     std::vector<std::byte> packed_;
 };

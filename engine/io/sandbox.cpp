@@ -21,6 +21,7 @@
 #include <sstream>
 #include <vector>
 
+#include "engine/base/fd.h"
 #include "engine/base/timer.h"
 #include "engine/io/report.h"
 
@@ -43,26 +44,10 @@ constexpr double kWallPerCpu = 10.0;
 constexpr double kSlowestBytesPerSecond = 4e6;      // decoded
 constexpr double kSlowestFileBytesPerSecond = 20e6; // read, and unpacked to be counted
 
-class Fd {
- public:
-    explicit Fd(int fd = -1) : fd_(fd) {}
-    Fd(Fd&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-    Fd& operator=(Fd&& other) noexcept {
-        std::swap(fd_, other.fd_);
-        return *this;
-    }
-    ~Fd() {
-        if (fd_ >= 0)
-            ::close(fd_);
-    }
-    int get() const { return fd_; }
-
-    // The same file under a number that posix_spawn's dup2 to kMemoryFd, kReportFd cannot clobber.
-    Fd moved_up() const { return Fd(::fcntl(fd_, F_DUPFD_CLOEXEC, 10)); }
-
- private:
-    int fd_;
-};
+// The same file under a number that posix_spawn's dup2 to kMemoryFd, kReportFd cannot clobber.
+Fd moved_up(const Fd& fd) {
+    return Fd(::fcntl(fd.get(), F_DUPFD_CLOEXEC, 10));
+}
 
 // A running child; killed and waited for when it goes out of scope, so that none is left over.
 class Child {
@@ -115,7 +100,7 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
         return fail("{}: no pipe to a decoder: {}", request.path.string(), std::strerror(errno));
     Fd from_child(ends[0]);
     const Fd low_end(ends[1]);
-    const Fd to_parent = low_end.moved_up();
+    const Fd to_parent = moved_up(low_end);
     posix_spawn_file_actions_t actions;
     ::posix_spawn_file_actions_init(&actions);
     ::posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
@@ -326,7 +311,7 @@ Result<DecodedVoxels> decode_once(const DecodeRequest& request, const ReadOption
                                   fs::path& at) {
     const std::string name = request.path.string();
     const Fd low(::memfd_create("palpate-voxels", MFD_CLOEXEC));
-    const Fd memory = low.moved_up();
+    const Fd memory = moved_up(low);
     if (memory.get() < 0)
         return fail("{}: no shared memory to decode into: {}", name, std::strerror(errno));
     Reported reported;

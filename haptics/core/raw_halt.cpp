@@ -12,22 +12,15 @@
 
 namespace palpate::haptics {
 
-RawHalt::~RawHalt() {
-    if (fd_ >= 0)
-        ::close(fd_);
-}
-
 Result<void> RawHalt::prepare(int fd, std::span<const std::byte> message) {
     if (message.empty() || message.size() > kMost)
         return fail("a message that halts a device: expected 1 to {} bytes, found {}", kMost,
                     message.size());
     // Its own number: a library that closes its own does not let another file have it.
-    const int own = ::fcntl(fd, F_DUPFD_CLOEXEC, 0);
-    if (own < 0)
+    Fd own(::fcntl(fd, F_DUPFD_CLOEXEC, 0));
+    if (!own)
         return fail("a descriptor that halts a device: {}", ::strerror(errno));
-    if (fd_ >= 0)
-        ::close(fd_);
-    fd_ = own;
+    fd_ = std::move(own);
     std::copy(message.begin(), message.end(), message_.begin());
     size_ = message.size();
     return {};
@@ -45,7 +38,7 @@ Result<void> RawHalt::by_usb(int fd, uint8_t endpoint, std::span<const std::byte
 }
 
 bool RawHalt::send() const noexcept {
-    if (fd_ < 0)
+    if (!fd_)
         return false;
     const int before = errno;
     ssize_t sent = -1;
@@ -54,10 +47,10 @@ bool RawHalt::send() const noexcept {
                                        .len = static_cast<unsigned>(size_),
                                        .timeout = kUsbTimeout_ms,
                                        .data = const_cast<std::byte*>(message_.data())};
-        sent = ::ioctl(fd_, USBDEVFS_BULK, &transfer);
-    } else if (pollfd takes{.fd = fd_, .events = POLLOUT, .revents = 0};
+        sent = ::ioctl(fd_.get(), USBDEVFS_BULK, &transfer);
+    } else if (pollfd takes{.fd = fd_.get(), .events = POLLOUT, .revents = 0};
                ::poll(&takes, 1, 0) == 1 && (takes.revents & POLLOUT)) {
-        sent = ::write(fd_, message_.data(), size_);
+        sent = ::write(fd_.get(), message_.data(), size_);
     }
     errno = before;
     return sent == static_cast<ssize_t>(size_);

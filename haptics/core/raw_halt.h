@@ -6,6 +6,7 @@
 #include <span>
 
 #include "engine/base/error.h"
+#include "engine/base/fd.h"
 
 namespace palpate::haptics {
 
@@ -19,10 +20,6 @@ class RawHalt {
  public:
     static constexpr size_t kMost = 64;           // bytes of a message
     static constexpr uint32_t kUsbTimeout_ms = 5; // the longest that send() waits by USB
-    RawHalt() = default;
-    ~RawHalt();
-    RawHalt(const RawHalt&) = delete;
-    RawHalt& operator=(const RawHalt&) = delete;
 
     // For hidraw and serial lines: the message is written to a copy of `fd` where that takes it
     // without waiting. At most kMost bytes.
@@ -39,7 +36,7 @@ class RawHalt {
  private:
     Result<void> prepare(int fd, std::span<const std::byte> message);
 
-    int fd_ = -1;
+    Fd fd_;
     bool usb_ = false;
     uint8_t endpoint_ = 0;
     std::array<std::byte, kMost> message_{};
