@@ -9,7 +9,8 @@
 #include "shaders/lib/net_frame.glsl"
 #define NET_CELLS_WRITTEN
 #include "shaders/lib/net_cells.glsl"
-#include "shaders/lib/net_sums.glsl"
+#define GROUP_LANES kNetGroup
+#include "shaders/lib/group_sums.glsl"
 #include "shaders/lib/exact_float.glsl"
 
 layout(local_size_x = 64) in;

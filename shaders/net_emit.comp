@@ -8,7 +8,8 @@
 #include "shaders/shared/nets.h"
 #include "shaders/lib/net_frame.glsl"
 #include "shaders/lib/net_cells.glsl"
-#include "shaders/lib/net_sums.glsl"
+#define GROUP_LANES kNetGroup
+#include "shaders/lib/group_sums.glsl"
 
 layout(local_size_x = 64) in;
 

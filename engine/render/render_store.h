@@ -7,7 +7,6 @@
 
 #include "engine/render/frame_block.h"
 #include "engine/render/mirrored_buffer.h"
-#include "engine/render/pipelines.h"
 #include "engine/render/shared_pool.h"
 #include "engine/render/targets.h"
 #include "engine/render/transfer_image.h"
@@ -30,7 +29,7 @@ struct RenderStore {
 
     GpuDevice& device;
     RendererOptions options;
-    Pipelines pipelines;
+    PipelineCache pipelines;
     Sampler linear, nearest, label_sampler;
     VolumeResidency volume;
     SharedPool<TransferImage> transfers;

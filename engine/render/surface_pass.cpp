@@ -3,6 +3,12 @@
 #include <algorithm>
 #include <limits>
 
+#include "spirv/surface_begin.h"
+#include "spirv/surface_caps.h"
+#include "spirv/surface_compose.h"
+#include "spirv/surface_draw.h"
+#include "spirv/surface_shade.h"
+
 namespace palpate {
 
 static_assert(gpu::kMaxSurfaceLayers == kMaxSurfaces && gpu::kMaxSurfaceClips == kMaxClipPlanes);
@@ -283,10 +289,11 @@ void SurfacePass::start_work(Commands& commands, uint32_t surface, const Arrays&
 }
 
 // The opaque triangles of a surface, or the see-through ones; `turn` as in gpu::SurfaceWork.
-void SurfacePass::draw(Commands& commands, Pipelines& pipelines, BufferSlice frame,
+void SurfacePass::draw(Commands& commands, PipelineCache& pipelines, BufferSlice frame,
                        uint32_t surface, const Arrays& arrays, bool through, uint32_t turn) {
-    const SurfaceVariant variant{
-        .through = through, .clips = scratch_->clips, .int64 = device_->has_int64_atomics()};
+    spirv::SurfaceDraw shader{.has_through = through,
+                              .has_clips = scratch_->clips,
+                              .has_int64 = device_->has_int64_atomics()};
     std::vector<Bound> bound = pixel_bindings(frame, through, true);
     if (scratch_->clips)
         bound.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
@@ -299,25 +306,23 @@ void SurfacePass::draw(Commands& commands, Pipelines& pipelines, BufferSlice fra
     bound.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work, Use::storage_write));
     bound.push_back(bind_storage(gpu::kSurfaceLarge, scratch_->large, Use::storage_write));
     const uint32_t groups = (arrays.triangle_count + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
-    commands.dispatch(pipelines.surface(SurfaceStage::draw, variant, bound), bound,
+    commands.dispatch(pipelines.get(shader), bound,
                       {std::min(groups, gpu::kSurfaceMostGroups),
                        (groups + gpu::kSurfaceMostGroups - 1) / gpu::kSurfaceMostGroups, 1});
     for (Bound& b : std::span(bound).last(2))
         b.use = Use::storage_read;
-    commands.dispatch_indirect(pipelines.surface(SurfaceStage::draw_large, variant, bound), bound,
-                               scratch_->work);
+    shader.is_large = true;
+    commands.dispatch_indirect(pipelines.get(shader), bound, scratch_->work);
 }
 
-void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images& images) {
+void SurfacePass::record(Commands& commands, PipelineCache& pipelines, const Images& images) {
     const bool clips = scratch_->clips;
     commands.begin_pass("surfaces");
     for (const Rows& rows : rows_) {
         const BufferSlice frame = rows.frame;
         const glm::uvec3 pixels((size_px_.x + 63) / 64, rows.count, 1);
-        const SurfaceVariant all{see_through_, clips, images.layers != nullptr,
-                                 images.values != nullptr};
-        const auto dispatch = [&](SurfaceStage stage, const std::vector<Bound>& bound) {
-            commands.dispatch(pipelines.surface(stage, all, bound), bound, pixels);
+        const auto dispatch = [&](const Shader& shader, const std::vector<Bound>& bound) {
+            commands.dispatch(pipelines.get(shader), bound, pixels);
         };
 
         std::vector<Bound> begin = pixel_bindings(frame, see_through_, false);
@@ -327,7 +332,7 @@ void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images&
                 bind_storage(gpu::kSurfaceCounts, *scratch_->counts, Use::storage_write));
         }
         begin.push_back(bind_sampled(gpu::kSurfaceBehindValues, images.behind_values, *nearest_));
-        dispatch(SurfaceStage::begin, begin);
+        dispatch(spirv::SurfaceBegin{.has_through = see_through_, .has_clips = clips}, begin);
 
         // Without atomic operations on 64 bits: all depths, then which triangles are there.
         const uint32_t turns = device_->has_int64_atomics() ? 1 : 2;
@@ -342,7 +347,7 @@ void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images&
             std::vector<Bound> caps = pixel_bindings(frame, see_through_, true);
             caps.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
             caps.push_back(bind_storage(gpu::kSurfaceCounts, *scratch_->counts));
-            dispatch(SurfaceStage::caps, caps);
+            dispatch(spirv::SurfaceCaps{.has_through = see_through_}, caps);
         }
         for (uint32_t i = 0; i < surfaces_.size(); ++i)
             for (const Arrays& arrays : surfaces_[i].arrays) {
@@ -353,7 +358,7 @@ void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images&
                 shade.push_back(bind_storage(gpu::kSurfaceLabels, arrays.labels));
                 start_work(commands, i, arrays, gpu::kSurfaceDepths);
                 shade.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work));
-                dispatch(SurfaceStage::shade, shade);
+                dispatch(spirv::SurfaceShade{.has_through = see_through_}, shade);
             }
 
         std::vector<Bound> compose = pixel_bindings(frame, see_through_, true);
@@ -366,7 +371,10 @@ void SurfacePass::record(Commands& commands, Pipelines& pipelines, const Images&
             compose.push_back(bind_storage_image(gpu::kSurfaceValues, *images.values));
         if (images.layers)
             compose.push_back(bind_storage_image(gpu::kSurfaceLayers, *images.layers));
-        dispatch(SurfaceStage::compose, compose);
+        dispatch(spirv::SurfaceCompose{.has_through = see_through_,
+                                       .has_layers = images.layers != nullptr,
+                                       .has_values = images.values != nullptr},
+                 compose);
     }
     commands.end_pass();
 }

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "engine/render/mirrored_buffer.h"
-#include "engine/render/pipelines.h"
 #include "engine/render/surface_mesh.h"
 #include "engine/scene/scene.h"
 #include "engine/surface_gpu/gpu_surface.h"
@@ -50,7 +49,7 @@ class SurfacePass {
         GpuImage* values;        // gets its values and distances; may be null
         GpuImage* layers;        // gets Scene::surface_depth layers an eye for the ray caster
     };
-    void record(Commands& commands, Pipelines& pipelines, const Images& images);
+    void record(Commands& commands, PipelineCache& pipelines, const Images& images);
 
  private:
     // What the rows drawn at a time need, a pixel each.
@@ -89,7 +88,7 @@ class SurfacePass {
     void keep_frames(const Scene& scene, std::span<const View> views, Commands& commands);
     void keep_scratch(const Scene& scene);
     uint32_t rows_at_a_time(const Scene& scene) const;
-    void draw(Commands& commands, Pipelines& pipelines, BufferSlice frame, uint32_t surface,
+    void draw(Commands& commands, PipelineCache& pipelines, BufferSlice frame, uint32_t surface,
               const Arrays& arrays, bool through, uint32_t turn);
     std::vector<Bound> pixel_bindings(BufferSlice frame, bool through, bool styles);
     void start_work(Commands& commands, uint32_t surface, const Arrays& arrays, uint32_t turn);

@@ -6,12 +6,14 @@
 // Rows run along x; row (y, z), 0 .. 8 on both axes, has the number y + 9 z. Bit 3 x + axis of
 // edges_of_row: the edge along `axis` from sample x is crossed.
 
+#define GROUP_LANES kExtractGroup
+#include "shaders/lib/group_sums.glsl"
+
 layout(binding = kExtractSamples) uniform usampler3D samples;
 
 shared uint inside_of_row[81];  // bit x, 0 .. 8
 shared uint edges_of_row[81];
 shared uint before_row[81];     // own vertices before the row, | borrowed ones << 16
-shared uint partial_sums[kExtractGroup + 8u];
 
 const uint kOwnBits = 0x00ffffffu; // edges from samples 0 .. 7
 
@@ -30,29 +32,6 @@ ivec3 last_in(ivec3 block) { return min(frame.last - 8 * block, ivec3(8)); }
 
 // n / 9 for n < 128: division of integers is slow where it is done lane by lane.
 uint ninth(uint n) { return n * 57u >> 9; }
-
-// Sums over the group in the order of lanes: of those before, and of all. To be called by all lanes.
-uint sum_before(uint lane, uint value, out uint total) {
-    const uint eight = lane & ~7u; // the first of eight lanes
-    partial_sums[lane] = value;
-    barrier();
-    uint before = 0u, all = 0u;
-    for (uint i = 0u; i < 8u; ++i) {
-        const uint one = partial_sums[eight + i];
-        all += one;
-        before += eight + i < lane ? one : 0u;
-    }
-    if (lane == eight)
-        partial_sums[kExtractGroup + (lane >> 3)] = all;
-    barrier();
-    total = 0u;
-    for (uint i = 0u; i < 8u; ++i) {
-        const uint of_eight = partial_sums[kExtractGroup + i];
-        before += 8u * i < eight ? of_eight : 0u;
-        total += of_eight;
-    }
-    return before;
-}
 
 // Bit 3 i for bit i of the lowest ten.
 uint three_apart(uint bits) {

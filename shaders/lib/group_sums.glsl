@@ -1,6 +1,7 @@
-// Sums over the group in the order of lanes: of those before, and of all. To be called by all lanes.
+// Sums over a group of GROUP_LANES, at most 64, in the order of lanes: of those before, and of all.
+// To be called by all lanes.
 
-shared uint partial_sums[kNetGroup + 8u];
+shared uint partial_sums[GROUP_LANES + 8u];
 
 uint sum_before(uint lane, uint value, out uint total) {
     const uint eight = lane & ~7u; // the first of eight lanes
@@ -14,11 +15,11 @@ uint sum_before(uint lane, uint value, out uint total) {
         before += eight + i < lane ? one : 0u;
     }
     if (lane == eight)
-        partial_sums[kNetGroup + (lane >> 3)] = all;
+        partial_sums[GROUP_LANES + (lane >> 3)] = all;
     barrier();
     total = 0u;
     for (uint i = 0u; i < 8u; ++i) {
-        const uint of_eight = partial_sums[kNetGroup + i];
+        const uint of_eight = partial_sums[GROUP_LANES + i];
         before += 8u * i < eight ? of_eight : 0u;
         total += of_eight;
     }
