@@ -110,14 +110,13 @@ struct Project {
 };
 
 Result<ComponentType> numpy_type(const std::string& name, std::string_view dtype) {
-    constexpr std::pair<std::string_view, ComponentType> types[] = {
+    constexpr TypeKey<std::string_view> types[] = {
         {"int8", ComponentType::i8},     {"uint8", ComponentType::u8},
         {"int16", ComponentType::i16},   {"uint16", ComponentType::u16},
         {"int32", ComponentType::i32},   {"uint32", ComponentType::u32},
         {"float32", ComponentType::f32}, {"float64", ComponentType::f64}};
-    for (const auto& [known, type] : types)
-        if (dtype == known)
-            return type;
+    if (const auto type = find_type(types, dtype))
+        return *type;
     return fail("{}: expected a dtype of numbers in main.plist, found \"{}\"", name, dtype);
 }
 

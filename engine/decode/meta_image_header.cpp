@@ -48,7 +48,7 @@ Result<size_t> split(const std::string& name, std::string_view text, Fields& fie
 }
 
 Result<ComponentType> element_type(const std::string& name, std::string_view type) {
-    constexpr std::pair<std::string_view, ComponentType> types[] = {
+    constexpr TypeKey<std::string_view> types[] = {
         {"MET_CHAR", ComponentType::i8},        {"MET_ASCII_CHAR", ComponentType::i8},
         {"MET_UCHAR", ComponentType::u8},       {"MET_SHORT", ComponentType::i16},
         {"MET_USHORT", ComponentType::u16},     {"MET_INT", ComponentType::i32},
@@ -56,9 +56,8 @@ Result<ComponentType> element_type(const std::string& name, std::string_view typ
         {"MET_ULONG", ComponentType::u32},      {"MET_LONG_LONG", ComponentType::i64},
         {"MET_ULONG_LONG", ComponentType::u64}, {"MET_FLOAT", ComponentType::f32},
         {"MET_DOUBLE", ComponentType::f64}};
-    for (const auto& [known, component] : types)
-        if (type == known)
-            return component;
+    if (const auto component = find_type(types, type))
+        return *component;
     return fail("{}: expected an ElementType of one number, found \"{}\"", name, type);
 }
 

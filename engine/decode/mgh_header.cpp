@@ -8,18 +8,13 @@ namespace palpate::io {
 namespace {
 
 Result<ComponentType> component_type(const std::string& name, int32_t type) {
-    switch (type) {
-        case 0:
-            return ComponentType::u8;
-        case 1:
-            return ComponentType::i32;
-        case 3:
-            return ComponentType::f32;
-        case 4:
-            return ComponentType::i16;
-        case 10:
-            return ComponentType::u16;
-    }
+    constexpr TypeKey<int32_t> types[] = {{0, ComponentType::u8},
+                                          {1, ComponentType::i32},
+                                          {3, ComponentType::f32},
+                                          {4, ComponentType::i16},
+                                          {10, ComponentType::u16}};
+    if (const auto found = find_type(types, type))
+        return *found;
     return fail(
         "{}: expected voxels of the MGH types 0 (uchar), 1 (int), 3 (float), 4 (short) or 10 "
         "(ushort), found {}; mri_convert --out_data_type changes it",

@@ -11,27 +11,14 @@ namespace fs = std::filesystem;
 namespace {
 
 Result<ComponentType> component_type(const std::string& name, int datatype) {
+    constexpr TypeKey<int> types[] = {{2, ComponentType::u8},     {4, ComponentType::i16},
+                                      {8, ComponentType::i32},    {16, ComponentType::f32},
+                                      {64, ComponentType::f64},   {256, ComponentType::i8},
+                                      {512, ComponentType::u16},  {768, ComponentType::u32},
+                                      {1024, ComponentType::i64}, {1280, ComponentType::u64}};
+    if (const auto found = find_type(types, datatype))
+        return *found;
     switch (datatype) {
-        case 2:
-            return ComponentType::u8;
-        case 4:
-            return ComponentType::i16;
-        case 8:
-            return ComponentType::i32;
-        case 16:
-            return ComponentType::f32;
-        case 64:
-            return ComponentType::f64;
-        case 256:
-            return ComponentType::i8;
-        case 512:
-            return ComponentType::u16;
-        case 768:
-            return ComponentType::u32;
-        case 1024:
-            return ComponentType::i64;
-        case 1280:
-            return ComponentType::u64;
         case 1:
             return fail("{}: holds single bits, which cannot be read", name);
         case 32:

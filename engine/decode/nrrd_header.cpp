@@ -11,11 +11,7 @@ namespace {
 
 using Fields = std::map<std::string, std::string, std::less<>>;
 
-struct TypeName {
-    std::string_view name;
-    ComponentType type;
-};
-constexpr TypeName kTypes[] = {
+constexpr TypeKey<std::string_view> kTypes[] = {
     {"signed char", ComponentType::i8},
     {"int8", ComponentType::i8},
     {"int8_t", ComponentType::i8},
@@ -250,14 +246,10 @@ Result<void> read_axes(const std::string& name, const Fields& fields, NrrdHeader
 Result<void> read_payload_fields(const std::string& name, const Fields& fields,
                                  NrrdHeader& header) {
     const std::string type = lower_case(field(fields, "type"));
-    bool known = false;
-    for (const TypeName& candidate : kTypes)
-        if (type == candidate.name) {
-            header.type = candidate.type;
-            known = true;
-        }
+    const auto known = find_type(kTypes, std::string_view(type));
     if (!known)
         return fail("{}: expected a type of number, found \"{}\"", name, type);
+    header.type = *known;
 
     const std::string encoding = lower_case(field(fields, "encoding"));
     if (encoding == "raw")

@@ -41,26 +41,12 @@ constexpr Kind kKinds[] = {
 };
 
 std::optional<ComponentType> component_type(Io::IOComponentType type) {
-    switch (type) {
-        case itk::IOComponentEnum::UCHAR:
-            return ComponentType::u8;
-        case itk::IOComponentEnum::CHAR:
-            return ComponentType::i8;
-        case itk::IOComponentEnum::USHORT:
-            return ComponentType::u16;
-        case itk::IOComponentEnum::SHORT:
-            return ComponentType::i16;
-        case itk::IOComponentEnum::UINT:
-            return ComponentType::u32;
-        case itk::IOComponentEnum::INT:
-            return ComponentType::i32;
-        case itk::IOComponentEnum::FLOAT:
-            return ComponentType::f32;
-        case itk::IOComponentEnum::DOUBLE:
-            return ComponentType::f64;
-        default:
-            return {};
-    }
+    using enum itk::IOComponentEnum;
+    constexpr TypeKey<Io::IOComponentType> types[] = {
+        {UCHAR, ComponentType::u8},  {CHAR, ComponentType::i8},   {USHORT, ComponentType::u16},
+        {SHORT, ComponentType::i16}, {UINT, ComponentType::u32},  {INT, ComponentType::i32},
+        {FLOAT, ComponentType::f32}, {DOUBLE, ComponentType::f64}};
+    return find_type(types, type);
 }
 
 const Kind* kind_of(const fs::path& path) {

@@ -11,11 +11,7 @@ namespace palpate::io {
 
 namespace {
 
-struct Type {
-    std::string_view name;
-    ComponentType type;
-};
-constexpr Type kTypes[] = {
+constexpr TypeKey<std::string_view> kTypes[] = {
     {"unsigned_char", ComponentType::u8},   {"char", ComponentType::i8},
     {"unsigned_short", ComponentType::u16}, {"short", ComponentType::i16},
     {"unsigned_int", ComponentType::u32},   {"int", ComponentType::i32},
@@ -49,12 +45,9 @@ Result<glm::dvec3> three_numbers(std::string_view line) {
 Result<void> take_scalars(const std::vector<std::string_view>& words, Header& header) {
     if (words.size() < 3 || words.size() > 4)
         return fail("expected SCALARS with a name and a type");
-    const std::string type = lower_case(words[2]);
-    const auto* known = std::find_if(std::begin(kTypes), std::end(kTypes),
-                                     [&](const Type& t) { return t.name == type; });
-    if (known == std::end(kTypes))
+    header.type = find_type(kTypes, std::string_view(lower_case(words[2])));
+    if (!header.type)
         return fail("its samples are of type {}, which is not read", words[2]);
-    header.type = known->type;
     if (words.size() == 4) {
         const auto components = parse_integer(words[3]);
         if (!components || *components < 1 || *components > 4)

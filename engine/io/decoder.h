@@ -55,6 +55,20 @@ decltype(auto) visit_component(ComponentType type, Visitor&& visitor) {
 // "u8" .. "f64".
 const char* name_of(ComponentType type);
 
+// One entry of a format's table of types: the name or number that stands for one.
+template <class Key>
+struct TypeKey {
+    Key key;
+    ComponentType type;
+};
+template <class Key, size_t N>
+std::optional<ComponentType> find_type(const TypeKey<Key> (&table)[N], Key key) {
+    for (const TypeKey<Key>& entry : table)
+        if (entry.key == key)
+            return entry.type;
+    return std::nullopt;
+}
+
 struct DecodeRequest {
     std::filesystem::path path; // file, folder or pattern
     std::optional<uint32_t> frame;

@@ -3,35 +3,20 @@
 #include <cmath>
 #include <cstring>
 
+#include "engine/io/decoder.h"
 #include "engine/io/mesh_formats.h"
 
 namespace palpate::io {
 
 namespace {
 
-enum class Type : uint8_t { i8, u8, i16, u16, i32, u32, f32, f64 };
+using Type = ComponentType;
 
-constexpr std::array<std::pair<const char*, Type>, 16> kTypes{{{"char", Type::i8},
-                                                               {"int8", Type::i8},
-                                                               {"uchar", Type::u8},
-                                                               {"uint8", Type::u8},
-                                                               {"short", Type::i16},
-                                                               {"int16", Type::i16},
-                                                               {"ushort", Type::u16},
-                                                               {"uint16", Type::u16},
-                                                               {"int", Type::i32},
-                                                               {"int32", Type::i32},
-                                                               {"uint", Type::u32},
-                                                               {"uint32", Type::u32},
-                                                               {"float", Type::f32},
-                                                               {"float32", Type::f32},
-                                                               {"double", Type::f64},
-                                                               {"float64", Type::f64}}};
-
-constexpr size_t bytes_of(Type type) {
-    constexpr size_t bytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
-    return bytes[static_cast<size_t>(type)];
-}
+constexpr TypeKey<std::string_view> kTypes[] = {
+    {"char", Type::i8},   {"int8", Type::i8},     {"uchar", Type::u8},   {"uint8", Type::u8},
+    {"short", Type::i16}, {"int16", Type::i16},   {"ushort", Type::u16}, {"uint16", Type::u16},
+    {"int", Type::i32},   {"int32", Type::i32},   {"uint", Type::u32},   {"uint32", Type::u32},
+    {"float", Type::f32}, {"float32", Type::f32}, {"double", Type::f64}, {"float64", Type::f64}};
 
 struct Property {
     std::string name;
@@ -57,23 +42,16 @@ struct Header {
     std::string_view body;
 };
 
-std::optional<Type> type_of(std::string_view word) {
-    for (const auto& [name, type] : kTypes)
-        if (word == name)
-            return type;
-    return {};
-}
-
 Result<Property> parse_property(Words& words, const std::string& name, int line) {
     Property property;
     std::string_view word = words.next();
     if (word == "list") {
-        property.count_type = type_of(words.next());
+        property.count_type = find_type(kTypes, words.next());
         if (!property.count_type || *property.count_type >= Type::f32)
             return fail("{}:{}: expected a whole-number type for the length of a list", name, line);
         word = words.next();
     }
-    const std::optional<Type> type = type_of(word);
+    const std::optional<Type> type = find_type(kTypes, word);
     if (!type)
         return fail("{}:{}: expected a type such as float or uchar, found \"{}\"", name, line,
                     word.substr(0, std::min<size_t>(40, word.size())));
@@ -151,7 +129,7 @@ class Numbers {
     std::optional<double> next(Type type) {
         if (encoding_ == Header::Encoding::ascii)
             return words_.number();
-        const size_t size = bytes_of(type);
+        const size_t size = bytes_per_component(type);
         if (bytes_.size() < size)
             return {};
         std::array<char, 8> word{};
@@ -159,29 +137,14 @@ class Numbers {
         bytes_.remove_prefix(size);
         if (encoding_ == Header::Encoding::big)
             std::reverse(word.begin(), word.begin() + static_cast<std::ptrdiff_t>(size));
-        switch (type) {
-            case Type::i8:
-                return from<int8_t>(word);
-            case Type::u8:
-                return from<uint8_t>(word);
-            case Type::i16:
-                return from<int16_t>(word);
-            case Type::u16:
-                return from<uint16_t>(word);
-            case Type::i32:
-                return from<int32_t>(word);
-            case Type::u32:
-                return from<uint32_t>(word);
-            case Type::f32:
-                return from<float>(word);
-            case Type::f64:
-                break;
-        }
-        return from<double>(word);
+        return visit_component(type, [&](auto value) {
+            std::memcpy(&value, word.data(), sizeof value);
+            return static_cast<double>(value);
+        });
     }
     // The fewest bytes that a number takes: of text, a digit and a space.
     uint64_t least_bytes(Type type) const {
-        return encoding_ == Header::Encoding::ascii ? 2 : bytes_of(type);
+        return encoding_ == Header::Encoding::ascii ? 2 : bytes_per_component(type);
     }
     // Bytes of the body not yet taken.
     uint64_t rest() const {
@@ -196,12 +159,6 @@ class Numbers {
     }
 
  private:
-    template <class T>
-    static double from(const std::array<char, 8>& word) {
-        T value;
-        std::memcpy(&value, word.data(), sizeof value);
-        return static_cast<double>(value);
-    }
     Words words_;
     std::string_view bytes_;
     Header::Encoding encoding_;
@@ -213,7 +170,7 @@ uint64_t least_bytes(const Element& element, Header::Encoding encoding) {
     for (const Property& property : element.properties)
         each += encoding == Header::Encoding::ascii
                     ? 2
-                    : bytes_of(property.count_type.value_or(property.type));
+                    : bytes_per_component(property.count_type.value_or(property.type));
     const uint64_t all = each * element.count; // below 2^32 * 4096 * 8
     return encoding == Header::Encoding::ascii && all > 0 ? all - 1 : all;
 }

@@ -60,20 +60,19 @@ class NiftiFields {
     std::string bytes_;
 };
 
-int nifti_code(ScalarType type) {
-    switch (type) {
-        case ScalarType::u8:
-            return 2;
-        case ScalarType::i8:
-            return 256;
-        case ScalarType::u16:
-            return 512;
-        case ScalarType::i16:
-            return 4;
-        case ScalarType::f32:
-            break;
-    }
-    return 16;
+// What the formats call a type of samples.
+struct TypeNames {
+    int nifti;
+    const char *nrrd, *meta_image, *vtk;
+};
+
+const TypeNames& names_of(ScalarType type) {
+    static constexpr TypeNames names[] = {{2, "unsigned char", "MET_UCHAR", "unsigned_char"},
+                                          {256, "signed char", "MET_CHAR", "char"},
+                                          {512, "unsigned short", "MET_USHORT", "unsigned_short"},
+                                          {4, "short", "MET_SHORT", "short"},
+                                          {16, "float", "MET_FLOAT", "float"}};
+    return names[static_cast<size_t>(type)];
 }
 
 glm::dmat4 ras_from_index(const Grid& grid) {
@@ -128,7 +127,7 @@ std::string nifti_1(const Grid& grid, ScalarType type) {
     fields.put<int8_t>(38, 'r'); // "regular", as Analyze wanted it
     for (int i = 0; i < 8; ++i)
         fields.put<int16_t>(40 + 2 * i, i == 0 ? 3 : i <= 3 ? grid.size[i - 1] : 1);
-    fields.put<int16_t>(70, nifti_code(type));
+    fields.put<int16_t>(70, names_of(type).nifti);
     fields.put<int16_t>(72, 8 * bytes_per_sample(type));
     const Qform qform = qform_of(grid);
     fields.put<float>(76, qform.third_axis);
@@ -150,7 +149,7 @@ std::string nifti_2(const Grid& grid, ScalarType type) {
     NiftiFields fields(544);
     fields.put<int32_t>(0, 540);
     fields.put_text(4, std::string_view("n+2\0\r\n\x1a\n", 8));
-    fields.put<int16_t>(12, nifti_code(type));
+    fields.put<int16_t>(12, names_of(type).nifti);
     fields.put<int16_t>(14, 8 * bytes_per_sample(type));
     for (int i = 0; i < 8; ++i)
         fields.put<int64_t>(16 + 8 * i, i == 0 ? 3 : i <= 3 ? grid.size[i - 1] : 1);
@@ -167,29 +166,6 @@ std::string nifti_2(const Grid& grid, ScalarType type) {
     fields.put_rows<double>(400, ras_from_index(grid));
     fields.put<int32_t>(500, 2); // mm
     return std::move(fields).bytes();
-}
-
-// Type names in NRRD, MetaImage and VTK.
-struct TypeNames {
-    const char* nrrd;
-    const char* meta_image;
-    const char* vtk;
-};
-
-TypeNames names_of(ScalarType type) {
-    switch (type) {
-        case ScalarType::u8:
-            return {"unsigned char", "MET_UCHAR", "unsigned_char"};
-        case ScalarType::i8:
-            return {"signed char", "MET_CHAR", "char"};
-        case ScalarType::u16:
-            return {"unsigned short", "MET_USHORT", "unsigned_short"};
-        case ScalarType::i16:
-            return {"short", "MET_SHORT", "short"};
-        case ScalarType::f32:
-            break;
-    }
-    return {"float", "MET_FLOAT", "float"};
 }
 
 // The shortest decimals that give the same doubles when read back.

@@ -12,11 +12,7 @@ namespace palpate::io {
 
 namespace {
 
-struct Type {
-    std::string_view name;
-    ComponentType type;
-};
-constexpr Type kTypes[] = {
+constexpr TypeKey<std::string_view> kTypes[] = {
     {"UInt8", ComponentType::u8},    {"Int8", ComponentType::i8},
     {"UInt16", ComponentType::u16},  {"Int16", ComponentType::i16},
     {"UInt32", ComponentType::u32},  {"Int32", ComponentType::i32},
@@ -106,10 +102,7 @@ Result<void> unpack(VtkSource source, const VtkLayout& layout, std::span<std::by
 } // namespace
 
 std::optional<ComponentType> vtk_type(std::string_view name) {
-    for (const Type& type : kTypes)
-        if (type.name == name)
-            return type.type;
-    return {};
+    return find_type(kTypes, name);
 }
 
 VtkXml split_appended(std::string_view text) {
