@@ -232,17 +232,13 @@ Result<Report> run_frame(Bench& bench) {
     }
     for (const auto& [what, by_side] : medians) {
         const double ratio = by_side.back() / by_side.front();
-        aims.push_back({{"what", fmt::format("{}: {}^3 beside {}^3", what, plan.sides.back(),
-                                             plan.sides.front())},
-                        {"aim", fmt::format("at most {:g} times", kAskedRatio)},
-                        {"figure", ratio},
-                        {"reached", ratio <= kAskedRatio}});
+        add_aim(aims,
+                fmt::format("{}: {}^3 beside {}^3", what, plan.sides.back(), plan.sides.front()),
+                fmt::format("at most {:g} times", kAskedRatio), ratio, ratio <= kAskedRatio);
         const bool dab = what.ends_with("a dab a frame");
         const double target = dab ? kDabTarget_ms : kMovingTarget_ms;
-        aims.push_back({{"what", fmt::format("{}, {}^3: ms", what, plan.sides.back())},
-                        {"aim", fmt::format("at most {:g}", target)},
-                        {"figure", by_side.back()},
-                        {"reached", by_side.back() <= target}});
+        add_aim(aims, fmt::format("{}, {}^3: ms", what, plan.sides.back()),
+                fmt::format("at most {:g}", target), by_side.back(), by_side.back() <= target);
     }
     report.json["frame_title"] =
         "Processor time of the thread that draws: preparing, recording and submitting a frame of "

@@ -62,6 +62,11 @@ glm::vec3 heat(double share) {
 
 } // namespace
 
+void add_aim(Json& aims, const std::string& what, const std::string& aim, const Json& figure,
+             bool reached) {
+    aims.push_back({{"what", what}, {"aim", aim}, {"figure", figure}, {"reached", reached}});
+}
+
 Json panel_json(const Subject& subject, const std::vector<Bench::Drawn>& ours,
                 const std::vector<PeerPoint>& peers, Sampling sampling,
                 std::vector<std::string>& failures) {

@@ -11,6 +11,10 @@ struct Report {
     std::vector<std::string> failures;
 };
 
+// Adds a row to the page's list of aims.
+void add_aim(Json& aims, const std::string& what, const std::string& aim, const Json& figure,
+             bool reached);
+
 // One subject's points, ours and the peers', as the page and the JSON show them: which of ours lie
 // on the front (time by fenced wall clock against RMSE), whether the default does, and whether each
 // peer's point has one of ours strictly below it, both faster and more exact. Adds a sentence to

@@ -87,11 +87,10 @@ Json narrow_peak_aim(const Json& panel) {
                 point["time"]["wall_ms"]["median"].number <= budget)
                 best = std::min(best, point["error"]["rmse"].number);
         const double ratio = std::isfinite(best) ? best / peer["error"]["rmse"].number : -1.0;
-        aims.push_back({{"what", fmt::format("{}: RMSE beside that of {}, in no more time",
-                                             panel["title"].string, peer["name"].string)},
-                        {"aim", "at most 0.1"},
-                        {"figure", ratio >= 0 ? Json(ratio) : Json()},
-                        {"reached", ratio >= 0 && ratio <= 0.1}});
+        add_aim(aims,
+                fmt::format("{}: RMSE beside that of {}, in no more time", panel["title"].string,
+                            peer["name"].string),
+                "at most 0.1", ratio >= 0 ? Json(ratio) : Json(), ratio >= 0 && ratio <= 0.1);
     }
     return aims;
 }

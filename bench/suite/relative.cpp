@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "bench/suite/panel.h"
 #include "engine/image/compare.h"
 
 namespace palpate::bench {
@@ -57,10 +58,8 @@ Result<Spread> stereo_by_mono(Bench& bench, const Watched& m, const Subject& sub
         [&] { return m.renderer.draw(m.mono, m.data); });
     if (ratio) {
         const double most = bench.device().info().is_cpu() ? 1.95 : 1.9;
-        aims.push_back({{"what", m.what + ": a stereo frame beside one of one eye"},
-                        {"aim", fmt::format("at most {:g}", most)},
-                        {"figure", ratio->median},
-                        {"reached", ratio->median <= most}});
+        add_aim(aims, m.what + ": a stereo frame beside one of one eye",
+                fmt::format("at most {:g}", most), ratio->median, ratio->median <= most);
     }
     return ratio;
 }
@@ -85,14 +84,13 @@ Result<Json> full_by_interactive(Bench& bench, const Watched& m, const Subject& 
                     bench, subject.name, pairs, [&] { return m.renderer.draw(scene, m.data); },
                     draw_coarse));
     if (subject.layer.mode != RayMode::alpha)
-        aims.push_back({{"what", fmt::format("{}, turned by {:g} degrees: interactive beside full "
-                                             "quality, at {:.1f} dB ({:.0f} % of the pixels have "
-                                             "rays)",
-                                             m.what, turned_degrees, decibels(error),
-                                             100.0 * coarse->traced_share)},
-                        {"aim", "at least 1.5 at 40 dB or better"},
-                        {"figure", ratio.median},
-                        {"reached", ratio.median >= 1.5 && decibels(error) >= 40.0}});
+        add_aim(
+            aims,
+            fmt::format("{}, turned by {:g} degrees: interactive beside full quality, at {:.1f} dB "
+                        "({:.0f} % of the pixels have rays)",
+                        m.what, turned_degrees, decibels(error), 100.0 * coarse->traced_share),
+            "at least 1.5 at 40 dB or better", ratio.median,
+            ratio.median >= 1.5 && decibels(error) >= 40.0);
     return Json{{"turned_degrees", turned_degrees},
                 {"full_by_interactive", json_of(ratio)},
                 {"rmse", error},

@@ -68,11 +68,10 @@ void add_aims(const Subject& subject, uint32_t size_px, const Bench::Drawn& mine
             if (peer.errors)
                 what += fmt::format(", RMSE {:.3g} beside {:.3g} {}", mine.errors.rmse,
                                     peer.errors->rmse, mine.errors.unit);
-            aims.push_back({{"what", what},
-                            {"aim", fmt::format("at least {:g}{}", aim.times_faster,
-                                                peer.errors ? ", with no more error" : "")},
-                            {"figure", ratio},
-                            {"reached", ratio >= aim.times_faster && exact_enough}});
+            add_aim(aims, what,
+                    fmt::format("at least {:g}{}", aim.times_faster,
+                                peer.errors ? ", with no more error" : ""),
+                    ratio, ratio >= aim.times_faster && exact_enough);
         }
 }
 
@@ -82,13 +81,10 @@ void add_first_frame_aims(const Subject& subject, double first_ms,
         if (peer.subject == subject.name) {
             const double share = first_ms / peer.first_frame_ms;
             const double most = peer.mapper == "gpu" ? 0.5 : 1.0;
-            aims.push_back(
-                {{"what", fmt::format("{}: first frame ({:.0f} ms) beside that of {} "
-                                      "({:.0f} ms)",
-                                      subject.title, first_ms, peer.name(), peer.first_frame_ms)},
-                 {"aim", fmt::format("at most {:g}", most)},
-                 {"figure", share},
-                 {"reached", share <= most}});
+            add_aim(aims,
+                    fmt::format("{}: first frame ({:.0f} ms) beside that of {} ({:.0f} ms)",
+                                subject.title, first_ms, peer.name(), peer.first_frame_ms),
+                    fmt::format("at most {:g}", most), share, share <= most);
         }
 }
 

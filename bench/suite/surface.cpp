@@ -278,10 +278,8 @@ void add_aims(const Json& rows, Json& aims) {
         if (!a || !b)
             return;
         const double ratio = (*b)["ms"]["median"].number / (*a)["ms"]["median"].number;
-        aims.push_back({{"what", fmt::format("{}: {} beside {}", name, mine, theirs)},
-                        {"aim", aim},
-                        {"figure", ratio},
-                        {"reached", ratio >= least}});
+        add_aim(aims, fmt::format("{}: {} beside {}", name, mine, theirs), aim, ratio,
+                ratio >= least);
     };
     for (const char* name : {"head_ct", "head_ct_174", "gyroid_512"})
         add(name, "classic", "vtkFlyingEdges3D", 1.0, "as fast, normals included");
@@ -348,10 +346,8 @@ Result<Report> run_surface(Bench& bench) {
     if (is_asked(options, kWindowPart)) {
         const Json window = measure_window(options);
         const double p99 = window["p99_us"].number;
-        report.json["aims"].push_back({{"what", "a window of 7^3 samples, 99th percentile, us"},
-                                       {"aim", "below 20"},
-                                       {"figure", p99},
-                                       {"reached", p99 < 20.0}});
+        add_aim(report.json["aims"], "a window of 7^3 samples, 99th percentile, us", "below 20",
+                p99, p99 < 20.0);
         report.json["window"] = window;
     }
     report.json["peers"] = peers.versions();

@@ -7,6 +7,7 @@
 #include <numeric>
 #include <random>
 
+#include "bench/suite/panel.h"
 #include "engine/base/log.h"
 #include "engine/base/percentile.h"
 #include "engine/surface/block_surface.h"
@@ -230,11 +231,8 @@ void add_edit_aims(const Json& rows, bool cpu_device, Json& aims) {
     };
     const auto add = [&](uint32_t radius, const std::string& what, const std::string& aim,
                          double figure, bool reached) {
-        aims.push_back(
-            {{"what", fmt::format("a dab at 100 000 triangles, r = {}: {}", radius, what)},
-             {"aim", aim},
-             {"figure", figure},
-             {"reached", reached}});
+        add_aim(aims, fmt::format("a dab at 100 000 triangles, r = {}: {}", radius, what), aim,
+                figure, reached);
     };
     struct Wanted {
         uint32_t radius;

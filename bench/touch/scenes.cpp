@@ -1,7 +1,6 @@
 #include "bench/touch/scenes.h"
 
 #include <cmath>
-#include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 
 #include "engine/volume/builder.h"
@@ -182,17 +181,6 @@ std::vector<TouchCase> touch_cases(const Storage& storage, bool all) {
             cases.push_back(std::move(noisy));
         }
     return cases;
-}
-
-Volume with_free_border(const Volume& volume) {
-    Grid grid = volume.grid();
-    grid.size += 2u;
-    grid.world_from_index = glm::translate(grid.world_from_index, dvec3(-1.0));
-    const double free = volume.range().empty() ? 0.0 : double{volume.range().min};
-    return make_volume(grid, volume.type(), [&](glm::uvec3 at) {
-        const glm::uvec3 inner = at - 1u; // of -1: larger than any
-        return glm::all(glm::lessThan(inner, volume.size())) ? double{volume.value(inner)} : free;
-    });
 }
 
 Grid scene_grid(const Storage& storage, double reach_mm) {

@@ -92,10 +92,6 @@ struct Scene {
 
 Scene make_scene(const TouchCase& body, const Storage& storage);
 
-// The volume with one more sample on every side, as low as its lowest: so its surface is closed,
-// as it is to everybody for whom what lies beyond a volume is free.
-Volume with_free_border(const Volume& volume);
-
 // The grid of a scene, off the lattice, so that no surface lies on samples by chance.
 Grid scene_grid(const Storage& storage, double reach_mm = kReach_mm);
 

@@ -1,5 +1,3 @@
-#include <algorithm>
-
 #include "engine/decode/affine.h"
 #include "engine/decode/formats.h"
 #include "engine/decode/payload.h"

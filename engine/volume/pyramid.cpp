@@ -1,12 +1,8 @@
 #include "engine/volume/pyramid.h"
 
-#include <tbb/parallel_for.h>
-
 #include <limits>
-#include <vector>
 
 #include "engine/base/assert.h"
-#include "engine/volume/builder.h"
 #include "engine/volume/nearest_stored.h"
 
 namespace palpate {
@@ -85,29 +81,5 @@ template void reduce_brick(const Brick&, glm::uvec3, glm::uvec3, Reduction, std:
 template void reduce_brick(const Brick&, glm::uvec3, glm::uvec3, Reduction, std::span<uint16_t>);
 template void reduce_brick(const Brick&, glm::uvec3, glm::uvec3, Reduction, std::span<int16_t>);
 template void reduce_brick(const Brick&, glm::uvec3, glm::uvec3, Reduction, std::span<float>);
-
-Volume coarser_volume(const Volume& volume, Reduction reduction) {
-    VolumeBuilder builder(coarser_grid(volume.grid()), volume.type());
-    const glm::uvec3 size = (volume.size() + 1u) / 2u;
-    const glm::uvec3 bricks = builder.brick_count();
-    tbb::parallel_for(size_t{0}, size_t{bricks.x} * bricks.y * bricks.z, [&](size_t i) {
-        const glm::uvec3 position(i % bricks.x, i / bricks.x % bricks.y,
-                                  i / (size_t{bricks.x} * bricks.y));
-        visit_scalar(volume.type(), [&](auto t) {
-            using T = decltype(t);
-            std::vector<T> samples(kBrickSamples);
-            for (uint32_t octant = 0; octant < 8; ++octant) {
-                const glm::uvec3 fine =
-                    2u * position + glm::uvec3(octant & 1, octant >> 1 & 1, octant >> 2);
-                if (glm::all(glm::lessThan(fine, volume.brick_count())))
-                    reduce_brick<T>(volume.brick(fine), fine, volume.valid_in_brick(fine),
-                                    reduction, samples);
-            }
-            const glm::uvec3 valid = glm::min(glm::uvec3(kBrickSide), size - position * kBrickSide);
-            builder.set_brick(position, Brick::make(std::span<const T>(samples), valid));
-        });
-    });
-    return builder.finish();
-}
 
 } // namespace palpate

@@ -26,7 +26,4 @@ template <class T>
 void reduce_brick(const Brick& fine, glm::uvec3 position, glm::uvec3 valid, Reduction reduction,
                   std::span<T> coarse);
 
-// The whole next level; in memory. Threaded.
-Volume coarser_volume(const Volume& volume, Reduction reduction);
-
 } // namespace palpate

@@ -11,9 +11,9 @@
 #include "engine/volume/changes.h"
 #include "engine/volume/compare.h"
 #include "engine/volume/edit.h"
-#include "engine/volume/pyramid.h"
 #include "engine/volume/sample.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/unit/brick_file/coarser.h"
 
 namespace palpate {
 namespace {

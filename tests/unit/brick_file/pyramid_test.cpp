@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "engine/volume/builder.h"
+#include "tests/unit/brick_file/coarser.h"
 
 namespace palpate {
 namespace {

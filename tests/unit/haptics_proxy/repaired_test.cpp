@@ -2,11 +2,13 @@
 // surface is like, and an edit is felt gently.
 
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 #include <numbers>
 #include <random>
 
 #include "bench/touch/special_cases.h"
 #include "engine/surface/marching_cubes.h"
+#include "engine/volume/builder.h"
 #include "haptics/proxy/rest.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "tests/unit/haptics_proxy/run.h"
@@ -15,6 +17,19 @@ namespace palpate::touch {
 namespace {
 
 using glm::dvec3;
+
+// The volume with one more sample on every side, as low as its lowest: so its surface is closed,
+// as it is to everybody for whom what lies beyond a volume is free.
+Volume with_free_border(const Volume& volume) {
+    Grid grid = volume.grid();
+    grid.size += 2u;
+    grid.world_from_index = glm::translate(grid.world_from_index, dvec3(-1.0));
+    const double free = volume.range().empty() ? 0.0 : double{volume.range().min};
+    return make_volume(grid, volume.type(), [&](glm::uvec3 at) {
+        const glm::uvec3 inner = at - 1u; // of -1: larger than any
+        return glm::all(glm::lessThan(inner, volume.size())) ? double{volume.value(inner)} : free;
+    });
+}
 
 // Whatever a line from outside a closed surface to its inside passes, a face, an edge or a corner
 // to the last bit: it is stopped. The surface is an octahedron with a spike and slivers.
