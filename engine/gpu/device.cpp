@@ -264,8 +264,9 @@ GpuDevice::~GpuDevice() {
     idle_slots_.clear();
     staging_.reset();
     while (!retired_.empty()) {
-        retired_.front().destroy();
+        const Retired oldest = std::move(retired_.front()); // which may hold more to be retired
         retired_.pop_front();
+        oldest.destroy();
     }
     vkDestroySemaphore(handle_, timeline_, nullptr);
     if (owned_)
@@ -392,13 +393,14 @@ void GpuDevice::run_retired() {
         first_open = std::min(first_open, recording);
     const uint64_t now = passed();
     while (!retired_.empty()) {
-        Retired& oldest = retired_.front();
-        if (!oldest.value && oldest.recordings < first_open)
-            oldest.value = submitted_;
-        if (!oldest.value || *oldest.value > now)
+        Retired& front = retired_.front();
+        if (!front.value && front.recordings < first_open)
+            front.value = submitted_;
+        if (!front.value || *front.value > now)
             break;
-        oldest.destroy();
+        const Retired oldest = std::move(front); // which may hold more to be retired
         retired_.pop_front();
+        oldest.destroy();
     }
 }
 

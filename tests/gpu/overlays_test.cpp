@@ -268,6 +268,22 @@ TEST_F(MarksTest, LieWhereTheyAreInEveryLayout) {
             }
 }
 
+// What is retired may hold the last reference to a resource, which is retired in its turn.
+TEST_F(MarksTest, WhatIsRetiredMayHoldResources) {
+    const size_t before = device().resources().size();
+    for (int i = 0; i < 4; ++i) {
+        auto image = std::make_shared<GpuImage>(
+            device(), "held", ImageShape{.format = VK_FORMAT_R8G8B8A8_UNORM, .size = {8, 8, 1}});
+        device().retire([held = std::move(image)] {});
+        Commands commands(device());
+        commands.submit();
+        device().wait(device().last_submitted());
+    }
+    device().wait(device().last_submitted());
+    EXPECT_EQ(device().resources().size(), before);
+    EXPECT_EQ(device().retired_bytes(), 0u);
+}
+
 // Two queues of one device, or one in turns.
 TEST_F(MarksTest, ASecondThreadUsesTheSameDevice) {
     GpuDevice second(device());

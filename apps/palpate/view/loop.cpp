@@ -66,7 +66,10 @@ std::unique_ptr<GpuDevice> presenting_device(const LoopOptions& options) {
 // so that the interface would wait for the rays of the pictures: these have a device of their own,
 // as where the one that was asked for cannot present.
 std::unique_ptr<GpuDevice> device_of_pictures(const LoopOptions& options, GpuDevice& interface) {
-    const DeviceOptions wanted{.select = options.device, .validation = options.validate};
+    // One table of functions serves all instances: each is made with what the window needs.
+    const DeviceOptions wanted{.select = options.device,
+                               .validation = options.validate,
+                               .instance_extensions = Window::instance_extensions()};
     if (interface.info().type != VK_PHYSICAL_DEVICE_TYPE_CPU && options.device.empty())
         return std::make_unique<GpuDevice>(interface);
     auto own = std::make_unique<GpuDevice>(wanted);
