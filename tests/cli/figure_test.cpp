@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <thread>
 
 #include "engine/image/exr.h"
 #include "engine/image/png.h"
@@ -186,10 +187,19 @@ TEST_F(FigureCommand, AnInterruptedTurntableLeavesWholeFramesAlone) {
         "render", "synthetic:phantom?size=48", "--size",      "480,360",
         "-o",     file("f_####.png").string(), "--turntable", "9000"};
     const std::string messages = file("said").string();
-    const int status = run_and_signal(std::chrono::seconds(2), SIGINT, [&] {
-        return become_program(command,
-                              ::open(messages.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0666));
-    });
+    const pid_t child = ::fork();
+    if (child == 0)
+        ::_exit(become_program(command,
+                               ::open(messages.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0666)));
+    int status = 0;
+    pid_t ended = 0; // before there was a frame
+    while (!fs::exists(file("f_0000.png")) && ended == 0) {
+        std::this_thread::yield();
+        ended = ::waitpid(child, &status, WNOHANG);
+    }
+    ASSERT_EQ(ended, 0);
+    ::kill(child, SIGINT);
+    ::waitpid(child, &status, 0);
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), 1);
     size_t frames = 0;
