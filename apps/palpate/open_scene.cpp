@@ -7,7 +7,7 @@
 namespace palpate {
 
 Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
-                               const Interrupt& interrupt) {
+                               const std::stop_token& stop) {
     for (const std::string& volume : {options.input, options.labels})
         PALPATE_TRY(expect_no_mesh(volume));
     PALPATE_TRY(SceneFile file, base_scene(options));
@@ -17,7 +17,7 @@ Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& rea
         file.series = read.series;
     file.resample_slices |= read.resample_slices;
     PALPATE_TRY(LoadedScene loaded,
-                load_scene_input(options.input, file, read_options(read, interrupt)));
+                load_scene_input(options.input, file, read_options(read, stop)));
     show_labels_by_default(options, file, loaded);
     color_labels(loaded.label_names, file);
     PALPATE_TRY(make_scene_meshes(file, loaded));

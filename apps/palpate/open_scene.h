@@ -15,6 +15,10 @@ struct OpenedScene {
 
 // Loads what the options name, and prints notes and warnings.
 Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
-                               const Interrupt& interrupt);
+                               const std::stop_token& stop);
+inline Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
+                                      const Interrupt& interrupt) {
+    return open_scene(options, read, interrupt.token());
+}
 
 } // namespace palpate

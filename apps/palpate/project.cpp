@@ -73,14 +73,6 @@ Result<void> create(const ProjectOptions& o, const Interrupt& interrupt) {
     return {};
 }
 
-std::string title_of(const JournalEntry& entry) {
-    if (entry.kind == JournalEntry::Kind::change)
-        return entry.change.title;
-    const size_t poses = entry.stroke.poses.size();
-    return fmt::format("{} on {}, {} pose{}", name_of(entry.stroke.operation.kind), entry.on, poses,
-                       poses == 1 ? "" : "s");
-}
-
 Result<void> describe(const ProjectOptions& o, const Project::Seen& seen) {
     const ProjectContents& contents = seen.contents;
     Json volumes = Json::array(), steps = Json::array();

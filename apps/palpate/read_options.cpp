@@ -45,7 +45,7 @@ Result<void> expect_no_mesh(const std::string& path) {
         path);
 }
 
-ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt) {
+ReadOptions read_options(const ReadFlags& flags, const std::stop_token& stop) {
     ReadOptions options;
     if (flags.frame >= 0)
         options.frame = static_cast<uint32_t>(flags.frame);
@@ -55,13 +55,13 @@ ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt) {
     if (flags.max_memory_mib > 0)
         options.max_memory_bytes =
             static_cast<uint64_t>(std::min(flags.max_memory_mib, 1e12) * 1024 * 1024);
-    options.stop = interrupt.token();
+    options.stop = stop;
     return options;
 }
 
 Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
     PALPATE_TRY(expect_no_mesh(flags.path));
-    const ReadOptions options = read_options(flags, interrupt);
+    const ReadOptions options = read_options(flags, interrupt.token());
     if (Project::is_one(flags.path))
         return load_project_volume(flags.path, labels, options);
     if (is_synthetic(flags.path)) {

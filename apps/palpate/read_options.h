@@ -26,7 +26,7 @@ void add_read_flags(CLI::App& app, ReadFlags& flags);
 // An error where a volume is expected and a name says that a mesh is there: what meshes are for.
 Result<void> expect_no_mesh(const std::string& path);
 
-ReadOptions read_options(const ReadFlags& flags, const Interrupt& interrupt);
+ReadOptions read_options(const ReadFlags& flags, const std::stop_token& stop);
 
 // Loads, and prints the notes and warnings.
 Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt);

@@ -267,10 +267,11 @@ void Editor::finish_stroke() {
                        now_.volumes[edited_].name,
                        guided ? setup_->guide : std::string(),
                        {}};
+    std::string title = title_of(entry);
     if (keep(std::move(entry))) {
         Document was = now_;
         was.volumes[edited_].volume = before;
-        history_->record(was, now_);
+        history_->record(was, now_, std::move(title));
         ++strokes_done_;
         ++undos_in_journal_;
         redos_in_journal_ = 0;
@@ -307,13 +308,12 @@ void Editor::change_to(Document next, std::string title, Json parameters) {
     refusal_.clear();
     JournalEntry entry{.kind = JournalEntry::Kind::change};
     if (options_.journal) {
-        entry.change = {std::move(title), std::move(parameters),
-                        pack_step(step_between(now_, next))};
+        entry.change = {title, std::move(parameters), pack_step(step_between(now_, next))};
         if (entry.change.packed.empty())
             refuse("the journal's entry needs more memory than there is; nothing is changed");
     }
     if (refusal_.empty() && keep(std::move(entry))) {
-        history_->record(now_, next);
+        history_->record(now_, next, std::move(title));
         now_ = std::move(next);
         find_edited();
         ++strokes_done_;

@@ -143,6 +143,8 @@ class Editor {
     // The newest input popped from the ring, by number; for tests and status lines.
     // How many inputs and commands were accepted; see EditState for how many of them are done.
     uint64_t commands_given() const { return commanded_.load(std::memory_order_acquire); }
+    // History::titles(). Any thread.
+    std::vector<std::string> step_titles() const { return history_->titles(); }
 
  private:
     struct Undo {};

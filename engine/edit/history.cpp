@@ -59,6 +59,7 @@ class SpillFile {
 
 // What a step is at the moment: bricks, a packed difference, or a place on disk.
 struct KeptStep {
+    std::string title;
     bool empty = false; // of an edit that changed nothing
     Step open;
     std::string packed;
@@ -215,8 +216,9 @@ History::History(HistoryOptions options) : state_(std::make_unique<State>()) {
 
 History::~History() = default;
 
-void History::record(const Document& before, const Document& after) {
+void History::record(const Document& before, const Document& after, std::string title) {
     auto step = std::make_shared<KeptStep>();
+    step->title = std::move(title);
     step->open = step_between(before, after);
     step->empty = step->open.empty();
     {
@@ -240,6 +242,16 @@ Result<std::optional<Document>> History::undo(const Document& now) {
 
 Result<std::optional<Document>> History::redo(const Document& now) {
     return state_->take(now, false);
+}
+
+std::vector<std::string> History::titles() const {
+    const std::lock_guard lock(state_->mutex);
+    std::vector<std::string> titles;
+    for (const auto& step : state_->undo)
+        titles.push_back(step->title);
+    for (auto step = state_->redo.rbegin(); step != state_->redo.rend(); ++step)
+        titles.push_back((*step)->title);
+    return titles;
 }
 
 History::Stats History::stats() const {

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/edit/document.h"
@@ -39,8 +40,8 @@ class History {
 
     // After an edit from `before`, the present, to `after`. Steps that could be redone are
     // gone. An edit without changes is a step as well, so that N steps of undo are N
-    // edits.
-    void record(const Document& before, const Document& after);
+    // edits. `title` is for people.
+    void record(const Document& before, const Document& after, std::string title = {});
 
     // The document before the newest step, or after the one undone last; nothing where there is
     // none. `now` is the present. An error where a spilled step cannot be read back: the step
@@ -57,6 +58,8 @@ class History {
         uint64_t newest_bytes = 0;  // of the newest step that can be undone
     };
     Stats stats() const;
+    // Of all steps, the oldest first; those that can be redone come last. Any thread.
+    std::vector<std::string> titles() const;
 
     // Waits until all steps are packed.
     void settle();

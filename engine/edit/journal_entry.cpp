@@ -16,6 +16,22 @@ std::string JournalEntry::text() const {
     return json_line(head) + "\n" + stroke_text(stroke);
 }
 
+std::string title_of(const JournalEntry& entry) {
+    switch (entry.kind) {
+        case JournalEntry::Kind::stroke:
+            return fmt::format("{} on {}, {} pose{}", name_of(entry.stroke.operation.kind),
+                               entry.on, entry.stroke.poses.size(),
+                               entry.stroke.poses.size() == 1 ? "" : "s");
+        case JournalEntry::Kind::change:
+            return entry.change.title;
+        case JournalEntry::Kind::undo:
+            return "undo";
+        case JournalEntry::Kind::redo:
+            break;
+    }
+    return "redo";
+}
+
 Result<JournalEntry> parse_entry(std::string_view payload, const std::string& name) {
     JournalEntry entry;
     if (payload == "undo\n" || payload == "redo\n") {

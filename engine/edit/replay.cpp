@@ -92,7 +92,7 @@ Result<Replayed> replay(Document& now, History& history, const JournalEntry& ent
             if (volume.name == entry.on)
                 volume.volume = after;
     }
-    history.record(now, next);
+    history.record(now, next, title_of(entry));
     now = std::move(next);
     return replayed;
 }

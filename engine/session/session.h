@@ -154,6 +154,8 @@ class Session {
     void settle();
 
     EditState state(); // the newest
+    // Of all steps that can be undone, the oldest first, and behind them those that can be redone.
+    std::vector<std::string> step_titles() const { return editor_.step_titles(); }
     // See Editor. Call it until it is empty.
     std::string take_refusal() { return editor_.take_refusal(); }
     haptics::TouchScene felt(); // the newest

@@ -9,7 +9,7 @@ namespace {
 // 0.8128969 mm. The plot of the transfer function is 248 pixels wide and 150 high, for values from
 // -1041 to 1130.
 const RecordedSteps kSessions[] = {
-    {"tab_of_the_transfer_function", "widget tab/transfer", R"({"tab": "transfer"})"},
+    {"tab_of_the_transfer_function", "widget tab/curve", R"({"tab": "curve"})"},
     {"tab_and_back", "widget tab/measure; widget tab/view; widget tool/cut",
      R"({"tab": "view", "tool": {"hand": "cut"}})"},
 
@@ -98,8 +98,36 @@ const RecordedSteps kSessions[] = {
      "labels/middle",
      R"({"crosshair_sample": [15, 13, 12]})"},
 
-    {"transfer_of_the_hand", "widget tab/transfer; widget transfer/felt",
-     R"({"tab": "transfer", "touch": {"opacity_points": 4}})"},
+    {"crop_box", "widget tab/clip; widget clip/box", R"({"clips": [{}, {}, {}, {}, {}, {}]})"},
+    {"crop_box_removed", "widget tab/clip; widget clip/box; widget clip/none", R"({"clips": []})"},
+    {"clip_plane_added", "widget tab/clip; widget clip/add", R"({"clips": [{}]})"},
+    {"clip_plane_removed", "widget tab/clip; widget clip/add; widget clip/remove",
+     R"({"clips": []})"},
+    {"clip_plane_through_the_crosshair",
+     "widget tab/clip; widget clip/box; widget clip/row/2; widget clip/here",
+     R"({"clips": [{}, {}, {"point_mm": [4.3478260869565215, 4.3478260869565215,
+                                         4.3478260869565215]}, {}, {}, {}]})"},
+    {"browser_by_key", "hold ctrl; key o; let ctrl", R"({"browser_open": true})"},
+    {"browser_closed_by_escape", "hold ctrl; key o; let ctrl; key escape",
+     R"({"browser_open": false})"},
+    {"browser_by_widget", "widget tab/file; widget file/open", R"({"browser_open": true})"},
+    {"light", "widget tab/file; widget file/light", R"({"light": true})"},
+    {"names_hidden", "widget tab/file; widget file/hide", R"({"names_hidden": true})"},
+    {"text_scale", "widget tab/file; widget file/text; widget file/text/1.5; idle",
+     R"({"text_scale": 1.5})"},
+    {"steps_listed", "key x; at axial 10 20; click left; widget tab/file",
+     R"({"steps": ["cut on volume, 2 poses"]})"},
+    {"step_back_by_the_list",
+     "key x; at axial 10 20; click left; at axial 40 20; click left; widget tab/file; widget "
+     "file/step/0",
+     R"({"undo_steps": 0, "redo_steps": 2})"},
+    {"step_forth_by_the_list",
+     "key x; at axial 10 20; click left; at axial 40 20; click left; widget tab/file; widget "
+     "file/step/0; widget file/step/1",
+     R"({"undo_steps": 1, "redo_steps": 1})"},
+
+    {"transfer_of_the_hand", "widget tab/curve; widget transfer/felt",
+     R"({"tab": "curve", "touch": {"opacity_points": 4}})"},
 };
 
 INSTANTIATE_TEST_SUITE_P(Panels, RecordedSession, ::testing::ValuesIn(kSessions), name_of_session);
@@ -111,7 +139,7 @@ class TransferPanel : public ViewerTest {
     void SetUp() override {
         ViewerTest::SetUp();
         open("synthetic:phantom?size=24");
-        click_widget("tab/transfer");
+        click_widget("tab/curve");
         low_ = viewer().work().subject().range.min;
         high_ = viewer().work().subject().range.max;
     }

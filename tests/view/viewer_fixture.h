@@ -40,7 +40,8 @@ class ViewerTest : public ::testing::Test {
                     const std::optional<DisplayProfile>& display = {}) {
         time_s_ = 1.0;
         ViewerOptions options{.threaded = false, .display = display};
-        options.open = [](const std::string& path) -> Result<Source> {
+        options.open = [](const std::string& path, const std::string&,
+                          const std::stop_token&) -> Result<Source> {
             if (!is_synthetic(path))
                 return fail("{}: expected a synthetic volume", path);
             return Source{open_synthetic(path)};

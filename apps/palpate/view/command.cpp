@@ -1,8 +1,11 @@
+#include <filesystem>
+
 #include "apps/palpate/command.h"
 #include "apps/palpate/device_options.h"
 #include "apps/palpate/open_scene.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
+#include "apps/palpate/view/file_browser.h"
 #include "apps/palpate/view/loop.h"
 #include "apps/palpate/view/panel.h"
 #include "engine/base/log.h"
@@ -80,8 +83,8 @@ void warn_of_idle_options(const CLI::App& app, const ViewOptions& o) {
 
 // `keeps`: a project is opened so that it keeps what is done from now on; else it is only read.
 Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& read, bool keeps,
-                                 const Interrupt& interrupt) {
-    PALPATE_TRY(OpenedScene scene, open_scene(options, read, interrupt));
+                                 const std::stop_token& stop) {
+    PALPATE_TRY(OpenedScene scene, open_scene(options, read, stop));
     view::Source source{std::move(scene)};
     if (keeps && Project::is_one(options.input)) {
         PALPATE_TRY(Project::Opened project, Project::open(options.input));
@@ -117,12 +120,25 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     loop.viewer.volume_alone = options.monitor.has_value();
     loop.viewer.frame_ms = options.frame_ms;
     loop.viewer.threaded = !options.headless;
-    loop.viewer.open = [&](const std::string& path) {
+    loop.viewer.open = [&](const std::string& path, const std::string& series,
+                           const std::stop_token& stop) {
         SceneOptions dropped;
         dropped.input = path;
         dropped.size_px = options.scene.size_px;
-        return open_source(dropped, options.read, !options.headless, interrupt);
+        ReadFlags read = options.read;
+        read.series = series;
+        return open_source(dropped, read, !options.headless, stop);
     };
+    if (!options.headless) // a script is a function of its input
+        loop.viewer.recent = [](const std::string& path) {
+            if (!path.empty() && !is_synthetic(path)) {
+                std::error_code ignored;
+                const auto whole = std::filesystem::absolute(path, ignored);
+                if (const auto kept = view::add_recent(view::recent_file(), whole.string()); !kept)
+                    log::info("{}", kept.error().message);
+            }
+            return view::load_recent(view::recent_file());
+        };
     loop.stop = interrupt.token();
     loop.set_renderer = [&](const GpuDevice& device, RendererOptions& renderer) {
         apply(options.memory, device, true, renderer);
@@ -134,13 +150,15 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     const glm::uvec2 room = view::volume_size_px(first);
     scene.size_px = {room.x, room.y};
     PALPATE_TRY(view::Source opened,
-                open_source(scene, options.read, !options.headless, interrupt));
+                open_source(scene, options.read, !options.headless, interrupt.token()));
     if (!options.latency.empty()) {
         loop.viewer.threaded = true;
         PALPATE_TRY(const Json found,
                     view::run_latency(std::move(opened), std::move(loop), options.headless));
         return write_text(options.latency, report_text(found));
     }
+    if (loop.viewer.recent)
+        loop.viewer.recent(options.scene.input);
     view::HeadlessResult result;
     if (options.headless) {
         PALPATE_TRY(result, view::run_headless(std::move(opened), script, std::move(loop),

@@ -25,6 +25,18 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
     json["locked_labels"] = Json::array();
     for (const uint16_t label : state.locked_labels)
         json["locked_labels"].push_back(label);
+    json["clips"] = Json::array();
+    for (const ClipPlane& plane : state.clipping.planes)
+        json["clips"].push_back({{"point_mm", plane.point_mm},
+                                 {"normal", plane.normal},
+                                 {"offset_mm", glm::dot(plane.normal, plane.point_mm)}});
+    json["browser_open"] = state.browser_open;
+    json["names_hidden"] = state.names_hidden;
+    json["light"] = state.light;
+    json["text_scale"] = state.text_scale;
+    json["steps"] = Json::array();
+    for (const std::string& title : work.session().step_titles())
+        json["steps"].push_back(title);
     const Scene& scene = work.session().scene();
     if (scene.labels)
         for (const uint32_t label : {1u, 2u, 3u})

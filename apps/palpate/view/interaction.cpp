@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "apps/palpate/view/clip_tool.h"
 #include "apps/palpate/view/measure_tool.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
@@ -141,6 +142,8 @@ void press(Outcome& next, const Event& event, const Subject& subject) {
         if (twice && hand == Hand::crosshair && !state.w_held) {
             state.alone = state.alone ? std::nullopt : std::optional(panel);
             drag.kind = Drag::Kind::maximise; // the rest of the click does nothing
+        } else if (press_clip(state, subject, panel)) {
+            drag.kind = Drag::Kind::clip;
         } else if (state.hand == Hand::measure && !state.w_held &&
                    press_measure(state, subject, panel, twice)) {
             drag.kind = Drag::Kind::measure;
@@ -219,6 +222,9 @@ void drag_on(Outcome& next, const Event& event, const Subject& subject) {
         case Drag::Kind::turn:
             turn_planes(state, grid, drag.panel, from, to);
             break;
+        case Drag::Kind::clip:
+            drag_clip(state, subject, drag.panel);
+            break;
         case Drag::Kind::measure:
             drag_measure(state, subject, drag.panel);
             break;
@@ -245,6 +251,7 @@ void release(Outcome& next, const Event& event, const Subject& subject) {
     if (state.hand == Hand::measure && (clicks || state.drag->kind == Drag::Kind::measure) &&
         box_of(state, state.drag->panel))
         release_measure(state, subject, state.drag->panel, clicks);
+    state.clipping.held.reset();
     state.drag.reset();
 }
 
@@ -372,10 +379,12 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
             next.orders.push_back({Order::Kind::stroke_cancel, {}, event.time_s, {}});
         else if (!state.drag && !std::exchange(state.help_open, false) && !cancel_measure(state) &&
                  !std::exchange(state.saving_open, false) &&
+                 !std::exchange(state.browser_open, false) &&
                  !std::exchange(state.closing_open, false))
             state.alone.reset();
         state.drag.reset();
         state.measuring.held.reset();
+        state.clipping.held.reset();
         return;
     }
     if (state.drag) // nothing is moved by accident while a hand is at work
@@ -384,6 +393,10 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
         if (press_measure_key(state, event.key))
             return;
         press_key(state, event.key, event.modifiers.shift, subject);
+        return;
+    }
+    if (event.key == "o") {
+        state.browser_open = true;
         return;
     }
     if (event.key == "s") {

@@ -44,6 +44,11 @@ void name_keys(ImGuiIO& io) {
         io.KeyMap[key] = number_of(name);
 }
 
+// Of words that stand out.
+ImVec4 accent(const ViewState& state) {
+    return state.light ? ImVec4(0.62f, 0.3f, 0.0f, 1.0f) : ImVec4(1.0f, 0.8f, 0.45f, 1.0f);
+}
+
 } // namespace
 
 Interface::Interface(double text_scale) {
@@ -141,6 +146,12 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
         ImVec2(static_cast<float>(state.size_px.x), static_cast<float>(state.size_px.y));
     io.DeltaTime = static_cast<float>(std::clamp(time_s - time_s_, 1e-3, 1.0));
     time_s_ = time_s;
+    if (std::exchange(is_light_, state.light) != state.light) {
+        if (state.light)
+            ImGui::StyleColorsLight();
+        else
+            ImGui::StyleColorsDark();
+    }
     ImGui::NewFrame();
     widgets_.clear();
     std::vector<Order> orders;
@@ -148,10 +159,13 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     draw_status(state, work);
     draw_help(state);
     draw_questions(state, work, orders);
+    draw_browser(state, orders);
+    draw_opening(state, orders);
     ImDrawList& behind = *ImGui::GetBackgroundDrawList();
     for (const Places::View& view : places_of(state).views) {
         draw_marks(behind, state, work, view.panel, view.box,
                    pictures[static_cast<size_t>(view.panel)]);
+        draw_clips(behind, state, work, view.panel, view.box);
         draw_measures(behind, state, work, view.panel, view.box);
     }
     ImGui::Render();
@@ -193,7 +207,7 @@ void Interface::draw_status(const ViewState& state, Work& work) {
     constexpr double kShown_s = 6.0;
     if (time_s_ - told_s_ < kShown_s && !message_.empty()) {
         ImGui::SameLine();
-        ImGui::TextColored(ImVec4(1.0f, 0.75f, 0.4f, 1.0f), "  %s", message_.c_str());
+        ImGui::TextColored(accent(state), "  %s", message_.c_str());
     }
     const std::string steps = fmt::format("{} edit{}, {} to redo   ? keys", edit.undo_steps,
                                           edit.undo_steps == 1 ? "" : "s", edit.redo_steps);
@@ -266,7 +280,7 @@ void Interface::draw_help(ViewState& state) {
     if (ImGui::BeginTable("keys", 2)) {
         for (const KeyHelp& line : key_help()) {
             ImGui::TableNextColumn();
-            ImGui::TextColored(ImVec4(1.0f, 0.85f, 0.5f, 1.0f), "%s", line.keys);
+            ImGui::TextColored(accent(state), "%s", line.keys);
             ImGui::TableNextColumn();
             ImGui::TextUnformatted(line.purpose);
         }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/palpate/view/file_browser.h"
 #include "apps/palpate/view/state.h"
 #include "apps/palpate/view/work.h"
 
@@ -36,6 +37,7 @@ class Interface {
     std::vector<Order> frame(const std::vector<Event>& events, double time_s, ViewState& state,
                              Work& work, const std::array<PictureState, kPanels.size()>& pictures);
 
+    void set_recent(std::vector<std::string> paths) { recent_ = std::move(paths); }
     const ImDrawData& lists() const; // of the last frame
     // Where the widgets of the last frame lie, by their ids: "tool/draw".
     const std::map<std::string, Box>& widgets() const { return widgets_; }
@@ -58,6 +60,13 @@ class Interface {
     void draw_felt(Work& work, const TransferFunction& function);
     void draw_measures_panel(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_measure(ViewState& state, Work& work);
+    void draw_clip_panel(ViewState& state, Work& work);
+    void draw_files_panel(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_series(Work& work, std::vector<Order>& orders);
+    void draw_history(Work& work, std::vector<Order>& orders);
+    void draw_browser(ViewState& state, std::vector<Order>& orders);
+    void browse(const std::filesystem::path& folder);
+    void draw_opening(const ViewState& state, std::vector<Order>& orders);
     void draw_labels_panel(ViewState& state, Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work);
@@ -69,10 +78,14 @@ class Interface {
     void note(const char* id); // where the last widget lies
 
     double time_s_ = 0;
+    bool is_light_ = false;
     std::map<std::string, Box> widgets_;
     std::string message_;
-    double told_s_ = -1e9;                       // when it came
-    std::array<char, 1024> folder_{}, export_{}; // that are typed
+    double told_s_ = -1e9;                                 // when it came
+    std::array<char, 1024> folder_{}, export_{}, typed_{}; // that are typed
+    std::string browsed_, browser_error_;                  // the folder that is shown
+    std::vector<BrowserEntry> entries_;                    // of it
+    std::vector<std::string> recent_;
 };
 
 // A small table.
@@ -82,6 +95,8 @@ void draw_values(const ValueStatistics& values, const std::string& unit);
 void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box,
                 const PictureState& picture);
 
+// Clip planes over a view.
+void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box);
 // Measures over a view.
 void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
                    const Box& box);

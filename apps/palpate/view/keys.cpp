@@ -33,6 +33,7 @@ const std::vector<KeyHelp>& key_help() {
         {"M", "measure: ruler, angle, polygon, sphere; Delete removes"},
         {"+ -", "size of the tool"},
         {"Ctrl+Z, Ctrl+Y", "undo, redo"},
+        {"Ctrl+O", "open a file, a folder or a project"},
         {"Ctrl+S", "save to a project folder"},
         {"Esc", "cancel the stroke"},
         {"1 .. 9", "windows"},

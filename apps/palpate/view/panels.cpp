@@ -24,7 +24,7 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
                      ImGuiWindowFlags_NoSavedSettings | ImGuiWindowFlags_NoBringToFrontOnFocus |
                      ImGuiWindowFlags_NoFocusOnAppearing |
                      ImGuiWindowFlags_AlwaysVerticalScrollbar); // else lines move as it comes
-    ImGui::TextUnformatted(work.title().c_str());
+    ImGui::TextUnformatted(state.names_hidden ? "(name hidden)" : work.title().c_str());
     const glm::uvec3 size = work.subject().grid.size;
     const glm::dvec3 spacing = spacing_mm(work.subject().grid);
     const std::string samples = fmt::format("{} x {} x {},", size.x, size.y, size.z);
@@ -66,15 +66,23 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
         case Tab::measure:
             draw_measures_panel(state, work, orders);
             break;
+        case Tab::clip:
+            draw_clip_panel(state, work);
+            break;
+        case Tab::file:
+            draw_files_panel(state, work, orders);
+            break;
     }
     ImGui::PopItemWidth();
     ImGui::End();
 }
 
 void Interface::draw_tabs(ViewState& state) {
-    for (const Tab tab : {Tab::view, Tab::transfer, Tab::labels, Tab::measure}) {
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(1.0f, 0.0f));
+    for (const Tab tab :
+         {Tab::view, Tab::transfer, Tab::labels, Tab::measure, Tab::clip, Tab::file}) {
         if (tab != Tab::view)
-            ImGui::SameLine(0.0f, 2.0f);
+            ImGui::SameLine(0.0f, 1.0f);
         const bool is_it = state.tab == tab;
         if (is_it)
             ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));
@@ -84,6 +92,7 @@ void Interface::draw_tabs(ViewState& state) {
             ImGui::PopStyleColor();
         note(fmt::format("tab/{}", name_of(tab)).c_str());
     }
+    ImGui::PopStyleVar();
 }
 
 void Interface::draw_hand(ViewState& state, Work& work, std::vector<Order>& orders) {

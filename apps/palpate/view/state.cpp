@@ -10,7 +10,7 @@ const char* name_of(Hand hand) {
 }
 
 const char* name_of(Tab tab) {
-    constexpr const char* names[] = {"view", "transfer", "labels", "measure"};
+    constexpr const char* names[] = {"view", "curve", "labels", "measure", "clip", "file"};
     return names[static_cast<size_t>(tab)];
 }
 

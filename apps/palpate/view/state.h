@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/palpate/view/clipping.h"
 #include "apps/palpate/view/event.h"
 #include "apps/palpate/view/measuring.h"
 #include "apps/palpate/view/panel.h"
@@ -20,7 +21,7 @@ namespace palpate::view {
 enum class Hand { crosshair, draw, erase, cut, measure }; // what the left button does in slices
 const char* name_of(Hand hand);
 
-enum class Tab { view, transfer, labels, measure }; // of the side panel
+enum class Tab { view, transfer, labels, measure, clip, file }; // of the side panel
 const char* name_of(Tab tab);
 
 // Values shown as black and as white in slices.
@@ -32,7 +33,19 @@ struct GreyWindow {
 
 // A move of the mouse with a button pressed, from its press on.
 struct Drag {
-    enum class Kind { crosshair, window, pan, zoom, rotate, roll, stroke, turn, maximise, measure };
+    enum class Kind {
+        crosshair,
+        window,
+        pan,
+        zoom,
+        rotate,
+        roll,
+        stroke,
+        turn,
+        maximise,
+        measure,
+        clip
+    };
     Kind kind = Kind::crosshair;
     Button button = Button::left; // whose release ends it
     Panel panel = Panel::axial;
@@ -75,6 +88,10 @@ struct ViewState {
     Tab tab = Tab::view;
     TransferEditing transfer;
     Measuring measuring;
+    Clipping clipping;
+    bool browser_open = false, names_hidden = false, light = false;
+    std::string opening; // that is being read; empty: none
+    double opening_since_s = 0.0;
 
     glm::dvec2 pointer_px{-1.0};
     std::optional<Panel> under; // the view that the pointer is in
@@ -108,12 +125,14 @@ struct Order {
         redo,
         save,
         open,
-        export_measures
+        export_measures,
+        cancel_opening
     };
     Kind kind;
     glm::dvec3 at_mm{0.0}; // of strokes
     double time_s = 0.0;
-    std::string path{}; // of open; of save the folder of a new project, or empty; of exports
+    std::string path{},
+        series{}; // of open; of save the folder of a new project, or empty; of exports
 
     friend bool operator==(const Order&, const Order&) = default;
 };

@@ -14,25 +14,28 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
       interface_device_(&interface),
       format_(format),
       options_(std::move(options)),
-      interface_(text_scale),
-      drawing_(std::make_unique<UiDrawing>(interface, format)) {
+      interface_(std::make_unique<Interface>(text_scale)),
+      drawing_(std::make_unique<UiDrawing>(interface, format)),
+      interface_scale_(text_scale) {
     state_.size_px = size_px;
     state_.text_scale = text_scale;
     begin(std::move(source));
+    if (options_.recent)
+        interface_->set_recent(options_.recent(""));
 }
 
 void Viewer::begin(Source source) {
     new_pictures_.clear();
     drawing_->drop_pictures();
     pictures_.reset(); // before the session that it looks at
-    Pictures::Options options{.renderer = options_.renderer,
-                              .frame_ms = options_.frame_ms,
-                              .meshes = source.scene.loaded.data.meshes,
-                              .fused = source.scene.loaded.data.fused,
-                              .overlay = source.scene.loaded.data.overlay,
-                              .on_picture = options_.on_picture,
-                              .threaded = options_.threaded,
-                              .stay = pictures_device_->handle() == interface_device_->handle()};
+    pictures_with_ = {.renderer = options_.renderer,
+                      .frame_ms = options_.frame_ms,
+                      .meshes = source.scene.loaded.data.meshes,
+                      .fused = source.scene.loaded.data.fused,
+                      .overlay = source.scene.loaded.data.overlay,
+                      .on_picture = options_.on_picture,
+                      .threaded = options_.threaded,
+                      .stay = pictures_device_->handle() == interface_device_->handle()};
     work_ = std::make_unique<Work>(std::move(source), state_.size_px, state_.text_scale,
                                    options_.threaded);
     state_ = work_->subject().home;
@@ -42,18 +45,71 @@ void Viewer::begin(Source source) {
         state_.layout = Layout::volume;
         state_.tools_open = state_.status_open = state_.notes_shown = false;
     }
-    state_of_pictures_ = {};
-    pictures_ = std::make_unique<Pictures>(*pictures_device_, work_->session(), std::move(options));
+    make_pictures();
 }
 
-void Viewer::open(const std::string& path) {
-    if (!options_.open)
+void Viewer::make_pictures() {
+    state_of_pictures_ = {};
+    pictures_ = std::make_unique<Pictures>(*pictures_device_, work_->session(), pictures_with_);
+}
+
+Viewer::~Viewer() {
+    stop_opening_.request_stop();
+}
+
+void Viewer::open(const std::string& path, const std::string& series) {
+    if (!options_.open || opening_.valid())
         return;
-    Result<Source> opened = options_.open(path);
-    if (opened)
-        begin(std::move(*opened));
-    else
-        log::error("{}", opened.error().message);
+    stop_opening_ = std::stop_source();
+    state_.opening = path;
+    state_.opening_since_s = time_s_;
+    opening_ = std::async(options_.threaded ? std::launch::async : std::launch::deferred,
+                          [open = options_.open, path, series, stop = stop_opening_.get_token()] {
+                              return open(path, series, stop);
+                          });
+    if (!options_.threaded)
+        take_opened(opening_.get());
+}
+
+void Viewer::poll_opening() {
+    if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+        take_opened(opening_.get());
+}
+
+void Viewer::take_opened(Result<Source> opened) {
+    const std::string path = std::exchange(state_.opening, {});
+    if (!opened) {
+        const bool cancelled = stop_opening_.stop_requested();
+        if (!cancelled)
+            log::error("{}", opened.error().message);
+        work_->tell(cancelled ? "opening was cancelled" : opened.error().message);
+        return;
+    }
+    const ViewState before = state_;
+    begin(std::move(*opened));
+    state_.names_hidden = before.names_hidden;
+    state_.light = before.light;
+    state_.text_scale = before.text_scale;
+    state_.tab = before.tab;
+    if (options_.recent)
+        interface_->set_recent(options_.recent(path));
+}
+
+// Letters are drawn sharp at each size: the interface is made anew.
+void Viewer::follow_text_scale() {
+    if (interface_scale_ == state_.text_scale)
+        return;
+    interface_scale_ = state_.text_scale;
+    new_pictures_.clear();
+    drawing_->drop_pictures();
+    pictures_.reset();
+    drawing_.reset(); // waits for the device
+    interface_.reset();
+    interface_ = std::make_unique<Interface>(interface_scale_);
+    drawing_ = std::make_unique<UiDrawing>(*interface_device_, format_);
+    if (options_.recent)
+        interface_->set_recent(options_.recent(""));
+    make_pictures();
 }
 
 void Viewer::frame(std::vector<Event> events, double time_s) {
@@ -61,7 +117,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     time_s_ = time_s;
     std::vector<Order> orders;
     for (Event& event : events) {
-        event.for_widget = !state_.drag && interface_.takes(event);
+        event.for_widget = !state_.drag && interface_->takes(event);
         Outcome next = after(std::move(state_), event, work_->subject());
         state_ = std::move(next.state);
         for (Order& order : next.orders)
@@ -70,13 +126,17 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     const auto obey = [&](const std::vector<Order>& all) {
         for (const Order& order : all)
             if (order.kind == Order::Kind::open)
-                open(order.path);
+                open(order.path, order.series);
+            else if (order.kind == Order::Kind::cancel_opening)
+                stop_opening_.request_stop();
             else if (order.kind == Order::Kind::save && order.path.empty() && !work_->has_project())
                 state_.saving_open = true; // asks where
             else
                 work_->obey(order, state_);
     };
     obey(orders);
+    poll_opening();
+    follow_text_scale();
     for (Picture& picture : pictures_->take()) {
         if (saw_picture)
             saw_picture(picture);
@@ -87,7 +147,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
             true, picture.complete, picture.ms, picture.error_estimate};
     work_->poll();
     work_->watch(state_);
-    obey(interface_.frame(events, time_s, state_, *work_, state_of_pictures_));
+    obey(interface_->frame(events, time_s, state_, *work_, state_of_pictures_));
     if (!options_.threaded)
         work_->session().settle();
     wish();
@@ -122,7 +182,7 @@ void Viewer::record(Commands& commands, GpuImage& target) {
         drawing_->set_picture(number, std::move(picture.image));
     }
     new_pictures_.clear();
-    drawing_->record(commands, target, interface_.lists());
+    drawing_->record(commands, target, interface_->lists());
 }
 
 Result<void> Viewer::draw_pictures() {

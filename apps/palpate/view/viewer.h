@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <future>
 #include <memory>
 #include <string>
 
@@ -21,7 +22,12 @@ struct ViewerOptions {
     std::optional<DisplayProfile> display{}; // of a stereo screen
     bool volume_alone = false;               // begins with nothing but the volume's view
     // Opens another file by its name, for files that are dropped on the window.
-    std::function<Result<Source>(const std::string& path)> open;
+    // From a thread of its own, where threaded. `series`: of a DICOM folder; empty: the largest.
+    std::function<Result<Source>(const std::string& path, const std::string& series,
+                                 const std::stop_token& stop)>
+        open;
+    // What was opened last, and a word to it that `path` has been opened; may be empty.
+    std::function<std::vector<std::string>(const std::string& path)> recent;
     std::function<void()> on_picture;
 };
 
@@ -33,6 +39,8 @@ class Viewer {
     // threaded. Where they are one Vulkan device, pictures do not leave it.
     Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Source source,
            glm::uvec2 size_px, double text_scale, ViewerOptions options);
+
+    ~Viewer();
 
     void frame(std::vector<Event> events, double time_s);
 
@@ -46,10 +54,10 @@ class Viewer {
 
     const ViewState& state() const { return state_; }
     Work& work() { return *work_; }
-    const Interface& interface() const { return interface_; }
+    const Interface& interface() const { return *interface_; }
     Json dump() { return work_->dump(state_); }
     std::optional<std::string> failure() { return pictures_->failure(); }
-    const std::string& title() const { return work_->title(); }
+    std::string title() const { return state_.names_hidden ? "" : work_->title(); }
     // Where the window's first pixel lies on the screen: interleaved layouts count from there.
     void set_place(glm::ivec2 screen_px) { screen_px_ = screen_px; }
     // A 3D cursor stands in for the pointer.
@@ -60,22 +68,30 @@ class Viewer {
     bool may_close();
 
  private:
-    void open(const std::string& path);
+    void open(const std::string& path, const std::string& series);
+    void take_opened(Result<Source> opened);
+    void poll_opening();
+    void follow_text_scale();
     void begin(Source source);
+    void make_pictures(); // of the session's; the textures are there when they are
     void wish();
 
     GpuDevice *pictures_device_, *interface_device_;
     VkFormat format_;
     ViewerOptions options_;
-    Interface interface_;
+    std::unique_ptr<Interface> interface_;
     std::unique_ptr<UiDrawing> drawing_;
     std::unique_ptr<Work> work_;
+    Pictures::Options pictures_with_;
     std::unique_ptr<Pictures> pictures_;
     ViewState state_;
     double time_s_ = 0; // of the last frame
     glm::ivec2 screen_px_{0};
     std::vector<Picture> new_pictures_;
     std::array<PictureState, kPanels.size()> state_of_pictures_{};
+    double interface_scale_ = 1.0; // that interface_ is made for
+    std::stop_source stop_opening_;
+    std::future<Result<Source>> opening_; // last: its thread ends before the rest goes
 };
 
 // Does a script's frames, and two after its last event, at the times it tells. Of frames without

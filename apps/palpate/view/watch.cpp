@@ -1,6 +1,7 @@
 // Numbers about the document, and notes that are kept with it.
 
 #include <algorithm>
+#include <cstdio>
 #include <span>
 
 #include "apps/palpate/view/work.h"
@@ -17,6 +18,11 @@ void Work::watch(const ViewState& state) {
     if (const Kept kept{state.measuring.measures, loaded_.label_names, state.locked_labels};
         kept != session_.kept())
         session_.keep(kept);
+    if (session_.scene().clip_planes != state.clipping.planes) {
+        Scene scene = session_.scene();
+        scene.clip_planes = state.clipping.planes;
+        session_.show(std::move(scene));
+    }
     const EditState edit = edited();
     const Volume& grey = *edit.document.find(grey_);
     Figures::Wish wish{grey, grey, {}, {}, state.tab == Tab::labels};
@@ -30,6 +36,24 @@ void Work::watch(const ViewState& state) {
         if (measure.kind == MeasureKind::polygon || measure.kind == MeasureKind::sphere)
             wish.measures.push_back(measure);
     figures_.want(std::move(wish));
+}
+
+std::vector<SeriesLine> series_in(const std::vector<std::string>& notes) {
+    std::vector<SeriesLine> all;
+    for (const std::string& note : notes) {
+        const size_t at = note.find("series ");
+        unsigned number = 0, count = 0;
+        int length = 0;
+        if (at == note.npos ||
+            std::sscanf(note.c_str() + at, "series %u of %u: %n", &number, &count, &length) < 2 ||
+            length == 0)
+            continue;
+        std::string text = note.substr(at + static_cast<size_t>(length));
+        const bool is_open = text.ends_with(" (read)");
+        text.resize(std::min(text.rfind(", "), text.size())); // without the UID
+        all.push_back({number, std::move(text), is_open});
+    }
+    return all;
 }
 
 std::optional<Measured> Work::measured(const Measure& one) {

@@ -133,6 +133,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
                             : title_of(source.scene.file)),
       file_(source.scene.file),
       loaded_(source.scene.loaded),
+      series_(series_in(loaded_.notes)),
       session_(setup_of(source, threaded)),
       figures_(threaded) {
     grey_ = session_.sources().grey;
@@ -176,6 +177,9 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     home.window =
         window_of(grey.colors.empty() ? default_slice_transfer(loaded_) : grey, subject_.range);
     home.measuring.measures = session_.kept().measures;
+    home.clipping.planes = session_.scene().clip_planes;
+    for (ClipPlane& plane : home.clipping.planes)
+        plane.normal = glm::normalize(plane.normal);
     home.locked_labels = session_.kept().locked_labels;
     if (loaded_.label_names.empty()) // a project has its own
         loaded_.label_names = session_.kept().label_names;
@@ -275,6 +279,7 @@ void Work::obey(const Order& order, const ViewState& state) {
             export_measures(state, order.path);
             break;
         case Order::Kind::open:
+        case Order::Kind::cancel_opening:
             break;
     }
 }

@@ -19,6 +19,15 @@ struct Source {
     std::optional<Project::Opened> project{}; // whose volumes the scene shows
 };
 
+// A series of a DICOM folder.
+struct SeriesLine {
+    uint32_t number = 0; // from 1, as --series takes it
+    std::string text;
+    bool is_open = false;
+};
+// Those that the reader's messages list: "series 1 of 3: CT 'head', 30 images of .., UID (read)".
+std::vector<SeriesLine> series_in(const std::vector<std::string>& notes);
+
 // The document that a window shows, as a session, and what a state is about.
 class Work {
  public:
@@ -31,6 +40,10 @@ class Work {
     const Subject& subject() const { return subject_; }
     const LoadedScene& loaded() const { return loaded_; }
     const std::string& title() const { return title_; } // the file's name
+
+    const std::string& path() const { return file_.volume; } // of the volume
+    const std::vector<SeriesLine>& series() const { return series_; }
+    void tell(std::string message) { message_ = std::move(message); }
 
     // Does what an event asks for; `open` is the caller's.
     void obey(const Order& order, const ViewState& state);
@@ -84,6 +97,7 @@ class Work {
     std::string title_, grey_, labels_, new_folder_, message_;
     SceneFile file_;
     LoadedScene loaded_;
+    std::vector<SeriesLine> series_;
     Subject subject_;
     Session session_;
     Figures figures_;

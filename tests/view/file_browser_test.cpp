@@ -1,0 +1,72 @@
+// Folders, and what was opened last.
+
+#include "apps/palpate/view/file_browser.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+#include "tests/support/temporary_folder.h"
+
+namespace palpate::view {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+class Files : public TemporaryFolder {};
+
+TEST_F(Files, FoldersComeFirstAndHiddenNamesNot) {
+    write("b.nii", "12345");
+    write("a.nii", "1");
+    write(".hidden", "1");
+    fs::create_directory(file("z"));
+    fs::create_symlink(file("gone"), file("link"));
+    const auto list = list_folder(file("."));
+    ASSERT_TRUE(list) << list.error().message;
+    const std::vector<BrowserEntry> expected{
+        {"z", true, 0}, {"a.nii", false, 1}, {"b.nii", false, 5}, {"link", false, 0}};
+    EXPECT_EQ(*list, expected);
+    const auto none = list_folder(file("none"));
+    ASSERT_FALSE(none);
+    EXPECT_THAT(none.error().message, HasSubstr("none: cannot be read"));
+}
+
+TEST_F(Files, TheNewestIsFirstAndListedOnce) {
+    const fs::path list = file("deep/er/recent.json");
+    EXPECT_TRUE(load_recent(list).empty());
+    for (int i = 0; i < 20; ++i)
+        ASSERT_TRUE(add_recent(list, "f" + std::to_string(i)));
+    ASSERT_TRUE(add_recent(list, "f15"));
+    const auto recent = load_recent(list);
+    ASSERT_EQ(recent.size(), kMostRecent);
+    EXPECT_EQ(recent[0], "f15");
+    EXPECT_EQ(recent[1], "f19");
+    EXPECT_EQ(std::count(recent.begin(), recent.end(), "f15"), 1);
+}
+
+TEST_F(Files, ADamagedListIsNoneAndAnUnwritableOneAnError) {
+    for (const char* text : {"", "{", "{\"a\": 1}", "[1, 2]", "\"x\""}) {
+        write("recent.json", text);
+        EXPECT_TRUE(load_recent(file("recent.json")).empty()) << text;
+    }
+    write("plain", "");
+    EXPECT_FALSE(add_recent(file("plain/recent.json"), "a")); // its folder is a file
+    EXPECT_TRUE(add_recent({}, "a"));                         // no home
+}
+
+TEST_F(Files, TheListLiesWhereTheXdgSpecificationSays) {
+    ::setenv("XDG_STATE_HOME", "/state", 1);
+    EXPECT_EQ(recent_file(), "/state/palpate/recent.json");
+    ::setenv("XDG_STATE_HOME", "relative", 1); // to be ignored
+    ::setenv("HOME", "/home/a", 1);
+    EXPECT_EQ(recent_file(), "/home/a/.local/state/palpate/recent.json");
+    ::unsetenv("XDG_STATE_HOME");
+    ::unsetenv("HOME");
+    EXPECT_EQ(recent_file(), "");
+}
+
+} // namespace
+} // namespace palpate::view
