@@ -170,12 +170,13 @@ void VolumeResidency::show_cells(VolumeUse& use, const RayCastLayer& layer, floa
 bool VolumeResidency::find_needed(VolumeUse& use, const Scene& scene, const Wish& wish) {
     const Volume& volume = *snapshot_;
     const glm::uvec3 size = volume.size();
-    const bool fits =
+    const bool is_there = volume_ && is_same_kind(volume_->snapshot(), volume);
+    const bool fits = // whatever can be seen
         std::max({size.x, size.y, size.z}) <= device_->limits().maxImageDimension3D &&
         sample_count(volume.grid()) * sizeof(float) <= room_for_volume(scene, wish) / 2;
-    const bool in_atlas = volume_ && volume_->is_atlas();         // and may stay there
-    const bool dense = options_->residency == Residency::dense || // whatever can be seen
-                       (options_->residency == Residency::automatic && fits && !in_atlas);
+    const bool dense =
+        options_->residency == Residency::dense ||
+        (options_->residency == Residency::automatic && (is_there ? !volume_->is_atlas() : fits));
     use.atlas_bricks_ = 0;
     if (dense && !use.wants_gradients_) {
         release(use);
