@@ -21,7 +21,8 @@ RenderStore::RenderStore(GpuDevice& on, RendererOptions asked)
       linear(on, SampleFilter::linear, Edge::clamp),
       nearest(on, SampleFilter::nearest, Edge::clamp),
       label_sampler(on, SampleFilter::nearest, Edge::border_zero),
-      volume(on, options) {}
+      volume(on, options),
+      surfaces(on, options) {}
 
 void RenderStore::take_table(std::shared_ptr<TransferImage>& held, const TransferFunction& function,
                              double step_mm, Commands& commands) {
@@ -47,6 +48,7 @@ void RenderStore::take_styles(std::shared_ptr<LabelStyles>& held, const LabelLay
 
 void RenderStore::forget() {
     volume.forget();
+    surfaces.clear();
     transfers.clear();
     styles.clear();
 }

@@ -7,6 +7,7 @@
 
 #include "engine/render/frame_block.h"
 #include "engine/render/mirrored_buffer.h"
+#include "engine/render/scene_surface.h"
 #include "engine/render/shared_pool.h"
 #include "engine/render/targets.h"
 #include "engine/render/transfer_image.h"
@@ -32,6 +33,7 @@ struct RenderStore {
     PipelineCache pipelines;
     Sampler linear, nearest, label_sampler;
     VolumeResidency volume;
+    SurfaceStore surfaces;
     SharedPool<TransferImage> transfers;
     SharedPool<LabelStyles> styles;
     std::vector<Renderer*> views;

@@ -100,7 +100,7 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     if (scene.surfaces.empty())
         passes.surfaces.reset();
     else if (!passes.surfaces)
-        passes.surfaces.emplace(store_->device, store_->nearest, store_->options.block_maker);
+        passes.surfaces.emplace(*store_);
     if (passes.surfaces)
         PALPATE_TRY(passes.surfaces->prepare(scene, data, task.views, task.commands));
     const bool see_through = passes.surfaces && passes.surfaces->has_see_through();
@@ -166,7 +166,7 @@ size_t Renderer::record_behind(Task& task) {
     if (passes_->surfaces) {
         if (!passes_->slices)
             targets.clear_behind(task.scene, task.commands);
-        passes_->surfaces->record(task.commands, store_->pipelines,
+        passes_->surfaces->record(task.commands,
                                   {*targets.behind, *targets.behind_values, *targets.color,
                                    targets.values ? &*targets.values : nullptr,
                                    targets.layers ? &*targets.layers : nullptr});

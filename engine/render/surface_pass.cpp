@@ -57,99 +57,37 @@ Result<void> SurfacePass::prepare(const Scene& scene, const SceneData& data,
     return {};
 }
 
-glm::dmat4 SurfacePass::Surface::world_from_mesh() const {
-    return live ? palpate::world_from_mesh(live->volume().grid()) : mesh->source()->world_from_mesh;
-}
-
-void SurfacePass::Surface::list_arrays() {
-    arrays.clear();
-    if (mesh && mesh->triangle_count() > 0)
-        arrays.push_back({mesh->positions(), mesh->triangles(), mesh->normals(), mesh->labels(),
-                          mesh->triangle_count(), mesh->triangle_count(), 0});
-    uint32_t first_number = 0;
-    if (live)
-        for (SurfacePool::Arena& arena : live->pool().arenas()) {
-            const uint32_t capacity = arena.free_triangles.capacity();
-            if (arena.end > 0)
-                arrays.push_back({arena.positions, arena.triangles, *arena.normals, arena.triangles,
-                                  arena.end, capacity, first_number});
-            first_number += capacity;
-        }
+SurfacePass::~SurfacePass() {
+    for (SurfaceStore::Held& held : surfaces_)
+        store_->surfaces.drop(held);
 }
 
 Result<void> SurfacePass::keep_surfaces(const Scene& scene, const SceneData& data,
                                         Commands& commands) {
     made_blocks_ = 0;
+    for (size_t i = scene.surfaces.size(); i < surfaces_.size(); ++i)
+        store_->surfaces.drop(surfaces_[i]);
     surfaces_.resize(scene.surfaces.size());
     for (size_t i = 0; i < surfaces_.size(); ++i) {
+        std::optional<float> iso;
+        if (scene.surfaces[i].live_iso)
+            iso = static_cast<float>(*scene.surfaces[i].live_iso);
+        const SceneSurface::Source source{iso, data.volume, data.meshes[i]};
+        SurfaceStore::Held& held = surfaces_[i];
+        // Another layer of this scene may show the same: that must not change.
+        if (std::ranges::count(surfaces_, held.surface, &SurfaceStore::Held::surface) > 1)
+            store_->surfaces.drop(held);
         const std::string name = fmt::format("surface {}", i + 1);
-        const std::optional<double> iso = scene.surfaces[i].live_iso;
-        PALPATE_TRY(
-            iso ? keep_live(surfaces_[i], name, static_cast<float>(*iso), data.volume, commands)
-                : keep_mesh(surfaces_[i], name, data.meshes[i], commands));
-        surfaces_[i].list_arrays();
+        PALPATE_TRY(const size_t made, store_->surfaces.take(held, name, source, commands));
+        made_blocks_ += made;
     }
-    return {};
-}
-
-Result<void> SurfacePass::keep_mesh(Surface& surface, const std::string& name,
-                                    const std::shared_ptr<const Mesh>& mesh, Commands& commands) {
-    surface.live.reset();
-    if (surface.mesh && surface.mesh->source() == mesh)
-        return {};
-    const bool changes = surface.mesh.has_value();
-    if (changes && surface.mesh->update(mesh, commands))
-        return {};
-    surface.mesh.reset();
-    PALPATE_TRY(GpuMesh made,
-                GpuMesh::make(*device_, name, mesh, /*room_to_grow=*/changes, commands));
-    surface.mesh.emplace(std::move(made));
-    return {};
-}
-
-Result<void> SurfacePass::keep_live(Surface& surface, const std::string& name, float iso,
-                                    const Volume& volume, Commands& commands) {
-    surface.mesh.reset();
-    std::optional<GpuSurface>& live = surface.live;
-    if (live && live->volume().grid() == volume.grid() && live->volume().type() == volume.type()) {
-        if (!live->volume().is_same_as(volume)) {
-            const std::vector<ChangedBrick> changed = changed_bricks(live->volume(), volume);
-            made_blocks_ += live->record_update(commands, volume, changed).blocks.size();
-        }
-        if (live->iso() != iso) {
-            commands.flush(); // what it submits comes after what was recorded
-            live->set_iso(iso);
-            made_blocks_ += live->blocks().size();
-        }
-    } else {
-        const SurfaceOptions closed{.closed_at_border = true}; // so that caps are right
-        const auto by = [&](BlockMaker maker) {
-            return GpuSurface::supports(*device_, volume, closed, maker);
-        };
-        const bool on_device = !device_->info().is_cpu() && by(BlockMaker::device);
-        const BlockMaker maker = maker_.value_or(on_device ? BlockMaker::device : BlockMaker::cpu);
-        if (Result<void> can = by(maker); !can)
-            return fail("{}: {}", name, can.error().message);
-        if (!extraction_)
-            extraction_.emplace(*device_);
-        live.reset();
-        commands.flush();
-        live.emplace(*extraction_, volume, iso, closed, maker);
-        made_blocks_ += live->blocks().size();
-    }
-    uint64_t triangles = 0;
-    for (const SurfacePool::Arena& arena : live->pool().arenas())
-        triangles += arena.free_triangles.capacity();
-    if (triangles > gpu::kSurfaceLeaving)
-        return fail("{}: expected room for at most {} triangles, found {}", name,
-                    gpu::kSurfaceLeaving, triangles);
     return {};
 }
 
 Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
     StyledFor wanted{scene.surfaces, {}};
-    for (const Surface& surface : surfaces_)
-        wanted.labels.emplace_back(surface.has_labels(), surface.largest_label());
+    for (const SurfaceStore::Held& held : surfaces_)
+        wanted.labels.emplace_back(held.surface->has_labels(), held.surface->largest_label());
     if (styled_for_ == wanted)
         return {};
     styled_for_.reset();
@@ -162,15 +100,16 @@ Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
         const SurfaceLayer& layer = scene.surfaces[i];
         const Shading& light = layer.shading;
         const glm::vec4 shading(light.ambient, light.diffuse, light.specular, light.shininess);
-        const uint32_t count = surfaces_[i].largest_label() + 1;
+        const uint32_t count = surfaces_[i].surface->largest_label() + 1;
         first_styles_.push_back(static_cast<uint32_t>(entries.size()));
         style_counts_.push_back(count);
         for (uint32_t label = 0; label < count; ++label) {
             SurfaceStyle style = style_of(layer, label);
-            if (label == 0 && surfaces_[i].has_labels()) // background
+            if (label == 0 && surfaces_[i].surface->has_labels()) // background
                 style.opacity = 0.0;
-            const float value = surfaces_[i].has_labels() ? static_cast<float>(label)
-                                                          : std::numeric_limits<float>::quiet_NaN();
+            const float value = surfaces_[i].surface->has_labels()
+                                    ? static_cast<float>(label)
+                                    : std::numeric_limits<float>::quiet_NaN();
             entries.push_back({glm::vec4(glm::vec3(style.color), static_cast<float>(style.opacity)),
                                shading, value});
             has_opaque_[i] = has_opaque_[i] || style.opacity >= 1.0;
@@ -181,14 +120,14 @@ Result<void> SurfacePass::keep_styles(const Scene& scene, Commands& commands) {
         return fail("surfaces: expected labels that add up to less than {} over all, found {}",
                     gpu::kSurfaceStyleMask, entries.size());
     see_through_ = std::find(has_through_.begin(), has_through_.end(), true) != has_through_.end();
-    styles_.hold(*device_, "surface styles", std::as_bytes(std::span(entries)), commands);
+    styles_.hold(store_->device, "surface styles", std::as_bytes(std::span(entries)), commands);
     styled_for_ = std::move(wanted);
     return {};
 }
 
 uint32_t SurfacePass::rows_at_a_time(const Scene& scene) const {
     const uint64_t most =
-        std::min<uint64_t>(kScratchBytes, device_->limits().maxStorageBufferRange);
+        std::min<uint64_t>(kScratchBytes, store_->device.limits().maxStorageBufferRange);
     uint64_t bytes = sizeof(uint64_t); // of a pixel, in the largest buffer
     if (see_through_)
         bytes *= scene.surface_depth;
@@ -204,8 +143,8 @@ void SurfacePass::keep_scratch(const Scene& scene) {
     const bool clips = !scene.clip_planes.empty();
     const uint32_t depth = see_through_ ? scene.surface_depth : 0;
     uint64_t most_triangles = 1;
-    for (const Surface& surface : surfaces_)
-        for (const Arrays& arrays : surface.arrays)
+    for (const SurfaceStore::Held& held : surfaces_)
+        for (const SurfaceArrays& arrays : held.surface->arrays())
             most_triangles = std::max<uint64_t>(most_triangles, arrays.capacity);
     const uint64_t large_bytes = most_triangles * sizeof(uint32_t);
     if (scratch_ && scratch_->places == places && scratch_->depth == depth &&
@@ -214,7 +153,7 @@ void SurfacePass::keep_scratch(const Scene& scene) {
         return;
     scratch_.reset();
     const auto buffer = [&](const char* name, uint64_t bytes) {
-        return Buffer(*device_, name, bytes, Memory::device);
+        return Buffer(store_->device, name, bytes, Memory::device);
     };
     scratch_.emplace(Scratch{
         places, meshes, depth, clips, buffer("nearest triangles", places * sizeof(uint64_t)),
@@ -241,16 +180,15 @@ void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views, C
         gpu::SurfaceFrame frame{};
         for (size_t i = 0; i < surfaces_.size(); ++i) {
             gpu::SurfaceMesh& block = frame.meshes[i];
-            block = mesh_block(camera, surfaces_[i].world_from_mesh());
+            block = mesh_block(camera, surfaces_[i].surface->world_from_mesh());
             block.first_style = first_styles_[i];
             block.style_count = style_counts_[i];
             block.flags |=
-                (surfaces_[i].has_labels() ? gpu::kSurfaceHasLabels : 0u) |
-                (surfaces_[i].mesh && surfaces_[i].mesh->has_outer_labels()
-                     ? gpu::kSurfaceHasOuterLabels
-                     : 0u) |
-                (surfaces_[i].has_normals() && scene.surfaces[i].smooth ? gpu::kSurfaceHasNormals
-                                                                        : 0u);
+                (surfaces_[i].surface->has_labels() ? gpu::kSurfaceHasLabels : 0u) |
+                (surfaces_[i].surface->has_outer_labels() ? gpu::kSurfaceHasOuterLabels : 0u) |
+                (surfaces_[i].surface->has_normals() && scene.surfaces[i].smooth
+                     ? gpu::kSurfaceHasNormals
+                     : 0u);
         }
         for (size_t i = 0; i < scene.clip_planes.size(); ++i)
             frame.clips[i] = clip_block(camera, scene.clip_planes[i]);
@@ -280,7 +218,7 @@ std::vector<Bound> SurfacePass::pixel_bindings(BufferSlice frame, bool through, 
     return bound;
 }
 
-void SurfacePass::start_work(Commands& commands, uint32_t surface, const Arrays& arrays,
+void SurfacePass::start_work(Commands& commands, uint32_t surface, const SurfaceArrays& arrays,
                              uint32_t turn) {
     const gpu::SurfaceWork work{
         0, 1, 1, 0, surface, turn, arrays.first_number, arrays.triangle_count};
@@ -289,11 +227,11 @@ void SurfacePass::start_work(Commands& commands, uint32_t surface, const Arrays&
 }
 
 // The opaque triangles of a surface, or the see-through ones; `turn` as in gpu::SurfaceWork.
-void SurfacePass::draw(Commands& commands, PipelineCache& pipelines, BufferSlice frame,
-                       uint32_t surface, const Arrays& arrays, bool through, uint32_t turn) {
+void SurfacePass::draw(Commands& commands, BufferSlice frame, uint32_t surface,
+                       const SurfaceArrays& arrays, bool through, uint32_t turn) {
     spirv::SurfaceDraw shader{.has_through = through,
                               .has_clips = scratch_->clips,
-                              .has_int64 = device_->has_int64_atomics()};
+                              .has_int64 = store_->device.has_int64_atomics()};
     std::vector<Bound> bound = pixel_bindings(frame, through, true);
     if (scratch_->clips)
         bound.push_back(bind_storage(gpu::kSurfaceKept, *scratch_->kept));
@@ -306,23 +244,23 @@ void SurfacePass::draw(Commands& commands, PipelineCache& pipelines, BufferSlice
     bound.push_back(bind_storage(gpu::kSurfaceWork, scratch_->work, Use::storage_write));
     bound.push_back(bind_storage(gpu::kSurfaceLarge, scratch_->large, Use::storage_write));
     const uint32_t groups = (arrays.triangle_count + gpu::kSurfaceGroup - 1) / gpu::kSurfaceGroup;
-    commands.dispatch(pipelines.get(shader), bound,
+    commands.dispatch(store_->pipelines.get(shader), bound,
                       {std::min(groups, gpu::kSurfaceMostGroups),
                        (groups + gpu::kSurfaceMostGroups - 1) / gpu::kSurfaceMostGroups, 1});
     for (Bound& b : std::span(bound).last(2))
         b.use = Use::storage_read;
     shader.is_large = true;
-    commands.dispatch_indirect(pipelines.get(shader), bound, scratch_->work);
+    commands.dispatch_indirect(store_->pipelines.get(shader), bound, scratch_->work);
 }
 
-void SurfacePass::record(Commands& commands, PipelineCache& pipelines, const Images& images) {
+void SurfacePass::record(Commands& commands, const Images& images) {
     const bool clips = scratch_->clips;
     commands.begin_pass("surfaces");
     for (const Rows& rows : rows_) {
         const BufferSlice frame = rows.frame;
         const glm::uvec3 pixels((size_px_.x + 63) / 64, rows.count, 1);
         const auto dispatch = [&](const Shader& shader, const std::vector<Bound>& bound) {
-            commands.dispatch(pipelines.get(shader), bound, pixels);
+            commands.dispatch(store_->pipelines.get(shader), bound, pixels);
         };
 
         std::vector<Bound> begin = pixel_bindings(frame, see_through_, false);
@@ -331,17 +269,18 @@ void SurfacePass::record(Commands& commands, PipelineCache& pipelines, const Ima
             begin.push_back(
                 bind_storage(gpu::kSurfaceCounts, *scratch_->counts, Use::storage_write));
         }
-        begin.push_back(bind_sampled(gpu::kSurfaceBehindValues, images.behind_values, *nearest_));
+        begin.push_back(
+            bind_sampled(gpu::kSurfaceBehindValues, images.behind_values, store_->nearest));
         dispatch(spirv::SurfaceBegin{.has_through = see_through_, .has_clips = clips}, begin);
 
         // Without atomic operations on 64 bits: all depths, then which triangles are there.
-        const uint32_t turns = device_->has_int64_atomics() ? 1 : 2;
+        const uint32_t turns = store_->device.has_int64_atomics() ? 1 : 2;
         for (const bool through : {false, true})
             for (uint32_t turn = 0; turn < turns; ++turn)
                 for (uint32_t i = 0; i < surfaces_.size(); ++i)
                     if (through ? has_through_[i] : has_opaque_[i] || (clips && turn == 0))
-                        for (const Arrays& arrays : surfaces_[i].arrays)
-                            draw(commands, pipelines, frame, i, arrays, through, turn);
+                        for (const SurfaceArrays& arrays : surfaces_[i].surface->arrays())
+                            draw(commands, frame, i, arrays, through, turn);
 
         if (clips) {
             std::vector<Bound> caps = pixel_bindings(frame, see_through_, true);
@@ -350,7 +289,7 @@ void SurfacePass::record(Commands& commands, PipelineCache& pipelines, const Ima
             dispatch(spirv::SurfaceCaps{.has_through = see_through_}, caps);
         }
         for (uint32_t i = 0; i < surfaces_.size(); ++i)
-            for (const Arrays& arrays : surfaces_[i].arrays) {
+            for (const SurfaceArrays& arrays : surfaces_[i].surface->arrays()) {
                 std::vector<Bound> shade = pixel_bindings(frame, see_through_, true);
                 shade.push_back(bind_storage(gpu::kSurfacePositions, arrays.positions));
                 shade.push_back(bind_storage(gpu::kSurfaceNormals, arrays.normals));

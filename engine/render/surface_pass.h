@@ -1,22 +1,18 @@
 #pragma once
 
-#include <deque>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "engine/render/mirrored_buffer.h"
-#include "engine/render/surface_mesh.h"
-#include "engine/scene/scene.h"
-#include "engine/surface_gpu/gpu_surface.h"
+#include "engine/render/render_store.h"
 #include "shaders/shared/surface.h"
 
 namespace palpate {
 
 // Draws a scene's meshes and live surfaces: what its rays meet before anything is marched.
 //
-// A live surface is extracted into the device's memory (GpuSurface) and drawn from there. An edit
-// of the volume makes the blocks again that read a changed sample, in the frame's own commands.
+// They lie in the SurfaceStore, once for all views. An edit of the volume makes the blocks of a
+// live surface again that read a changed sample, in the frame's own commands.
 //
 // One compute invocation a triangle finds the pixels whose rays meet it (wide ones get a workgroup
 // each) and leaves the smallest key, so that one code serves devices with and without a rasteriser,
@@ -24,15 +20,15 @@ namespace palpate {
 // through the centres of pixels, and of triangles with a common edge one is met.
 class SurfacePass {
  public:
-    // `maker` of live surfaces; none: the CPU where the device stands for it, or cannot.
-    SurfacePass(GpuDevice& device, const Sampler& nearest, std::optional<BlockMaker> maker)
-        : device_(&device), nearest_(&nearest), maker_(maker) {}
+    explicit SurfacePass(RenderStore& store) : store_(&store) {}
+    ~SurfacePass();
+    SurfacePass(const SurfacePass&) = delete;
+    SurfacePass& operator=(const SurfacePass&) = delete;
 
     // Brings surfaces and styles in line with the scene: data.meshes[i] belongs to
     // scene.surfaces[i], and one that is the same object as before is not uploaded again. Live
-    // surfaces follow data.volume. Where their iso-value, or all of the volume, is another, they
-    // are extracted whole, which submits `commands` and waits for the device. Fails with a sentence
-    // where the device cannot draw them. record() belongs into the same commands.
+    // surfaces follow data.volume. As SurfaceStore::take(). record() belongs into the same
+    // commands.
     Result<void> prepare(const Scene& scene, const SceneData& data, std::span<const View> views,
                          Commands& commands);
 
@@ -49,7 +45,7 @@ class SurfacePass {
         GpuImage* values;        // gets its values and distances; may be null
         GpuImage* layers;        // gets Scene::surface_depth layers an eye for the ray caster
     };
-    void record(Commands& commands, PipelineCache& pipelines, const Images& images);
+    void record(Commands& commands, const Images& images);
 
  private:
     // What the rows drawn at a time need, a pixel each.
@@ -60,44 +56,19 @@ class SurfacePass {
         std::optional<Buffer> through, kept, counts;
     };
 
-    // Arrays on the device that are drawn at once.
-    struct Arrays {
-        Buffer &positions, &triangles, &normals, &labels; // as GpuMesh's
-        uint32_t triangle_count, capacity;                // drawn, and at most, until all are new
-        uint32_t first_number;                            // of the triangles, in keys
-    };
-    // A surface of the scene: one of the two.
-    struct Surface {
-        std::optional<GpuMesh> mesh;
-        std::optional<GpuSurface> live;
-        std::vector<Arrays> arrays{};
-
-        bool has_labels() const { return mesh && mesh->has_labels(); }
-        bool has_normals() const { return live || mesh->has_normals(); }
-        uint32_t largest_label() const { return mesh ? mesh->largest_label() : 0; }
-        glm::dmat4 world_from_mesh() const;
-        void list_arrays();
-    };
-
     Result<void> keep_surfaces(const Scene& scene, const SceneData& data, Commands& commands);
-    Result<void> keep_mesh(Surface& surface, const std::string& name,
-                           const std::shared_ptr<const Mesh>& mesh, Commands& commands);
-    Result<void> keep_live(Surface& surface, const std::string& name, float iso,
-                           const Volume& volume, Commands& commands);
     Result<void> keep_styles(const Scene& scene, Commands& commands);
     void keep_frames(const Scene& scene, std::span<const View> views, Commands& commands);
     void keep_scratch(const Scene& scene);
     uint32_t rows_at_a_time(const Scene& scene) const;
-    void draw(Commands& commands, PipelineCache& pipelines, BufferSlice frame, uint32_t surface,
-              const Arrays& arrays, bool through, uint32_t turn);
+    void draw(Commands& commands, BufferSlice frame, uint32_t surface, const SurfaceArrays& arrays,
+              bool through, uint32_t turn);
     std::vector<Bound> pixel_bindings(BufferSlice frame, bool through, bool styles);
-    void start_work(Commands& commands, uint32_t surface, const Arrays& arrays, uint32_t turn);
+    void start_work(Commands& commands, uint32_t surface, const SurfaceArrays& arrays,
+                    uint32_t turn);
 
-    GpuDevice* device_;
-    const Sampler* nearest_;
-    std::optional<BlockMaker> maker_;
-    std::optional<ExtractPipelines> extraction_; // before the surfaces that refer to it
-    std::deque<Surface> surfaces_;
+    RenderStore* store_;
+    std::vector<SurfaceStore::Held> surfaces_; // of the scene
     size_t made_blocks_ = 0;
     MirroredBuffer styles_;
     struct StyledFor { // what the styles were made from

@@ -190,6 +190,102 @@ TEST_F(ViewsTest, WhatTheyShareLiesOnTheDeviceOnce) {
     EXPECT_GT(before["volume"], uint64_t{2} << 20);
 }
 
+// Meshes, and live surfaces made by either: uploaded or extracted once for two views and the eyes
+// of one, and brought up to date once; a view that stays behind gets its own.
+TEST_F(ViewsTest, SurfacesLieThereOnceAndChangeOnce) {
+    const auto moved_mesh = std::make_shared<Mesh>(*mesh_);
+    for (size_t i = 40; i < 60; ++i)
+        moved_mesh->positions[i] *= 1.05f;
+    const std::shared_ptr<const Mesh> meshes[] = {mesh_, moved_mesh};
+    const Volume volumes[] = {volume_, dabbed(volume_, 1)};
+    struct Kind {
+        const char* name;
+        const char* triangles; // of the buffer
+        bool live;
+        BlockMaker maker;
+    };
+    for (const Kind& kind : {Kind{"mesh", "surface 1 triangles", false, BlockMaker::cpu},
+                             {"live, by the device", "surface triangles", true, BlockMaker::device},
+                             {"live, by the CPU", "surface triangles", true, BlockMaker::cpu}}) {
+        SCOPED_TRACE(kind.name);
+        const RendererOptions options{.block_maker = kind.maker};
+        std::deque<Renderer> views = views_of_one_store(2, options);
+        const auto scene_for = [&](int view) {
+            Scene scene = scene_of(6, 2 * view);
+            scene.ray_cast.reset();
+            if (view == 1)
+                scene.stereo = StereoSettings{};
+            if (kind.live)
+                scene.surfaces[0].live_iso = 300.0;
+            return scene;
+        };
+        const auto data_for = [&](int state) {
+            SceneData data{volumes[kind.live ? state : 0], std::nullopt, {nullptr}};
+            if (!kind.live)
+                data.meshes = {meshes[state]};
+            return data;
+        };
+        // Draws, checks the picture, and tells what it uploaded and extracted.
+        const auto draw = [&](int view, int state) {
+            const uint64_t before = device().traffic().uploaded_bytes;
+            const Result<Frame> frame = views[view].render(scene_for(view), data_for(state));
+            const uint64_t bytes = device().traffic().uploaded_bytes - before;
+            Renderer alone(device(), options);
+            const Result<Frame> expected = alone.render(scene_for(view), data_for(state));
+            EXPECT_TRUE(frame && expected);
+            for (size_t eye = 0; eye < expected->eyes.size(); ++eye)
+                EXPECT_TRUE(frame->eyes[eye].samples == expected->eyes[eye].samples) << eye;
+            return std::pair(bytes, frame->stats.made_blocks);
+        };
+        const auto nothing = [](const std::pair<uint64_t, size_t>& cost) {
+            return cost.first < 4096 && cost.second == 0; // styles of the view's own
+        };
+        const auto first = draw(0, 0);
+        EXPECT_GT(first.first, 20'000u);
+        EXPECT_TRUE(nothing(draw(1, 0)));
+        EXPECT_EQ(held(kind.triangles).count, 1u);
+        const auto changed = draw(1, 1); // the second view comes first
+        EXPECT_GT(changed.first, 0u);
+        EXPECT_LT(changed.first, first.first / 2);
+        EXPECT_TRUE(nothing(draw(0, 1)));
+        EXPECT_EQ(held(kind.triangles).count, 1u);
+        EXPECT_FALSE(nothing(draw(0, 0))); // back, and the other view stays
+        EXPECT_FALSE(nothing(draw(1, 1)));
+        EXPECT_EQ(held(kind.triangles).count, 2u);
+        EXPECT_TRUE(nothing(draw(0, 0)));
+        EXPECT_TRUE(nothing(draw(1, 1)));
+        EXPECT_TRUE(nothing(draw(0, 1))); // together again
+        EXPECT_EQ(held(kind.triangles).count, 1u);
+        views.pop_back();
+        EXPECT_EQ(held(kind.triangles).count, 1u);
+        views.pop_back();
+        EXPECT_EQ(held(kind.triangles).count, 0u);
+    }
+}
+
+// Two layers of one scene: the same mesh, then one of them another.
+TEST_F(ViewsTest, LayersThatShareAMeshPart) {
+    const auto other = std::make_shared<Mesh>(testing_meshes::torus({10, 0, 20}, 50, 15));
+    Scene scene = scene_of(6, 0);
+    scene.ray_cast.reset();
+    scene.surfaces.resize(2);
+    scene.surfaces[1].style.opacity = 0.5;
+    Renderer renderer(device());
+    SceneData data{volume_, std::nullopt, {}};
+    using Meshes = std::vector<std::shared_ptr<const Mesh>>;
+    for (const Meshes& meshes :
+         {Meshes{mesh_, mesh_}, {mesh_, other}, {other, mesh_}, {other, other}, {mesh_, other}}) {
+        data.meshes = meshes;
+        const Result<Frame> frame = renderer.render(scene, data);
+        EXPECT_EQ(held("surface 1 triangles").count + held("surface 2 triangles").count,
+                  (meshes[0] == meshes[1] ? 1u : 2u));
+        Renderer alone(device());
+        const Result<Frame> expected = alone.render(scene, data);
+        ASSERT_TRUE(frame && expected);
+        EXPECT_TRUE(frame->eyes[0].samples == expected->eyes[0].samples);
+    }
+}
+
 TEST_F(ViewsTest, AnAtlasLiesThereOnceToo) {
     std::deque<Renderer> views = views_of_one_store(4, {.residency = Residency::atlas});
     for (int view = 0; view < 4; ++view)

@@ -1,0 +1,89 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/render/render_options.h"
+#include "engine/render/surface_mesh.h"
+#include "engine/scene/scene.h"
+#include "engine/surface_gpu/gpu_surface.h"
+
+namespace palpate {
+
+// Buffers of the device that are drawn at once.
+struct SurfaceArrays {
+    Buffer &positions, &triangles, &normals, &labels; // as GpuMesh's
+    uint32_t triangle_count, capacity;                // drawn, and at most, until all are new
+    uint32_t first_number;                            // of the triangles, in keys
+};
+
+// A surface of a scene on the device: a mesh, or a live surface, which is extracted into the
+// device's memory (GpuSurface) and drawn from there.
+class SceneSurface {
+ public:
+    // What a scene asks for. `mesh` is null for a live surface.
+    struct Source {
+        std::optional<float> live_iso;
+        const Volume& volume; // of a live surface
+        const std::shared_ptr<const Mesh>& mesh;
+    };
+    bool shows(const Source& source) const;
+
+    const std::vector<SurfaceArrays>& arrays() const { return arrays_; }
+    bool has_labels() const { return mesh_ && mesh_->has_labels(); }
+    bool has_outer_labels() const { return mesh_ && mesh_->has_outer_labels(); }
+    bool has_normals() const { return live_ || mesh_->has_normals(); }
+    uint32_t largest_label() const { return mesh_ ? mesh_->largest_label() : 0; }
+    glm::dmat4 world_from_mesh() const;
+
+ private:
+    friend class SurfaceStore;
+    void list_arrays();
+
+    std::optional<GpuMesh> mesh_;
+    std::optional<GpuSurface> live_; // or this
+    std::vector<SurfaceArrays> arrays_;
+    uint64_t version_ = 0; // counts its changes
+};
+
+// The surfaces of all views on one device. Views that show the same mesh, or the same live surface,
+// share one, and its changes are uploaded once.
+class SurfaceStore {
+ public:
+    SurfaceStore(GpuDevice& device, const RendererOptions& options)
+        : device_(&device), options_(&options) {}
+
+    // A view's hold on a surface.
+    struct Held {
+        std::shared_ptr<SceneSurface> surface;
+        uint64_t version = 0; // that the view drew last
+    };
+
+    // Brings a view the surface that shows `source`, by copies recorded into `commands`. The first
+    // view to ask for a later mesh or volume changes the surface for all that share it; a view that
+    // still asks for the earlier one then gets a surface of its own. Where the iso-value, or all of
+    // the volume, is another, a live surface is extracted whole, which submits `commands` and waits
+    // for the device. Returns how many blocks were extracted. `name` is for messages. Fails with a
+    // sentence where the device cannot draw the surface.
+    Result<size_t> take(Held& held, const std::string& name, const SceneSurface::Source& source,
+                        Commands& commands);
+    // A view needs it no more: a surface that no view holds goes.
+    void drop(Held& held);
+    void clear() { all_.clear(); }
+
+ private:
+    Result<void> keep_mesh(SceneSurface& surface, const std::string& name,
+                           const std::shared_ptr<const Mesh>& mesh, Commands& commands);
+    Result<size_t> keep_live(SceneSurface& surface, const std::string& name, float iso,
+                             const Volume& volume, Commands& commands);
+    void drop_unused();
+
+    GpuDevice* device_;
+    const RendererOptions* options_;
+    std::optional<ExtractPipelines> extraction_; // before the surfaces that refer to it
+    std::vector<std::shared_ptr<SceneSurface>> all_;
+};
+
+} // namespace palpate
