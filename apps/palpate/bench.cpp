@@ -80,7 +80,8 @@ Command add_bench(CLI::App& app) {
         ->each([o](const std::string& path) { o->given.emplace_back("--labels", path); });
     app.add_option(
            "--only", o->only,
-           "Parts of a suite, by name. render: frames, relative (both eyes beside one, and "
+           "Parts of a suite, by name. frame: sides of its volumes (128, 512, 1024). "
+           "render: frames, relative (both eyes beside one, and "
            "interactive beside full quality, from four sides; default: both, from one). "
            "surface: sphere_SIDE, gyroid_SIDE, head_ct, "
            "head_ct_174, gyroid_512, labels, edits, live, window (default: all but gyroid_512, "
@@ -93,9 +94,9 @@ Command add_bench(CLI::App& app) {
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
                    "first discrete, integrated, then CPU device)");
     refuse_where_wrong(app, [o]() -> Result<void> {
-        if (!o->only.empty() && o->suite != "render" && o->suite != "surface" &&
-            o->suite != "touch")
-            return fail("--only: expected the suite render, surface or touch, found '{}'",
+        if (!o->only.empty() && o->suite != "frame" && o->suite != "render" &&
+            o->suite != "surface" && o->suite != "touch")
+            return fail("--only: expected the suite frame, render, surface or touch, found '{}'",
                         o->suite);
         return {};
     });

@@ -18,11 +18,11 @@ struct RenderStore;
 // later one only the bricks that changed.
 //
 // A renderer draws one view. Renderers with one store draw several views of one volume: volume,
-// labels, what rays jump by, surfaces, tables and pipelines lie on the device once; pictures, sizes,
-// cameras and layers are each view's own. Their frames may be recorded into the same commands. A
-// volume of another size or type replaces the one that is there, for all of them. An atlas holds
-// what all views need while it has room for that, else what the view that is drawn needs. What a
-// view needed last stays until it draws something else or is dropped. All belong to one thread.
+// labels, what rays jump by, surfaces, tables and pipelines lie on the device once; pictures,
+// sizes, cameras and layers are each view's own. Their frames may be recorded into the same
+// commands. A volume of another size or type replaces the one that is there, for all of them. An
+// atlas holds what all views need while it has room for that, else what the drawn view needs. What
+// a view needed last stays until it draws something else or is dropped. All belong to one thread.
 class Renderer {
  public:
     explicit Renderer(GpuDevice& device, RendererOptions options = {});

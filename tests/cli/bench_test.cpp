@@ -109,6 +109,14 @@ TEST_F(BenchCommand, FrameTellsWhatTheRecordingThreadTakes) {
         }
     }
     EXPECT_EQ(frame["aims"].size(), 24u);
+    ProgramRun named =
+        run({"bench", "frame", "--tiny", "--only", "64", "--out", file("out").string()});
+    ASSERT_EQ(named.exit_code, 0) << named.messages;
+    EXPECT_EQ(result("frame")["frames"].size(), 12u); // of one volume
+    EXPECT_EQ(result("frame")["aims"].size(), 12u);   // milliseconds, and no ratio
+    named = run({"bench", "frame", "--tiny", "--only", "64,65", "--out", file("out").string()});
+    EXPECT_EQ(named.exit_code, 1);
+    EXPECT_THAT(named.messages, HasSubstr("(64, 256), found '64,65'"));
 }
 
 TEST_F(BenchCommand, RenderAndUploadShareAPageAndCompareWithThemselves) {
@@ -245,7 +253,7 @@ TEST_F(BenchCommand, SurfaceDoesWhatIsNamed) {
     EXPECT_THAT(ran.messages, HasSubstr("edits, window or live, found 'sphere'"));
     ran = run({"bench", "upload", "--only", "sphere_16", "--out", file("out").string()});
     EXPECT_EQ(ran.exit_code, 2);
-    EXPECT_THAT(ran.messages, HasSubstr("expected the suite render, surface or touch"));
+    EXPECT_THAT(ran.messages, HasSubstr("expected the suite frame, render, surface or touch"));
 }
 
 // Every scene with every trajectory and every algorithm: a cell has its figures or says why not.

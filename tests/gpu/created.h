@@ -12,8 +12,8 @@ namespace palpate {
 // volk loaded.
 template <auto& function, class Type = std::remove_reference_t<decltype(function)>>
 class Calls;
-template <auto& function, class... Arguments>
-class Calls<function, VkResult(VKAPI_PTR*)(Arguments...)> {
+template <auto& function, class Returned, class... Arguments>
+class Calls<function, Returned(VKAPI_PTR*)(Arguments...)> {
  public:
     Calls() : original_(function) {
         count_ = 0;
@@ -26,8 +26,8 @@ class Calls<function, VkResult(VKAPI_PTR*)(Arguments...)> {
     static uint64_t count() { return count_; }
 
  private:
-    using Function = VkResult(VKAPI_PTR*)(Arguments...);
-    static VKAPI_ATTR VkResult VKAPI_CALL counted(Arguments... arguments) {
+    using Function = Returned(VKAPI_PTR*)(Arguments...);
+    static VKAPI_ATTR Returned VKAPI_CALL counted(Arguments... arguments) {
         ++count_;
         return in_place_(arguments...);
     }
