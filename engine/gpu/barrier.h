@@ -29,10 +29,10 @@ struct Access {
     bool writes = false;
 };
 
-// What a use means to Vulkan.
+// The pipeline stages, accesses and image layout of a use.
 Access access_of(Use use);
 
-// What must stand between the last use of a resource and the next one.
+// A barrier between two uses of a resource: the last one and the next.
 struct Dependency {
     Access before, after;
 };
@@ -42,8 +42,8 @@ class UseTracker {
  public:
     // The dependency that `next` needs, or nothing: two reads in one layout need none.
     std::optional<Dependency> advance(Use next);
-    // What the resource holds is not needed any more, and something else used it last: as an image
-    // that a window gives. The next use begins after the semaphore that the submission waits for.
+    // Drops the contents, and the record of the last use, which something else made: a window that
+    // hands out its image. The next use begins after the semaphore that the submission waits for.
     void forget();
 
  private:

@@ -48,8 +48,8 @@ class Staging {
 // The timestamps of one slot: two for each pass. More passes take another submission.
 constexpr uint32_t kMaxPasses = 64;
 
-// What one submission is recorded into: a command buffer, timestamps and descriptor sets. GpuDevice
-// gives it out again once the device is past the submission, so that frames create nothing.
+// The recyclable objects of one submission: command buffer, timestamps, descriptor sets. GpuDevice
+// gives a slot out again once the device is past its submission, so that frames create nothing.
 class CommandSlot {
  public:
     explicit CommandSlot(GpuDevice& device);

@@ -16,7 +16,7 @@
 
 namespace palpate {
 
-// What a shader's binding is tied to for one dispatch.
+// The buffer or image that one dispatch gives to a binding of its shader.
 struct Bound {
     uint32_t binding;
     Use use;
@@ -41,11 +41,11 @@ struct PassTime {
     double gpu_ms; // between two timestamps round the pass
 };
 
-// What was recorded, for as long as somebody wants to know of it.
+// The record of one submission; lives as long as its Commands or a Ticket.
 struct Recorded;
 
-// What became of commands: known once the device is past them. A copy is as good. It keeps what
-// was read back, and must not outlive the device.
+// The results of submitted commands: times and read-back bytes, known once the device is past the
+// commands. Copies are equal and share the bytes. It must not outlive the device.
 class Ticket {
  public:
     explicit Ticket(std::shared_ptr<Recorded> recorded) : recorded_(std::move(recorded)) {}

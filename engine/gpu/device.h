@@ -38,7 +38,7 @@ struct AdoptedDevice {
     VkDevice device;
     VkQueue queue;
     uint32_t queue_family; // which computes
-    // What the device was made with, and the features chained to it.
+    // The features that the device was made with, with the structures chained to them.
     const VkPhysicalDeviceFeatures2* features;
 };
 
@@ -46,7 +46,7 @@ struct AdoptedDevice {
 struct SemaphoreUse {
     VkSemaphore semaphore;
     uint64_t value = 0; // of a timeline
-    // What waits, or is done before the signal.
+    // The stages that wait for it, or that end before it is signalled.
     VkPipelineStageFlags2 stages = VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT;
 };
 
@@ -122,15 +122,15 @@ class GpuDevice {
                             const std::string& name);
     void name_object(VkObjectType type, uint64_t handle, const std::string& name) const;
 
-    // What was made so far: Vulkan objects, and allocations of device memory among them. A frame
-    // like the ones before makes none.
+    // Vulkan objects made since the device was, and among them allocations of device memory. A
+    // frame like the ones before adds none.
     struct Created {
         uint64_t objects = 0, allocations = 0;
     };
     Created& created() { return created_; }
 
-    // What copies have moved between CPU and GPU so far; Commands counts them. Small blocks that
-    // the GPU reads where the CPU wrote them are no copies.
+    // Copies between CPU and GPU since the device was made; Commands counts them. Small blocks that
+    // the GPU reads where the CPU wrote them are not copies.
     struct Traffic {
         uint64_t uploads = 0, uploaded_bytes = 0;
         uint64_t read_backs = 0, read_back_bytes = 0;
@@ -143,7 +143,7 @@ class GpuDevice {
     // read, and asked anew every time, so that clocks that drift do no harm.
     std::optional<int64_t> cpu_ns_of(uint64_t ticks) const;
 
-    // What exists now. A resource registers itself and leaves when dropped.
+    // The live resources. A resource registers itself and leaves when dropped.
     using ResourceEntry = std::list<ResourceInfo>::iterator;
     ResourceEntry enter(ResourceInfo info) {
         return resources_.insert(resources_.end(), std::move(info));

@@ -7,7 +7,7 @@
 
 namespace palpate {
 
-// What went wrong in the machine: a Vulkan call, a lost device, memory that ran out. Caught in
+// A failure of the machine: of a Vulkan call, a lost device, memory that ran out. Caught in
 // main and by the test runner; the picture so far is not written.
 class GpuError : public std::runtime_error {
  public:

@@ -21,7 +21,7 @@ struct DeviceInfo {
     bool is_cpu() const { return type == VK_PHYSICAL_DEVICE_TYPE_CPU; }
 };
 
-// What shaders do among the lanes of a subgroup. A device that lacks one of these is refused.
+// Subgroup operations that the shaders use. A device that lacks one of these is refused.
 constexpr VkSubgroupFeatureFlags kSubgroupOperations =
     VK_SUBGROUP_FEATURE_BASIC_BIT | VK_SUBGROUP_FEATURE_VOTE_BIT |
     VK_SUBGROUP_FEATURE_ARITHMETIC_BIT | VK_SUBGROUP_FEATURE_BALLOT_BIT;
@@ -71,7 +71,7 @@ class Instance {
     std::vector<std::string> messages_;
 };
 
-// What is known of a device, among it why the engine cannot use it.
+// The properties of a device; `refusal` says why the engine cannot use it.
 DeviceInfo describe(VkPhysicalDevice device, uint32_t index);
 
 // The first feature that the engine needs and that is not there; null where all are. As queried, or

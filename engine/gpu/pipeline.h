@@ -31,7 +31,7 @@ class ComputePipeline {
     const std::string& name() const { return name_; }
     // True once: for the dispatch in which the driver may compile.
     bool take_first_use() const { return std::exchange(unused_, false); }
-    // What its creation took, and how much of that handle() waited for; 0 before handle().
+    // Time of its creation, and the part of it that handle() waited; 0 before handle().
     double creation_ms() const { return creation_ms_; }
     double wait_ms() const { return wait_ms_; }
 

@@ -11,7 +11,7 @@
 
 namespace palpate {
 
-// What Commands recorded, and what became of it. For commands.cpp and ticket.cpp alone.
+// The passes and results of one submission. For commands.cpp and ticket.cpp alone.
 struct Recorded {
     struct Pass {
         std::string name;

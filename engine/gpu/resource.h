@@ -18,7 +18,7 @@ enum class Memory {
     read_back, // written by the GPU, read by the CPU
 };
 
-// What ResourceInfo calls memory that only carries what is on its way to or from the device. It is
+// The kind in ResourceInfo of staging memory, which only carries bytes to or from the device. It is
 // recycled, and no limit counts it (GpuDevice::resource_bytes()).
 inline constexpr const char* kStagingKind = "staging";
 

@@ -35,8 +35,8 @@ struct ShaderCode {
     std::span<const ShaderConstant> constants;
 };
 
-// What a pipeline is made of: a variant, and values of its constants in their order. Nobody fills
-// this in: from shaders/slices.comp the build makes spirv/slices.h, and
+// The recipe of a pipeline: a variant, and the values of its constants in their order. Never filled
+// in by hand: from shaders/slices.comp the build makes spirv/slices.h, and
 // spirv::Slices{.has_labels = true, .manual = 1} converts to it.
 struct Shader {
     const ShaderCode* code;

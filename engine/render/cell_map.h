@@ -36,7 +36,7 @@ class VolumeCells {
     uint64_t generations_ = 0;
 };
 
-// What the ray caster jumps by: one texel (R32F) for each macro-cell of the volume.
+// The image that rays skip empty space by: one texel (R32F) for each macro-cell of the volume.
 //
 // Modes alpha and iso: the distance, in cells and on the longest axis, to the nearest cell in which
 // something can be seen (occupancy.h). Mode MIP: the highest texel of the cell, -infinity where it
@@ -71,7 +71,7 @@ class CellMap {
     glm::uvec3 count() const { return shown_->count; }
     double margin() const { return cells_->margin(); } // of values
 
-    // What all calls together looked at: cells whose range, occupancy or distance was worked out.
+    // Cells whose range, occupancy or distance was computed, over all calls.
     uint64_t cells_visited() const { return cells_visited_; }
 
  private:

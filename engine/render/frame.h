@@ -10,14 +10,14 @@
 #include "engine/image/image.h"
 #include "engine/scene/scene.h"
 
-// What a Renderer gives, and what it cost.
+// A renderer's pictures, and the cost of drawing them.
 namespace palpate {
 
 // How many segments of the sample lattice lie inside the volume's box, over all rays of a picture:
 // what a ray caster that skips and stops nowhere would sample. Clip planes and slices left out.
 uint64_t count_segments(const Scene& scene, const Grid& grid);
 
-// What one frame cost.
+// The cost of one frame: times in ms, and counts of uploads.
 struct FrameStats {
     std::vector<PassTime> passes; // GPU time of each, in order
     double wall_ms = 0;           // from recording to the GPU's last word, fenced
@@ -32,7 +32,7 @@ struct FrameStats {
     size_t needed_bricks = 0, room_for_bricks = 0, parts = 1;
 };
 
-// What a recorded frame will have cost. It must not outlive the device.
+// The cost of a recorded frame, once the device is past it. It must not outlive the device.
 class FrameTicket {
  public:
     bool ready() const { return ticket_.ready(); } // never waits

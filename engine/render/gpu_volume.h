@@ -12,7 +12,7 @@
 
 namespace palpate {
 
-// What is asked of a volume on the GPU.
+// The format, place and size that a volume should have on the GPU.
 struct GpuVolumeWish {
     TexelFormat format = TexelFormat::automatic;
     Residency residency = Residency::automatic;
@@ -42,7 +42,7 @@ class GpuVolume {
     static Result<GpuVolume> make(GpuDevice& device, std::string name, const Volume& volume,
                                   const GpuVolumeWish& wish, Commands& commands);
 
-    // What make() would take of the device's memory.
+    // Bytes of device memory that make() would take.
     static uint64_t bytes_for(const GpuDevice& device, const Volume& volume,
                               const GpuVolumeWish& wish);
 

@@ -6,7 +6,7 @@
 
 namespace palpate {
 
-// What distinguishes one compiled ray caster from another.
+// The choices that select one compiled ray caster.
 struct RayCastVariant {
     uint32_t mode = 0; // gpu::kMode...
     bool preintegrated = false, exact = false, shaded = false;

@@ -13,7 +13,7 @@
 #include "engine/render/transfer_image.h"
 #include "engine/render/volume_residency.h"
 
-// What the passes of a renderer work with. For engine/render alone.
+// The shared state of a renderer's passes. For engine/render alone.
 namespace palpate {
 
 class Renderer;
@@ -24,7 +24,7 @@ struct LabelStyles {
     MirroredBuffer buffer;
 };
 
-// What several renderers keep on the device together.
+// The resources that several renderers share on the device.
 struct RenderStore {
     RenderStore(GpuDevice& on, RendererOptions asked);
 

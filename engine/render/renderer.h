@@ -10,7 +10,7 @@
 
 namespace palpate {
 
-// What several renderers keep on the device together.
+// The resources that several renderers share on the device.
 struct RenderStore;
 
 // Draws scenes with at least one of ray casting, slices and surfaces. Keeps on the device what the

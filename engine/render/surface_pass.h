@@ -48,7 +48,7 @@ class SurfacePass {
     void record(Commands& commands, const Images& images);
 
  private:
-    // What the rows drawn at a time need, a pixel each.
+    // Buffers with one entry for each pixel of the rows that are drawn at a time.
     struct Scratch {
         uint32_t places, mesh_count, depth; // pixels; depth and counts only where used
         bool clips;

@@ -30,7 +30,7 @@ struct Targets {
     std::optional<GpuImage> layers;                // see-through meshes in a ray's way
 
     GpuImage* returned_values() { return return_values ? &*values : nullptr; }
-    // What lies behind all rays, as far as nothing was drawn there.
+    // Fills the images behind all rays with the background, before anything is drawn there.
     void clear_behind(const Scene& scene, Commands& commands);
     // A picture of what lies behind all rays, for these to be drawn over.
     void record_background(const Scene& scene, Commands& commands);

@@ -4,7 +4,7 @@
 #include "engine/scene/scene.h"
 #include "shaders/shared/atlas.h"
 
-// What a scene needs of a volume that lies in an atlas.
+// The bricks that a scene needs of a volume in an atlas, and the parts they are marched in.
 namespace palpate {
 
 // How far from a visible sample the march of a layer may read others, in samples: the neighbours

@@ -29,7 +29,7 @@ class VolumeResidency {
     VolumeResidency(GpuDevice& device, const RendererOptions& options)
         : device_(&device), options_(&options) {}
 
-    // What a view's frame asks for beside its scene.
+    // The needs of a view's frame beside its scene.
     struct Wish {
         double step_factor = 1.0;   // steps up to so many times as long as the layer's
         uint64_t kept_bytes = 0;    // for what the view is going to make

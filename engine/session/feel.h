@@ -8,14 +8,14 @@
 
 namespace palpate {
 
-// What of a scene a hand feels, and what its tool changes.
+// The part of a scene that a hand feels, and the edit that its tool makes.
 struct Feel {
     haptics::TouchScene scene;           // with values; labels are those of a label map
     haptics::TouchParameters parameters; // by what is felt: see the functions below
     std::optional<EditSetup> edit;       // what the tool does while the button is pressed
 };
 
-// What is felt of a scene by default: its values, solid from default_iso() on, and its labels. A
+// By default a hand feels a scene's values, solid from default_iso() on, and its labels. A
 // volume without labels that may be a label map itself (u8, u16) stands for both.
 Feel felt_by_default(const LoadedScene& loaded);
 
@@ -31,7 +31,7 @@ haptics::TouchSource default_source(const Feel& feel);
 // function least where they are.
 haptics::HapticTransfer opacity_to_touch(const TransferFunction& function);
 
-// What algorithms that feel a mesh need: this one, or (null) the surface of what is felt.
+// Adds a mesh for the algorithms that feel one; null: the surface of the felt values or labels.
 void add_felt_mesh(Feel& feel, std::shared_ptr<const Mesh> mesh = nullptr);
 
 // A session on what is felt. Its first volume, "volume", is the one that is edited, and the setup

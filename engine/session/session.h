@@ -21,7 +21,7 @@
 
 namespace palpate {
 
-// What is seen and felt of a document, and what is felt beside it.
+// The volumes of a document that are seen and felt, and all that is felt beside them.
 struct SessionSources {
     std::string grey, labels;  // names of volumes; empty or not in the document: none
     haptics::TouchScene touch; // a field, a mesh, a tool; its grey and labels are not used
@@ -37,7 +37,7 @@ struct DeviceReport {
     uint64_t ticks = 0;
 };
 
-// What a session begins with.
+// The state that a session begins with.
 struct SessionSetup {
     Document document;
     std::string grey, labels;  // SessionSources
@@ -99,8 +99,8 @@ class Session {
     Result<JournalChange> change_journal(Journal journal,
                                          std::optional<Document> from = std::nullopt);
 
-    // What is seen, felt and meshed from now on: other volumes, another tool. The force follows
-    // without a jump (haptics/servo/force_fade.h).
+    // Chooses the volumes and the tool that are seen, felt and meshed from now on. The force
+    // follows without a jump (haptics/servo/force_fade.h).
     void choose(SessionSources sources);
     const SessionSources& sources() const { return sources_.latest(); }
 
@@ -168,7 +168,7 @@ class Session {
     // For one drawing thread each.
     class Eye {
      public:
-        // What a picture shows: it shares all samples.
+        // The contents of one picture. A copy shares all samples.
         struct Sight {
             Scene scene;
             SceneData data;
@@ -192,7 +192,7 @@ class Session {
 
  private:
     void follow(const haptics::ServoTick& tick) noexcept; // the servo's thread
-    // What is down goes on; the servo's thread, or without a device the interface's.
+    // Hands a stroke's pose to the editor. The servo's thread; without a device the interface's.
     bool push(EditInput::Kind kind, const StrokePose& pose) noexcept;
     bool publish_felt(); // the bridge's
     void bridge(const std::stop_token& stop);

@@ -9,7 +9,7 @@ namespace palpate {
 // read_touch_parameters() turns into the same again, to the bit.
 Json touch_parameters_json(const haptics::TouchParameters& parameters);
 
-// What is left out keeps its default; unknown keys and values beyond haptics::MostTouch are errors.
+// An absent key keeps its default; unknown keys and values beyond haptics::MostTouch are errors.
 haptics::TouchParameters read_touch_parameters(const JsonValue& in);
 
 } // namespace palpate

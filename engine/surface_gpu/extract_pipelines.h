@@ -5,7 +5,7 @@
 
 namespace palpate {
 
-// What all surfaces that are extracted on one device share: the compiled passes (shaders/extract_*)
+// Shared by all surfaces that are extracted on one device: the compiled passes (shaders/extract_*)
 // and the triangles of the 256 cases. Declared after the device and before its surfaces. Passes are
 // made when they are first asked for, and the driver may compile at the first dispatch: most of a
 // second on a CPU device, once.

@@ -17,7 +17,7 @@ class RangeAllocator {
 
     // Where `count` (at least 1) elements may lie; nothing where no range is long enough.
     std::optional<uint32_t> take(uint32_t count);
-    // What take(count) gave.
+    // Frees the range that take(count) returned.
     void give(uint32_t first, uint32_t count);
 
     uint32_t capacity() const { return capacity_; }
