@@ -148,9 +148,10 @@ TEST(SceneFile, ErrorsNameFileLineKeyExpectedAndFound) {
               "found \"x\"");
     EXPECT_EQ(message("{\n\n\"size_pix\": [1, 1]}"),
               "case.json:3: unknown key \"size_pix\"; did you mean \"size_px\"?");
-    EXPECT_EQ(message("{\"camera\": {\"eye\": [0,0,0]}}"),
-              "case.json:1: camera: unknown key \"eye\"; known keys: projection, eye_mm, "
-              "target_mm, up, view_angle_deg, view_height_mm, direction, fill");
+    EXPECT_EQ(
+        message("{\"camera\": {\"eye\": [0,0,0]}}"),
+        "case.json:1: camera: unknown key \"eye\"; known keys: projection, eye_mm, "
+        "target_mm, up, view_angle_deg, view_height_mm, pixel_aspect, shift, direction, fill");
     EXPECT_EQ(message("{\"size_px\": [0,\n 5]}"),
               "case.json:1: size_px[0]: expected a whole number from 1 to 16384, found 0");
     EXPECT_EQ(message("[]"), "case.json:1: expected an object, found a list of 0");
@@ -286,6 +287,26 @@ TEST(Presets, AreUsableTransferFunctions) {
         EXPECT_EQ(opacity_at(function, -2000.0), 0.0) << name << ": air hides nothing";
     }
     EXPECT_FALSE(preset("ct-bones"));
+}
+
+TEST(SceneFile, WhatLiesOverSlicesAndAShiftedCameraAreWrittenAndRead) {
+    const SceneFile file = parse_scene(R"({"volume": "a.nii", "fused": "b.nii", "overlay": "c.nii",
+            "camera": {"eye_mm": [0, -9, 0], "pixel_aspect": 2, "shift": [0.25, -0.5]},
+            "fusion_layer": {"opacity": 0.75, "transfer": {"window": [0, 10]}},
+            "overlay_layer": {"slice_opacity": 0, "outline_px": 2},
+            "slices": [{"slab_mm": 5, "slab_mode": "minimum"}],
+            "slice_transfer": {"window": [0, 1]}})",
+                                       "a.json")
+                               .value();
+    EXPECT_EQ(file.fused, "b.nii");
+    EXPECT_EQ(file.scene.camera.shift, glm::dvec2(0.25, -0.5));
+    EXPECT_EQ(file.scene.fusion->opacity, 0.75);
+    EXPECT_EQ(file.scene.overlay->outline_px, 2.0);
+    EXPECT_EQ(file.scene.slices.front().slab_mode, SlabMode::minimum);
+    const SceneFile again = parse_scene(write_scene(file), "again.json").value();
+    EXPECT_EQ(again.scene, file.scene);
+    EXPECT_EQ(again.fused, file.fused);
+    EXPECT_EQ(again.overlay, file.overlay);
 }
 
 } // namespace
