@@ -231,8 +231,7 @@ TEST_F(EveryCommand, SaysWhatIsExpectedInPlaceOfAWordItDoesNotKnow) {
         wrong.messages,
         HasSubstr(
             "expected a command, one of compare, devices, doctor, info, edit, convert, bench, "
-            "project, "
-            "render, surface, touch, view, found 'stats'"));
+            "measure, project, render, surface, touch, view, found 'stats'"));
     wrong = run({});
     EXPECT_EQ(wrong.exit_code, 2);
     EXPECT_THAT(wrong.messages, HasSubstr("found none"));
