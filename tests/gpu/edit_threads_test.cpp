@@ -5,7 +5,8 @@
 // process is killed at any moment of it. PALPATE_SECONDS is how long the random work lasts at
 // least, on PALPATE_SAMPLES^3 samples; it also lasts until every thread has met edits, however slow
 // the machine. Variables of these names in the environment go before: for the thread sanitizer,
-// under which edits are ten times as slow.
+// under which edits are ten times as slow. The hand takes PALPATE_HAND_STEP seconds (0.1 unless
+// given) from place to place; a slower one leaves the editor less to catch up with at the end.
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -75,7 +76,8 @@ class EditThreads : public GpuTest {
         std::mt19937 random(static_cast<uint32_t>(seed));
         std::uniform_real_distribution<double> place(-13.0, 13.0);
         std::vector<haptics::HandPose> poses;
-        for (double t = 0; t <= seconds() + kLongest_s; t += 0.1)
+        const double step_s = given("PALPATE_HAND_STEP", 0.1);
+        for (double t = 0; t <= seconds() + kLongest_s; t += step_s)
             poses.push_back({.time_s = t,
                              .tool = {.position_mm = {place(random), place(random), place(random)}},
                              .buttons = static_cast<uint32_t>(random() % 3 > 0)});
