@@ -32,26 +32,6 @@ HandPath with_lead(const HandPath& path) {
     return HandPath(std::move(poses));
 }
 
-// The middle of the path in the middle of the device, and as much world for each of its millimetres
-// as the path needs with a tenth to spare.
-Workspace workspace_for(const HandPath& path, const DeviceCapabilities& device, double scale) {
-    glm::dvec3 low = path.poses().front().tool.position_mm, high = low;
-    for (const HandPose& pose : path.poses()) {
-        low = glm::min(low, pose.tool.position_mm);
-        high = glm::max(high, pose.tool.position_mm);
-    }
-    if (scale == 0.0) {
-        const glm::dvec3 need = 1.1 * (high - low) / (2e3 * device.workspace_m);
-        scale = std::max({1.0, need.x, need.y, need.z});
-        if (scale > 1.0)
-            log::info(
-                "the path needs a scale of {:.3g} mm of the world per mm of the device; a "
-                "stiffness of k feels like {:.3g} k",
-                scale, scale);
-    }
-    return Workspace(0.5 * (low + high), scale);
-}
-
 // Ticks on the wall clock until `count` are done.
 Result<void> run_by_clock(Session& session, SessionDevice device, std::vector<ServoTick>& ticks,
                           size_t count, const std::stop_token& stop,
@@ -112,7 +92,12 @@ Result<void> run_by_ticks(Session& session, const SessionDevice& device, TouchRu
 Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
                                 const std::function<void(double share)>& progress) {
     const HandPath path = with_lead(setup.path);
-    const Workspace workspace = workspace_for(path, setup.device.capabilities, setup.scale);
+    const Workspace workspace = workspace_around(path, setup.device.capabilities, setup.scale);
+    if (setup.scale == 0.0 && workspace.scale() > 1.0)
+        log::info(
+            "the path needs a scale of {:.3g} mm of the world per mm of the device; a "
+            "stiffness of k feels like {:.3g} k",
+            workspace.scale(), workspace.scale());
     const auto period_ns = std::llround(1e9 / setup.rate_hz);
     // All ticks are kept, and as text in the end; the device may have the path as well.
     constexpr double kBytes = sizeof(ServoTick) + 2 * sizeof(DeviceRecord) + 1024;

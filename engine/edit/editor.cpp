@@ -1,5 +1,6 @@
 #include "engine/edit/editor.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -55,8 +56,9 @@ bool Editor::command(Order order) {
     return true;
 }
 
-bool Editor::use(EditSetup setup) {
-    return command(std::move(setup));
+bool Editor::use(EditSetup setup, uint8_t tool) {
+    PALPATE_ASSERT_CMP(tool, <, kTools);
+    return command(Use{std::move(setup), tool});
 }
 
 bool Editor::put(NamedVolume volume, std::string title, Json parameters) {
@@ -170,15 +172,15 @@ bool Editor::take_inputs() {
 }
 
 Result<std::unique_ptr<StrokeRun>> Editor::begin_stroke(const EditInput& down) {
-    if (!setup_)
+    if (!setup())
         return fail("a stroke began before there was a tool");
     PALPATE_TRY(checked_pose(down.pose));
-    for (const std::string* name : {&setup_->on, &setup_->guide})
+    for (const std::string* name : {&setup()->on, &setup()->guide})
         if (!name->empty())
             PALPATE_TRY(expect_volume(now_, *name));
-    const Volume* guide = setup_->guide.empty() ? nullptr : now_.find(setup_->guide);
-    setup_->operation = settled(std::move(setup_->operation), edited()); // as it is kept
-    return StrokeRun::start(edited(), setup_->tool, setup_->operation,
+    const Volume* guide = setup()->guide.empty() ? nullptr : now_.find(setup()->guide);
+    setup()->operation = settled(std::move(setup()->operation), edited()); // as it is kept
+    return StrokeRun::start(edited(), setup()->tool, setup()->operation,
                             guide ? std::optional(*guide) : std::nullopt);
 }
 
@@ -190,6 +192,8 @@ bool Editor::begin_next() {
         const EditInput input = waiting_.front();
         if (input.kind == EditInput::Kind::down) {
             refusal_.clear();
+            tool_ = std::min<uint8_t>(input.tool, kTools - 1);
+            find_edited();
             auto begun = begin_stroke(input);
             if (begun) {
                 stroke_ = std::move(*begun);
@@ -261,11 +265,11 @@ void Editor::feed() {
 void Editor::finish_stroke() {
     const Volume before = stroke_->before();
     stroke_.reset();
-    const bool guided = setup_->operation.on_labels() && setup_->operation.only_values;
+    const bool guided = setup()->operation.on_labels() && setup()->operation.only_values;
     JournalEntry entry{JournalEntry::Kind::stroke,
-                       {setup_->shape, setup_->tool, setup_->operation, std::move(poses_)},
+                       {setup()->shape, setup()->tool, setup()->operation, std::move(poses_)},
                        now_.volumes[edited_].name,
-                       guided ? setup_->guide : std::string(),
+                       guided ? setup()->guide : std::string(),
                        {}};
     std::string title = title_of(entry);
     if (keep(std::move(entry))) {
@@ -293,13 +297,14 @@ bool Editor::keep(JournalEntry entry) {
 
 void Editor::find_edited() {
     edited_ = 0;
-    for (size_t i = 0; setup_ && i < now_.volumes.size(); ++i)
-        if (now_.volumes[i].name == setup_->on)
+    for (size_t i = 0; setup() && i < now_.volumes.size(); ++i)
+        if (now_.volumes[i].name == setup()->on)
             edited_ = i;
 }
 
-void Editor::obey(EditSetup setup) {
-    setup_ = std::move(setup);
+void Editor::obey(Use use) {
+    tool_ = use.tool;
+    setup() = std::move(use.setup);
     find_edited();
     publish();
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <deque>
@@ -28,6 +29,7 @@ struct EditInput {
     StrokePose pose;
     uint64_t number = 0;   // of this input; rises by one
     int64_t pushed_ns = 0; // profile::now_ns() when it was pushed: latencies count from here
+    uint8_t tool = 0;      // of a stroke that goes down: with which of the tools (Editor::use())
 };
 
 // The published state of an edit.
@@ -110,7 +112,9 @@ class Editor {
 
     // One other thread; never waits. Takes effect between strokes, in order: after the inputs that
     // were pushed before the call, and the stroke they leave under way. False: full.
-    bool use(EditSetup setup); // for strokes that begin later
+    // For strokes that begin later with tool number `tool`, below kTools.
+    static constexpr uint8_t kTools = 2;
+    bool use(EditSetup setup, uint8_t tool = 0);
     bool use(Json shape, Tool tool, Operation operation) {
         return use({std::move(shape), std::move(tool), std::move(operation), {}, {}});
     }
@@ -163,7 +167,11 @@ class Editor {
         std::promise<Result<Document>> reached;
         std::shared_ptr<std::atomic<bool>> claimed;
     };
-    using Order = std::variant<Undo, Redo, EditSetup, Put, Remove, ChangeJournal>;
+    struct Use {
+        EditSetup setup;
+        uint8_t tool;
+    };
+    using Order = std::variant<Undo, Redo, Use, Put, Remove, ChangeJournal>;
     struct Command { // trivially destructible, as rings want: owns `order` all the same
         Order* order = nullptr;
         uint64_t after = 0; // how many inputs had been pushed
@@ -182,7 +190,7 @@ class Editor {
     void finish_stroke();
     void obey(Undo) { step(true); }
     void obey(Redo) { step(false); }
-    void obey(EditSetup setup);
+    void obey(Use use);
     void obey(Put put);
     void obey(Remove remove);
     void obey(ChangeJournal change);
@@ -190,6 +198,7 @@ class Editor {
     void step(bool back);
     void change_to(Document next, std::string title, Json parameters);
     bool keep(JournalEntry entry); // in the journal, if there is one; false: refused
+    std::optional<EditSetup>& setup() { return setups_[tool_]; }
     Volume& edited() { return now_.volumes[edited_].volume; }
     void find_edited(); // after volumes came or went
     void publish();
@@ -204,7 +213,8 @@ class Editor {
     std::atomic<uint64_t> commanded_{0};
 
     // The thread's own.
-    std::optional<EditSetup> setup_;
+    std::array<std::optional<EditSetup>, kTools> setups_;
+    uint8_t tool_ = 0; // of the stroke under way, or of the last command
     size_t edited_ = 0;
     std::optional<Command> command_; // the next
     std::deque<EditInput> waiting_;

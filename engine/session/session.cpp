@@ -81,14 +81,14 @@ Session::~Session() {
         }
 }
 
-bool Session::use(EditSetup setup) {
+bool Session::use(EditSetup setup, uint8_t tool) {
     Operation& operation = setup.operation;
     const std::string on = setup.on.empty() ? state().document.volumes.front().name : setup.on;
     if (operation.smooth_walls() && !operation.surface_value && on == sources_.latest().grey)
         operation.surface_value = parameters_.latest().iso;
-    if (!editor_.use(std::move(setup)))
+    if (!editor_.use(std::move(setup), tool))
         return false;
-    carves_.store(true, std::memory_order_release);
+    carves_[tool].store(true, std::memory_order_release);
     return true;
 }
 
@@ -167,11 +167,12 @@ Result<void> Session::start(SessionDevice device) {
     running_ = true;
     move_workspace({device.workspace.scale(), device.workspace.rotation()});
     algorithm_ = device.algorithm.make();
-    button_ = device.servo.remove_button;
+    buttons_ = {device.servo.remove_button, device.servo.second_button};
     servo_ = std::make_unique<Servo>(Servo::Parts{device.device, *algorithm_, felt_, parameters_,
                                                   threaded_ ? &stamps_ : nullptr, &workspaces_},
                                      device.workspace, device.servo);
-    servo_->arm();
+    if (device.armed)
+        servo_->arm();
     if (!threaded_)
         return {};
     ServoThreadOptions options;
@@ -203,6 +204,16 @@ void Session::stop() {
     }
 }
 
+void Session::arm() {
+    if (running_)
+        servo_->arm();
+}
+
+void Session::disarm() {
+    if (running_)
+        servo_->disarm();
+}
+
 Result<void> Session::calibrate() {
     if (running_ || !servo_)
         return fail("expected a device that has been started and stopped, found {}",
@@ -222,9 +233,9 @@ DeviceReport Session::device_report() const {
             telemetry.ticks};
 }
 
-bool Session::push(EditInput::Kind kind, const StrokePose& pose) noexcept {
+bool Session::push(EditInput::Kind kind, const StrokePose& pose, uint8_t tool) noexcept {
     const uint64_t number = pushed_.load(std::memory_order_relaxed) + 1;
-    if (!editor_.push({kind, pose, number, profile::now_ns()}))
+    if (!editor_.push({kind, pose, number, profile::now_ns(), tool}))
         return false;
     pushed_.store(number, std::memory_order_release);
     down_ = kind != EditInput::Kind::up;
@@ -300,8 +311,16 @@ Session::Eye::Sight Session::Eye::look() {
 
 void Session::follow(const ServoTick& tick) noexcept {
     lag_.feels(tick.scene_version & ((uint64_t{1} << kSnapshotBits) - 1));
-    const bool pressed = tick.usable && (tick.buttons >> button_ & 1);
-    if (!tick.usable || !carves_.load(std::memory_order_acquire) || (!pressed && !down_))
+    if (!tick.usable)
+        return;
+    const auto presses = [&](uint8_t tool) {
+        return carves_[tool].load(std::memory_order_acquire) && buttons_[tool] < 32 &&
+               (tick.buttons >> buttons_[tool] & 1);
+    };
+    if (!down_) // the button that was pressed first
+        tool_ = presses(0) ? 0 : 1;
+    const bool pressed = presses(tool_);
+    if (!pressed && !down_)
         return;
     const auto kind = !down_    ? EditInput::Kind::down
                       : pressed ? EditInput::Kind::move
@@ -311,7 +330,8 @@ void Session::follow(const ServoTick& tick) noexcept {
                                 ? StrokePose{1e-9 * static_cast<double>(tick.now_ns),
                                              {tick.touched.proxy.position_mm, tick.tool.rotation}}
                                 : last_pose_;
-    push(kind, pose); // full: tried again with the next tick's pose, and the sweep leaves no gap
+    push(kind, pose,
+         tool_); // full: tried again with the next tick's pose, and the sweep leaves no gap
 }
 
 // False: nothing new.

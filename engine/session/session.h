@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <memory>
@@ -54,22 +55,24 @@ struct SessionDevice {
     haptics::HapticDevice& device; // outlives its use
     const haptics::AlgorithmEntry& algorithm;
     haptics::Workspace workspace;
-    haptics::Servo::Options servo; // its remove_button is what carves
+    // Its remove_button carves with tool 0, its second_button with tool 1.
+    haptics::Servo::Options servo;
     // Threaded: memory that `after` uses, and what is done after each tick on the servo's thread
     // and under its rules; the ticks end where it says no. May be empty.
     std::vector<std::span<const std::byte>> memory;
     std::function<bool(const haptics::ServoTick&)> after;
+    bool armed = true; // false: no force until arm()
 };
 
 // One person's work: a document that is seen, touched and carved at once.
 //
 //     servo --poses--> editor --states--> what is felt, the mesh, pictures
 //
-// While the device's remove button is pressed the tool follows the proxy and carves: one stroke a
-// press, so that operations that read the volume at tool-down take that of the press. The servo
-// feels each change of the document as soon as it is published; the mesh follows it on a thread of
-// its own; pictures take the newest state when they begin. No thread waits for another. lag()
-// reports how far each is behind the hand.
+// While one of the device's two buttons is pressed its tool follows the proxy and carves: one
+// stroke a press, so that operations that read the volume at tool-down take that of the press. The
+// servo feels each change of the document as soon as it is published; the mesh follows it on a
+// thread of its own; pictures take the newest state when they begin. No thread waits for another.
+// lag() reports how far each is behind the hand.
 //
 // With threads (SessionSetup::edit.threaded) the servo ticks by the clock. Without them nothing
 // happens but in tick() and settle(), and all that comes out is a function of what goes in, bit for
@@ -86,8 +89,11 @@ class Session {
     // Commands. Those of the document take their turn between strokes; false: too many at once.
     // The tool, what it does, to which volume. Smooth walls in the grey volume without a
     // surface_value take the iso-value that is felt now: the hole is then the tool's own to the
-    // hand, and to the eye where set_iso() keeps both at one value.
-    bool use(EditSetup setup);
+    // hand, and to the eye where set_iso() keeps both at one value. Strokes of stroke() and of the
+    // device's first button are done with tool 0, those of its second one with tool 1.
+    bool use(EditSetup setup, uint8_t tool = 0);
+    // The device's button of this tool carves nothing until use().
+    void lay_down(uint8_t tool) { carves_[tool].store(false, std::memory_order_release); }
     bool undo() { return editor_.undo(); }
     bool redo() { return editor_.redo(); }
     bool put(NamedVolume volume, std::string title, Json parameters = Json::object()) {
@@ -132,6 +138,10 @@ class Session {
     // until that is done. Force begins by a soft start.
     Result<void> start(SessionDevice device);
     void stop(); // ends a stroke under way; no force is sent from now on
+    // Of the device that runs, if one does; with its next tick. arm() clears faults and begins a
+    // soft start: call it when a person has asked for it. After disarm() there is no force.
+    void arm();
+    void disarm();
     // Of the device that was started last, where it has stopped (HapticDevice::calibrate()).
     Result<void> calibrate();
     DeviceReport device_report() const; // of the device that was started last
@@ -193,7 +203,7 @@ class Session {
  private:
     void follow(const haptics::ServoTick& tick) noexcept; // the servo's thread
     // Hands a stroke's pose to the editor. The servo's thread; without a device the interface's.
-    bool push(EditInput::Kind kind, const StrokePose& pose) noexcept;
+    bool push(EditInput::Kind kind, const StrokePose& pose, uint8_t tool = 0) noexcept;
     bool publish_felt(); // the bridge's
     void bridge(const std::stop_token& stop);
     bool update_mesh(); // the mesher's
@@ -218,10 +228,11 @@ class Session {
     std::unique_ptr<haptics::Algorithm> algorithm_;
     std::unique_ptr<haptics::Servo> servo_;
     std::unique_ptr<haptics::ServoThread> servo_thread_;
-    std::atomic<bool> carves_{false}; // there is a tool
+    std::array<std::atomic<bool>, Editor::kTools> carves_{}; // there is such a tool
     // The servo's thread's own while a device is running, else the interface's.
-    uint32_t button_ = 0;
+    std::array<uint32_t, Editor::kTools> buttons_{}; // of the tools
     bool down_ = false;
+    uint8_t tool_ = 0; // that is down
     StrokePose last_pose_;
     std::atomic<uint64_t> pushed_{0}; // for settle()
     bool running_ = false;            // a device; the interface's

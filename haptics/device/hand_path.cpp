@@ -98,6 +98,19 @@ Result<HandPath> parse_hand_path(const std::string& text, const std::string& nam
     return HandPath(std::move(poses));
 }
 
+Workspace workspace_around(const HandPath& path, const DeviceCapabilities& device, double scale) {
+    glm::dvec3 low = path.poses().front().tool.position_mm, high = low;
+    for (const HandPose& pose : path.poses()) {
+        low = glm::min(low, pose.tool.position_mm);
+        high = glm::max(high, pose.tool.position_mm);
+    }
+    if (scale == 0.0) {
+        const glm::dvec3 need = 1.1 * (high - low) / (2e3 * device.workspace_m);
+        scale = std::max({1.0, need.x, need.y, need.z});
+    }
+    return Workspace(0.5 * (low + high), scale);
+}
+
 Result<HandPath> load_hand_path(const std::filesystem::path& path) {
     PALPATE_TRY(const std::string text, load_text(path, uint64_t{4} << 30));
     return parse_hand_path(text, path.string());

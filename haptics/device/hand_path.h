@@ -8,6 +8,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/tool_pose.h"
+#include "haptics/core/workspace.h"
 
 namespace palpate::haptics {
 
@@ -39,6 +40,10 @@ class HandPath {
     size_t segment(double time_s) const noexcept; // whose first pose is the last at or before
     std::vector<HandPose> poses_;
 };
+
+// The middle of the path in the middle of the device, and as much world for each of its millimetres
+// as the path needs with a tenth to spare; at least 1. `scale` above 0: so much instead.
+Workspace workspace_around(const HandPath& path, const DeviceCapabilities& device, double scale);
 
 constexpr double kFarthestHand_mm = 1e8; // from 0 along an axis, as of strokes
 

@@ -23,15 +23,59 @@ glm::dvec3 limited(glm::dvec3 v, double most) {
     return length > most ? v * (most / length) : v;
 }
 
+// A path through a workspace.
+class PathSource final : public HandSource {
+ public:
+    PathSource(const HandPath& path, const Workspace& workspace)
+        : path_(path), device_from_world_(glm::conjugate(workspace.rotation())) {
+        intents_.reserve(path.poses().size());
+        for (const HandPose& pose : path.poses())
+            intents_.push_back({pose.time_s, workspace.device_position_m(pose.tool.position_mm)});
+    }
+
+    Meant meant(double time_s) noexcept override {
+        while (intent_ + 1 < intents_.size() && intents_[intent_ + 1].time_s <= time_s)
+            ++intent_;
+        const Intent& from = intents_[intent_];
+        Meant meant{from.position_m};
+        if (time_s >= from.time_s && intent_ + 1 < intents_.size()) {
+            const Intent& to = intents_[intent_ + 1];
+            meant.velocity_m_per_s = (to.position_m - from.position_m) / (to.time_s - from.time_s);
+            meant.position_m += (time_s - from.time_s) * meant.velocity_m_per_s;
+        }
+        return meant;
+    }
+    Held held(double time_s) noexcept override {
+        const HandPose pose = path_.at(time_s);
+        return {device_from_world_ * pose.tool.rotation, pose.buttons};
+    }
+
+ private:
+    struct Intent {
+        double time_s;
+        glm::dvec3 position_m;
+    };
+    HandPath path_;
+    glm::dquat device_from_world_;
+    std::vector<Intent> intents_; // the path's poses in the device's space
+    size_t intent_ = 0;           // the last at or before now
+};
+
 } // namespace
 
 SimulatedDevice::SimulatedDevice(const DevicePreset& preset, const HandModel& hand,
                                  const HandPath& path, const Workspace& workspace, int64_t start_ns)
+    : SimulatedDevice(preset, hand, std::make_shared<PathSource>(path, workspace), start_ns) {
+    // Before its first pose the path rests there.
+    position_m_ = workspace.device_position_m(path.poses().front().tool.position_mm);
+}
+
+SimulatedDevice::SimulatedDevice(const DevicePreset& preset, const HandModel& hand,
+                                 std::shared_ptr<HandSource> source, int64_t start_ns)
     : capabilities_(preset.capabilities),
       plant_(preset.plant),
       hand_(hand),
-      path_(path),
-      device_from_world_(glm::conjugate(workspace.rotation())),
+      source_(std::move(source)),
       is_homed_(!preset.capabilities.needs_homing),
       start_ns_(start_ns),
       time_ns_(start_ns),
@@ -42,10 +86,7 @@ SimulatedDevice::SimulatedDevice(const DevicePreset& preset, const HandModel& ha
     hand_.mass_kg *= hand.grip;
     hand_.damping_n_s_per_m *= hand.grip;
     hand_.stiffness_n_per_m *= hand.grip;
-    intents_.reserve(path.poses().size());
-    for (const HandPose& pose : path.poses())
-        intents_.push_back({pose.time_s, workspace.device_position_m(pose.tool.position_mm)});
-    position_m_ = intents_.front().position_m;
+    position_m_ = source_->meant(0.0).position_m;
 }
 
 Result<void> SimulatedDevice::home() {
@@ -62,22 +103,13 @@ Result<void> SimulatedDevice::calibrate() {
 }
 
 void SimulatedDevice::step(double time_s) noexcept {
-    while (intent_ + 1 < intents_.size() && intents_[intent_ + 1].time_s <= time_s)
-        ++intent_;
-    const Intent& from = intents_[intent_];
-    glm::dvec3 meant_m = from.position_m, meant_m_per_s(0.0);
-    if (time_s >= from.time_s && intent_ + 1 < intents_.size()) {
-        const Intent& to = intents_[intent_ + 1];
-        meant_m_per_s = (to.position_m - from.position_m) / (to.time_s - from.time_s);
-        meant_m += (time_s - from.time_s) * meant_m_per_s;
-    }
-
+    const HandSource::Meant meant = source_->meant(time_s);
     constexpr double kDt = static_cast<double>(kStep_ns) / kNsPerS;
     const double impulse = kDt / (plant_.mass_kg + hand_.mass_kg); // velocity per newton
     const double slowing = 1.0 + impulse * (plant_.damping_n_s_per_m + hand_.damping_n_s_per_m);
     const glm::dvec3 driven_n = acting_.force_n +
-                                hand_.stiffness_n_per_m * (meant_m - position_m_) +
-                                hand_.damping_n_s_per_m * meant_m_per_s;
+                                hand_.stiffness_n_per_m * (meant.position_m - position_m_) +
+                                hand_.damping_n_s_per_m * meant.velocity_m_per_s;
     glm::dvec3 velocity = (velocity_m_per_s_ + impulse * driven_n) / slowing;
     const double speed = glm::length(velocity);
     const double rubbed = impulse * plant_.coulomb_n / slowing;
@@ -124,10 +156,10 @@ DeviceStatus SimulatedDevice::read(int64_t now_ns, DeviceSample& sample) noexcep
         sample.velocity_m_per_s = estimator_.add(seen_m, dt_s);
         sampled_ns_ = now_ns;
     }
-    const HandPose meant = path_.at(static_cast<double>(now_ns - start_ns_) / kNsPerS);
-    sample.rotation = capabilities_.senses_rotation ? device_from_world_ * meant.tool.rotation
-                                                    : glm::dquat(1.0, 0.0, 0.0, 0.0);
-    sample.buttons = meant.buttons;
+    const HandSource::Held held = source_->held(static_cast<double>(now_ns - start_ns_) / kNsPerS);
+    sample.rotation =
+        capabilities_.senses_rotation ? held.rotation : glm::dquat(1.0, 0.0, 0.0, 0.0);
+    sample.buttons = held.buttons;
     return DeviceStatus::ok;
 }
 

@@ -4,12 +4,14 @@
 #include <atomic>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string_view>
 
 #include "haptics/core/device.h"
 #include "haptics/core/workspace.h"
 #include "haptics/device/hand_path.h"
+#include "haptics/device/hand_source.h"
 #include "haptics/device/velocity.h"
 
 namespace palpate::haptics {
@@ -63,6 +65,9 @@ class SimulatedDevice final : public HapticDevice {
     // the start it rests at the path's first pose. Time 0 of the path is start_ns.
     SimulatedDevice(const DevicePreset& preset, const HandModel& hand, const HandPath& path,
                     const Workspace& workspace, int64_t start_ns = 0);
+    // The hand follows `source`, whose time begins at start_ns; at the start it rests there.
+    SimulatedDevice(const DevicePreset& preset, const HandModel& hand,
+                    std::shared_ptr<HandSource> source, int64_t start_ns = 0);
 
     const DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
     // The encoders find their zero at once where the device needs homing.
@@ -85,20 +90,13 @@ class SimulatedDevice final : public HapticDevice {
     double motor_work_j() const noexcept { return motor_work_j_; }
 
  private:
-    struct Intent {
-        double time_s;
-        glm::dvec3 position_m;
-    };
     void advance(int64_t to_ns) noexcept;
     void step(double time_s) noexcept;
 
     DeviceCapabilities capabilities_;
     DevicePlant plant_;
     HandModel hand_; // scaled by grip
-    HandPath path_;
-    std::vector<Intent> intents_; // the path's poses in the device's space
-    size_t intent_ = 0;           // the last at or before now
-    glm::dquat device_from_world_;
+    std::shared_ptr<HandSource> source_;
     bool is_homed_;
     glm::dvec3 zero_m_{0.0}; // reading of the encoders in the middle
 

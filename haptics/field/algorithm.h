@@ -19,8 +19,9 @@
 // and nowhere else.
 namespace palpate::haptics {
 
-struct ToolPoints; // tool_points.h
-struct TouchMesh;  // swept_mesh.h
+struct ToolPoints;  // tool_points.h
+struct TouchPlates; // touch_plates.h
+struct TouchMesh;   // swept_mesh.h
 
 // The data that can be felt: a value, published through a Mailbox and immutable afterwards. Data
 // that a tick needs beside the samples (smoothed distances, bounds, a local surface) is computed
@@ -32,6 +33,7 @@ struct TouchScene {
     std::shared_ptr<const Mesh> mesh;
     std::shared_ptr<const TouchMesh> touch_mesh; // of swept-mesh
     std::shared_ptr<const ToolPoints> tool;      // of swept-tool; null is a sphere
+    std::shared_ptr<const TouchPlates> plates;   // that can be pressed; null: none
     uint64_t version = 0;                        // rises with every publication
 };
 

@@ -104,7 +104,8 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
                               .velocity_mm_per_s = t.velocity_mm_per_s,
                               .dt_s = dt_s,
                               .buttons = t.buttons,
-                              .removing = pressed(t.buttons, options_.remove_button),
+                              .removing = pressed(t.buttons, options_.remove_button) ||
+                                          pressed(t.buttons, options_.second_button),
                               .scene = &*scene,
                               .parameters = &now};
         const Seen seen_scene{&*scene, scene.epoch()},
@@ -112,12 +113,16 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         if (!was_usable_) { // homing, a fault, the start: the hand is somewhere else
             parts_.algorithm.reset(input);
             fade_.reset();
+            press_.reset();
         } else if (seen_scene != seen_scene_ || seen_parameters != seen_parameters_) {
             fade_.command(now.surface_delay_s);
         }
         seen_scene_ = seen_scene;
         seen_parameters_ = seen_parameters;
         t.touched = parts_.algorithm.tick(input);
+        t.touched.force_n +=
+            press_.tick(scene->plates.get(), t.tool.position_mm, now.tool_radius_mm);
+        t.plate = press_.touch();
         telemetry_.iterations.add(t.touched.iterations);
         const double natural_n = natural_change_n(
             now, glm::distance(t.tool.position_mm, last_tool_.position_mm),
@@ -127,7 +132,8 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         const Wrench faded = fade_.next({t.touched.force_n, t.touched.torque_nm}, natural_n, dt_s);
         const double share = workspace_.force_share();
         wanted = workspace_.to_device({share * faded.force_n, share * faded.torque_nm});
-        stiffness_n_per_m = share * now.stiffness_n_per_m * workspace_.scale();
+        stiffness_n_per_m =
+            share * std::max(now.stiffness_n_per_m, t.plate.stiffness_n_per_m) * workspace_.scale();
         if (was_usable_)
             energy_mj_ += 1e3 * glm::dot(last_sent_n_, begun.sample.position_m - last_position_m_);
         last_position_m_ = begun.sample.position_m;

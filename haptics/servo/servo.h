@@ -7,6 +7,7 @@
 #include "engine/base/ring.h"
 #include "haptics/core/workspace.h"
 #include "haptics/field/algorithm.h"
+#include "haptics/field/touch_plates.h"
 #include "haptics/safety/chain.h"
 #include "haptics/safety/write_gate.h"
 #include "haptics/servo/force_fade.h"
@@ -32,6 +33,7 @@ struct ServoTick {
     glm::dvec3 velocity_mm_per_s{0.0};
     uint32_t buttons = 0;
     TickOutput touched;           // what was rendered
+    PlateTouch plate;             // what of it presses a plate
     Wrench sent;                  // what went to the device, in its axes
     glm::dvec3 sent_world_n{0.0}; // the same force in the world's
     uint64_t scene_version = 0;
@@ -67,6 +69,7 @@ class Servo {
         SafetyLimits limits;
         uint32_t clutch_button = 31; // none has it by default
         uint32_t remove_button = 0;  // the tool removes or adds while it is pressed
+        uint32_t second_button = 31; // or this one, with another tool; none by default
     };
     Servo(const Parts& parts, const Workspace& workspace, const Options& options);
 
@@ -107,6 +110,7 @@ class Servo {
     std::optional<Mailbox<WorkspaceSettings>::Reader> settings_;
     ParameterSlew slew_;
     ForceFade fade_;
+    PlatePress press_;
     // What was pinned in the tick before. A pin's epoch may be that of an earlier value, and memory
     // is used again; a value that differs differs in one of the two.
     struct Seen {

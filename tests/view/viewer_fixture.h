@@ -33,13 +33,15 @@ class ViewerTest : public ::testing::Test {
         for (size_t i = messages_before_; i < messages.size(); ++i)
             ADD_FAILURE() << messages[i];
     }
-    void open(const std::string& name = "synthetic:phantom?size=40", glm::uvec2 size = {800, 600}) {
-        open_scene(Source{open_synthetic(name)}, size);
+    void open(const std::string& name = "synthetic:phantom?size=40", glm::uvec2 size = {800, 600},
+              HandOptions hand = {}) {
+        open_scene(Source{open_synthetic(name)}, size, {}, std::move(hand));
     }
     void open_scene(Source source, glm::uvec2 size,
-                    const std::optional<DisplayProfile>& display = {}) {
+                    const std::optional<DisplayProfile>& display = {}, HandOptions hand = {}) {
         time_s_ = 1.0;
         ViewerOptions options{.threaded = false, .display = display};
+        options.hand = std::move(hand);
         options.open = [](const std::string& path, const std::string&,
                           const std::stop_token&) -> Result<Source> {
             if (!is_synthetic(path))

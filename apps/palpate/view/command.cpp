@@ -10,6 +10,8 @@
 #include "apps/palpate/view/panel.h"
 #include "engine/base/log.h"
 #include "engine/image/png.h"
+#include "haptics/device/registry.h"
+#include "haptics/proxy/algorithms.h"
 
 namespace palpate {
 
@@ -21,9 +23,18 @@ struct ViewOptions {
     DeviceMemoryOptions memory;
     std::string device, display, latency, record, replay, shot, state;
     std::optional<uint32_t> monitor;
+    std::string hand, hand_path, algorithm = "swept-tool";
     double frame_ms = 60.0, text_scale = 0.0;
     bool headless = false, validate = false;
 };
+
+std::vector<std::string> algorithm_names() {
+    std::vector<std::string> names;
+    for (const haptics::AlgorithmEntry& entry : haptics::algorithms())
+        if (view::follows_edits(entry))
+            names.emplace_back(entry.name);
+    return names;
+}
 
 std::vector<NamedFile> files_of(const ViewOptions& o) {
     std::vector<NamedFile> files{
@@ -34,6 +45,9 @@ std::vector<NamedFile> files_of(const ViewOptions& o) {
     append_volume(files, "--overlay", o.scene.overlay);
     if (const Result<SceneFile> scene = base_scene(o.scene)) // else it is told later
         append_files(*scene, files);
+    files.push_back({"--hand-path", o.hand_path});
+    if (const Result<haptics::DeviceEntry> hand = haptics::find_device(o.hand))
+        files.push_back({"--hand", hand->argument});
     files.insert(files.end(), {{"--record", o.record, FileUse::write},
                                {"--shot", o.shot, FileUse::write},
                                {"--latency", o.latency, FileUse::write_text},
@@ -58,6 +72,8 @@ Result<void> check_together(const ViewOptions& o) {
         return fail("--replay: needs --headless");
     if (!o.shot.empty() && !o.shot.ends_with(".png"))
         return fail("--shot: expected a name ending in .png, found '{}'", o.shot);
+    if (!o.hand_path.empty() && (o.hand.empty() || o.hand == view::kMouse))
+        return fail("--hand-path: needs a device that --hand names, and not {}", view::kMouse);
     const std::vector<uint32_t>& size = o.scene.size_px;
     if (size.size() == 2 &&
         (size[0] < view::kSmallestWindow_px.x || size[1] < view::kSmallestWindow_px.y))
@@ -119,6 +135,10 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     }
     loop.viewer.volume_alone = options.monitor.has_value();
     loop.viewer.frame_ms = options.frame_ms;
+    loop.viewer.hand = {options.hand, {}, options.algorithm};
+    if (!options.hand_path.empty()) {
+        PALPATE_TRY(loop.viewer.hand.path, haptics::load_hand_path(options.hand_path));
+    }
     loop.viewer.threaded = !options.headless;
     loop.viewer.open = [&](const std::string& path, const std::string& series,
                            const std::stop_token& stop) {
@@ -195,6 +215,22 @@ Command add_view(CLI::App& app) {
     app.add_option("--text-scale", o->text_scale,
                    "Size of letters and widgets, 0.5 .. 4 (default: as the display asks, or 1)")
         ->check(within(0.5, 4.0));
+    app.add_option(
+           "--hand", o->hand,
+           "Haptic device that runs from the start, without force until it is armed: mouse, "
+           "or one of `palpate devices` (default: none)")
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                return text == view::kMouse ? std::string() : device_name()(text);
+            },
+            ""));
+    app.add_option("--hand-path", o->hand_path,
+                   "Where the hand on a simulated --hand means to be, .csv as of palpate touch "
+                   "(default: where the mouse is)")
+        ->type_name("FILE");
+    app.add_option("--algorithm", o->algorithm, "Haptic algorithm, as of palpate touch")
+        ->check(one_of(algorithm_names()))
+        ->capture_default_str();
     app.add_option("--record", o->record,
                    "Write every input to a script, JSON lines (default: none)")
         ->type_name("FILE");

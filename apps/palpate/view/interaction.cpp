@@ -5,6 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "apps/palpate/view/clip_tool.h"
+#include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/measure_tool.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
@@ -133,6 +134,8 @@ void press(Outcome& next, const Event& event, const Subject& subject) {
     Drag drag{Drag::Kind::pan, event.button, panel, state.pointer_px};
     if (event.button == Button::right)
         drag.kind = Drag::Kind::zoom;
+    else if (state.stylus.by_pointer && !is_slice(panel) && !event.modifiers.shift)
+        drag.kind = Drag::Kind::rotate; // the left button is the hand's
     if (event.button == Button::left) {
         const bool twice = event.time_s - state.pressed_s < kDoubleClick_s &&
                            glm::distance(state.pointer_px, state.pressed_px) < kDoubleClick_px;
@@ -335,12 +338,16 @@ void press_key(ViewState& state, const std::string& key, bool shift, const Subje
         state.radius_mm = std::max(state.radius_mm / kSizeStep, 0.1);
     } else if (key == "c") {
         state.hand = Hand::crosshair;
+        state.stylus.first = Carve::nothing;
     } else if (key == "b") {
         state.hand = Hand::draw;
+        state.stylus.first = Carve::draw;
     } else if (key == "e") {
         state.hand = Hand::erase;
+        state.stylus.first = Carve::erase;
     } else if (key == "x") {
         state.hand = Hand::cut;
+        state.stylus.first = Carve::cut;
     } else if (key == "f") {
         state.alone = state.alone ? std::nullopt : state.under;
     } else if (key == "l") {
@@ -361,6 +368,18 @@ void press_key(ViewState& state, const std::string& key, bool shift, const Subje
         step_slab(state, subject.grid, key == "]");
     } else if (key == "\\") {
         state.slab_mode = static_cast<SlabMode>((static_cast<int>(state.slab_mode) + 1) % 3);
+    } else if (key == "y") {
+        state.touch_open = !state.touch_open;
+    } else if (key == "v") {
+        state.seen_as =
+            static_cast<SeenAs>((static_cast<size_t>(state.seen_as) + 1) % std::size(kSeenAs));
+    } else if (key == "i") {
+        state.palette_shown = !state.palette_shown;
+    } else if (key == "k") {
+        state.stylus.shape = static_cast<TipShape>((static_cast<size_t>(state.stylus.shape) + 1) %
+                                                   std::size(kTipShapes));
+    } else if (key == "j") {
+        state.stylus.arrow_shown = !state.stylus.arrow_shown;
     } else if (key == "p") {
         state.slices_in_volume = !state.slices_in_volume;
     } else if (key == "/" && shift) {
@@ -372,6 +391,11 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     ViewState& state = next.state;
     if (event.key == "w")
         state.w_held = event.down && !event.for_widget;
+    const auto order = [&](Order::Kind kind) {
+        next.orders.push_back({kind, {}, event.time_s, {}});
+    };
+    if (event.down && event.key == "escape" && state.stylus.on) // also while text is typed
+        order(Order::Kind::hand_disarm);
     if (!event.down || event.for_widget)
         return;
     if (event.key == "escape") {
@@ -389,6 +413,13 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     }
     if (state.drag) // nothing is moved by accident while a hand is at work
         return;
+    if (event.key == "o" && !event.modifiers.ctrl) {
+        if (!state.stylus.on)
+            begin_hand(state, subject);
+        return order(state.stylus.on ? Order::Kind::hand_stop : Order::Kind::hand_start);
+    }
+    if (event.key == "space" && state.stylus.on)
+        return order(Order::Kind::hand_arm);
     if (!event.modifiers.ctrl) {
         if (press_measure_key(state, event.key))
             return;
@@ -431,17 +462,23 @@ Outcome after(ViewState before, const Event& event, const Subject& subject) {
                 drag_on(next, event, subject);
             else if (state.under && event.modifiers.shift)
                 hover(state, subject);
+            else if (state.stylus.by_pointer)
+                point_hand(state, subject);
             move_cursor(state, subject);
             break;
         case Event::Kind::button:
+            if (press_hand(state, event, subject, in_view))
+                break;
             if (!event.down)
                 release(next, event, subject);
             else if (in_view && !state.drag)
                 press(next, event, subject);
             break;
         case Event::Kind::wheel:
-            if (in_view && !state.drag)
+            if (in_view && !state.drag && !wheel_hand(state, event, subject))
                 turn_wheel(state, event, subject);
+            if (in_view && state.stylus.by_pointer) // the plane has moved
+                point_hand(state, subject);
             break;
         case Event::Kind::key:
             use_key(next, event, subject);

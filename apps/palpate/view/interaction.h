@@ -15,7 +15,7 @@ namespace palpate::view {
 //             Ctrl: roll
 //
 // Shift and a move without button set the crosshair everywhere. A double click maximises a view,
-// where the left button draws nothing.
+// where the left button draws nothing. While the mouse is a hand: hand_pointer.h.
 struct Outcome {
     ViewState state;
     std::vector<Order> orders{};

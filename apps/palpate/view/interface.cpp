@@ -157,6 +157,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     std::vector<Order> orders;
     draw_tools(state, work, orders);
     draw_status(state, work);
+    draw_touch(state, work, orders);
     draw_help(state);
     draw_questions(state, work, orders);
     draw_browser(state, orders);
@@ -167,6 +168,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
                    pictures[static_cast<size_t>(view.panel)]);
         draw_clips(behind, state, work, view.panel, view.box);
         draw_measures(behind, state, work, view.panel, view.box);
+        draw_hand_marks(behind, state, work, view.panel, view.box);
     }
     ImGui::Render();
     return orders;

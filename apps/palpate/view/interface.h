@@ -75,6 +75,11 @@ class Interface {
     void draw_status(const ViewState& state, Work& work);
     void draw_help(ViewState& state);
     void draw_questions(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_touch(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_touch_device(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_touch_buttons(ViewState& state);
+    void draw_touch_feel(Work& work);
+    void draw_touch_plots(const ViewState& state, Work& work);
     void note(const char* id); // where the last widget lies
 
     double time_s_ = 0;
@@ -100,5 +105,9 @@ void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel pane
 // Measures over a view.
 void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
                    const Box& box);
+
+// The tool of a hand over a view, at the proxy: its outline, the probe and the force.
+void draw_hand_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
+                     const Box& box);
 
 } // namespace palpate::view

@@ -43,8 +43,12 @@ const std::vector<KeyHelp>& key_help() {
         {"L, Tab", "layout; which slice is shown alone"},
         {"[ ], \\", "thinner and thicker slices; maximum, minimum, mean"},
         {"G", "stereo in 3D, and back"},
+        {"V", "3D by rays, by the surface, or both"},
         {"P, H, N, T", "show or hide: slices in 3D, crosshair, notes, tools"},
         {"R", "reset views and window"},
+        {"Y, O, Space, Esc", "touch: its window, start or stop the hand, arm, disarm"},
+        {"K, J, I", "touch: shape of the tool, force as an arrow, widgets in 3D"},
+        {"mouse as a hand", "left, right: its buttons; wheel in 3D: depth; middle in 3D: rotate"},
         {"?", "this list"},
     };
     return help;

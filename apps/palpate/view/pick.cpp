@@ -24,9 +24,17 @@ struct Span {
 } // namespace
 
 std::optional<glm::dvec3> first_seen(const Ray& ray, const Volume& volume, const Scene& scene) {
-    if (!scene.ray_cast)
+    // At or above which value a surface is met, of rays or live.
+    std::optional<double> wall;
+    const auto add_wall = [&](double iso) { wall = std::min(iso, wall.value_or(iso)); };
+    for (const SurfaceLayer& surface : scene.surfaces)
+        if (surface.live_iso)
+            add_wall(*surface.live_iso);
+    if (!scene.ray_cast && !wall)
         return std::nullopt;
-    const RayCastLayer& layer = *scene.ray_cast;
+    const RayMode mode = scene.ray_cast ? scene.ray_cast->mode : RayMode::iso;
+    if (scene.ray_cast && mode == RayMode::iso)
+        add_wall(scene.ray_cast->isos.front().value);
     Span span;
     for (const HalfSpace& side : half_spaces(volume.grid()))
         span.keep(glm::dot(side.normal, ray.direction),
@@ -46,23 +54,21 @@ std::optional<glm::dvec3> first_seen(const Ray& ray, const Volume& volume, const
     double depth = 0.0, most = -INFINITY, most_at = NAN, last = NAN;
     for (double t = span.begin + 0.5 * step; t < span.end; t += step) {
         const double v = value(t);
-        if (layer.mode == RayMode::mip) {
+        if (wall && v >= *wall) {
+            double low = last < *wall ? t - step : t, high = t;
+            while (high - low > 0.001 * step) {
+                const double middle = 0.5 * (low + high);
+                (value(middle) >= *wall ? high : low) = middle;
+            }
+            return place(high);
+        }
+        if (mode == RayMode::mip) {
             if (v > most) {
                 most = v;
                 most_at = t;
             }
-        } else if (layer.mode == RayMode::iso) {
-            const double iso = layer.isos.front().value;
-            if (v >= iso) {
-                double low = last < iso ? t - step : t, high = t;
-                while (high - low > 0.001 * step) {
-                    const double middle = 0.5 * (low + high);
-                    (value(middle) >= iso ? high : low) = middle;
-                }
-                return place(high);
-            }
-        } else if (!std::isnan(v)) {
-            depth += tau_per_mm_at(layer.transfer, v) * step;
+        } else if (mode == RayMode::alpha && !std::isnan(v)) {
+            depth += tau_per_mm_at(scene.ray_cast->transfer, v) * step;
             if (depth >= std::log(2.0))
                 return place(t);
         }

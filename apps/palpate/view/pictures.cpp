@@ -98,7 +98,7 @@ bool Pictures::is_outdated() {
     return wished_ != drawing_for_ || thread_.get_stop_token().stop_requested();
 }
 
-SceneData Pictures::data_for(const Scene& scene) const {
+SceneData Pictures::data_for(const Wish& wish, const Scene& scene) const {
     SceneData data = sight_->data;
     if (!scene.labels)
         data.labels.reset();
@@ -106,12 +106,17 @@ SceneData Pictures::data_for(const Scene& scene) const {
     data.overlay = scene.overlay ? options_.overlay : std::nullopt;
     data.meshes = options_.meshes;
     data.meshes.resize(scene.surfaces.size());
+    std::copy(wish.meshes.rbegin(), wish.meshes.rend(), data.meshes.rbegin());
     return data;
 }
 
 Pictures::Made Pictures::made_of(const Wish& wish) const {
-    Made made{wish.scene, wish.display, sight_->data.volume.version(),
-              version_of(sight_->data.labels), true};
+    Made made{wish.scene,
+              wish.display,
+              wish.meshes,
+              sight_->data.volume.version(),
+              version_of(sight_->data.labels),
+              true};
     if (!sight_->data.labels)
         made.scene.labels.reset(); // they may have gone since the wish
     if (!made.scene.labels)
@@ -129,7 +134,7 @@ Result<std::vector<Picture>> Pictures::draw_full(const Wishes& wishes) {
     std::vector<PictureImages::Frame> frames;
     for (const Wish* wish : wishes) {
         const Scene scene = made_of(*wish).scene;
-        auto recorded = renderer_of(wish->panel).record(commands, scene, data_for(scene));
+        auto recorded = renderer_of(wish->panel).record(commands, scene, data_for(*wish, scene));
         if (!recorded) {
             commands.submit(); // images are as tracked
             return pass_on(recorded);
@@ -161,7 +166,7 @@ Result<std::optional<Picture>> Pictures::draw_volume(const Wish& wish, double bu
         return laid_out(last_error_, made->complete);
     if (coarse_ && wanted.scene.ray_cast) {
         interactive_.set_budget_ms(budget_ms);
-        const auto drawn = interactive_.draw(wanted.scene, data_for(wanted.scene));
+        const auto drawn = interactive_.draw(wanted.scene, data_for(wish, wanted.scene));
         if (drawn) {
             last_error_ = drawn->error_estimate;
             return laid_out(drawn->error_estimate, drawn->complete);

@@ -36,11 +36,13 @@ class Pictures {
         bool threaded = true;
         bool stay = false; // on the device, which is the interface's, too
     };
-    // What a view shall show. Scenes are those of scene_of().
+    // What a view shall show. Scenes are those of scene_of(), with surfaces behind theirs for what
+    // is no part of the document: `meshes`, one each.
     struct Wish {
         Panel panel;
         Scene scene;
         DisplayLayout display; // both eyes as one picture, and marks over them
+        std::vector<std::shared_ptr<const Mesh>> meshes{};
 
         friend bool operator==(const Wish&, const Wish&) = default;
     };
@@ -61,18 +63,20 @@ class Pictures {
     struct Made { // a picture of the thread's
         Scene scene;
         DisplayLayout display;
+        std::vector<std::shared_ptr<const Mesh>> meshes;
         uint64_t volume = 0, labels = 0; // versions of what it shows
         bool complete = false;
 
         bool has_rays_of(const Made& other) const {
-            return scene == other.scene && volume == other.volume && labels == other.labels;
+            return scene == other.scene && meshes == other.meshes && volume == other.volume &&
+                   labels == other.labels;
         }
     };
     using Wishes = std::vector<const Wish*>;
     void run(const std::stop_token& stop);
     bool go_on(const std::vector<Wish>& wishes); // false: there was nothing to do
     void keep(const Wish& wish, Picture picture);
-    SceneData data_for(const Scene& scene) const;
+    SceneData data_for(const Wish& wish, const Scene& scene) const;
     Made made_of(const Wish& wish) const;
     Renderer& renderer_of(Panel panel);
     Result<std::vector<Picture>> draw_full(const Wishes& wishes);

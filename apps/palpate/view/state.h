@@ -9,10 +9,12 @@
 
 #include "apps/palpate/view/clipping.h"
 #include "apps/palpate/view/event.h"
+#include "apps/palpate/view/live_surface.h"
 #include "apps/palpate/view/measuring.h"
 #include "apps/palpate/view/panel.h"
 #include "apps/palpate/view/slice_view.h"
 #include "apps/palpate/view/stereo_view.h"
+#include "apps/palpate/view/stylus.h"
 #include "apps/palpate/view/transfer_editor.h"
 #include "engine/scene/scene.h"
 
@@ -64,6 +66,8 @@ struct ViewState {
     bool tools_open = true, help_open = false, notes_shown = true, crosshair_shown = true;
     bool status_open = true;                        // the line at the bottom
     bool saving_open = false, closing_open = false; // questions
+    bool touch_open = false;                        // the window of touch
+    bool palette_shown = false;                     // widgets in 3D (palette.h)
     bool slices_in_volume = false;                  // the three planes are drawn among the rays
 
     glm::dvec3 crosshair_mm{0.0};
@@ -83,6 +87,8 @@ struct ViewState {
     uint16_t label = 1; // that is drawn
     bool labels_shown = true;
     double label_opacity = 0.4;
+    SeenAs seen_as = SeenAs::rays; // of the volume in 3D
+    Stylus stylus;
     std::vector<uint16_t> locked_labels; // that no tool changes; ascending
 
     Tab tab = Tab::view;
@@ -126,13 +132,18 @@ struct Order {
         save,
         open,
         export_measures,
-        cancel_opening
+        cancel_opening,
+        hand_start,
+        hand_stop,
+        hand_arm,
+        hand_disarm
     };
     Kind kind;
     glm::dvec3 at_mm{0.0}; // of strokes
     double time_s = 0.0;
-    std::string path{},
-        series{}; // of open; of save the folder of a new project, or empty; of exports
+    // path: of open; of save the folder of a new project, or empty; of exports; of hand_start the
+    // device, or empty: the last one.
+    std::string path{}, series{};
 
     friend bool operator==(const Order&, const Order&) = default;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/interaction.h"
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
@@ -38,12 +39,17 @@ void Viewer::begin(Source source) {
                       .stay = pictures_device_->handle() == interface_device_->handle()};
     work_ = std::make_unique<Work>(std::move(source), state_.size_px, state_.text_scale,
                                    options_.threaded);
+    work_->touch().set_up(options_.hand);
     state_ = work_->subject().home;
     if (options_.display)
         use_profile(state_.stereo, *options_.display);
     if (options_.volume_alone) {
         state_.layout = Layout::volume;
         state_.tools_open = state_.status_open = state_.notes_shown = false;
+    }
+    if (!options_.hand.device.empty()) {
+        begin_hand(state_, work_->subject());
+        work_->obey({Order::Kind::hand_start, {}, 0.0, {}}, state_);
     }
     make_pictures();
 }
@@ -145,9 +151,11 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     for (const Picture& picture : new_pictures_)
         state_of_pictures_[static_cast<size_t>(picture.panel)] = {
             true, picture.complete, picture.ms, picture.error_estimate};
+    work_->follow_hand(state_, time_s);
     work_->poll();
     work_->watch(state_);
     obey(interface_->frame(events, time_s, state_, *work_, state_of_pictures_));
+    work_->show_as_wanted(state_);
     if (!options_.threaded)
         work_->session().settle();
     wish();
@@ -168,6 +176,12 @@ void Viewer::wish() {
                           scene_of(state_, work_->subject().grid, view.panel,
                                    work_->session().scene(), has_labels),
                           display_of(state_, view.panel, screen_px_)});
+    for (Pictures::Wish& wish : wishes) // the hand's tool lies among the rays, at its depth
+        for (const Work::HandSurface& surface : work_->hand_surfaces(state_))
+            if (wish.panel == Panel::volume && wish.scene.surfaces.size() < kMaxSurfaces) {
+                wish.scene.surfaces.push_back(surface.layer);
+                wish.meshes.push_back(surface.mesh);
+            }
     pictures_->want(std::move(wishes));
 }
 

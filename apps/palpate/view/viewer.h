@@ -29,6 +29,7 @@ struct ViewerOptions {
     // What was opened last, and a word to it that `path` has been opened; may be empty.
     std::function<std::vector<std::string>(const std::string& path)> recent;
     std::function<void()> on_picture;
+    HandOptions hand; // where it names a device, that is started, without force
 };
 
 // The program without its window: a frame takes events, changes the state and the document, and

@@ -96,6 +96,13 @@ Json stereo_json(const ViewState& state) {
         json["cursor_mm"] = json_of(*state.cursor_mm);
     return json;
 }
+// Half the volume's size along the patient's axes.
+glm::dvec3 half_size_mm(const Grid& grid) {
+    glm::dvec3 size(0.0);
+    for (int axis = 0; axis < 3; ++axis)
+        size += glm::abs(glm::dvec3(grid.world_from_index[axis])) * double(grid.size[axis]);
+    return 0.5 * size;
+}
 Json json_of(const Box& box) {
     return {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
 }
@@ -135,7 +142,9 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
       loaded_(source.scene.loaded),
       series_(series_in(loaded_.notes)),
       session_(setup_of(source, threaded)),
-      figures_(threaded) {
+      figures_(threaded),
+      touch_(session_, threaded, center_mm(loaded_.data.volume.grid()),
+             half_size_mm(loaded_.data.volume.grid())) {
     grey_ = session_.sources().grey;
     labels_ = session_.sources().labels;
     if (source.project) {
@@ -173,6 +182,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         home.overlay_opacity = opened.overlay->slice_opacity;
     if (opened.labels)
         home.outline_px = opened.labels->outline_px;
+    home.seen_as = seen_as(session_.scene());
     const TransferFunction& grey = session_.scene().slice_transfer;
     home.window =
         window_of(grey.colors.empty() ? default_slice_transfer(loaded_) : grey, subject_.range);
@@ -211,33 +221,14 @@ bool Work::take_tool(const ViewState& state) {
     }
     if (on_labels && !put_labels())
         return false;
-    Json shape = Json{{"kind", "ball"}, {"radius_mm", state.radius_mm}};
-    // A ball between samples still draws the one that its middle is in; cuts are by its surface.
-    const glm::dvec3 spacing = spacing_mm(subject_.grid);
-    const bool is_small = state.radius_mm < std::max({spacing.x, spacing.y, spacing.z});
-    if (on_labels && is_small)
-        shape = Json{{"kind", "union"}, {"of", Json::array({shape, {{"kind", "point"}}})}};
-    EditSetup setup{shape,
-                    {make_ball(state.radius_mm), on_labels && is_small},
-                    {},
-                    on_labels ? labels_ : grey_,
-                    {}};
-    setup.operation.kind = state.hand == Hand::draw    ? OperationKind::draw
-                           : state.hand == Hand::erase ? OperationKind::erase
-                                                       : OperationKind::cut;
-    setup.operation.label = state.label;
+    const Carve carve = state.hand == Hand::draw    ? Carve::draw
+                        : state.hand == Hand::erase ? Carve::erase
+                                                    : Carve::cut;
+    EditSetup setup =
+        make_tool(carve, TipShape::ball, state.radius_mm, state.label, 0.0, tool_for());
     if (on_labels)
         setup.operation.over = free_labels(state);
-    Json tool =
-        Json{{"shape", std::move(shape)}, {"hand", name_of(state.hand)}, {"label", state.label}};
-    if (setup.operation.over)
-        tool["over"] = *setup.operation.over;
-    if (json_line(tool) == json_line(tool_))
-        return true;
-    if (!session_.use(std::move(setup)))
-        return false;
-    tool_ = std::move(tool);
-    return true;
+    return rack_.hold(session_, std::move(setup));
 }
 
 void Work::obey(const Order& order, const ViewState& state) {
@@ -245,6 +236,8 @@ void Work::obey(const Order& order, const ViewState& state) {
     const StrokePose pose{order.time_s, {order.at_mm}};
     switch (order.kind) {
         case Order::Kind::stroke_down:
+            if (touch_.running())
+                message_ = "a hand is running: stop it to draw with the mouse";
             down_ = !down_ && take_tool(state) && session_.stroke(Kind::down, pose);
             last_ = pose;
             break;
@@ -281,6 +274,11 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::open:
         case Order::Kind::cancel_opening:
             break;
+        case Order::Kind::hand_start:
+        case Order::Kind::hand_stop:
+        case Order::Kind::hand_arm:
+        case Order::Kind::hand_disarm:
+            obey_hand(order, state);
     }
 }
 
@@ -330,6 +328,8 @@ void Work::poll() {
 
 std::string Work::take_message() {
     std::string refusal = session_.take_refusal();
+    if (refusal.empty())
+        refusal = touch_.take_message();
     return refusal.empty() ? std::exchange(message_, {}) : refusal;
 }
 
@@ -398,6 +398,8 @@ Json Work::dump(const ViewState& state) {
                         {"overlay_opacity", state.overlay_opacity},
                         {"outline_px", state.outline_px}};
     json["stroke_is_down"] = down_;
+    json["hand"] = dump_hand(state);
+    json["seen_as"] = name_of(state.seen_as);
     for (const NamedVolume& volume : edit.document.volumes)
         json["document"][volume.name] = fmt::format("{:016x}", content_hash(volume.volume));
     json["undo_steps"] = edit.undo_steps;

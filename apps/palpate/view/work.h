@@ -6,7 +6,10 @@
 
 #include "apps/palpate/open_scene.h"
 #include "apps/palpate/view/figures.h"
+#include "apps/palpate/view/hand_tool.h"
+#include "apps/palpate/view/palette.h"
 #include "apps/palpate/view/state.h"
+#include "apps/palpate/view/touch.h"
 #include "engine/base/json.h"
 #include "engine/session/project.h"
 #include "engine/session/session.h"
@@ -47,6 +50,20 @@ class Work {
 
     // Does what an event asks for; `open` is the caller's.
     void obey(const Order& order, const ViewState& state);
+
+    // The hand, each frame: gives its buttons their tools, moves a hand that the pointer is, ticks
+    // where nothing is threaded, and notes in the state what it has become.
+    void follow_hand(ViewState& state, double time_s);
+    Touch& touch() { return touch_; }
+    // What of a hand lies in the 3D view: its tool at the proxy, and widgets that it can press.
+    struct HandSurface {
+        SurfaceLayer layer;
+        std::shared_ptr<const Mesh> mesh;
+    };
+    std::vector<HandSurface> hand_surfaces(const ViewState& state);
+
+    // Rays or the surface in the session's scene, as the state wants it; notes what it has become.
+    void show_as_wanted(ViewState& state);
 
     // Saves in the background, to the project that is open or to a new one in
     // `folder`, with the state's camera and window.
@@ -90,6 +107,11 @@ class Work {
     // Of an operation on labels: the ones that it may change; nothing where none is locked.
     std::optional<std::vector<uint16_t>> free_labels(const ViewState& state);
     void export_measures(const ViewState& state, const std::string& path);
+    ToolFor tool_for() const;
+    void hold_tools(const ViewState& state);
+    void press_widgets(ViewState& state);
+    void obey_hand(const Order& order, const ViewState& state);
+    Json dump_hand(const ViewState& state);
 
     bool put_labels();
 
@@ -103,8 +125,16 @@ class Work {
     Figures figures_;
     bool down_ = false;
     StrokePose last_;
-    Json tool_;                      // that the session has now, as text tells it
-    std::optional<Project> project_; // after the session that its saves look at
+    ToolRack rack_;
+    bool labels_asked_ = false; // an empty label map is on its way
+    Touch touch_;               // after the session that it stops
+    TipMesh tip_;
+    std::vector<Widget3d> palette_; // that is felt and drawn
+    haptics::PlateTouch pressed_;   // of it, as drawn
+    std::shared_ptr<const Mesh> palette_mesh_;
+    bool widget_down_ = false;
+    std::optional<RayCastLayer> rays_; // that the scene has no more
+    std::optional<Project> project_;   // after the session that its saves look at
     std::optional<Project::Creation> creation_;
 };
 

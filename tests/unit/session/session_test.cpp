@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
+#include <stdexcept>
+
 #include "engine/edit/stroke_run.h"
 #include "engine/surface/marching_cubes.h"
 #include "haptics/proxy/tool_points.h"
@@ -257,6 +260,161 @@ TEST(Session, HomesADeviceOnce) {
         session.stop();
     }
     EXPECT_EQ(device.homed, 1);
+}
+
+// Two buttons, two tools on two volumes: each press is a stroke with the tool of its button, the
+// one that was pressed first where both are.
+TEST(Session, TwoButtonsCarveWithTwoTools) {
+    Session session(setup());
+    const Stroke cut = *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 3})", ""),
+                                    {.kind = OperationKind::cut, .to_value = 5}, {{}});
+    const Stroke draw = *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 2})", ""),
+                                     {.kind = OperationKind::draw, .label = 9}, {{}});
+    ASSERT_TRUE(session.use({cut.shape, cut.tool, cut.operation, "head", ""}));
+    ASSERT_TRUE(session.use({draw.shape, draw.tool, draw.operation, "organs", ""}, 1));
+    const haptics::Workspace workspace({0, 0, 0}, 1.0);
+    std::vector<haptics::HandPose> poses;
+    const uint32_t buttons[] = {0, 1, 0, 2, 3, 2, 0, 1, 3, 0}; // each for 10 ticks
+    for (int i = 0; i < 100; ++i)
+        poses.push_back({.time_s = 1e-3 * i,
+                         .tool = {.position_mm = {0.1 * i - 5.0, 0, 0}},
+                         .buttons = buttons[i / 10]});
+    haptics::RecordedDevice device({.workspace_m = glm::dvec3(1)},
+                                   records_of_path(haptics::HandPath(poses), workspace, 1'000'000));
+    const Document before = session.state().document;
+    ASSERT_TRUE(session.start(
+        {device, *haptics::find_algorithm("none"), workspace, {.second_button = 1}, {}, {}}));
+    std::vector<size_t> strokes;
+    for (int64_t tick = 0; tick < 100; ++tick) {
+        session.tick(tick * 1'000'000, tick * 1'000'000);
+        if (tick % 10 == 9)
+            strokes.push_back(session.state().strokes_done);
+    }
+    session.stop();
+    session.settle();
+    EXPECT_EQ(strokes, (std::vector<size_t>{0, 0, 1, 1, 1, 1, 2, 2, 2, 3}));
+    const auto swept = [&](const Stroke& with, const Volume& volume, int first, int last) {
+        std::vector<StrokePose> path;
+        for (int i = first; i <= last; ++i)
+            path.push_back({1e-3 * i, {poses[size_t(std::min(i, last))].tool}});
+        return *apply_stroke(volume, with.tool, with.operation, path);
+    };
+    const Volume organs = swept(draw, *before.find("organs"), 30, 59);
+    EXPECT_EQ(content_hash(*session.state().document.find("organs")), content_hash(organs));
+    EXPECT_NE(content_hash(organs), content_hash(*before.find("organs")));
+    session.lay_down(0); // its button does nothing from now on
+    session.undo();
+    session.undo();
+    session.undo();
+    session.settle();
+    EXPECT_EQ(all_of(session.state().document), all_of(before));
+}
+
+// A wall that the hand rests in, and what was written to the device last.
+struct Pressing final : haptics::HapticDevice {
+    haptics::DeviceCapabilities can{.workspace_m = glm::dvec3(0.05), .max_force_n = 8};
+    glm::dvec3 position_m{0, 0, 8e-3};
+    haptics::DeviceStatus status = haptics::DeviceStatus::ok;
+    std::atomic<double> force_n{0.0};
+    const haptics::DeviceCapabilities& capabilities() const noexcept override { return can; }
+    haptics::DeviceStatus read(int64_t now_ns, haptics::DeviceSample& sample) noexcept override {
+        sample.time_ns = now_ns;
+        sample.position_m = position_m;
+        return status;
+    }
+    haptics::DeviceStatus write(int64_t, const haptics::Wrench& wrench) noexcept override {
+        force_n = glm::length(wrench.force_n);
+        return haptics::DeviceStatus::ok;
+    }
+    void halt(int64_t) noexcept override { force_n = 0.0; }
+};
+
+class PressedSession : public testing::Test {
+ protected:
+    PressedSession() {
+        SessionSetup begin = setup();
+        begin.document = *make_document(
+            {{"floor", VolumeKind::grey,
+              make_volume(make_grid(glm::uvec3(48), glm::dvec3(1), glm::dvec3(-23.5)),
+                          ScalarType::i16,
+                          [&](glm::uvec3 i) { return 500.0 + 100.0 * (23.5 - i.z); })}});
+        begin.grey = "floor";
+        begin.labels = "";
+        begin.parameters = {.iso = 500.0, .stiffness_n_per_m = 500.0};
+        begin.mesh_iso.reset();
+        session = std::make_unique<Session>(std::move(begin));
+        EXPECT_TRUE(session->start({device,
+                                    *haptics::find_algorithm("swept-point"),
+                                    haptics::Workspace({0, 0, 0}, 1.0),
+                                    {},
+                                    {},
+                                    {},
+                                    /*armed=*/false}));
+    }
+    void ticks(int count) {
+        for (int i = 0; i < count; ++i, now_ns += 1'000'000)
+            session->tick(now_ns, now_ns);
+    }
+    // 1 N, 2 mm deep.
+    void press() {
+        session->arm();
+        ticks(2500);
+        for (int i = 0; i <= 1000; ++i) {
+            device.position_m.z = 8e-3 - 10e-6 * i;
+            ticks(1);
+        }
+        ASSERT_NEAR(device.force_n, 1.0, 0.05);
+    }
+    Pressing device;
+    std::unique_ptr<Session> session;
+    int64_t now_ns = 0;
+};
+
+TEST_F(PressedSession, AForceComesOnlyAfterAPersonHasArmedAndEndsWithTheTickAfterDisarming) {
+    device.position_m.z = -2e-3;
+    ticks(3000);
+    EXPECT_EQ(device.force_n, 0.0);
+    EXPECT_EQ(session->device_report().force, haptics::SoftStart::Mode::disarmed);
+    device.position_m.z = 8e-3;
+    ticks(10);
+    press();
+    session->disarm();
+    ticks(1);
+    EXPECT_EQ(device.force_n, 0.0);
+    ticks(3000);
+    EXPECT_EQ(device.force_n, 0.0);
+}
+
+TEST_F(PressedSession, AForceEndsWithTheTickInWhichTheDeviceIsGone) {
+    press();
+    device.status = haptics::DeviceStatus::gone;
+    ticks(1);
+    EXPECT_EQ(device.force_n, 0.0);
+    device.status = haptics::DeviceStatus::ok; // it is back: a person has to arm again
+    ticks(3000);
+    EXPECT_EQ(device.force_n, 0.0);
+}
+
+TEST_F(PressedSession, NoForceIsLeftByAStopOrAnException) {
+    press();
+    session->stop();
+    EXPECT_EQ(device.force_n, 0.0);
+    EXPECT_TRUE(session->start({device,
+                                *haptics::find_algorithm("swept-point"),
+                                haptics::Workspace({0, 0, 0}, 1.0),
+                                {},
+                                {},
+                                {},
+                                /*armed=*/false}));
+    device.position_m.z = 8e-3;
+    ticks(10);
+    press();
+    try {
+        const std::unique_ptr<Session> owned = std::move(session);
+        throw std::runtime_error("as a device that draws is lost");
+    } catch (const std::runtime_error&) {
+    }
+    EXPECT_EQ(device.force_n, 0.0);
 }
 
 // Devices come and go as often as one likes: their readers are given back.

@@ -1,0 +1,70 @@
+// The hand over the views.
+
+#include <imgui/imgui.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/palpate/view/hand_marks.h"
+#include "apps/palpate/view/interface.h"
+
+namespace palpate::view {
+
+namespace {
+
+constexpr ImU32 kTool = IM_COL32(90, 220, 255, 255), kGhost = IM_COL32(200, 200, 200, 150),
+                kForce = IM_COL32(255, 200, 60, 255), kAway = IM_COL32(90, 220, 255, 110);
+
+ImVec2 to_im(glm::dvec2 v) {
+    return {static_cast<float>(v.x), static_cast<float>(v.y)};
+}
+
+void draw_arrow(ImDrawList& list, glm::dvec2 from, glm::dvec2 to) {
+    const glm::dvec2 along = glm::normalize(to - from), across(-along.y, along.x);
+    const double head = std::min(10.0, 0.5 * glm::distance(from, to));
+    list.AddLine(to_im(from), to_im(to - head * along), kForce, 2.5f);
+    list.AddTriangleFilled(to_im(to), to_im(to - head * along + 0.5 * head * across),
+                           to_im(to - head * along - 0.5 * head * across), kForce);
+}
+
+// The names of the widgets in 3D, each on its plate.
+void draw_names(ImDrawList& list, const ViewState& state, const Grid& grid) {
+    for (const Widget3d& widget : palette_of(state)) {
+        const auto at = pixel_of(state, grid, Panel::volume, widget.plate.top.position_mm);
+        const ImVec2 size = ImGui::CalcTextSize(widget.id.c_str());
+        if (at)
+            list.AddText(ImVec2(std::round(static_cast<float>(at->x) - 0.5f * size.x),
+                                std::round(static_cast<float>(at->y) - 0.5f * size.y)),
+                         IM_COL32(240, 240, 240, 255), widget.id.c_str());
+    }
+}
+
+} // namespace
+
+void draw_hand_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
+                     const Box& box) {
+    if (panel == Panel::volume && work.touch().running())
+        draw_names(list, state, work.subject().grid);
+    const std::optional<TouchSample>& now = work.touch().now();
+    if (!work.touch().running() || !now)
+        return;
+    const auto marks = hand_marks(state, work.subject().grid, panel, *now);
+    if (!marks)
+        return;
+    const glm::dvec2 low(box.low_px);
+    list.PushClipRect(to_im(low), to_im(low + glm::dvec2(box.size_px)), true);
+    const glm::dvec2 proxy = marks->proxy_px + 0.5, probe = marks->probe_px + 0.5;
+    if (glm::distance(proxy, probe) > 1.5) {
+        list.AddLine(to_im(proxy), to_im(probe), kGhost, 1.0f);
+        list.AddCircleFilled(to_im(probe), 3.5f, kGhost);
+    }
+    // In 3D the picture holds the tool itself: the outline tells where it is behind something.
+    const auto radius = static_cast<float>(std::max(2.0, marks->radius_px));
+    list.AddCircle(to_im(proxy), radius, marks->is_cut ? kTool : kAway, 0,
+                   is_slice(panel) && marks->is_cut ? 1.5f : 1.0f);
+    if (state.stylus.arrow_shown && marks->arrow_to_px)
+        draw_arrow(list, proxy, *marks->arrow_to_px + 0.5);
+    list.PopClipRect();
+}
+
+} // namespace palpate::view

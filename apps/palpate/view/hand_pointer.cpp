@@ -1,0 +1,105 @@
+#include "apps/palpate/view/hand_pointer.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "apps/palpate/view/palette.h"
+#include "engine/volume/extent.h"
+#include "haptics/core/workspace.h"
+
+namespace palpate::view {
+
+void point_hand(ViewState& state, const Subject& subject) {
+    if (!state.under)
+        return;
+    Stylus& stylus = state.stylus;
+    const Panel panel = *state.under;
+    if (is_slice(panel)) {
+        const SliceView& slice = state.slices[static_cast<size_t>(panel)];
+        stylus.meant = {point_under(state, subject.grid, panel, state.pointer_px),
+                        haptics::aligned_with_view(slice.right, slice.up)};
+        return;
+    }
+    const Box box = box_of(state, panel).value();
+    const glm::uvec2 size(box.size_px);
+    const View view = make_view(state.camera, size);
+    const Ray ray = ray_through(view, state.pointer_px - glm::dvec2(box.low_px), size);
+    const auto depth_of = [&](glm::dvec3 p) { return glm::dot(view.forward, p - view.eye_mm); };
+    const glm::dquat turn = haptics::aligned_with_view(view.right, view.up);
+    const std::vector<Widget3d> palette = palette_of(state);
+    if (const auto met = widget_met(palette, ray)) { // over it, or far enough down to press it
+        const double travel_mm = palette[met->number].plate.travel_mm;
+        const double over_mm = stylus.presses_widget
+                                   ? felt_radius_mm(state.radius_mm, subject.grid) - 2.0 * travel_mm
+                                   : state.radius_mm + 0.5 * travel_mm;
+        stylus.meant = {met->at_mm - over_mm * view.forward, turn};
+        return;
+    }
+    if (stylus.on_surface && stylus.buttons == 0 && subject.pick)
+        if (const auto seen = subject.pick(ray))
+            stylus.depth_mm = depth_of(*seen);
+    if (stylus.depth_mm <= 0.0)
+        stylus.depth_mm = depth_of(state.camera.target_mm);
+    const double depth_mm = std::max(1e-3, stylus.depth_mm + stylus.push_mm);
+    stylus.meant = {ray.origin_mm + ray.direction * (depth_mm - depth_of(ray.origin_mm)) /
+                                        glm::dot(ray.direction, view.forward),
+                    turn};
+}
+
+void begin_hand(ViewState& state, const Subject& subject) {
+    state.touch_open = true;
+    const Camera& camera = state.camera;
+    const glm::dvec3 arm = camera.eye_mm - camera.target_mm;
+    const double reach_mm = 0.55 * glm::length(glm::dmat3(subject.grid.world_from_index) *
+                                               glm::dvec3(subject.grid.size));
+    state.stylus.meant = {center_mm(subject.grid) + reach_mm * glm::normalize(arm)};
+    state.stylus.buttons = 0;
+}
+
+double felt_radius_mm(double radius_mm, const Grid& grid) {
+    return std::max(0.0, radius_mm - largest_spacing_mm(grid));
+}
+
+bool press_hand(ViewState& state, const Event& event, const Subject& subject, bool in_view) {
+    if (event.button == Button::middle)
+        return false;
+    if (event.button == Button::left && !event.down && state.stylus.presses_widget) {
+        state.stylus.presses_widget = false;
+        point_hand(state, subject);
+        return true;
+    }
+    const uint32_t bit = event.button == Button::left ? 1u : 2u;
+    const bool held = (state.stylus.buttons & bit) != 0;
+    if (!event.down) {
+        state.stylus.buttons &= ~bit;
+        return held;
+    }
+    if (!state.stylus.by_pointer || !in_view || state.drag || state.w_held ||
+        event.modifiers.shift || event.modifiers.ctrl)
+        return false;
+    if (event.button == Button::left && !is_slice(*state.under)) {
+        const Box box = box_of(state, *state.under).value();
+        const glm::uvec2 size(box.size_px);
+        if (widget_met(palette_of(state),
+                       ray_through(make_view(state.camera, size),
+                                   state.pointer_px - glm::dvec2(box.low_px), size))) {
+            state.stylus.presses_widget = true;
+            point_hand(state, subject);
+            return true;
+        }
+    }
+    state.stylus.buttons |= bit;
+    return true;
+}
+
+bool wheel_hand(ViewState& state, const Event& event, const Subject& subject) {
+    if (!state.stylus.by_pointer || event.modifiers.ctrl || is_slice(*state.under))
+        return false;
+    constexpr double kMost_mm = 1000.0;
+    const double step_mm = smallest_spacing_mm(subject.grid);
+    state.stylus.push_mm =
+        std::clamp(state.stylus.push_mm + step_mm * event.wheel.y, -kMost_mm, kMost_mm);
+    return true;
+}
+
+} // namespace palpate::view

@@ -1,0 +1,26 @@
+#pragma once
+
+#include "apps/palpate/view/state.h"
+
+namespace palpate::view {
+
+// The pointer as a hand, while Stylus::by_pointer. Pure, as interaction.h.
+//
+//     move           the hand goes where the pointer is: on a slice's plane, in 3D on its plane
+//     wheel in 3D    deeper (away from the person) or nearer, by a sample
+//     left, right    buttons 0 and 1; left over a widget in 3D presses it
+//     middle in 3D   rotates; Shift: pans
+
+// The hand goes to the pointer. In 3D the depth is that of what is seen there, but stays while a
+// button of the hand is pressed.
+void point_hand(ViewState& state, const Subject& subject);
+// A hand that begins: at the pointer, or else before the volume, where nothing is touched.
+void begin_hand(ViewState& state, const Subject& subject);
+// A ball is felt a sample smaller than it cuts: else the felt surface keeps the tool away.
+double felt_radius_mm(double radius_mm, const Grid& grid);
+
+// False: the event is not the hand's.
+bool press_hand(ViewState& state, const Event& event, const Subject& subject, bool in_view);
+bool wheel_hand(ViewState& state, const Event& event, const Subject& subject);
+
+} // namespace palpate::view

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+
+#include "engine/base/tool_pose.h"
+
+namespace palpate::view {
+
+// What a button of the hand does with its tool.
+enum class Carve { nothing, draw, erase, erode, dilate, smooth, cut, drill, add };
+constexpr Carve kCarves[] = {Carve::nothing, Carve::draw, Carve::erase, Carve::erode, Carve::dilate,
+                             Carve::smooth,  Carve::cut,  Carve::drill, Carve::add};
+const char* name_of(Carve carve);
+constexpr bool is_on_labels(Carve carve) {
+    return carve >= Carve::draw && carve <= Carve::smooth;
+}
+
+enum class TipShape { ball, box, cylinder, burr };
+constexpr TipShape kTipShapes[] = {TipShape::ball, TipShape::box, TipShape::cylinder,
+                                   TipShape::burr};
+const char* name_of(TipShape shape);
+
+// A hand in the window, on a haptic device or on the mouse: its tool, and where a pointer that is
+// the hand wants it. The radius of the tool and the label that it draws are those of the view.
+struct Stylus {
+    bool on = false;                                       // a device runs
+    bool by_pointer = false;                               // and the pointer moves it
+    Carve first = Carve::nothing, second = Carve::nothing; // of its buttons 0 and 1
+    TipShape shape = TipShape::ball;
+    double rate_per_s = 5.0;  // of drill and add: the range of the grey values, so often a second
+    bool arrow_shown = false; // the force
+
+    // Of a pointer. In slices it is on the plane. In 3D it is on a plane across the view: depth_mm
+    // from the eye along the view, or where on_surface as deep as what is seen under the pointer,
+    // and push_mm deeper.
+    ToolPose meant;
+    double depth_mm = 0.0; // 0: not known yet
+    double push_mm = 0.0;
+    bool on_surface = true;
+    uint32_t buttons = 0;        // that are pressed
+    bool presses_widget = false; // the left button does, over a widget in 3D
+
+    friend bool operator==(const Stylus&, const Stylus&) = default;
+};
+
+} // namespace palpate::view

@@ -1,0 +1,181 @@
+// The hand of a window, beside its document.
+
+#include "apps/palpate/view/hand_pointer.h"
+#include "apps/palpate/view/work.h"
+
+namespace palpate::view {
+
+ToolFor Work::tool_for() const {
+    return {subject_.grid, subject_.range, session_.parameters().iso, grey_, labels_};
+}
+
+// Gives the buttons of the hand their tools; makes a label map to draw on where there is none.
+void Work::hold_tools(const ViewState& state) {
+    const Carve carves[] = {state.stylus.first, state.stylus.second};
+    for (uint8_t tool = 0; tool < Editor::kTools; ++tool) {
+        if (carves[tool] == Carve::nothing) {
+            rack_.lay_down(session_, tool);
+            continue;
+        }
+        if (is_on_labels(carves[tool]) && !edited().document.find(labels_)) {
+            if (labels_asked_ || !put_labels())
+                continue; // comes with one of the next frames
+            labels_asked_ = true;
+        }
+        if (carves[tool] == Carve::draw && is_locked(state, state.label)) {
+            rack_.lay_down(session_, tool);
+            continue;
+        }
+        EditSetup setup = make_tool(carves[tool], state.stylus.shape, state.radius_mm, state.label,
+                                    state.stylus.rate_per_s, tool_for());
+        if (is_on_labels(carves[tool]))
+            setup.operation.over = free_labels(state);
+        rack_.hold(session_, std::move(setup), tool);
+    }
+    haptics::TouchParameters parameters = session_.parameters();
+    const double felt_mm = felt_radius_mm(state.radius_mm, subject_.grid);
+    if (parameters.tool_radius_mm != felt_mm) {
+        parameters.tool_radius_mm = felt_mm;
+        session_.feel(parameters);
+    }
+}
+
+void Work::obey_hand(const Order& order, const ViewState& state) {
+    switch (order.kind) {
+        case Order::Kind::hand_start: {
+            if (down_) {
+                message_ = "a stroke is under way: end it first";
+                break;
+            }
+            HandOptions options = touch_.options();
+            if (!order.path.empty())
+                options.device = order.path;
+            if (options.device.empty())
+                options.device = kMouse;
+            touch_.set_up(std::move(options));
+            if (Result<void> started = touch_.start(state.stylus); !started)
+                message_ = started.error().message;
+            break;
+        }
+        case Order::Kind::hand_stop:
+            touch_.stop();
+            break;
+        case Order::Kind::hand_arm:
+            touch_.arm();
+            break;
+        default:
+            touch_.disarm();
+    }
+}
+
+void Work::follow_hand(ViewState& state, double time_s) {
+    if (touch_.running())
+        hold_tools(state);
+    if (edited().document.find(labels_))
+        labels_asked_ = false;
+    touch_.frame(state.stylus, time_s);
+    press_widgets(state);
+    state.stylus.on = touch_.running();
+    state.stylus.by_pointer = touch_.by_pointer();
+    if (!state.stylus.by_pointer)
+        state.stylus.buttons = 0;
+}
+
+void Work::show_as_wanted(ViewState& state) {
+    const SeenAs now = seen_as(session_.scene());
+    if (now == state.seen_as)
+        return;
+    Scene scene = session_.scene();
+    if (show_as(scene, state.seen_as, session_.parameters().iso, rays_))
+        session_.show(std::move(scene));
+    else
+        message_ = fmt::format("expected a scene that can be shown by {}, found one with {}",
+                               name_of(state.seen_as), name_of(now));
+    state.seen_as = seen_as(session_.scene());
+}
+
+// Widgets act when they are pressed far enough; a slider follows as long as it is.
+void Work::press_widgets(ViewState& state) {
+    std::vector<Widget3d> palette = touch_.running() ? palette_of(state) : std::vector<Widget3d>();
+    for (const haptics::PlateTouch& touched : touch_.take_plates()) {
+        const auto number = static_cast<size_t>(touched.plate);
+        if (touched.plate < 0 || number >= palette_.size()) {
+            widget_down_ = false;
+            continue;
+        }
+        const Widget3d& widget = palette_[number];
+        const double share = touched.depth_mm / widget.plate.travel_mm;
+        const bool begins = !widget_down_ && share > kPressed;
+        widget_down_ = share > (widget_down_ ? kReleased : kPressed);
+        const bool slides = widget_down_ && widget.kind == Widget3d::Kind::slider;
+        if ((begins || slides) && press_widget(state, widget, touched.at_mm.x))
+            session_.undo();
+    }
+    const haptics::PlateTouch now =
+        touch_.running() && touch_.now() ? touch_.now()->plate : haptics::PlateTouch();
+    const auto plates = [](const std::vector<Widget3d>& all) {
+        haptics::TouchPlates result;
+        for (const Widget3d& widget : all)
+            result.plates.push_back(widget.plate);
+        return result;
+    };
+    if (plates(palette) != plates(palette_)) {
+        SessionSources sources = session_.sources();
+        sources.touch.plates = palette.empty()
+                                   ? nullptr
+                                   : std::make_shared<const haptics::TouchPlates>(plates(palette));
+        session_.choose(std::move(sources));
+    }
+    // Drawn anew where it is seen to have moved.
+    constexpr double kStill_mm = 0.1;
+    if (palette != palette_ || now.plate != pressed_.plate ||
+        std::abs(now.depth_mm - pressed_.depth_mm) > kStill_mm) {
+        palette_ = std::move(palette);
+        pressed_ = now;
+        palette_mesh_ = std::make_shared<const Mesh>(palette_mesh(palette_, pressed_));
+    }
+}
+
+std::vector<Work::HandSurface> Work::hand_surfaces(const ViewState& state) {
+    std::vector<HandSurface> surfaces;
+    const std::optional<TouchSample>& now = touch_.now();
+    if (touch_.running() && now)
+        surfaces.push_back({{.style = {.color = {0.25, 0.8, 1.0}}},
+                            tip_.at(state.stylus.shape, state.radius_mm, now->proxy)});
+    if (!palette_.empty())
+        surfaces.push_back({palette_layer(palette_, pressed_), palette_mesh_});
+    return surfaces;
+}
+
+namespace {
+
+Json json_of(glm::dvec3 v) {
+    return {v.x, v.y, v.z};
+}
+
+} // namespace
+
+Json Work::dump_hand(const ViewState& state) {
+    const Stylus& stylus = state.stylus;
+    const std::optional<TouchSample>& now = touch_.now();
+    Json json{{"on", stylus.on},
+              {"device", stylus.on ? touch_.options().device : ""},
+              {"algorithm", touch_.options().algorithm},
+              {"armed", touch_.armed()},
+              {"first", name_of(stylus.first)},
+              {"second", name_of(stylus.second)},
+              {"shape", name_of(stylus.shape)},
+              {"push_mm", stylus.push_mm}};
+    if (stylus.by_pointer)
+        json["meant_mm"] = json_of(stylus.meant.position_mm);
+    if (now) {
+        json["probe_mm"] = json_of(now->probe.position_mm);
+        json["proxy_mm"] = json_of(now->proxy.position_mm);
+        json["force_n"] = json_of(now->force_n);
+        json["energy_mj"] = now->energy_mj;
+        json["plate"] = now->plate.plate;
+    }
+    return json;
+}
+
+} // namespace palpate::view

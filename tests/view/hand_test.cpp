@@ -1,0 +1,375 @@
+// A hand in the window, on the mouse and on a path, in fixed time.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "apps/palpate/view/hand_marks.h"
+#include "apps/palpate/view/palette.h"
+#include "engine/volume/content_hash.h"
+#include "tests/view/viewer_fixture.h"
+
+namespace palpate::view {
+namespace {
+
+constexpr double kRadius_mm = 35.0; // of synthetic:ball, whose values at 500 are solid
+
+class HandTest : public ViewerTest {
+ protected:
+    Touch& touch() { return viewer().work().touch(); }
+    const TouchSample& now() { return touch().now().value(); }
+    void wait(double seconds) {
+        for (; seconds > 0.0; seconds -= 0.1)
+            frame({}, 0.1);
+    }
+    void wheel(double notches) {
+        frame({{.kind = Event::Kind::wheel, .wheel = {0.0, notches}}}, 0.05);
+    }
+    void start_mouse() {
+        move(middle(Panel::volume));
+        key("o");
+        move(middle(Panel::volume));
+        wait(2.0); // it comes from before the volume
+    }
+    glm::dvec3 towards_eye() {
+        return glm::normalize(state().camera.eye_mm - state().camera.target_mm);
+    }
+};
+
+TEST_F(HandTest, StartsWithoutForceAndOnlyAPersonArms) {
+    open("synthetic:ball?size=32");
+    EXPECT_FALSE(touch().running());
+    start_mouse();
+    EXPECT_TRUE(touch().running());
+    EXPECT_FALSE(touch().armed());
+    for (int i = 0; i < 3; ++i)
+        wheel(2.0);
+    wait(4.0);
+    EXPECT_GT(glm::distance(now().probe.position_mm, now().proxy.position_mm), 1.0); // it presses
+    EXPECT_EQ(now().force_n, glm::dvec3(0.0));
+    key("space");
+    EXPECT_TRUE(touch().armed());
+    wait(3.0);
+    EXPECT_EQ(now().force_n, glm::dvec3(0.0)); // it waits until the hand is free
+    for (int i = 0; i < 8; ++i)
+        wheel(-2.0);
+    wait(3.0);
+    for (int i = 0; i < 8; ++i)
+        wheel(2.0);
+    wait(2.0);
+    EXPECT_GT(glm::length(now().force_n), 0.3);
+    key("o");
+    EXPECT_FALSE(touch().running());
+    EXPECT_EQ(now().force_n, glm::dvec3(0.0));
+    key("o");
+    EXPECT_TRUE(touch().running());
+    EXPECT_FALSE(touch().armed()); // not from the time before
+}
+
+// The hand presses straight into a ball: the tool stays at its radius, the probe is deeper, and the
+// spring between the two and the hand's own balance.
+TEST_F(HandTest, ThePushedToolStaysOutAndTheForceDrawsTheHandBack) {
+    open("synthetic:ball?size=64");
+    start_mouse();
+    wheel(-4.0);
+    key("space");
+    wait(3.0);
+    const double felt_mm = viewer().work().session().parameters().tool_radius_mm;
+    for (int i = 0; i < 5; ++i)
+        wheel(2.0);
+    wait(3.0);
+    const glm::dvec3 meant = state().stylus.meant.position_mm;
+    const double k = viewer().work().session().parameters().stiffness_n_per_m;
+    const double hand = haptics::pointer_hand_model().stiffness_n_per_m;
+    // Samples lie 100 / 63 mm apart; the surface is found within a hundredth of one, and the last
+    // places of the hand on its way to rest differ by as much.
+    EXPECT_NEAR(glm::length(now().proxy.position_mm), kRadius_mm + felt_mm, 0.05);
+    const double depth_mm = glm::distance(now().probe.position_mm, now().proxy.position_mm);
+    EXPECT_GT(depth_mm, 1.0);
+    EXPECT_NEAR(glm::length(now().force_n), 1e-3 * k * depth_mm, 0.02);
+    EXPECT_NEAR(glm::distance(now().probe.position_mm, meant),
+                1e3 * glm::length(now().force_n) / hand, 0.05);
+    // Without friction the force is along the ball's normal, and the tool glides away from under
+    // a hand that is not held: normals err by less than half a degree.
+    EXPECT_GT(glm::dot(glm::normalize(now().force_n), glm::normalize(now().proxy.position_mm)),
+              std::cos(glm::radians(0.5)));
+    EXPECT_GT(glm::dot(glm::normalize(now().force_n), towards_eye()), 0.9);
+    // Esc: with the next tick. All ticks of the frame come after it.
+    const auto before = touch().now();
+    key("escape");
+    EXPECT_FALSE(touch().armed());
+    EXPECT_EQ(now().force_n, glm::dvec3(0.0));
+    EXPECT_GT(glm::length(before->force_n), 0.3);
+}
+
+// Where the camera's geometry puts it: a perspective picture written out.
+TEST_F(HandTest, TheForceArrowBeginsAtTheProxysPixelAndIsAsLongAsTheForce) {
+    open("synthetic:ball?size=24");
+    start_mouse();
+    TouchSample sample = now();
+    sample.proxy.position_mm = {31.0, -17.0, 44.0};
+    sample.force_n = {0.4, -0.9, 1.3};
+    const Box box = box_of(state(), Panel::volume).value();
+    const Camera& camera = state().camera;
+    const glm::dvec3 forward = glm::normalize(camera.target_mm - camera.eye_mm);
+    const glm::dvec3 right = glm::normalize(glm::cross(forward, camera.up));
+    const glm::dvec3 up = glm::cross(right, forward);
+    const auto pixel = [&](glm::dvec3 p) {
+        const glm::dvec3 d = p - camera.eye_mm;
+        const double half = 0.5 * box.size_px.y;
+        const double scale =
+            half / std::tan(glm::radians(0.5 * camera.view_angle_deg)) / glm::dot(d, forward);
+        return glm::dvec2(box.low_px) + 0.5 * glm::dvec2(box.size_px) - 0.5 +
+               scale * glm::dvec2(glm::dot(d, right), -glm::dot(d, up));
+    };
+    const HandMarks marks = hand_marks(state(), grid(), Panel::volume, sample).value();
+    const glm::dvec3 tip = sample.proxy.position_mm + 10.0 * sample.force_n;
+    EXPECT_NEAR(glm::distance(marks.proxy_px, pixel(sample.proxy.position_mm)), 0.0, 1e-6);
+    EXPECT_NEAR(glm::distance(marks.arrow_to_px.value(), pixel(tip)), 0.0, 1e-6);
+    // In an axial slice: right is the patient's left, down is back; a plane 2 mm off the tool's
+    // middle cuts a circle of sqrt(3^2 - 2^2) mm.
+    const SliceView& slice = state().slices[0];
+    sample.proxy.position_mm =
+        state().crosshair_mm + 12.0 * slice.right - 5.0 * slice.up + 2.0 * slice.towards;
+    const HandMarks cut = hand_marks(state(), grid(), Panel::axial, sample).value();
+    const Box axial = box_of(state(), Panel::axial).value();
+    const double mm = mm_per_px(slice, grid(), axial.size_px);
+    const glm::dvec2 crosshair =
+        pixel_of(state(), grid(), Panel::axial, state().crosshair_mm).value();
+    EXPECT_NEAR(glm::distance(cut.proxy_px, crosshair + glm::dvec2(12.0, 5.0) / mm), 0.0, 1e-6);
+    EXPECT_NEAR(cut.radius_px, std::sqrt(5.0) / mm, 1e-6);
+    EXPECT_TRUE(cut.is_cut);
+}
+
+// A button of the hand is a stroke of its tool at the proxy, in 3D and in slices alike.
+TEST_F(HandTest, TheButtonsOfTheHandCarveWithTheirTools) {
+    open("synthetic:ball?size=32");
+    const auto hash = [&](const char* name) { return content_hash(*volume(name)); };
+    const uint64_t begin = hash(Work::kGrey);
+    key("x");
+    start_mouse();
+    EXPECT_EQ(state().stylus.first, Carve::cut);
+    button(true);
+    wait(0.3);
+    button(false);
+    wait(0.2);
+    EXPECT_EQ(viewer().work().edited().undo_steps, 1u);
+    const uint64_t cut = hash(Work::kGrey);
+    EXPECT_NE(cut, begin);
+    // Where it was: on the surface under the pointer.
+    const glm::dvec3 at = now().proxy.position_mm;
+    EXPECT_NEAR(glm::length(at), kRadius_mm, 6.0); // cut by 3 mm, and alpha sees into the edge
+    key("b");                                      // labels, in a slice
+    const glm::dvec2 in_slice = middle(Panel::sagittal) + glm::dvec2(30, 10);
+    move(in_slice);
+    wait(1.0);
+    EXPECT_NE(volume(Work::kLabels), nullptr);
+    button(true);
+    wait(0.2);
+    button(false);
+    wait(0.2);
+    EXPECT_EQ(volume(Work::kLabels)->range().max, 1.0f);
+    EXPECT_EQ(hash(Work::kGrey), cut);
+    // Within the ball nothing is free: the tool is where the hand is, or on the way to it.
+    EXPECT_EQ(viewer().work().edited().undo_steps, 2u); // the cut, the drawing
+    key("z", {.ctrl = true});
+    EXPECT_EQ(volume(Work::kLabels)->range().max, 0.0f);
+}
+
+TEST_F(HandTest, TheSameInputGivesTheSameDocumentAndForces) {
+    std::vector<std::string> states;
+    std::vector<std::vector<float>> forces, pictures;
+    for (int run = 0; run < 2; ++run) {
+        open("synthetic:ball?size=32");
+        start_mouse();
+        wheel(-4.0);
+        key("space");
+        wait(3.0);
+        key("x");
+        for (int i = 0; i < 4; ++i)
+            wheel(2.0);
+        button(true);
+        move(middle(Panel::volume) + glm::dvec2(20, 9));
+        wait(0.3);
+        button(false);
+        key("j");
+        states.push_back(json_line(viewer().dump()));
+        forces.push_back(touch().forces_n());
+        pictures.push_back(viewer().shot().value().samples);
+    }
+    EXPECT_EQ(states[0], states[1]);
+    EXPECT_EQ(forces[0], forces[1]);
+    EXPECT_EQ(pictures[0], pictures[1]);
+    EXPECT_GT(*std::max_element(forces[0].begin(), forces[0].end()), 0.05f);
+}
+
+// A path of the command line, on a device that follows it whatever the force: a stroke under way
+// ends with the recording, and so does the device.
+TEST_F(HandTest, APathDrillsAndItsEndStopsTheDevice) {
+    HandOptions hand{.device = "exact", .algorithm = "swept-point"};
+    std::vector<haptics::HandPose> poses;
+    for (int i = 0; i < 100; ++i)
+        poses.push_back({.time_s = 0.01 * i,
+                         .tool = {.position_mm = {0.0, 0.0, 45.0 - 0.2 * i}},
+                         .buttons = i > 20 ? 1u : 0u});
+    hand.path = haptics::HandPath(poses);
+    open("synthetic:ball?size=32", {800, 600}, hand);
+    EXPECT_TRUE(touch().running());
+    EXPECT_FALSE(touch().armed());
+    EXPECT_TRUE(state().touch_open);
+    const uint64_t begin = content_hash(*volume(Work::kGrey));
+    key("x");
+    wait(2.0);
+    EXPECT_FALSE(touch().running());
+    EXPECT_FALSE(state().stylus.on);
+    EXPECT_EQ(viewer().work().edited().undo_steps, 1u);
+    EXPECT_NE(content_hash(*volume(Work::kGrey)), begin);
+}
+
+TEST_F(HandTest, WidgetsOfTheTouchWindowDoWhatTheySay) {
+    open("synthetic:ball?size=24");
+    key("y");
+    EXPECT_TRUE(state().touch_open);
+    click_widget("touch/start");
+    EXPECT_TRUE(touch().running());
+    click_widget("touch/arm");
+    EXPECT_TRUE(touch().armed());
+    click_widget("touch/arm");
+    EXPECT_FALSE(touch().armed());
+    click_widget("touch/arrow");
+    EXPECT_TRUE(state().stylus.arrow_shown);
+    const double stiffness = viewer().work().session().parameters().stiffness_n_per_m;
+    click_widget("touch/stiffness", 0.5);
+    EXPECT_GT(viewer().work().session().parameters().stiffness_n_per_m, 2.0 * stiffness);
+    click_widget("touch/friction", 0.5);
+    EXPECT_GT(viewer().work().session().parameters().friction_static, 0.3); // as the dynamic one
+    click_widget("touch/start");
+    EXPECT_FALSE(touch().running());
+}
+
+// Over a widget in 3D the left button presses its plate down, and what it says is done once.
+TEST_F(HandTest, WidgetsIn3dArePressedByTheHand) {
+    open("synthetic:ball?size=24");
+    start_mouse();
+    key("i");
+    wheel(-4.0);
+    key("space");
+    wait(3.0);
+    const auto press = [&](const char* id, double along) {
+        for (const Widget3d& widget : palette_of(state()))
+            if (widget.id == id) {
+                const haptics::TouchPlate& plate = widget.plate;
+                const glm::dvec3 at =
+                    plate.top.position_mm +
+                    plate.top.rotation * glm::dvec3(along * plate.half_mm.x, 0.0, 0.0);
+                move(pixel_of(state(), grid(), Panel::volume, at).value());
+                wait(1.5);
+                EXPECT_EQ(now().plate.plate, -1);
+                button(true);
+                wait(0.5);
+                EXPECT_GT(now().plate.depth_mm, kPressed * plate.travel_mm);
+                EXPECT_GT(glm::length(now().force_n), 0.3); // it pushes back
+                EXPECT_EQ(state().stylus.buttons, 0u);      // and cuts nothing
+                button(false);
+                wait(0.5);
+                EXPECT_EQ(now().plate.plate, -1);
+            }
+    };
+    press("cut", 0.0);
+    EXPECT_EQ(state().stylus.first, Carve::cut);
+    press("drill", 0.0);
+    EXPECT_EQ(state().stylus.first, Carve::drill);
+    EXPECT_EQ(viewer().work().edited().undo_steps, 0u);
+    press("radius", 0.5); // three quarters of the way from 0.5 to 20 mm, logarithmically
+    EXPECT_NEAR(state().radius_mm, 0.5 * std::pow(40.0, 0.75), 0.7);
+    key("x");
+    move(middle(Panel::volume));
+    wait(1.5);
+    button(true);
+    button(false);
+    wait(0.1);
+    ASSERT_EQ(viewer().work().edited().undo_steps, 1u);
+    press("undo", 0.0);
+    EXPECT_EQ(viewer().work().edited().undo_steps, 0u);
+    EXPECT_EQ(viewer().work().edited().redo_steps, 1u);
+}
+
+// Every algorithm that is offered runs with every device that needs no argument.
+TEST_F(HandTest, EveryOfferedAlgorithmAndDeviceRuns) {
+    open("synthetic:ball?size=16");
+    for (const std::string& device : touch().devices())
+        for (const haptics::AlgorithmEntry& algorithm : haptics::algorithms()) {
+            touch().set_up({device, {}, algorithm.name});
+            const Result<void> started = touch().start(state().stylus);
+            EXPECT_EQ(started.has_value(), follows_edits(algorithm)) << device << algorithm.name;
+            if (!started)
+                continue;
+            frame({}, 0.02);
+            frame({}, 0.02);
+            ASSERT_TRUE(touch().now()) << device << algorithm.name;
+            EXPECT_EQ(now().faults, 0u);
+        }
+}
+
+// In the picture the tool hides what is behind it, and is hidden by what lies before it.
+TEST_F(HandTest, TheToolLiesAtItsDepthAmongTheRays) {
+    open("synthetic:ball?size=32");
+    Scene scene = viewer().work().session().scene();
+    scene.ray_cast = default_ray_cast(RayMode::iso, viewer().work().loaded());
+    viewer().work().session().show(scene);
+    key("h");
+    for (int i = 0; i < 5; ++i)
+        key("=");
+    start_mouse();
+    for (int i = 0; i < 15; ++i)
+        wheel(-1.0); // well before the ball
+    wait(2.0);
+    const auto is_tool = [&] { // at the panel's middle: blue
+        const Image shot = viewer().shot().value();
+        const glm::uvec2 p(middle(Panel::volume));
+        return shot.at(p.x, p.y, 2) > shot.at(p.x, p.y, 0) + 0.2f;
+    };
+    EXPECT_TRUE(is_tool());
+    touch().set_up({kMouse, {}, "none"}); // which nothing holds out
+    ASSERT_TRUE(touch().start(state().stylus));
+    for (int i = 0; i < 25; ++i)
+        wheel(1.0); // 10 samples behind the surface
+    wait(2.0);
+    EXPECT_LT(glm::length(now().proxy.position_mm), 0.5 * kRadius_mm);
+    EXPECT_FALSE(is_tool());
+}
+
+// Rays, the surface, and both show one ball; a cut is seen in all of them.
+TEST_F(HandTest, TheSurfaceFollowsEditsAndTheIsoValue) {
+    open("synthetic:ball?size=32");
+    key("h");
+    const auto covered = [&] {
+        frame({});
+        const Image shot = viewer().shot().value();
+        const Box box = box_of(state(), Panel::volume).value();
+        size_t lit = 0;
+        for (int y = 30; y < box.size_px.y - 30; ++y)
+            for (int x = 30; x < box.size_px.x - 30; ++x)
+                lit += shot.at(static_cast<uint32_t>(box.low_px.x + x),
+                               static_cast<uint32_t>(box.low_px.y + y), 0) > 0.1f;
+        return lit;
+    };
+    key("v");
+    EXPECT_EQ(state().seen_as, SeenAs::mesh);
+    EXPECT_FALSE(viewer().work().session().scene().ray_cast);
+    const size_t whole = covered();
+    EXPECT_GT(whole, 1000u);
+    viewer().work().session().set_iso(950.0); // farther in
+    EXPECT_LT(covered(), whole);
+    viewer().work().session().set_iso(500.0);
+    EXPECT_EQ(covered(), whole);
+    key("v");
+    EXPECT_EQ(state().seen_as, SeenAs::both);
+    EXPECT_TRUE(viewer().work().session().scene().ray_cast);
+    key("v");
+    EXPECT_EQ(state().seen_as, SeenAs::rays);
+    EXPECT_TRUE(viewer().work().session().scene().surfaces.empty());
+}
+
+} // namespace
+} // namespace palpate::view
