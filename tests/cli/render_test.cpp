@@ -291,7 +291,7 @@ TEST_F(RenderCommand, NumbersAreFinite) {
                                                           {"--error", "0"}}) {
         const ProgramRun ran = run(command({option + "=" + value}));
         EXPECT_EQ(ran.exit_code, 2) << option;
-        EXPECT_THAT(ran.messages, AllOf(HasSubstr(option + ": expected a"), HasSubstr("found '")));
+        EXPECT_THAT(ran.messages, AllOf(HasSubstr(option + ": expected "), HasSubstr("found '")));
         EXPECT_LT(ran.messages.size(), 200u) << ran.messages;
     }
 }
