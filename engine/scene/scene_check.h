@@ -12,7 +12,7 @@ Result<void> check_transfer_function(const TransferFunction& function);
 // without a direction; planes without a normal; labels or meshes in one of the two alone; more
 // slices, clip planes, surfaces or iso-values than the scene's maxima; iso-values that fall; a
 // surface depth out of range; labels that are not u8 or u16; and what check_transfer_function() and
-// check_steps() refuse. A sentence that begins with "a scene: ", or theirs. Renderers ask it.
+// check_steps() refuse. A sentence that begins with "a scene: ", or theirs.
 Result<void> check_drawable(const Scene& scene, const SceneData& data);
 
 } // namespace palpate
