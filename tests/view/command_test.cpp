@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
@@ -95,15 +96,9 @@ TEST_F(ViewCommand, TheSampleScriptOfTheDocsPutsTheCrosshairIntoTheHead) {
 
 // Where the window heeds one of them, it leaves this list and that of view/command.cpp.
 TEST_F(ViewCommand, OptionsWithoutEffectAreSaid) {
-    const std::vector<std::vector<std::string>> idle{{"--slice", "axial"},
-                                                     {"--slab", "3"},
+    const std::vector<std::vector<std::string>> idle{{"--slab", "3"},
                                                      {"--slab-mode", "maximum"},
                                                      {"--interpolation", "cubic"},
-                                                     {"--stereo", "anaglyph"},
-                                                     {"--eye-separation", "60"},
-                                                     {"--convergence", "300"},
-                                                     {"--swap-eyes"},
-                                                     {"--mirror"},
                                                      {"--values"},
                                                      {"--frame-ms", "30"}};
     std::vector<std::string> all{"--state", file("s.json").string()};
@@ -113,10 +108,33 @@ TEST_F(ViewCommand, OptionsWithoutEffectAreSaid) {
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     for (const auto& option : idle)
         EXPECT_THAT(ran.messages, HasSubstr(option.front() + " ("));
+    EXPECT_THAT(view({"--state", file("s.json").string(), "--slice", "axial"}).messages,
+                HasSubstr("--slice ("));
     EXPECT_EQ(view({"--state", file("s.json").string(), "--mode", "mip", "--view", "left",
                     "--background", "0,0,1"})
                   .messages,
               "");
+}
+
+TEST_F(ViewCommand, OpensWithTheStereoAndTheSlabOfItsOptions) {
+    const ProgramRun ran = view({"--state", "-", "--stereo", "side_by_side", "--eye-separation",
+                                 "60", "--convergence", "300", "--swap-eyes", "--mirror", "--slice",
+                                 "axial", "--slab", "4", "--slab-mode", "minimum"});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_EQ(ran.messages, "");
+    const auto state = nlohmann::json::parse(ran.output);
+    EXPECT_EQ(state["stereo"]["layout"], "side_by_side");
+    EXPECT_EQ(state["stereo"]["on"], true);
+    EXPECT_EQ(state["stereo"]["swap_eyes"], true);
+    EXPECT_EQ(state["stereo"]["mirror"], true);
+    double distance_mm2 = 0.0; // of the camera, of which the separation is a share
+    for (int i = 0; i < 3; ++i)
+        distance_mm2 += std::pow(state["camera"]["eye_mm"][i].get<double>() -
+                                     state["camera"]["target_mm"][i].get<double>(),
+                                 2.0);
+    EXPECT_NEAR(state["stereo"]["separation"].get<double>() * std::sqrt(distance_mm2), 60.0, 1e-6);
+    EXPECT_EQ(state["slab"]["mm"], 4.0);
+    EXPECT_EQ(state["slab"]["mode"], "minimum");
 }
 
 } // namespace

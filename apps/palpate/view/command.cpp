@@ -85,12 +85,9 @@ Result<void> check_together(const ViewOptions& o) {
 // Options of a scene that the window does not heed: the one list of them.
 void warn_of_idle_options(const CLI::App& app, const ViewOptions& o) {
     const IdleOptions idle[] = {
-        {true,
-         {"--slice", "--slab", "--slab-mode", "--interpolation"},
-         "the window has slices of its own"},
-        {true,
-         {"--stereo", "--eye-separation", "--convergence", "--swap-eyes", "--mirror"},
-         "the window shows one eye"},
+        {o.scene.slab_mm == 0.0, {"--slice"}, "the window has slices of its own"},
+        {o.scene.slices.empty(), {"--slab", "--slab-mode"}, "without --slice"},
+        {true, {"--interpolation"}, "slices of the window are linear"},
         {true, {"--values"}, "of render"},
         {o.scene.transparent(), {"--background"}, "transparent is of render"},
         {o.headless, {"--frame-ms"}, "--headless draws at full quality"}};

@@ -29,7 +29,7 @@ Scene eyes_of(const ViewState& state) {
 
 } // namespace
 
-StereoView stereo_view_of(const Scene& scene) {
+StereoView stereo_view_of(const Scene& scene, const Camera& camera) {
     StereoView stereo;
     stereo.mirror = scene.mirror;
     stereo.on = scene.stereo.has_value() || scene.mirror;
@@ -37,7 +37,7 @@ StereoView stereo_view_of(const Scene& scene) {
         stereo.layout = scene.mirror ? StereoLayout::left : stereo.layout;
         return stereo;
     }
-    const double distance = glm::distance(scene.camera.target_mm, scene.camera.eye_mm);
+    const double distance = glm::distance(camera.target_mm, camera.eye_mm);
     if (scene.stereo->layout != StereoLayout::separate)
         stereo.layout = scene.stereo->layout;
     stereo.swap_eyes = scene.stereo->swap_eyes;

@@ -23,8 +23,8 @@ struct StereoView {
     friend bool operator==(const StereoView&, const StereoView&) = default;
 };
 
-// As a scene asks, or a profile.
-StereoView stereo_view_of(const Scene& scene);
+// As a scene asks, for the camera that the view begins with; or a profile.
+StereoView stereo_view_of(const Scene& scene, const Camera& camera);
 void use_profile(StereoView& stereo, const DisplayProfile& profile);
 
 // One eye's picture in a view of this size: layouts with both eyes beside each other have half of

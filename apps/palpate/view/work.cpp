@@ -170,7 +170,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     home.slices = slice_views(subject_.grid);
     move_crosshair(home, subject_.grid, center_mm(subject_.grid));
     home.camera = session_.scene().camera;
-    home.stereo = stereo_view_of(source.scene.scene);
+    home.stereo = stereo_view_of(source.scene.scene, home.camera);
     const Scene& opened = source.scene.scene;
     if (!opened.slices.empty()) {
         home.slab_mm = opened.slices.front().slab_mm;
