@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/surface/clones.h"
+#include "engine/base/clones.h"
 
 namespace palpate {
 
