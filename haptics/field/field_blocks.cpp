@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "engine/base/clones.h"
+#include "engine/surface/clones.h"
 #include "haptics/field/field.h"
 #include "haptics/field/samples.h"
 #include "haptics/field/spline_place.h"
