@@ -9,6 +9,7 @@
 #include "apps/palpate/view/loop.h"
 #include "apps/palpate/view/panel.h"
 #include "engine/base/log.h"
+#include "engine/base/memory.h"
 #include "engine/image/png.h"
 #include "haptics/device/registry.h"
 #include "haptics/proxy/algorithms.h"
@@ -107,6 +108,7 @@ Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& r
 }
 
 Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
+    return_freed_memory();
     const Interrupt interrupt;
     warn_of_idle_options(app, options);
     view::Script script;

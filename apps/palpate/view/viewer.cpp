@@ -5,6 +5,7 @@
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/interaction.h"
 #include "engine/base/log.h"
+#include "engine/base/memory.h"
 #include "engine/base/profile.h"
 
 namespace palpate::view {
@@ -93,6 +94,7 @@ void Viewer::take_opened(Result<Source> opened) {
     }
     const ViewState before = state_;
     begin(std::move(*opened));
+    return_free_memory_now(); // of the document that was open
     state_.names_hidden = before.names_hidden;
     state_.light = before.light;
     state_.text_scale = before.text_scale;

@@ -4,7 +4,6 @@
 
 #include "engine/base/assert.h"
 #include "engine/base/log.h"
-#include "engine/base/memory.h"
 
 namespace palpate {
 namespace {
@@ -47,11 +46,6 @@ TEST(Log, WritesToStandardErrorFromItsLevelUp) {
     EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
     EXPECT_EQ(testing::internal::GetCapturedStderr(),
               "palpate: info: loaded 93 slices\npalpate: error: {braces} are kept\n");
-}
-
-TEST(Memory, IsWhatAMachineMayHave) {
-    EXPECT_GE(physical_memory_bytes(), uint64_t{1} << 26);
-    EXPECT_LE(physical_memory_bytes(), uint64_t{1} << 50);
 }
 
 } // namespace
