@@ -19,6 +19,7 @@ struct Command {
 
 Command add_info(CLI::App& app);
 Command add_convert(CLI::App& app);
+Command add_filter(CLI::App& app);
 Command add_edit(CLI::App& app);
 Command add_project(CLI::App& app);
 Command add_render(CLI::App& app);

@@ -35,6 +35,7 @@ constexpr Entry kCommands[] = {
      palpate::add_doctor},
     {"info", "Describe a volume: size, spacing, orientation, type, range", palpate::add_info},
     {"edit", "Apply strokes of tools to labels or grey values", palpate::add_edit},
+    {"filter", "Filter a volume: smooth, derive, combine, resample", palpate::add_filter},
     {"convert", "Read a volume in any format and write it in another", palpate::add_convert},
     {"bench", "Measure speed beside error", palpate::add_bench},
     {"measure", "Measure lengths, angles, areas, balls and labels", palpate::add_measure},

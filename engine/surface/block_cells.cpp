@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <bit>
 
-#include "engine/surface/clones.h"
+#include "engine/base/clones.h"
 
 #if defined(__SSE2__)
 #include <emmintrin.h>

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/clones.h"
 #include "engine/surface/block_parts.h"
-#include "engine/surface/clones.h"
 
 namespace palpate::block {
 

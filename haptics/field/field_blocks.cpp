@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "engine/surface/clones.h"
+#include "engine/base/clones.h"
 #include "haptics/field/field.h"
 #include "haptics/field/samples.h"
 #include "haptics/field/spline_place.h"

@@ -4,7 +4,7 @@
 #include <cstring>
 
 #include "engine/base/assert.h"
-#include "engine/surface/clones.h"
+#include "engine/base/clones.h"
 #include "engine/volume/cubic_weights.h"
 #include "haptics/field/samples.h"
 

@@ -1,0 +1,58 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/segment/brick_maker.h"
+
+// The table of filters: what `palpate filter` and its help are made from. A new filter is one line
+// in filters.cpp.
+namespace palpate {
+
+struct FilterParameter {
+    const char* name;
+    const char* unit; // "mm", "HU", ..; empty for a plain number or a word
+    double least = 0, most = 0;
+    std::optional<double> preset{}; // absent: must be given
+    // Names of the values 0, 1, .., separated by '|'; empty: a number.
+    const char* words = "";
+};
+
+// The values of a filter's parameters, in their order, each in its range.
+struct FilterValues {
+    std::vector<double> numbers;
+    std::string text;                                 // of a filter that takes one
+    std::vector<bool> given;                          // of numbers: not left to the preset
+    const std::map<std::string, Volume>* others = {}; // further volumes, by name; may be null
+};
+
+struct Filter {
+    const char* name;
+    const char* purpose;
+    const char* text; // the name of its one parameter, a text; empty where it takes numbers
+    std::vector<FilterParameter> parameters;
+    const char* type;   // of the result
+    const char* memory; // beside the input and the result
+    // One of the two. Filters with bricks() work on volumes larger than memory.
+    Result<BrickMaker> (*bricks)(const Volume& volume, const FilterValues& values);
+    Result<Volume> (*whole)(const Volume& volume, const FilterValues& values, const Task& task);
+};
+
+std::span<const Filter> filters();
+
+// The values in "1.5", "2,50" or "2,range=50": in the order of the parameters, or by name. Those
+// left out have their preset. The error states the expected and the found text.
+Result<FilterValues> read_filter_values(const Filter& filter, const std::string& text);
+
+// "SIGMA" or "SIGMA[,SECOND]", and "sigma: 0 .. 1000 mm; ..".
+std::string filter_arguments(const Filter& filter);
+std::string filter_ranges(const Filter& filter);
+
+Result<Volume> run_filter(const Filter& filter, const Volume& volume, const FilterValues& values,
+                          const Task& task);
+
+} // namespace palpate

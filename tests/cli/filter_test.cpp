@@ -1,0 +1,100 @@
+// palpate filter.
+
+#include <gmock/gmock.h>
+
+#include "engine/io/volume_io.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/grid.h"
+#include "tests/support/program.h"
+
+namespace palpate {
+namespace {
+
+using ::testing::HasSubstr;
+
+class FilterCommand : public ProgramTest {
+ protected:
+    FilterCommand() {
+        EXPECT_TRUE(save_volume(
+            file("v.nrrd"),
+            make_volume(make_grid({40, 20, 9}, {1, 1, 2}), ScalarType::i16,
+                        [](glm::uvec3 i) { return 3.0 * i.x + (i.y >= 10 ? 100.0 : -300.0); })));
+    }
+    ProgramRun filter(std::vector<std::string> more) const {
+        more.insert(more.begin(), {"filter", file("v.nrrd").string()});
+        return run(more);
+    }
+    Volume result(const char* name) const { return load_volume(file(name)).value().volume; }
+};
+
+TEST_F(FilterCommand, FiltersInTheOrderGiven) {
+    // The derivative of the smoothed ramp is 3; smoothing the derivative keeps that.
+    ProgramRun ran = filter({"--gaussian", "1.5", "--derivative", "left,0", "--gaussian", "2", "-o",
+                             file("o.nrrd").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_EQ(ran.output, "");
+    const Volume out = result("o.nrrd");
+    EXPECT_EQ(out.type(), ScalarType::f32);
+    EXPECT_NEAR(out.value({20, 4, 4}), 3.0, 1e-4);
+    // The other order: the derivative, then a sum of constants.
+    ran =
+        filter({"--derivative", "left,0", "--derivative", "left,0", "-o", file("p.nrrd").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_NEAR(result("p.nrrd").value({20, 4, 4}), 0.0, 1e-4);
+}
+
+TEST_F(FilterCommand, TypesAreKeptOnDemandAndLossesSaid) {
+    ProgramRun ran = filter({"--gaussian", "1", "--type", "keep", "-o", file("o.nrrd").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_EQ(result("o.nrrd").type(), ScalarType::i16);
+    EXPECT_EQ(result("o.nrrd").value({20, 2, 4}), -240.0f);
+    ran = filter({"--type", "i8", "-o", file("p.nrrd").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_THAT(ran.messages,
+                HasSubstr("--type i8: values -300 .. 217 are limited to -128 .. 127"));
+}
+
+TEST_F(FilterCommand, BrickFilesGiveTheSameAsOthersAndLeaveNothingBehind) {
+    ASSERT_EQ(run({"convert", file("v.nrrd").string(), file("v.pbv").string()}).exit_code, 0);
+    const std::vector<std::string> steps{"--gaussian", "1.5", "--gradient-magnitude", "1", "-o"};
+    std::vector<std::string> flat{"filter", file("v.nrrd").string()},
+        bricks{"filter", file("v.pbv").string()};
+    flat.insert(flat.end(), steps.begin(), steps.end());
+    bricks.insert(bricks.end(), steps.begin(), steps.end());
+    flat.push_back(file("a.pbv").string());
+    bricks.push_back(file("b.pbv").string());
+    ASSERT_EQ(run(flat).exit_code, 0);
+    const ProgramRun ran = run(bricks);
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_EQ(bytes_of("a.pbv"), bytes_of("b.pbv"));
+    for (const auto& entry : std::filesystem::directory_iterator(file("")))
+        EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr(".step")));
+}
+
+TEST_F(FilterCommand, ListAndHelpComeFromTheTable) {
+    const ProgramRun list = run({"filter", "--list"}), help = run({"filter", "--help"});
+    EXPECT_EQ(list.exit_code, 0) << list.messages;
+    EXPECT_THAT(list.output, HasSubstr("--gaussian SIGMA\n    Smooth with a Gaussian\n    sigma: 0 "
+                                       ".. 1000 mm\n    result: f32; memory beside"));
+    EXPECT_THAT(help.output, HasSubstr("--gradient-magnitude SIGMA"));
+}
+
+TEST_F(FilterCommand, FailuresAreOneSentence) {
+    const auto expect = [&](int code, std::vector<std::string> words, const char* sentence) {
+        words.insert(words.end(), {"-o", file("o.nrrd").string()});
+        const ProgramRun ran = filter(std::move(words));
+        EXPECT_EQ(ran.exit_code, code) << ran.messages;
+        EXPECT_THAT(ran.messages, HasSubstr(sentence));
+        EXPECT_FALSE(std::filesystem::exists(file("o.nrrd")));
+    };
+    expect(2, {}, "expected a filter, such as --gaussian 1.5; --list names them");
+    expect(2, {"--gaussian", "x"}, "--gaussian: sigma: expected a number 0 .. 1000 mm, found 'x'");
+    expect(1, {"--gaussian", "900"}, "--gaussian: sigma: expected 0 .. 32 mm, which is 32 samples");
+    expect(2, {"--gaussian", "1", "--with", "b"}, "--with: expected NAME=FILE, found 'b'");
+    expect(1, {"--gaussian", "1", "--with", "b=absent.nii"}, "absent.nii");
+    EXPECT_EQ(run({"filter", "--gaussian", "1"}).exit_code, 2);
+    EXPECT_EQ(run({"filter", file("v.nrrd").string(), "--gaussian", "1"}).exit_code, 2);
+}
+
+} // namespace
+} // namespace palpate
