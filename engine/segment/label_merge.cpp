@@ -1,0 +1,61 @@
+#include "engine/segment/label_merge.h"
+
+#include <vector>
+
+#include "engine/volume/brick.h"
+
+namespace palpate {
+
+namespace {
+
+bool is_label_type(ScalarType type) {
+    return type == ScalarType::u8 || type == ScalarType::u16;
+}
+
+std::vector<bool> table_of(std::span<const uint16_t> labels) {
+    std::vector<bool> table(65536);
+    for (const uint16_t label : labels)
+        table[label] = true;
+    return table;
+}
+
+} // namespace
+
+Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<const uint16_t> of,
+                           std::span<const uint16_t> locked, const Task& task) {
+    if (map.grid() != found.grid())
+        return fail(
+            "expected a label map on the grid of the volume that is segmented, found another "
+            "grid");
+    for (const Volume* volume : {&map, &found})
+        if (!is_label_type(volume->type()))
+            return fail("expected labels of type u8 or u16, found {}", name_of(volume->type()));
+    std::vector<bool> goes = table_of(of);
+    const std::vector<bool> stays = table_of(locked);
+    for (const uint16_t label : locked)
+        goes[label] = false;
+    const ScalarType type = found.range().max > 255.0f ? ScalarType::u16 : map.type();
+    return make_bricks(map.grid(), type, task, [&](glm::uvec3 at) {
+        std::vector<uint16_t> before(kBrickSamples), after(kBrickSamples);
+        map.brick(at).read(std::span(before));
+        found.brick(at).read(std::span(after));
+        bool changed = type != map.type();
+        for (uint32_t i = 0; i < kBrickSamples; ++i) {
+            const uint16_t had = before[i], gets = after[i];
+            uint16_t label = goes[had] ? 0 : had;
+            if (gets != 0 && !stays[had] && !stays[gets])
+                label = gets;
+            changed |= label != had;
+            after[i] = label;
+        }
+        if (!changed)
+            return map.brick_ptr(at);
+        const glm::uvec3 valid = map.valid_in_brick(at);
+        if (type == ScalarType::u16)
+            return Brick::make(std::span<const uint16_t>(after), valid);
+        const std::vector<uint8_t> bytes(after.begin(), after.end());
+        return Brick::make(std::span<const uint8_t>(bytes), valid);
+    });
+}
+
+} // namespace palpate
