@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/compare_labels.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
@@ -51,15 +52,19 @@ struct CompareOptions {
          "Pictures: smallest share of pixels that match one of the 3x3 pixels around within the "
          "bound, 0 .. 1"},
         {"--hausdorff", "the upper bound of the Hausdorff distance", false,
-         "Meshes: largest Hausdorff distance, in mm"},
+         "Meshes, labels: largest Hausdorff distance, in mm"},
         {"--rms-distance", "the RMS distance", false,
          "Meshes: largest root mean square of the distances of all points, in mm"},
         {"--normal-angle", "the RMS angle between normals", false,
          "Meshes: largest root mean square of the angle between normals, in degrees"},
         {"--dice", "the least Dice coefficient", true,
          "Labels: smallest Dice coefficient of a label, 0 .. 1"},
+        {"--surface-dice", "the least surface Dice coefficient", true,
+         "Labels: smallest share of a label's surface within --tolerance-mm, 0 .. 1"},
     };
     double geometry_mm = 0.001;
+    LabelScoresOptions scores;
+    std::vector<std::string> runs;
 };
 
 // Holds what was measured against the tolerances, and collects what is beyond.
@@ -195,21 +200,12 @@ SampleDifference samples_of(const VolumeDifference& difference, uint64_t count) 
             .nan_mismatch = difference.nan_mismatch};
 }
 
-Json json_of(const std::vector<LabelAgreement>& labels) {
-    Json json = Json::array();
-    for (const LabelAgreement& label : labels)
-        json.push_back({{"label", label.label},
-                        {"voxels", {label.first, label.second}},
-                        {"both", label.both},
-                        {"dice", label.dice()},
-                        {"jaccard", label.jaccard()}});
-    return json;
-}
-
 Result<Json> compare_voxels(const CompareOptions& options, Verdict& verdict) {
     const Interrupt interrupt;
+    std::vector<std::string> paths{options.first, options.second};
+    paths.insert(paths.end(), options.runs.begin(), options.runs.end());
     std::vector<Volume> volumes;
-    for (const std::string& path : {options.first, options.second}) {
+    for (const std::string& path : paths) {
         const ReadFlags flags{.path = path, .max_memory_mib = options.max_memory_mib};
         PALPATE_TRY(LoadedVolume loaded, load(flags, options.labels, interrupt));
         volumes.push_back(std::move(loaded.volume));
@@ -232,18 +228,25 @@ Result<Json> compare_voxels(const CompareOptions& options, Verdict& verdict) {
         json.update(json_of(samples));
         return json;
     }
-    const Result<std::vector<LabelAgreement>> labels = compare_labels(volumes[0], volumes[1]);
-    double least = 1.0;
-    for (const LabelAgreement& label : *labels)
-        least = std::min(least, label.dice());
+    const std::vector<Volume> runs(volumes.begin() + 2, volumes.end());
+    for (const Volume& run : runs) {
+        PALPATE_TRY(const VolumeDifference apart, compare_volumes(volumes[0], run, 0.0));
+        verdict.require_at_most("the distance in mm between like corners of a run",
+                                apart.geometry_mm, options.geometry_mm);
+    }
+    Result<LabelComparison> labels =
+        compare_label_maps(volumes[0], volumes[1], runs, options.scores, {interrupt.token(), {}});
+    if (!labels)
+        return fail("{} and {}: {}", options.first, options.second, labels.error().message);
     if (verdict.none_given())
         verdict.require_at_most("the share of voxels with another label", samples.share_beyond, 0);
     verdict.judge("--share", samples.share_beyond);
-    verdict.judge("--dice", least);
+    verdict.judge("--dice", labels->least_dice);
+    verdict.judge("--surface-dice", labels->least_surface_dice);
+    verdict.judge("--hausdorff", labels->largest_mm);
     json["share_beyond"] = samples.share_beyond;
     json["beyond"] = samples.beyond;
-    json["least_dice"] = least;
-    json["labels"] = json_of(*labels);
+    json.update(labels->json);
     return json;
 }
 
@@ -321,28 +324,32 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
     verdict.judge("--rms-distance", distance.rms_mm());
     verdict.judge("--normal-angle", normal_deg);
     const MeshTopology a = topology(meshes[0]), b = topology(meshes[1]);
-    return Json{{"kind", "mesh"},
-                {"triangles", {a.triangles, b.triangles}},
-                {"vertices", {a.vertices, b.vertices}},
-                {"components", {a.components.size(), b.components.size()}},
-                {"euler_number", {a.euler_number, b.euler_number}},
-                {"open_edges", {a.open_edges, b.open_edges}},
-                {"area_mm2", {a.area_mm2, b.area_mm2}},
-                {"volume_mm3", {a.volume_mm3, b.volume_mm3}},
-                {"bound", options.bound},
-                {"hausdorff_mm", hausdorff.least},
-                {"hausdorff_most_mm", hausdorff.most},
-                {"hausdorff_tolerance_mm", hausdorff.most - hausdorff.least},
-                {"rms_mm", distance.rms_mm()},
-                {"normal_rms_deg", normal_deg},
-                {"forward", json_of(distance.forward)},
-                {"backward", json_of(distance.backward)}};
+    Json json{{"kind", "mesh"},
+              {"triangles", {a.triangles, b.triangles}},
+              {"vertices", {a.vertices, b.vertices}},
+              {"components", {a.components.size(), b.components.size()}},
+              {"euler_number", {a.euler_number, b.euler_number}},
+              {"open_edges", {a.open_edges, b.open_edges}},
+              {"area_mm2", {a.area_mm2, b.area_mm2}},
+              {"bound", options.bound},
+              {"hausdorff_mm", hausdorff.least},
+              {"hausdorff_most_mm", hausdorff.most},
+              {"hausdorff_tolerance_mm", hausdorff.most - hausdorff.least},
+              {"rms_mm", distance.rms_mm()},
+              {"normal_rms_deg", normal_deg},
+              {"forward", json_of(distance.forward)},
+              {"backward", json_of(distance.backward)}};
+    json.update(enclosed_volumes(meshes[0], a, meshes[1], b));
+    return json;
 }
 
 void warn_of_idle_options(const CLI::App& app, Kind kind) {
-    const IdleOptions idle[] = {{kind != Kind::volume, {"--labels", "--geometry"}, "of volumes"},
-                                {kind == Kind::picture, {"--max-memory"}, "of volumes and meshes"},
-                                {kind != Kind::picture, {"--pixels-per-degree"}, "of pictures"}};
+    const bool labels = app.count("--labels") > 0 && kind == Kind::volume;
+    const IdleOptions idle[] = {
+        {kind != Kind::volume, {"--labels", "--geometry"}, "of volumes"},
+        {!labels, {"--tolerance-mm", "--box-margin-mm", "--runs"}, "of label maps (--labels)"},
+        {kind == Kind::picture, {"--max-memory"}, "of volumes and meshes"},
+        {kind != Kind::picture, {"--pixels-per-degree"}, "of pictures"}};
     warn_of_idle(app, idle);
 }
 
@@ -378,6 +385,17 @@ Command add_compare(CLI::App& app) {
     app.add_option("B", options->second, "Another of the same kind")->required();
     app.add_flag("--labels", options->labels,
                  "Volumes: compare as label maps (default: grey values)");
+    app.add_option("--tolerance-mm", options->scores.tolerance_mm,
+                   "Labels: distance up to which surfaces agree, in mm, for their Dice coefficient")
+        ->check(non_negative())
+        ->capture_default_str();
+    app.add_option("--box-margin-mm", options->scores.box_margin_mm,
+                   "Labels: margin of B's box for specificity near the object, in mm")
+        ->check(non_negative())
+        ->capture_default_str();
+    app.add_option("--runs", options->runs,
+                   "Labels: more maps of the same object; prints how well all agree pairwise")
+        ->type_name("FILE ...");
     app.add_option("--bound", options->bound,
                    "Differences up to this do not count in shares; in the samples' units (colours: "
                    "1 is white; meshes: mm)")
@@ -406,6 +424,8 @@ Command add_compare(CLI::App& app) {
                 std::vector<NamedFile> files;
                 append_volume(files, "A", options->first);
                 append_volume(files, "B", options->second);
+                for (const std::string& run : options->runs)
+                    append_volume(files, "--runs", run);
                 return files;
             }};
 }

@@ -18,6 +18,7 @@ struct MeasureOptions {
     ReadFlags read;
     std::string labels, project, csv, json;
     std::vector<std::string> rulers, angles, polygons, spheres;
+    uint32_t histogram = 0;
 };
 
 std::vector<NamedFile> files_of(const MeasureOptions& o) {
@@ -89,9 +90,10 @@ std::string text_of(const MeasureReport& report) {
     }
     for (const MeasureReport::Label& label : report.labels) {
         const LabelStatistics& s = label.statistics;
-        text += fmt::format("label {}{}{}  {:g} ml, {} samples{}\n", s.label,
-                            label.name.empty() ? "" : " ", printable(label.name),
-                            s.volume_mm3 / 1000.0, s.count, values_text(s.values));
+        text +=
+            fmt::format("label {}{}{}  {:g} ml, {} samples{}, {:g} mm2\n", s.label,
+                        label.name.empty() ? "" : " ", printable(label.name), s.volume_mm3 / 1000.0,
+                        s.count, values_text(s.values), label.surface.area_mm2);
     }
     return text.empty() ? "nothing to measure: no label, and no measure was named\n" : text;
 }
@@ -150,12 +152,16 @@ Result<void> run_measure(const MeasureOptions& o) {
         report.measures.push_back({std::move(one), std::move(*measured)});
     }
     if (labels) {
-        const auto found = label_statistics(labels->volume, &loaded.volume, interrupt.token());
-        if (!found)
+        const auto found = label_statistics(labels->volume, &loaded.volume, interrupt.token(),
+                                            static_cast<size_t>(o.histogram));
+        const auto surfaces = label_surfaces(labels->volume, interrupt.token());
+        if (!found || !surfaces)
             return stopped();
+        report.histogram_range = loaded.volume.range();
         for (const LabelStatistics& label : *found) {
             MeasureReport::Label& entry = report.labels.emplace_back();
             entry.statistics = label;
+            entry.surface = surfaces->at(static_cast<uint16_t>(label.label));
             for (const LabelName& name : labels->labels)
                 if (name.label == label.label)
                     entry.name = name.name;
@@ -173,9 +179,14 @@ Command add_measure(CLI::App& app) {
     auto o = std::make_shared<MeasureOptions>();
     add_read_flags(app, o->read);
     app.add_option("--labels", o->labels,
-                   "Label map: count, volume, values, box and centroid of each label (default: "
-                   "that of a project)")
+                   "Label map: count, volume, area, shape, values, box and centroid of each label "
+                   "(default: that of a project)")
         ->type_name("FILE");
+    app.add_option(
+           "--histogram", o->histogram,
+           "Labels: bins of equal width over the volume's values, in JSON and CSV (0: none)")
+        ->check(CLI::Range(0, 65536))
+        ->capture_default_str();
     app.add_option("--project", o->project,
                    "Project whose measures are taken (default: V, where it is one)")
         ->type_name("FOLDER");

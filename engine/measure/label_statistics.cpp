@@ -4,6 +4,7 @@
 #include <map>
 #include <utility>
 
+#include "engine/measure/histogram.h"
 #include "engine/volume/sample.h"
 
 namespace palpate {
@@ -28,9 +29,24 @@ bool lie_alike(const Grid& a, const Grid& b) {
 
 struct Found {
     LabelStatistics figures;
-    glm::dvec3 index_sum{0.0};
+    // Of indices less the first sample's: whole numbers, exact in double.
+    glm::dvec3 first{0.0}, sum{0.0};
+    glm::dmat3 products{0.0};
     std::vector<float> values;
 };
+
+std::vector<uint64_t> histogram_of(const std::vector<float>& values, ValueRange range,
+                                   size_t bins) {
+    if (bins == 0 || range.empty())
+        return {};
+    const double low = double{range.min}, width = double{range.max} - low;
+    Histogram counts(low, width > 0.0 ? double{range.max} : low + 1.0, bins);
+    std::vector<uint64_t> out(bins, 0);
+    for (const float v : values)
+        if (!std::isnan(v))
+            ++out[counts.bin_of(double{v})];
+    return out;
+}
 
 } // namespace
 
@@ -40,7 +56,8 @@ double sample_mm3(const Grid& grid) {
 
 std::optional<std::vector<LabelStatistics>> label_statistics(const Volume& labels,
                                                              const Volume* grey,
-                                                             const std::stop_token& stop) {
+                                                             const std::stop_token& stop,
+                                                             size_t bins) {
     const Grid& grid = labels.grid();
     const bool alike = grey && lie_alike(grid, grey->grid());
     std::optional<SampleCursor> cursor;
@@ -62,14 +79,18 @@ std::optional<std::vector<LabelStatistics>> label_statistics(const Volume& label
                 const glm::uvec3 at(x, y, z);
                 if (!last || last->figures.label != label) {
                     last = &found.try_emplace(label).first->second;
-                    if (last->figures.count == 0)
+                    if (last->figures.count == 0) {
                         last->figures = {.label = label, .low = at, .high = at};
+                        last->first = glm::dvec3(at);
+                    }
                 }
                 LabelStatistics& figures = last->figures;
                 ++figures.count;
                 figures.low = glm::min(figures.low, at);
                 figures.high = glm::max(figures.high, at);
-                last->index_sum += glm::dvec3(at);
+                const glm::dvec3 from_first = glm::dvec3(at) - last->first;
+                last->sum += from_first;
+                last->products += glm::outerProduct(from_first, from_first);
                 if (alike && !std::exchange(has_values, true))
                     read_row(*grey, {0, y, z}, grid.size.x, values.data());
                 if (alike)
@@ -83,7 +104,15 @@ std::optional<std::vector<LabelStatistics>> label_statistics(const Volume& label
     for (auto& [label, one] : found) {
         const auto count = static_cast<double>(one.figures.count);
         one.figures.volume_mm3 = count * sample_mm3(grid);
-        one.figures.centroid_mm = world_point(grid, one.index_sum / count);
+        const glm::dvec3 mean = one.sum / count;
+        one.figures.centroid_mm = world_point(grid, one.first + mean);
+        // A box of a sample adds a twelfth of its squared side.
+        const glm::dmat3 moments =
+            one.products / count - glm::outerProduct(mean, mean) + glm::dmat3(1.0 / 12.0);
+        const glm::dmat3 axes(grid.world_from_index);
+        one.figures.covariance_mm2 = axes * moments * glm::transpose(axes);
+        if (grey)
+            one.figures.histogram = histogram_of(one.values, grey->range(), bins);
         one.figures.values = statistics_of(std::move(one.values));
         all.push_back(one.figures);
     }

@@ -1,5 +1,7 @@
 #include "engine/measure/measure_report.h"
 
+#include <fmt/ranges.h>
+
 #include <cmath>
 
 namespace palpate {
@@ -54,7 +56,8 @@ class Table {
             columns_.emplace_back(field.name);
         for (const char* name :
              {"low_x", "low_y", "low_z", "high_x", "high_y", "high_z", "centroid_x_mm",
-              "centroid_y_mm", "centroid_z_mm", "points_mm", "note"})
+              "centroid_y_mm", "centroid_z_mm", "sphericity", "semi_axis_1_mm", "semi_axis_2_mm",
+              "semi_axis_3_mm", "axis_1", "axis_2", "axis_3", "histogram", "points_mm", "note"})
             columns_.emplace_back(name);
         text_ = line([](const std::string& column) { return column; });
     }
@@ -124,7 +127,20 @@ Json report_json(const MeasureReport& report) {
         json["low"] = glm::dvec3(s.low);
         json["high"] = glm::dvec3(s.high);
         json["centroid_mm"] = s.centroid_mm;
+        json["area_mm2"] = label.surface.area_mm2;
+        json["surface_volume_mm3"] = label.surface.volume_mm3;
+        json["sphericity"] = label.surface.sphericity;
+        const PrincipalAxes axes = principal_axes(s.covariance_mm2);
+        json["semi_axes_mm"] = axes.semi_axes_mm;
+        Json directions = Json::array();
+        for (const glm::dvec3 direction : axes.direction)
+            directions.push_back(direction);
+        json["axes"] = std::move(directions);
         json["values"] = values_json(s.values);
+        if (!s.histogram.empty())
+            json["histogram"] = {{"low", report.histogram_range.min},
+                                 {"high", report.histogram_range.max},
+                                 {"counts", s.histogram}};
         labels.push_back(std::move(json));
     }
     return {{"measures", std::move(measures)}, {"labels", std::move(labels)}};
@@ -157,6 +173,17 @@ std::string report_csv(const MeasureReport& report) {
         for (auto& [name, value] : fields)
             if (name == "count")
                 value = std::to_string(s.count);
+        fields.emplace_back("area_mm2", number(label.surface.area_mm2));
+        fields.emplace_back("sphericity", number(label.surface.sphericity));
+        const PrincipalAxes principal = principal_axes(s.covariance_mm2);
+        for (int i = 0; i < 3; ++i) {
+            const glm::dvec3 d = principal.direction[size_t(i)];
+            fields.emplace_back(fmt::format("semi_axis_{}_mm", i + 1),
+                                number(principal.semi_axes_mm[i]));
+            fields.emplace_back(fmt::format("axis_{}", i + 1),
+                                fmt::format("{} {} {}", d.x, d.y, d.z));
+        }
+        fields.emplace_back("histogram", fmt::format("{}", fmt::join(s.histogram, " ")));
         constexpr const char* axes[] = {"x", "y", "z"};
         for (int i = 0; i < 3; ++i) {
             const std::string axis = axes[i];

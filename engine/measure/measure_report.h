@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "engine/measure/label_shape.h"
 #include "engine/measure/label_statistics.h"
 #include "engine/measure/measure.h"
 
@@ -15,10 +16,12 @@ struct MeasureReport {
     };
     struct Label {
         LabelStatistics statistics;
+        LabelSurface surface;
         std::string name; // may be empty
     };
     std::vector<One> measures;
     std::vector<Label> labels;
+    ValueRange histogram_range{}; // of the bins of all histograms
 };
 
 // {"measures": [..], "labels": [..]}; what is not defined is left out of its entry.

@@ -4,6 +4,9 @@
 
 #include "engine/image/exr.h"
 #include "engine/image/png.h"
+#include "engine/io/mesh_io.h"
+#include "engine/io/volume_io.h"
+#include "engine/volume/builder.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -94,6 +97,66 @@ TEST_F(CompareCommand, RefusesWhatCannotBeComparedInOneSentence) {
     }
     EXPECT_EQ(run({"compare", "one.exr"}).exit_code, 2);
     EXPECT_EQ(compare("a.exr", "a.exr", {"--max", "-1"}).exit_code, 2);
+}
+
+// Two tetrahedra on both sides of one wall, of labels 2 (x > 0) and 1, far from the origin.
+Mesh two_tetrahedra() {
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 0}, {-2, 0, 0}};
+    for (glm::vec3& p : mesh.positions)
+        p += glm::vec3(100, 200, 300);
+    mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}, {0, 4, 1}, {0, 2, 4}, {1, 4, 2}};
+    mesh.labels = {2, 2, 2, 2, 1, 1, 1};
+    mesh.outer_labels = {1, 0, 0, 0, 0, 0, 0};
+    return mesh;
+}
+
+TEST_F(CompareCommand, VolumesOfMeshesDoNotDependOnTheOrderOfTriangles) {
+    Mesh mesh = two_tetrahedra();
+    ASSERT_TRUE(save_mesh(file("first.ply"), mesh));
+    std::reverse(mesh.triangles.begin(), mesh.triangles.end());
+    std::reverse(mesh.labels.begin(), mesh.labels.end());
+    std::reverse(mesh.outer_labels.begin(), mesh.outer_labels.end());
+    ASSERT_TRUE(save_mesh(file("second.ply"), mesh));
+    const Json json = Json::parse(compare("first.ply", "second.ply").output);
+    const double rounding = 1e-9;
+    for (const int one : {0, 1}) {
+        EXPECT_NEAR(json["volume_mm3"][one].get<double>(), 0.5, rounding);
+        EXPECT_NEAR(json["labels"][0]["volume_mm3"][one].get<double>(), 2.0 / 6.0, rounding);
+        EXPECT_NEAR(json["labels"][1]["volume_mm3"][one].get<double>(), 1.0 / 6.0, rounding);
+    }
+    mesh.labels.clear();
+    mesh.outer_labels.clear();
+    mesh.triangles.erase(mesh.triangles.begin()); // a hole: nothing is enclosed
+    ASSERT_TRUE(save_mesh(file("open.ply"), mesh));
+    EXPECT_TRUE(Json::parse(compare("open.ply", "open.ply").output)["volume_mm3"][0].is_null());
+}
+
+TEST_F(CompareCommand, ScoresLabelMapsAndJudgesTheirSurfaces) {
+    const Grid grid = make_grid({24, 10, 10}, {1, 1, 2});
+    const char* const names[] = {"l0.nrrd", "l1.nrrd", "l2.nrrd"};
+    for (const uint32_t shift : {0u, 1u, 2u})
+        ASSERT_TRUE(
+            save_volume(file(names[shift]), make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) {
+                            return i.x >= 4 + shift && i.x < 14 + shift ? 5.0 : 0.0;
+                        })));
+    const ProgramRun shifted =
+        compare("l0.nrrd", "l1.nrrd",
+                {"--labels", "--dice", "0.9", "--hausdorff", "1", "--tolerance-mm", "0.5",
+                 "--surface-dice", "0.7", "--runs", file("l2.nrrd").string()});
+    EXPECT_EQ(shifted.exit_code, 1);
+    EXPECT_NE(shifted.messages.find("the least surface Dice"), std::string::npos)
+        << shifted.messages;
+    const Json json = Json::parse(shifted.output);
+    EXPECT_EQ(json["failed"].size(), 1u) << json["failed"];
+    EXPECT_EQ(json["least_dice"], 0.9);
+    EXPECT_EQ(json["labels"][0]["surface"]["largest_mm"], 1.0);
+    EXPECT_EQ(json["overall"]["sensitivity"], 0.9);
+    EXPECT_NEAR(json["runs"][0]["jaccard_mean"].get<double>(), (2 * 9.0 / 11 + 8.0 / 12) / 3,
+                1e-12);
+    const ProgramRun idle = compare("l0.nrrd", "l0.nrrd", {"--tolerance-mm", "2"});
+    EXPECT_EQ(idle.exit_code, 0);
+    EXPECT_NE(idle.messages.find("--tolerance-mm"), std::string::npos) << idle.messages;
 }
 
 } // namespace

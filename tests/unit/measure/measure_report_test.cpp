@@ -26,7 +26,11 @@ MeasureReport example() {
     label.count = 3;
     label.volume_mm3 = 1500.0;
     label.values = statistics_of({1.0f, 2.0f, 6.0f});
-    report.labels.push_back({label, "kidney"});
+    label.covariance_mm2 = glm::dmat3(1.0);
+    label.covariance_mm2[1][1] = 20.0;
+    label.histogram = {1, 2};
+    report.histogram_range = {1.0f, 6.0f};
+    report.labels.push_back({label, {600.0, 1490.0, 0.9}, "kidney"});
     return report;
 }
 
@@ -40,7 +44,7 @@ TEST(MeasureReport, ATableHasAnEmptyFieldForWhatIsNotDefined) {
     EXPECT_THAT(lines[1], HasSubstr("ruler,\"a, \"\"b\"\"\",,5,,"));
     EXPECT_THAT(lines[2], HasSubstr("sphere,,,,,1,,4,0.004,0,0,,,,,,,,,,"));
     EXPECT_THAT(lines[2], HasSubstr("no sample lies inside"));
-    EXPECT_THAT(lines[3], HasSubstr("label,kidney,7,,,,,1500,1.5,3,0,3,"));
+    EXPECT_THAT(lines[3], HasSubstr("label,kidney,7,,,,600,1500,1.5,3,0,3,"));
     const auto fields = [](const std::string& line) {
         size_t count = 1;
         bool in_quotes = false;
@@ -50,6 +54,9 @@ TEST(MeasureReport, ATableHasAnEmptyFieldForWhatIsNotDefined) {
         }
         return count;
     };
+    EXPECT_THAT(lines[3], HasSubstr(",0.9,10,")); // a second moment of 20: an axis of sqrt(5 x 20)
+    EXPECT_THAT(lines[3], HasSubstr("0 1 0"));
+    EXPECT_THAT(lines[3], HasSubstr(",1 2,"));
     for (const std::string& line : lines)
         EXPECT_EQ(fields(line), fields(lines[0])) << line;
 }
@@ -62,6 +69,10 @@ TEST(MeasureReport, JsonLeavesOutWhatIsNotDefined) {
     EXPECT_EQ(sphere["note"].string, "no sample lies inside");
     EXPECT_EQ(json["labels"].items[0]["values"]["median"].number, 2.0);
     EXPECT_EQ(json["labels"].items[0]["volume_ml"].number, 1.5);
+    EXPECT_EQ(json["labels"].items[0]["area_mm2"].number, 600.0);
+    EXPECT_EQ(json["labels"].items[0]["semi_axes_mm"].items[0].number, 10.0);
+    EXPECT_EQ(json["labels"].items[0]["axes"].items[0].items[1].number, 1.0);
+    EXPECT_EQ(json["labels"].items[0]["histogram"]["counts"].items[1].number, 2.0);
 }
 
 TEST(MeasureReport, HeadlinesCarryTheirUnit) {
