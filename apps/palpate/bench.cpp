@@ -83,7 +83,8 @@ Command add_bench(CLI::App& app) {
            "Parts of a suite, by name. frame: sides of its volumes (128, 512, 1024). "
            "render: frames, relative (both eyes beside one, and "
            "interactive beside full quality, from four sides; default: both, from one). "
-           "surface: sphere_SIDE, gyroid_SIDE, head_ct, "
+           "segment: names of its table (gaussian, ..). surface: sphere_SIDE, gyroid_SIDE, "
+           "head_ct, "
            "head_ct_174, gyroid_512, labels, edits, live, window (default: all but gyroid_512, "
            "which is in the full form). touch: algorithms (swept-point, ...; none named: "
            "all) and open_loop, patients (the scenes A11), closed_loop, times, laws, "
@@ -95,9 +96,10 @@ Command add_bench(CLI::App& app) {
                    "first discrete, integrated, then CPU device)");
     refuse_where_wrong(app, [o]() -> Result<void> {
         if (!o->only.empty() && o->suite != "frame" && o->suite != "render" &&
-            o->suite != "surface" && o->suite != "touch")
-            return fail("--only: expected the suite frame, render, surface or touch, found '{}'",
-                        o->suite);
+            o->suite != "surface" && o->suite != "touch" && o->suite != "segment")
+            return fail(
+                "--only: expected the suite frame, render, segment, surface or touch, found '{}'",
+                o->suite);
         return {};
     });
     return {[o] { return run_bench(*o); }, [o] { return files_of(*o); }};

@@ -126,7 +126,8 @@ Result<void> run_filters(const FilterOptions& o) {
             volume = std::move(*made);
             continue;
         }
-        Result<BrickMaker> maker = step.filter->bricks(volume, step.values);
+        Result<BrickMaker> maker =
+            step.filter->bricks(volume, step.values, {interrupt.token(), {}});
         if (!maker)
             return failed(maker.error());
         temporary.push_back(std::make_unique<TemporaryFile>(

@@ -68,8 +68,8 @@ std::string page_html(const Json& results) {
 
 Result<void> write_page(const fs::path& folder) {
     Json results = Json::array();
-    for (const char* suite :
-         {"quality", "render", "frame", "stability", "upload", "touch", "edit", "surface"}) {
+    for (const char* suite : {"quality", "render", "frame", "stability", "upload", "touch", "edit",
+                              "surface", "segment"}) {
         const fs::path path = folder / fmt::format("{}.json", suite);
         if (!fs::exists(path))
             continue;

@@ -115,7 +115,7 @@ function factorTable(parent, rows, heads) {
 }
 
 function heading(suite) {
-  const titles = { quality: "Error against time", render: "Modes, integrators, sizes", stability: "Hard cases", upload: "Uploads", touch: "Touch", surface: "Surfaces", edit: "From the hand to pixels", frame: "What a frame costs the recording thread" };
+  const titles = { quality: "Error against time", render: "Modes, integrators, sizes", stability: "Hard cases", upload: "Uploads", touch: "Touch", surface: "Surfaces", edit: "From the hand to pixels", frame: "What a frame costs the recording thread", segment: "Filters and segmentation" };
   put(page, "h2", { id: suite.suite }, titles[suite.suite] ?? suite.suite);
   const line = put(page, "p", { class: "soft" },
     `${suite.form} form, ${suite.started_utc} UTC, ${figure(suite.duration_s)} s; other programs kept ${figure(suite.busy_neighbours, 2)} cores busy meanwhile. `);
@@ -229,6 +229,12 @@ for (const suite of results) {
     const body = table(page, ["by", "distance", "area", "volume"], [1, 2, 3]);
     for (const r of suite.orders) tableRow(body, [r.who], [r.rms, r.area, r.volume]);
   }
+  if (suite.filters?.length) {
+    put(page, "p", {}, `${suite.filter_title}. Ours and ITK's filter run in turn on the same samples; medians. The error is against an exact reference in double at 512 samples spread over the volume, in units of the result.`);
+    const body = table(page, ["filter", "setting", "ms", "error, RMS", "largest", "ITK, ms", "error, RMS", "largest", "times faster"], [2, 3, 4, 5, 6, 7, 8]);
+    for (const r of suite.filters)
+      tableRow(body, [r.name, r.setting], [r.ours_ms.median, r.ours_error?.rms ?? "", r.ours_error?.max ?? "", r.itk_ms?.median ?? "", r.itk_error?.rms ?? "", r.itk_error?.max ?? "", r.ratio ?? ""]);
+  }
   if (suite.frames?.length) {
     put(page, "p", {}, suite.frame_title);
     const body = table(page, ["view", "volume", "lies as", "frames", "median, ms", "p95", "worst", "bytes uploaded"], [4, 5, 6, 7]);
@@ -245,4 +251,4 @@ for (const suite of results) {
   }
 }
 put(page, "h2", {}, "How to read and repeat this");
-put(page, "p", {}, "palpate bench quality --short (or --full), render, stability, surface, touch, edit, frame and upload write their results as JSON beside this page; scripts/bench-compare holds two of them against each other. Ratios hold within one run on one machine; absolute times move by tens of per cent between machines.");
+put(page, "p", {}, "palpate bench quality --short (or --full), render, stability, surface, touch, edit, frame, segment and upload write their results as JSON beside this page; scripts/bench-compare holds two of them against each other. Ratios hold within one run on one machine; absolute times move by tens of per cent between machines.");

@@ -29,6 +29,8 @@ constexpr std::array kSuites{
           run_frame},
     Suite{"stability", "the hard cases of ray casting, each with its figure and bound",
           run_stability},
+    Suite{"segment", "filters and methods of segmentation: time beside error, ITK's in turn",
+          run_segment},
     Suite{"surface", "meshes: time beside error, VTK's in turn; dabs (table 1 of paper 1); windows",
           run_surface},
 };

@@ -17,6 +17,7 @@ Result<Report> run_edit(Bench& bench);
 Result<Report> run_frame(Bench& bench);
 Result<Report> run_quality(Bench& bench);
 Result<Report> run_render(Bench& bench);
+Result<Report> run_segment(Bench& bench);
 Result<Report> run_stability(Bench& bench);
 Result<Report> run_surface(Bench& bench);
 Result<Report> run_touch(Bench& bench);

@@ -3,54 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/segment/bilateral.h"
 #include "engine/segment/gaussian.h"
+#include "engine/segment/median.h"
+#include "engine/segment/pointwise.h"
+#include "engine/segment/vesselness.h"
 
 namespace palpate {
 
 namespace {
 
-constexpr double kMostMm = 1000.0;
+constexpr double kMostMm = 1000.0, kMostValue = 1e30;
 const char* const kBrick = "a brick and its halo for each thread";
+const char* const kPlaces = "a brick of each volume for each thread";
 
 FilterParameter sigma(std::optional<double> preset = {}) {
     return {"sigma", "mm", 0.0, kMostMm, preset};
-}
-
-Result<BrickMaker> smooth(const Volume& volume, const FilterValues& v) {
-    return gaussian_bricks(volume, {v.numbers[0]});
-}
-Result<BrickMaker> derive(const Volume& volume, const FilterValues& v) {
-    const std::optional<int> second =
-        v.numbers[2] > 0 ? std::optional(int(v.numbers[2]) - 1) : std::nullopt;
-    return derivative_bricks(volume, {v.numbers[1], int(v.numbers[0]), second});
-}
-Result<BrickMaker> slope(const Volume& volume, const FilterValues& v) {
-    return gradient_magnitude_bricks(volume, {v.numbers[0]});
-}
-
-const std::vector<Filter>& table() {
-    static const std::vector<Filter> all{
-        {"gaussian", "Smooth with a Gaussian", "", {sigma()}, "f32", kBrick, smooth, nullptr},
-        {"derivative",
-         "Derivative of the smoothed volume along an axis of the patient, or second derivative",
-         "",
-         {{"axis", "", 0, 2, {}, "left|posterior|superior"},
-          sigma(),
-          {"second", "", 0, 3, 0.0, "none|left|posterior|superior"}},
-         "f32",
-         kBrick,
-         derive,
-         nullptr},
-        {"gradient-magnitude",
-         "Length of the gradient of the smoothed volume, per mm",
-         "",
-         {sigma()},
-         "f32",
-         kBrick,
-         slope,
-         nullptr},
-    };
-    return all;
 }
 
 std::vector<std::string> split(const std::string& text, char separator) {
@@ -94,6 +62,200 @@ Result<double> read_value(const FilterParameter& p, const std::string& text) {
     return value;
 }
 
+Result<Volume> other_volume(const FilterValues& values, const std::string& name) {
+    if (values.others)
+        if (const auto found = values.others->find(name); found != values.others->end())
+            return found->second;
+    return fail("expected the name of a volume that --with {}=FILE gives, found '{}'", "NAME",
+                name);
+}
+
+Result<BrickMaker> smooth(const Volume& volume, const FilterValues& v, const Task&) {
+    return gaussian_bricks(volume, {v.numbers[0]});
+}
+Result<BrickMaker> derive(const Volume& volume, const FilterValues& v, const Task&) {
+    const std::optional<int> second =
+        v.numbers[2] > 0 ? std::optional(int(v.numbers[2]) - 1) : std::nullopt;
+    return derivative_bricks(volume, {v.numbers[1], int(v.numbers[0]), second});
+}
+Result<BrickMaker> slope(const Volume& volume, const FilterValues& v, const Task&) {
+    return gradient_magnitude_bricks(volume, {v.numbers[0]});
+}
+
+Result<BrickMaker> middle(const Volume& volume, const FilterValues& v, const Task&) {
+    PALPATE_TRY(const MedianOptions options, median_of_mm(volume.grid(), v.numbers[0]));
+    return median_bricks(volume, options);
+}
+Result<BrickMaker> middle_of_samples(const Volume& volume, const FilterValues& v, const Task&) {
+    return median_bricks(volume, {glm::ivec3(v.numbers[0], v.numbers[1], v.numbers[2])});
+}
+Result<BrickMaker> keep_edges(const Volume& volume, const FilterValues& v, const Task&) {
+    return bilateral_bricks(volume, {v.numbers[0], v.numbers[1], v.numbers[2] > 0});
+}
+Result<BrickMaker> tubes(const Volume& volume, const FilterValues& v, const Task& task) {
+    VesselnessOptions o{v.numbers[0], v.numbers[1] > 0.0 ? v.numbers[1] : v.numbers[0],
+                        int(v.numbers[2])};
+    o.dark = v.numbers[3] > 0;
+    if (v.numbers[4] > 0.0)
+        o.structure = v.numbers[4];
+    o.alpha = v.numbers[5];
+    o.beta = v.numbers[6];
+    return vesselness_bricks(volume, o, task);
+}
+
+Result<BrickMaker> express(const Volume& volume, const FilterValues& v, const Task&) {
+    static const std::map<std::string, Volume> kNone;
+    return expression_bricks(volume, v.text, v.others ? *v.others : kNone);
+}
+Result<BrickMaker> within(const Volume& volume, const FilterValues& v, const Task&) {
+    return threshold_bricks(volume, v.numbers[0], v.numbers[1]);
+}
+Result<BrickMaker> limit(const Volume& volume, const FilterValues& v, const Task&) {
+    return clamp_bricks(volume, v.numbers[0], v.numbers[1]);
+}
+Result<BrickMaker> rescale(const Volume& volume, const FilterValues& v, const Task&) {
+    return rescale_bricks(volume, v.numbers[0], v.numbers[1], v.numbers[2], v.numbers[3]);
+}
+Result<BrickMaker> turn_over(const Volume& volume, const FilterValues&, const Task&) {
+    return invert_bricks(volume);
+}
+// "NAME" or "NAME,OUTSIDE".
+Result<BrickMaker> mask_by(const Volume& volume, const FilterValues& v, const Task&) {
+    const size_t comma = v.text.find(',');
+    PALPATE_TRY(const Volume mask, other_volume(v, v.text.substr(0, comma)));
+    double outside = 0.0;
+    if (comma != std::string::npos) {
+        PALPATE_TRY(outside,
+                    read_value({"outside", "", -kMostValue, kMostValue}, v.text.substr(comma + 1)));
+    }
+    return mask_bricks(volume, mask, outside);
+}
+
+FilterParameter value(const char* name, std::optional<double> preset = {}) {
+    return {name, "", -kMostValue, kMostValue, preset};
+}
+
+const std::vector<Filter>& table() {
+    const char* const kSame = "the type of the input";
+    const auto samples = [](const char* name) {
+        return FilterParameter{name, "samples", 0, kLargestMedian};
+    };
+    static const std::vector<Filter> all{
+        // Smoothing
+        {"gaussian", "Smooth with a Gaussian", "", {sigma()}, "f32", kBrick, smooth, nullptr},
+        {"median",
+         "Median of a box that reaches this far along each axis, a sample at least",
+         "",
+         {{"radius", "mm", 0.0, kMostMm}},
+         kSame,
+         kBrick,
+         middle,
+         nullptr},
+        {"median-samples",
+         "Median of a box of so many samples to each side",
+         "",
+         {samples("x"), samples("y"), samples("z")},
+         kSame,
+         kBrick,
+         middle_of_samples,
+         nullptr},
+        {"bilateral",
+         "Smooth and keep edges; separable is faster and less exact",
+         "",
+         {sigma(),
+          {"range", "value units", 0.0, kMostValue},
+          {"form", "", 0, 1, 0.0, "exact|separable"}},
+         "f32",
+         kBrick,
+         keep_edges,
+         nullptr},
+        // Derivatives
+        {"derivative",
+         "Derivative of the smoothed volume along an axis of the patient, or second derivative",
+         "",
+         {{"axis", "", 0, 2, {}, "left|posterior|superior"},
+          sigma(),
+          {"second", "", 0, 3, 0.0, "none|left|posterior|superior"}},
+         "f32",
+         kBrick,
+         derive,
+         nullptr},
+        {"gradient-magnitude",
+         "Length of the gradient of the smoothed volume, per mm",
+         "",
+         {sigma()},
+         "f32",
+         kBrick,
+         slope,
+         nullptr},
+        {"vesselness",
+         "Likeness to a tube, 0 .. 1 (Frangi), the largest of the scales from .. to; structure 0: "
+         "half the largest norm of the Hessian in the volume",
+         "",
+         {{"from", "mm", 0.0, kMostMm},
+          {"to", "mm", 0.0, kMostMm, 0.0},
+          {"steps", "", 1, 32, 1.0},
+          {"tubes", "", 0, 1, 0.0, "bright|dark"},
+          {"structure", "value units", 0.0, kMostValue, 0.0},
+          {"alpha", "", 0.0, 1e3, 0.5},
+          {"beta", "", 0.0, 1e3, 0.5}},
+         "f32",
+         kBrick,
+         tubes,
+         nullptr},
+        // Sample by sample
+        {"expression",
+         "Arithmetic of samples at the same place; V is a, others by --with",
+         "EXPRESSION",
+         {},
+         "u8 of a comparison, else f32",
+         kPlaces,
+         express,
+         nullptr},
+        {"threshold",
+         "1 where low <= value <= high, else 0",
+         "",
+         {value("low"), value("high", kMostValue)},
+         "u8",
+         kPlaces,
+         within,
+         nullptr},
+        {"clamp",
+         "Limit values",
+         "",
+         {value("low"), value("high")},
+         kSame,
+         kPlaces,
+         limit,
+         nullptr},
+        {"rescale",
+         "The straight line that takes low, high to to-low, to-high",
+         "",
+         {value("low"), value("high"), value("to-low", 0.0), value("to-high", 1.0)},
+         "f32",
+         kPlaces,
+         rescale,
+         nullptr},
+        {"invert",
+         "Exchange the least and the greatest value",
+         "",
+         {},
+         kSame,
+         kPlaces,
+         turn_over,
+         nullptr},
+        {"mask",
+         "Set samples to outside (default: 0) where a volume of --with is 0",
+         "NAME[,OUTSIDE]",
+         {},
+         kSame,
+         kPlaces,
+         mask_by,
+         nullptr},
+    };
+    return all;
+}
+
 } // namespace
 
 std::span<const Filter> filters() {
@@ -130,7 +292,6 @@ Result<FilterValues> read_filter_values(const Filter& filter, const std::string&
         if (!read[i] && !all[i].preset)
             return fail("expected {}, found '{}'", filter_arguments(filter), text);
         values.numbers.push_back(read[i].value_or(all[i].preset.value_or(0.0)));
-        values.given.push_back(read[i].has_value());
     }
     return values;
 }
@@ -164,7 +325,7 @@ Result<Volume> run_filter(const Filter& filter, const Volume& volume, const Filt
                           const Task& task) {
     if (!filter.bricks)
         return filter.whole(volume, values, task);
-    PALPATE_TRY(const BrickMaker maker, filter.bricks(volume, values));
+    PALPATE_TRY(const BrickMaker maker, filter.bricks(volume, values, {task.stop, {}}));
     return make_bricks(maker, task);
 }
 

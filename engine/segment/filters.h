@@ -26,7 +26,6 @@ struct FilterParameter {
 struct FilterValues {
     std::vector<double> numbers;
     std::string text;                                 // of a filter that takes one
-    std::vector<bool> given;                          // of numbers: not left to the preset
     const std::map<std::string, Volume>* others = {}; // further volumes, by name; may be null
 };
 
@@ -37,8 +36,10 @@ struct Filter {
     std::vector<FilterParameter> parameters;
     const char* type;   // of the result
     const char* memory; // beside the input and the result
-    // One of the two. Filters with bricks() work on volumes larger than memory.
-    Result<BrickMaker> (*bricks)(const Volume& volume, const FilterValues& values);
+    // One of the two. Filters with bricks() work on volumes larger than memory; the task is for
+    // those that read the volume once before.
+    Result<BrickMaker> (*bricks)(const Volume& volume, const FilterValues& values,
+                                 const Task& task);
     Result<Volume> (*whole)(const Volume& volume, const FilterValues& values, const Task& task);
 };
 

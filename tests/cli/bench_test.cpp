@@ -75,6 +75,23 @@ void expect_verdict(const ProgramRun& ran, const json& v) {
     }
 }
 
+TEST_F(BenchCommand, SegmentGivesTimesAndErrorsBesideItk) {
+    const ProgramRun ran = run(
+        {"bench", "segment", "--tiny", "--only", "gaussian,median", "--out", file("out").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json v = result("segment");
+    ASSERT_EQ(v["filters"].size(), 2u);
+    for (const json& row : v["filters"]) {
+        EXPECT_GT(row["ours_ms"]["median"], 0.0);
+        EXPECT_LE(row["ours_error"]["rms"], row["ours_error"]["max"]);
+        EXPECT_LT(row["ours_error"]["rms"], 0.5); // of HU -1000 .. 1100
+        if (row.contains("itk")) {
+            EXPECT_GT(row["itk_ms"]["median"], 0.0);
+            EXPECT_LT(row["itk_error"]["rms"], 20.0);
+        }
+    }
+}
+
 TEST_F(BenchCommand, QualityGivesFrontsOrdersMapsAndFactors) {
     const ProgramRun ran = bench("quality");
     const json v = result("quality");
@@ -253,7 +270,8 @@ TEST_F(BenchCommand, SurfaceDoesWhatIsNamed) {
     EXPECT_THAT(ran.messages, HasSubstr("edits, window or live, found 'sphere'"));
     ran = run({"bench", "upload", "--only", "sphere_16", "--out", file("out").string()});
     EXPECT_EQ(ran.exit_code, 2);
-    EXPECT_THAT(ran.messages, HasSubstr("expected the suite frame, render, surface or touch"));
+    EXPECT_THAT(ran.messages,
+                HasSubstr("expected the suite frame, render, segment, surface or touch"));
 }
 
 // Every scene with every trajectory and every algorithm: a cell has its figures or says why not.

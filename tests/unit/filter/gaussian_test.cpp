@@ -17,7 +17,12 @@ using twin::indices;
 // The normalised convolution and its derivatives by the index in double, sample by sample.
 class Twin {
  public:
-    Twin(const Volume& volume, double sigma_mm) : volume_(volume), sigma_mm_(sigma_mm) {}
+    Twin(const Volume& volume, double sigma_mm) : volume_(volume) {
+        for (int a = 0; a < 3; ++a)
+            for (int order = 0; order < 3; ++order)
+                kernels_[size_t(a)][size_t(order)] =
+                    gaussian_kernel(sigma_mm / spacing_mm(volume.grid())[a], order);
+    }
 
     double of(glm::ivec3 i, glm::ivec3 order) const {
         if (std::isnan(twin::at(volume_, i)))
@@ -45,25 +50,24 @@ class Twin {
         return rest;
     }
     double sum(glm::ivec3 i, glm::ivec3 order, bool of_weights) const {
-        std::array<Kernel, 3> kernels;
+        std::array<const Kernel*, 3> kernels;
         glm::ivec3 radius;
         for (int a = 0; a < 3; ++a) {
-            kernels[size_t(a)] =
-                gaussian_kernel(sigma_mm_ / spacing_mm(volume_.grid())[a], order[a]);
-            radius[a] = kernels[size_t(a)].radius();
+            kernels[size_t(a)] = &kernels_[size_t(a)][size_t(order[a])];
+            radius[a] = kernels[size_t(a)]->radius();
         }
         double total = 0;
         for (const glm::ivec3 k : indices(2 * radius + 1)) {
             const glm::ivec3 d = k - radius;
             const double v = twin::at(volume_, i + d);
             if (!std::isnan(v))
-                total += (of_weights ? 1.0 : v) * weight(kernels[0], d.x) *
-                         weight(kernels[1], d.y) * weight(kernels[2], d.z);
+                total += (of_weights ? 1.0 : v) * weight(*kernels[0], d.x) *
+                         weight(*kernels[1], d.y) * weight(*kernels[2], d.z);
         }
         return total;
     }
     Volume volume_;
-    double sigma_mm_;
+    std::array<std::array<Kernel, 3>, 3> kernels_; // by axis and order
 };
 
 // Rounding of a float pass: each of at most 2 * 9 additions of terms below 4 * 1500 errs by 2^-24
@@ -83,7 +87,7 @@ TEST(Gaussian, EqualsTheTwinOnAllTypesAndWithoutData) {
             EXPECT_EQ(made->type(), ScalarType::f32);
             const Twin twin(volume, 0.9);
             for (const glm::ivec3 i : indices(glm::ivec3(volume.size()))) {
-                if (i.x % 5 != 1 && i.x < 30)
+                if (i.x % 6 != 1)
                     continue;
                 const double expected = twin.of(i, {});
                 const float found = made->value(glm::uvec3(i));
@@ -107,7 +111,7 @@ TEST(Gaussian, DerivativesInTheWorldEqualTheTwin) {
             const VectorField field = gradient(volume, {sigma}, {}).value();
             const Volume cross = derivative(volume, {sigma, 0, 2}, {}).value();
             for (const glm::ivec3 i : indices({34, 5, 4})) {
-                if (i.x % 4 != 1)
+                if (i.x % 8 != 1)
                     continue;
                 glm::dvec3 g;
                 glm::dmat3 h;

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/segment/task.h"
+
+// Filters and methods of engine/segment beside ITK's on the same samples: a table of cases, to
+// which a filter adds a line in cases.cpp and, where ITK has its like, a function in
+// itk_filters.cpp.
+namespace palpate::bench {
+
+struct SegmentInput {
+    Volume grey; // CT, HU
+    Volume bone; // u8: 1 where grey >= 300
+};
+
+// What both make, in x-fastest order.
+using Samples = std::vector<float>;
+
+struct SegmentCase {
+    const char* name;
+    const char* setting; // with units
+    const char* peer;    // of itk_filter(); empty: none
+    double wanted;       // times faster than ITK that are aimed at; 0: no aim
+    int rounds;          // of the long form; a third of it, one at least, of the short one
+    std::function<Result<Volume>(const SegmentInput&, const Task&)> ours;
+    // The exact result at a sample, in double; null where the case has its truth in a test.
+    std::function<double(const SegmentInput&, glm::ivec3)> exact;
+};
+std::span<const SegmentCase> segment_cases();
+
+// One of ITK's filters, on a copy of the input that is made before. run() is what is timed.
+struct ItkRun {
+    std::function<void()> run;
+    std::function<Samples()> result;
+};
+// Absent: ITK has no filter of that name here, or was not found at configure time.
+std::optional<ItkRun> itk_filter(const std::string& name, const SegmentInput& input);
+
+} // namespace palpate::bench

@@ -1,0 +1,122 @@
+// Filters and methods of engine/segment beside ITK's, in turn with them: time, and error against an
+// exact reference in double at samples spread over the volume.
+
+#include <algorithm>
+#include <cmath>
+
+#include "bench/segment/cases.h"
+#include "bench/suite/suites.h"
+#include "engine/base/log.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/synthetic.h"
+
+namespace palpate::bench {
+
+namespace {
+
+// 8 x 8 x 8 samples, spread over the volume.
+std::vector<glm::ivec3> probes(glm::uvec3 size) {
+    std::vector<glm::ivec3> all;
+    for (uint32_t z = 0; z < 8; ++z)
+        for (uint32_t y = 0; y < 8; ++y)
+            for (uint32_t x = 0; x < 8; ++x)
+                all.emplace_back(glm::uvec3(2 * x + 1, 2 * y + 1, 2 * z + 1) * size / 16u);
+    return all;
+}
+
+// The temple of the CT phantom, 24 x 24 x 20 samples.
+Result<Sample> small_sample() {
+    return Sample{
+        "phantom", "a part of the CT phantom",
+        synthetic::sample_ct_phantom(make_grid({24, 24, 20}, {1, 1, 1.5}, {-80, -12, -15}))};
+}
+
+template <class Found>
+Json error_json(const std::vector<double>& exact, const Found& found) {
+    double largest = 0, squares = 0;
+    for (size_t i = 0; i < exact.size(); ++i) {
+        const double off = std::abs(double{found(i)} - exact[i]);
+        largest = std::max(largest, off);
+        squares += off * off;
+    }
+    return {{"rms", std::sqrt(squares / double(exact.size()))}, {"max", largest}};
+}
+
+Json times_json(const std::vector<double>& times) {
+    const Spread ms = spread(times);
+    return {{"median", ms.median}, {"low", ms.low}, {"high", ms.high}, {"count", ms.count}};
+}
+
+} // namespace
+
+Result<Report> run_segment(Bench& bench) {
+    const Options& options = bench.options();
+    Report report;
+    report.json["filters"] = Json::array();
+    report.json["aims"] = Json::array();
+    PALPATE_TRY(const Sample sample, options.tiny ? small_sample() : head_ct(options.head_ct));
+    const SegmentInput input{sample.volume,
+                             make_volume(sample.volume.grid(), ScalarType::u8, [&](glm::uvec3 i) {
+                                 return sample.volume.value(i) >= 300.0f ? 1.0 : 0.0;
+                             })};
+    report.json["filter_title"] = sample.title;
+    const std::vector<glm::ivec3> places = probes(sample.volume.size());
+    const glm::uvec3 n = sample.volume.size();
+    for (const SegmentCase& one : segment_cases()) {
+        if (options.only.size() > 0 &&
+            std::find(options.only.begin(), options.only.end(), one.name) == options.only.end())
+            continue;
+        std::optional<ItkRun> itk;
+        if (options.peers && one.peer[0] != '\0')
+            itk = itk_filter(one.peer, input);
+        const int rounds = options.tiny ? 1 : options.full ? one.rounds : (one.rounds + 2) / 3;
+        std::vector<double> ours_ms, itk_ms;
+        std::optional<Volume> made;
+        for (int round = 0; round < rounds; ++round) {
+            if (options.stop.stop_requested())
+                return fail("interrupted at {}", one.name);
+            made.reset();
+            const Timer ours;
+            Result<Volume> result = one.ours(input, {options.stop, {}});
+            ours_ms.push_back(ours.ms());
+            if (!result)
+                return fail("{}: {}", one.name, result.error().message);
+            made = std::move(*result);
+            if (itk) {
+                const Timer theirs;
+                itk->run();
+                itk_ms.push_back(theirs.ms());
+            }
+        }
+        Json row{{"name", one.name}, {"setting", one.setting}, {"ours_ms", times_json(ours_ms)}};
+        const Samples theirs = itk ? itk->result() : Samples();
+        if (one.exact) {
+            std::vector<double> exact;
+            for (const glm::ivec3 at : places)
+                exact.push_back(one.exact(input, at));
+            row["ours_error"] =
+                error_json(exact, [&](size_t i) { return made->value(glm::uvec3(places[i])); });
+            if (itk)
+                row["itk_error"] = error_json(exact, [&](size_t i) {
+                    const glm::uvec3 at(places[i]);
+                    return theirs[at.x + size_t{n.x} * (at.y + size_t{n.y} * at.z)];
+                });
+        }
+        if (itk) {
+            const double ratio = spread(itk_ms).median / spread(ours_ms).median;
+            row["itk"] = one.peer;
+            row["itk_ms"] = times_json(itk_ms);
+            row["ratio"] = ratio;
+            if (one.wanted > 0 && !options.tiny)
+                add_aim(report.json["aims"], fmt::format("{}, {}", one.name, one.setting),
+                        fmt::format("{:g} times as fast as ITK", one.wanted), ratio,
+                        ratio >= one.wanted);
+        }
+        log::info("{}, {}: {:.1f} ms{}", one.name, one.setting, spread(ours_ms).median,
+                  itk ? fmt::format(", ITK {:.0f} ms", spread(itk_ms).median) : "");
+        report.json["filters"].push_back(std::move(row));
+    }
+    return report;
+}
+
+} // namespace palpate::bench
