@@ -1,0 +1,53 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "engine/segment/bit_mask.h"
+
+// Connected pieces of labels: components, islands and holes. Samples are those of a label map, NaN
+// is 0; pieces of different labels are never joined. Refused: values that are no labels.
+// Memory beside input and result: 16 bytes a run of equal labels along x.
+namespace palpate {
+
+struct ComponentsOptions {
+    Neighbours neighbours = Neighbours::faces;
+    std::optional<uint16_t> label; // that one alone; without: every label apart, or, if
+    bool as_mask = false;          // this is set, all samples that are not 0 as one object
+    uint64_t least_count = 1;      // components with fewer samples are left out
+};
+
+struct Component {
+    uint16_t label; // as_mask: that of its first sample
+    uint64_t count;
+    glm::uvec3 first; // its first sample in memory order
+};
+struct Components {
+    Volume numbers;              // u16: i + 1 in the samples of components[i], else 0
+    std::vector<Component> list; // larger ones first, of equal ones the one with the earlier sample
+};
+// An error where more than 65535 are left.
+Result<Components> connected_components(const Volume& labels, const ComponentsOptions& options,
+                                        const Task& task);
+
+struct IslandsOptions {
+    Neighbours neighbours = Neighbours::corners;
+    std::optional<uint16_t> label; // without one each label apart
+    double least_ml = 0.0;         // components smaller than this ..
+    uint64_t least_count = 0;      // .. or of fewer samples become 0
+    bool largest_alone = false;    // so does all but the largest of each label
+};
+// The map without its islands, in its own type.
+Result<Volume> remove_islands(const Volume& labels, const IslandsOptions& options,
+                              const Task& task);
+
+// The map with its holes filled: pieces of 0, joined by `background`, that do not reach the border
+// of the volume get the label that shares most faces with them (of equal ones the lowest). With
+// `label`, that one alone fills, and holes in which another label lies are left as they are.
+struct HolesOptions {
+    Neighbours background = Neighbours::faces;
+    std::optional<uint16_t> label;
+};
+Result<Volume> fill_holes(const Volume& labels, const HolesOptions& options, const Task& task);
+
+} // namespace palpate
