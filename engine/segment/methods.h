@@ -1,0 +1,60 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/segment/seeds.h"
+#include "engine/segment/task.h"
+
+// The segmentation methods that the program offers, in one table: its command line, its help and
+// its lists are made from it. To add a method, add a function and a row.
+namespace palpate {
+
+struct MethodParameter {
+    const char* name;
+    const char* unit; // "" for a plain number
+    double least, most;
+    double fallback;
+    const char* fallback_text; // where the fallback is found from the data; else null
+    const char* purpose;
+};
+
+struct SegmentInput {
+    const Volume& volume;
+    std::optional<Volume> seeds; // a label map on the volume's grid
+    std::vector<SeedBall> balls; // where the seeds come from, if known; they are in `seeds`, too
+    uint16_t background = 0;     // a label of the seeds that becomes 0 in the result; 0: none
+};
+
+struct Segmented {
+    Volume labels;                  // u8 or u16, 0 outside of all objects
+    std::optional<Volume> cost;     // f32; of fast marching the first object's
+    std::optional<Volume> strength; // f32: arrival times, or connectedness
+    std::vector<std::string> notes; // what was found from the data, for people
+};
+
+using ParameterValues = std::map<std::string, double, std::less<>>;
+
+struct SegmentMethod {
+    const char* name;
+    const char* purpose;
+    bool takes_seeds;
+    const char* strength; // the meaning of Segmented::strength; null where there is none
+    std::vector<MethodParameter> parameters;
+    Result<Segmented> (*run)(const SegmentInput& input, const ParameterValues& values,
+                             const Task& task);
+};
+
+std::span<const SegmentMethod> segment_methods();
+const SegmentMethod* find_segment_method(std::string_view name);
+
+// Runs a method with the values that were given; others take their fallback. Refused: seeds that
+// are missing, a parameter of another method, or beyond its range.
+Result<Segmented> segment(const SegmentMethod& method, const SegmentInput& input,
+                          const ParameterValues& given, const Task& task);
+
+} // namespace palpate
