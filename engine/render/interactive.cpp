@@ -4,6 +4,8 @@
 #include <array>
 
 #include "engine/base/assert.h"
+#include "engine/render/targets.h"
+#include "shaders/shared/tiles.h"
 
 namespace palpate {
 
@@ -26,9 +28,25 @@ double samples_of(const Level& level, bool has_steps, double listed_share) {
 }
 
 // A level is left for a better one when that is expected to take less than this share of the
-// budget, by samples: frames have fixed costs besides, so that it takes less and the two do not
-// take turns.
+// budget, so that the two do not take turns.
 constexpr double kComfortable = 0.9;
+
+// A coarser level is tried, one at a time, by frames that take more than the budget and whose error
+// is below the aim by this factor: a level and the next are less far apart.
+constexpr double kFarBetter = 0.3;
+
+// The part of a frame's time that its rays take: what changes with their number.
+double ray_ms_of(const FrameStats& frame) {
+    double sum = 0.0;
+    for (const PassTime& pass : frame.passes)
+        for (const char* const name : {"few pixels", "every second pixel", "listed pixels"})
+            sum += pass.name == name ? pass.gpu_ms : 0.0;
+    return std::min(sum, frame.wall_ms);
+}
+
+uint32_t tile_rows_of(const PixelBox& box) {
+    return box.empty() ? 0 : tile_count(box.high).y - box.low.y / gpu::kTileSide;
+}
 
 uint64_t version_of(const std::optional<Volume>& volume) {
     return volume ? volume->version() : 0;
@@ -41,26 +59,46 @@ Interactive::Interactive(Renderer& renderer, double budget_ms)
     PALPATE_ASSERT(budget_ms > 0);
 }
 
-Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& data) {
-    const bool resting = last_ == scene && last_version_ == data.volume.version() &&
+Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& data,
+                                           const std::optional<PixelBox>& changed) {
+    const bool is_same = last_ == scene;
+    const bool resting = is_same && last_version_ == data.volume.version() &&
                          last_label_version_ == version_of(data.labels);
     if (resting)
         return draw_resting(scene, data);
+    const bool was_full = is_same && next_row_ == Renderer::tile_rows(scene);
     last_ = scene;
     last_version_ = data.volume.version();
     last_label_version_ = version_of(data.labels);
+    // Meshes are no part of what rows are drawn of.
+    if (was_full && changed && scene.surfaces.empty() &&
+        tile_rows_of(*changed) * row_ms_ <= budget_ms_)
+        return draw_rows(scene, data, *changed);
     next_row_ = 0;
     return draw_moving(scene, data);
 }
 
+Result<InteractiveFrame> Interactive::draw_rows(const Scene& scene, const SceneData& data,
+                                                const PixelBox& changed) {
+    InteractiveFrame frame;
+    frame.complete = true;
+    if (changed.empty())
+        return frame;
+    next_row_ = 0; // until they are there
+    const uint32_t rows = tile_rows_of(changed);
+    PALPATE_TRY(frame.frame, renderer_->refine(scene, data, changed.low.y / gpu::kTileSide, rows));
+    next_row_ = Renderer::tile_rows(scene);
+    return frame;
+}
+
 Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const SceneData& data) {
     const Level level = kLevels[level_];
-    PALPATE_TRY(CoarseStats drawn, renderer_->draw_coarse(scene, data,
-                                                          {.step_factor = level.step_factor,
-                                                           .px_per_ray = level.px_per_ray}));
+    PALPATE_TRY(const CoarseStats drawn, renderer_->draw_coarse(scene, data,
+                                                                {.step_factor = level.step_factor,
+                                                                 .px_per_ray = level.px_per_ray}));
     if (level.px_per_ray == 2)
         listed_share_ = std::max(drawn.traced_share, 0.01);
-    InteractiveFrame frame{std::move(drawn.frame),
+    InteractiveFrame frame{drawn.frame,
                            drawn.error_estimate,
                            level.step_factor,
                            drawn.traced_share,
@@ -69,18 +107,33 @@ Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const Scen
                            false};
     frame.coarsest = level_ + 1 == kLevels.size();
     last_error_ = frame.error_estimate;
+    choose_level(drawn, scene);
+    return frame;
+}
+
+// That of the next moving frame.
+void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
+    const Level level = kLevels[level_];
     const bool has_steps = scene.ray_cast->integrator != Integrator::exact;
+    const double wall_ms = drawn.frame.wall_ms, ray_ms = ray_ms_of(drawn.frame);
     const auto expected_ms = [&](size_t other) {
-        return frame.frame.wall_ms * samples_of(kLevels[other], has_steps, listed_share_) /
-               samples_of(level, has_steps, listed_share_);
+        return wall_ms - ray_ms +
+               ray_ms * samples_of(kLevels[other], has_steps, listed_share_) /
+                   samples_of(level, has_steps, listed_share_);
     };
-    if (frame.frame.wall_ms > budget_ms_) {
-        while (level_ + 1 < kLevels.size() && expected_ms(level_) > budget_ms_)
+    const double longest_ms = std::max(budget_ms_, longest_ms_);
+    const bool is_good = drawn.error_estimate <= aim_;
+    // A good frame may take less than its time, and one that is far better than it need be should.
+    const bool is_too_good = drawn.error_estimate <= kFarBetter * aim_;
+    if (wall_ms > longest_ms) {
+        while (level_ + 1 < kLevels.size() && expected_ms(level_) > longest_ms)
             ++level_;
-    } else if (level_ > 0 && expected_ms(level_ - 1) < kComfortable * budget_ms_) {
+    } else if (wall_ms > budget_ms_ && is_too_good) {
+        level_ = std::min(level_ + 1, kLevels.size() - 1);
+    } else if (level_ > 0 &&
+               expected_ms(level_ - 1) < kComfortable * (is_good ? budget_ms_ : longest_ms)) {
         --level_;
     }
-    return frame;
 }
 
 Result<InteractiveFrame> Interactive::draw_resting(const Scene& scene, const SceneData& data) {

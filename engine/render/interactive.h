@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "engine/render/renderer.h"
@@ -21,22 +22,35 @@ struct InteractiveFrame {
 
 // Draws for a moving hand: holds a budget of milliseconds a frame by drawing fewer rays, down to
 // one in 16 x 16 pixels, and longer steps while anything changes, and refines row by row to full
-// quality as soon as nothing does.
+// quality as soon as nothing does. Where an edit changed some rows of a full picture, these are
+// drawn in full, within the budget.
 class Interactive {
  public:
     // budget_ms > 0.
     Interactive(Renderer& renderer, double budget_ms);
 
-    Result<InteractiveFrame> draw(const Scene& scene, const SceneData& data);
+    // `changed`: outside of these pixels nothing differs from the last frame but by fewer rays
+    // (changed_pixels()), where the scene is the same. None: unknown.
+    Result<InteractiveFrame> draw(const Scene& scene, const SceneData& data,
+                                  const std::optional<PixelBox>& changed = {});
 
     void set_budget_ms(double budget_ms) { budget_ms_ = budget_ms; }
+    // While the error estimate of moving frames is above `error`, they may take up to longest_ms.
+    void set_aim(double error, double longest_ms) {
+        aim_ = error;
+        longest_ms_ = longest_ms;
+    }
 
  private:
     Result<InteractiveFrame> draw_moving(const Scene& scene, const SceneData& data);
     Result<InteractiveFrame> draw_resting(const Scene& scene, const SceneData& data);
+    Result<InteractiveFrame> draw_rows(const Scene& scene, const SceneData& data,
+                                       const PixelBox& changed);
+    void choose_level(const CoarseStats& drawn, const Scene& scene);
 
     Renderer* renderer_;
     double budget_ms_;
+    double aim_ = std::numeric_limits<double>::infinity(), longest_ms_ = 0;
     size_t level_ = 0;          // of quality: the next frame's steps and rays
     double listed_share_ = 1;   // traced_share of the last frame with px_per_ray of 2
     double last_error_ = 0;     // of the last moving frame

@@ -31,6 +31,7 @@ struct Renderer::Task {
     const SceneData& data;
     Timer* timer = nullptr; // where somebody waits: begins when uploads are through
     bool counts_samples = false;
+    std::optional<PixelBox> only{}; // over the frame before; of slices
     std::vector<View> views = views_of(scene);
     size_t first_pass = commands.pass_count();
     std::optional<ViewFrame> frame{};
@@ -107,6 +108,7 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     if (!passes.targets || !passes.targets->suit(scene, see_through)) {
         passes.targets.reset();
         passes.targets.emplace(store_->device, scene, see_through);
+        task.only.reset();
     }
     const bool among_layers = passes.targets->layers.has_value();
 
@@ -162,7 +164,7 @@ Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
 size_t Renderer::record_behind(Task& task) {
     const ViewFrame& frame = *task.frame;
     Targets& targets = frame.targets;
-    const size_t uploaded = passes_->slices ? passes_->slices->record(frame) : 0;
+    const size_t uploaded = passes_->slices ? passes_->slices->record(frame, task.only) : 0;
     if (passes_->surfaces) {
         if (!passes_->slices)
             targets.clear_behind(task.scene, task.commands);
@@ -286,6 +288,15 @@ Result<RecordedFrame> Renderer::record(Commands& commands, const Scene& scene,
                                        const SceneData& data) {
     const profile::Scope scope("record a frame");
     return or_from_nothing([&] { return record_full({commands, scene, data}); });
+}
+
+Result<RecordedFrame> Renderer::record_changed(Commands& commands, const Scene& scene,
+                                               const SceneData& data, const PixelBox& changed) {
+    PALPATE_ASSERT(!scene.ray_cast && scene.surfaces.empty());
+    const profile::Scope scope("record changed pixels");
+    return or_from_nothing([&] {
+        return record_full({.commands = commands, .scene = scene, .data = data, .only = changed});
+    });
 }
 
 Result<RecordedCoarse> Renderer::record_coarse(Commands& commands, const Scene& scene,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/render/changed_pixels.h"
 #include "engine/render/frame.h"
 #include "engine/render/render_options.h"
 
@@ -41,6 +42,12 @@ class Renderer {
     // frame is recorded into other commands. Fails with a sentence where the volume does not fit
     // the device.
     Result<RecordedFrame> record(Commands& commands, const Scene& scene, const SceneData& data);
+
+    // Draws a box of pixels alone, with those of the tiles that it touches, over the view's last
+    // frame: for a scene that has slices and no other layer, and data that changed nothing outside
+    // of it (changed_pixels()). All pixels where no such frame is there.
+    Result<RecordedFrame> record_changed(Commands& commands, const Scene& scene,
+                                         const SceneData& data, const PixelBox& changed);
 
     // The same from fewer rays, for a hand that is moving. `scene` has a ray-cast layer, and its
     // value_and_depth is left out. Fails, as record_rows() does, where a volume in an atlas is

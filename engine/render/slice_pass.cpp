@@ -2,6 +2,7 @@
 
 #include "engine/render/frame_block.h"
 #include "shaders/shared/slices.h"
+#include "shaders/shared/tiles.h"
 #include "spirv/slices.h"
 
 namespace palpate {
@@ -29,7 +30,7 @@ void SlicePass::prepare(const ViewFrame& frame) {
     planes_ = frame.commands.upload(std::as_bytes(std::span(planes)));
 }
 
-size_t SlicePass::record(const ViewFrame& frame) {
+size_t SlicePass::record(const ViewFrame& frame, const std::optional<PixelBox>& only) {
     Targets& targets = frame.targets;
     Commands& commands = frame.commands;
     const size_t uploaded = frame.voxels.show_slices(frame.scene, commands);
@@ -62,6 +63,10 @@ size_t SlicePass::record(const ViewFrame& frame) {
     bound.push_back(
         bind_storage_image(gpu::kSliceValues, behind ? *targets.behind_values : *targets.values));
     frame.voxels.bind_atlas(bound, gpu::kSlicePages, gpu::kSliceAtlas, store_->nearest);
+    const PixelBox box = only.value_or(PixelBox{glm::uvec2(0), frame.scene.size_px});
+    if (box.empty())
+        return uploaded;
+    const glm::uvec2 first = box.low / gpu::kTileSide;
     commands.begin_pass("slices");
     commands.dispatch(store_->pipelines.get(
                           spirv::Slices{.has_labels = frame.styles != nullptr,
@@ -69,7 +74,7 @@ size_t SlicePass::record(const ViewFrame& frame) {
                                         .has_fusion = fused_table_ != nullptr,
                                         .has_overlay = frame.overlay_styles != nullptr,
                                         .manual = store_->options.sampling == Sampling::by_hand}),
-                      bound, {tile_count(frame.scene.size_px), eye_count(frame.scene)});
+                      bound, {tile_count(box.high) - first, eye_count(frame.scene)}, {first, 0});
     commands.end_pass();
     return uploaded;
 }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "engine/render/changed_pixels.h"
 #include "engine/render/render_store.h"
 
 namespace palpate {
@@ -19,8 +20,9 @@ class SlicePass {
     SlicePass& operator=(const SlicePass&) = delete;
 
     void prepare(const ViewFrame& frame);
-    // Returns how many bricks were brought into an atlas.
-    size_t record(const ViewFrame& frame);
+    // `only`: these pixels, with those of their tiles. Returns how many bricks were brought into an
+    // atlas.
+    size_t record(const ViewFrame& frame, const std::optional<PixelBox>& only);
 
  private:
     RenderStore* store_;

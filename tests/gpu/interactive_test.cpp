@@ -284,6 +284,30 @@ TEST_F(InteractiveTest, LengthensStepsUnderPressureAndShortensThemAgain) {
     EXPECT_EQ(px_per_ray, 2u);
 }
 
+// Time beyond the budget is taken for a picture that errs by more than the aim, and for none else.
+TEST_F(InteractiveTest, TakesTheTimeThatItsAimNeeds) {
+    Scene scene = scene_of(RayMode::alpha);
+    Renderer renderer(device());
+    for (const double aim : {1e-9, 0.01, 1.0}) {
+        SCOPED_TRACE(aim);
+        Interactive interactive(renderer, 1e-3); // less than any picture takes
+        interactive.set_aim(aim, 1e9);
+        for (int i = 0; i < 12; ++i) {
+            scene.camera = orbit(scene.camera, 5.0);
+            const Result<InteractiveFrame> frame = interactive.draw(scene, phantom());
+            ASSERT_TRUE(frame);
+            if (aim == 1e-9) {
+                EXPECT_EQ(frame->px_per_ray, 2u);
+                EXPECT_EQ(frame->step_factor, 1.0);
+            } else if (aim == 0.01 && i > 8) { // or about to be: a level is tried before it is left
+                EXPECT_TRUE(frame->error_estimate < 3.0 * aim) << frame->error_estimate;
+            } else if (aim == 1.0 && i > 8) {
+                EXPECT_TRUE(frame->coarsest);
+            }
+        }
+    }
+}
+
 // Every second pixel, the listed ones, the sparse ones and those of the picture at rest.
 TEST_F(InteractiveTest, OfABrickAtlasItIsTheSameToTheBit) {
     for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso})

@@ -13,11 +13,16 @@ namespace {
 
 constexpr std::chrono::milliseconds kNap(3); // while nothing is wished for: edits come unasked
 
-uint64_t version_of(const std::optional<Volume>& volume) {
-    return volume ? volume->version() : 0;
-}
-
 } // namespace
+
+std::optional<PixelBox> Pictures::Made::pixels_changed_to(const Made& other) const {
+    if (!has_scene_of(other))
+        return std::nullopt;
+    PixelBox changed = changed_pixels(scene, volume, other.volume);
+    if (labels)
+        changed = united(changed, changed_pixels(scene, *labels, *other.labels));
+    return changed;
+}
 
 Pictures::Pictures(GpuDevice& device, Session& session, Options options)
     : eye_(session.add_eye()),
@@ -92,8 +97,10 @@ void Pictures::run(const std::stop_token& stop) {
         options_.on_picture();
 }
 
-// Whether something else is wished for than when the picture under way was begun.
+// Whether something else is wished for than when the picture under way was begun, or edited.
 bool Pictures::is_outdated() {
+    if (eye_.look().state.snapshot != sight_->state.snapshot)
+        return true;
     const std::scoped_lock held(mutex_);
     return wished_ != drawing_for_ || thread_.get_stop_token().stop_requested();
 }
@@ -111,16 +118,12 @@ SceneData Pictures::data_for(const Wish& wish, const Scene& scene) const {
 }
 
 Pictures::Made Pictures::made_of(const Wish& wish) const {
-    Made made{wish.scene,
-              wish.display,
-              wish.meshes,
-              sight_->data.volume.version(),
-              version_of(sight_->data.labels),
-              true};
+    Made made{wish.scene,          wish.display,        wish.meshes,
+              sight_->data.volume, sight_->data.labels, true};
     if (!sight_->data.labels)
         made.scene.labels.reset(); // they may have gone since the wish
     if (!made.scene.labels)
-        made.labels = 0;
+        made.labels.reset();
     return made;
 }
 
@@ -132,9 +135,12 @@ Result<std::vector<Picture>> Pictures::draw_full(const Wishes& wishes) {
     const Timer timer;
     Commands commands(images_.device());
     std::vector<PictureImages::Frame> frames;
-    for (const Wish* wish : wishes) {
+    for (const auto& [wish, changed] : wishes) {
         const Scene scene = made_of(*wish).scene;
-        auto recorded = renderer_of(wish->panel).record(commands, scene, data_for(*wish, scene));
+        const SceneData data = data_for(*wish, scene);
+        Renderer& renderer = renderer_of(wish->panel);
+        auto recorded = changed ? renderer.record_changed(commands, scene, data, *changed)
+                                : renderer.record(commands, scene, data);
         if (!recorded) {
             commands.submit(); // images are as tracked
             return pass_on(recorded);
@@ -165,8 +171,16 @@ Result<std::optional<Picture>> Pictures::draw_volume(const Wish& wish, double bu
     if (shows_it && made->display != wanted.display) // eyes or marks alone
         return laid_out(last_error_, made->complete);
     if (coarse_ && wanted.scene.ray_cast) {
-        interactive_.set_budget_ms(budget_ms);
-        const auto drawn = interactive_.draw(wanted.scene, data_for(wish, wanted.scene));
+        const SceneData data = data_for(wish, wanted.scene);
+        interactive_.set_budget_ms(shows_it ? kLook_ms : budget_ms);
+        auto drawn = interactive_.draw(
+            wanted.scene, data,
+            made && made->complete ? made->pixels_changed_to(wanted) : std::nullopt);
+        while (shows_it && drawn && !drawn->complete && timer.ms() < budget_ms) {
+            if (is_outdated())
+                return std::nullopt; // what is refined stays so
+            drawn = interactive_.draw(wanted.scene, data);
+        }
         if (drawn) {
             last_error_ = drawn->error_estimate;
             return laid_out(drawn->error_estimate, drawn->complete);
@@ -174,7 +188,7 @@ Result<std::optional<Picture>> Pictures::draw_volume(const Wish& wish, double bu
         coarse_ = false; // as where an atlas is marched in parts
     }
     stopping_at_wishes_ = true;
-    Result<std::vector<Picture>> drawn = draw_full({&wish});
+    Result<std::vector<Picture>> drawn = draw_full({{&wish, std::nullopt}});
     stopping_at_wishes_ = false;
     if (!drawn && is_outdated())
         return std::nullopt;
@@ -195,11 +209,18 @@ bool Pictures::go_on(const std::vector<Wish>& wishes) {
         const bool is_there = made && made->has_rays_of(wanted) && made->display == wish.display;
         if (is_there && made->complete)
             continue;
-        if (is_slice(wish.panel))
-            slices.push_back(&wish);
-        else
-            volume = &wish;
         refines |= is_there;
+        if (!is_slice(wish.panel)) {
+            volume = &wish;
+            continue;
+        }
+        std::optional<PixelBox> changed;
+        if (made && made->complete)
+            changed = made->pixels_changed_to(wanted);
+        if (changed && changed->empty() && made->display == wish.display)
+            made_[static_cast<size_t>(wish.panel)] = wanted; // an edit that it does not show
+        else
+            slices.push_back({&wish, changed});
     }
     if (slices.empty() && !volume)
         return false;
@@ -209,11 +230,12 @@ bool Pictures::go_on(const std::vector<Wish>& wishes) {
         if (!drawn)
             throw GpuError(drawn.error().message);
         for (size_t i = 0; i < slices.size(); ++i)
-            keep(*slices[i], std::move((*drawn)[i]));
+            keep(*slices[i].wish, std::move((*drawn)[i]));
         volumes_turn_ = true;
         return true;
     }
     const bool alone = slices.empty() && !refines;
+    interactive_.set_aim(kAim, (alone ? 1.5 : 0.5) * options_.frame_ms);
     auto drawn = draw_volume(*volume, alone ? options_.frame_ms : 0.5 * options_.frame_ms);
     if (!drawn)
         throw GpuError(drawn.error().message);
@@ -241,7 +263,7 @@ Result<std::vector<Picture>> Pictures::draw() {
     sight_ = eye_.look();
     Wishes wishes;
     for (const Wish& wish : wishes_)
-        wishes.push_back(&wish);
+        wishes.push_back({&wish, std::nullopt});
     return draw_full(wishes);
 }
 

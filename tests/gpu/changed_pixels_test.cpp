@@ -1,0 +1,168 @@
+// Of an edit the pixels are drawn in which it can be seen: no pixel outside of them changes, and
+// what is drawn of them over the frame before is the whole frame's to the bit.
+
+#include "engine/render/changed_pixels.h"
+
+#include <random>
+
+#include "engine/render/interactive.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/edit.h"
+#include "engine/volume/synthetic.h"
+#include "tests/gpu/gpu_fixture.h"
+
+namespace palpate {
+namespace {
+
+class ChangedPixelsTest : public GpuTest {
+ protected:
+    ChangedPixelsTest()
+        : volume_(synthetic::sample(synthetic::ct_phantom(), grid(), ScalarType::i16)),
+          labels_(VolumeBuilder(grid(), ScalarType::u8).finish()) {}
+    static Grid grid() {
+        const glm::uvec3 size(90, 70, 50);
+        const glm::dvec3 spacing(2.0, 2.5, 4.0);
+        return make_grid(size, spacing, -0.5 * (glm::dvec3(size) - 1.0) * spacing);
+    }
+    // A ball of samples in a random place.
+    Volume edited(const Volume& before, double value) {
+        VolumeEdit edit(before);
+        const glm::ivec3 size(before.size());
+        const glm::ivec3 at(random_() % 90, random_() % 70, random_() % 50);
+        for (int z = -2; z <= 2; ++z)
+            for (int y = -2; y <= 2; ++y)
+                for (int x = -2; x <= 2; ++x)
+                    if (const glm::ivec3 p = at + glm::ivec3(x, y, z);
+                        glm::all(glm::greaterThanEqual(p, glm::ivec3(0))) &&
+                        glm::all(glm::lessThan(p, size)))
+                        edit.set(glm::uvec3(p), value);
+        return edit.commit();
+    }
+    std::vector<Scene> scenes() const {
+        Scene scene;
+        scene.size_px = {151, 117};
+        scene.camera = frame_volume(grid(), {-0.6, -0.5, 0.3}, {0, 0, 1});
+        scene.slice_transfer = window_function(-500, 1500, 1.0);
+        std::vector<Scene> all;
+        for (const double slab_mm : {0.0, 9.0})
+            for (const Interpolation kind : {Interpolation::linear, Interpolation::cubic}) {
+                Scene sliced = scene;
+                sliced.slices = {{{3.0, 1.0, 5.0}, {0.2, 0.1, 1.0}, kind, slab_mm},
+                                 {{-9.0, 4.0, 0.0}, {1.0, 0.0, 0.0}, kind, slab_mm}};
+                sliced.camera.projection =
+                    slab_mm > 0.0 ? Projection::orthographic : Projection::perspective;
+                all.push_back(sliced);
+            }
+        for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
+            Scene cast = scene;
+            RayCastLayer layer;
+            layer.mode = mode;
+            layer.transfer = window_function(-100, 1200, mode == RayMode::mip ? 1.0 : 0.05);
+            layer.isos = {{300.0}};
+            if (mode == RayMode::alpha) {
+                layer.shading = Shading{};
+                cast.stereo = StereoSettings{};
+            }
+            cast.ray_cast = layer;
+            all.push_back(cast);
+        }
+        for (Scene& one : all)
+            one.labels = LabelLayer{.outline_px = 2.0};
+        return all;
+    }
+    static size_t differing(const Image& a, const Image& b, const PixelBox* outside) {
+        size_t count = 0;
+        const size_t channels = a.channels.size();
+        for (uint32_t y = 0; y < a.size_px.y; ++y)
+            for (uint32_t x = 0; x < a.size_px.x; ++x) {
+                const glm::uvec2 p(x, y);
+                if (outside && glm::all(glm::greaterThanEqual(p, outside->low)) &&
+                    glm::all(glm::lessThan(p, outside->high)))
+                    continue;
+                const size_t at = (size_t{y} * a.size_px.x + x) * channels;
+                count += !std::equal(&a.samples[at], &a.samples[at] + channels, &b.samples[at]);
+            }
+        return count;
+    }
+    std::mt19937 random_{5};
+    Volume volume_, labels_;
+};
+
+TEST_F(ChangedPixelsTest, OutsideOfThemNothingChangesAndOverTheFrameBeforeTheyAreTheWholeFrame) {
+    size_t missed_slices = 0, changed_pictures = 0;
+    for (const Scene& scene : scenes()) {
+        Renderer whole(device()), kept(device());
+        Interactive interactive(kept, 1e9);
+        SceneData before{volume_, labels_, {}};
+        Frame last = whole.render(scene, before).value();
+        if (scene.ray_cast)
+            while (!interactive.draw(scene, before).value().complete) {
+            }
+        else
+            ASSERT_TRUE(kept.draw(scene, before));
+        for (int i = 0; i < 12; ++i) {
+            SceneData now = before;
+            if (i % 3 == 2)
+                now.labels = edited(*before.labels, 3.0);
+            else
+                now.volume = edited(before.volume, i % 2 ? 3000.0 : -1000.0);
+            const PixelBox box = united(changed_pixels(scene, before.volume, now.volume),
+                                        changed_pixels(scene, *before.labels, *now.labels));
+            Frame next = whole.render(scene, now).value();
+            for (size_t eye = 0; eye < next.eyes.size(); ++eye) {
+                EXPECT_EQ(differing(last.eyes[eye], next.eyes[eye], &box), 0u);
+                changed_pictures += differing(last.eyes[eye], next.eyes[eye], nullptr) > 0;
+            }
+            missed_slices += box.empty();
+            if (scene.ray_cast) {
+                const InteractiveFrame drawn = interactive.draw(scene, now, box).value();
+                EXPECT_TRUE(drawn.complete);
+                EXPECT_EQ(drawn.error_estimate, 0.0);
+            } else if (!box.empty()) {
+                Commands commands(device());
+                ASSERT_TRUE(kept.record_changed(commands, scene, now, box));
+                commands.submit();
+                commands.ticket().wait();
+            }
+            const std::vector<Image> over = kept.read_back();
+            for (size_t eye = 0; eye < next.eyes.size(); ++eye)
+                EXPECT_EQ(differing(over[eye], next.eyes[eye], nullptr), 0u);
+            before = std::move(now);
+            last = std::move(next);
+        }
+    }
+    EXPECT_GT(missed_slices, 5u);
+    EXPECT_GT(changed_pictures, 20u);
+}
+
+TEST_F(ChangedPixelsTest, AreAllWhereNothingElseIsKnown) {
+    const Scene scene = scenes().front();
+    EXPECT_TRUE(changed_pixels(scene, volume_, volume_).empty());
+    const PixelBox all{glm::uvec2(0), scene.size_px};
+    EXPECT_EQ(changed_pixels(scene, volume_, labels_), all); // of another type
+    Scene inside = scene;                                    // the eye
+    inside.camera.projection = Projection::perspective;
+    inside.camera.eye_mm = {3.0, 1.0, 5.0};
+    inside.camera.target_mm = {50.0, 1.0, 5.0};
+    VolumeEdit edit(volume_);
+    for (uint32_t x = 0; x < 90; ++x)
+        for (uint32_t y = 0; y < 70; ++y)
+            edit.set({x, y, 25}, 77.0);
+    EXPECT_EQ(changed_pixels(inside, volume_, edit.commit()), all);
+}
+
+// An edit that a full picture cannot take in time begins from fewer rays.
+TEST_F(ChangedPixelsTest, OfAnEditBeyondTheBudgetAreRefinedLater) {
+    const Scene scene = scenes().back();
+    Renderer renderer(device());
+    Interactive interactive(renderer, 1e9);
+    SceneData data{volume_, labels_, {}};
+    while (!interactive.draw(scene, data).value().complete) {
+    }
+    data.volume = edited(data.volume, 3000.0);
+    interactive.set_budget_ms(1e-6);
+    EXPECT_FALSE(interactive.draw(scene, data, PixelBox{{0, 0}, scene.size_px}).value().complete);
+}
+
+} // namespace
+} // namespace palpate
