@@ -40,11 +40,11 @@ ImageShape shape_of(glm::uvec2 size, uint32_t eyes) {
             .storage = true};
 }
 
-double contrast_of(RayMode mode, const CoarseSettings& settings) {
-    return settings.contrast.value_or(mode == RayMode::iso ? 0.115 : 0.06);
-}
-
 } // namespace
+
+double default_contrast(RayMode mode) {
+    return mode == RayMode::iso ? 0.115 : 0.06;
+}
 
 CoarsePass::CoarsePass(RenderStore& store, const Scene& scene)
     : store_(&store),
@@ -110,7 +110,8 @@ CoarseRays CoarsePass::record(const ViewFrame& frame, RayCastPass& pass,
     if (few)
         record_few(frame, pass, second, block, which, settings.px_per_ray);
     else
-        record_every_second(frame, pass, second, which, contrast_of(layer.mode, settings));
+        record_every_second(frame, pass, second, which,
+                            settings.contrast.value_or(default_contrast(layer.mode)));
     CoarseRays rays = record_judgement(frame, pass, full);
     const glm::uvec2 apart = (size_px_ + (settings.px_per_ray - 1)) / settings.px_per_ray;
     if (few)

@@ -7,6 +7,9 @@
 
 namespace palpate {
 
+// CoarseSettings::contrast where none is given.
+double default_contrast(RayMode mode);
+
 // A picture from fewer rays than it has pixels (CoarseSettings): every second pixel both ways,
 // those that differ from their neighbours, and means between; or rays further apart, and what is
 // linear between. Judges it by a few rays of full quality.

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "engine/base/assert.h"
+#include "engine/render/coarse_pass.h"
 #include "engine/render/targets.h"
 #include "shaders/shared/tiles.h"
 
@@ -11,13 +12,21 @@ namespace palpate {
 
 namespace {
 
-// From the best to the coarsest.
+// From the best to the coarsest: the front of error against time, for MIP, iso and alpha alike.
+// Longer steps are worth it only with fewer rays (docs/log/rendering.md).
 struct Level {
-    double step_factor; // each at most 1.5 times the one before
+    double step_factor;     // each at most 1.5 times the one before, where rays are as dense
+    double contrast_factor; // of the mode's contrast; for two pixels a ray
     uint32_t px_per_ray;
 };
-constexpr std::array<Level, 8> kLevels{
-    {{1.0, 2}, {1.5, 2}, {2.0, 2}, {3.0, 2}, {4.0, 2}, {4.0, 4}, {4.0, 8}, {4.0, 16}}};
+constexpr std::array<Level, 8> kLevels{{{1.0, 1.0, 2},
+                                        {1.0, 1.5, 2},
+                                        {1.0, 2.0, 2},
+                                        {1.5, 3.0, 2},
+                                        {2.0, 4.0, 2},
+                                        {1.0, 1.0, 4},
+                                        {2.0, 1.0, 8},
+                                        {2.0, 1.0, 16}}};
 
 // How many samples a level takes, beside one step and one ray a pixel, where one in two pixels both
 // ways and those listed are `listed_share` of all.
@@ -93,9 +102,9 @@ Result<InteractiveFrame> Interactive::draw_rows(const Scene& scene, const SceneD
 
 Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const SceneData& data) {
     const Level level = kLevels[level_];
-    PALPATE_TRY(const CoarseStats drawn, renderer_->draw_coarse(scene, data,
-                                                                {.step_factor = level.step_factor,
-                                                                 .px_per_ray = level.px_per_ray}));
+    CoarseSettings settings{.step_factor = level.step_factor, .px_per_ray = level.px_per_ray};
+    settings.contrast = level.contrast_factor * default_contrast(scene.ray_cast->mode);
+    PALPATE_TRY(const CoarseStats drawn, renderer_->draw_coarse(scene, data, settings));
     if (level.px_per_ray == 2)
         listed_share_ = std::max(drawn.traced_share, 0.01);
     InteractiveFrame frame{drawn.frame,

@@ -250,35 +250,31 @@ TEST_F(InteractiveTest, ComesToRestAtFullQuality) {
     }
 }
 
-TEST_F(InteractiveTest, LengthensStepsUnderPressureAndShortensThemAgain) {
+TEST_F(InteractiveTest, TakesFewerRaysUnderPressureAndMoreAgain) {
     Scene scene = scene_of(RayMode::alpha);
     Renderer renderer(device());
     Interactive interactive(renderer, 1e-3);
-    double factor = 0;
     uint32_t px_per_ray = 0;
     bool coarsest = false;
     for (int i = 0; i < 9; ++i) {
         scene.camera = orbit(scene.camera, 5.0);
         const Result<InteractiveFrame> frame = interactive.draw(scene, phantom());
         ASSERT_TRUE(frame);
-        EXPECT_GE(frame->step_factor, factor);
         EXPECT_GE(frame->px_per_ray, px_per_ray);
-        factor = frame->step_factor;
         px_per_ray = frame->px_per_ray;
         coarsest = frame->coarsest;
     }
-    EXPECT_EQ(factor, 4.0);
     EXPECT_EQ(px_per_ray, 16u);
     EXPECT_TRUE(coarsest) << "and says so";
     interactive.set_budget_ms(1e9);
+    double factor = 0;
     for (int i = 0; i < 9; ++i) {
         scene.camera = orbit(scene.camera, 5.0);
         const Result<InteractiveFrame> frame = interactive.draw(scene, phantom());
         ASSERT_TRUE(frame);
-        EXPECT_LE(frame->step_factor, factor);
         EXPECT_LE(frame->px_per_ray, px_per_ray);
-        factor = frame->step_factor;
         px_per_ray = frame->px_per_ray;
+        factor = frame->step_factor;
     }
     EXPECT_EQ(factor, 1.0);
     EXPECT_EQ(px_per_ray, 2u);
