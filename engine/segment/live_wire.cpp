@@ -1,0 +1,236 @@
+#include "engine/segment/live_wire.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/assert.h"
+#include "engine/volume/box.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr uint32_t kUnreached = UINT32_MAX;
+constexpr double kLengthUnits = 16.0; // of the shortest step
+constexpr double kFullShare = 0.99;   // of samples, whose gradient is not the fullest
+
+size_t count_of(glm::uvec3 size) {
+    return size_t{size.x} * size.y * size.z;
+}
+
+// Gradient length per mm and Laplacian of the samples of a box.
+struct Derivatives {
+    std::vector<float> gradient, laplacian; // NaN beside no data
+};
+
+// `flat` axes are left out: those of a slice, which is seen by itself.
+Derivatives derive(const Volume& volume, glm::uvec3 first, glm::uvec3 size, glm::bvec3 flat) {
+    const glm::uvec3 wide = size + 2u;
+    std::vector<float> box(count_of(wide));
+    read_box(volume, glm::ivec3(first) - 1, glm::ivec3(wide), packed(wide), box.data());
+    const glm::dvec3 spacing = spacing_mm(volume.grid());
+    const size_t stride[] = {1, wide.x, size_t{wide.x} * wide.y};
+    Derivatives out;
+    for (uint32_t z = 0; z < size.z; ++z)
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x) {
+                const size_t at = x + 1 + size_t{wide.x} * (y + 1 + size_t{wide.y} * (z + 1));
+                glm::dvec3 slope(0.0);
+                double laplacian = 0.0;
+                for (int axis = 0; axis < 3; ++axis) {
+                    if (flat[axis])
+                        continue;
+                    const double low = double{box[at - stride[axis]]};
+                    const double high = double{box[at + stride[axis]]};
+                    slope[axis] = 0.5 * (high - low);
+                    laplacian +=
+                        (high - 2.0 * double{box[at]} + low) / (spacing[axis] * spacing[axis]);
+                }
+                out.gradient.push_back(float(glm::length(world_gradient(volume.grid(), slope))));
+                out.laplacian.push_back(float(laplacian));
+            }
+    return out;
+}
+
+bool is_crossing(const std::vector<float>& laplacian, size_t at, glm::uvec3 p, glm::uvec3 size) {
+    const size_t stride[] = {1, size.x, size_t{size.x} * size.y};
+    const float own = laplacian[at];
+    const auto crosses = [&](float other) {
+        return (own > 0.0f) != (other > 0.0f) && std::abs(own) <= std::abs(other);
+    };
+    for (int axis = 0; axis < 3; ++axis)
+        if ((p[axis] > 0 && crosses(laplacian[at - stride[axis]])) ||
+            (p[axis] + 1 < size[axis] && crosses(laplacian[at + stride[axis]])))
+            return true;
+    return false;
+}
+
+double full_gradient_of(std::vector<float> gradient) {
+    std::erase_if(gradient, [](float g) { return std::isnan(g); });
+    if (gradient.empty())
+        return 1.0;
+    const auto at = gradient.begin() + ptrdiff_t(kFullShare * double(gradient.size() - 1));
+    std::nth_element(gradient.begin(), at, gradient.end());
+    if (*at > 0.0f)
+        return double{*at};
+    const float most = *std::max_element(gradient.begin(), gradient.end());
+    return most > 0.0f ? double{most} : 1.0;
+}
+
+} // namespace
+
+Result<LiveWireRegion> live_wire_region(const Volume& volume, glm::uvec3 first, glm::uvec3 size,
+                                        const LiveWireOptions& options, const Task& task) {
+    const glm::uvec3 whole = volume.size();
+    for (int axis = 0; axis < 3; ++axis)
+        if (size[axis] == 0 || first[axis] >= whole[axis] || size[axis] > whole[axis] - first[axis])
+            return fail(
+                "live-wire: expected a box within {} x {} x {} samples, found {} x {} x {} "
+                "at {}, {}, {}",
+                whole.x, whole.y, whole.z, size.x, size.y, size.z, first.x, first.y, first.z);
+    const double weights = options.gradient_weight + options.crossing_weight;
+    if (!(options.gradient_weight >= 0.0 && options.crossing_weight >= 0.0 && weights > 0.0 &&
+          std::isfinite(weights)))
+        return fail("live-wire: expected weights of 0 or more, not both 0, found {:g} and {:g}",
+                    options.gradient_weight, options.crossing_weight);
+    LiveWireRegion out{first, size, glm::dmat3(volume.grid().world_from_index),
+                       std::vector<uint8_t>(count_of(size))};
+    Derivatives found{std::vector<float>(count_of(size)), std::vector<float>(count_of(size))};
+    const size_t plane = size_t{size.x} * size.y;
+    const glm::bvec3 one_sample = glm::equal(size, glm::uvec3(1));
+    const bool all = run_all(size.z, task, [&](size_t z) {
+        const Derivatives one =
+            derive(volume, first + glm::uvec3(0, 0, z), {size.x, size.y, 1}, one_sample);
+        std::copy(one.gradient.begin(), one.gradient.end(),
+                  found.gradient.begin() + ptrdiff_t(z * plane));
+        std::copy(one.laplacian.begin(), one.laplacian.end(),
+                  found.laplacian.begin() + ptrdiff_t(z * plane));
+    });
+    if (!all)
+        return stopped();
+    const double full =
+        options.full_gradient > 0.0 ? options.full_gradient : full_gradient_of(found.gradient);
+    const bool costed = run_all(size.z, task, [&](size_t z) {
+        size_t at = z * plane;
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x, ++at) {
+                out.cost[at] = 255;
+                if (std::isnan(found.laplacian[at]) || std::isnan(found.gradient[at]))
+                    continue;
+                const double flat = 1.0 - std::min(double{found.gradient[at]} / full, 1.0);
+                const bool crossing = is_crossing(found.laplacian, at, {x, y, uint32_t(z)}, size);
+                const double mean = (options.gradient_weight * flat +
+                                     options.crossing_weight * (crossing ? 0.0 : 1.0)) /
+                                    weights;
+                out.cost[at] = uint8_t(1 + std::lround(254.0 * mean));
+            }
+    });
+    if (!costed)
+        return stopped();
+    return out;
+}
+
+LiveWire::LiveWire(LiveWireRegion region) : region_(std::move(region)) {
+    const glm::uvec3 size = region_.size;
+    PALPATE_ASSERT_CMP(region_.cost.size(), ==, count_of(size));
+    PALPATE_ASSERT_CMP(region_.cost.size(), <, size_t{kUnreached});
+    double shortest = INFINITY, longest = 0.0;
+    for (int n = 0; n < 27; ++n) {
+        const glm::ivec3 by(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+        if (n == 13 || (by.x != 0 && size.x == 1) || (by.y != 0 && size.y == 1) ||
+            (by.z != 0 && size.z == 1))
+            continue;
+        const double mm = glm::length(region_.mm_from_step * glm::dvec3(by));
+        shortest = std::min(shortest, mm);
+        longest = std::max(longest, mm);
+        steps_.push_back({by, by.x + ptrdiff_t(size.x) * (by.y + ptrdiff_t(size.y) * by.z), 0});
+    }
+    for (Step& step : steps_)
+        step.length = uint32_t(std::lround(
+            kLengthUnits * glm::length(region_.mm_from_step * glm::dvec3(step.by)) / shortest));
+    const uint8_t least = *std::min_element(region_.cost.begin(), region_.cost.end());
+    width_ = uint32_t(kLengthUnits) * 2 * least;
+    const double dearest = steps_.empty() ? 0.0 : kLengthUnits * longest / shortest * 2 * 255 + 510;
+    buckets_.resize(size_t(dearest / width_) + 2);
+    set_anchor(glm::uvec3(0));
+}
+
+template <class Visit>
+void LiveWire::for_each_neighbour(size_t at, const Visit& visit) const {
+    const glm::uvec3 size = region_.size;
+    const glm::ivec3 p(at % size.x, at / size.x % size.y, at / (size_t{size.x} * size.y));
+    const bool inside = glm::all(glm::greaterThan(p, glm::ivec3(0))) &&
+                        glm::all(glm::lessThan(p + 1, glm::ivec3(size)));
+    for (const Step& step : steps_) {
+        if (!inside) {
+            const glm::uvec3 q(p + step.by); // wraps round below 0
+            if (q.x >= size.x || q.y >= size.y || q.z >= size.z)
+                continue;
+        }
+        const size_t to = size_t(ptrdiff_t(at) + step.offset);
+        visit(to, step.length * (uint32_t{region_.cost[at]} + region_.cost[to]));
+    }
+}
+
+void LiveWire::set_anchor(glm::uvec3 at) {
+    PALPATE_ASSERT(glm::all(glm::lessThan(at, region_.size)));
+    reached_.assign(region_.cost.size(), kUnreached);
+    for (std::vector<uint32_t>& bucket : buckets_)
+        bucket.clear();
+    bucket_ = 0;
+    waiting_ = 1;
+    reached_[number(at)] = 0;
+    buckets_[0].push_back(uint32_t(number(at)));
+}
+
+// No step is shorter than a bucket is wide: so nothing in it can be reached by a cheaper way.
+void LiveWire::settle_next_bucket() {
+    std::vector<uint32_t> now;
+    now.swap(buckets_[bucket_ % buckets_.size()]);
+    waiting_ -= now.size();
+    for (const uint32_t at : now) {
+        const uint32_t cost = reached_[at];
+        if (cost / width_ != bucket_)
+            continue; // it was reached more cheaply, and is settled
+        for_each_neighbour(at, [&](size_t to, uint32_t step) {
+            if (cost + step >= reached_[to])
+                return;
+            reached_[to] = cost + step;
+            buckets_[(cost + step) / width_ % buckets_.size()].push_back(uint32_t(to));
+            ++waiting_;
+        });
+    }
+    now.clear();
+    if (buckets_[bucket_ % buckets_.size()].empty())
+        now.swap(buckets_[bucket_ % buckets_.size()]); // keeps its memory
+    ++bucket_;
+}
+
+std::vector<glm::uvec3> LiveWire::path(glm::uvec3 to) {
+    PALPATE_ASSERT(glm::all(glm::lessThan(to, region_.size)));
+    size_t at = number(to);
+    while (waiting_ > 0 && (reached_[at] == kUnreached || reached_[at] / width_ >= bucket_))
+        settle_next_bucket();
+    std::vector<glm::uvec3> out;
+    const glm::uvec3 size = region_.size;
+    const auto place = [&](size_t i) {
+        return glm::uvec3(i % size.x, i / size.x % size.y, i / (size_t{size.x} * size.y));
+    };
+    out.push_back(place(at));
+    while (reached_[at] != 0) {
+        size_t before = at;
+        for_each_neighbour(at, [&](size_t from, uint32_t step) {
+            // What is not settled yet costs more than what is, so it is no way here.
+            if (before == at && reached_[from] != kUnreached &&
+                reached_[from] + step == reached_[at])
+                before = from;
+        });
+        PALPATE_ASSERT(before != at);
+        at = before;
+        out.push_back(place(at));
+    }
+    std::reverse(out.begin(), out.end());
+    return out;
+}
+
+} // namespace palpate

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/segment/task.h"
+
+namespace palpate {
+
+struct LiveWireOptions {
+    // Weights of both terms of the cost, >= 0 and not both 0 (Mortensen & Barrett, "Interactive
+    // segmentation with intelligent scissors", 1998, has 0.14 and 0.43).
+    double gradient_weight = 0.5;
+    double crossing_weight = 0.5;
+    // The gradient whose cost is least, in value units per mm; 0: the 99th percentile of the
+    // region.
+    double full_gradient = 0.0;
+};
+
+// How dear it is for a path to pass each sample of a box, 1 .. 255, x fastest.
+//
+// A sample's cost is low where an edge is: with g the length of the central difference gradient,
+// per mm, and G = full_gradient, the first term is 1 - min(g / G, 1); the second is 0 where the
+// Laplacian changes its sign to a neighbour that shares a face and is farther from 0, else 1. Their
+// weighted mean, 0 .. 1, becomes 1 .. 255. Samples without data, and beside one, cost 255.
+struct LiveWireRegion {
+    glm::uvec3 first{0}; // of the box, in the volume
+    glm::uvec3 size{0};
+    glm::dmat3 mm_from_step{1.0}; // the grid's axes
+    std::vector<uint8_t> cost;
+};
+// A slice is a box of one sample in one direction: the gradient is then that within the slice.
+// Refused: a box that is empty or reaches beyond the volume, weights out of range.
+Result<LiveWireRegion> live_wire_region(const Volume& volume, glm::uvec3 first, glm::uvec3 size,
+                                        const LiveWireOptions& options, const Task& task);
+
+// Paths of least cost from an anchor, over all 26 neighbours (8 in a slice). A step costs its
+// length in mm times the mean cost of its ends, as a whole number: the length in 1/16 of the
+// shortest step, times the sum of both costs. So sums are exact, and no path depends on the order
+// of work.
+//
+// Dijkstra's method with buckets as wide as the least step (Dial 1969; Falcao & Udupa 2000): a
+// bucket is final when its turn comes. It goes on only until the cursor is reached and keeps what
+// it knows while the anchor stays; so a second path costs what is new of it. Memory: 4 bytes a
+// sample, and the costs. For one thread.
+class LiveWire {
+ public:
+    explicit LiveWire(LiveWireRegion region);
+    const LiveWireRegion& region() const { return region_; }
+
+    // Index in the box, below its size.
+    void set_anchor(glm::uvec3 at);
+    // From the anchor to `to`, both included. Of several paths of least cost, the one whose steps
+    // back from `to` come first in the order of the neighbours' memory.
+    std::vector<glm::uvec3> path(glm::uvec3 to);
+    // What the path to a sample costs, in units of a step's cost; after path(to).
+    uint32_t cost_of(glm::uvec3 to) const { return reached_[number(to)]; }
+
+    struct Step {
+        glm::ivec3 by;
+        ptrdiff_t offset;
+        uint32_t length; // in 1/16 of the shortest step
+    };
+    const std::vector<Step>& steps() const { return steps_; }
+
+ private:
+    size_t number(glm::uvec3 at) const {
+        return at.x + region_.size.x * (at.y + size_t{region_.size.y} * at.z);
+    }
+    void settle_next_bucket();
+    template <class Visit>
+    void for_each_neighbour(size_t number, const Visit& visit) const;
+
+    LiveWireRegion region_;
+    std::vector<Step> steps_;
+    uint32_t width_ = 1;                         // of a bucket
+    std::vector<std::vector<uint32_t>> buckets_; // a ring
+    uint64_t bucket_ = 0;                        // whose turn it is
+    size_t waiting_ = 0;                         // entries in the ring
+    std::vector<uint32_t> reached_;              // cost from the anchor
+};
+
+} // namespace palpate
