@@ -28,6 +28,7 @@ Command add_devices(CLI::App& app);
 Command add_doctor(CLI::App& app);
 Command add_bench(CLI::App& app);
 Command add_measure(CLI::App& app);
+Command add_seeds(CLI::App& app);
 Command add_segment(CLI::App& app);
 Command add_surface(CLI::App& app);
 Command add_touch(CLI::App& app);

@@ -41,6 +41,7 @@ constexpr Entry kCommands[] = {
     {"measure", "Measure lengths, angles, areas, balls and labels", palpate::add_measure},
     {"project", "Create, describe and change a project folder", palpate::add_project},
     {"render", "Draw a scene or a volume to a picture", palpate::add_render},
+    {"seeds", "Place seeds in known objects as a person would, for trials", palpate::add_seeds},
     {"segment", "Find objects from seeds: fast marching, region growing and others",
      palpate::add_segment},
     {"surface", "Extract an iso-surface, or the surfaces of labels, as a mesh",

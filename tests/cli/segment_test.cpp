@@ -124,5 +124,20 @@ TEST_F(SegmentCommand, BadInputIsOneSentenceAndWritesNothing) {
     EXPECT_EQ(segment({}).exit_code, 2);
 }
 
+TEST_F(SegmentCommand, SeedsOfAResultFindItAgain) {
+    ASSERT_EQ(segment({"--method", "threshold", "--low", "50", "-o", path("t.nrrd")}).exit_code, 0);
+    const ProgramRun placed =
+        run({"seeds", path("t.nrrd"), "--count", "2", "--radius", "4", "-o", path("again.json")});
+    ASSERT_EQ(placed.exit_code, 0) << placed.messages;
+    const ProgramRun ran = segment({"--method", "region-growing", "--deviations", "6", "--seeds",
+                                    path("again.json"), "-o", path("a.nrrd")});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_NEAR(volume_mm3("a.nrrd", 1), volume_mm3("t.nrrd", 1), 0.1 * kBall_mm3);
+    const ProgramRun none = run({"seeds", path("t.nrrd"), "--label", "9"});
+    EXPECT_EQ(none.exit_code, 1);
+    EXPECT_THAT(none.messages, HasSubstr("label 9"));
+    EXPECT_EQ(run({"seeds", path("t.nrrd"), "--background", "9"}).exit_code, 2);
+}
+
 } // namespace
 } // namespace palpate

@@ -1,0 +1,116 @@
+#include "engine/segment/simulated_seeds.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "engine/segment/signed_distance.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr int kDrawn = 64;
+
+// Numbers that do not depend on the standard library, whose distributions differ.
+class Random {
+ public:
+    explicit Random(uint64_t seed) : engine_(seed) {}
+    double share() { return double(engine_() >> 11) * 0x1p-53; } // 0 <= share < 1
+    size_t below(size_t count) { return std::min(size_t(share() * double(count)), count - 1); }
+    double normal() { // of mean 0 and variance 1: the sum of 12 shares, within +-6
+        double sum = -6.0;
+        for (int i = 0; i < 12; ++i)
+            sum += share();
+        return sum;
+    }
+
+ private:
+    std::mt19937_64 engine_;
+};
+
+std::vector<glm::uvec3> deep_samples(const Volume& distance, double depth_mm) {
+    std::vector<glm::uvec3> found;
+    for_each_brick(distance, [&](glm::uvec3 position) {
+        const Brick& brick = distance.brick(position);
+        if (!(brick.range().min <= -depth_mm))
+            return;
+        const Brick::Pinned pinned = brick.pin();
+        const glm::uvec3 valid = distance.valid_in_brick(position);
+        for (uint32_t z = 0; z < valid.z; ++z)
+            for (uint32_t y = 0; y < valid.y; ++y)
+                for (uint32_t x = 0; x < valid.x; ++x)
+                    if (brick.value(pinned, offset_in_brick({x, y, z})) <= -depth_mm)
+                        found.push_back(position * kBrickSide + glm::uvec3(x, y, z));
+    });
+    return found;
+}
+
+// Of some drawn places the farthest from all centres so far.
+glm::dvec3 next_place(const Grid& grid, const std::vector<glm::uvec3>& deep,
+                      const std::vector<glm::dvec3>& before, Random& random) {
+    glm::dvec3 best{};
+    double farthest = -1.0;
+    for (int i = 0; i < (before.empty() ? 1 : kDrawn); ++i) {
+        const glm::dvec3 place = world_point(grid, glm::dvec3(deep[random.below(deep.size())]));
+        double nearest = std::numeric_limits<double>::max();
+        for (const glm::dvec3& other : before)
+            nearest = std::min(nearest, glm::length(place - other));
+        if (nearest > farthest) {
+            farthest = nearest;
+            best = place;
+        }
+    }
+    return best;
+}
+
+// Whether a place lies in the volume, and in the object.
+struct Where {
+    bool in_volume, in_object;
+};
+Where where(const Volume& labels, uint16_t label, glm::dvec3 mm) {
+    const glm::dvec3 index = glm::round(index_point(labels.grid(), mm));
+    if (glm::any(glm::lessThan(index, glm::dvec3(0.0))) ||
+        glm::any(glm::greaterThanEqual(index, glm::dvec3(labels.size()))))
+        return {false, false};
+    return {true, labels.value(glm::uvec3(index)) == float(label)};
+}
+
+} // namespace
+
+Result<SeedFile> simulated_seeds(const Volume& labels, const SimulatedSeedOptions& options,
+                                 const Task& task) {
+    PALPATE_TRY(const Volume distance,
+                signed_distance(labels, {.of = DistanceOf::label, .label = options.label}, task));
+    // A map that is full of the label has no distances.
+    const double deepest = distance.range().empty() ? 0.0 : -double(distance.range().min);
+    if (!(deepest > 0.0))
+        return fail("expected a label map in which some samples, and not all, have label {}",
+                    options.label);
+    const std::vector<glm::uvec3> deep =
+        deep_samples(distance, std::min(1.2 * options.radius_mm, 0.5 * deepest));
+    Random random(options.random);
+    SeedFile file{{}, 0, labels.grid()};
+    std::vector<glm::dvec3> places;
+    for (uint32_t n = 0; n < options.count; ++n) {
+        const glm::dvec3 place = next_place(labels.grid(), deep, places, random);
+        places.push_back(place);
+        glm::dvec3 center = place;
+        for (int tries = 0; tries < 100; ++tries) {
+            const glm::dvec3 moved =
+                place +
+                options.jitter_mm * glm::dvec3{random.normal(), random.normal(), random.normal()};
+            const Where lies = where(labels, options.label, moved);
+            if (lies.in_object || (lies.in_volume && random.share() < options.mistakes)) {
+                center = moved;
+                break;
+            }
+        }
+        const double change = std::clamp(1.0 + 0.1 * random.normal(), 0.5, 1.5);
+        file.balls.push_back({options.label, center, options.radius_mm * change});
+    }
+    return file;
+}
+
+} // namespace palpate
