@@ -1,6 +1,7 @@
 // Folders, and what was opened last.
 
 #include "apps/palpate/view/file_browser.h"
+#include "apps/palpate/view/settings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -66,6 +67,20 @@ TEST_F(Files, TheListLiesWhereTheXdgSpecificationSays) {
     ::unsetenv("XDG_STATE_HOME");
     ::unsetenv("HOME");
     EXPECT_EQ(recent_file(), "");
+}
+
+TEST_F(Files, SettingsAreKeptAndADamagedFileIsTheDefaults) {
+    const fs::path path = file("deep/view.json");
+    EXPECT_EQ(load_settings(path), Settings());
+    const Settings liked{true, 1.5};
+    ASSERT_TRUE(save_settings(path, liked));
+    EXPECT_EQ(load_settings(path), liked);
+    for (const char* text : {"", "{", "[]", R"({"light": 3, "text_scale": 1e9})"}) {
+        write("view.json", text);
+        EXPECT_EQ(load_settings(file("view.json")), Settings()) << text;
+    }
+    EXPECT_FALSE(save_settings(file("view.json/x"), liked)); // its folder is a file
+    EXPECT_TRUE(save_settings({}, liked));                   // no home
 }
 
 } // namespace

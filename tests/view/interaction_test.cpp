@@ -367,5 +367,27 @@ TEST(Interaction, AHundredThousandRandomEventsKeepTheStateSound) {
     }
 }
 
+// However far the mouse goes: a later drag brings the values back into the window.
+TEST(Interaction, AWindowStaysNearTheValues) {
+    std::mt19937 random(5);
+    const Subject subject = subject_of(random_grid(random));
+    TestHand hand{subject};
+    const glm::dvec2 middle = hand.middle(Panel::axial);
+    for (const glm::dvec2 to : {glm::dvec2(1e5, 0), glm::dvec2(0, 1e5), glm::dvec2(-1e5, -1e5)}) {
+        hand.state.window = subject.home.window;
+        hand.take({.kind = Event::Kind::key, .down = true, .key = "w"});
+        for (int i = 0; i < 20; ++i)
+            hand.drag(middle, to, Button::left);
+        hand.take({.kind = Event::Kind::key, .key = "w"});
+        const GreyWindow window = hand.state.window;
+        EXPECT_LT(window.low, window.high);
+        const double span = double{subject.range.max} - subject.range.min;
+        EXPECT_GE(window.low, subject.range.min - 2e3 * span); // half the widest, and the farthest
+        EXPECT_LE(window.high, subject.range.max + 2e3 * span);
+    }
+    const GreyWindow constant = limited({1e30, 1e30}, {1e30f, 1e30f});
+    EXPECT_LT(constant.low, constant.high);
+}
+
 } // namespace
 } // namespace palpate::view

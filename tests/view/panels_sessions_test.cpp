@@ -72,12 +72,20 @@ const RecordedSteps kSessions[] = {
      R"({"label_styles": {"1": {"visible": false}, "2": {"visible": true}}})"},
     {"label_seen_alone", "widget tool/label 0.8; widget tab/labels; widget labels/one",
      R"({"label_styles": {"2": {"visible": true}}})"},
+    {"label_found_by_its_name",
+     "key b; at axial 10 20; click left; widget tool/label 0.8; at axial 40 20; click left; widget "
+     "tab/labels; widget labels/find; type 2; widget labels/row/2; key delete; widget "
+     "labels/lock/2",
+     R"({"tool": {"label": 2}, "locked_labels": [2]})"},
+    {"label_not_found_by_another_name",
+     "key b; at axial 10 20; click left; widget tab/labels; widget labels/find; type x",
+     R"({"tool": {"label": 1}, "widgets": {"labels/row/1": null}})"},
     {"label_locked", "widget tab/labels; widget labels/lock/1", R"({"locked_labels": [1]})"},
     {"label_unlocked", "widget tab/labels; widget labels/lock/1; widget labels/lock/1",
      R"({"locked_labels": []})"},
-    {"locked_label_is_not_drawn",
+    {"locked_label_is_drawn_where_no_locked_label_lies",
      "widget tab/labels; widget labels/lock/1; key b; at axial 10 20; click left",
-     R"({"label_counts": {}, "undo_steps": 0})"},
+     R"({"label_counts": {"1": 1}, "undo_steps": 1})"},
     {"locked_label_is_not_painted_over",
      "key b; at axial 10 20; click left; widget tab/labels; widget labels/lock/1; widget tab/view; "
      "widget tool/label 0.8; at axial 10 20; click left; at axial 40 20; click left",

@@ -148,7 +148,16 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
         read.series = series;
         return open_source(dropped, read, !options.headless, stop);
     };
-    if (!options.headless) // a script is a function of its input
+    if (!options.headless) { // a script is a function of its input
+        const std::filesystem::path file = view::state_file("view.json");
+        const view::Settings settings = view::load_settings(file);
+        loop.viewer.light = settings.light;
+        if (options.text_scale == 0.0)
+            loop.text_scale = settings.text_scale;
+        loop.viewer.keep_settings = [file](const view::Settings& changed) {
+            if (const Result<void> saved = view::save_settings(file, changed); !saved)
+                log::info("{}", saved.error().message);
+        };
         loop.viewer.recent = [](const std::string& path) {
             if (!path.empty() && !is_synthetic(path)) {
                 std::error_code ignored;
@@ -158,6 +167,7 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
             }
             return view::load_recent(view::recent_file());
         };
+    }
     loop.stop = interrupt.token();
     loop.set_renderer = [&](const GpuDevice& device, RendererOptions& renderer) {
         apply(options.memory, device, true, renderer);

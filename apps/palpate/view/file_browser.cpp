@@ -1,9 +1,9 @@
 #include "apps/palpate/view/file_browser.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <span>
 
+#include "apps/palpate/view/settings.h"
 #include "engine/base/file.h"
 #include "engine/base/json.h"
 
@@ -34,11 +34,7 @@ Result<std::vector<BrowserEntry>> list_folder(const fs::path& folder) {
 }
 
 fs::path recent_file() {
-    const char* state = std::getenv("XDG_STATE_HOME");
-    const char* home = std::getenv("HOME");
-    if (state && *state == '/')
-        return fs::path(state) / "palpate" / "recent.json";
-    return home && *home == '/' ? fs::path(home) / ".local/state/palpate/recent.json" : fs::path();
+    return state_file("recent.json");
 }
 
 std::vector<std::string> load_recent(const fs::path& file) {

@@ -21,9 +21,8 @@ struct BrowserEntry {
 // folder cannot be read.
 Result<std::vector<BrowserEntry>> list_folder(const std::filesystem::path& folder);
 
-// Files that were opened last, the newest first, at most kMostRecent: a list in JSON. The file is
-// $XDG_STATE_HOME/palpate/recent.json (XDG Base Directory Specification), by default in
-// ~/.local/state; empty where the environment names no home.
+// Files that were opened last, the newest first, at most kMostRecent: a list in JSON, in
+// state_file("recent.json").
 constexpr size_t kMostRecent = 12;
 std::filesystem::path recent_file();
 // None where the file is not there, or is no such list.

@@ -35,6 +35,9 @@ void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order
         orders.push_back({Order::Kind::save, {}, time_s_, {}});
     note("file/save");
     ImGui::SameLine();
+    if (ImGui::Button("picture"))
+        orders.push_back({Order::Kind::picture, {}, time_s_, {}});
+    note("file/picture");
     ImGui::Checkbox("hide names", &state.names_hidden);
     note("file/hide");
     if (!state.names_hidden && !recent_.empty()) {

@@ -9,6 +9,31 @@
 
 namespace palpate::view {
 
+namespace {
+
+// How deep along the view the tool goes for a pointer over what is seen. A ray goes through a
+// narrow hole to what lies far behind it, and the tool stays at the hole's edge: where the ray ends
+// kThrough radii below all that is seen round about.
+std::optional<double> depth_of_seen(const ViewState& state, const Subject& subject,
+                                    const View& view, const Ray& ray) {
+    constexpr double kThrough = 8.0, kAround = 1.25; // in radii of the tool
+    const auto depth = [&](glm::dvec3 aside) -> std::optional<double> {
+        const auto seen = subject.pick({ray.origin_mm + aside, ray.direction});
+        return seen ? std::optional(glm::dot(view.forward, *seen - view.eye_mm)) : std::nullopt;
+    };
+    const std::optional<double> middle = depth(glm::dvec3(0.0));
+    if (!middle)
+        return middle;
+    double edge = -INFINITY;
+    for (const glm::dvec3 aside : {view.right, view.up, -view.right, -view.up}) {
+        const auto found = depth(kAround * state.radius_mm * aside);
+        edge = std::max(edge, found.value_or(INFINITY));
+    }
+    return edge < *middle - kThrough * state.radius_mm ? edge : *middle;
+}
+
+} // namespace
+
 void point_hand(ViewState& state, const Subject& subject) {
     if (!state.under)
         return;
@@ -36,8 +61,8 @@ void point_hand(ViewState& state, const Subject& subject) {
         return;
     }
     if (stylus.on_surface && stylus.buttons == 0 && subject.pick)
-        if (const auto seen = subject.pick(ray))
-            stylus.depth_mm = depth_of(*seen);
+        if (const auto seen_mm = depth_of_seen(state, subject, view, ray))
+            stylus.depth_mm = *seen_mm;
     if (stylus.depth_mm <= 0.0)
         stylus.depth_mm = depth_of(state.camera.target_mm);
     const double depth_mm = std::max(1e-3, stylus.depth_mm + stylus.push_mm);

@@ -91,6 +91,7 @@ class Interface {
     std::string browsed_, browser_error_;                  // the folder that is shown
     std::vector<BrowserEntry> entries_;                    // of it
     std::vector<std::string> recent_;
+    std::array<char, 64> sought_{}; // a part of the names of labels
 };
 
 // A small table.

@@ -35,6 +35,7 @@ const std::vector<KeyHelp>& key_help() {
         {"Ctrl+Z, Ctrl+Y", "undo, redo"},
         {"Ctrl+O", "open a file, a folder or a project"},
         {"Ctrl+S", "save to a project folder"},
+        {"Ctrl+P", "picture of the window, PNG, in the current folder"},
         {"Esc", "cancel the stroke"},
         {"1 .. 9", "windows"},
         {"S, A, D", "labels: show, fade, strengthen"},

@@ -3,7 +3,9 @@
 #include <imgui/imgui.h>
 
 #include <algorithm>
+#include <cctype>
 #include <set>
+#include <string_view>
 
 #include "apps/palpate/view/interface.h"
 #include "engine/measure/measure_report.h"
@@ -25,6 +27,15 @@ std::vector<uint32_t> listed_labels(const ViewState& state, Work& work) {
             all.insert(static_cast<uint32_t>(label));
     all.erase(0);
     return {all.begin(), all.end()};
+}
+
+// Whether a name has a part, whatever the case of its letters; an empty part is in all.
+bool has_part(const std::string& name, std::string_view part) {
+    const auto same = [](unsigned char a, unsigned char b) {
+        return std::tolower(a) == std::tolower(b);
+    };
+    return std::search(name.begin(), name.end(), part.begin(), part.end(), same) != name.end() ||
+           part.empty();
 }
 
 LabelStyle& own_style(LabelLayer& layer, uint32_t label) {
@@ -62,6 +73,13 @@ void Interface::draw_labels_panel(ViewState& state, Work& work) {
     if (ImGui::SmallButton("see one"))
         set_visible([&](uint32_t label) { return label == state.label; });
     note("labels/one");
+    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("find_").x);
+    ImGui::InputText("find", sought_.data(), sought_.size());
+    note("labels/find");
+    std::vector<uint32_t> found = all;
+    std::erase_if(found, [&](uint32_t label) {
+        return !has_part(work.name_of_label(label), sought_.data());
+    });
     const float row = ImGui::GetFrameHeightWithSpacing();
     const float height = row * static_cast<float>(std::min(all.size(), kMostRows) + 1) + 4.0f;
     if (ImGui::BeginTable("labels", 5,
@@ -76,10 +94,11 @@ void Interface::draw_labels_panel(ViewState& state, Work& work) {
         ImGui::TableSetupColumn("volume");
         ImGui::TableHeadersRow();
         ImGuiListClipper rows; // an atlas has hundreds
-        rows.Begin(static_cast<int>(all.size()));
+        rows.Begin(static_cast<int>(found.size()));
         while (rows.Step())
             for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i)
-                changed |= draw_label_row(state, work, *scene.labels, all[static_cast<size_t>(i)]);
+                changed |=
+                    draw_label_row(state, work, *scene.labels, found[static_cast<size_t>(i)]);
         ImGui::EndTable();
     }
     draw_label_figures(state, work);
@@ -124,6 +143,8 @@ bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, 
     if (ImGui::Selectable(work.name_of_label(label).c_str(), state.label == label) &&
         label <= 65535)
         state.label = static_cast<uint16_t>(label);
+    if (ImGui::IsItemHovered()) // the column may be narrower
+        ImGui::SetTooltip("%s", work.name_of_label(label).c_str());
     note(fmt::format("labels/row/{}", label).c_str());
     ImGui::TableNextColumn();
     const auto known = work.figures().known();

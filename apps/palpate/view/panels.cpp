@@ -137,6 +137,7 @@ void Interface::draw_window(ViewState& state, Work& work) {
     note("window/black");
     drag("white", state.window.high, state.window.low + least, high + room);
     note("window/white");
+    state.window = limited(state.window, subject.range);
     for (size_t i = 0; i < subject.windows.size(); ++i) {
         const std::string name = fmt::format("{} {}", i + 1, subject.window_names[i]);
         if (i % 2 == 1)

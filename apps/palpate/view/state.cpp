@@ -1,6 +1,7 @@
 #include "apps/palpate/view/state.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate::view {
 
@@ -12,6 +13,22 @@ const char* name_of(Hand hand) {
 const char* name_of(Tab tab) {
     constexpr const char* names[] = {"view", "curve", "labels", "measure", "clip", "file"};
     return names[static_cast<size_t>(tab)];
+}
+
+GreyWindow limited(GreyWindow window, ValueRange range) {
+    constexpr double kNarrowest = 1e-6, kWidest = 1e3, kFarthest = 1e3; // of the values' range
+    const double span = std::max(1e-6, double{range.max} - range.min);
+    const auto within = [&](double value) {
+        return std::clamp(value, range.min - kFarthest * span, range.max + kFarthest * span);
+    };
+    const double low = within(window.low), high = within(window.high);
+    const double level = 0.5 * (low + high);
+    const double size = std::max(std::abs(range.min), std::abs(range.max)); // of their rounding
+    const double least = std::max(kNarrowest * span, 1e-9 * size);
+    const double width = std::clamp(high - low, least, std::max(least, kWidest * span));
+    if (width == window.high - window.low && low == window.low)
+        return window; // not a bit of it changes
+    return {level - 0.5 * width, level + 0.5 * width};
 }
 
 Places places_of(const ViewState& state) {
@@ -32,6 +49,10 @@ std::optional<Box> box_of(const ViewState& state, Panel panel) {
         if (view.panel == panel)
             return view.box;
     return std::nullopt;
+}
+
+double extent_mm(const Grid& grid) {
+    return glm::length(glm::dmat3(grid.world_from_index) * glm::dvec3(grid.size));
 }
 
 glm::uvec2 volume_size_px(const ViewState& state) {

@@ -33,6 +33,10 @@ struct GreyWindow {
     friend bool operator==(const GreyWindow&, const GreyWindow&) = default;
 };
 
+// The nearest window that can be shown of values of this range: finite, its ends apart, and not so
+// far away that a person would not find the values again.
+GreyWindow limited(GreyWindow window, ValueRange range);
+
 // A move of the mouse with a button pressed, from its press on.
 struct Drag {
     enum class Kind {
@@ -89,7 +93,7 @@ struct ViewState {
     double label_opacity = 0.4;
     SeenAs seen_as = SeenAs::rays; // of the volume in 3D
     Stylus stylus;
-    std::vector<uint16_t> locked_labels; // that no tool changes; ascending
+    std::vector<uint16_t> locked_labels; // that keep their samples; ascending
 
     Tab tab = Tab::view;
     TransferEditing transfer;
@@ -133,6 +137,7 @@ struct Order {
         open,
         export_measures,
         cancel_opening,
+        picture, // of the window, to a file
         hand_start,
         hand_stop,
         hand_arm,
@@ -151,6 +156,9 @@ struct Order {
 Places places_of(const ViewState& state);
 std::optional<Box> box_of(const ViewState& state,
                           Panel panel); // none where it is not shown
+
+// The length of the volume's diagonal.
+double extent_mm(const Grid& grid);
 
 // The size of the volume's view, or what it would be.
 glm::uvec2 volume_size_px(const ViewState& state);

@@ -7,6 +7,7 @@
 
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/widgets.h"
 #include "haptics/field/field.h"
 #include "haptics/proxy/algorithms.h"
 #include "haptics/safety/chain.h"
@@ -17,15 +18,8 @@ namespace {
 
 using namespace haptics;
 
-bool slide(const char* id, double& value, double low, double high, const char* format,
-           bool logarithmic = false) {
-    return ImGui::SliderScalar(
-        id, ImGuiDataType_Double, &value, &low, &high, format,
-        ImGuiSliderFlags_AlwaysClamp | (logarithmic ? ImGuiSliderFlags_Logarithmic : 0));
-}
-
 template <class Choice, class Choices>
-bool choose(const char* id, Choice& now, const Choices& all) {
+bool choose_named(const char* id, Choice& now, const Choices& all) {
     bool changed = false;
     if (ImGui::BeginCombo(id, name_of(now))) {
         for (const Choice value : all)
@@ -77,11 +71,14 @@ void Interface::draw_touch(ViewState& state, Work& work, std::vector<Order>& ord
         return;
     const Places places = places_of(state);
     const float width = 15.0f * ImGui::GetFontSize() + 60.0f;
-    // At the left, where it does not lie over the 3D view; it grows downwards, so that no button
-    // moves.
-    ImGui::SetNextWindowPos(ImVec2(4.0f, 4.0f));
-    ImGui::SetNextWindowSizeConstraints(
-        ImVec2(width, 0.0f), ImVec2(width, static_cast<float>(places.status.low_px.y) - 8.0f));
+    // Over the side panel, where it hides no view, and below its tools; it grows downwards, so that
+    // no button moves.
+    const auto bottom = static_cast<float>(places.status.low_px.y);
+    const bool over_tools = places.tools.size_px.x > 0;
+    const ImVec2 at(over_tools ? static_cast<float>(state.size_px.x) - width : 4.0f,
+                    over_tools ? std::min(17.0f * ImGui::GetFontSize(), 0.3f * bottom) : 4.0f);
+    ImGui::SetNextWindowPos(at);
+    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0.0f), ImVec2(width, bottom - at.y));
     if (ImGui::Begin("Touch", &state.touch_open,
                      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
                          ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
@@ -177,11 +174,11 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
 void Interface::draw_touch_buttons(ViewState& state) {
     ImGui::Separator();
     Stylus& stylus = state.stylus;
-    choose("button 0", stylus.first, kCarves);
+    choose_named("button 0", stylus.first, kCarves);
     note("touch/first");
-    choose("button 1", stylus.second, kCarves);
+    choose_named("button 1", stylus.second, kCarves);
     note("touch/second");
-    choose("shape", stylus.shape, kTipShapes);
+    choose_named("shape", stylus.shape, kTipShapes);
     note("touch/shape");
     const auto mills = [](Carve carve) { return carve == Carve::drill || carve == Carve::add; };
     if (mills(stylus.first) || mills(stylus.second)) {
@@ -190,7 +187,7 @@ void Interface::draw_touch_buttons(ViewState& state) {
     }
     ImGui::Checkbox("force as an arrow", &stylus.arrow_shown);
     note("touch/arrow");
-    choose("3D by", state.seen_as, kSeenAs);
+    choose_named("3D by", state.seen_as, kSeenAs);
     note("touch/seen_as");
     ImGui::Checkbox("widgets in 3D", &state.palette_shown);
     note("touch/palette");

@@ -1,12 +1,14 @@
 #include "apps/palpate/view/viewer.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/interaction.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/base/profile.h"
+#include "engine/image/png.h"
 
 namespace palpate::view {
 
@@ -22,6 +24,7 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
     state_.size_px = size_px;
     state_.text_scale = text_scale;
     begin(std::move(source));
+    state_.light = options_.light;
     if (options_.recent)
         interface_->set_recent(options_.recent(""));
 }
@@ -131,10 +134,13 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
         for (Order& order : next.orders)
             orders.push_back(std::move(order));
     }
+    bool wants_picture = false;
     const auto obey = [&](const std::vector<Order>& all) {
         for (const Order& order : all)
             if (order.kind == Order::Kind::open)
                 open(order.path, order.series);
+            else if (order.kind == Order::Kind::picture)
+                wants_picture = true; // with this frame's interface
             else if (order.kind == Order::Kind::cancel_opening)
                 stop_opening_.request_stop();
             else if (order.kind == Order::Kind::save && order.path.empty() && !work_->has_project())
@@ -156,11 +162,17 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     work_->follow_hand(state_, time_s);
     work_->poll();
     work_->watch(state_);
+    const Settings before{state_.light, state_.text_scale};
     obey(interface_->frame(events, time_s, state_, *work_, state_of_pictures_));
+    if (const Settings now{state_.light, state_.text_scale};
+        options_.keep_settings && now != before)
+        options_.keep_settings(now);
     work_->show_as_wanted(state_);
     if (!options_.threaded)
         work_->session().settle();
     wish();
+    if (wants_picture)
+        save_picture();
 }
 
 bool Viewer::may_close() {
@@ -209,6 +221,10 @@ Result<void> Viewer::draw_pictures() {
 Result<Image> Viewer::shot() {
     PALPATE_TRY(draw_pictures());
     frame({}, time_s_ + kFrame_s); // the notes know of the pictures
+    return capture();
+}
+
+Image Viewer::capture() {
     const glm::uvec2 size = state_.size_px;
     Commands commands(*interface_device_);
     GpuImage target(*interface_device_, "shot",
@@ -219,12 +235,39 @@ Result<Image> Viewer::shot() {
         commands.read_back(target, std::span(&all, 1), uint64_t{4} * size.x * size.y);
     commands.submit();
     commands.ticket().wait();
+    const bool swapped = format_ == VK_FORMAT_B8G8R8A8_UNORM || format_ == VK_FORMAT_B8G8R8A8_SRGB;
     Image image = make_image(size, {"R", "G", "B"});
     const std::byte* from = texels.mapped().data();
     for (size_t i = 0; i < size_t{size.x} * size.y; ++i)
         for (size_t c = 0; c < 3; ++c)
-            image.samples[3 * i + c] = static_cast<float>(from[4 * i + c]) / 255.0f;
+            image.samples[3 * i + c] =
+                static_cast<float>(from[4 * i + (swapped ? 2 - c : c)]) / 255.0f;
     return image;
+}
+
+// Of the window, beside the program: NAME-1.png, or the next number that is free.
+void Viewer::save_picture() {
+    if (!options_.threaded) {
+        work_->tell("a script saves nothing");
+        return;
+    }
+    const std::string title = state_.names_hidden || is_synthetic(work_->title())
+                                  ? "palpate"
+                                  : std::filesystem::path(work_->title()).stem().string();
+    std::filesystem::path path;
+    for (uint32_t number = 1; path.empty() || std::filesystem::exists(path); ++number)
+        path = fmt::format("{}-{}.png", title, number);
+    const Result<void> saved = save_png(path, capture());
+    work_->tell(saved ? fmt::format("picture written: {}", std::filesystem::absolute(path).string())
+                      : saved.error().message);
+}
+
+Json Viewer::dump() {
+    Json json = work_->dump(state_);
+    json["widgets"] = Json::object();
+    for (const auto& [id, box] : interface_->widgets())
+        json["widgets"][id] = {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
+    return json;
 }
 
 void replay(Viewer& viewer, const Script& script) {

@@ -8,6 +8,7 @@
 #include "apps/palpate/view/interface.h"
 #include "apps/palpate/view/pictures.h"
 #include "apps/palpate/view/script.h"
+#include "apps/palpate/view/settings.h"
 #include "apps/palpate/view/ui_drawing.h"
 #include "engine/base/json.h"
 #include "engine/image/image.h"
@@ -28,6 +29,9 @@ struct ViewerOptions {
         open;
     // What was opened last, and a word to it that `path` has been opened; may be empty.
     std::function<std::vector<std::string>(const std::string& path)> recent;
+    bool light = false; // the interface, at first
+    // What a person has changed; may be empty.
+    std::function<void(const Settings&)> keep_settings{};
     std::function<void()> on_picture;
     HandOptions hand; // where it names a device, that is started, without force
 };
@@ -50,13 +54,15 @@ class Viewer {
 
     // Without a thread: all pictures at full quality, drawn by the next record().
     Result<void> draw_pictures();
-    // The window as an image; without a thread.
+    // The window as an image; without a thread, at full quality.
     Result<Image> shot();
+    // The window as it is now.
+    Image capture();
 
     const ViewState& state() const { return state_; }
     Work& work() { return *work_; }
     const Interface& interface() const { return *interface_; }
-    Json dump() { return work_->dump(state_); }
+    Json dump();
     std::optional<std::string> failure() { return pictures_->failure(); }
     std::string title() const { return state_.names_hidden ? "" : work_->title(); }
     // Where the window's first pixel lies on the screen: interleaved layouts count from there.
@@ -73,6 +79,7 @@ class Viewer {
     void take_opened(Result<Source> opened);
     void poll_opening();
     void follow_text_scale();
+    void save_picture();
     void begin(Source source);
     void make_pictures(); // of the session's; the textures are there when they are
     void wish();

@@ -65,7 +65,7 @@ GreyWindow window_of(const TransferFunction& function, ValueRange range) {
     if (!function.colors.empty() && function.colors.front().value < function.colors.back().value)
         return {function.colors.front().value, function.colors.back().value};
     return range.min < range.max ? GreyWindow{range.min, range.max}
-                                 : GreyWindow{range.min, range.min + 1.0};
+                                 : limited({range.min, range.min + 1.0}, range);
 }
 
 std::string title_of(const SceneFile& file) {
@@ -215,10 +215,6 @@ bool Work::has_labels() {
 // Gives the session the tool of the hand.
 bool Work::take_tool(const ViewState& state) {
     const bool on_labels = state.hand != Hand::cut;
-    if (state.hand == Hand::draw && is_locked(state, state.label)) {
-        message_ = fmt::format("label {} is locked", name_of_label(state.label));
-        return false;
-    }
     if (on_labels && !put_labels())
         return false;
     const Carve carve = state.hand == Hand::draw    ? Carve::draw
@@ -273,6 +269,7 @@ void Work::obey(const Order& order, const ViewState& state) {
             break;
         case Order::Kind::open:
         case Order::Kind::cancel_opening:
+        case Order::Kind::picture:
             break;
         case Order::Kind::hand_start:
         case Order::Kind::hand_stop:

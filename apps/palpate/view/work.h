@@ -138,7 +138,7 @@ class Work {
     std::optional<Project::Creation> creation_;
 };
 
-// Whether a person has locked a label: no tool changes its samples.
+// Whether a person has locked a label: no tool takes samples away from it.
 bool is_locked(const ViewState& state, uint16_t label);
 
 // 1 .. 9: for a CT its usual windows, for others the default one; then all values.

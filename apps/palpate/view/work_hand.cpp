@@ -22,10 +22,6 @@ void Work::hold_tools(const ViewState& state) {
                 continue; // comes with one of the next frames
             labels_asked_ = true;
         }
-        if (carves[tool] == Carve::draw && is_locked(state, state.label)) {
-            rack_.lay_down(session_, tool);
-            continue;
-        }
         EditSetup setup = make_tool(carves[tool], state.stylus.shape, state.radius_mm, state.label,
                                     state.stylus.rate_per_s, tool_for());
         if (is_on_labels(carves[tool]))
