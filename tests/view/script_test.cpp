@@ -37,7 +37,7 @@ Event random_event(std::mt19937& random) {
             event.text = random() % 2 ? "ä\"\\" : "x";
             break;
         case Event::Kind::resize:
-            event.size_px = {640 + random() % 640, 480 + random() % 480};
+            event.size_px = {random() % 640, random() % 480};
             break;
         case Event::Kind::drop:
             event.paths = {"/a b/c.nii", "d"};
@@ -97,7 +97,7 @@ TEST(Script, ErrorsNameTheLineAndWhatWasExpected) {
                      "{\"frame\": 30, \"text\": \"a\"}"),
         HasSubstr("at least 0.75, that of the line before, found 0.5, of the frame's number"));
     EXPECT_THAT(error(head + "{\"frame\": 1, \"mov\": [1, 2]}"), HasSubstr("mov"));
-    EXPECT_THAT(error(head + "{\"frame\": 1, \"resize\": [1, 2]}"), HasSubstr("resize"));
+    EXPECT_THAT(error(head + "{\"frame\": 1, \"resize\": [-1, 2]}"), HasSubstr("resize"));
     EXPECT_EQ(error(head + "\n  \n{\"frame\": 1, \"move\": [1, 2]}\n"), "");
 }
 

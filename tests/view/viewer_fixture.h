@@ -7,15 +7,18 @@
 
 namespace palpate::view {
 
-inline OpenedScene open_synthetic(const std::string& name) {
+inline Result<OpenedScene> try_synthetic(const std::string& name) {
     SceneFile file;
     file.volume = name;
-    LoadedScene loaded = load_scene_data(file).value();
+    PALPATE_TRY(LoadedScene loaded, load_scene_data(file));
     Scene scene;
     scene.size_px = {400, 300};
     scene.ray_cast = default_ray_cast(RayMode::alpha, loaded);
     scene.camera = default_camera(scene, loaded.data);
-    return {std::move(file), std::move(loaded), std::move(scene)};
+    return OpenedScene{std::move(file), std::move(loaded), std::move(scene)};
+}
+inline OpenedScene open_synthetic(const std::string& name) {
+    return try_synthetic(name).value();
 }
 
 // The program without a window, and a hand. One device with validation for all tests of a program;
@@ -46,7 +49,8 @@ class ViewerTest : public ::testing::Test {
                           const std::stop_token&) -> Result<Source> {
             if (!is_synthetic(path))
                 return fail("{}: expected a synthetic volume", path);
-            return Source{open_synthetic(path)};
+            PALPATE_TRY(OpenedScene scene, try_synthetic(path));
+            return Source{std::move(scene)};
         };
         viewer_.reset();
         viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, std::move(source), size, 1.0,

@@ -6,17 +6,13 @@
 
 #include "apps/palpate/view/clip_tool.h"
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/mark_drawing.h"
 
 namespace palpate::view {
 
 namespace {
 
-constexpr ImU32 kPlane = IM_COL32(225, 120, 235, 255), kChosen = IM_COL32(110, 235, 255, 255),
-                kShadow = IM_COL32(0, 0, 0, 190);
-
-ImVec2 to_im(glm::dvec2 v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y)};
-}
+constexpr ImU32 kPlane = IM_COL32(225, 120, 235, 255);
 
 } // namespace
 
@@ -55,7 +51,9 @@ void Interface::draw_clip_panel(ViewState& state, Work& work) {
     if (clipping.selected && *clipping.selected < clipping.planes.size()) {
         ClipPlane& plane = clipping.planes[*clipping.selected];
         double along = glm::dot(plane.normal, plane.point_mm - center_mm(grid));
-        if (ImGui::DragScalar("mm", ImGuiDataType_Double, &along, 0.2f, nullptr, nullptr, "%.1f"))
+        const double most = extent_mm(grid), least = -most;
+        if (ImGui::DragScalar("mm", ImGuiDataType_Double, &along, 0.2f, &least, &most, "%.1f",
+                              ImGuiSliderFlags_AlwaysClamp))
             plane.point_mm = center_mm(grid) + along * plane.normal;
         note("clip/mm");
         if (ImGui::Button("other side"))
@@ -85,11 +83,11 @@ void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel pane
         const auto pa = pixel_of(state, grid, panel, a), pb = pixel_of(state, grid, panel, b);
         if (!pa || !pb)
             return;
-        list.AddLine(to_im(*pa + 1.5), to_im(*pb + 1.5), kShadow, 1.5f);
+        list.AddLine(to_im(*pa + 1.5), to_im(*pb + 1.5), kMarkShadow, 1.5f);
         list.AddLine(to_im(*pa + 0.5), to_im(*pb + 0.5), color, 1.5f);
     };
     const auto color_of = [&](size_t plane) {
-        return state.clipping.selected == plane ? kChosen : kPlane;
+        return state.clipping.selected == plane ? kMarkChosen : kPlane;
     };
     for (size_t i = 0; i < state.clipping.planes.size(); ++i) {
         if (is_slice(panel)) {
@@ -117,10 +115,10 @@ void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel pane
     for (const ClipHandle& handle : clip_handles(state, grid, panel)) {
         const ImVec2 at = to_im(handle.at_px + 0.5);
         if (handle.turns) {
-            list.AddCircle(at, 6.0f, kShadow, 0, 3.5f);
+            list.AddCircle(at, 6.0f, kMarkShadow, 0, 3.5f);
             list.AddCircle(at, 6.0f, color_of(handle.plane), 0, 1.5f);
         } else {
-            list.AddCircleFilled(at, 6.5f, kShadow);
+            list.AddCircleFilled(at, 6.5f, kMarkShadow);
             list.AddCircleFilled(at, 5.0f, color_of(handle.plane));
         }
     }

@@ -7,17 +7,14 @@
 
 #include "apps/palpate/view/hand_marks.h"
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/mark_drawing.h"
 
 namespace palpate::view {
 
 namespace {
 
-constexpr ImU32 kTool = IM_COL32(90, 220, 255, 255), kGhost = IM_COL32(200, 200, 200, 150),
-                kForce = IM_COL32(255, 200, 60, 255), kAway = IM_COL32(90, 220, 255, 110);
-
-ImVec2 to_im(glm::dvec2 v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y)};
-}
+constexpr ImU32 kGhost = IM_COL32(200, 200, 200, 150), kForce = IM_COL32(255, 200, 60, 255),
+                kAway = IM_COL32(90, 220, 255, 110);
 
 void draw_arrow(ImDrawList& list, glm::dvec2 from, glm::dvec2 to) {
     const glm::dvec2 along = glm::normalize(to - from), across(-along.y, along.x);
@@ -59,9 +56,8 @@ void draw_hand_marks(ImDrawList& list, const ViewState& state, Work& work, Panel
         list.AddCircleFilled(to_im(probe), 3.5f, kGhost);
     }
     // In 3D the picture holds the tool itself: the outline tells where it is behind something.
-    const auto radius = static_cast<float>(std::max(2.0, marks->radius_px));
-    list.AddCircle(to_im(proxy), radius, marks->is_cut ? kTool : kAway, 0,
-                   is_slice(panel) && marks->is_cut ? 1.5f : 1.0f);
+    draw_circle(list, proxy, std::max(2.0, marks->radius_px), marks->is_cut ? kMarkTool : kAway,
+                is_slice(panel) && marks->is_cut ? 1.5f : 1.0f);
     if (state.stylus.arrow_shown && marks->arrow_to_px)
         draw_arrow(list, proxy, *marks->arrow_to_px + 0.5);
     list.PopClipRect();

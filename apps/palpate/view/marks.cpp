@@ -7,13 +7,13 @@
 
 #include "apps/palpate/view/interaction.h"
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/mark_drawing.h"
 
 namespace palpate::view {
 
 namespace {
 
-constexpr ImU32 kText = IM_COL32(225, 225, 215, 255), kShadow = IM_COL32(0, 0, 0, 200),
-                kTool = IM_COL32(90, 220, 255, 255);
+constexpr ImU32 kText = IM_COL32(225, 225, 215, 255), kShadow = IM_COL32(0, 0, 0, 200);
 
 // Of planes and their lines: axial red, coronal green, sagittal yellow.
 ImU32 color_of(Panel panel, int alpha = 255) {
@@ -28,10 +28,6 @@ ImU32 color_of(Panel panel, int alpha = 255) {
             return IM_COL32(120, 150, 220, alpha);
     }
     return kText;
-}
-
-ImVec2 to_im(glm::dvec2 v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y)};
 }
 
 // Text whose box lies at `at` less `anchor` (0 .. 1) of its size; dark below it, so that it can be
@@ -126,8 +122,7 @@ struct Marks {
         if (state.hand == Hand::crosshair || state.under != panel)
             return;
         const double radius = state.radius_mm / mm_per_px(slice(), grid(), glm::ivec2(size));
-        list.AddCircle(to_im(state.pointer_px + 0.5), static_cast<float>(std::max(radius, 1.0)),
-                       kTool, 0, 1.5f);
+        draw_circle(list, state.pointer_px + 0.5, std::max(radius, 1.0), kMarkTool, 1.5f);
     }
 
     // Where the crosshair is in the volume.
@@ -138,7 +133,7 @@ struct Marks {
         for (const glm::dvec2 arm : {glm::dvec2(6.0, 0.0), glm::dvec2(0.0, 6.0)})
             for (const double side : {-1.0, 1.0})
                 list.AddLine(to_im(*at + 0.5 + 0.4 * side * arm), to_im(*at + 0.5 + side * arm),
-                             kTool, 1.5f);
+                             kMarkTool, 1.5f);
     }
 };
 

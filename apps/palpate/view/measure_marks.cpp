@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/mark_drawing.h"
 #include "apps/palpate/view/measure_tool.h"
 #include "engine/measure/measure_report.h"
 
@@ -13,12 +14,7 @@ namespace palpate::view {
 
 namespace {
 
-constexpr ImU32 kLine = IM_COL32(255, 214, 80, 255), kChosen = IM_COL32(110, 235, 255, 255),
-                kShadow = IM_COL32(0, 0, 0, 190);
-
-ImVec2 to_im(glm::dvec2 v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y)};
-}
+constexpr ImU32 kLine = IM_COL32(255, 214, 80, 255);
 
 struct Drawing {
     ImDrawList& list;
@@ -36,7 +32,7 @@ struct Drawing {
     float width() const { return static_cast<float>(1.5 * text_scale); }
 
     void line(glm::dvec2 a, glm::dvec2 b) const {
-        list.AddLine(to_im(a + 1.0), to_im(b + 1.0), kShadow, width());
+        list.AddLine(to_im(a + 1.0), to_im(b + 1.0), kMarkShadow, width());
         list.AddLine(to_im(a), to_im(b), color, width());
     }
     // A line in the slice, or the dot where it goes through.
@@ -57,7 +53,8 @@ struct Drawing {
             list.AddCircleFilled(to_im(*at), 2.0f * width(), color);
     }
     void round(glm::dvec2 middle, double radius_px) const {
-        list.AddCircle(to_im(middle + 1.0), static_cast<float>(radius_px), kShadow, 64, width());
+        list.AddCircle(to_im(middle + 1.0), static_cast<float>(radius_px), kMarkShadow, 64,
+                       width());
         list.AddCircle(to_im(middle), static_cast<float>(radius_px), color, 64, width());
     }
     void sphere(const Measure& measure) const {
@@ -102,7 +99,7 @@ struct Drawing {
         if (!at || !shows(p))
             return;
         const auto r = static_cast<float>(3.0 * text_scale);
-        list.AddCircleFilled(to_im(*at), r + 1.0f, kShadow);
+        list.AddCircleFilled(to_im(*at), r + 1.0f, kMarkShadow);
         list.AddCircleFilled(to_im(*at), r, color);
     }
     void text(glm::dvec3 beside, const std::string& words) const {
@@ -141,7 +138,7 @@ void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel p
     Drawing draw{list, state, work.subject().grid, panel, kLine, state.text_scale};
     for (size_t i = 0; i < measuring.measures.size(); ++i) {
         const Measure& measure = measuring.measures[i];
-        draw.color = measuring.selected == i ? kChosen : kLine;
+        draw.color = measuring.selected == i ? kMarkChosen : kLine;
         draw.lines(measure);
         const bool is_held = measuring.selected == i || state.hand == Hand::measure;
         if (is_held && (is_slice(panel) || measure.kind != MeasureKind::polygon))
@@ -154,7 +151,7 @@ void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel p
             words += headline(*measured);
         draw.text(named_at(measure), words);
     }
-    draw.color = kChosen; // of the one that is being placed, with the pointer as its next point
+    draw.color = kMarkChosen; // of the one that is being placed, with the pointer as its next point
     std::vector<glm::dvec3> begun = measuring.begun;
     if (!begun.empty() && state.under == panel && is_slice(panel))
         begun.push_back(point_under(state, work.subject().grid, panel, state.pointer_px));

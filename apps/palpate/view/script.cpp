@@ -22,12 +22,11 @@ glm::dvec2 read_pair(const JsonValue& in, double low, double high) {
                              : glm::dvec2(0.0);
 }
 
-glm::uvec2 read_size(const JsonValue& in) {
+glm::uvec2 read_size(const JsonValue& in, glm::uvec2 least) {
     const auto items = in.items(2, 2);
     if (items.size() != 2)
         return kSmallestWindow_px;
-    return {items[0].whole_number(kSmallestWindow_px.x, 16384),
-            items[1].whole_number(kSmallestWindow_px.y, 16384)};
+    return {items[0].whole_number(least.x, 16384), items[1].whole_number(least.y, 16384)};
 }
 
 bool read_flag(const JsonValue& in, const char* key) {
@@ -65,7 +64,7 @@ Event read_event(const JsonValue& in) {
     if (const auto text = is("text", Event::Kind::text))
         event.text = text->text();
     if (const auto size = is("resize", Event::Kind::resize))
-        event.size_px = read_size(*size);
+        event.size_px = read_size(*size, glm::uvec2(0)); // as some window managers have it
     if (const auto drop = is("drop", Event::Kind::drop))
         for (const JsonValue& path : drop->items(1, 10000))
             event.paths.push_back(path.text());
@@ -103,7 +102,7 @@ Result<Script> parse_script(const std::string& text, const std::string& name) {
             if (!version || version->number(0, 1e6) != 1)
                 value.complain("expected a header with \"palpate_view\": 1");
             if (const auto size = value.find("size"))
-                script.size_px = read_size(*size);
+                script.size_px = read_size(*size, kSmallestWindow_px);
             if (const auto scale = value.find("text_scale"))
                 script.text_scale = scale->number(0.5, 4.0);
             continue;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/mark_drawing.h"
 #include "engine/scene/presets.h"
 #include "engine/session/default_scene.h"
 #include "engine/session/feel.h"
@@ -14,11 +15,7 @@ namespace palpate::view {
 
 namespace {
 
-ImVec2 to_im(glm::dvec2 v) {
-    return {static_cast<float>(v.x), static_cast<float>(v.y)};
-}
-
-ImU32 to_im(glm::dvec3 color, double alpha = 1.0) {
+ImU32 im_color(glm::dvec3 color, double alpha = 1.0) {
     return ImGui::ColorConvertFloat4ToU32(
         ImVec4(static_cast<float>(color.x), static_cast<float>(color.y),
                static_cast<float>(color.z), static_cast<float>(alpha)));
@@ -26,8 +23,7 @@ ImU32 to_im(glm::dvec3 color, double alpha = 1.0) {
 
 constexpr ImU32 kFrame = IM_COL32(110, 110, 110, 255), kBack = IM_COL32(22, 22, 24, 255),
                 kCounts = IM_COL32(78, 84, 96, 255), kCurve = IM_COL32(235, 235, 225, 255),
-                kChosen = IM_COL32(110, 235, 255, 255), kIso = IM_COL32(255, 160, 70, 255),
-                kEdge = IM_COL32(0, 0, 0, 255);
+                kIso = IM_COL32(255, 160, 70, 255), kEdge = IM_COL32(0, 0, 0, 255);
 
 struct Drawing {
     ImDrawList& list;
@@ -82,9 +78,10 @@ struct Drawing {
                      kCurve, 1.5f);
         for (size_t i = 0; i < points.size(); ++i) {
             const bool is_chosen = chosen == TransferPoint{TransferPoint::Of::opacity, i};
-            list.AddCircleFilled(to_im(place(i)), 5.0f, is_chosen ? kChosen : kEdge);
-            list.AddCircleFilled(to_im(place(i)), 3.5f, to_im(color_at(function, points[i].value)));
-            list.AddCircle(to_im(place(i)), 4.5f, is_chosen ? kChosen : kCurve);
+            list.AddCircleFilled(to_im(place(i)), 5.0f, is_chosen ? kMarkChosen : kEdge);
+            list.AddCircleFilled(to_im(place(i)), 3.5f,
+                                 im_color(color_at(function, points[i].value)));
+            list.AddCircle(to_im(place(i)), 4.5f, is_chosen ? kMarkChosen : kCurve);
         }
     }
     void colors(const TransferFunction& function,
@@ -92,21 +89,21 @@ struct Drawing {
         const double y = plot.bar.low_px.y, end = y + plot.bar.size_px.y;
         for (int x = 0; x < plot.bar.size_px.x; ++x)
             list.AddRectFilled(to_im({left() + x, y}), to_im({left() + x + 1.0, end}),
-                               to_im(color_at(function, plot.value_at(left() + x))));
+                               im_color(color_at(function, plot.value_at(left() + x))));
         for (size_t i = 0; i < function.colors.size(); ++i) {
             const double at = plot.x_of(function.colors[i].value) + 0.5;
             const bool is_chosen = chosen == TransferPoint{TransferPoint::Of::color, i};
             const ImVec2 a = to_im({at, y + 2.0}), b = to_im({at - 5.0, end + 5.0}),
                          c = to_im({at + 5.0, end + 5.0});
-            list.AddTriangleFilled(a, b, c, to_im(function.colors[i].color));
-            list.AddTriangle(a, b, c, is_chosen ? kChosen : kCurve, is_chosen ? 2.0f : 1.0f);
+            list.AddTriangleFilled(a, b, c, im_color(function.colors[i].color));
+            list.AddTriangle(a, b, c, is_chosen ? kMarkChosen : kCurve, is_chosen ? 2.0f : 1.0f);
         }
     }
     void isos(const std::vector<double>& values, const std::optional<TransferPoint>& chosen) const {
         for (size_t i = 0; i < values.size(); ++i) {
             const double at = plot.x_of(values[i]) + 0.5, y = plot.box.low_px.y;
             const bool is_chosen = chosen == TransferPoint{TransferPoint::Of::iso, i};
-            const ImU32 color = is_chosen ? kChosen : kIso;
+            const ImU32 color = is_chosen ? kMarkChosen : kIso;
             list.AddLine(to_im({at, y}), to_im({at, foot()}), color, 1.0f);
             list.AddTriangleFilled(to_im({at - 5.0, y}), to_im({at + 5.0, y}), to_im({at, y + 9.0}),
                                    color);
@@ -122,7 +119,7 @@ void draw_swatch(ImDrawList& list, ImVec2 low, ImVec2 size, const TransferFuncti
         const double value = from + double{x} / double{size.x} * (to - from);
         const double share = std::sqrt(std::min(opacity_at(function, value), 1.0));
         list.AddRectFilled(ImVec2(low.x + x, low.y), ImVec2(low.x + x + 1.0f, low.y + size.y),
-                           to_im(glm::mix(glm::dvec3(0.1), color_at(function, value), share)));
+                           im_color(glm::mix(glm::dvec3(0.1), color_at(function, value), share)));
     }
 }
 
@@ -320,9 +317,10 @@ void Interface::draw_chosen_point(ViewState& state, Work& work, TransferFunction
         return;
     const ValueRange range = work.subject().range;
     const float speed = std::max(1e-6f, (range.max - range.min) / 2000.0f);
+    const GreyWindow reach = limited({-INFINITY, INFINITY}, range);
     const auto drag = [&](const char* id, double& value) {
-        const bool moved =
-            ImGui::DragScalar(id, ImGuiDataType_Double, &value, speed, nullptr, nullptr, "%.5g");
+        const bool moved = ImGui::DragScalar(id, ImGuiDataType_Double, &value, speed, &reach.low,
+                                             &reach.high, "%.5g", ImGuiSliderFlags_AlwaysClamp);
         note(fmt::format("transfer/{}", id).c_str());
         return moved;
     };

@@ -1,0 +1,254 @@
+"""A person at a window of `palpate view`: Xvfb, openbox and xdotool.
+
+Every step waits until the program has recorded what it caused (--record), and not for a time.
+"""
+import json
+import os
+import shutil
+import struct
+import subprocess
+import time
+import zlib
+
+import numpy
+
+VOLUME = "synthetic:phantom?size=32"
+NEEDED = ("Xvfb", "openbox", "xdotool")
+LONGEST_S = 60  # of any step, on a busy machine
+
+
+def absent():
+    """The programs that are needed and not installed."""
+    return [name for name in NEEDED if not shutil.which(name)]
+
+
+def until(what, found, seconds=LONGEST_S):
+    """The first result of found() that is true."""
+    end = time.time() + seconds
+    while True:
+        result = found()
+        if result:
+            return result
+        if time.time() > end:
+            raise AssertionError(f"waited {seconds} s for {what}")
+        time.sleep(0.03)
+
+
+class Screen:
+    """An X server with a window manager, started once for all sessions of a worker."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.pictures = os.path.join(folder, "frame")
+        os.makedirs(self.pictures)
+        read, write = os.pipe()
+        self.server = subprocess.Popen(
+            ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x1024x24", "-nolisten", "tcp",
+             "-fbdir", self.pictures], pass_fds=[write], stderr=subprocess.DEVNULL)
+        os.close(write)
+        with os.fdopen(read) as numbers:
+            number = numbers.readline().strip()
+        assert number, "Xvfb did not start"
+        self.environment = dict(os.environ, DISPLAY=":" + number)
+        self.environment.pop("WAYLAND_DISPLAY", None)
+        self.manager = subprocess.Popen(["openbox"], env=dict(self.environment, HOME=folder),
+                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        until("a window manager", lambda: self.xdo("get_desktop").strip().isdigit())
+
+    def xdo(self, *words):
+        return subprocess.run(["xdotool", *map(str, words)], env=self.environment,
+                              capture_output=True, text=True).stdout
+
+    def picture(self):
+        """What the screen shows: rows, columns, RGB. Xvfb keeps it as an XWD file."""
+        with open(os.path.join(self.pictures, "Xvfb_screen0"), "rb") as file:
+            data = file.read()
+        header = struct.unpack(">25I", data[:100])
+        size, width, height, stride, colors = header[0], header[4], header[5], header[12], header[19]
+        rows = numpy.frombuffer(data, numpy.uint8, stride * height, size + 12 * colors)
+        return rows.reshape(height, stride // 4, 4)[:, :width, 2::-1]
+
+    def close(self):
+        for process in (self.manager, self.server):
+            process.terminate()
+            process.wait()
+
+
+def save_png(path, picture):
+    height, width, _ = picture.shape
+    rows = numpy.zeros((height, 1 + 3 * width), numpy.uint8)
+    rows[:, 1:] = picture.reshape(height, 3 * width)
+
+    def chunk(kind, data):
+        return (struct.pack(">I", len(data)) + kind + data +
+                struct.pack(">I", zlib.crc32(kind + data)))
+
+    with open(path, "wb") as file:
+        file.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0)) +
+                   chunk(b"IDAT", zlib.compress(rows.tobytes(), 1)) + chunk(b"IEND", b""))
+
+
+class Person:
+    """One window, and who works in it."""
+
+    def __init__(self, program, screen, name, volume=VOLUME, options=(), size=(800, 600), home=None):
+        self.screen, self.name = screen, name
+        self.folder = home or os.path.join(screen.folder, name)
+        os.makedirs(self.folder, exist_ok=True)
+        self.program, self.volume = program, volume
+        self.state_file = os.path.join(self.folder, "state.json")
+        self.record_file = os.path.join(self.folder, "record.jsonl")
+        if os.path.exists(self.record_file):
+            os.remove(self.record_file)
+        self.environment = dict(screen.environment, HOME=self.folder)
+        self.environment.pop("XDG_STATE_HOME", None)
+        self.messages = open(os.path.join(self.folder, "messages"), "w+")
+        options = list(options)
+        if "--full-screen" not in options:
+            options += ["--size", f"{size[0]},{size[1]}"]
+        self.origin = (0, 0)
+        self.process = subprocess.Popen(
+            [program, "view", volume, *options, "--validate", "--state", self.state_file,
+             "--record", self.record_file], env=self.environment, cwd=self.folder,
+            stderr=self.messages)
+        self.window = until("a window", self._window)
+        until("the first frame", lambda: self.lines() > 0 or self._ended())
+        until("a picture", lambda: self._ended() or self.shot(keep=False).std() > 5)
+        self.screen.xdo("windowactivate", "--sync", self.window)
+        self.origin = self._origin()
+
+    def _origin(self):
+        """Where the window's first pixel lies: what the manager says is beside its frame."""
+        self.screen.xdo("mousemove", "--window", self.window, 2, 2)
+        place = dict(word.split(":") for word in self.screen.xdo("getmouselocation").split())
+        return int(place["x"]) - 2, int(place["y"]) - 2
+
+    def _ended(self):
+        assert self.process.poll() is None, f"the program ended: {self.said()}"
+        return False
+
+    def _window(self):
+        self._ended()
+        found = self.screen.xdo("search", "--onlyvisible", "--pid", self.process.pid).split()
+        return found[-1] if found else None
+
+    def said(self):
+        self.messages.seek(0)
+        return self.messages.read()
+
+    def events(self):
+        try:
+            with open(self.record_file) as file:
+                return [json.loads(line) for line in file if line.endswith("\n")]
+        except OSError:
+            return []
+
+    def lines(self):
+        return len(self.events())
+
+    # Steps.
+    def do(self, *words, wants=1):
+        """An xdotool command, and the events that it causes."""
+        before = self.lines()
+        self.screen.xdo(*words)
+        until(f"{wants} events of {words}",
+              lambda: self._ended() or self.lines() >= before + wants)
+
+    def at(self, x, y):
+        now = [e["move"] for e in self.events() if "move" in e][-1:]
+        if now == [[x, y]]:
+            return
+        self.do("mousemove", "--window", self.window, x, y)
+
+    def click(self, x, y, button=1):
+        self.at(x, y)
+        self.do("click", button, wants=2)
+
+    def double(self, x, y):
+        self.at(x, y)
+        self.do("click", "--repeat", 2, "--delay", 60, 1, wants=4)
+
+    def drag(self, x, y, by, button=1, steps=8):
+        self.at(x, y)
+        self.do("mousedown", button)
+        for i in range(1, steps + 1):
+            self.do("mousemove", "--window", self.window, x + round(by[0] * i / steps),
+                    y + round(by[1] * i / steps))
+        self.do("mouseup", button)
+
+    def wheel(self, notches):
+        self.do("click", "--repeat", abs(notches), "--delay", 20, 4 if notches > 0 else 5,
+                wants=abs(notches))
+
+    def key(self, *names):
+        for name in names:
+            self.do("key", "--delay", 30, name, wants=2)
+
+    def hold(self, name):
+        self.do("keydown", name)
+
+    def let(self, name):
+        self.do("keyup", name)
+
+    def type(self, text):
+        self.do("type", "--delay", 30, text, wants=2 * len(text))
+
+    def boxes(self):
+        """Where widgets and views lie now: what was recorded, done without a window."""
+        ran = subprocess.run([self.program, "--quiet", "view", self.volume, "--headless", "--replay",
+                              self.record_file, "--state", "-"], capture_output=True, text=True,
+                             check=True, cwd=self.folder, env=self.environment)
+        self.replayed = json.loads(ran.stdout)
+        return self.replayed["widgets"]
+
+    def widget(self, name, x=None):
+        """A click on a widget; x: pixels from its left."""
+        left, top, width, height = self.boxes()[name]
+        self.click(left + (min(8, width // 2) if x is None else x), top + height // 2)
+
+    def shot(self, keep=True):
+        """The window's picture, looked at: it is kept where PALPATE_WINDOW_SHOTS names a folder."""
+        geometry = dict(line.split("=") for line in self.screen.xdo(
+            "getwindowgeometry", "--shell", self.window).split())
+        x, y = self.origin
+        picture = self.screen.picture()[y:y + int(geometry["HEIGHT"]), x:x + int(geometry["WIDTH"])]
+        folder = os.environ.get("PALPATE_WINDOW_SHOTS")
+        if keep and folder:
+            save_png(os.path.join(folder, self.name + ".png"), picture)
+        return picture
+
+    def looks_right(self):
+        """Views that show something: grey values differ in each, and no view is black."""
+        self.screen.xdo("mousemove", "--window", self.window, 2, 2)
+        time.sleep(0.3)  # pictures of the last step
+        picture = self.shot().astype(float)
+        state = self.state_of_replay()
+        for name, (x, y, width, height) in state["panels"].items():
+            view = picture[y:y + height, x:x + width]
+            assert view.std() > 8, f"{name} shows nothing: standard deviation {view.std():.1f}"
+
+    def state_of_replay(self):
+        self.boxes()
+        return self.replayed
+
+    def close(self, times=1):
+        """Closes the window as a person does, and returns the state then."""
+        for _ in range(times):
+            self.screen.xdo("windowactivate", "--sync", self.window)
+            self.screen.xdo("key", "alt+F4")
+            if times > 1:
+                time.sleep(0.4)
+        try:
+            code = self.process.wait(timeout=LONGEST_S)
+        except subprocess.TimeoutExpired:
+            raise AssertionError(f"{self.name}: the window did not close")
+        assert code == 0, f"ended with {code}: {self.said()}"
+        with open(self.state_file) as file:
+            self.state = json.load(file)
+        return self.state
+
+    def kill(self):
+        if self.process.poll() is None:
+            self.process.kill()
+        self.process.wait()
+        self.messages.close()

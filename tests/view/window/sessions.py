@@ -1,0 +1,411 @@
+"""Sessions of a person at the window, each another way to work. Views of a window of 800 x 600: axial
+0..266 x 0..287, 3D 269..535 x 0..287, coronal below axial, sagittal below 3D; tools at the right."""
+import json
+import os
+import subprocess
+import time
+
+from person import Person, VOLUME
+
+AXIAL, VOLUME_VIEW, CORONAL, SAGITTAL = (133, 144), (402, 144), (133, 434), (402, 434)
+
+
+def near(a, b, most=1e-6):
+    return abs(a - b) <= most
+
+
+def browser_opens_a_typed_file(start):
+    p = start()
+    p.key("ctrl+o")
+    left, top, width, height = p.boxes()["browser/path"]
+    p.click(left + width - 20, top + height // 2)
+    p.key("ctrl+a")
+    p.type("synthetic:ball?size=20")
+    p.key("Return")
+    time.sleep(1.0)
+    p.looks_right()
+    state = p.close()
+    assert state["crosshair_sample"] == [10, 10, 10], state["crosshair_sample"]
+    assert not state["browser_open"]
+
+
+def pages_slices(start):
+    p = start()
+    p.at(*AXIAL)
+    p.wheel(3)
+    p.at(*CORONAL)
+    p.wheel(-2)
+    p.at(*SAGITTAL)
+    p.key("Up", "Up", "Down")
+    p.looks_right()
+    # The phantom has 32 samples each way: the crosshair begins at 16.
+    assert p.close()["crosshair_sample"] == [15, 14, 19], p.state["crosshair_sample"]
+
+
+def window_by_w_and_drag(start):
+    p = start()
+    p.at(*AXIAL)
+    p.hold("w")
+    p.drag(133, 200, (0, -25))
+    p.let("w")
+    p.looks_right()
+    state = p.close()
+    # A pixel upwards lowers the level by 1/250 of the width: 25 pixels of 400 by 40.
+    assert near(state["window"][0], -120) and near(state["window"][1], 280), state["window"]
+    assert state["crosshair_sample"] == [16, 16, 16]
+
+
+def zooms_pans_and_resets(start):
+    p = start()
+    p.at(*AXIAL)
+    p.hold("ctrl")
+    p.wheel(2)
+    p.let("ctrl")
+    p.drag(*CORONAL, (0, -40), button=3)
+    p.drag(*SAGITTAL, (30, 20), button=2)
+    p.drag(*VOLUME_VIEW, (60, 30))
+    turned = p.state_of_replay()
+    p.looks_right()
+    p.key("r")
+    state = p.close()
+    assert near(turned["slices"]["axial"]["zoom"], 1.15 ** 2), turned["slices"]["axial"]
+    assert near(turned["slices"]["coronal"]["zoom"], 1.01 ** 40), turned["slices"]["coronal"]
+    assert turned["slices"]["sagittal"]["center_mm"] != state["slices"]["sagittal"]["center_mm"]
+    assert turned["camera"]["eye_mm"] != state["camera"]["eye_mm"]
+    assert all(state["slices"][name]["zoom"] == 1 for name in state["slices"])
+
+
+def maximises_by_double_click(start):
+    p = start()
+    p.double(*CORONAL)
+    assert p.state_of_replay()["alone"] == "coronal"
+    p.looks_right()
+    p.key("Escape", "l")
+    state = p.close()
+    assert state["alone"] == "" and state["layout"] == "3d"
+
+
+def crosshair_by_shift_and_move(start):
+    p = start()
+    p.at(20, 20)
+    p.hold("shift")
+    p.at(160, 120)
+    p.let("shift")
+    p.at(*VOLUME_VIEW)
+    p.looks_right()
+    # A pixel of a slice is 2.08 * 16 * 200 / 31 / 267 mm = 0.804 mm, a sample 6.45 mm.
+    state = p.close()
+    assert state["crosshair_sample"] == [19, 13, 16], state["crosshair_sample"]
+
+
+def turns_a_plane_by_its_handle(start):
+    p = start()
+    # The crosshair of sample 16 is (3.2 mm, 3.2 mm) from the middle: 4 pixels. Handles are 0.38 of
+    # the shorter side from it.
+    arm = round(0.38 * 267)
+    p.drag(137 + arm, 148, (0, 60))
+    state = p.close()
+    assert abs(state["slices"]["coronal"]["towards"][0]) > 0.2, state["slices"]["coronal"]
+    assert state["slices"]["axial"]["towards"] == [0, 0, 1] or \
+        state["slices"]["axial"]["towards"] == [0, 0, -1], state["slices"]["axial"]
+
+
+def drags_points_of_the_transfer_function(start):
+    p = start()
+    p.widget("tab/curve")
+    left, top, width, height = p.boxes()["transfer/plot"]
+    before = p.replayed["transfer"]
+    p.drag(left + 200, top + 20, (10, 40))
+    p.looks_right()
+    after = p.close()["transfer"]
+    assert len(after["opacities"]) == len(before["opacities"]) + 1, after
+
+
+def drags_an_iso_value(start):
+    p = start(options=["--iso", "300"])
+    p.widget("tab/curve")
+    left, top, width, height = p.boxes()["transfer/plot"]
+    grip = left + round((300 + 1041) / 2171 * (width - 1))  # the phantom's values: -1041 .. 1130
+    p.drag(grip, top + 3, (30, 20))
+    p.looks_right()
+    state = p.close()
+    assert 480 < state["isos"][0] < 640, state["isos"]
+    assert state["touch"]["iso"] == state["isos"][0]  # the hand feels what is seen
+
+
+def paints_erases_and_undoes(start):
+    p = start()
+    p.key("b")
+    p.drag(100, 120, (60, 0))
+    p.key("e")
+    p.drag(130, 100, (0, 40))
+    p.widget("tab/labels")
+    time.sleep(0.5)
+    erased = p.state_of_replay()["label_counts"]
+    p.looks_right()
+    p.key("ctrl+z")
+    painted = p.state_of_replay()["label_counts"]
+    p.key("ctrl+z", "ctrl+z", "ctrl+y")
+    state = p.close(times=2)
+    assert 0 < erased["1"] < painted["1"], (erased, painted)
+    assert (state["undo_steps"], state["redo_steps"]) == (1, 1)
+
+
+def drills_with_the_mouse_as_a_hand(start):
+    p = start()
+    p.at(*VOLUME_VIEW)
+    p.key("x", "o")
+    p.key("space")
+    time.sleep(0.5)
+    p.do("mousedown", 1)
+    for step in range(6):
+        p.at(402 + 4 * step, 144 + 2 * step)
+        time.sleep(0.1)
+    time.sleep(0.5)
+    p.do("mouseup", 1)
+    time.sleep(0.5)
+    p.looks_right()
+    state = p.close(times=2)
+    assert state["hand"]["armed"] and state["hand"]["first"] == "cut", state["hand"]
+    assert state["undo_steps"] >= 1, "the hand cut nothing"
+
+
+def arms_and_disarms(start):
+    p = start()
+    p.at(*VOLUME_VIEW)
+    p.key("o")
+    time.sleep(0.3)
+    p.key("space")
+    time.sleep(0.3)
+    p.shot()
+    p.key("Escape")
+    time.sleep(0.3)
+    state = p.close()
+    assert state["hand"]["on"] and not state["hand"]["armed"], state["hand"]
+    assert state["undo_steps"] == 0
+
+
+def measures(start):
+    p = start()
+    p.key("m")
+    p.drag(90, 120, (80, 0))
+    p.key("m")
+    for place in ((60, 434), (133, 434), (133, 380)):
+        p.click(*place)
+    p.key("m", "m")
+    p.drag(340, 480, (20, 0))
+    p.looks_right()
+    p.key("Delete")
+    found = p.close()["measures"]
+    assert [m["kind"] for m in found] == ["ruler", "angle"], found
+    mm_per_px = 2.08 * 16 * 200 / 31 / 267
+    assert near(found[0]["length_mm"], 80 * mm_per_px, 1e-6), found[0]
+    assert near(found[1]["angle_deg"], 90, 1e-6), found[1]
+
+
+def clips_by_a_handle(start):
+    p = start()
+    p.widget("tab/clip")
+    p.widget("clip/add")
+    before = p.state_of_replay()["clips"]
+    p.widget("clip/none")
+    p.widget("clip/box")
+    p.looks_right()
+    state = p.close()
+    assert len(before) == 1 and len(state["clips"]) == 6, state["clips"]
+
+
+def saves_and_goes_on(start):
+    p = start()
+    p.key("b")
+    p.drag(100, 120, (40, 0))
+    p.key("ctrl+s")
+    p.key("Return")
+    project = os.path.join(p.folder, "work.palpate")
+    deadline = time.time() + 30
+    while not os.path.exists(os.path.join(project, "project.json")) and time.time() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.5)
+    # Another program cannot have it as well, and says so in a sentence.
+    second = subprocess.run([p.program, "view", project], env=p.environment, capture_output=True,
+                            text=True)
+    assert second.returncode == 1 and second.stderr.count("\n") == 1, second.stderr
+    assert "work.palpate" in second.stderr, second.stderr
+    saved = p.close()  # nothing is lost: no question
+    again = start(volume=project, name="goes_on")
+    again.looks_right()
+    state = again.close()
+    assert state["document"]["labels"] == saved["document"]["labels"]
+
+
+def takes_a_picture(start):
+    p = start()
+    p.key("ctrl+p")
+    path = os.path.join(p.folder, "palpate-1.png")
+    deadline = time.time() + 30
+    while not os.path.exists(path) and time.time() < deadline:
+        time.sleep(0.05)
+    p.close()
+    with open(path, "rb") as file:
+        head = file.read(24)
+    assert head[16:24] == (800).to_bytes(4, "big") + (600).to_bytes(4, "big"), head
+
+
+def fills_the_screen(start):
+    p = start(options=["--full-screen", "0"])
+    time.sleep(0.5)
+    assert p.shot().shape == (1024, 1280, 3)
+    state = p.close()
+    assert state["size"] == [1280, 1024] and list(state["panels"]) == ["3d"], state["panels"]
+
+
+def resizes(start):
+    p = start()
+    p.do("windowsize", p.window, 1000, 700)
+    p.looks_right()
+    p.do("windowsize", p.window, 200, 100)  # the window manager is told how small it may be
+    state = p.close()
+    assert state["size"] == [480, 320], state["size"]
+
+
+def stays_when_it_is_asked(start):
+    p = start()
+    p.key("x")
+    p.drag(100, 120, (40, 0))
+    p.screen.xdo("key", "alt+F4")
+    time.sleep(0.7)
+    assert p.process.poll() is None, "the program lost edits without a question"
+    p.shot()
+    # "stay" is in the middle of the window; what a person closes is not in a recording.
+    p.click(*stay_button(p))
+    time.sleep(0.3)
+    state = p.close(times=2)
+    assert state["undo_steps"] == 1
+
+
+def stay_button(p):
+    """Where the question has its second button: in the middle of the window, in its last line."""
+    x, y = p.state_of_replay()["size"]
+    return x // 2 - 180, y // 2 + 14
+
+
+def types_into_a_field(start):
+    p = start()
+    left, top, width, height = p.boxes()["tool/radius"]
+    p.at(left + width // 2, top + height // 2)
+    p.hold("ctrl")
+    p.do("click", 1, wants=2)
+    p.let("ctrl")
+    p.key("ctrl+a")
+    p.type("7.5")
+    p.key("Return")
+    p.at(*AXIAL)
+    p.key("b")  # a shortcut again
+    state = p.close()
+    assert near(state["tool"]["radius_mm"], 7.5), state["tool"]
+    assert state["tool"]["hand"] == "draw"
+
+
+def shows_its_keys(start):
+    p = start()
+    p.key("question")
+    assert p.state_of_replay()["help_open"]
+    time.sleep(0.3)
+    p.shot()
+    p.key("Escape")
+    assert not p.close()["help_open"]
+
+
+def keeps_how_it_looks(start):
+    p = start()
+    p.widget("tab/file")
+    p.widget("file/light")
+    p.looks_right()
+    home = p.folder
+    assert p.close()["light"]
+    again = start(name="looks_as_before", home=home)
+    again.shot()
+    assert again.close()["light"], "light colours are forgotten"
+
+
+def refuses_without_a_driver(start):
+    p = start()
+    p.close()
+    for name, words, environment in (
+            ("a Vulkan driver", [], {"VK_ICD_FILENAMES": "/nonexistent",
+                                     "VK_DRIVER_FILES": "/nonexistent"}),
+            ("graphics memory", ["--gpu-memory", "100K"], {}),
+            ("monitor 0 .. 0, found 7", ["--full-screen", "7"], {}),
+            ("a display", [], {"DISPLAY": ":4711"})):
+        ran = subprocess.run([p.program, "view", "synthetic:phantom?size=64", *words],
+                             env=dict(p.environment, **environment), capture_output=True, text=True,
+                             timeout=60, cwd=p.folder)
+        assert ran.returncode == 1, (name, ran.returncode)
+        assert ran.stderr.count("\n") == 1 and name in ran.stderr, (name, ran.stderr)
+
+
+def works_undoes_and_asks(start):
+    p = start(volume="synthetic:phantom?size=48")
+    p.click(150, 150)
+    p.do("click", 4, wants=2 - 1)
+    p.key("b")
+    p.drag(120, 420, (48, 12))
+    p.key("x")
+    p.click(200, 200)
+    p.key("ctrl+z")
+    p.do("windowsize", "--sync", p.window, 900, 650)
+    p.screen.xdo("windowminimize", "--sync", p.window)
+    time.sleep(0.3)
+    p.screen.xdo("windowactivate", "--sync", p.window)
+    p.key("question")
+    state = p.close(times=2)  # there are edits: the program asks, and a second time means it
+    assert state["size"] == [900, 650], state["size"]
+    assert (state["undo_steps"], state["redo_steps"]) == (1, 1)
+    assert state["tool"]["hand"] == "cut" and state["help_open"] and state["refusal"] == ""
+    # What was recorded gives the same document and views without the window.
+    replayed = p.state_of_replay()
+    for key in state:
+        if key != "widgets":  # the question of closing is not among them
+            assert replayed[key] == state[key], f"{key}: {replayed[key]} beside {state[key]}"
+
+
+def loses_no_step_when_it_is_killed(start):
+    p = start()
+    p.key("b")
+    p.drag(120, 420, (48, 12))
+    p.key("ctrl+s")
+    p.key("Return")
+    project = os.path.join(p.folder, "work.palpate")
+    deadline = time.time() + 30
+    while not os.path.exists(os.path.join(project, "project.json")) and time.time() < deadline:
+        time.sleep(0.05)
+    time.sleep(0.5)
+
+    def look():
+        shown = subprocess.run([p.program, "--quiet", "view", project, "--headless", "--state", "-"],
+                               capture_output=True, text=True, check=True)
+        return json.loads(shown.stdout)["document"]
+
+    saved = look()
+    p.drag(120, 380, (48, 12))
+    time.sleep(0.7)
+    p.kill()
+    kept = look()
+    assert kept["labels"] != saved["labels"], "the stroke after the save is lost"
+    assert kept["volume"] == saved["volume"]
+    again = start(volume=project, name="after_the_kill")
+    again.key("ctrl+z")
+    time.sleep(0.3)
+    undone = again.close()
+    assert undone["document"] == saved, "undo of the stroke that was recovered"
+    assert undone["redo_steps"] == 1
+
+
+SESSIONS = [
+    loses_no_step_when_it_is_killed, works_undoes_and_asks, saves_and_goes_on,
+    drills_with_the_mouse_as_a_hand, measures, paints_erases_and_undoes, keeps_how_it_looks,
+    browser_opens_a_typed_file, pages_slices, window_by_w_and_drag, zooms_pans_and_resets,
+    maximises_by_double_click, crosshair_by_shift_and_move, turns_a_plane_by_its_handle,
+    drags_points_of_the_transfer_function, drags_an_iso_value, arms_and_disarms, clips_by_a_handle,
+    takes_a_picture, fills_the_screen, resizes, stays_when_it_is_asked, types_into_a_field,
+    shows_its_keys, refuses_without_a_driver]
