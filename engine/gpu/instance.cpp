@@ -232,7 +232,12 @@ Instance::Instance(bool validation, std::span<const std::string> wanted) {
         .ppEnabledLayerNames = &kValidationLayer,
         .enabledExtensionCount = static_cast<uint32_t>(extensions.size()),
         .ppEnabledExtensionNames = extensions.data()};
-    check(vkCreateInstance(&create, nullptr, &handle_), "creating a Vulkan instance");
+    const VkResult made = vkCreateInstance(&create, nullptr, &handle_);
+    if (made == VK_ERROR_INCOMPATIBLE_DRIVER)
+        throw GpuError(
+            "expected a Vulkan driver, found none (Debian's mesa-vulkan-drivers has one that needs "
+            "no graphics card)");
+    check(made, "creating a Vulkan instance");
     volkLoadInstance(handle_);
     if (validation && has_debug_utils_)
         check(vkCreateDebugUtilsMessengerEXT(handle_, &messenger, nullptr, &messenger_),

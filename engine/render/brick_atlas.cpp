@@ -89,8 +89,10 @@ Result<BrickAtlas> BrickAtlas::make(GpuDevice& device, std::string name, const V
                                     TexelStorage storage, size_t bricks, uint64_t limit_bytes) {
     const size_t slots = room_for(device, volume, storage, bricks, limit_bytes);
     if (slots == 0)
-        return fail("{}: one brick needs {} bytes of graphics memory, and the limit is {}", name,
-                    bytes_for(device, volume, storage, 1), limit_bytes);
+        return fail(
+            "{}: one brick needs {} bytes of graphics memory, and {} are left of the limit "
+            "(--gpu-memory)",
+            name, bytes_for(device, volume, storage, 1), limit_bytes);
     if (!device.can_filter_linearly(storage.format))
         return fail("{}: {} cannot interpolate its texels", name, device.info().name);
     return BrickAtlas(device, name, volume, storage,

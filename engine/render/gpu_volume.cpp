@@ -95,8 +95,9 @@ Result<GpuVolume> GpuVolume::make(GpuDevice& device, std::string name, const Vol
             "{}: expected at most {} samples on each axis on this device, found {} x {} x {}", name,
             limit, size.x, size.y, size.z);
     if (const uint64_t bytes = dense_bytes(volume, choice.storage); bytes > wish.limit_bytes)
-        return fail("{}: needs {} bytes of graphics memory, and the limit is {}", name, bytes,
-                    wish.limit_bytes);
+        return fail(
+            "{}: needs {} bytes of graphics memory, and {} are left of the limit (--gpu-memory)",
+            name, bytes, wish.limit_bytes);
     made.image_.emplace(device, std::move(name),
                         ImageShape{.type = VK_IMAGE_TYPE_3D, .format = format, .size = size});
     std::vector<ChangedBrick> all;

@@ -57,6 +57,9 @@ TEST_F(ViewCommand, FailuresAreOneSentence) {
         const ProgramRun ran = run(words);
         EXPECT_EQ(ran.exit_code, code) << ran.messages;
         EXPECT_THAT(ran.messages, HasSubstr(sentence));
+        if (code == 1) {
+            EXPECT_EQ(ran.messages.find('\n'), ran.messages.size() - 1) << ran.messages;
+        }
     };
     ::unsetenv("DISPLAY");
     ::unsetenv("WAYLAND_DISPLAY");
@@ -72,6 +75,23 @@ TEST_F(ViewCommand, FailuresAreOneSentence) {
     expect(1,
            {"view", "synthetic:ball?size=8", "--headless", "--state", "-", "--device", "nothing"},
            "no Vulkan device can be used");
+    const std::string shot = file("shot.png").string();
+    for (const char* residency : {"auto", "dense", "atlas"})
+        expect(1,
+               {"view", "synthetic:phantom?size=64", "--headless", "--shot", shot, "--gpu-memory",
+                "100K", "--residency", residency},
+               "bytes of graphics memory, and 0 are left of the limit");
+    EXPECT_FALSE(std::filesystem::exists(shot));
+    std::filesystem::create_directory(file("p"));
+    write("p/project.json", "{\"project\": 1}");
+    expect(1, {"view", file("p").string(), "--headless", "--state", "-"},
+           "p/project.json:1: expected \"save\" and \"volumes\"");
+    for (const char* drivers : {"VK_ICD_FILENAMES", "VK_DRIVER_FILES"})
+        ::setenv(drivers, "/nonexistent", 1);
+    expect(1, {"view", "synthetic:ball?size=8", "--headless", "--state", "-"},
+           "expected a Vulkan driver, found none");
+    for (const char* drivers : {"VK_ICD_FILENAMES", "VK_DRIVER_FILES"})
+        ::unsetenv(drivers);
 }
 
 // The sample of docs/reference/view-scripts.md does what the page says.
