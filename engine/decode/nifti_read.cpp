@@ -2,6 +2,7 @@
 
 #include "engine/decode/formats.h"
 #include "engine/decode/nifti_header.h"
+#include "engine/decode/nifti_labels.h"
 #include "engine/decode/payload.h"
 
 namespace palpate::io {
@@ -134,6 +135,7 @@ Result<Decoded> decode_nifti(const DecodeRequest& request, VoxelSink& sink) {
     PALPATE_TRY(payload.frame, choose_frame(request, shape.frames, decoded.warnings));
     PALPATE_TRY(decoded.grid, nifti_grid(name, header, shape.size, decoded.warnings));
     decoded.rescale = rescale_of(name, header, decoded.warnings);
+    decoded.labels = nifti_label_names(header_path, packing, header, decoded.warnings);
 
     if (header.pair) {
         PALPATE_TRY(payload.file, image_beside(header_path));

@@ -220,6 +220,49 @@ TEST_F(Nifti, HostilePositionsAreRefused) {
                 HasSubstr("above 0 mm"));
 }
 
+// As Connectome Workbench writes it: flags, then size and code of each extension.
+TEST_F(Nifti, NamesOfLabelsAreReadFromAnExtension) {
+    const std::string xml =
+        "<?xml version=\"1.0\"?><CaretExtension><VolumeInformation Index=\"0\"><LabelTable>"
+        "<Label Key=\"0\"><![CDATA[???]]></Label>"
+        "<Label Key=\"2\" Red=\"0\" Green=\"0.5\" Blue=\"1\" Alpha=\"1\"><![CDATA[kidney "
+        "right]]></Label><Label Key=\"3\">kidney left</Label></LabelTable></VolumeInformation>"
+        "</CaretExtension>";
+    const auto with = [&](const std::string& text, bool big_endian, int version,
+                          int32_t code = 30) {
+        const auto number = [&](int32_t value) {
+            return bytes_of(std::vector<int32_t>{value}, big_endian);
+        };
+        std::string padded = text;
+        padded.resize((text.size() + 8 + 15) / 16 * 16 - 8);
+        const std::string other = number(32) + number(6) + std::string(24, 'c'); // a comment
+        const std::string all =
+            other + number(static_cast<int32_t>(padded.size() + 8)) + number(code) + padded;
+        const size_t header = version == 2 ? 540 : 348;
+        std::string bytes = NiftiBytes(version, big_endian)
+                                .vox_offset(static_cast<double>(header + 4 + all.size()))
+                                .with(all + twelve_shorts(big_endian));
+        bytes[header] = 1; // extensions follow
+        return bytes;
+    };
+    for (const int version : {1, 2})
+        for (const bool big_endian : {false, true}) {
+            const auto result = decode(with(xml, big_endian, version));
+            ASSERT_TRUE(result) << result.error().message;
+            EXPECT_EQ(result->values, kOneToTwelve);
+            const std::vector<LabelName> expected{{2, "kidney right", glm::dvec3(0, 0.5, 1)},
+                                                  {3, "kidney left", {}}};
+            EXPECT_EQ(result->decoded.labels, expected);
+        }
+    EXPECT_EQ(decode(with(xml, false, 1, 0))->decoded.labels.size(), 2u); // of an unknown code
+    EXPECT_TRUE(decode(with(xml, false, 1, 6))->decoded.labels.empty());  // a comment
+    const auto damaged = decode(with("<CaretExtension><Vol", false, 1));
+    ASSERT_TRUE(damaged) << damaged.error().message;
+    EXPECT_TRUE(damaged->decoded.labels.empty());
+    EXPECT_THAT(damaged->decoded.warnings,
+                testing::ElementsAre(HasSubstr("the table of its labels is left out")));
+}
+
 TEST_F(Nifti, OffsetOfVoxelsIsChecked) {
     const auto sentence = [&](double offset, int version = 1) {
         return refusal(NiftiBytes(version).vox_offset(offset).with(twelve_shorts()));
