@@ -4,6 +4,7 @@
 
 #include "apps/palpate/scene_options.h"
 #include "engine/base/log.h"
+#include "engine/io/x3d.h"
 #include "engine/session/project_description.h"
 
 namespace palpate {
@@ -53,6 +54,8 @@ Result<SceneFile> scene_file_of(const std::string& input) {
     }
     if (is_scene_file(input))
         return load_scene(input);
+    if (is_x3d_file(input))
+        return load_x3d_scene(input);
     SceneFile file;
     file.volume = input;
     return file;

@@ -10,6 +10,7 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/option_texts.h"
 #include "apps/palpate/project_input.h"
+#include "engine/io/x3d.h"
 #include "engine/scene/presets.h"
 #include "engine/scene/scene_names.h"
 #include "engine/session/default_scene.h"
@@ -84,7 +85,7 @@ bool is_scene_file(const std::string& input) {
 }
 
 bool has_scene(const std::string& input) {
-    return is_scene_file(input) || Project::is_one(input);
+    return is_scene_file(input) || is_x3d_file(input) || Project::is_one(input);
 }
 
 void add_scene_options(CLI::App& app, SceneOptions& o) {

@@ -16,6 +16,7 @@ Result<LoadedMesh> parse_ply(std::string_view text, const std::string& name, uin
 Result<LoadedMesh> parse_stl(std::string_view text, const std::string& name, uint64_t limit_bytes);
 Result<LoadedMesh> parse_obj(std::string_view text, const std::string& name, uint64_t limit_bytes);
 Result<LoadedMesh> parse_vtp(std::string_view text, const std::string& name, uint64_t limit_bytes);
+Result<LoadedMesh> parse_x3d(std::string_view text, const std::string& name, uint64_t limit_bytes);
 
 // A normal of unit length, and to the bit where it has that but for the rounding of its three
 // floats (2^-25 each), so that normals that are written and read stay the same. 0 for 0 and for no

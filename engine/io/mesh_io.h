@@ -57,6 +57,8 @@ struct LoadedMesh {
 //   VTP  polygons and triangle strips of all pieces, as text, base64 or appended, packed by zlib or
 //        not
 //
+//   X3D  the shapes of a scene (x3d.h), in mm; each material is a label
+//
 // Points and lines are left out with a warning.
 //
 // Positions are taken as world millimetres; where they lie too far off for floats, world_from_mesh

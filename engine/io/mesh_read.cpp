@@ -78,6 +78,8 @@ Parse parser_of(const fs::path& path, std::string_view text) {
     if (extension == ".stl")
         return io::parse_stl;
     const std::string_view head = text.substr(0, 4096);
+    if (extension == ".x3d" || head.find("<X3D") != head.npos)
+        return io::parse_x3d;
     if (extension == ".vtp" || text.starts_with("<?xml") || head.find("<VTKFile") != head.npos)
         return io::parse_vtp;
     const bool has_vertex = text.starts_with("v ") || text.find("\nv ") != text.npos;

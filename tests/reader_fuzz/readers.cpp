@@ -246,6 +246,14 @@ std::vector<Reader> mesh_readers() {
           vtp::square({vtp::Form::appended_base64}), vtp::square({vtp::Form::appended_raw, true})},
          read_mesh},
         {"Stl", "m.stl", {mesh_bytes("m.stl", false), mesh_bytes("m.stl", true)}, read_mesh},
+        {"X3d",
+         "m.x3d",
+         {"<X3D><Scene><Viewpoint position='0 0 2'/><Transform DEF='T' rotation='0 1 0 0.5'"
+          " scale='1 2 1'><Shape><Appearance><Material diffuseColor='1 0 0'/></Appearance>"
+          "<IndexedFaceSet coordIndex='0 1 2 3 -1 0 2 3'><Coordinate point='0 0 0 1 0 0 1 1 0, 0 1"
+          " 0'/></IndexedFaceSet></Shape></Transform><Transform USE='T'/><Shape><Cone height='3'/>"
+          "</Shape><ClipPlane plane='0 1 0 0.5'/></Scene></X3D>"},
+         read_mesh},
     };
 }
 
