@@ -5,7 +5,10 @@
 #include <cmath>
 
 #include "engine/segment/bilateral.h"
+#include "engine/segment/fast_marching.h"
+#include "engine/segment/fuzzy_connectedness.h"
 #include "engine/segment/gaussian.h"
+#include "engine/segment/march_cost.h"
 #include "engine/segment/median.h"
 #include "engine/segment/signed_distance.h"
 
@@ -86,6 +89,12 @@ double exact_bilateral(const SegmentInput& in, glm::ivec3 at) {
     return centre + sum / total;
 }
 
+Result<Volume> march(const SegmentInput& in, int order, const Task& task) {
+    PALPATE_TRY(const Volume cost, soft_tissue_cost(in.grey, task.part(0.0, 0.1)));
+    const Volume seeds = middle_seed(in.grey);
+    return fast_marching(cost, {.seeds = &seeds}, {.order = order}, task.part(0.1, 1.0));
+}
+
 // The table. Names of peers are those of itk_filters.cpp.
 const std::vector<SegmentCase>& table() {
     static const std::vector<SegmentCase> all{
@@ -115,11 +124,30 @@ const std::vector<SegmentCase>& table() {
              return signed_distance(in.bone, {}, task);
          },
          nullptr},
+        {"fast marching", "order 1, from the middle", "fast-marching", 10, 3,
+         [](const SegmentInput& in, const Task& task) { return march(in, 1, task); }, nullptr},
+        {"fast marching", "order 2, from the middle", "fast-marching", 10, 3,
+         [](const SegmentInput& in, const Task& task) { return march(in, 2, task); }, nullptr},
+        {"fuzzy connectedness", "40 +- 40 HU, from the middle", "", 0, 3,
+         [](const SegmentInput& in, const Task& task) {
+             return fuzzy_connectedness(in.grey, middle_seed(in.grey), 1, {40.0, 40.0, 50.0, 0.5},
+                                        task);
+         },
+         nullptr},
     };
     return all;
 }
 
 } // namespace
+
+Result<Volume> soft_tissue_cost(const Volume& grey, const Task& task) {
+    return statistics_cost(grey, {1, 1, 40.0, 40.0}, {2.5, 0.05, 0}, task);
+}
+
+Volume middle_seed(const Volume& grey) {
+    const SeedBall point[] = {{1, world_point(grey.grid(), glm::dvec3(grey.size() / 2u)), 0.0}};
+    return seed_map(grey, point).value();
+}
 
 std::span<const SegmentCase> segment_cases() {
     return table();

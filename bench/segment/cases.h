@@ -18,6 +18,10 @@ struct SegmentInput {
     Volume bone; // u8: 1 where grey >= 300
 };
 
+// What fronts start from, and their cost by the likeness to 40 HU.
+Volume middle_seed(const Volume& grey);
+Result<Volume> soft_tissue_cost(const Volume& grey, const Task& task);
+
 // What both make, in x-fastest order.
 using Samples = std::vector<float>;
 

@@ -1,6 +1,7 @@
 // ITK's filters, as a user of ITK would call them.
 
 #include <itkBilateralImageFilter.h>
+#include <itkFastMarchingImageFilter.h>
 #include <itkGradientMagnitudeRecursiveGaussianImageFilter.h>
 #include <itkMedianImageFilter.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
@@ -47,6 +48,24 @@ ItkRun runs_of(typename Image::Pointer input, const std::function<void(Filter&)>
             }};
 }
 
+ItkRun fast_marching_run(const SegmentInput& input) {
+    using March = itk::FastMarchingImageFilter<Grey, Grey>;
+    const Result<Volume> cost = soft_tissue_cost(input.grey, {});
+    const Grey::Pointer speed = image_of<Grey>(cost.value());
+    const size_t count = speed->GetLargestPossibleRegion().GetNumberOfPixels();
+    for (size_t i = 0; i < count; ++i) // walls are slow
+        speed->GetBufferPointer()[i] = 1.0f / std::min(speed->GetBufferPointer()[i], 1e6f);
+    const glm::uvec3 middle = input.grey.size() / 2u;
+    return runs_of<March, Grey>(speed, [=](March& march) {
+        auto trials = March::NodeContainer::New();
+        March::NodeType node;
+        node.SetIndex({{middle.x, middle.y, middle.z}});
+        node.SetValue(0.0f);
+        trials->InsertElement(0, node);
+        march.SetTrialPoints(trials);
+    });
+}
+
 } // namespace
 
 std::optional<ItkRun> itk_filter(const std::string& name, const SegmentInput& input) {
@@ -71,6 +90,8 @@ std::optional<ItkRun> itk_filter(const std::string& name, const SegmentInput& in
                 f.SetUseImageSpacing(true);
                 f.SetSquaredDistance(false);
             });
+    if (name == "fast-marching")
+        return fast_marching_run(input);
     return std::nullopt;
 }
 
