@@ -56,6 +56,7 @@ struct Row {
     bool unplugs = false;
     int64_t clock_jump_ns = 0;
     int lasts = kFaultTicks;
+    bool is_long = false; // until the device is back
 };
 
 std::vector<Row> rows() {
@@ -178,11 +179,14 @@ std::vector<Row> rows() {
              .device = [shift](FakeFalcon& f, bool begins) {
                  f.encoder_shift = {begins ? static_cast<int16_t>(shift) : int16_t{0}, 0, 0};
              }});
-    all.push_back(
-        {.name = "power lost and back", .fault = nullptr, .device = [](FakeFalcon& f, bool begins) {
-             if (begins)
-                 f.plugged();
-         }});
+    all.push_back({.name = "power lost and back",
+                   .fault = nullptr,
+                   .device =
+                       [](FakeFalcon& f, bool begins) {
+                           if (begins)
+                               f.plugged();
+                       },
+                   .is_long = true});
     all.push_back({.name = "clock 1 s ahead",
                    .fault = nullptr,
                    .device = nullptr,
@@ -194,16 +198,34 @@ std::vector<Row> rows() {
 
 enum class Phase { homing, idle, contact, drilling };
 
-// The hand of each phase: away from the wall, or in it from 0.4 s on and, after a fault, for a
-// while out of it, so that the soft start can begin again.
-HandPath path_of(Phase phase) {
-    const auto at = [](double time_s, double z_mm) {
-        return HandPose{.time_s = time_s, .tool = {.position_mm = {0, 0, z_mm}}};
+// Times of a run. After faults that take the device away, or time, there is time to open it anew.
+struct Times {
+    int64_t fault_ns = 300 * kMs, armed_ns = 550 * kMs, back_ns = 750 * kMs, end_ns = 900 * kMs;
+};
+Times times_of(const Row& row) {
+    if (row.unplugs || row.clock_jump_ns || row.is_long)
+        return {.armed_ns = 1'350 * kMs, .back_ns = 2'700 * kMs, .end_ns = 2'850 * kMs};
+    return {};
+}
+
+// The hand of each phase: away from the wall, or in it from 0.2 s on and out of it after the fault,
+// so that the soft start can begin again. At last it comes back.
+HandPath path_of(Phase phase, const Times& times) {
+    std::vector<HandPose> poses;
+    const auto add = [&](int64_t at_ns, double z_mm) {
+        poses.push_back(
+            {.time_s = 1e-9 * static_cast<double>(at_ns), .tool = {.position_mm = {0, 0, z_mm}}});
     };
-    if (phase == Phase::homing || phase == Phase::idle)
-        return HandPath({at(0, 8), at(2.6, 8), at(2.7, -4)});
-    return HandPath(
-        {at(0, 8), at(0.3, 8), at(0.4, -4), at(1.0, -4), at(1.1, 8), at(2.6, 8), at(2.7, -4)});
+    add(0, 8);
+    if (phase == Phase::contact || phase == Phase::drilling) {
+        add(140 * kMs, 8);
+        add(200 * kMs, -4);
+        add(440 * kMs, -4);
+        add(500 * kMs, 8);
+    }
+    add(times.back_ns, 8);
+    add(times.back_ns + 60 * kMs, -4);
+    return HandPath(std::move(poses));
 }
 
 class Run {
@@ -211,10 +233,11 @@ class Run {
     Run(const Row& row, Phase phase)
         : row_(row),
           phase_(phase),
+          times_(times_of(row)),
           bench_({.firmware = test_firmware(),
                   .is_homed = phase != Phase::homing,
-                  .homing_packets = 300,
-                  .path = path_of(phase)}) {}
+                  .homing_packets = 150,
+                  .path = path_of(phase, times_)}) {}
 
     void run() {
         loop_.emplace(std::move(bench_.open(test_firmware()).value()), bench_.clock, 500.0);
@@ -223,7 +246,7 @@ class Run {
         }
         if (phase_ == Phase::drilling)
             bench_.model.buttons = 1;
-        const int64_t begins_ns = phase_ == Phase::homing ? 150 * kMs : 600 * kMs;
+        const int64_t begins_ns = phase_ == Phase::homing ? 80 * kMs : times_.fault_ns;
         while (bench_.clock.now_ns() < begins_ns)
             ASSERT_NO_FATAL_FAILURE(tick());
         const bool is_pressed = phase_ == Phase::contact || phase_ == Phase::drilling;
@@ -237,7 +260,7 @@ class Run {
             if (i >= row_.lasts && !row_.unplugs)
                 end();
         }
-        if (row_.ends_force) {
+        if (row_.ends_force && is_pressed) {
             ASSERT_EQ(last_.sent, Wrench{});
             // Where commands get through, the motors are off too.
             if (!bench_.transport->gone() && !row_.fault && !bench_.model.silent) {
@@ -266,7 +289,7 @@ class Run {
             row_.device(bench_.model, false);
     }
 
-    // Until 3.3 s: the hand leaves the wall, somebody arms again, and it comes back. A device that
+    // The hand leaves the wall, somebody arms again, and it comes back. A device that
     // is gone, or lost its homing, is opened anew.
     void recover() {
         const auto needs_opening = [&] {
@@ -286,11 +309,10 @@ class Run {
             loop_.emplace(std::move(*again), bench_.clock, 500.0);
             since_latch_ = silent_ = 0;
         }
-        const int64_t armed_ns = std::max<int64_t>(bench_.clock.now_ns(), 1'300 * kMs);
+        const int64_t armed_ns = std::max<int64_t>(bench_.clock.now_ns(), times_.armed_ns);
         bool armed = false;
-        const int64_t end_ns = 3'300 * kMs;
-        ASSERT_LT(bench_.clock.now_ns() + 700 * kMs, end_ns);
-        while (bench_.clock.now_ns() < end_ns) {
+        ASSERT_LT(bench_.clock.now_ns() + 200 * kMs, times_.end_ns);
+        while (bench_.clock.now_ns() < times_.end_ns) {
             if (!armed && bench_.clock.now_ns() >= armed_ns) {
                 loop_->loop.servo.arm();
                 armed = true;
@@ -303,10 +325,10 @@ class Run {
     }
 
     void tick() {
-        if (phase_ == Phase::drilling) // the wall gives way from 2 mm on by 1 mm a second
+        if (phase_ == Phase::drilling) // the wall gives way from 1 mm on by 1 mm a second
             loop_->loop.scenes.publish(std::make_unique<const TouchScene>(
                 TouchScene{.version = static_cast<uint64_t>(
-                               std::max<int64_t>(0, 2000 - bench_.clock.now_ns() / kMs))}));
+                               std::max<int64_t>(0, 1000 - bench_.clock.now_ns() / kMs))}));
         const int64_t began_ns = bench_.clock.now_ns();
         last_ = loop_->tick();
         ASSERT_LT(bench_.clock.now_ns() - began_ns, kLongest_ns);
@@ -331,6 +353,7 @@ class Run {
 
     const Row& row_;
     Phase phase_;
+    Times times_;
     FalconBench bench_;
     std::optional<FalconLoop> loop_;
     ServoTick last_;
