@@ -7,6 +7,9 @@ install(TARGETS palpate_options ${libraries} EXPORT palpate-targets
 if(TARGET palpate)
     install(TARGETS palpate RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
+# In the prefix, for a person to copy: where udev reads it only root may write.
+install(FILES haptics/device/udev/70-palpate.rules
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/palpate/udev)
 install(DIRECTORY engine haptics shaders DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate
         FILES_MATCHING PATTERN "*.h" PATTERN "decode" EXCLUDE)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)
