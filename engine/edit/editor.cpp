@@ -211,6 +211,8 @@ bool Editor::begin_next() {
             publish();
         do_commands();
     }
+    if (last_done_.number != states_.latest().inputs_done)
+        publish(); // moves of a stroke that was refused are done, too
     return any;
 }
 

@@ -36,6 +36,43 @@ class HandTest : public ViewerTest {
     }
 };
 
+// A document that does not do what the hand does: the time since the first input that it lacks.
+TEST_F(HandTest, ThatTheEditorDoesNotFollowIsTold) {
+    Work work(Source{open_synthetic("synthetic:ball?size=32")}, {800, 600}, 1.0, false);
+    ViewState state = work.subject().home;
+    state.hand = Hand::cut;
+    const auto at = [&](double time_s) {
+        work.follow_hand(state, time_s);
+        return work.backlog();
+    };
+    EXPECT_EQ(at(1.0).inputs, 0u);
+    work.obey({Order::Kind::stroke_down, {30, 0, 0}, 1.5, {}}, state);
+    EXPECT_EQ(at(2.0).inputs, 1u);
+    work.obey({Order::Kind::stroke_move, {31, 0, 0}, 2.1, {}}, state);
+    EXPECT_EQ(at(2.5).inputs, 2u);
+    EXPECT_EQ(at(2.5).seconds, 0.5); // of the older one
+    work.session().settle();
+    EXPECT_EQ(at(4.0).inputs, 0u);
+    EXPECT_EQ(at(4.0).seconds, 0.0);
+    work.obey({Order::Kind::stroke_up, {31, 0, 0}, 4.5, {}}, state);
+    EXPECT_EQ(at(5.0).seconds, 0.0); // since it was first seen
+    EXPECT_EQ(at(7.0).seconds, 2.0);
+    EXPECT_GT(at(7.0).seconds, Work::kFarBehind_s);
+    work.session().settle();
+    EXPECT_EQ(at(7.1).seconds, 0.0);
+}
+
+// Moves of a stroke that was refused are no backlog.
+TEST_F(HandTest, OfARefusedStrokeNothingWaits) {
+    Work work(Source{open_synthetic("synthetic:ball?size=32")}, {800, 600}, 1.0, false);
+    Session& session = work.session();
+    ASSERT_TRUE(session.stroke(EditInput::Kind::down, {})); // without a tool
+    ASSERT_TRUE(session.stroke(EditInput::Kind::move, {0.1, {}}));
+    session.settle();
+    work.follow_hand(*std::make_unique<ViewState>(work.subject().home), 1.0);
+    EXPECT_EQ(work.backlog().inputs, 0u);
+}
+
 TEST_F(HandTest, StartsWithoutForceAndOnlyAPersonArms) {
     open("synthetic:ball?size=32");
     EXPECT_FALSE(touch().running());

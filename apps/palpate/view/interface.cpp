@@ -206,6 +206,11 @@ void Interface::draw_status(const ViewState& state, Work& work) {
         message_ = std::move(message);
         told_s_ = time_s_;
     }
+    if (const double behind_s = work.backlog().seconds; behind_s > Work::kFarBehind_s) {
+        message_ =
+            fmt::format("edits are {:.0f} s behind the hand; all of them will be done", behind_s);
+        told_s_ = time_s_;
+    }
     constexpr double kShown_s = 6.0;
     if (time_s_ - told_s_ < kShown_s && !message_.empty()) {
         ImGui::SameLine();

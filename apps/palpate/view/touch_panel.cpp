@@ -277,6 +277,9 @@ void Interface::draw_touch_plots(const ViewState& state, Work& work) {
     const uint64_t ticks = t.ticks;
     ImGui::TextDisabled("%llu ticks, %llu missed", static_cast<unsigned long long>(ticks),
                         static_cast<unsigned long long>(t.skipped.load()));
+    const Work::Backlog& backlog = work.backlog();
+    ImGui::TextDisabled("edits: %llu inputs wait, %.2f s behind",
+                        static_cast<unsigned long long>(backlog.inputs), backlog.seconds);
     if (const std::string text = touch.servo_text(); !text.empty()) {
         ImGui::TextDisabled("p99: tick %.0f us, woken after %.0f us", us(t.whole_ns, 0.99),
                             us(t.wake_ns, 0.99));

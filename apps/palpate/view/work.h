@@ -1,8 +1,10 @@
 #pragma once
 
+#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "apps/palpate/open_scene.h"
 #include "apps/palpate/view/figures.h"
@@ -55,6 +57,14 @@ class Work {
     // where nothing is threaded, and notes in the state what it has become.
     void follow_hand(ViewState& state, double time_s);
     Touch& touch() { return touch_; }
+    // How far the document is behind the hand: inputs that it does not have yet, and for how long
+    // the oldest of them has waited, to a frame. None is dropped.
+    struct Backlog {
+        uint64_t inputs = 0;
+        double seconds = 0.0;
+    };
+    const Backlog& backlog() const { return backlog_; }
+    static constexpr double kFarBehind_s = 1.0; // a person is told
     // What of a hand lies in the 3D view: its tool at the proxy, and widgets that it can press.
     struct HandSurface {
         SurfaceLayer layer;
@@ -109,6 +119,7 @@ class Work {
     void export_measures(const ViewState& state, const std::string& path);
     ToolFor tool_for() const;
     void hold_tools(const ViewState& state);
+    void measure_backlog(double time_s);
     void press_widgets(ViewState& state);
     void obey_hand(const Order& order, const ViewState& state);
     Json dump_hand(const ViewState& state);
@@ -126,8 +137,10 @@ class Work {
     bool down_ = false;
     StrokePose last_;
     ToolRack rack_;
-    bool labels_asked_ = false; // an empty label map is on its way
-    Touch touch_;               // after the session that it stops
+    Backlog backlog_;
+    std::deque<std::pair<uint64_t, double>> given_; // inputs by a frame's time, not all done
+    bool labels_asked_ = false;                     // an empty label map is on its way
+    Touch touch_;                                   // after the session that it stops
     TipMesh tip_;
     std::vector<Widget3d> palette_; // that is felt and drawn
     haptics::PlateTouch pressed_;   // of it, as drawn

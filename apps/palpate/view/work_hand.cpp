@@ -64,7 +64,17 @@ void Work::obey_hand(const Order& order, const ViewState& state) {
     }
 }
 
+void Work::measure_backlog(double time_s) {
+    const uint64_t done = edited().inputs_done, given = session_.inputs_given();
+    while (!given_.empty() && given_.front().first <= done)
+        given_.pop_front();
+    if (given > done && (given_.empty() || given_.back().first < given))
+        given_.emplace_back(given, time_s);
+    backlog_ = {given - done, given_.empty() ? 0.0 : time_s - given_.front().second};
+}
+
 void Work::follow_hand(ViewState& state, double time_s) {
+    measure_backlog(time_s);
     if (touch_.running())
         hold_tools(state);
     if (edited().document.find(labels_))
