@@ -52,8 +52,10 @@ Result<void> run_bench(const BenchOptions& options) {
                          .tiny = options.tiny,
                          .only = options.only,
                          .stop = interrupt.token()};
-    if (!options.labels.empty())
+    if (!options.labels.empty()) {
         asked.labels = options.labels;
+        asked.scores_organs = true;
+    }
     return bench::run_suite(options.suite, asked);
 }
 
@@ -76,14 +78,18 @@ Command add_bench(CLI::App& app) {
     app.add_option("--ct", o->head_ct, "The head CT: any volume in HU")
         ->capture_default_str()
         ->each([o](const std::string& path) { o->given.emplace_back("--ct", path); });
-    app.add_option("--labels", o->labels, "surface: a label map instead of the AAL atlas")
+    app.add_option("--labels", o->labels,
+                   "surface: a label map instead of the AAL atlas; segment: organs of --ct that "
+                   "are scored, "
+                   "with the label numbers of TotalSegmentator")
         ->each([o](const std::string& path) { o->given.emplace_back("--labels", path); });
     app.add_option(
            "--only", o->only,
            "Parts of a suite, by name. frame: sides of its volumes (128, 512, 1024). "
            "render: frames, relative (both eyes beside one, and "
            "interactive beside full quality, from four sides; default: both, from one). "
-           "segment: names of its table (gaussian, ..). surface: sphere_SIDE, gyroid_SIDE, "
+           "segment: study, and names of its table (gaussian, ..). surface: sphere_SIDE, "
+           "gyroid_SIDE, "
            "head_ct, "
            "head_ct_174, gyroid_512, labels, edits, live, window (default: all but gyroid_512, "
            "which is in the full form). touch: algorithms (swept-point, ...; none named: "

@@ -23,6 +23,7 @@ struct Options {
     std::vector<std::string> only; // parts of a suite; empty: the usual ones
     fs::path labels =
         "/usr/share/mricron/templates/aal.nii.gz"; // of the suite `surface`; here 116 regions
+    bool scores_organs = false;                    // suite `segment`: those of `labels` in head_ct
     std::stop_token stop;
 };
 

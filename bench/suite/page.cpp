@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "bench/suite/page_edit.h"
+#include "bench/suite/page_segment.h"
 #include "bench/suite/page_suites.h"
 #include "bench/suite/page_template.h"
 #include "bench/suite/page_touch.h"
@@ -63,7 +64,7 @@ std::string page_of(std::string_view script, const Json& results) {
 }
 
 std::string page_html(const Json& results) {
-    return page_of(std::string(kPageTouch) + kPageEdit + kPageSuites, results);
+    return page_of(std::string(kPageTouch) + kPageEdit + kPageSegment + kPageSuites, results);
 }
 
 Result<void> write_page(const fs::path& folder) {

@@ -235,6 +235,7 @@ for (const suite of results) {
     for (const r of suite.filters)
       tableRow(body, [r.name, r.setting], [r.ours_ms.median, r.ours_error?.rms ?? "", r.ours_error?.max ?? "", r.itk_ms?.median ?? "", r.itk_error?.rms ?? "", r.itk_error?.max ?? "", r.ratio ?? ""]);
   }
+  if (suite.study) studySection(suite.study);
   if (suite.frames?.length) {
     put(page, "p", {}, suite.frame_title);
     const body = table(page, ["view", "volume", "lies as", "frames", "median, ms", "p95", "worst", "bytes uploaded"], [4, 5, 6, 7]);

@@ -5,8 +5,11 @@
 #include <cmath>
 
 #include "bench/segment/cases.h"
+#include "bench/study/liver_study.h"
 #include "bench/suite/suites.h"
 #include "engine/base/log.h"
+#include "engine/io/volume_io.h"
+#include "engine/segment/seeds.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 
@@ -49,11 +52,74 @@ Json times_json(const std::vector<double>& times) {
 
 } // namespace
 
+namespace {
+
+constexpr const char* kStudy = "study"; // the part's name
+
+// Labels of TotalSegmentator (version 2) on which parameters were looked at: liver, right kidney,
+// stomach.
+constexpr uint16_t kLookedAt[] = {2, 5, 6};
+constexpr double kLeast_ml = 20.0, kMost_ml = 3000.0; // of an organ that is scored
+
+Result<std::vector<StudyOrgan>> organs_of(const Options& options) {
+    std::vector<StudyOrgan> organs;
+    if (options.tiny || !options.scores_organs)
+        return organs;
+    PALPATE_TRY(const LoadedVolume ct, load_volume(options.head_ct));
+    PALPATE_TRY(const LoadedVolume labels, load_labels(options.labels));
+    const Grid& grid = ct.volume.grid();
+    if (labels.volume.grid() != grid)
+        return fail("{}: expected labels on the grid of {}, found another grid",
+                    options.labels.string(), options.head_ct.string());
+    const double sample_ml = std::abs(glm::determinant(glm::dmat3(grid.world_from_index))) / 1000.0;
+    for (const LabelCount& one : label_counts(labels.volume)) {
+        const double ml = double(one.count) * sample_ml;
+        if (ml < kLeast_ml || ml > kMost_ml)
+            continue;
+        std::string name = fmt::format("label {}", one.label);
+        for (const LabelName& named : labels.labels)
+            if (named.label == one.label)
+                name = named.name;
+        organs.push_back(
+            {name, ct.volume,
+             make_volume(grid, ScalarType::u8,
+                         [&](glm::uvec3 i) { return labels.volume.value(i) == float(one.label); }),
+             std::ranges::find(kLookedAt, one.label) == std::end(kLookedAt)});
+    }
+    return organs;
+}
+
+Result<void> add_study(const Options& options, Json& json) {
+    StudyOptions study;
+    if (options.tiny)
+        study = {.phantoms = 1, .outlined = 1, .users = 2, .curves = 1, .clicks = 2};
+    PALPATE_TRY(study.organs, organs_of(options));
+    int shown = 0;
+    const Task task{options.stop, [&](double share) {
+                        if (int(10.0 * share) > shown) {
+                            shown = int(10.0 * share);
+                            log::info("liver study: {} %", 10 * shown);
+                        }
+                    }};
+    PALPATE_TRY(json["study"], liver_study(study, task));
+    return {};
+}
+
+} // namespace
+
 Result<Report> run_segment(Bench& bench) {
     const Options& options = bench.options();
     Report report;
     report.json["filters"] = Json::array();
     report.json["aims"] = Json::array();
+    const auto wants = [&](const char* part) {
+        return options.only.empty() ||
+               std::find(options.only.begin(), options.only.end(), part) != options.only.end();
+    };
+    if (wants(kStudy))
+        PALPATE_TRY(add_study(options, report.json));
+    if (options.only.size() == 1 && wants(kStudy))
+        return report;
     PALPATE_TRY(const Sample sample, options.tiny ? small_sample() : head_ct(options.head_ct));
     const SegmentInput input{sample.volume,
                              make_volume(sample.volume.grid(), ScalarType::u8, [&](glm::uvec3 i) {
@@ -63,8 +129,7 @@ Result<Report> run_segment(Bench& bench) {
     const std::vector<glm::ivec3> places = probes(sample.volume.size());
     const glm::uvec3 n = sample.volume.size();
     for (const SegmentCase& one : segment_cases()) {
-        if (options.only.size() > 0 &&
-            std::find(options.only.begin(), options.only.end(), one.name) == options.only.end())
+        if (!wants(one.name))
             continue;
         std::optional<ItkRun> itk;
         if (options.peers && one.peer[0] != '\0')

@@ -306,6 +306,8 @@ Session::Eye::Sight Session::Eye::look() {
         grey ? *grey : state.document.first(), volume_of(state.document, sources->labels), {}};
     Scene scene = *scenes_.pin();
     data.meshes.resize(scene.surfaces.size()); // live ones have none
+    data.overlay = volume_of(state.document, sources->overlay);
+    data.fused = sources->fused;
     return {std::move(scene), std::move(data), std::move(state)};
 }
 

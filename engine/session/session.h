@@ -26,6 +26,9 @@ namespace palpate {
 struct SessionSources {
     std::string grey, labels;  // names of volumes; empty or not in the document: none
     haptics::TouchScene touch; // a field, a mesh, a tool; its grey and labels are not used
+    // Seen and not felt: more labels of the document, and grey values that are no part of it.
+    std::string overlay{};
+    std::optional<Volume> fused{};
 };
 
 // The state of a device, for people.

@@ -67,6 +67,10 @@ class Interface {
     void draw_browser(ViewState& state, std::vector<Order>& orders);
     void browse(const std::filesystem::path& folder);
     void draw_opening(const ViewState& state, std::vector<Order>& orders);
+    void draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_seed_brush(ViewState& state, std::vector<Order>& orders);
+    void draw_parameters(ViewState& state, const SegmentMethod& method);
+    void draw_strength(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_labels_panel(ViewState& state, Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work);

@@ -78,6 +78,8 @@ void press_key(ViewState& state, const std::string& key, bool shift, const Subje
     } else if (key == "x") {
         state.hand = Hand::cut;
         state.stylus.first = Carve::cut;
+    } else if (key == "q") {
+        state.hand = Hand::seed;
     } else if (key == "f") {
         state.alone = state.alone ? std::nullopt : state.under;
     } else if (key == "l") {

@@ -30,6 +30,7 @@ const std::vector<KeyHelp>& key_help() {
         {"drag a handle", "turn a plane; R turns it back"},
         {"double click, F", "maximise a view, and back"},
         {"C B E X", "tool: crosshair, brush, eraser, cut"},
+        {"Q", "seeds for a segmentation"},
         {"M", "measure: ruler, angle, polygon, sphere; Delete removes"},
         {"+ -", "size of the tool"},
         {"Ctrl+Z, Ctrl+Y", "undo, redo"},

@@ -63,6 +63,9 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
         case Tab::labels:
             draw_labels_panel(state, work);
             break;
+        case Tab::segment:
+            draw_segment_panel(state, work, orders);
+            break;
         case Tab::measure:
             draw_measures_panel(state, work, orders);
             break;
@@ -79,10 +82,12 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
 
 void Interface::draw_tabs(ViewState& state) {
     ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(1.0f, 0.0f));
-    for (const Tab tab :
-         {Tab::view, Tab::transfer, Tab::labels, Tab::measure, Tab::clip, Tab::file}) {
+    for (const Tab tab : {Tab::view, Tab::transfer, Tab::labels, Tab::segment, Tab::measure,
+                          Tab::clip, Tab::file}) {
         if (tab != Tab::view)
             ImGui::SameLine(0.0f, 1.0f);
+        if (ImGui::GetContentRegionAvail().x < ImGui::CalcTextSize(name_of(tab)).x + 2.0f)
+            ImGui::NewLine();
         const bool is_it = state.tab == tab;
         if (is_it)
             ImGui::PushStyleColor(ImGuiCol_Button, ImGui::GetStyleColorVec4(ImGuiCol_ButtonActive));

@@ -21,6 +21,8 @@ std::optional<PixelBox> Pictures::Made::pixels_changed_to(const Made& other) con
     PixelBox changed = changed_pixels(scene, volume, other.volume);
     if (labels)
         changed = united(changed, changed_pixels(scene, *labels, *other.labels));
+    if (overlay)
+        changed = united(changed, changed_pixels(scene, *overlay, *other.overlay));
     return changed;
 }
 
@@ -105,12 +107,20 @@ bool Pictures::is_outdated() {
     return wished_ != drawing_for_ || thread_.get_stop_token().stop_requested();
 }
 
+const std::optional<Volume>& Pictures::fused() const {
+    return sight_->data.fused ? sight_->data.fused : options_.fused;
+}
+
+const std::optional<Volume>& Pictures::overlay() const {
+    return sight_->data.overlay ? sight_->data.overlay : options_.overlay;
+}
+
 SceneData Pictures::data_for(const Wish& wish, const Scene& scene) const {
     SceneData data = sight_->data;
     if (!scene.labels)
         data.labels.reset();
-    data.fused = scene.fusion ? options_.fused : std::nullopt;
-    data.overlay = scene.overlay ? options_.overlay : std::nullopt;
+    data.fused = scene.fusion ? fused() : std::nullopt;
+    data.overlay = scene.overlay ? overlay() : std::nullopt;
     data.meshes = options_.meshes;
     data.meshes.resize(scene.surfaces.size());
     std::copy(wish.meshes.rbegin(), wish.meshes.rend(), data.meshes.rbegin());
@@ -118,12 +128,20 @@ SceneData Pictures::data_for(const Wish& wish, const Scene& scene) const {
 }
 
 Pictures::Made Pictures::made_of(const Wish& wish) const {
-    Made made{wish.scene,          wish.display,        wish.meshes,
-              sight_->data.volume, sight_->data.labels, true};
+    Made made{wish.scene,          wish.display, wish.meshes, sight_->data.volume,
+              sight_->data.labels, fused(),      overlay(),   true};
     if (!sight_->data.labels)
         made.scene.labels.reset(); // they may have gone since the wish
+    if (!fused())
+        made.scene.fusion.reset();
+    if (!overlay())
+        made.scene.overlay.reset();
     if (!made.scene.labels)
         made.labels.reset();
+    if (!made.scene.fusion)
+        made.fused.reset();
+    if (!made.scene.overlay)
+        made.overlay.reset();
     return made;
 }
 

@@ -72,16 +72,20 @@ class Pictures {
         DisplayLayout display;
         std::vector<std::shared_ptr<const Mesh>> meshes;
         Volume volume; // that it shows
-        std::optional<Volume> labels;
+        std::optional<Volume> labels, fused, overlay;
         bool complete = false;
 
+        static bool are_same(const std::optional<Volume>& a, const std::optional<Volume>& b) {
+            return a.has_value() == b.has_value() && (!a || a->is_same_as(*b));
+        }
         bool has_scene_of(const Made& other) const {
             return scene == other.scene && meshes == other.meshes &&
-                   labels.has_value() == other.labels.has_value();
+                   labels.has_value() == other.labels.has_value() &&
+                   overlay.has_value() == other.overlay.has_value() && are_same(fused, other.fused);
         }
         bool has_rays_of(const Made& other) const {
             return has_scene_of(other) && volume.is_same_as(other.volume) &&
-                   (!labels || labels->is_same_as(*other.labels));
+                   are_same(labels, other.labels) && are_same(overlay, other.overlay);
         }
         // Where the two differ, if they have one scene.
         std::optional<PixelBox> pixels_changed_to(const Made& other) const;
@@ -94,6 +98,8 @@ class Pictures {
     void run(const std::stop_token& stop);
     bool go_on(const std::vector<Wish>& wishes); // false: there was nothing to do
     void keep(const Wish& wish, Picture picture);
+    const std::optional<Volume>& fused() const; // of the session, else of the file
+    const std::optional<Volume>& overlay() const;
     SceneData data_for(const Wish& wish, const Scene& scene) const;
     Made made_of(const Wish& wish) const;
     Renderer& renderer_of(Panel panel);

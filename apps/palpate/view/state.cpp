@@ -6,12 +6,13 @@
 namespace palpate::view {
 
 const char* name_of(Hand hand) {
-    constexpr const char* names[] = {"crosshair", "draw", "erase", "cut", "measure"};
+    constexpr const char* names[] = {"crosshair", "draw", "erase", "cut", "seed", "measure"};
     return names[static_cast<size_t>(hand)];
 }
 
 const char* name_of(Tab tab) {
-    constexpr const char* names[] = {"view", "curve", "labels", "measure", "clip", "file"};
+    constexpr const char* names[] = {"view",    "curve", "labels", "segment",
+                                     "measure", "clip",  "file"};
     return names[static_cast<size_t>(tab)];
 }
 

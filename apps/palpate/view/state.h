@@ -12,6 +12,7 @@
 #include "apps/palpate/view/live_surface.h"
 #include "apps/palpate/view/measuring.h"
 #include "apps/palpate/view/panel.h"
+#include "apps/palpate/view/segmenting.h"
 #include "apps/palpate/view/slice_view.h"
 #include "apps/palpate/view/stereo_view.h"
 #include "apps/palpate/view/stylus.h"
@@ -20,10 +21,17 @@
 
 namespace palpate::view {
 
-enum class Hand { crosshair, draw, erase, cut, measure }; // what the left button does in slices
+enum class Hand {
+    crosshair,
+    draw,
+    erase,
+    cut,
+    seed,
+    measure
+}; // what the left button does in slices
 const char* name_of(Hand hand);
 
-enum class Tab { view, transfer, labels, measure, clip, file }; // of the side panel
+enum class Tab { view, transfer, labels, segment, measure, clip, file }; // of the side panel
 const char* name_of(Tab tab);
 
 // Values shown as black and as white in slices.
@@ -97,6 +105,7 @@ struct ViewState {
 
     Tab tab = Tab::view;
     TransferEditing transfer;
+    Segmenting segmenting;
     Measuring measuring;
     Clipping clipping;
     bool browser_open = false, names_hidden = false, light = false;
@@ -138,6 +147,9 @@ struct Order {
         export_measures,
         cancel_opening,
         picture, // of the window, to a file
+        segment,
+        stop_segmenting,
+        clear_seeds,
         hand_start,
         hand_stop,
         hand_arm,

@@ -23,6 +23,7 @@ void Work::watch(const ViewState& state) {
         scene.clip_planes = state.clipping.planes;
         session_.show(std::move(scene));
     }
+    show_seeds(state);
     const EditState edit = edited();
     const Volume& grey = *edit.document.find(grey_);
     Figures::Wish wish{grey, grey, {}, {}, state.tab == Tab::labels};

@@ -9,7 +9,6 @@
 #include "engine/scene/scene_names.h"
 #include "engine/session/default_scene.h"
 #include "engine/session/feel.h"
-#include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
 
 namespace palpate::view {
@@ -29,10 +28,6 @@ Scene base_of(const OpenedScene& opened) {
     if (!scene.labels)
         scene.labels = LabelLayer{};
     return scene;
-}
-
-Volume empty_labels(const Grid& grid) {
-    return VolumeBuilder(grid, ScalarType::u8).finish();
 }
 
 SessionSetup setup_of(Source& source, bool threaded) {
@@ -176,6 +171,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         home.slab_mm = opened.slices.front().slab_mm;
         home.slab_mode = opened.slices.front().slab_mode;
     }
+    fusion_ = opened.fusion;
     if (opened.fusion)
         home.fusion_opacity = opened.fusion->opacity;
     if (opened.overlay)
@@ -214,6 +210,8 @@ bool Work::has_labels() {
 
 // Gives the session the tool of the hand.
 bool Work::take_tool(const ViewState& state) {
+    if (state.hand == Hand::seed)
+        return take_seed_brush(state);
     const bool on_labels = state.hand != Hand::cut;
     if (on_labels && !put_labels())
         return false;
@@ -271,6 +269,16 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::cancel_opening:
         case Order::Kind::picture:
             break;
+        case Order::Kind::segment:
+            begin_segmenting(state);
+            break;
+        case Order::Kind::stop_segmenting:
+            if (segmenting_)
+                segmenting_->stop();
+            break;
+        case Order::Kind::clear_seeds:
+            session_.put({kSeeds, VolumeKind::labels, empty_labels(subject_.grid)}, "clear seeds");
+            break;
         case Order::Kind::hand_start:
         case Order::Kind::hand_stop:
         case Order::Kind::hand_arm:
@@ -303,6 +311,7 @@ void Work::save(const ViewState& state, const std::string& folder) {
 }
 
 void Work::poll() {
+    poll_segmenting();
     if (creation_)
         if (std::optional<Result<Project>> made = creation_->poll(session_)) {
             creation_.reset();
@@ -394,6 +403,7 @@ Json Work::dump(const ViewState& state) {
     json["overlays"] = {{"fusion_opacity", state.fusion_opacity},
                         {"overlay_opacity", state.overlay_opacity},
                         {"outline_px", state.outline_px}};
+    json["segment"] = dump_segmenting(state);
     json["stroke_is_down"] = down_;
     json["hand"] = dump_hand(state);
     json["seen_as"] = name_of(state.seen_as);

@@ -10,6 +10,7 @@
 #include "apps/palpate/view/figures.h"
 #include "apps/palpate/view/hand_tool.h"
 #include "apps/palpate/view/palette.h"
+#include "apps/palpate/view/segment_run.h"
 #include "apps/palpate/view/state.h"
 #include "apps/palpate/view/touch.h"
 #include "engine/base/json.h"
@@ -83,6 +84,17 @@ class Work {
     std::string new_folder() const { return new_folder_; }
     // Whether closing loses steps: a project has each of them.
     bool closing_loses_steps() { return !project_ && edited().undo_steps > 0; }
+    // What a segmentation is at: none under way, or its share, 0 .. 1.
+    std::optional<double> segmenting() const;
+    // What the last one left behind, if it is that of the method: whose samples are bounded by a
+    // threshold that a person may move.
+    struct Strength {
+        const SegmentMethod* method;
+        Volume volume;
+        double threshold;
+    };
+    const std::optional<Strength>& strength() const { return strength_; }
+
     // For each frame: what became of a save, and autosaves.
     void poll();
     // For each frame: numbers that the state asks for, and what of it is kept with the document.
@@ -111,9 +123,12 @@ class Work {
 
     static constexpr const char* kGrey = "volume";
     static constexpr const char* kLabels = "labels";
+    static constexpr const char* kSeeds = "seeds"; // labels, and kOutside
+    static constexpr uint16_t kOutside = 255;      // the seed of what is no object
 
  private:
     bool take_tool(const ViewState& state);
+    bool take_seed_brush(const ViewState& state);
     // Of an operation on labels: the ones that it may change; nothing where none is locked.
     std::optional<std::vector<uint16_t>> free_labels(const ViewState& state);
     void export_measures(const ViewState& state, const std::string& path);
@@ -123,8 +138,13 @@ class Work {
     void press_widgets(ViewState& state);
     void obey_hand(const Order& order, const ViewState& state);
     Json dump_hand(const ViewState& state);
+    Json dump_segmenting(const ViewState& state) const;
 
     bool put_labels();
+    bool put_seeds();
+    void show_seeds(const ViewState& state); // and the result's preview, over slices
+    void begin_segmenting(const ViewState& state);
+    void poll_segmenting();
 
     const bool threaded_;
     std::string title_, grey_, labels_, new_folder_, message_;
@@ -140,7 +160,10 @@ class Work {
     Backlog backlog_;
     std::deque<std::pair<uint64_t, double>> given_; // inputs by a frame's time, not all done
     bool labels_asked_ = false;                     // an empty label map is on its way
-    Touch touch_;                                   // after the session that it stops
+    std::optional<Strength> strength_;
+    std::optional<FusionLayer> fusion_; // of the file
+    std::unique_ptr<SegmentRun> segmenting_;
+    Touch touch_; // after the session that it stops
     TipMesh tip_;
     std::vector<Widget3d> palette_; // that is felt and drawn
     haptics::PlateTouch pressed_;   // of it, as drawn
@@ -150,6 +173,9 @@ class Work {
     std::optional<Project> project_;   // after the session that its saves look at
     std::optional<Project::Creation> creation_;
 };
+
+// A map on which nothing is drawn yet.
+Volume empty_labels(const Grid& grid);
 
 // Whether a person has locked a label: no tool takes samples away from it.
 bool is_locked(const ViewState& state, uint16_t label);

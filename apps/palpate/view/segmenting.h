@@ -1,0 +1,24 @@
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+
+#include "engine/segment/methods.h"
+
+namespace palpate::view {
+
+enum class SeedBrush { inside, outside, erase };
+
+// What a person asks of a segmentation. A part of ViewState.
+struct Segmenting {
+    SeedBrush brush = SeedBrush::inside; // inside: of the label that is drawn
+    std::string method = "fast-marching";
+    std::map<std::string, ParameterValues> given{}; // by method; others are the method's own
+    // While a person drags the threshold of the last result: how it would be bounded then.
+    std::optional<double> preview{};
+
+    friend bool operator==(const Segmenting&, const Segmenting&) = default;
+};
+
+} // namespace palpate::view

@@ -1,0 +1,135 @@
+// The part of a document's work that segments: seeds, methods, and what comes of them.
+
+#include <fmt/ranges.h>
+
+#include "apps/palpate/view/work.h"
+#include "engine/volume/builder.h"
+
+namespace palpate::view {
+
+Volume empty_labels(const Grid& grid) {
+    return VolumeBuilder(grid, ScalarType::u8).finish();
+}
+
+bool Work::put_seeds() {
+    return edited().document.find(kSeeds) ||
+           session_.put({kSeeds, VolumeKind::labels, empty_labels(subject_.grid)}, "seeds");
+}
+
+void Work::show_seeds(const ViewState& state) {
+    SessionSources sources = session_.sources();
+    const bool previews = state.segmenting.preview && strength_;
+    const bool has_seeds = edited().document.find(kSeeds) != nullptr;
+    if ((sources.overlay == kSeeds) != has_seeds || sources.fused.has_value() != previews) {
+        sources.overlay = has_seeds ? kSeeds : "";
+        sources.fused = previews ? std::optional(strength_->volume) : std::nullopt;
+        session_.choose(std::move(sources));
+    }
+    Scene scene = session_.scene();
+    if (has_seeds && !scene.overlay)
+        scene.overlay = LabelLayer{};
+    if (!previews) {
+        scene.fusion = fusion_;
+    } else {
+        const double at = *state.segmenting.preview;
+        const bool below = is_object_below(*strength_->method);
+        TransferFunction step;
+        step.colors = {{at, {1.0, 0.8, 0.1}}};
+        step.opacities = {{at, below ? 1.0 : 0.0}, {at, below ? 0.0 : 1.0}};
+        scene.fusion = FusionLayer{step, 0.5};
+    }
+    if (scene != session_.scene())
+        session_.show(std::move(scene));
+}
+
+std::optional<double> Work::segmenting() const {
+    return segmenting_ ? std::optional(segmenting_->share()) : std::nullopt;
+}
+
+void Work::begin_segmenting(const ViewState& state) {
+    const SegmentMethod* method = find_segment_method(state.segmenting.method);
+    if (!method || segmenting_)
+        return;
+    const EditState now = edited();
+    const Volume* labels = now.document.find(labels_);
+    const Volume* seeds = now.document.find(kSeeds);
+    if (method->takes_seeds && !(seeds && seeds->range().max > 0.0f)) {
+        message_ = fmt::format("{}: paint seeds first (Q)", method->name);
+        return;
+    }
+    const auto given = state.segmenting.given.find(state.segmenting.method);
+    SegmentJob job{
+        .method = method,
+        .given = given == state.segmenting.given.end() ? ParameterValues() : given->second,
+        .volume = *now.document.find(grey_),
+        .labels = labels ? *labels : empty_labels(subject_.grid),
+        .outside = kOutside,
+        .locked = state.locked_labels};
+    if (method->takes_seeds)
+        job.seeds = *seeds;
+    segmenting_ = std::make_unique<SegmentRun>(std::move(job), threaded_);
+    poll_segmenting();
+}
+
+void Work::poll_segmenting() {
+    if (!segmenting_ || down_)
+        return;
+    std::optional<Result<SegmentDone>> taken = segmenting_->take();
+    if (!taken)
+        return;
+    const std::unique_ptr<SegmentRun> run = std::move(segmenting_);
+    const SegmentJob& job = run->job();
+    if (!*taken) {
+        message_ = taken->error().message;
+        return;
+    }
+    SegmentDone& done = **taken;
+    session_.settle();
+    const EditState now = edited();
+    const Volume* labels = now.document.find(labels_);
+    if (labels && !labels->is_same_as(job.labels)) {
+        message_ = "the labels have changed meanwhile: segment again";
+        return;
+    }
+    strength_.reset();
+    if (done.strength)
+        strength_ = {job.method, std::move(*done.strength), done.threshold};
+    Json parameters = Json::object();
+    for (const auto& [name, value] : job.given)
+        parameters[name] = value;
+    if (done.labels.is_same_as(job.labels))
+        message_ = fmt::format("{}: no sample changed", job.method->name);
+    else if (session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, job.method->name,
+                          std::move(parameters)))
+        message_ = fmt::format("{}", fmt::join(done.notes, "; "));
+}
+
+Json Work::dump_segmenting(const ViewState& state) const {
+    constexpr const char* brushes[] = {"inside", "outside", "erase"};
+    Json json{{"brush", brushes[static_cast<size_t>(state.segmenting.brush)]},
+              {"method", state.segmenting.method},
+              {"runs", segmenting_ != nullptr}};
+    for (const auto& [method, values] : state.segmenting.given)
+        for (const auto& [name, value] : values)
+            json["given"][method][name] = value;
+    if (strength_)
+        json["threshold"] = strength_->threshold;
+    return json;
+}
+
+bool Work::take_seed_brush(const ViewState& state) {
+    if (!put_seeds())
+        return false;
+    const SeedBrush brush = state.segmenting.brush;
+    if (brush == SeedBrush::inside && state.label >= kOutside) {
+        message_ = fmt::format("seeds are of labels 1 .. {}, found {}", kOutside - 1, state.label);
+        return false;
+    }
+    ToolFor made_for = tool_for();
+    made_for.labels = kSeeds;
+    const uint16_t label = brush == SeedBrush::inside ? state.label : kOutside;
+    return rack_.hold(session_, make_tool(brush == SeedBrush::erase ? Carve::erase : Carve::draw,
+                                          TipShape::ball, state.radius_mm, label, 0.0, made_for));
+}
+
+} // namespace palpate::view

@@ -1,0 +1,283 @@
+#include "bench/study/liver_study.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "bench/study/liver_phantom.h"
+#include "bench/study/manual_outline.h"
+#include "engine/measure/label_scores.h"
+#include "engine/segment/methods.h"
+#include "engine/segment/signed_distance.h"
+#include "engine/volume/builder.h"
+
+namespace palpate::bench {
+
+namespace {
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const size_t middle = values.size() / 2;
+    return values.size() % 2 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+// Of one approach over all volumes and users.
+struct Tally {
+    std::vector<double> dice, sensitivity, specificity, box_specificity, precision;
+    std::vector<double> gap; // to the best threshold, in Dice
+    std::vector<double> clicks, seconds;
+    uint32_t unbounded = 0; // fronts that met no boundary
+
+    Result<void> add(const Volume& result, const Volume& truth, const Interaction& interaction,
+                     const Task& task) {
+        PALPATE_TRY(const LabelMapScores scores, label_scores(result, truth, {}, task));
+        const OverlapScores& overlap = scores.overall.overlap;
+        dice.push_back(overlap.dice());
+        sensitivity.push_back(overlap.sensitivity().value_or(0.0));
+        specificity.push_back(overlap.specificity().value_or(0.0));
+        box_specificity.push_back(overlap.box_specificity().value_or(0.0));
+        clicks.push_back(interaction.clicks);
+        seconds.push_back(interaction.seconds());
+        return {};
+    }
+    // Every pair of the results that users have made of one volume.
+    Result<void> add_pairs(const std::vector<Volume>& results) {
+        for (size_t a = 0; a < results.size(); ++a)
+            for (size_t b = 0; b < a; ++b) {
+                PALPATE_TRY(const std::vector<RunsAgreement> both,
+                            runs_agreement({results[a], results[b]}));
+                precision.push_back(both.empty() ? 1.0 : both.front().jaccard_mean);
+            }
+        return {};
+    }
+
+    Json json() const {
+        const auto figures = [](const std::vector<double>& values) {
+            return values.empty()
+                       ? Json()
+                       : Json{{"median", median(values)},
+                              {"mean", mean(values)},
+                              {"worst", *std::min_element(values.begin(), values.end())}};
+        };
+        Json json{{"results", dice.size()},
+                  {"dice", figures(dice)},
+                  {"sensitivity", figures(sensitivity)},
+                  {"specificity", figures(specificity)},
+                  {"box_specificity", figures(box_specificity)}};
+        if (!precision.empty()) {
+            double squares = 0.0;
+            for (const double p : precision)
+                squares += (p - mean(precision)) * (p - mean(precision));
+            const double sd = std::sqrt(squares / std::max(1.0, double(precision.size()) - 1.0));
+            json["precision"] = {{"mean", mean(precision)},
+                                 {"cv", sd / mean(precision)},
+                                 {"least", *std::min_element(precision.begin(), precision.end())},
+                                 {"pairs", precision.size()}};
+        }
+        if (!clicks.empty() && median(clicks) > 0.0)
+            json.update({{"clicks", median(clicks)}, {"seconds", median(seconds)}});
+        if (!gap.empty())
+            json["gap"] = {{"median", median(gap)},
+                           {"worst", *std::max_element(gap.begin(), gap.end())},
+                           {"unbounded", unbounded}};
+        return json;
+    }
+
+ private:
+    static double mean(const std::vector<double>& values) {
+        return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
+    }
+};
+
+// Labels of 0 and 1.
+Volume mask_where(const Grid& grid, const std::function<bool(glm::uvec3)>& inside) {
+    return make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) { return inside(i) ? 1.0 : 0.0; });
+}
+
+// The largest Dice that any threshold of a strength gives; smaller is stronger.
+double best_dice(const Volume& strength, const Volume& truth) {
+    std::vector<std::pair<float, bool>> samples;
+    double total = 0.0;
+    const glm::uvec3 n = truth.size();
+    std::vector<float> values(n.x), labels(n.x);
+    for (uint32_t z = 0; z < n.z; ++z)
+        for (uint32_t y = 0; y < n.y; ++y) {
+            read_row(strength, {0, y, z}, n.x, values.data());
+            read_row(truth, {0, y, z}, n.x, labels.data());
+            for (uint32_t x = 0; x < n.x; ++x) {
+                total += labels[x] != 0.0f;
+                if (!std::isnan(values[x]))
+                    samples.emplace_back(values[x], labels[x] != 0.0f);
+            }
+        }
+    std::sort(samples.begin(), samples.end());
+    double both = 0.0, best = 0.0;
+    for (size_t i = 0; i < samples.size(); ++i) {
+        both += samples[i].second;
+        if (i + 1 == samples.size() || samples[i + 1].first != samples[i].first)
+            best = std::max(best, 2.0 * both / (double(i + 1) + total));
+    }
+    return best;
+}
+
+Result<Segmented> segmented(const char* method, const Volume& volume,
+                            std::span<const SeedBall> balls, uint16_t background,
+                            const Task& task) {
+    std::vector<SeedBall> usable; // a mistake may lie beyond the volume
+    for (const SeedBall& ball : balls)
+        if (seed_map(volume, std::span(&ball, 1)))
+            usable.push_back(ball);
+    PALPATE_TRY(const Volume seeds, seed_map(volume, usable));
+    return segment(*find_segment_method(method), {volume, seeds, usable, background}, {}, task);
+}
+
+struct Case {
+    std::string name;
+    const Volume& volume;
+    const Volume& truth;
+    uint64_t number;
+};
+
+uint64_t seed_of(const Case& one, uint32_t user) {
+    return 1000003 * one.number + 17 * user + 3;
+}
+
+Result<void> by_fast_marching(const Case& one, const StudyOptions& options, Tally& tally,
+                              const Task& task) {
+    std::vector<Volume> results;
+    for (uint32_t u = 0; u < options.users; ++u) {
+        SimulatedUser user(seed_of(one, u), {});
+        PALPATE_TRY(const std::vector<SeedBall> balls, user.seeds(one.truth, options.seeds, task));
+        PALPATE_TRY(const Segmented found, segmented("fast-marching", one.volume, balls, 0, task));
+        PALPATE_TRY(tally.add(found.labels, one.truth, user.interaction(), task));
+        tally.gap.push_back(best_dice(*found.strength, one.truth) - tally.dice.back());
+        results.push_back(found.labels);
+    }
+    return tally.add_pairs(results);
+}
+
+Result<void> by_hand(const Case& one, Tally& tally, const Task& task) {
+    std::vector<Volume> results;
+    for (uint32_t u = 0; u < 2; ++u) {
+        PALPATE_TRY(Outlined drawn, outline_by_hand(one.truth, seed_of(one, 100 + u), {}, task));
+        PALPATE_TRY(tally.add(drawn.labels, one.truth, drawn.interaction, task));
+        results.push_back(std::move(drawn.labels));
+    }
+    return tally.add_pairs(results);
+}
+
+struct Controls {
+    Tally nothing, everything, eroded, dilated;
+
+    Result<void> add(const Case& one, const Task& task) {
+        const Grid& grid = one.truth.grid();
+        // A sample in the slice: what lies within one of the boundary goes, or comes.
+        const glm::dvec3 spacing = spacing_mm(grid);
+        const double voxel_mm = 1.001 * std::max({spacing.x, spacing.y, spacing.z});
+        PALPATE_TRY(const Volume distance, signed_distance(one.truth, {}, task));
+        const auto add_one = [&](Tally& tally, const std::function<bool(glm::uvec3)>& inside) {
+            return tally.add(mask_where(grid, inside), one.truth, {}, task);
+        };
+        PALPATE_TRY(add_one(nothing, [](glm::uvec3) { return false; }));
+        PALPATE_TRY(add_one(everything, [](glm::uvec3) { return true; }));
+        PALPATE_TRY(add_one(eroded, [&](glm::uvec3 i) { return distance.value(i) < -voxel_mm; }));
+        return add_one(dilated, [&](glm::uvec3 i) { return distance.value(i) <= voxel_mm; });
+    }
+};
+
+// Dice after each click of a user who begins with one seed and then corrects the largest error, by
+// a seed inside or outside.
+Result<std::vector<double>> curve(const char* method, const Case& one, uint32_t clicks,
+                                  const Task& task) {
+    constexpr uint16_t kOutside = 2;
+    SimulatedUser user(seed_of(one, 200), {});
+    PALPATE_TRY(std::vector<SeedBall> balls, user.seeds(one.truth, 1, task));
+    std::vector<double> dice;
+    while (true) {
+        const bool has_outside =
+            std::ranges::any_of(balls, [](const SeedBall& ball) { return ball.label == kOutside; });
+        PALPATE_TRY(const Segmented found,
+                    segmented(method, one.volume, balls, has_outside ? kOutside : 0, task));
+        PALPATE_TRY(const LabelMapScores scores, label_scores(found.labels, one.truth, {}, task));
+        dice.push_back(scores.overall.overlap.dice());
+        if (dice.size() == clicks)
+            return dice;
+        PALPATE_TRY(const auto correction, user.correct(one.truth, found.labels, task));
+        if (!correction) {
+            dice.resize(clicks, dice.back());
+            return dice;
+        }
+        balls.push_back(correction->ball);
+        balls.back().label = correction->add ? 1 : kOutside;
+    }
+}
+
+Json print_of(double precision, double cv) {
+    return {{"precision", precision}, {"cv", cv}};
+}
+
+} // namespace
+
+Result<Json> liver_study(const StudyOptions& options, const Task& task) {
+    Tally hand, marching;
+    Controls controls;
+    const char* const methods[] = {"fast-marching", "region-growing", "watershed",
+                                   "fuzzy-connectedness"};
+    std::vector<std::vector<double>> curves(std::size(methods),
+                                            std::vector<double>(options.clicks));
+    const double parts = double(options.phantoms + options.organs.size());
+    for (uint32_t i = 0; i < options.phantoms; ++i) {
+        const Task part{task.stop, {}};
+        const LiverPhantom phantom = liver_phantom(i);
+        const Case one{fmt::format("phantom {}", i), phantom.volume, phantom.truth, i};
+        PALPATE_TRY(by_fast_marching(one, options, marching, part));
+        PALPATE_TRY(controls.add(one, part));
+        if (i < options.outlined)
+            PALPATE_TRY(by_hand(one, hand, part));
+        for (size_t m = 0; i < options.curves && m < std::size(methods); ++m) {
+            PALPATE_TRY(const std::vector<double> dice,
+                        curve(methods[m], one, options.clicks, part));
+            for (size_t c = 0; c < dice.size(); ++c)
+                curves[m][c] += dice[c] / std::min(options.curves, options.phantoms);
+        }
+        if (task.progress)
+            task.progress((i + 1) / parts);
+    }
+
+    Json json;
+    const auto add_row = [&](const char* name, const Tally& tally, Json print) {
+        if (tally.dice.empty())
+            return;
+        Json row{{"name", name}};
+        row.update(tally.json());
+        row["print"] = std::move(print);
+        json["rows"].push_back(std::move(row));
+    };
+    Json print = print_of(0.889, 0.019);
+    print.update({{"seconds", "5 to 18 minutes"}});
+    add_row("outlined by hand", hand, print);
+    print = print_of(0.969, 0.038);
+    print.update({{"sensitivity", 0.93}, {"specificity", "close to 1"}, {"seconds", 40}});
+    add_row("fast marching", marching, print);
+    add_row("control: nothing", controls.nothing, {});
+    add_row("control: everything", controls.everything, {});
+    add_row("control: truth eroded by a sample", controls.eroded, {});
+    add_row("control: truth dilated by a sample", controls.dilated, {});
+    for (size_t m = 0; options.curves > 0 && m < std::size(methods); ++m)
+        json["curves"].push_back(Json{{"method", methods[m]}, {"dice", curves[m]}});
+
+    for (size_t o = 0; o < options.organs.size(); ++o) {
+        const StudyOrgan& organ = options.organs[o];
+        Tally tally;
+        PALPATE_TRY(by_fast_marching({organ.name, organ.volume, organ.truth, 5000 + o}, options,
+                                     tally, {task.stop, {}}));
+        Json row{{"name", organ.name}, {"held_out", organ.held_out}};
+        row.update(tally.json());
+        json["organs"].push_back(std::move(row));
+        if (task.progress)
+            task.progress((options.phantoms + double(o) + 1.0) / parts);
+    }
+    return json;
+}
+
+} // namespace palpate::bench

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "bench/study/draw.h"
+#include "engine/segment/seeds.h"
+#include "engine/segment/task.h"
+#include "engine/volume/volume.h"
+
+// A person who segments, simulated: where one puts seeds, and what one corrects.
+namespace palpate::bench {
+
+// People miss: robots that click in the very middle overrate methods (Marinov et al. 2024).
+struct Habits {
+    double seed_radius_mm = 8.0;
+    double aim_sd_mm = 3.0;      // of each coordinate
+    double radius_sd = 0.1;      // share
+    double mistakes_kept = 0.05; // share of the balls beside the object that are not noticed
+};
+
+// What was done by hand. Seconds are derived at these rates, and measured on nobody.
+struct Interaction {
+    static constexpr double kClick_s = 1.5, kPath_mm_per_s = 50.0;
+
+    uint32_t clicks = 0;
+    double path_mm = 0.0; // of the stylus from one click to the next
+    double seconds() const { return clicks * kClick_s + path_mm / kPath_mm_per_s; }
+};
+
+struct Correction {
+    SeedBall ball;    // label 1
+    bool add = false; // to the object; else away from it
+};
+
+// One person before one volume. What it does is a function of its seed, its habits and what it is
+// shown. The object of a label map: samples that are not 0.
+class SimulatedUser {
+ public:
+    SimulatedUser(uint64_t seed, const Habits& habits) : draw_(seed), habits_(habits) {}
+
+    // Balls within the object, whose depth at their centre is 1.2 radii or more: the first
+    // anywhere, each next the farthest from all others of 64 candidates. Centre and radius miss by
+    // the habits; a ball whose centre lies outside is made anew but for mistakes_kept. An object
+    // that is nowhere so deep takes them at its deepest samples. Refused: an empty object.
+    Result<std::vector<SeedBall>> seeds(const Volume& truth, uint32_t count, const Task& task);
+
+    // The deepest point of the largest error (26 neighbours), drawn or erased by a ball of 0.7
+    // times the depth there, 1 sample at least; absent where the result has no error.
+    Result<std::optional<Correction>> correct(const Volume& truth, const Volume& result,
+                                              const Task& task);
+
+    const Interaction& interaction() const { return interaction_; }
+
+ private:
+    void click(glm::dvec3 at_mm);
+
+    Draw draw_;
+    Habits habits_;
+    Interaction interaction_;
+    std::optional<glm::dvec3> hand_mm_;
+};
+
+} // namespace palpate::bench

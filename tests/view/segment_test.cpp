@@ -1,0 +1,164 @@
+// Seeds, methods and thresholds in the window.
+
+#include "engine/segment/label_merge.h"
+#include "tests/view/recorded_session.h"
+
+namespace palpate::view {
+namespace {
+
+// The phantom of sessions_test.cpp: the brain of 35 HU about its middle, bone of 1100 HU round it.
+// Pixels: 267 / 24 / 1.04 = 10.7 a sample.
+const RecordedSteps kSessions[] = {
+    {"segment_tab", "widget tab/segment", R"({"tab": "segment"})"},
+    {"seed_key", "key q", R"({"tool": {"hand": "seed"}, "segment": {"brush": "inside"}})"},
+    {"seed_brush_outside", "widget tab/segment; widget segment/outside 0.05",
+     R"({"tool": {"hand": "seed"}, "segment": {"brush": "outside"}})"},
+    {"segment_without_seeds_says_so", "widget tab/segment; widget segment/run",
+     R"({"undo_steps": 0, "segment": {"runs": false}})"},
+    {"segment_by_fast_marching",
+     "key q; at axial 0 20; drag left 20 0; widget tab/segment; widget segment/run",
+     R"({"segment": {"method": "fast-marching", "runs": false}, "undo_steps": 3})"},
+};
+
+class SegmentSessions : public RecordedSession {};
+TEST_P(SegmentSessions, End) {
+    expect_end();
+}
+INSTANTIATE_TEST_SUITE_P(View, SegmentSessions, ::testing::ValuesIn(kSessions),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+class Segmentation : public ViewerTest {
+ protected:
+    void SetUp() override {
+        ViewerTest::SetUp();
+        open("synthetic:phantom?size=24");
+    }
+    const Volume& volume(const char* name) {
+        document_.emplace(viewer().work().edited().document);
+        return *document_->find(name);
+    }
+    // A stroke of seeds across the brain, in the axial slice.
+    void paint_seeds() {
+        key("q");
+        move(middle(Panel::axial) + glm::dvec2(-15, 15));
+        button(true);
+        move(middle(Panel::axial) + glm::dvec2(15, 15));
+        button(false);
+        frame({});
+    }
+    void choose(const char* method) {
+        click_widget("tab/segment");
+        click_widget("segment/methods");
+        click_widget(fmt::format("segment/method/{}", method));
+    }
+    size_t count_of(const char* name, float label) {
+        const Volume& map = volume(name);
+        size_t count = 0;
+        for (uint32_t z = 0; z < 24; ++z)
+            for (uint32_t y = 0; y < 24; ++y)
+                for (uint32_t x = 0; x < 24; ++x)
+                    count += map.value({x, y, z}) == label;
+        return count;
+    }
+
+ private:
+    std::optional<Document> document_;
+};
+
+// What comes out is what the library gives for the same seeds; one undo takes it back to the byte.
+TEST_F(Segmentation, PutsTheMethodsResultIntoTheLabelsAsOneStep) {
+    paint_seeds();
+    ASSERT_GT(count_of(Work::kSeeds, 1.0f), 1u);
+    EXPECT_EQ(count_of(Work::kLabels, 1.0f), 0u);
+    choose("region-growing");
+    const size_t steps = viewer().work().edited().undo_steps;
+    click_widget("segment/run");
+    frame({});
+    EXPECT_EQ(viewer().work().edited().undo_steps, steps + 1);
+    const Volume seeds = volume(Work::kSeeds), grey = volume(Work::kGrey);
+    const auto expected =
+        segment(*find_segment_method("region-growing"), {grey, seeds, {}, 0}, {}, {});
+    ASSERT_TRUE(expected) << expected.error().message;
+    const Volume labels = volume(Work::kLabels);
+    for (uint32_t z = 0; z < 24; ++z)
+        for (uint32_t y = 0; y < 24; ++y)
+            for (uint32_t x = 0; x < 24; ++x)
+                ASSERT_EQ(labels.value({x, y, z}), expected->labels.value({x, y, z}));
+    EXPECT_GT(count_of(Work::kLabels, 1.0f), count_of(Work::kSeeds, 1.0f));
+    key("z", {.ctrl = true});
+    frame({});
+    EXPECT_EQ(count_of(Work::kLabels, 1.0f), 0u);
+}
+
+// Seeds of what is no object keep the front out of it, and are no label themselves.
+TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
+    paint_seeds();
+    click_widget("tab/segment");
+    click_widget("segment/outside", 0.05);
+    move(middle(Panel::axial) + glm::dvec2(100, 0));
+    button(true);
+    button(false);
+    frame({});
+    EXPECT_GT(count_of(Work::kSeeds, Work::kOutside), 0u);
+    choose("watershed");
+    click_widget("segment/run");
+    frame({});
+    EXPECT_GT(count_of(Work::kLabels, 1.0f), 10u);
+    EXPECT_EQ(count_of(Work::kLabels, Work::kOutside), 0u);
+    EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u / 2u);
+}
+
+TEST_F(Segmentation, TheThresholdIsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
+    paint_seeds();
+    click_widget("tab/segment");
+    click_widget("segment/run");
+    frame({});
+    ASSERT_TRUE(viewer().work().strength());
+    const size_t before = count_of(Work::kLabels, 1.0f);
+    ASSERT_GT(before, 0u);
+    const Box slider = viewer().interface().widgets().at("segment/bound");
+    const glm::dvec2 low(slider.low_px);
+    move(low + glm::dvec2(0.05, 0.5) * glm::dvec2(slider.size_px));
+    button(true);
+    move(low + glm::dvec2(0.02, 0.5) * glm::dvec2(slider.size_px));
+    frame({});
+    ASSERT_TRUE(state().segmenting.preview);
+    const double at = *state().segmenting.preview;
+    EXPECT_EQ(count_of(Work::kLabels, 1.0f), before);
+    ASSERT_TRUE(viewer().work().session().scene().fusion);
+    button(false);
+    frame({});
+    EXPECT_FALSE(state().segmenting.preview);
+    EXPECT_FALSE(viewer().work().session().scene().fusion);
+    EXPECT_NEAR(state().segmenting.given.at("fast-marching").at("threshold"), at, 1e-12);
+    EXPECT_LT(count_of(Work::kLabels, 1.0f), before);
+}
+
+TEST_F(Segmentation, LockedLabelsStay) {
+    key("b");
+    move(middle(Panel::axial) + glm::dvec2(0, 15));
+    button(true);
+    button(false);
+    frame({});
+    const size_t drawn = count_of(Work::kLabels, 1.0f);
+    ASSERT_GT(drawn, 0u);
+    click_widget("tab/labels");
+    click_widget("labels/lock/1");
+    click_widget("tab/segment");
+    paint_seeds();
+    choose("region-growing");
+    click_widget("segment/run");
+    frame({});
+    EXPECT_EQ(count_of(Work::kLabels, 1.0f), drawn);
+}
+
+TEST_F(Segmentation, ClearsSeeds) {
+    paint_seeds();
+    click_widget("tab/segment");
+    click_widget("segment/clear");
+    frame({});
+    EXPECT_EQ(count_of(Work::kSeeds, 1.0f), 0u);
+}
+
+} // namespace
+} // namespace palpate::view
