@@ -1,0 +1,15 @@
+#pragma once
+
+#include "engine/segment/methods.h"
+
+// What the rows of the table of methods run: one function a method, from values that are within
+// their ranges, NaN where they are to be found from the data. Those that take seeds have some.
+namespace palpate {
+
+using RunMethod = Result<Segmented>(const SegmentInput& input, const ParameterValues& values,
+                                    const Task& task);
+
+RunMethod run_threshold, run_growing, run_watershed, run_connectedness, run_walker, run_march_edges,
+    run_march_statistics;
+
+} // namespace palpate
