@@ -74,6 +74,19 @@ class Winner {
     std::optional<Volume> best_, owner_;
 };
 
+// The winner's field times `sign`; no data where the background has won, so that every threshold of
+// it is a segmentation.
+Result<Volume> strength_of(const Winner& winner, const SegmentInput& input, float sign,
+                           const Task& task) {
+    const bool has_background = input.background != 0;
+    return map_values<float>(std::array{&winner.best(), &winner.owner()}, task,
+                             [=, &input](auto v) {
+                                 return has_background && v[1] == float(input.background)
+                                            ? std::numeric_limits<float>::quiet_NaN()
+                                            : sign * v[0];
+                             });
+}
+
 // The labels of a winner where its field passes, in the type of the seeds.
 template <class Passes>
 Result<Volume> labels_of(const Winner& winner, const SegmentInput& input, const Task& task,
@@ -164,7 +177,7 @@ Result<Segmented> run_connectedness(const SegmentInput& input, const ParameterVa
     const double threshold = value_of(values, "threshold");
     PALPATE_TRY(made.labels, labels_of(winner, input, {task.stop, {}},
                                        [&](float v, uint16_t) { return -v >= threshold; }));
-    PALPATE_TRY(made.strength, negated(winner.best(), {task.stop, {}}));
+    PALPATE_TRY(made.strength, strength_of(winner, input, -1.0f, {task.stop, {}}));
     return made;
 }
 
@@ -191,7 +204,7 @@ Result<Segmented> run_walker(const SegmentInput& input, const ParameterValues& v
     }
     PALPATE_TRY(made.labels, labels_of(winner, input, {task.stop, {}},
                                        [](float v, uint16_t) { return v < 0.0f; }));
-    PALPATE_TRY(made.strength, negated(winner.best(), {task.stop, {}}));
+    PALPATE_TRY(made.strength, strength_of(winner, input, -1.0f, {task.stop, {}}));
     return made;
 }
 
@@ -265,7 +278,7 @@ Result<Segmented> run_march(const SegmentInput& input, const ParameterValues& va
     PALPATE_TRY(made.labels,
                 labels_of(winner, input, {task.stop, {}},
                           [&](float time, uint16_t label) { return double(time) <= last[label]; }));
-    made.strength = winner.best();
+    PALPATE_TRY(made.strength, strength_of(winner, input, 1.0f, {task.stop, {}}));
     return made;
 }
 

@@ -31,9 +31,10 @@ struct SegmentInput {
 };
 
 struct Segmented {
-    Volume labels;                  // u8 or u16, 0 outside of all objects
-    std::optional<Volume> cost;     // f32; of fast marching the first object's
-    std::optional<Volume> strength; // f32: arrival times, or connectedness
+    Volume labels;              // u8 or u16, 0 outside of all objects
+    std::optional<Volume> cost; // f32; of fast marching the first object's
+    // f32: arrival times, connectedness or probability; no data where the background has won.
+    std::optional<Volume> strength;
     std::vector<std::string> notes; // what was found from the data, for people
 };
 
