@@ -146,7 +146,7 @@ bool FalconDevice::wait(int64_t until_ns) noexcept {
         if (transport_->clock().now_ns() >= until_ns)
             break;
     }
-    return fresh_;
+    return fresh_ && !transport_->gone();
 }
 
 DeviceStatus FalconDevice::read(int64_t now_ns, DeviceSample& sample) noexcept {

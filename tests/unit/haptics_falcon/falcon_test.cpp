@@ -202,6 +202,17 @@ TEST(Falcon, TheEventCharacterAnswersBeforeTheLatencyTimer) {
     EXPECT_GT(longest_ns, 10 * kMs);
 }
 
+TEST(Falcon, UnpluggedItHasNoSampleAlsoWhereOneHadCome) {
+    FalconBench bench;
+    auto device = std::move(bench.open().value());
+    device->write(bench.clock.now_ns(), {});
+    ASSERT_TRUE(device->wait(bench.clock.now_ns() + 20 * kMs));
+    bench.transport->unplug();
+    EXPECT_FALSE(device->wait(bench.clock.now_ns() + 20 * kMs));
+    DeviceSample sample;
+    EXPECT_EQ(device->read(bench.clock.now_ns(), sample), DeviceStatus::gone);
+}
+
 TEST(Falcon, AHaltAndTheEndTakeForceAway) {
     FalconBench bench;
     auto device = std::move(bench.open().value());
