@@ -11,6 +11,7 @@
 #include "engine/segment/march_cost.h"
 #include "engine/segment/median.h"
 #include "engine/segment/signed_distance.h"
+#include "engine/segment/vector_flow.h"
 
 namespace palpate::bench {
 
@@ -119,6 +120,13 @@ const std::vector<SegmentCase>& table() {
              return bilateral(in.grey, {2.0, 50.0, true}, task);
          },
          exact_bilateral},
+        {"gradient vector flow", "one component, residual 1e-4, of gradient magnitude 1.5 mm", "",
+         0, 7,
+         [](const SegmentInput& in, const Task& task) -> Result<Volume> {
+             PALPATE_TRY(const Volume edges, gradient_magnitude(in.grey, {1.5}, task));
+             return vector_flow(edges, 0, {}, task);
+         },
+         nullptr},
         {"signed distance", "of bone, mm", "maurer", 5, 15,
          [](const SegmentInput& in, const Task& task) {
              return signed_distance(in.bone, {}, task);

@@ -5,8 +5,11 @@
 
 #include "engine/segment/bilateral.h"
 #include "engine/segment/gaussian.h"
+#include "engine/segment/grid_change.h"
 #include "engine/segment/median.h"
 #include "engine/segment/pointwise.h"
+#include "engine/segment/resample.h"
+#include "engine/segment/vector_flow.h"
 #include "engine/segment/vesselness.h"
 
 namespace palpate {
@@ -15,6 +18,7 @@ namespace {
 
 constexpr double kMostMm = 1000.0, kMostValue = 1e30;
 const char* const kBrick = "a brick and its halo for each thread";
+const char* const kInterpolations = "nearest|linear|cubic";
 const char* const kPlaces = "a brick of each volume for each thread";
 
 FilterParameter sigma(std::optional<double> preset = {}) {
@@ -131,6 +135,43 @@ Result<BrickMaker> mask_by(const Volume& volume, const FilterValues& v, const Ta
     return mask_bricks(volume, mask, outside);
 }
 
+Result<BrickMaker> crop(const Volume& volume, const FilterValues& v, const Task&) {
+    const std::vector<double>& n = v.numbers;
+    return crop_bricks(volume, glm::ivec3(n[0], n[1], n[2]), glm::ivec3(n[3], n[4], n[5]));
+}
+Result<BrickMaker> pad(const Volume& volume, const FilterValues& v, const Task&) {
+    const glm::ivec3 each(v.numbers[0], v.numbers[1], v.numbers[2]);
+    return pad_bricks(volume, each, each, v.numbers[3]);
+}
+Result<BrickMaker> flip(const Volume& volume, const FilterValues& v, const Task&) {
+    return flip_bricks(volume, int(v.numbers[0]));
+}
+Result<BrickMaker> to_spacing(const Volume& volume, const FilterValues& v, const Task&) {
+    const double x = v.numbers[0];
+    PALPATE_TRY(const Grid grid,
+                grid_of_spacing(volume.grid(), {x, v.numbers[2] > 0 ? v.numbers[2] : x,
+                                                v.numbers[3] > 0 ? v.numbers[3] : x}));
+    return resample_bricks(volume, {grid, Interpolation(int(v.numbers[1])), 0.0});
+}
+// "NAME" or "NAME,INTERPOLATION".
+Result<BrickMaker> to_grid_of(const Volume& volume, const FilterValues& v, const Task&) {
+    const size_t comma = v.text.find(',');
+    PALPATE_TRY(const Volume like, other_volume(v, v.text.substr(0, comma)));
+    double interpolation = 1.0;
+    if (comma != std::string::npos) {
+        PALPATE_TRY(interpolation, read_value({"interpolation", "", 0, 2, {}, kInterpolations},
+                                              v.text.substr(comma + 1)));
+    }
+    return resample_bricks(volume, {like.grid(), Interpolation(int(interpolation)), 0.0});
+}
+Result<Volume> flow(const Volume& volume, const FilterValues& v, const Task& task) {
+    const VectorFlowOptions options{v.numbers[1], v.numbers[2]};
+    if (v.numbers[0] < 3)
+        return vector_flow(volume, int(v.numbers[0]), options, task);
+    PALPATE_TRY(const VectorField field, vector_flow(volume, options, task.part(0.0, 0.95)));
+    return length(field, task.part(0.95, 1.0));
+}
+
 FilterParameter value(const char* name, std::optional<double> preset = {}) {
     return {name, "", -kMostValue, kMostValue, preset};
 }
@@ -140,6 +181,7 @@ const std::vector<Filter>& table() {
     const auto samples = [](const char* name) {
         return FilterParameter{name, "samples", 0, kLargestMedian};
     };
+    const auto index = [](const char* name) { return FilterParameter{name, "samples", 0, 65535}; };
     static const std::vector<Filter> all{
         // Smoothing
         {"gaussian", "Smooth with a Gaussian", "", {sigma()}, "f32", kBrick, smooth, nullptr},
@@ -203,6 +245,16 @@ const std::vector<Filter>& table() {
          kBrick,
          tubes,
          nullptr},
+        {"gvf",
+         "A component, or the length, of the gradient vector flow of an edge map (Xu and Prince)",
+         "",
+         {{"component", "", 0, 3, {}, "left|posterior|superior|length"},
+          {"mu", "", 1e-6, 1e6, 0.2},
+          {"residual", "", 1e-6, 1.0, 1e-4}},
+         "f32",
+         "2.5 volumes of floats; length: 2 more",
+         nullptr,
+         flow},
         // Sample by sample
         {"expression",
          "Arithmetic of samples at the same place; V is a, others by --with",
@@ -251,6 +303,51 @@ const std::vector<Filter>& table() {
          kSame,
          kPlaces,
          mask_by,
+         nullptr},
+        // Other samples
+        {"crop",
+         "Samples from low to high, both included, by index",
+         "",
+         {index("x-low"), index("y-low"), index("z-low"), index("x-high"), index("y-high"),
+          index("z-high")},
+         kSame,
+         kBrick,
+         crop,
+         nullptr},
+        {"pad",
+         "So many samples more on both sides of each axis",
+         "",
+         {index("x"), index("y"), index("z"), value("value", 0.0)},
+         kSame,
+         kBrick,
+         pad,
+         nullptr},
+        {"flip",
+         "Reverse the order of samples along an axis of the grid; the patient does not move",
+         "",
+         {{"axis", "", 0, 2, {}, "x|y|z"}},
+         kSame,
+         kBrick,
+         flip,
+         nullptr},
+        {"resample",
+         "Other spacing on the same axes and box; y, z: 0 is as x",
+         "",
+         {{"x", "mm", 1e-3, kMostMm},
+          {"interpolation", "", 0, 2, 1.0, kInterpolations},
+          {"y", "mm", 0, kMostMm, 0.0},
+          {"z", "mm", 0, kMostMm, 0.0}},
+         "f32; nearest: the type of the input",
+         "200 MB for each thread",
+         to_spacing,
+         nullptr},
+        {"resample-like",
+         "On the grid of a volume of --with; interpolation: nearest, linear (default), cubic",
+         "NAME[,INTERPOLATION]",
+         {},
+         "f32; nearest: the type of the input",
+         "200 MB for each thread",
+         to_grid_of,
          nullptr},
     };
     return all;

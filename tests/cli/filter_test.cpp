@@ -71,6 +71,22 @@ TEST_F(FilterCommand, BrickFilesGiveTheSameAsOthersAndLeaveNothingBehind) {
         EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr(".step")));
 }
 
+TEST_F(FilterCommand, OtherVolumesByNameAndOtherGrids) {
+    const std::string with = "b=" + file("v.nrrd").string();
+    ProgramRun ran = filter({"--with", with, "--expression", "a == b && a > -1000", "--crop",
+                             "0,0,0,9,4,3", "-o", file("o.nrrd").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_EQ(result("o.nrrd").size(), glm::uvec3(10, 5, 4));
+    EXPECT_EQ(result("o.nrrd").range(), (ValueRange{1, 1}));
+    ran = filter({"--resample", "2", "--flip", "x", "-o", file("p.nrrd").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_EQ(result("p.nrrd").size(), glm::uvec3(20, 10, 9));
+    ran = filter({"--with", with, "--expression", "a + c", "-o", file("q.nrrd").string()});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages,
+                HasSubstr("--expression: column 5: expected a volume (a, b), found 'c'"));
+}
+
 TEST_F(FilterCommand, ListAndHelpComeFromTheTable) {
     const ProgramRun list = run({"filter", "--list"}), help = run({"filter", "--help"});
     EXPECT_EQ(list.exit_code, 0) << list.messages;

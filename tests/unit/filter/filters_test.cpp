@@ -76,6 +76,10 @@ TEST(Filters, RunOnEveryShapeOfVolume) {
                     const Volume volume = twin::noise(
                         oblique ? twin::turned(size, spacing, true) : make_grid(size, spacing),
                         type, type == ScalarType::f32 ? 3 : 0);
+                    if (std::string_view(filter.name) == "gvf" && oblique)
+                        continue; // sheared: refused
+                    if (std::string_view(filter.name) == "crop")
+                        values.numbers.assign(6, 0.0);
                     const Result<Volume> made = run_filter(filter, volume, values, {});
                     ASSERT_TRUE(made) << filter.name << ": " << made.error().message;
                     if (!filter.bricks)

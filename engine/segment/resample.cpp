@@ -1,0 +1,249 @@
+#include "engine/segment/resample.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "engine/segment/separable.h"
+#include "engine/volume/box.h"
+#include "engine/volume/cubic_weights.h"
+#include "engine/volume/extent.h"
+#include "engine/volume/nearest_stored.h"
+
+namespace palpate {
+
+namespace {
+
+constexpr int kPrefilter = 12;            // samples to each side
+constexpr int64_t kMostRead = 12'000'000; // samples of a block: 48 MB, of which some four are held
+constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+
+Kernel prefilter() {
+    Kernel kernel{0, std::vector<float>(kPrefilter + 1)};
+    for (int k = 1; k <= kPrefilter; ++k)
+        kernel.weights[size_t(k)] = float(std::sqrt(3.0) * std::pow(std::sqrt(3.0) - 2.0, k));
+    return kernel;
+}
+
+// Samples of the input beneath a block.
+struct Source {
+    glm::ivec3 first, size;
+    std::vector<float> samples;
+    bool lacks_data = false;
+    glm::ivec3 spline_first;
+    Box spline; // cubic: coefficients
+
+    float at(glm::ivec3 i) const {
+        const glm::ivec3 p = i - first;
+        return samples[size_t(p.x) + size_t(size.x) * (size_t(p.y) + size_t(size.y) * size_t(p.z))];
+    }
+    float spline_at(glm::ivec3 i) const {
+        const glm::ivec3 p = i - spline_first;
+        return spline
+            .samples[size_t(p.x) +
+                     size_t(spline.size.x) * (size_t(p.y) + size_t(spline.size.y) * size_t(p.z))];
+    }
+};
+
+float linear_at(const Source& source, glm::dvec3 p) {
+    const glm::ivec3 low(glm::floor(p));
+    const glm::dvec3 f = p - glm::dvec3(low);
+    double sum = 0, total = 0;
+    for (int c = 0; c < 8; ++c) {
+        const glm::ivec3 d(c & 1, c >> 1 & 1, c >> 2);
+        const double w = (d.x ? f.x : 1 - f.x) * (d.y ? f.y : 1 - f.y) * (d.z ? f.z : 1 - f.z);
+        const float v = source.at(low + d);
+        if (source.lacks_data && std::isnan(v))
+            continue;
+        sum += w * double{v};
+        total += w;
+    }
+    return float(source.lacks_data ? sum / total : sum);
+}
+
+float cubic_at(const Source& source, glm::dvec3 p) {
+    const glm::ivec3 low(glm::floor(p));
+    const glm::dvec3 f = p - glm::dvec3(low);
+    const auto wx = cubic_weights(f.x).value, wy = cubic_weights(f.y).value,
+               wz = cubic_weights(f.z).value;
+    double sum = 0;
+    for (int z = 0; z < 4; ++z)
+        for (int y = 0; y < 4; ++y) {
+            double row = 0;
+            for (int x = 0; x < 4; ++x)
+                row += wx[size_t(x)] * double{source.spline_at(low + glm::ivec3(x, y, z) - 1)};
+            sum += wz[size_t(z)] * wy[size_t(y)] * row;
+        }
+    return float(sum);
+}
+
+struct Resampler {
+    Volume volume;
+    ResampleOptions options;
+    glm::dmat4 source_from_index; // index of the input from index of the result
+    Kernel kernel = prefilter();
+
+    int reach() const { // samples beside the box of the points
+        return options.interpolation == Interpolation::cubic ? kPrefilter + 3 : 1;
+    }
+    void read(glm::ivec3 first, glm::ivec3 size, Source& source) const;
+    bool block(glm::ivec3 low, glm::ivec3 high, glm::ivec3 origin, float* out) const;
+    BrickPtr brick(glm::uvec3 at) const;
+};
+
+void Resampler::read(glm::ivec3 first, glm::ivec3 size, Source& source) const {
+    if (options.interpolation == Interpolation::cubic) // rows of coefficients are eights
+        size.x = (size.x - 2 * kPrefilter + 7) / 8 * 8 + 2 * kPrefilter;
+    source.first = first;
+    source.size = size;
+    source.samples.resize(size_t(size.x) * size_t(size.y) * size_t(size.z));
+    read_box(volume, first, size, packed(glm::uvec3(size)), source.samples.data());
+    source.lacks_data =
+        volume.no_data_count() > 0 && std::any_of(source.samples.begin(), source.samples.end(),
+                                                  [](float v) { return std::isnan(v); });
+    if (options.interpolation != Interpolation::cubic)
+        return;
+    std::vector<float> known = source.samples;
+    if (source.lacks_data) { // along x, then y, then z the sample beside it; at last 0
+        for (int axis = 0; axis < 3; ++axis) {
+            const size_t step = axis == 0   ? 1
+                                : axis == 1 ? size_t(size.x)
+                                            : size_t(size.x) * size_t(size.y);
+            for (size_t i = step; i < known.size(); ++i)
+                if (std::isnan(known[i]))
+                    known[i] = known[i - step];
+            for (size_t i = known.size() - step; i-- > 0;)
+                if (std::isnan(known[i]))
+                    known[i] = known[i + step];
+        }
+        for (float& v : known)
+            v = std::isnan(v) ? 0.0f : v;
+    }
+    Box x, y;
+    convolve(size, known.data(), 0, kernel, x);
+    convolve(x.size, x.samples.data(), 1, kernel, y);
+    convolve(y.size, y.samples.data(), 2, kernel, source.spline);
+    source.spline_first = first + kPrefilter;
+}
+
+// Samples low .. high - 1 of the result, `out` with the strides of a brick that begins at origin.
+// False where they need more of the input than may be read at once.
+bool Resampler::block(glm::ivec3 low, glm::ivec3 high, glm::ivec3 origin, float* out) const {
+    glm::dvec3 least(1e300), most(-1e300);
+    for (int c = 0; c < 8; ++c) {
+        const glm::ivec3 corner(c & 1 ? high.x - 1 : low.x, c & 2 ? high.y - 1 : low.y,
+                                c & 4 ? high.z - 1 : low.z);
+        const glm::dvec3 p(source_from_index * glm::dvec4(glm::dvec3(corner), 1.0));
+        least = glm::min(least, p);
+        most = glm::max(most, p);
+    }
+    const glm::dvec3 last(glm::ivec3(volume.size()) - 1);
+    constexpr double kSlack = 1e-6; // samples: rounding of the matrices
+    const bool apart = glm::any(glm::greaterThan(least, last + 0.5 + kSlack)) ||
+                       glm::any(glm::lessThan(most, glm::dvec3(-0.5 - kSlack)));
+    const float outside =
+        options.interpolation == Interpolation::nearest ? float(options.outside) : kNone;
+    thread_local Source source;
+    if (!apart) {
+        const glm::ivec3 from(glm::floor(glm::clamp(least, glm::dvec3(-1), last + 1.0)));
+        const glm::ivec3 to(glm::floor(glm::clamp(most, glm::dvec3(-1), last + 1.0)));
+        const glm::ivec3 size = to - from + 2 + 2 * reach();
+        if (int64_t{size.x} * size.y * size.z > kMostRead && high - low != glm::ivec3(1))
+            return false;
+        read(from - reach(), size, source);
+    }
+    for (int z = low.z; z < high.z; ++z)
+        for (int y = low.y; y < high.y; ++y)
+            for (int x = low.x; x < high.x; ++x) {
+                float& made = out[offset_in_brick(glm::uvec3(glm::ivec3(x, y, z) - origin))];
+                made = outside;
+                if (apart)
+                    continue;
+                const glm::dvec3 p(source_from_index * glm::dvec4(x, y, z, 1.0));
+                if (glm::any(glm::lessThan(p, glm::dvec3(-0.5 - kSlack))) ||
+                    glm::any(glm::greaterThan(p, last + 0.5 + kSlack)))
+                    continue;
+                const glm::ivec3 nearest(
+                    glm::clamp(glm::floor(p + 0.5 - kSlack), glm::dvec3(0), last));
+                const float there = source.at(nearest);
+                if (options.interpolation == Interpolation::nearest || std::isnan(there))
+                    made = there;
+                else
+                    made = options.interpolation == Interpolation::linear ? linear_at(source, p)
+                                                                          : cubic_at(source, p);
+            }
+    return true;
+}
+
+BrickPtr Resampler::brick(glm::uvec3 at) const {
+    thread_local std::vector<float> made(kBrickSamples);
+    const glm::uvec3 valid = glm::min(glm::uvec3(kBrickSide), options.grid.size - at * kBrickSide);
+    const glm::ivec3 origin(at * kBrickSide), end = origin + glm::ivec3(valid);
+    // Halves of halves, until each reads little enough.
+    const auto split = [&](const auto& self, glm::ivec3 low, glm::ivec3 high) -> void {
+        if (block(low, high, origin, made.data()))
+            return;
+        int axis = 0;
+        for (int a = 1; a < 3; ++a)
+            if (high[a] - low[a] > high[axis] - low[axis])
+                axis = a;
+        glm::ivec3 middle_high = high, middle_low = low;
+        middle_high[axis] = middle_low[axis] = (low[axis] + high[axis]) / 2;
+        self(self, low, middle_high);
+        self(self, middle_low, high);
+    };
+    split(split, origin, end);
+    if (options.interpolation != Interpolation::nearest)
+        return Brick::make(std::span<const float>(made), valid);
+    return visit_scalar(volume.type(), [&](auto t) -> BrickPtr {
+        using T = decltype(t);
+        thread_local std::vector<T> stored(kBrickSamples);
+        std::transform(made.begin(), made.end(), stored.begin(), [](float v) {
+            return std::isnan(v) && !std::is_floating_point_v<T> ? T{}
+                                                                 : nearest_stored<T>(double{v});
+        });
+        return Brick::make(std::span<const T>(stored), valid);
+    });
+}
+
+} // namespace
+
+Result<Grid> grid_of_spacing(const Grid& grid, glm::dvec3 wanted_mm) {
+    const glm::dvec3 spacing = spacing_mm(grid);
+    Grid made = grid;
+    for (int a = 0; a < 3; ++a) {
+        if (!(wanted_mm[a] > 0.0) || !std::isfinite(wanted_mm[a]))
+            return fail("spacing: expected a length above 0 mm, found {:g}", wanted_mm[a]);
+        const double count = std::ceil(grid.size[a] * spacing[a] / wanted_mm[a] - 1e-6);
+        if (count > 65536.0)
+            return fail(
+                "spacing: expected at most 65536 samples on an axis, found {:.0f} of {:g} mm",
+                count, wanted_mm[a]);
+        made.size[a] = uint32_t(std::max(1.0, count));
+        made.world_from_index[a] = grid.world_from_index[a] * (wanted_mm[a] / spacing[a]);
+    }
+    const glm::dvec3 shift = center_mm(grid) - center_mm(made);
+    made.world_from_index[3] += glm::dvec4(shift, 0.0);
+    return made;
+}
+
+Result<BrickMaker> resample_bricks(const Volume& volume, const ResampleOptions& options) {
+    PALPATE_TRY(check_grid(options.grid));
+    if (const std::string apart = apart_text("the grid", options.grid, volume.grid());
+        !apart.empty())
+        return fail("{}", apart);
+    auto resampler = std::make_shared<Resampler>(Resampler{
+        volume, options, index_from_world(volume.grid()) * options.grid.world_from_index});
+    return BrickMaker{
+        options.grid,
+        options.interpolation == Interpolation::nearest ? volume.type() : ScalarType::f32,
+        [resampler](glm::uvec3 at) { return resampler->brick(at); }};
+}
+
+Result<Volume> resample(const Volume& volume, const ResampleOptions& options, const Task& task) {
+    PALPATE_TRY(const BrickMaker maker, resample_bricks(volume, options));
+    return make_bricks(maker, task);
+}
+
+} // namespace palpate
