@@ -1,12 +1,15 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <utility>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
+#include "haptics/core/clock.h"
 #include "haptics/device/registry.h"
 
 namespace palpate {
@@ -17,7 +20,7 @@ using haptics::DeviceCapabilities;
 using haptics::DeviceEntry;
 
 struct DevicesOptions {
-    std::string name;
+    std::string name, firmware;
     bool json = false, home = false, calibrate = false;
 };
 
@@ -62,6 +65,8 @@ Json json_of(const DeviceEntry& entry, size_t number) {
             {"name", usage_of(entry)},
             {"driver", entry.driver},
             {"description", c.name},
+            {"node", entry.node},
+            {"refusal", entry.refusal},
             {"workspace_mm", reach_mm},
             {"resolution_mm", 1e3 * c.resolution_m},
             {"max_force_n", c.max_force_n},
@@ -82,11 +87,42 @@ Result<void> list(const std::vector<DeviceEntry>& entries, size_t first, bool as
     Json all = Json::array();
     for (size_t i = 0; i < entries.size(); ++i) {
         const DeviceEntry& entry = entries[i];
-        text += fmt::format("{}: {} ({}): {}; {}\n", first + i, usage_of(entry), entry.driver,
-                            entry.capabilities.name, limits_text(entry.capabilities));
+        text += fmt::format("{}: {} ({}): {}; {}{}\n", first + i, usage_of(entry), entry.driver,
+                            entry.capabilities.name, limits_text(entry.capabilities),
+                            entry.refusal.empty() ? "" : "; cannot be used: " + entry.refusal);
         all.push_back(json_of(entry, first + i));
     }
     return as_json ? print_report(json_text({{"devices", std::move(all)}})) : print_text(text);
+}
+
+// Exchanges samples without force until the device knows where it is.
+Result<void> wait_until_homed(haptics::HapticDevice& device, const std::string& name) {
+    constexpr int64_t kPatience_ns = 60'000'000'000, kTick_ns = 1'000'000;
+    const Interrupt interrupt;
+    const int64_t until_ns = haptics::monotonic_ns() + kPatience_ns;
+    bool told = false;
+    for (int64_t now_ns = haptics::monotonic_ns(); now_ns < until_ns;) {
+        if (device.capabilities().paces)
+            device.wait(now_ns + kTick_ns);
+        haptics::sleep_until(now_ns + kTick_ns);
+        now_ns = haptics::monotonic_ns();
+        haptics::DeviceSample sample;
+        switch (device.read(now_ns, sample)) {
+            case haptics::DeviceStatus::ok:
+                log::info("{} is homed", name);
+                return {};
+            case haptics::DeviceStatus::gone:
+                return fail("{}: unplugged, or it does not answer any more", name);
+            default:
+                break;
+        }
+        device.write(now_ns, {});
+        if (!std::exchange(told, true))
+            log::info("{}: pull the grip all the way out, then push it in", name);
+        if (interrupt.token().stop_requested())
+            return fail("{}: interrupted before it was homed", name);
+    }
+    return fail("{}: not homed within {} s", name, kPatience_ns / 1'000'000'000);
 }
 
 Result<void> run_devices(const DevicesOptions& o) {
@@ -94,10 +130,18 @@ Result<void> run_devices(const DevicesOptions& o) {
     if (o.name.empty())
         return list(entries, 0, o.json);
     PALPATE_TRY(DeviceEntry entry, haptics::find_device(o.name));
-    if (o.home || o.calibrate) {
-        PALPATE_TRY(const auto device, haptics::open_device(entry, {}));
-        PALPATE_TRY(o.home ? device->home() : device->calibrate());
-        log::info("{} {}", entry.name, o.home ? "is being homed" : "is calibrated");
+    if (o.home || o.calibrate || !o.firmware.empty()) {
+        PALPATE_TRY(const auto device, haptics::open_device(entry, {.firmware = o.firmware}));
+        if (!o.firmware.empty())
+            log::info("{} runs its firmware", entry.name);
+        if (o.calibrate) {
+            PALPATE_TRY(device->calibrate());
+            log::info("{} is calibrated", entry.name);
+        }
+        if (o.home) {
+            PALPATE_TRY(device->home());
+            PALPATE_TRY(wait_until_homed(*device, entry.name));
+        }
         return {};
     }
     size_t number = 0;
@@ -114,10 +158,18 @@ Command add_devices(CLI::App& app) {
                      ->check(device_name());
     app.add_flag("--json", o->json, "As JSON");
     auto* home = app.add_flag("--home", o->home, "Let it find the ends of its axes")->needs(name);
+    app.add_option("--firmware", o->firmware,
+                   "The maker's firmware of a Novint Falcon, from its owner's software; it is kept "
+                   "until the device's power goes")
+        ->type_name("FILE")
+        ->needs(name);
     app.add_flag("--calibrate", o->calibrate, "Take where its handle is for its known place")
         ->needs(name)
         ->excludes(home);
-    return {[o] { return run_devices(*o); }, [] { return std::vector<NamedFile>(); }};
+    return {[o] { return run_devices(*o); },
+            [o] {
+                return std::vector<NamedFile>{{"--firmware", o->firmware}};
+            }};
 }
 
 } // namespace palpate

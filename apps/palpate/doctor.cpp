@@ -3,11 +3,13 @@
 #include <sys/resource.h>
 
 #include <cstdio>
+#include <filesystem>
 
 #include "apps/palpate/command.h"
 #include "engine/base/memory.h"
 #include "engine/gpu/device.h"
 #include "engine/gpu/error.h"
+#include "haptics/device/registry.h"
 
 namespace palpate {
 
@@ -80,11 +82,30 @@ void report_real_time() {
         fmt::print("Lockable memory: {} KiB\n", locked.rlim_cur >> 10);
 }
 
+void report_haptic_devices() {
+    std::string found;
+    for (const haptics::DeviceEntry& entry : haptics::list_devices())
+        if (!entry.node.empty())
+            found += fmt::format("  {}: {}\n", entry.name,
+                                 entry.refusal.empty() ? "can be used" : entry.refusal);
+    fmt::print("Haptic devices: {}\n{}", found.empty() ? "none is plugged in" : "", found);
+    bool has_rules = false;
+    for (const char* folder : {"/etc/udev/rules.d", "/lib/udev/rules.d", "/usr/lib/udev/rules.d",
+                               "/usr/local/lib/udev/rules.d", "/run/udev/rules.d"})
+        has_rules = has_rules ||
+                    std::filesystem::exists(std::filesystem::path(folder) / "70-palpate.rules");
+    fmt::print("Permission for haptic devices (70-palpate.rules): {}\n",
+               has_rules ? "installed"
+                         : "not installed; copy share/palpate/udev/70-palpate.rules to "
+                           "/etc/udev/rules.d and plug the device in again");
+}
+
 Result<void> run_doctor() {
     const bool usable = report_devices();
     report_validation();
     fmt::print("Memory: {} MiB\n", physical_memory_bytes() >> 20);
     report_real_time();
+    report_haptic_devices();
     std::fflush(stdout);
     if (!usable)
         return fail("no Vulkan device can be used; pictures cannot be drawn");

@@ -14,6 +14,7 @@
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
 #include "apps/palpate/touch_feel.h"
+#include "apps/palpate/touch_live.h"
 #include "apps/palpate/touch_path.h"
 #include "apps/palpate/touch_run.h"
 #include "apps/palpate/touch_strokes.h"
@@ -31,6 +32,8 @@ namespace {
 
 using haptics::AlgorithmEntry;
 using haptics::TouchParameters;
+
+constexpr double kLive_s = 60.0; // of --live without --duration
 
 const char* default_algorithm() {
     const AlgorithmEntry* entry = haptics::find_algorithm("swept-point");
@@ -134,6 +137,7 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
     const bool is_tool = name == "swept-tool", is_sphere = is_tool || name == "vidholm-2004",
                has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
     const IdleOptions idle[] = {
+        {o.motion.live, {"--real-time"}, "--live runs on the wall clock"},
         {!is_sphere && name != "eriksson-2006",
          {"--radius"},
          "of swept-tool, vidholm-2004 and eriksson-2006"},
@@ -146,7 +150,7 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
         {!edits(o), {"--tool"}, "without --edit and --drill"},
         {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
         {strokes_of(o).in_project(), {"--journal"}, "the project keeps the strokes"},
-        {o.motion.path.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
+        {!o.motion.trajectory.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
         {name == "none",
          {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source"},
          "with --algorithm none"},
@@ -175,7 +179,7 @@ std::string sample_gap_text(const TouchOptions& o) {
 }
 
 void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
-    if (s.began_s > 0.0 && std::isfinite(s.began_s))
+    if (!o.motion.live && s.began_s > 0.0 && std::isfinite(s.began_s))
         log::warning(
             "force began {:.3f} s into the path: the soft start waited until the hand was free",
             s.began_s);
@@ -233,6 +237,9 @@ Result<void> check_together(const TouchOptions& o) {
             "--friction: expected a dynamic coefficient of at most the static {:g}, found {:g}",
             o.friction[0], o.friction[1]);
     PALPATE_TRY(check_together(o.motion));
+    if (const Result<haptics::DeviceEntry> device = haptics::find_device(o.device);
+        device && !device->node.empty() && !o.motion.live)
+        return fail("--device {}: a person moves it, so it needs --live", o.device);
     return check_together(o.feel, o.algorithm);
 }
 
@@ -265,8 +272,8 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (journalled)
         session.edit.journal.emplace(std::move(*journal));
     Progress progress("touching");
-    Result<TouchRun> run =
-        run_touch_loop({.session = std::move(session),
+    const auto show = [&](double share) { progress.show(share); };
+    TouchRunSetup setup{.session = std::move(session),
                         .edit = std::move(feel.edit),
                         .algorithm = *algorithm,
                         .path = path,
@@ -275,8 +282,11 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
                         .rate_hz = o.rate_hz,
                         .scale = o.scale,
                         .delay_ticks = o.delay,
-                        .real_time = o.real_time},
-                       interrupt.token(), [&](double share) { progress.show(share); });
+                        .real_time = o.real_time};
+    const double live_s = app.count("--duration") > 0 ? o.motion.shape.duration_s : kLive_s;
+    Result<TouchRun> run =
+        o.motion.live ? run_touch_live(std::move(setup), grid, live_s, interrupt.token(), show)
+                      : run_touch_loop(std::move(setup), interrupt.token(), show);
     Result<void> done = run ? write_all(o, *run, interrupt.token()) : Result<void>(pass_on(run));
     if (journalled)
         done = end_journal(strokes, std::move(done));

@@ -73,8 +73,12 @@ void add_path_options(CLI::App& app, PathOptions& o) {
         ->add_option("--trajectory", o.trajectory,
                      fmt::format("A motion by name: {}", fmt::join(names, ", ")))
         ->check(one_of(names));
+    motion->add_flag("--live", o.live, "A person moves the device; Enter switches force on");
     const CLI::Validator place = within(-haptics::kFarthestHand_mm, haptics::kFarthestHand_mm);
-    app.add_option("--at", o.at, "Trajectory: target point, mm (LPS; default: the centre)")
+    app.add_option(
+           "--at", o.at,
+           "Target point of a trajectory, or middle of the reach of --live, mm (LPS; default: the "
+           "centre)")
         ->delimiter(',')
         ->expected(3)
         ->check(place);
@@ -96,7 +100,8 @@ void add_path_options(CLI::App& app, PathOptions& o) {
     app.add_option("--frequency", o.shape.frequency_hz, "Trajectory: frequency, Hz")
         ->check(positive())
         ->capture_default_str();
-    app.add_option("--duration", o.shape.duration_s, "Trajectory: duration, s")
+    app.add_option("--duration", o.shape.duration_s,
+                   "Duration of a trajectory, or of --live (default there: 60), s")
         ->check(CLI::Range(0.001, 3600.0))
         ->capture_default_str();
     app.add_option("--seed", o.shape.seed, "Trajectory: seed of random motion")
@@ -117,6 +122,14 @@ Result<HandPath> hand_path(const CLI::App& app, const PathOptions& o, const Grid
     shape.at_mm = o.at.empty() ? center_mm(grid) : glm::dvec3(o.at[0], o.at[1], o.at[2]);
     if (!o.direction.empty())
         shape.direction = {o.direction[0], o.direction[1], o.direction[2]};
+    if (o.live) {
+        const IdleOptions idle[] = {
+            {true,
+             {"--direction", "--depth", "--distance", "--speed", "--frequency", "--seed"},
+             "with --live"}};
+        warn_of_idle(app, idle);
+        return HandPath({{.tool = {shape.at_mm}}});
+    }
     Result<HandPath> path = o.path.empty() ? haptics::find_trajectory(o.trajectory)->make(shape)
                                            : haptics::load_hand_path(o.path);
     if (path)

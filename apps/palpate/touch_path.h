@@ -10,9 +10,11 @@
 
 namespace palpate {
 
-// Where the hand of `palpate touch` means to be: a file, or a motion by name.
+// Where the hand of `palpate touch` means to be: a file, a motion by name, or where a person moves
+// it.
 struct PathOptions {
-    std::string path, trajectory; // one of them
+    std::string path, trajectory; // one of them,
+    bool live = false;            // or neither: a person moves the device
     haptics::TrajectoryShape shape;
     std::vector<double> at, direction;
 };
@@ -21,8 +23,8 @@ void add_path_options(CLI::App& app, PathOptions& options);
 // Fails where options contradict one another whatever the scene.
 Result<void> check_together(const PathOptions& options);
 
-// The path, about the volume's centre where no point is given. Warns of options that leave it as it
-// is.
+// The path, about the volume's centre where no point is given; of a live device that centre. Warns
+// of options that leave it as it is.
 Result<haptics::HandPath> hand_path(const CLI::App& app, const PathOptions& options,
                                     const Grid& grid);
 

@@ -5,8 +5,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 
+#include "haptics/device/falcon/falcon.h"
 #include "haptics/device/recorded.h"
+#include "haptics/device/spacemouse/spacemouse.h"
+#include "haptics/device/transport/hid_transport.h"
+#include "haptics/device/transport/plugged.h"
+#include "haptics/device/transport/usb_transport.h"
 
 namespace palpate::haptics {
 
@@ -61,10 +67,75 @@ Opened open_recorded(const DeviceEntry& entry, const DeviceSetup& setup) {
     return std::make_unique<RecordedDevice>(entry.capabilities, std::move(records), setup.start_ns);
 }
 
+// Several of a kind are numbered from the second on.
+DeviceEntry plugged_entry(const Plugged& found, const char* name, size_t before,
+                          DeviceCapabilities capabilities) {
+    return {.name = before == 0 ? name : fmt::format("{}-{}", name, before + 1),
+            .capabilities = std::move(capabilities),
+            .node = found.node,
+            .refusal = found.refusal};
+}
+
+std::vector<DeviceEntry> list_falcons() {
+    std::vector<DeviceEntry> entries;
+    for (const Plugged& found : plugged_usb())
+        if (found.vendor == 0x0403 && found.product == 0xCB48)
+            entries.push_back(
+                plugged_entry(found, "novint-falcon", entries.size(), falcon_capabilities()));
+    return entries;
+}
+
+Opened open_falcon(const DeviceEntry& entry, const DeviceSetup& setup) {
+    std::vector<std::byte> firmware;
+    if (!setup.firmware.empty()) {
+        PALPATE_TRY(firmware, falcon::load_firmware(setup.firmware));
+    }
+    PALPATE_TRY(std::unique_ptr<Transport> transport, UsbTransport::open(entry.node, 0));
+    return FalconDevice::open(std::move(transport), firmware);
+}
+
+spacemouse::Description description_of(const std::filesystem::path& descriptor) {
+    std::array<char, 4096> bytes; // no report descriptor is longer
+    std::ifstream file(descriptor, std::ios::binary);
+    file.read(bytes.data(), bytes.size());
+    return spacemouse::describe(
+        std::as_bytes(std::span(bytes).first(static_cast<size_t>(file.gcount()))));
+}
+
+// A maker's mice and keyboards share its numbers: the descriptor says which have six axes.
+std::vector<Plugged> plugged_spacemice() {
+    std::vector<Plugged> all;
+    for (Plugged& found : plugged_hid())
+        if ((found.vendor == 0x046D || found.vendor == 0x256F) &&
+            description_of(found.report_descriptor).is_six_axis)
+            all.push_back(std::move(found));
+    return all;
+}
+
+std::vector<DeviceEntry> list_spacemice() {
+    std::vector<DeviceEntry> entries;
+    for (const Plugged& found : plugged_spacemice())
+        entries.push_back(
+            plugged_entry(found, "spacemouse", entries.size(), spacemouse_capabilities()));
+    return entries;
+}
+
+Opened open_spacemouse(const DeviceEntry& entry, const DeviceSetup&) {
+    for (const Plugged& found : plugged_spacemice())
+        if (found.node == entry.node) {
+            PALPATE_TRY(std::unique_ptr<Transport> transport, HidTransport::open(found.node));
+            return std::make_unique<SpaceMouseDevice>(std::move(transport),
+                                                      description_of(found.report_descriptor));
+        }
+    return fail("{}: unplugged", entry.name);
+}
+
 constexpr DeviceDriver kDrivers[] = {
     {"simulated", "a mass with a hand on it", "", list_simulated, open_simulated},
     {"exact", "a hand that no force moves", "", list_exact, open_exact},
     {"recorded", "what `palpate touch --record` wrote", "FILE", list_recorded, open_recorded},
+    {"novint", "Novint Falcon", "", list_falcons, open_falcon},
+    {"3dconnexion", "SpaceMouse and its kin, without force", "", list_spacemice, open_spacemouse},
 };
 
 // Null where there is none.

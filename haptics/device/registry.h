@@ -21,9 +21,11 @@ struct DeviceEntry {
     std::string argument;    // behind the name and a colon; empty where the driver takes none
     const char* driver = ""; // the name of the driver that opens it
     DeviceCapabilities capabilities;
+    std::string node;    // of a device that is plugged in; empty: a program's own
+    std::string refusal; // why it cannot be opened now, in one sentence; empty: it can
 };
 
-// Settings of a simulated hand; drivers of real devices ignore them.
+// Settings of a simulated hand, which drivers of real devices ignore; and of theirs.
 struct DeviceSetup {
     HandPath path{{HandPose{}}};             // intended positions of the hand, world
     Workspace workspace{glm::dvec3(0), 1.0}; // through which it gets there
@@ -31,6 +33,7 @@ struct DeviceSetup {
     uint32_t delay_ticks = 0; // 0 .. 2
     double rate_hz = 1000.0;  // of the samples of a path that is followed exactly
     int64_t start_ns = 0;     // time 0 of the path, on the clock of the ticks
+    std::string firmware;     // file of a Novint Falcon's; empty: it is loaded already
 };
 
 // A kind of device. To add one: a pair of files, a test, and a line in the table of registry.cpp.

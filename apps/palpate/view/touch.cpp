@@ -57,7 +57,8 @@ std::vector<std::string> Touch::devices() const {
     std::vector<std::string> names{kMouse};
     for (const DeviceEntry& entry : list_devices())
         if (entry.driver == std::string_view("simulated") ||
-            (entry.driver == std::string_view("exact") && options_.path))
+            (entry.driver == std::string_view("exact") && options_.path) ||
+            (!entry.node.empty() && entry.refusal.empty()))
             names.push_back(entry.name);
     return names;
 }
@@ -84,11 +85,16 @@ Result<Touch::Opened> Touch::open_device(const Stylus& stylus, int64_t start_ns)
         return fail("{}: expected the path of a hand, found none", entry.name);
     DeviceSetup setup{.start_ns = start_ns};
     setup.workspace = Workspace(center_mm_, 1.0);
-    if (options_.path) {
+    if (!entry.node.empty()) { // plugged in: the volume comes into its reach
+        const glm::dvec3 need = half_size_mm_ / (1e3 * entry.capabilities.workspace_m);
+        setup.workspace = Workspace(center_mm_, std::max({1.0, need.x, need.y, need.z}));
+    } else if (options_.path) {
         setup.path = *options_.path;
         setup.workspace = workspace_around(setup.path, entry.capabilities, 0.0);
     }
     PALPATE_TRY(std::unique_ptr<HapticDevice> device, haptics::open_device(entry, setup));
+    if (device->capabilities().needs_homing)
+        PALPATE_TRY(device->home());
     return Opened{std::move(device), nullptr, setup.workspace};
 }
 

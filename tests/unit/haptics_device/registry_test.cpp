@@ -18,8 +18,8 @@ TEST(Devices, EachIsFoundByNameAndByNumberAndOpens) {
     for (size_t i = 0; i < all.size(); ++i) {
         SCOPED_TRACE(all[i].name);
         EXPECT_TRUE(names.insert(all[i].name).second);
-        if (all[i].driver == std::string_view("recorded"))
-            continue;
+        if (all[i].driver == std::string_view("recorded") || !all[i].node.empty())
+            continue; // needs a file; is plugged in, whoever owns it
         for (const std::string& name : {all[i].name, std::to_string(i)}) {
             const Result<DeviceEntry> found = find_device(name);
             ASSERT_TRUE(found);
