@@ -19,7 +19,7 @@ enum class Interpolation {
 // smooth first.
 //
 // cubic: coefficients by the recursive filter's impulse response sqrt(3) (sqrt(3) - 2)^|k|, cut at
-// 12 samples: 1.4e-7 of a value. Error beside ITK: docs/reference/filters.md.
+// 12 samples: 1.4e-7 of a value.
 //
 // Memory: a block of the result and the input beneath it, at most 200 MB, for each thread.
 struct ResampleOptions {
