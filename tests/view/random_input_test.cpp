@@ -167,6 +167,8 @@ class RandomInput : public ViewerTest, public ::testing::WithParamInterface<uint
             ASSERT_EQ(device().validation_messages().size(), 0u)
                 << device().validation_messages().front() << "; " << what;
         }
+        for (int i = 1; i <= 2; ++i) // as replay() ends, in which a hand goes on
+            viewer().frame({}, hand.time_s() + i * kFrame_s);
         state_json_ = json_line(viewer().dump());
         done_ += done;
     }
