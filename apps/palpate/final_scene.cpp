@@ -7,6 +7,7 @@
 #include "apps/palpate/option_texts.h"
 #include "apps/palpate/scene_options.h"
 #include "engine/base/log.h"
+#include "engine/io/x3d.h"
 #include "engine/scene/presets.h"
 #include "engine/session/default_scene.h"
 
@@ -204,6 +205,12 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
             options.view_angle_deg.value_or(file.framing->view_angle_deg);
     }
     Scene scene = resolved_scene(file, grid);
+    if (is_x3d_file(options.input)) { // it names no transfer function, and maybe no iso-value
+        RayCastLayer layer = default_ray_cast(scene.ray_cast->mode, loaded);
+        if (!scene.ray_cast->isos.empty())
+            layer.isos = scene.ray_cast->isos;
+        scene.ray_cast = std::move(layer);
+    }
     if (options.size_px.size() == 2)
         scene.size_px = {options.size_px[0], options.size_px[1]};
     if (!options.background.empty())

@@ -42,8 +42,8 @@ struct X3dScene {
 // An error is one sentence that names the file, what was expected and what was found.
 Result<X3dScene> load_x3d(const std::filesystem::path& path, const MeshReadOptions& options = {});
 
-// The same as a scene of this program, whose surface is the file itself. Refused where it names no
-// volume.
+// The same as a scene of this program, whose surface is the file itself. Its rays have no transfer
+// function: that of the volume is chosen when it is loaded. Refused where it names no volume.
 Result<SceneFile> load_x3d_scene(const std::filesystem::path& path);
 
 // Whether a path ends in .x3d.

@@ -362,12 +362,12 @@ Result<SceneFile> load_x3d_scene(const std::filesystem::path& path) {
         layer.label_styles.insert(layer.label_styles.end(), read.materials.begin(),
                                   read.materials.end());
     }
-    if (read.mode != RayMode::alpha) {
-        scene.ray_cast.emplace();
-        scene.ray_cast->mode = read.mode;
-        for (const double iso : read.isos)
-            scene.ray_cast->isos.push_back({iso});
-    }
+    scene.ray_cast.emplace();
+    scene.ray_cast->mode = read.mode;
+    for (const double iso : read.isos)
+        scene.ray_cast->isos.push_back({iso});
+    std::sort(scene.ray_cast->isos.begin(), scene.ray_cast->isos.end(),
+              [](const IsoSurface& a, const IsoSurface& b) { return a.value < b.value; });
     scene.clip_planes = read.clip_planes;
     if (read.background)
         scene.background = *read.background;

@@ -122,6 +122,11 @@ TEST_F(X3d, ViewsPlanesAndVolumesBecomePartsOfAScene) {
     EXPECT_DOUBLE_EQ(scene.clip_planes[0].point_mm.z, 500.0);
     ASSERT_EQ(scene.ray_cast->isos.size(), 2u);
     EXPECT_EQ(scene.ray_cast->isos[1].value, 900.0);
+    write("t.x3d",
+          "<X3D><Scene><VolumeData><ImageTexture3D url='a.nrrd'/></VolumeData></Scene></X3D>");
+    const SceneFile plain = load_x3d_scene(file("t.x3d")).value();
+    EXPECT_EQ(plain.scene.ray_cast->mode, RayMode::alpha);
+    EXPECT_TRUE(plain.surfaces.empty());
 }
 
 TEST_F(X3d, WhatIsLeftOutIsNamedOnce) {
