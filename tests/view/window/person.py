@@ -231,17 +231,24 @@ class Person:
         self.boxes()
         return self.replayed
 
-    def close(self, times=1):
-        """Closes the window as a person does, and returns the state then."""
-        for _ in range(times):
-            self.screen.xdo("windowactivate", "--sync", self.window)
-            self.screen.xdo("key", "alt+F4")
-            if times > 1:
-                time.sleep(0.4)
-        try:
-            code = self.process.wait(timeout=LONGEST_S)
-        except subprocess.TimeoutExpired:
-            raise AssertionError(f"{self.name}: the window did not close")
+    def close(self, insists=False):
+        """Closes the window as a person does, and returns the state then. insists: once more where
+        the program asks, which it must."""
+        self.screen.xdo("windowactivate", "--sync", self.window)
+        self.screen.xdo("key", "alt+F4")
+        if insists:
+            time.sleep(0.7)
+            assert self.process.poll() is None, "the program lost edits without a question"
+        end = time.time() + LONGEST_S
+        while self.process.poll() is None and time.time() < end:
+            if insists:  # a manager that is busy with the window may miss a key
+                self.screen.xdo("key", "alt+F4")
+            try:
+                self.process.wait(timeout=2)
+            except subprocess.TimeoutExpired:
+                pass
+        code = self.process.poll()
+        assert code is not None, f"{self.name}: the window did not close"
         assert code == 0, f"ended with {code}: {self.said()}"
         with open(self.state_file) as file:
             self.state = json.load(file)

@@ -146,7 +146,7 @@ def paints_erases_and_undoes(start):
     p.key("ctrl+z")
     painted = p.state_of_replay()["label_counts"]
     p.key("ctrl+z", "ctrl+z", "ctrl+y")
-    state = p.close(times=2)
+    state = p.close(insists=True)
     assert 0 < erased["1"] < painted["1"], (erased, painted)
     assert (state["undo_steps"], state["redo_steps"]) == (1, 1)
 
@@ -165,7 +165,7 @@ def drills_with_the_mouse_as_a_hand(start):
     p.do("mouseup", 1)
     time.sleep(0.5)
     p.looks_right()
-    state = p.close(times=2)
+    state = p.close(insists=True)
     assert state["hand"]["armed"] and state["hand"]["first"] == "cut", state["hand"]
     assert state["undo_steps"] >= 1, "the hand cut nothing"
 
@@ -279,7 +279,7 @@ def stays_when_it_is_asked(start):
     # "stay" is in the middle of the window; what a person closes is not in a recording.
     p.click(*stay_button(p))
     time.sleep(0.3)
-    state = p.close(times=2)
+    state = p.close(insists=True)
     assert state["undo_steps"] == 1
 
 
@@ -358,7 +358,7 @@ def works_undoes_and_asks(start):
     time.sleep(0.3)
     p.screen.xdo("windowactivate", "--sync", p.window)
     p.key("question")
-    state = p.close(times=2)  # there are edits: the program asks, and a second time means it
+    state = p.close(insists=True)  # there are edits: the program asks, and a second time means it
     assert state["size"] == [900, 650], state["size"]
     assert (state["undo_steps"], state["redo_steps"]) == (1, 1)
     assert state["tool"]["hand"] == "cut" and state["help_open"] and state["refusal"] == ""
