@@ -24,7 +24,8 @@ double median(std::vector<double> values) {
 // Of one approach over all volumes and users.
 struct Tally {
     std::vector<double> dice, sensitivity, specificity, box_specificity, precision;
-    std::vector<double> gap; // to the best threshold, in Dice
+    std::vector<double> distance_mm, far_mm; // of surfaces: mean, and 95 % are nearer
+    std::vector<double> gap;                 // to the best threshold, in Dice
     std::vector<double> clicks, seconds;
     uint32_t unbounded = 0; // fronts that met no boundary
 
@@ -36,6 +37,10 @@ struct Tally {
         sensitivity.push_back(overlap.sensitivity().value_or(0.0));
         specificity.push_back(overlap.specificity().value_or(0.0));
         box_specificity.push_back(overlap.box_specificity().value_or(0.0));
+        if (const auto& surface = scores.overall.surface; surface && surface->mean_mm) {
+            distance_mm.push_back(*surface->mean_mm);
+            far_mm.push_back(*surface->p95_mm);
+        }
         clicks.push_back(interaction.clicks);
         seconds.push_back(interaction.seconds());
         return {};
@@ -74,6 +79,13 @@ struct Tally {
                                  {"least", *std::min_element(precision.begin(), precision.end())},
                                  {"pairs", precision.size()}};
         }
+        const auto distances = [](const std::vector<double>& mm) {
+            return mm.empty() ? Json()
+                              : Json{{"median", median(mm)},
+                                     {"worst", *std::max_element(mm.begin(), mm.end())}};
+        };
+        json.update(
+            {{"surface_mean_mm", distances(distance_mm)}, {"surface_p95_mm", distances(far_mm)}});
         if (!clicks.empty() && median(clicks) > 0.0)
             json.update({{"clicks", median(clicks)}, {"seconds", median(seconds)}});
         if (!gap.empty())
@@ -92,6 +104,22 @@ struct Tally {
 // Labels of 0 and 1.
 Volume mask_where(const Grid& grid, const std::function<bool(glm::uvec3)>& inside) {
     return make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) { return inside(i) ? 1.0 : 0.0; });
+}
+
+double dice_of(const Volume& result, const Volume& truth) {
+    const glm::uvec3 n = truth.size();
+    std::vector<float> found(n.x), wanted(n.x);
+    double both = 0.0, sum = 0.0;
+    for (uint32_t z = 0; z < n.z; ++z)
+        for (uint32_t y = 0; y < n.y; ++y) {
+            read_row(result, {0, y, z}, n.x, found.data());
+            read_row(truth, {0, y, z}, n.x, wanted.data());
+            for (uint32_t x = 0; x < n.x; ++x) {
+                both += found[x] != 0.0f && wanted[x] != 0.0f;
+                sum += double(found[x] != 0.0f) + double(wanted[x] != 0.0f);
+            }
+        }
+    return sum > 0.0 ? 2.0 * both / sum : 1.0;
 }
 
 // The largest Dice that any threshold of a strength gives; smaller is stronger.
@@ -198,8 +226,7 @@ Result<std::vector<double>> curve(const char* method, const Case& one, uint32_t 
             std::ranges::any_of(balls, [](const SeedBall& ball) { return ball.label == kOutside; });
         PALPATE_TRY(const Segmented found,
                     segmented(method, one.volume, balls, has_outside ? kOutside : 0, task));
-        PALPATE_TRY(const LabelMapScores scores, label_scores(found.labels, one.truth, {}, task));
-        dice.push_back(scores.overall.overlap.dice());
+        dice.push_back(dice_of(found.labels, one.truth));
         if (dice.size() == clicks)
             return dice;
         PALPATE_TRY(const auto correction, user.correct(one.truth, found.labels, task));

@@ -22,8 +22,8 @@ struct StudyOptions {
     uint32_t outlined = 23; // of them, by hand too, twice
     uint32_t users = 4;     // 2 or more
     uint32_t seeds = 5;     // balls a user puts in a volume
-    uint32_t curves = 8;    // phantoms on which results are corrected, click by click
-    uint32_t clicks = 10;   // of a curve
+    uint32_t curves = 3;    // phantoms on which results are corrected, click by click
+    uint32_t clicks = 8;    // of a curve
     std::vector<StudyOrgan> organs;
 };
 
@@ -32,7 +32,8 @@ struct StudyOptions {
 // "rows": one an approach (by hand, fast marching, and the controls: nothing, everything, the truth
 // eroded and dilated by a sample), with the print's figures beside: "precision" (mean, CV and least
 // Jaccard of two users' results of a volume), "sensitivity", "specificity" of the frame and of the
-// liver's box, "dice", each as median and worst over cases and users; "clicks" and "seconds".
+// liver's box, "dice", distances of surfaces, each as median and worst over cases and users;
+// "clicks" and "seconds".
 // "gap": how far the Dice of the automatic threshold is below that of the best threshold.
 // "curves": mean Dice after so many clicks, a method each. "organs": the same figures of real ones.
 Result<Json> liver_study(const StudyOptions& options, const Task& task);

@@ -6,11 +6,11 @@ const percent = v => v === undefined || v === null ? "" : 100 * v;
 
 function studyTable(parent, rows, hint) {
   if (hint) put(parent, "p", {}, hint);
-  const body = table(parent, ["", "results", "precision, %", "CV, %", "least, %", "sensitivity, %", "worst", "specificity, %", "in the box", "Dice", "worst", "below the best threshold", "worst", "clicks", "seconds"], [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14]);
+  const body = table(parent, ["", "results", "precision, %", "CV, %", "least, %", "sensitivity, %", "worst", "specificity, %", "in the box", "Dice", "worst", "surface, mm", "worst", "below the best threshold", "worst", "clicks", "seconds"], [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16]);
   for (const r of rows) {
-    tableRow(body, [r.held_out ? r.name + " (held out)" : r.name], [r.results, percent(r.precision?.mean), percent(r.precision?.cv), percent(r.precision?.least), percent(r.sensitivity.median), percent(r.sensitivity.worst), percent(r.specificity.median), percent(r.box_specificity.median), r.dice.median, r.dice.worst, r.gap?.median ?? "", r.gap?.worst ?? "", r.clicks ?? "", r.seconds ?? ""]);
+    tableRow(body, [r.held_out ? r.name + " (held out)" : r.name], [r.results, percent(r.precision?.mean), percent(r.precision?.cv), percent(r.precision?.least), percent(r.sensitivity.median), percent(r.sensitivity.worst), percent(r.specificity.median), percent(r.box_specificity.median), r.dice.median, r.dice.worst, r.surface_mean_mm?.median ?? "", r.surface_mean_mm?.worst ?? "", r.gap?.median ?? "", r.gap?.worst ?? "", r.clicks ?? "", r.seconds ?? ""]);
     const p = r.print;
-    if (p) tableRow(body, ["in print"], ["", percent(p.precision), percent(p.cv), "", percent(p.sensitivity), "", p.specificity ?? "", "", "", "", "", "", "", p.seconds]);
+    if (p) tableRow(body, ["in print"], ["", percent(p.precision), percent(p.cv), "", percent(p.sensitivity), "", p.specificity ?? "", "", "", "", "", "", "", "", "", p.seconds]);
   }
 }
 

@@ -91,6 +91,8 @@ Result<std::vector<StudyOrgan>> organs_of(const Options& options) {
 
 Result<void> add_study(const Options& options, Json& json) {
     StudyOptions study;
+    if (options.full)
+        study = {.curves = 12, .clicks = 12};
     if (options.tiny)
         study = {.phantoms = 1, .outlined = 1, .users = 2, .curves = 1, .clicks = 2};
     PALPATE_TRY(study.organs, organs_of(options));
