@@ -15,6 +15,8 @@ namespace palpate::bench {
 
 namespace {
 
+constexpr const char* kMarching = "fast-marching";
+
 double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
     const size_t middle = values.size() / 2;
@@ -148,15 +150,20 @@ double best_dice(const Volume& strength, const Volume& truth) {
     return best;
 }
 
+// A front that meets no boundary gives its seeds, and sets `unbounded`.
 Result<Segmented> segmented(const char* method, const Volume& volume,
-                            std::span<const SeedBall> balls, uint16_t background,
+                            std::span<const SeedBall> balls, uint16_t background, bool& unbounded,
                             const Task& task) {
     std::vector<SeedBall> usable; // a mistake may lie beyond the volume
     for (const SeedBall& ball : balls)
         if (seed_map(volume, std::span(&ball, 1)))
             usable.push_back(ball);
     PALPATE_TRY(const Volume seeds, seed_map(volume, usable));
-    return segment(*find_segment_method(method), {volume, seeds, usable, background}, {}, task);
+    const SegmentMethod& chosen = *find_segment_method(method);
+    const SegmentInput input{volume, seeds, usable, background};
+    Result<Segmented> found = segment(chosen, input, {}, task);
+    unbounded = !found && !task.stop.stop_requested() && std::string_view(method) == kMarching;
+    return unbounded ? segment(chosen, input, {{"threshold", 0.0}}, task) : found;
 }
 
 struct Case {
@@ -176,7 +183,10 @@ Result<void> by_fast_marching(const Case& one, const StudyOptions& options, Tall
     for (uint32_t u = 0; u < options.users; ++u) {
         SimulatedUser user(seed_of(one, u), {});
         PALPATE_TRY(const std::vector<SeedBall> balls, user.seeds(one.truth, options.seeds, task));
-        PALPATE_TRY(const Segmented found, segmented("fast-marching", one.volume, balls, 0, task));
+        bool unbounded = false;
+        PALPATE_TRY(const Segmented found,
+                    segmented(kMarching, one.volume, balls, 0, unbounded, task));
+        tally.unbounded += unbounded;
         PALPATE_TRY(tally.add(found.labels, one.truth, user.interaction(), task));
         tally.gap.push_back(best_dice(*found.strength, one.truth) - tally.dice.back());
         results.push_back(found.labels);
@@ -221,11 +231,12 @@ Result<std::vector<double>> curve(const char* method, const Case& one, uint32_t 
     SimulatedUser user(seed_of(one, 200), {});
     PALPATE_TRY(std::vector<SeedBall> balls, user.seeds(one.truth, 1, task));
     std::vector<double> dice;
+    bool unbounded = false;
     while (true) {
         const bool has_outside =
             std::ranges::any_of(balls, [](const SeedBall& ball) { return ball.label == kOutside; });
-        PALPATE_TRY(const Segmented found,
-                    segmented(method, one.volume, balls, has_outside ? kOutside : 0, task));
+        PALPATE_TRY(const Segmented found, segmented(method, one.volume, balls,
+                                                     has_outside ? kOutside : 0, unbounded, task));
         dice.push_back(dice_of(found.labels, one.truth));
         if (dice.size() == clicks)
             return dice;
@@ -248,8 +259,7 @@ Json print_of(double precision, double cv) {
 Result<Json> liver_study(const StudyOptions& options, const Task& task) {
     Tally hand, marching;
     Controls controls;
-    const char* const methods[] = {"fast-marching", "region-growing", "watershed",
-                                   "fuzzy-connectedness"};
+    const char* const methods[] = {kMarching, "region-growing", "watershed", "fuzzy-connectedness"};
     std::vector<std::vector<double>> curves(std::size(methods),
                                             std::vector<double>(options.clicks));
     const double parts = double(options.phantoms + options.organs.size());
