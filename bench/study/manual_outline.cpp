@@ -1,5 +1,6 @@
 #include "bench/study/manual_outline.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -37,6 +38,7 @@ Result<Outlined> outline_by_hand(const Volume& truth, uint64_t seed, const Outli
     // The sum of waves of amplitude 1 has variance 6.
     const double amplitude_mm = habits.off_sd_mm / std::sqrt(0.5 * waves.size());
 
+    const double half_mm = 0.5 * std::min(spacing.x, spacing.y);
     const size_t row = n.x, plane = row * n.y;
     std::vector<uint8_t> inside(plane * n.z);
     Interaction interaction;
@@ -49,7 +51,9 @@ Result<Outlined> outline_by_hand(const Volume& truth, uint64_t seed, const Outli
                 for (const Wave& wave : waves)
                     off_mm += amplitude_mm * std::sin(glm::dot(wave.per_mm, at) + wave.phase);
                 uint8_t& here = inside[x + row * y + plane * z];
-                here = distance.value({x, y, z}) < off_mm;
+                // Between samples that differ the surface lies half-way.
+                const double apart_mm = distance.value({x, y, z});
+                here = apart_mm - std::copysign(half_mm, apart_mm) < off_mm;
                 if (x > 0 && here != *(&here - 1))
                     edges_mm += spacing.y;
                 if (y > 0 && here != *(&here - row))

@@ -15,7 +15,7 @@ function studyTable(parent, rows, hint) {
 }
 
 function studyCurves(parent, curves) {
-  const svg = draw(parent, "svg", { viewBox: "0 0 400 300", role: "img", "aria-label": "Dice after clicks" });
+  const svg = draw(parent, "svg", { viewBox: "0 0 400 300", role: "img", "aria-label": "Dice after clicks", style: "display:block;max-width:560px" });
   const box = { left: 52, right: 392, top: 20, bottom: 262 };
   const xs = curves.flatMap(c => c.dice.map((_, i) => i + 1)), ys = curves.flatMap(c => c.dice);
   const axes = plotAxes(svg, box, xs, ys, "clicks", "Dice, mean", { log: false }, { log: false });
