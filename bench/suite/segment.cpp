@@ -56,9 +56,9 @@ namespace {
 
 constexpr const char* kStudy = "study"; // the part's name
 
-// Labels of TotalSegmentator (version 2) on which parameters were looked at: liver, right kidney,
-// stomach.
-constexpr uint16_t kLookedAt[] = {2, 5, 6};
+// Labels of TotalSegmentator (version 2) on which parameters were looked at: spleen, kidneys,
+// liver, stomach.
+constexpr uint16_t kLookedAt[] = {1, 2, 3, 5, 6};
 constexpr double kLeast_ml = 20.0, kMost_ml = 3000.0; // of an organ that is scored
 
 Result<std::vector<StudyOrgan>> organs_of(const Options& options) {

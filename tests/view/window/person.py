@@ -112,7 +112,7 @@ class Person:
         self._start()
         try:
             self.window = until("a window", self._window, LONGEST_S / 2)
-        except AssertionError as error:  # seen once in 200 starts, on a busy machine; said, not hidden
+        except AssertionError as error:  # seen once, cause unknown; said, not hidden
             print(f"{name}: {error}; started anew. It had said: {self.said()!r}")
             self.process.kill()
             self.process.wait()
