@@ -127,8 +127,12 @@ Result<void> wait_until_homed(haptics::HapticDevice& device, const std::string& 
 
 Result<void> run_devices(const DevicesOptions& o) {
     std::vector<DeviceEntry> entries = haptics::list_devices();
-    if (o.name.empty())
+    if (o.name.empty()) {
+        for (const haptics::DeviceDriver& driver : haptics::device_drivers())
+            if (driver.refusal)
+                log::warning("{}: {}", driver.purpose, driver.refusal);
         return list(entries, 0, o.json);
+    }
     PALPATE_TRY(DeviceEntry entry, haptics::find_device(o.name));
     if (o.home || o.calibrate || !o.firmware.empty()) {
         PALPATE_TRY(const auto device, haptics::open_device(entry, {.firmware = o.firmware}));

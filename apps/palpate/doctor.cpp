@@ -89,6 +89,9 @@ void report_haptic_devices() {
             found += fmt::format("  {}: {}\n", entry.name,
                                  entry.refusal.empty() ? "can be used" : entry.refusal);
     fmt::print("Haptic devices: {}\n{}", found.empty() ? "none is plugged in" : "", found);
+    for (const haptics::DeviceDriver& driver : haptics::device_drivers())
+        if (driver.refusal)
+            fmt::print("  {}: {}\n", driver.purpose, driver.refusal);
     bool has_rules = false;
     for (const char* folder : {"/etc/udev/rules.d", "/lib/udev/rules.d", "/usr/lib/udev/rules.d",
                                "/usr/local/lib/udev/rules.d", "/run/udev/rules.d"})

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 
 #include "haptics/device/falcon/falcon.h"
 #include "haptics/device/recorded.h"
 #include "haptics/device/spacemouse/spacemouse.h"
-#include "haptics/device/transport/hid_transport.h"
-#include "haptics/device/transport/plugged.h"
-#include "haptics/device/transport/usb_transport.h"
+#include "haptics/device/transport/hid.h"
+#include "haptics/device/transport/usb.h"
 
 namespace palpate::haptics {
 
@@ -90,16 +88,8 @@ Opened open_falcon(const DeviceEntry& entry, const DeviceSetup& setup) {
     if (!setup.firmware.empty()) {
         PALPATE_TRY(firmware, falcon::load_firmware(setup.firmware));
     }
-    PALPATE_TRY(std::unique_ptr<Transport> transport, UsbTransport::open(entry.node, 0));
+    PALPATE_TRY(std::unique_ptr<Transport> transport, open_usb(entry.node, 0));
     return FalconDevice::open(std::move(transport), firmware);
-}
-
-spacemouse::Description description_of(const std::filesystem::path& descriptor) {
-    std::array<char, 4096> bytes; // no report descriptor is longer
-    std::ifstream file(descriptor, std::ios::binary);
-    file.read(bytes.data(), bytes.size());
-    return spacemouse::describe(
-        std::as_bytes(std::span(bytes).first(static_cast<size_t>(file.gcount()))));
 }
 
 // A maker's mice and keyboards share its numbers: the descriptor says which have six axes.
@@ -107,7 +97,7 @@ std::vector<Plugged> plugged_spacemice() {
     std::vector<Plugged> all;
     for (Plugged& found : plugged_hid())
         if ((found.vendor == 0x046D || found.vendor == 0x256F) &&
-            description_of(found.report_descriptor).is_six_axis)
+            spacemouse::describe(report_descriptor(found.node)).is_six_axis)
             all.push_back(std::move(found));
     return all;
 }
@@ -121,21 +111,18 @@ std::vector<DeviceEntry> list_spacemice() {
 }
 
 Opened open_spacemouse(const DeviceEntry& entry, const DeviceSetup&) {
-    for (const Plugged& found : plugged_spacemice())
-        if (found.node == entry.node) {
-            PALPATE_TRY(std::unique_ptr<Transport> transport, HidTransport::open(found.node));
-            return std::make_unique<SpaceMouseDevice>(std::move(transport),
-                                                      description_of(found.report_descriptor));
-        }
-    return fail("{}: unplugged", entry.name);
+    PALPATE_TRY(std::unique_ptr<Transport> transport, open_hid(entry.node));
+    return std::make_unique<SpaceMouseDevice>(std::move(transport),
+                                              spacemouse::describe(report_descriptor(entry.node)));
 }
 
-constexpr DeviceDriver kDrivers[] = {
+const DeviceDriver kDrivers[] = {
     {"simulated", "a mass with a hand on it", "", list_simulated, open_simulated},
     {"exact", "a hand that no force moves", "", list_exact, open_exact},
     {"recorded", "what `palpate touch --record` wrote", "FILE", list_recorded, open_recorded},
-    {"novint", "Novint Falcon", "", list_falcons, open_falcon},
-    {"3dconnexion", "SpaceMouse and its kin, without force", "", list_spacemice, open_spacemouse},
+    {"novint", "Novint Falcon", "", list_falcons, open_falcon, usb_refusal()},
+    {"3dconnexion", "SpaceMouse and its kin, without force", "", list_spacemice, open_spacemouse,
+     hid_refusal()},
 };
 
 // Null where there is none.

@@ -46,6 +46,8 @@ struct DeviceDriver {
     std::vector<DeviceEntry> (*list)();
     Result<std::unique_ptr<HapticDevice>> (*open)(const DeviceEntry& entry,
                                                   const DeviceSetup& setup);
+    // Why this build or machine has none of its devices, in one sentence; null: it may have.
+    const char* refusal = nullptr;
 };
 std::span<const DeviceDriver> device_drivers();
 

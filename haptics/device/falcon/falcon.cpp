@@ -49,7 +49,9 @@ FalconDevice::FalconDevice(std::unique_ptr<Transport> transport, Started started
       out_(transport_->transfer(kOutSlot)),
       in_(transport_->transfer(kInSlot)),
       place_m_(falcon::home()),
-      estimator_(capabilities_.resolution_m) {}
+      estimator_(capabilities_.resolution_m) {
+    in_.status = TransferStatus::idle; // start() has read what it holds
+}
 
 Result<std::unique_ptr<FalconDevice>> FalconDevice::open(std::unique_ptr<Transport> transport,
                                                          std::span<const std::byte> firmware,

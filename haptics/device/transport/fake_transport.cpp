@@ -1,38 +1,26 @@
 #include "haptics/device/transport/fake_transport.h"
 
-#include "engine/base/assert.h"
-
 namespace palpate::haptics {
 
 void FakeTransport::submit(Transfer& transfer) noexcept {
-    const auto slot = static_cast<size_t>(&transfer - transfers_.data());
-    PALPATE_ASSERT(slot < kTransfers && transfer.status != TransferStatus::pending);
-    PALPATE_ASSERT_CMP(transfer.size, <=, Transfer::kMost);
-    transfer.moved = 0;
-    if (gone_) {
-        transfer.status = TransferStatus::gone;
+    if (!begin(transfer))
         return;
-    }
-    transfer.status = TransferStatus::pending;
-    submitted_ns_[slot] = clock_.now_ns();
-    order_[ordered_++] = slot;
+    is_cancelled_[slot_of(transfer)] = false;
+    order_[ordered_++] = slot_of(transfer);
 }
 
 void FakeTransport::cancel(Transfer& transfer) noexcept {
-    if (transfer.status == TransferStatus::pending)
-        transfer.timeout_ns = -1; // noticed by the next round
+    is_cancelled_[slot_of(transfer)] = true; // noticed by the next round
 }
 
 // True: it is over.
 bool FakeTransport::end_one(Transfer& transfer) {
-    const auto slot = static_cast<size_t>(&transfer - transfers_.data());
     const int64_t now_ns = clock_.now_ns();
     if (gone_) {
         transfer.status = TransferStatus::gone;
         return true;
     }
-    if (transfer.timeout_ns < 0) {
-        transfer.timeout_ns = 0;
+    if (is_cancelled_[slot_of(transfer)]) {
         transfer.status = TransferStatus::cancelled;
         return true;
     }
@@ -59,8 +47,7 @@ bool FakeTransport::end_one(Transfer& transfer) {
                                                                          : TransferStatus::pending;
         }
     }
-    if (transfer.status == TransferStatus::pending && transfer.timeout_ns > 0 &&
-        now_ns - submitted_ns_[slot] >= transfer.timeout_ns)
+    if (transfer.status == TransferStatus::pending && now_ns >= due_ns(transfer))
         transfer.status = TransferStatus::timed_out;
     return transfer.status != TransferStatus::pending;
 }

@@ -7,8 +7,8 @@
 
 #include "haptics/device/transport/transport.h"
 
-// A transport without hardware: a device model and a host on a virtual clock, the same result each
-// time. Faults come from a function that sees every transfer before it ends.
+// A transport without hardware: a device model and a host. On a virtual clock the result is the
+// same each time. Faults come from a function that sees every transfer before it ends.
 namespace palpate::haptics {
 
 class VirtualClock final : public Clock {
@@ -45,15 +45,15 @@ class FakeTransport final : public Transport {
     using Fault = std::function<void(Transfer&, int64_t now_ns)>;
 
     // Both outlive it.
-    FakeTransport(FakePeer& peer, VirtualClock& clock) : peer_(peer), clock_(clock) {}
+    FakeTransport(FakePeer& peer, Clock& clock) : peer_(peer), clock_(clock) {}
 
     void set_fault(Fault fault) { fault_ = std::move(fault); }
+    // What is pending ends with the next reap().
     void unplug() noexcept { gone_ = true; }
 
     void submit(Transfer& transfer) noexcept override;
     void cancel(Transfer& transfer) noexcept override;
     bool reap(int64_t until_ns) noexcept override;
-    bool gone() const noexcept override { return gone_; }
     Clock& clock() noexcept override { return clock_; }
     Result<void> prepare_halt(uint8_t endpoint, std::span<const std::byte> message) override;
     bool halt() noexcept override;
@@ -63,10 +63,9 @@ class FakeTransport final : public Transport {
     bool end_one(Transfer& transfer);
 
     FakePeer& peer_;
-    VirtualClock& clock_;
+    Clock& clock_;
     Fault fault_;
-    bool gone_ = false;
-    std::array<int64_t, kTransfers> submitted_ns_{};
+    std::array<bool, kTransfers> is_cancelled_{};
     std::array<size_t, kTransfers> order_{}; // slots in order of submission
     size_t ordered_ = 0;
     uint8_t halt_endpoint_ = 0;

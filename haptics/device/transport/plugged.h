@@ -1,26 +1,22 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
-#include <vector>
 
-// Devices that the kernel knows, as sysfs tells them. Nothing is opened, so that a device without
-// permission is listed too.
+// A device that the system knows.
 namespace palpate::haptics {
 
 struct Plugged {
     uint16_t vendor = 0, product = 0;
-    std::string name;                        // that the device gives itself; may be empty
-    std::string serial;                      // may be empty
-    std::string node;                        // /dev/bus/usb/001/004, /dev/hidraw0
-    std::filesystem::path report_descriptor; // of HID devices
+    std::string node; // /dev/bus/usb/001/004, /dev/hidraw0
 
     // Empty: its node can be opened to read and write. Else one sentence: why not, and what helps.
     std::string refusal;
 };
 
-std::vector<Plugged> plugged_usb();
-std::vector<Plugged> plugged_hid();
+// What `refusal` is for a node, which is not opened.
+std::string refusal_of_node(const std::string& node);
+// The same sentence for a node that open(2) refused with the error number `error`.
+std::string refusal_of_node(const std::string& node, int error);
 
 } // namespace palpate::haptics

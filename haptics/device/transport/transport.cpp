@@ -1,5 +1,9 @@
 #include "haptics/device/transport/transport.h"
 
+#include <algorithm>
+
+#include "engine/base/assert.h"
+
 namespace palpate::haptics {
 
 namespace {
@@ -8,6 +12,29 @@ constexpr int64_t kReapCancelled_ns =
     50'000'000; // the longest that a cancelled transfer is awaited
 
 } // namespace
+
+bool Transport::begin(Transfer& transfer) noexcept {
+    PALPATE_ASSERT(slot_of(transfer) < kTransfers && transfer.status != TransferStatus::pending);
+    PALPATE_ASSERT_CMP(transfer.size, <=, Transfer::kMost);
+    transfer.moved = 0;
+    transfer.status = gone_ ? TransferStatus::gone : TransferStatus::pending;
+    due_ns_[slot_of(transfer)] =
+        transfer.timeout_ns > 0 ? clock().now_ns() + transfer.timeout_ns : kNever_ns;
+    return !gone_;
+}
+
+void Transport::lose() noexcept {
+    gone_ = true;
+    for (Transfer& transfer : transfers_)
+        if (transfer.status == TransferStatus::pending)
+            transfer.status = TransferStatus::gone;
+}
+
+bool Transport::any_pending() const noexcept {
+    return std::any_of(transfers_.begin(), transfers_.end(), [](const Transfer& transfer) {
+        return transfer.status == TransferStatus::pending;
+    });
+}
 
 TransferStatus run_transfer(Transport& transport, Transfer& transfer,
                             int64_t patience_ns) noexcept {

@@ -3,13 +3,14 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "engine/base/error.h"
 #include "haptics/core/clock.h"
 
-// How bytes get to a device and back. Drivers stand on this interface; behind it is a USB library,
-// a HID node, or the fake of fake_transport.h, all of which carry the same bytes.
+// How bytes get to a device and back. Drivers stand on this interface; behind it is libusb (usb.h),
+// hidapi (hid.h), or the fake of fake_transport.h, all of which carry the same bytes.
 namespace palpate::haptics {
 
 enum class TransferStatus : uint8_t {
@@ -56,8 +57,9 @@ struct Transfer {
 };
 
 // One opened device. The transport owns a few transfers and their memory, so that submitting,
-// completing and cancelling allocate nothing and no memory in flight is ever freed. For one thread
-// at a time, halt() apart. No member but prepare_halt() allocates or throws.
+// completing and cancelling allocate nothing beyond what a library does for itself, and no memory
+// in flight is ever freed. For one thread at a time, halt() apart. No member but prepare_halt()
+// throws.
 class Transport {
  public:
     static constexpr size_t kTransfers = 6;
@@ -76,7 +78,7 @@ class Transport {
     // Ends transfers that are over. Where none is, waits until one is or until it is until_ns;
     // a time in the past does not wait. True: at least one ended.
     virtual bool reap(int64_t until_ns) noexcept = 0;
-    virtual bool gone() const noexcept = 0; // the device is unplugged; for ever
+    bool gone() const noexcept { return gone_; } // the device is unplugged; for ever
     // The clock of until_ns: the monotonic one, or that of a test.
     virtual Clock& clock() noexcept = 0;
 
@@ -86,7 +88,24 @@ class Transport {
     virtual bool halt() noexcept = 0;
 
  protected:
+    // How every submit() begins: the transfer is pending and its time runs. False: the device is
+    // gone, and so is the transfer.
+    bool begin(Transfer& transfer) noexcept;
+    // The device is gone, and with it all that is pending.
+    void lose() noexcept;
+    size_t slot_of(const Transfer& transfer) const noexcept {
+        return static_cast<size_t>(&transfer - transfers_.data());
+    }
+    // When a pending transfer has timed out; kNever_ns where it has no timeout.
+    int64_t due_ns(const Transfer& transfer) const noexcept { return due_ns_[slot_of(transfer)]; }
+    bool any_pending() const noexcept;
+
+    static constexpr int64_t kNever_ns = std::numeric_limits<int64_t>::max();
     std::array<Transfer, kTransfers> transfers_;
+    bool gone_ = false;
+
+ private:
+    std::array<int64_t, kTransfers> due_ns_{};
 };
 
 // Submits `transfer` and waits for its end, at most for `patience_ns`; then it is cancelled and
