@@ -8,7 +8,7 @@
 #include <numbers>
 #include <vector>
 
-#include "bench/study/draw.h"
+#include "engine/segment/draw.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 

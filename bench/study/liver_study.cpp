@@ -6,6 +6,7 @@
 
 #include "bench/study/liver_phantom.h"
 #include "bench/study/manual_outline.h"
+#include "bench/study/samples.h"
 #include "engine/measure/label_scores.h"
 #include "engine/segment/methods.h"
 #include "engine/segment/signed_distance.h"
@@ -109,37 +110,25 @@ Volume mask_where(const Grid& grid, const std::function<bool(glm::uvec3)>& insid
 }
 
 double dice_of(const Volume& result, const Volume& truth) {
-    const glm::uvec3 n = truth.size();
-    std::vector<float> found(n.x), wanted(n.x);
+    const std::vector<float> found = samples_of(result), wanted = samples_of(truth);
     double both = 0.0, sum = 0.0;
-    for (uint32_t z = 0; z < n.z; ++z)
-        for (uint32_t y = 0; y < n.y; ++y) {
-            read_row(result, {0, y, z}, n.x, found.data());
-            read_row(truth, {0, y, z}, n.x, wanted.data());
-            for (uint32_t x = 0; x < n.x; ++x) {
-                both += found[x] != 0.0f && wanted[x] != 0.0f;
-                sum += double(found[x] != 0.0f) + double(wanted[x] != 0.0f);
-            }
-        }
+    for (size_t i = 0; i < found.size(); ++i) {
+        both += found[i] != 0.0f && wanted[i] != 0.0f;
+        sum += double(found[i] != 0.0f) + double(wanted[i] != 0.0f);
+    }
     return sum > 0.0 ? 2.0 * both / sum : 1.0;
 }
 
 // The largest Dice that any threshold of a strength gives; smaller is stronger.
 double best_dice(const Volume& strength, const Volume& truth) {
+    const std::vector<float> values = samples_of(strength), wanted = samples_of(truth);
     std::vector<std::pair<float, bool>> samples;
     double total = 0.0;
-    const glm::uvec3 n = truth.size();
-    std::vector<float> values(n.x), labels(n.x);
-    for (uint32_t z = 0; z < n.z; ++z)
-        for (uint32_t y = 0; y < n.y; ++y) {
-            read_row(strength, {0, y, z}, n.x, values.data());
-            read_row(truth, {0, y, z}, n.x, labels.data());
-            for (uint32_t x = 0; x < n.x; ++x) {
-                total += labels[x] != 0.0f;
-                if (!std::isnan(values[x]))
-                    samples.emplace_back(values[x], labels[x] != 0.0f);
-            }
-        }
+    for (size_t i = 0; i < values.size(); ++i) {
+        total += wanted[i] != 0.0f;
+        if (!std::isnan(values[i]))
+            samples.emplace_back(values[i], wanted[i] != 0.0f);
+    }
     std::sort(samples.begin(), samples.end());
     double both = 0.0, best = 0.0;
     for (size_t i = 0; i < samples.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/segment/draw.h"
 #include "engine/segment/signed_distance.h"
 #include "engine/volume/builder.h"
 

@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "bench/study/draw.h"
+#include "engine/segment/draw.h"
 #include "engine/segment/seeds.h"
 #include "engine/segment/task.h"
 #include "engine/volume/volume.h"
@@ -39,10 +39,7 @@ class SimulatedUser {
  public:
     SimulatedUser(uint64_t seed, const Habits& habits) : draw_(seed), habits_(habits) {}
 
-    // Balls within the object, whose depth at their centre is 1.2 radii or more: the first
-    // anywhere, each next the farthest from all others of 64 candidates. Centre and radius miss by
-    // the habits; a ball whose centre lies outside is made anew but for mistakes_kept. An object
-    // that is nowhere so deep takes them at its deepest samples. Refused: an empty object.
+    // The balls of simulated_seeds() in label 1, each a click.
     Result<std::vector<SeedBall>> seeds(const Volume& truth, uint32_t count, const Task& task);
 
     // The deepest point of the largest error (26 neighbours), drawn or erased by a ball of 0.7

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <random>
 
+#include "engine/segment/draw.h"
 #include "engine/segment/signed_distance.h"
 
 namespace palpate {
@@ -12,23 +12,6 @@ namespace palpate {
 namespace {
 
 constexpr int kDrawn = 64;
-
-// Numbers that do not depend on the standard library, whose distributions differ.
-class Random {
- public:
-    explicit Random(uint64_t seed) : engine_(seed) {}
-    double share() { return double(engine_() >> 11) * 0x1p-53; } // 0 <= share < 1
-    size_t below(size_t count) { return std::min(size_t(share() * double(count)), count - 1); }
-    double normal() { // of mean 0 and variance 1: the sum of 12 shares, within +-6
-        double sum = -6.0;
-        for (int i = 0; i < 12; ++i)
-            sum += share();
-        return sum;
-    }
-
- private:
-    std::mt19937_64 engine_;
-};
 
 std::vector<glm::uvec3> deep_samples(const Volume& distance, double depth_mm) {
     std::vector<glm::uvec3> found;
@@ -49,11 +32,11 @@ std::vector<glm::uvec3> deep_samples(const Volume& distance, double depth_mm) {
 
 // Of some drawn places the farthest from all centres so far.
 glm::dvec3 next_place(const Grid& grid, const std::vector<glm::uvec3>& deep,
-                      const std::vector<glm::dvec3>& before, Random& random) {
+                      const std::vector<glm::dvec3>& before, Draw& draw) {
     glm::dvec3 best{};
     double farthest = -1.0;
     for (int i = 0; i < (before.empty() ? 1 : kDrawn); ++i) {
-        const glm::dvec3 place = world_point(grid, glm::dvec3(deep[random.below(deep.size())]));
+        const glm::dvec3 place = world_point(grid, glm::dvec3(deep[draw.below(deep.size())]));
         double nearest = std::numeric_limits<double>::max();
         for (const glm::dvec3& other : before)
             nearest = std::min(nearest, glm::length(place - other));
@@ -90,24 +73,23 @@ Result<SeedFile> simulated_seeds(const Volume& labels, const SimulatedSeedOption
                     options.label);
     const std::vector<glm::uvec3> deep =
         deep_samples(distance, std::min(1.2 * options.radius_mm, 0.5 * deepest));
-    Random random(options.random);
+    Draw draw(options.random);
     SeedFile file{{}, 0, labels.grid()};
     std::vector<glm::dvec3> places;
     for (uint32_t n = 0; n < options.count; ++n) {
-        const glm::dvec3 place = next_place(labels.grid(), deep, places, random);
+        const glm::dvec3 place = next_place(labels.grid(), deep, places, draw);
         places.push_back(place);
         glm::dvec3 center = place;
         for (int tries = 0; tries < 100; ++tries) {
             const glm::dvec3 moved =
-                place +
-                options.jitter_mm * glm::dvec3{random.normal(), random.normal(), random.normal()};
+                place + options.jitter_mm * glm::dvec3{draw.normal(), draw.normal(), draw.normal()};
             const Where lies = where(labels, options.label, moved);
-            if (lies.in_object || (lies.in_volume && random.share() < options.mistakes)) {
+            if (lies.in_object || (lies.in_volume && draw.between(0.0, 1.0) < options.mistakes)) {
                 center = moved;
                 break;
             }
         }
-        const double change = std::clamp(1.0 + 0.1 * random.normal(), 0.5, 1.5);
+        const double change = std::clamp(1.0 + options.radius_sd * draw.normal(), 0.5, 1.5);
         file.balls.push_back({options.label, center, options.radius_mm * change});
     }
     return file;

@@ -8,17 +8,10 @@
 #include <numeric>
 #include <vector>
 
+#include "bench/study/samples.h"
+
 namespace palpate::bench {
 namespace {
-
-std::vector<float> values_of(const Volume& volume) {
-    const glm::uvec3 n = volume.size();
-    std::vector<float> values(size_t{n.x} * n.y * n.z);
-    for (uint32_t z = 0; z < n.z; ++z)
-        for (uint32_t y = 0; y < n.y; ++y)
-            read_row(volume, {0, y, z}, n.x, &values[n.x * (y + size_t{n.y} * z)]);
-    return values;
-}
 
 const LiverPhantom& phantom_of(uint64_t number) { // made once
     static std::map<uint64_t, LiverPhantom> made;
@@ -29,8 +22,8 @@ const LiverPhantom& phantom_of(uint64_t number) { // made once
 
 TEST(LiverPhantom, IsAFunctionOfItsNumber) {
     const LiverPhantom a = liver_phantom(3), b = liver_phantom(3), c = liver_phantom(4);
-    EXPECT_EQ(values_of(a.volume), values_of(b.volume));
-    EXPECT_EQ(values_of(a.truth), values_of(b.truth));
+    EXPECT_EQ(samples_of(a.volume), samples_of(b.volume));
+    EXPECT_EQ(samples_of(a.truth), samples_of(b.truth));
     EXPECT_NE(a.volume.grid(), c.volume.grid());
 }
 
@@ -39,7 +32,7 @@ TEST(LiverPhantom, HasALiverOfAPersonsSizeAwayFromTheBorder) {
     for (uint64_t number = 0; number < 6; ++number) {
         const Volume truth = phantom_of(number).truth;
         const glm::dvec3 spacing = spacing_mm(truth.grid());
-        const std::vector<float> values = values_of(truth);
+        const std::vector<float> values = samples_of(truth);
         const double ml = std::accumulate(values.begin(), values.end(), 0.0) * spacing.x *
                           spacing.y * spacing.z / 1000.0;
         EXPECT_GT(ml, 800.0) << number;

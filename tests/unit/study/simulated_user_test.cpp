@@ -83,7 +83,8 @@ TEST(SimulatedUser, RefusesNothingToSegment) {
                                      [](glm::uvec3) { return 0.0; });
     const auto seeds = SimulatedUser(1, {}).seeds(empty, 2, {});
     ASSERT_FALSE(seeds);
-    EXPECT_EQ(seeds.error().message, "expected an object, found none");
+    EXPECT_EQ(seeds.error().message,
+              "expected a label map in which some samples, and not all, have label 1");
 }
 
 } // namespace

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <random>
 
-namespace palpate::bench {
+namespace palpate {
 
 // Random numbers that are the same on every machine: the standard says what its engines give, and
 // not what its distributions do.
@@ -25,10 +27,13 @@ class Draw {
             sum += between(0.0, 1.0);
         return sum;
     }
-    size_t below(size_t count) { return random_() % count; } // count far below 2^64
+    size_t below(size_t count) { // 0 .. count - 1; count >= 1
+        return std::min(size_t(between(0.0, 1.0) * static_cast<double>(count)), count - 1);
+    }
+    uint64_t bits() { return random_(); } // to seed another
 
  private:
     std::mt19937_64 random_;
 };
 
-} // namespace palpate::bench
+} // namespace palpate
