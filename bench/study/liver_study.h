@@ -22,6 +22,7 @@ struct StudyOptions {
     uint32_t outlined = 23; // of them, by hand too, twice
     uint32_t users = 4;     // 2 or more
     uint32_t seeds = 5;     // balls a user puts in a volume
+    uint32_t pulls = 10;    // at a mesh, at most
     uint32_t curves = 3;    // phantoms on which results are corrected, click by click
     uint32_t clicks = 8;    // of a curve
     std::vector<StudyOrgan> organs;
@@ -29,13 +30,13 @@ struct StudyOptions {
 
 // A function of its options, processor times apart, which it has none of.
 //
-// "rows": one an approach (by hand, fast marching, and the controls: nothing, everything, the truth
-// eroded and dilated by a sample), with the print's figures beside: "precision" (mean, CV and least
-// Jaccard of two users' results of a volume), "sensitivity", "specificity" of the frame and of the
-// liver's box, "dice", distances of surfaces, each as median and worst over cases and users;
-// "clicks" and "seconds".
-// "gap": how far the Dice of the automatic threshold is below that of the best threshold.
-// "curves": mean Dice after so many clicks, a method each. "organs": the same figures of real ones.
+// "rows": one an approach (by hand, fast marching, a mesh about its result, the mesh pulled by
+// hand, and the controls: nothing, everything, the truth eroded and dilated by a sample), with the
+// print's figures beside: "precision" (mean, CV and least Jaccard of two users' results of a
+// volume), "sensitivity", "specificity" of the frame and of the liver's box, "dice", distances of
+// surfaces, each as median and worst over cases and users; "clicks" and "seconds". "gap": how far
+// the Dice of the automatic threshold is below that of the best threshold. "curves": mean Dice
+// after so many clicks, a method each. "organs": the same figures of real ones.
 Result<Json> liver_study(const StudyOptions& options, const Task& task);
 
 } // namespace palpate::bench

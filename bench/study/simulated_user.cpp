@@ -8,6 +8,7 @@
 #include "engine/segment/signed_distance.h"
 #include "engine/segment/simulated_seeds.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/sample.h"
 
 namespace palpate::bench {
 
@@ -102,6 +103,37 @@ Result<std::optional<Correction>> SimulatedUser::correct(const Volume& truth, co
                         std::max(0.7 * depth_mm, glm::length(spacing_mm(grid)) / std::sqrt(3.0))};
     click(ball.center_mm);
     return std::optional(Correction{ball, kinds[deepest] == 1});
+}
+
+std::optional<MeshPull> SimulatedUser::pull(const SimplexMesh& mesh, const Volume& distance) {
+    SampleCursor wanted(distance);
+    MeshPull worst;
+    glm::dvec3 at_mm(0.0);
+    for (uint32_t f = 0; f < mesh.faces(); ++f) {
+        const auto corners =
+            std::span(mesh.face_vertices)
+                .subspan(mesh.face_first[f], mesh.face_first[f + 1] - mesh.face_first[f]);
+        glm::dvec3 center(0.0);
+        for (const uint32_t v : corners)
+            center += mesh.positions[v] / double(corners.size());
+        const double off_mm = wanted.value(index_point(distance.grid(), center));
+        if (!(std::abs(off_mm) > std::abs(worst.by_mm)))
+            continue; // nor where it has no data
+        glm::dvec3 normal(0.0);
+        for (size_t i = 0; i < corners.size(); ++i)
+            normal += glm::cross(mesh.positions[corners[i]] - center,
+                                 mesh.positions[corners[(i + 1) % corners.size()]] - center);
+        worst = {f, -off_mm, 0.0, glm::normalize(normal)};
+        at_mm = center;
+    }
+    if (std::abs(worst.by_mm) <= 2.0 * habits_.aim_sd_mm)
+        return std::nullopt;
+    worst.wide_mm = std::max(5.0, 0.7 * std::abs(worst.by_mm));
+    worst.by_mm += habits_.aim_sd_mm * draw_.normal();
+    click(at_mm);
+    interaction_.path_mm += std::abs(worst.by_mm);
+    hand_mm_ = at_mm + worst.by_mm * worst.normal;
+    return worst;
 }
 
 } // namespace palpate::bench

@@ -5,6 +5,7 @@
 
 #include "engine/segment/draw.h"
 #include "engine/segment/seeds.h"
+#include "engine/segment/simplex_mesh.h"
 #include "engine/segment/task.h"
 #include "engine/volume/volume.h"
 
@@ -33,6 +34,14 @@ struct Correction {
     bool add = false; // to the object; else away from it
 };
 
+// Faces of a mesh that are drawn along their normal, which is outward.
+struct MeshPull {
+    uint32_t face = 0;
+    double by_mm = 0.0;   // negative: inward
+    double wide_mm = 0.0; // radius of the patch about the face that goes along
+    glm::dvec3 normal{0.0};
+};
+
 // One person before one volume. What it does is a function of its seed, its habits and what it is
 // shown. The object of a label map: samples that are not 0.
 class SimulatedUser {
@@ -46,6 +55,11 @@ class SimulatedUser {
     // times the depth there, 1 sample at least; absent where the result has no error.
     Result<std::optional<Correction>> correct(const Volume& truth, const Volume& result,
                                               const Task& task);
+
+    // The face whose centre is farthest from the surface that the person wants, of which `distance`
+    // is signed_distance(), drawn there: off by the aim along the normal, with a patch of 0.7 times
+    // the distance, 5 mm at least. Absent where none is farther than twice the aim: it is not seen.
+    std::optional<MeshPull> pull(const SimplexMesh& mesh, const Volume& distance);
 
     const Interaction& interaction() const { return interaction_; }
 

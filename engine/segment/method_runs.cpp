@@ -12,6 +12,7 @@
 #include "engine/segment/fuzzy_connectedness.h"
 #include "engine/segment/map_values.h"
 #include "engine/segment/march_cost.h"
+#include "engine/segment/mesh_fit.h"
 #include "engine/segment/random_walker.h"
 #include "engine/segment/threshold.h"
 #include "engine/volume/builder.h"
@@ -292,6 +293,42 @@ Result<Segmented> run_march_edges(const SegmentInput& input, const ParameterValu
 Result<Segmented> run_march_statistics(const SegmentInput& input, const ParameterValues& values,
                                        const Task& task) {
     return run_march(input, values, false, task);
+}
+
+Result<Segmented> run_mesh(const SegmentInput& input, const ParameterValues& values,
+                           const Task& task) {
+    const std::vector<LabelCount> all = label_counts(*input.seeds);
+    Segmented made{*input.seeds, {}, {}, {}};
+    std::optional<Volume> labels;
+    for (size_t i = 0; i < all.size(); ++i) {
+        if (all[i].label == input.background)
+            continue;
+        const Task part =
+            task.part(double(i) / double(all.size()), double(i + 1) / double(all.size()));
+        MeshFitOptions options{.label = all[i].label,
+                               .subdivisions = uint32_t(value_of(values, "subdivisions")),
+                               .steps = uint32_t(value_of(values, "steps")),
+                               .edges_mm = value_of(values, "edges")};
+        options.simplex.rigidity = uint32_t(value_of(values, "rigidity"));
+        PALPATE_TRY(const MeshFit fit, fit_mesh(input.volume, *input.seeds, options, part));
+        made.notes.push_back(fmt::format("label {}: a mesh of {} vertices, {} steps", all[i].label,
+                                         fit.mesh.positions.size(), fit.steps));
+        if (fit.self_intersections > 0)
+            made.notes.push_back(fmt::format("label {}: the mesh cuts itself in {} places",
+                                             all[i].label, fit.self_intersections));
+        if (!labels) {
+            labels = fit.labels;
+            continue;
+        }
+        PALPATE_TRY(labels, map_values<uint16_t>(
+                                std::array{&std::as_const(*labels), &std::as_const(fit.labels)},
+                                {task.stop, {}},
+                                [](auto v) { return uint16_t(v[0] > 0.0f ? v[0] : v[1]); }));
+    }
+    if (!labels)
+        return fail("simplex-mesh: all seeds are those of the background");
+    made.labels = *labels;
+    return made;
 }
 
 } // namespace palpate

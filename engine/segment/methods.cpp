@@ -140,6 +140,19 @@ std::span<const SegmentMethod> segment_methods() {
               {"tolerance", "", 1e-7, 0.1, 1e-4, nullptr,
                "Largest change of a probability in the last sweep"}},
              run_walker},
+            {"simplex-mesh",
+             "A deformable mesh about the seeds, such as another method's result (--start): evens "
+             "its surface, closes holes, does not follow thin leaks",
+             true,
+             nullptr,
+             {{"rigidity", "", 0, 64, 4, nullptr,
+               "Passes that even out the mesh's curvature; more is more rigid"},
+              {"steps", "", 1, 100000, 400, nullptr, "Largest number of steps"},
+              {"subdivisions", "", 0, 7, 4, nullptr, "The mesh has 20 * 4^n vertices"},
+              {"edges", "mm", 0.0, 1000.0, 0.0, nullptr,
+               "Range along the normal in which the mesh then looks for the strongest edge of the "
+               "values; 0: it stays at the seeds' surface"}},
+             run_mesh},
         };
     }();
     return methods;

@@ -1,89 +1,23 @@
 #include "engine/segment/simplex_mesh.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 
 #include "engine/base/assert.h"
 #include "engine/mesh/topology.h"
+#include "engine/segment/simplex_geometry.h"
 
 namespace palpate {
 
 namespace {
 
-constexpr size_t kGrain = 512; // vertices
-
-// What the neighbours of a vertex tell of its place.
-struct Neighbourhood3 {
-    glm::dvec3 normal{0.0}, middle{0.0}; // of their plane; the mean of the three
-    double radius = 0.0, off = 0.0;      // of their circle; of `middle` from its centre
-    double height = 0.0, aside = 0.0;    // of the vertex over the plane; from the circle's axis
-    double edge = 0.0;                   // mean distance to them
-    bool flat = false;                   // on a line: there is no plane
-};
-
-Neighbourhood3 look_round(const SimplexMesh& mesh, size_t vertex) {
+SimplexPlaces<double> places_at(const SimplexMesh& mesh, size_t vertex) {
     const glm::uvec3 n = mesh.neighbours[vertex];
-    const glm::dvec3 p = mesh.positions[vertex], a = mesh.positions[n.x];
-    const glm::dvec3 ab = mesh.positions[n.y] - a, ac = mesh.positions[n.z] - a;
-    const glm::dvec3 across = glm::cross(ab, ac);
-    const double squared = glm::dot(across, across);
-    Neighbourhood3 out;
-    out.middle = a + (ab + ac) / 3.0;
-    out.edge = (glm::length(a - p) + glm::length(a + ab - p) + glm::length(a + ac - p)) / 3.0;
-    out.flat = !(squared > 1e-24 * glm::dot(ab, ab) * glm::dot(ac, ac));
-    if (out.flat)
-        return out;
-    out.normal = across / std::sqrt(squared);
-    const glm::dvec3 to_center =
-        (glm::dot(ac, ac) * glm::cross(across, ab) + glm::dot(ab, ab) * glm::cross(ac, across)) /
-        (2.0 * squared);
-    const glm::dvec3 center = a + to_center;
-    out.radius = glm::length(to_center);
-    out.off = glm::distance(out.middle, center);
-    out.height = glm::dot(p - a, out.normal);
-    out.aside = glm::length(p - out.height * out.normal - center);
-    return out;
-}
-
-// Of the sphere through a circle of radius r and a point h over its plane, `aside` from its axis.
-double curvature_of(const Neighbourhood3& n) {
-    if (n.flat)
-        return 0.0;
-    const double h = n.height, r = n.radius;
-    const double rest = n.aside * n.aside + h * h - r * r;
-    const double below = std::sqrt(4.0 * h * h * r * r + rest * rest);
-    return below > 0.0 ? 2.0 * h / below : 0.0;
-}
-
-double height_of(const Neighbourhood3& n, double curvature) {
-    const double most = 1.0 / std::max(n.radius, n.off);
-    const double h = std::clamp(curvature, -most, most);
-    const auto root = [&](double length) {
-        return std::sqrt(std::max(1.0 - length * length * h * h, 0.0));
-    };
-    const double below = root(n.off) + root(n.radius);
-    return below > 0.0 ? h * (n.radius * n.radius - n.off * n.off) / below : n.radius;
-}
-
-glm::dvec3 cut(glm::dvec3 v, double most) {
-    const double length = glm::length(v);
-    return length > most ? v * (most / length) : v;
-}
-
-template <class Work>
-void for_each_vertex(size_t count, const Work& work) {
-    tbb::parallel_for(tbb::blocked_range<size_t>(0, count, kGrain),
-                      [&](const tbb::blocked_range<size_t>& range) {
-                          for (size_t i = range.begin(); i < range.end(); ++i)
-                              work(i);
-                      });
+    const glm::dvec3 p = mesh.positions[vertex], a = mesh.positions[n.x] - p,
+                     b = mesh.positions[n.y] - p, c = mesh.positions[n.z] - p;
+    return simplex_places(a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z);
 }
 
 } // namespace
@@ -200,11 +134,13 @@ int64_t euler_number(const SimplexMesh& mesh) {
 }
 
 glm::dvec3 normal_at(const SimplexMesh& mesh, size_t vertex) {
-    return look_round(mesh, vertex).normal;
+    const SimplexPlaces<double> at = places_at(mesh, vertex);
+    return at.flat > 0.0 ? glm::dvec3(0.0) : glm::dvec3(at.normal_x, at.normal_y, at.normal_z);
 }
 
 double curvature_at(const SimplexMesh& mesh, size_t vertex) {
-    return curvature_of(look_round(mesh, vertex));
+    const SimplexPlaces<double> at = places_at(mesh, vertex);
+    return simplex_curvature(at.height, at.radius, at.aside, at.flat) / at.edge;
 }
 
 std::vector<uint32_t> patch_of_faces(const SimplexMesh& mesh, uint32_t face, uint32_t depth) {
@@ -223,57 +159,6 @@ std::vector<uint32_t> patch_of_faces(const SimplexMesh& mesh, uint32_t face, uin
         patch = std::move(wider);
     }
     return {patch.begin(), patch.end()};
-}
-
-double simplex_step(SimplexMesh& mesh, const SimplexForce& force,
-                    std::span<const SimplexPull> pulls, const SimplexOptions& options) {
-    const size_t count = mesh.positions.size();
-    std::vector<Neighbourhood3> round(count);
-    std::vector<double> curvature(count), evened(count);
-    for_each_vertex(count, [&](size_t i) {
-        round[i] = look_round(mesh, i);
-        curvature[i] = curvature_of(round[i]);
-    });
-    for (uint32_t pass = 0; pass < options.rigidity; ++pass) {
-        for_each_vertex(count, [&](size_t i) {
-            const glm::uvec3 n = mesh.neighbours[i];
-            evened[i] = 0.25 * (curvature[i] + curvature[n.x] + curvature[n.y] + curvature[n.z]);
-        });
-        curvature.swap(evened);
-    }
-    std::vector<glm::dvec3> pulled(pulls.empty() ? 0 : count, glm::dvec3(0.0));
-    for (const SimplexPull& pull : pulls) {
-        std::set<uint32_t> vertices;
-        for (const uint32_t f : pull.faces)
-            vertices.insert(mesh.face_vertices.begin() + mesh.face_first[f],
-                            mesh.face_vertices.begin() + mesh.face_first[f + 1]);
-        for (const uint32_t v : vertices)
-            pulled[v] += pull.by_mm;
-    }
-    std::vector<glm::dvec3> moved(count);
-    for_each_vertex(count, [&](size_t i) {
-        const Neighbourhood3& n = round[i];
-        const glm::dvec3 p = mesh.positions[i];
-        const double most = options.largest_step * n.edge;
-        glm::dvec3 sum(0.0);
-        if (!n.flat) {
-            sum += options.internal * (n.middle + height_of(n, curvature[i]) * n.normal - p);
-            if (force)
-                sum += options.external * cut(force(p, n.normal), most);
-        } else {
-            sum += options.internal * (n.middle - p);
-        }
-        if (!pulled.empty())
-            sum += pulled[i];
-        const glm::dvec3 velocity = (1.0 - options.damping) * (p - mesh.before[i]);
-        moved[i] = p + cut(velocity + sum / options.mass, most);
-    });
-    mesh.before.swap(mesh.positions);
-    mesh.positions.swap(moved);
-    double largest = 0.0;
-    for (size_t i = 0; i < count; ++i)
-        largest = std::max(largest, glm::distance(mesh.positions[i], mesh.before[i]));
-    return largest;
 }
 
 } // namespace palpate

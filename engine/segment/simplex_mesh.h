@@ -47,8 +47,13 @@ glm::dvec3 normal_at(const SimplexMesh& mesh, size_t vertex);
 // where the surface is convex. sin(simplex angle) = curvature * radius of the neighbours' circle.
 double curvature_at(const SimplexMesh& mesh, size_t vertex);
 
-// What pulls a vertex, in mm: where it would go by itself. Called from all threads.
-using SimplexForce = std::function<glm::dvec3(glm::dvec3 position_mm, glm::dvec3 normal)>;
+// What pulls vertices, in mm: where each would go by itself. Writes a pull for each place; called
+// with some vertices at a time, from all threads.
+struct SimplexPlace {
+    glm::dvec3 position_mm, normal;
+};
+using SimplexForce =
+    std::function<void(std::span<const SimplexPlace> places, std::span<glm::dvec3> pulls_mm)>;
 
 // To the surface where a signed distance (mm, negative inside: signed_distance()) is 0, along the
 // normal: -d N. No force where it has no data. Keeps the volume.
@@ -86,7 +91,9 @@ struct SimplexOptions {
 // sphere through it has the curvature aimed at: with r the radius of the neighbours' circle, d the
 // distance of their centre from its middle and H the curvature, at the height
 // H (r^2 - d^2) / (sqrt(1 - d^2 H^2) + sqrt(1 - r^2 H^2)), |H| at most 1 / max(r, d). Every
-// external force, and each step, is cut at largest_step. Returns the largest movement, mm.
+// external force, and each step, is cut at largest_step. Where the neighbours lie on a line, only
+// their middle draws. Forces are computed in float relative to each vertex, so that they are exact
+// to 1e-6 of its distance from its neighbours. Returns the largest movement, mm.
 double simplex_step(SimplexMesh& mesh, const SimplexForce& force,
                     std::span<const SimplexPull> pulls, const SimplexOptions& options);
 

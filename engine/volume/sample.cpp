@@ -88,9 +88,15 @@ double SampleCursor::value(glm::dvec3 index) {
         return kNaN;
     if (cell.low != cell_) {
         cell_ = cell.low;
-        const glm::uvec3 last = volume_.size() - 1u;
-        for (uint32_t i = 0; i < 8; ++i)
-            corners_[i] = at(glm::min(cell_ + glm::uvec3(i & 1, i >> 1 & 1, i >> 2), last));
+        const glm::uvec3 last = volume_.size() - 1u, local = cell_ % kBrickSide;
+        corners_[0] = at(cell_);
+        const bool in_brick = glm::all(glm::lessThan(local, glm::uvec3(kBrickSide - 1))) &&
+                              glm::all(glm::lessThan(cell_, last));
+        for (uint32_t i = 1; i < 8; ++i) {
+            const glm::uvec3 step(i & 1, i >> 1 & 1, i >> 2);
+            corners_[i] = in_brick ? brick_->value(pinned_, offset_in_brick(local + step))
+                                   : at(glm::min(cell_ + step, last));
+        }
     }
     return interpolate(corners_, cell.fraction);
 }
