@@ -5,6 +5,7 @@
 
 #include "engine/base/assert.h"
 #include "engine/mesh/self_intersections.h"
+#include "engine/segment/components.h"
 #include "engine/segment/signed_distance.h"
 #include "engine/volume/extent.h"
 
@@ -74,8 +75,9 @@ SimplexMesh mesh_in_core(const Volume& distance, uint32_t subdivisions) {
 
 Result<MeshFit> fit_mesh(const Volume& volume, const Volume& result, const MeshFitOptions& options,
                          const Task& task) {
+    PALPATE_TRY(const Volume whole, fill_holes(result, {.label = options.label}, {task.stop, {}}));
     PALPATE_TRY(const Volume distance,
-                signed_distance(result, {.of = DistanceOf::label, .label = options.label},
+                signed_distance(whole, {.of = DistanceOf::label, .label = options.label},
                                 task.part(0.0, 0.2)));
     if (!(distance.range().min < 0.0f && distance.range().max > 0.0f))
         return fail("a mesh: expected some samples, and not all, of label {}", options.label);

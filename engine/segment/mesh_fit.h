@@ -6,7 +6,8 @@ namespace palpate {
 
 // A deformable mesh that finds the boundary of an object from a first result, such as that of fast
 // marching, as Nystroem et al. 2008 (sections 4 to 6) do: its external force is along the signed
-// distance of that result. A ball's topology and the mesh's rigidity keep it from following leaks.
+// distance of that result, whose holes are filled before. A ball's topology and the mesh's rigidity
+// keep it from following leaks.
 struct MeshFitOptions {
     uint16_t label = 1;        // of the object in the first result
     uint32_t subdivisions = 4; // 0 .. 7: the mesh has 20 * 4^n vertices

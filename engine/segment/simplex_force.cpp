@@ -2,19 +2,24 @@
 #include <cmath>
 
 #include "engine/segment/simplex_mesh.h"
+#include "engine/volume/extent.h"
 #include "engine/volume/sample.h"
 
 namespace palpate {
 
 SimplexForce toward_surface(const Volume& signed_distance) {
     const glm::dmat4 to_index = index_from_world(signed_distance.grid());
-    return [signed_distance, to_index](std::span<const SimplexPlace> places,
-                                       std::span<glm::dvec3> pulls) {
-        SampleCursor distance(signed_distance);
+    const double by = 0.25 * smallest_spacing_mm(signed_distance.grid());
+    return [=](std::span<const SimplexPlace> places, std::span<glm::dvec3> pulls) {
+        SampleCursor cursor(signed_distance);
         for (size_t i = 0; i < places.size(); ++i) {
-            const double d =
-                distance.value(glm::dvec3(to_index * glm::dvec4(places[i].position_mm, 1.0)));
-            pulls[i] = std::isnan(d) ? glm::dvec3(0.0) : -d * places[i].normal;
+            const auto distance = [&](double off) {
+                const glm::dvec3 at = places[i].position_mm + off * places[i].normal;
+                return cursor.value(glm::dvec3(to_index * glm::dvec4(at, 1.0)));
+            };
+            const double slope = (distance(by) - distance(-by)) / (2.0 * by);
+            const double pull = -distance(0.0) * std::clamp(slope, -1.0, 1.0);
+            pulls[i] = std::isnan(pull) ? glm::dvec3(0.0) : pull * places[i].normal;
         }
     };
 }

@@ -55,8 +55,10 @@ struct SimplexPlace {
 using SimplexForce =
     std::function<void(std::span<const SimplexPlace> places, std::span<glm::dvec3> pulls_mm)>;
 
-// To the surface where a signed distance (mm, negative inside: signed_distance()) is 0, along the
-// normal: -d N. No force where it has no data. Keeps the volume.
+// To the surface where a signed distance d (mm, negative inside: signed_distance()) is 0, along the
+// normal: -d (g . N) N, with g the gradient of d. So a part of the mesh that is turned over is
+// drawn to the surface too, and not away from it, as -d N would. No force where it has no data.
+// Keeps the volume.
 SimplexForce toward_surface(const Volume& signed_distance);
 
 // To the strongest change of the grey values along the normal, within `range_mm` on both sides, in

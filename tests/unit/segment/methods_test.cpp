@@ -51,7 +51,7 @@ TEST(Methods, EachFindsANoisyBall) {
         if (std::string_view(method.name) == "random-walker")
             values["tolerance"] = 1e-2;
         if (std::string_view(method.name) == "simplex-mesh") // from 5 mm to 15, beyond noise
-            values["edges"] = 14.0, values["rigidity"] = 8.0;
+            values = {{"edges", 14.0}, {"rigidity", 8.0}, {"subdivisions", 3.0}, {"steps", 150.0}};
         const Result<Segmented> made = segment(method, input, values, {});
         ASSERT_TRUE(made) << method.name << ": " << made.error().message;
         // A sample of surface more or less is a Dice of 0.9. A front that slows down in an edge
