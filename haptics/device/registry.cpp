@@ -2,15 +2,21 @@
 
 #include <fmt/ranges.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 
+#include "haptics/device/adapter/adapter.h"
 #include "haptics/device/falcon/falcon.h"
+#include "haptics/device/gamepad/gamepad.h"
 #include "haptics/device/recorded.h"
 #include "haptics/device/spacemouse/spacemouse.h"
+#include "haptics/device/spacenav/spacenav.h"
 #include "haptics/device/transport/hid.h"
 #include "haptics/device/transport/usb.h"
+#include "haptics/device/wooden/wooden.h"
 
 namespace palpate::haptics {
 
@@ -116,13 +122,92 @@ Opened open_spacemouse(const DeviceEntry& entry, const DeviceSetup&) {
                                               spacemouse::describe(report_descriptor(entry.node)));
 }
 
+// The board of an older one, and a Teensy's, whose reports have 64 bytes. Which of the two devices
+// it is only the owner knows.
+constexpr struct {
+    uint16_t vendor, product;
+    size_t report_bytes;
+} kWoodenBoards[] = {{0x1234, 0x0006, wooden::kReport}, {0x16C0, 0x0486, 64}};
+
+constexpr struct {
+    const char* name;
+    const wooden::Geometry& geometry;
+} kWooden[] = {{"woodenhaptics", wooden::kWoodenHaptics}, {"polhem", wooden::kPolhem}};
+
+std::vector<DeviceEntry> list_wooden() {
+    std::vector<DeviceEntry> entries;
+    size_t boards = 0;
+    for (const Plugged& found : plugged_hid())
+        for (const auto& board : kWoodenBoards)
+            if (found.vendor == board.vendor && found.product == board.product) {
+                for (const auto& device : kWooden)
+                    entries.push_back(plugged_entry(found, device.name, boards,
+                                                    wooden_capabilities(device.geometry)));
+                ++boards;
+            }
+    return entries;
+}
+
+Opened open_wooden(const DeviceEntry& entry, const DeviceSetup&) {
+    for (const Plugged& found : plugged_hid())
+        for (const auto& board : kWoodenBoards)
+            for (const auto& device : kWooden)
+                if (found.node == entry.node && found.vendor == board.vendor &&
+                    found.product == board.product && entry.name.starts_with(device.name)) {
+                    PALPATE_TRY(std::unique_ptr<Transport> transport, open_hid(entry.node));
+                    return WoodenDevice::open(std::move(transport), device.geometry,
+                                              board.report_bytes);
+                }
+    return fail("{}: unplugged", entry.name);
+}
+
+std::vector<DeviceEntry> list_spacenav() {
+    if (::access(SpacenavDevice::kSocket, F_OK) != 0)
+        return {};
+    return {{.name = "spacenav",
+             .capabilities = spacenav_capabilities(),
+             .node = SpacenavDevice::kSocket,
+             .refusal = refusal_of_node(SpacenavDevice::kSocket)}};
+}
+
+Opened open_spacenav(const DeviceEntry& entry, const DeviceSetup&) {
+    return SpacenavDevice::open(entry.node);
+}
+
+std::vector<DeviceEntry> list_gamepads() {
+    std::vector<DeviceEntry> entries;
+    for (const Plugged& found : plugged_gamepads())
+        entries.push_back(plugged_entry(found, "gamepad", entries.size(), gamepad_capabilities()));
+    return entries;
+}
+
+Opened open_gamepad(const DeviceEntry& entry, const DeviceSetup&) {
+    return GamepadDevice::open(entry.node);
+}
+
+std::vector<DeviceEntry> list_adapter() {
+    DeviceCapabilities unknown;
+    unknown.name = "what the library says";
+    return {{.name = "adapter", .capabilities = std::move(unknown)}};
+}
+
+Opened open_adapter(const DeviceEntry& entry, const DeviceSetup&) {
+    return AdapterDevice::open(entry.argument);
+}
+
 const DeviceDriver kDrivers[] = {
     {"simulated", "a mass with a hand on it", "", list_simulated, open_simulated},
     {"exact", "a hand that no force moves", "", list_exact, open_exact},
+    {"adapter", "a maker's closed software, by palpate_device.h", "LIBRARY", list_adapter,
+     open_adapter},
     {"recorded", "what `palpate touch --record` wrote", "FILE", list_recorded, open_recorded},
     {"novint", "Novint Falcon", "", list_falcons, open_falcon, usb_refusal()},
     {"3dconnexion", "SpaceMouse and its kin, without force", "", list_spacemice, open_spacemouse,
      hid_refusal()},
+    {"wooden", "WoodenHaptics and Polhem", "", list_wooden, open_wooden, hid_refusal()},
+    {"spacenavd", "a 6-axis device of the daemon spacenavd, without force", "", list_spacenav,
+     open_spacenav},
+    {"gamepad", "gamepads, without force", "", list_gamepads, open_gamepad},
 };
 
 // Null where there is none.
@@ -168,6 +253,8 @@ Result<DeviceEntry> find_device(std::string_view text) {
             return fail("expected the device {}, found '{}'", usage, text);
         if (colon != text.npos)
             all[i].argument = text.substr(colon + 1);
+        if (all[i].driver == std::string_view("adapter"))
+            all[i].node = all[i].argument; // a person moves it
         return all[i];
     }
     return fail("expected a device, one of {} or its number, found '{}'", fmt::join(names, ", "),

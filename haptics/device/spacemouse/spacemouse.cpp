@@ -30,7 +30,8 @@ SpaceMouseDevice::SpaceMouseDevice(std::unique_ptr<Transport> transport,
                                    const Description& description)
     : capabilities_(spacemouse_capabilities()),
       transport_(std::move(transport)),
-      range_(std::max(description.range, 1)) {
+      range_(std::max(description.range, 1)),
+      hand_(capabilities_.workspace_m) {
     light(true);
 }
 
@@ -50,8 +51,7 @@ void SpaceMouseDevice::light(bool on) noexcept {
 }
 
 Result<void> SpaceMouseDevice::calibrate() {
-    position_m_ = glm::dvec3(0.0);
-    rotation_ = {1.0, 0.0, 0.0, 0.0};
+    hand_.reset();
     return {};
 }
 
@@ -75,21 +75,9 @@ DeviceStatus SpaceMouseDevice::read(int64_t now_ns, DeviceSample& sample) noexce
         return DeviceStatus::gone;
     if (now_ns - told_ns_ > kRest_ns)
         state_.axes = {};
-    const double dt_s = moved_ns_ == 0 ? 0.0
-                                       : std::clamp(1e-9 * static_cast<double>(now_ns - moved_ns_),
-                                                    0.0, 0.01); // a stall is no motion
-    moved_ns_ = now_ns;
     const auto share = [&](size_t axis) { return static_cast<double>(state_.axes[axis]) / range_; };
-    const glm::dvec3 velocity = kSpeed_m_per_s * turned(share(0), share(1), share(2));
-    const glm::dvec3 before = position_m_;
-    position_m_ = glm::clamp(position_m_ + dt_s * velocity, -capabilities_.workspace_m,
-                             capabilities_.workspace_m);
-    const glm::dvec3 turn = dt_s * kTurn_rad_per_s * turned(share(3), share(4), share(5));
-    if (const double angle = glm::length(turn); angle > 0.0)
-        rotation_ = glm::normalize(glm::angleAxis(angle, turn / angle) * rotation_);
-    sample.position_m = position_m_;
-    sample.rotation = rotation_;
-    sample.velocity_m_per_s = dt_s > 0.0 ? (position_m_ - before) / dt_s : glm::dvec3(0.0);
+    hand_.move(now_ns, turned(share(0), share(1), share(2)), turned(share(3), share(4), share(5)),
+               sample);
     sample.buttons = state_.buttons;
     return DeviceStatus::ok;
 }

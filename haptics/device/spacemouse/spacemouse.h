@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "haptics/core/device.h"
+#include "haptics/device/rate_hand.h"
 #include "haptics/device/spacemouse/codec.h"
 #include "haptics/device/transport/transport.h"
 
@@ -10,12 +11,11 @@ namespace palpate::haptics {
 
 DeviceCapabilities spacemouse_capabilities();
 
-// A 3Dconnexion device as a hand without force: its cap is pushed, and position and rotation move
-// at a speed in proportion, within the workspace. Where nothing comes for kRest_ns although the cap
-// was deflected, it counts as at rest. Its light is on while it is open.
+// A 3Dconnexion device as a hand without force that its cap moves (rate_hand.h). Where nothing
+// comes for kRest_ns although the cap was deflected, it counts as at rest. Its light is on while it
+// is open.
 class SpaceMouseDevice final : public HapticDevice {
  public:
-    static constexpr double kSpeed_m_per_s = 0.1, kTurn_rad_per_s = 1.5; // at full deflection
     static constexpr int64_t kRest_ns = 50'000'000;
 
     // `description` of the device's report descriptor.
@@ -39,9 +39,7 @@ class SpaceMouseDevice final : public HapticDevice {
     int range_;
     spacemouse::State state_;
     int64_t told_ns_ = 0; // deflections
-    int64_t moved_ns_ = 0;
-    glm::dvec3 position_m_{0.0};
-    glm::dquat rotation_{1.0, 0.0, 0.0, 0.0};
+    RateHand hand_;
 };
 
 } // namespace palpate::haptics

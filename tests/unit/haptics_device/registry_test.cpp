@@ -18,7 +18,8 @@ TEST(Devices, EachIsFoundByNameAndByNumberAndOpens) {
     for (size_t i = 0; i < all.size(); ++i) {
         SCOPED_TRACE(all[i].name);
         EXPECT_TRUE(names.insert(all[i].name).second);
-        if (all[i].driver == std::string_view("recorded") || !all[i].node.empty())
+        if (all[i].driver == std::string_view("recorded") ||
+            all[i].driver == std::string_view("adapter") || !all[i].node.empty())
             continue; // needs a file; is plugged in, whoever owns it
         for (const std::string& name : {all[i].name, std::to_string(i)}) {
             const Result<DeviceEntry> found = find_device(name);
@@ -43,6 +44,8 @@ TEST(Devices, WhatIsNoDeviceIsRefusedByName) {
         EXPECT_THAT(find_device(name).error().message, HasSubstr("found '" + name + "'"));
     EXPECT_THAT(find_device("falcon:3").error().message,
                 HasSubstr("expected the device falcon, found 'falcon:3'"));
+    EXPECT_THAT(find_device("adapter").error().message,
+                HasSubstr("expected the device adapter:LIBRARY"));
     for (const char* name : {"recorded", "recorded:"})
         EXPECT_THAT(find_device(name).error().message,
                     HasSubstr("expected the device recorded:FILE"));
