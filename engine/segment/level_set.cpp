@@ -1,0 +1,210 @@
+#include "engine/segment/level_set.h"
+
+#include <fmt/format.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/segment/level_set_band.h"
+#include "engine/segment/level_set_rates.h"
+
+namespace palpate {
+
+namespace {
+
+Result<void> check(const LevelSetStart& start, const LevelSetForces& forces,
+                   const LevelSetOptions& o) {
+    const Volume& first = start.distance ? *start.distance : *start.labels;
+    const auto fits = [&](const Volume* volume, const char* name) -> Result<void> {
+        if (volume && volume->size() != first.size())
+            return fail("level set: the {} has another size than the start", name);
+        if (volume && volume->type() != ScalarType::f32)
+            return fail("level set: expected a {} of type f32, found {}", name,
+                        name_of(volume->type()));
+        return {};
+    };
+    PALPATE_TRY(fits(start.distance, "distance"));
+    PALPATE_TRY(fits(forces.speed, "speed"));
+    PALPATE_TRY(fits(forces.edge, "edge"));
+    for (size_t k = 0; forces.flow && k < 3; ++k)
+        PALPATE_TRY(fits(&(*forces.flow)[k], "flow"));
+    const auto above = [](double value, const char* name) -> Result<void> {
+        if (!(value >= 0.0) || !std::isfinite(value))
+            return fail("level set: {}: expected a number of at least 0, found {:g}", name, value);
+        return {};
+    };
+    PALPATE_TRY(above(o.curvature_mm, "curvature"));
+    PALPATE_TRY(above(o.advection_mm, "advection"));
+    PALPATE_TRY(above(o.tolerance_mm, "tolerance"));
+    if (!std::isfinite(o.propagation))
+        return fail("level set: propagation: expected a number, found {:g}", o.propagation);
+    if (o.most_iterations < 0)
+        return fail("level set: expected 0 iterations or more, found {}", o.most_iterations);
+    if (o.advection_mm > 0.0 && !forces.edge)
+        return fail("level set: advection: expected an edge");
+    return {};
+}
+
+// Bits of a brick's samples that pass(value).
+template <class Pass>
+void mark(const Brick& brick, LevelSetBand::Bits& bits, const Pass& pass) {
+    thread_local std::vector<float> samples(kBrickSamples);
+    brick.read(std::span<float>(samples));
+    for (uint32_t i = 0; i < kBrickSamples; ++i)
+        bits[i / kBrickSide] |= uint32_t(pass(samples[i])) << i % kBrickSide;
+}
+
+bool begin(LevelSetBand& band, const LevelSetStart& start, const LevelSetForces& forces) {
+    std::vector<uint8_t> has_inside(band.brick_total());
+    tbb::parallel_for(size_t{0}, band.brick_total(), [&](size_t n) {
+        const glm::uvec3 at = band.position_of(n);
+        const auto bar = [&](const Volume& volume) {
+            if (volume.brick(at).no_data_count() > 0)
+                mark(volume.brick(at), band.walls(n), [](float v) { return std::isnan(v); });
+        };
+        for (const Volume* volume : {start.distance, forces.speed, forces.edge})
+            if (volume)
+                bar(*volume);
+        for (size_t k = 0; forces.flow && k < 3; ++k)
+            bar((*forces.flow)[k]);
+        if (start.distance)
+            mark(start.distance->brick(at), band.inside(n), [](float v) { return v < 0.0f; });
+        else if (start.labels->brick(at).range().max > 0.0f)
+            mark(start.labels->brick(at), band.inside(n),
+                 [&](float v) { return start.label == 0 ? v > 0.0f : v == float(start.label); });
+        for (uint32_t row = 0; row < LevelSetBand::kRows; ++row) {
+            band.inside(n)[row] &= ~band.walls(n)[row];
+            has_inside[n] |= uint8_t(band.inside(n)[row] != 0);
+        }
+    });
+    band.begin(start.distance ? [&](glm::uvec3 at) { return start.distance->value(at); }
+                              : std::function<float(glm::uvec3)>());
+    return std::ranges::any_of(has_inside, [](uint8_t has) { return has != 0; });
+}
+
+Volume labels_of(const LevelSetBand& band, const Grid& grid) {
+    return make_bricks(grid, ScalarType::u8, {},
+                       [&](glm::uvec3 at) {
+                           const glm::uvec3 count = band.brick_count();
+                           const LevelSetBand::Bits& inside =
+                               band.inside(at.x + count.x * (at.y + size_t{count.y} * at.z));
+                           std::vector<uint8_t> samples(kBrickSamples);
+                           for_each_bit(inside, [&](uint32_t row, int x) {
+                               samples[row * kBrickSide + uint32_t(x)] = 1;
+                           });
+                           return Brick::make(
+                               std::span<const uint8_t>(samples),
+                               glm::min(glm::uvec3(kBrickSide), grid.size - at * kBrickSide));
+                       })
+        .value();
+}
+
+Volume distance_of(LevelSetBand& band, const Grid& grid) {
+    band.complete();
+    return make_bricks(grid, ScalarType::f32, {},
+                       [&](glm::uvec3 at) {
+                           const glm::uvec3 count = band.brick_count();
+                           const size_t n = at.x + count.x * (at.y + size_t{count.y} * at.z);
+                           std::vector<float> samples(kBrickSamples);
+                           for (uint32_t i = 0; i < kBrickSamples; ++i)
+                               samples[i] = band.distance(n, i);
+                           for_each_bit(band.walls(n), [&](uint32_t row, int x) {
+                               samples[row * kBrickSide + uint32_t(x)] =
+                                   std::numeric_limits<float>::quiet_NaN();
+                           });
+                           return Brick::make(
+                               std::span<const float>(samples),
+                               glm::min(glm::uvec3(kBrickSide), grid.size - at * kBrickSide));
+                       })
+        .value();
+}
+
+// Moves the band by the largest stable time step, of at most `most`; returns it, and in `squares`
+// those of all changes.
+double advance(LevelSetBand& band, const LevelSetRates& rates, double most, double& squares) {
+    const std::vector<size_t>& bricks = band.near_bricks();
+    std::vector<LevelSetRates::OfBrick> found(bricks.size());
+    tbb::parallel_for(size_t{0}, bricks.size(),
+                      [&](size_t i) { found[i] = rates.of(band, bricks[i]); });
+    double steps = 0.0, fastest = 0.0;
+    for (const LevelSetRates::OfBrick& brick : found) {
+        steps = std::max(steps, brick.steps);
+        fastest = std::max(fastest, brick.fastest);
+    }
+    // The explicit step is monotone where the weight of a sample's own distance stays at least 0:
+    // 1 - dt (3/2 sum of the speeds along the axes, as a one-sided difference has at most 3/2 of
+    // it, + 2 b Z sum |M_ij|). LevelSetRates asks for 2 instead of 3/2.
+    double step = std::min(steps > 0.0 ? 1.0 / steps : 1.0, most); // where nothing moves, any
+    if (step * fastest > band.most_step_mm())
+        step = band.most_step_mm() / fastest;
+    std::vector<std::vector<float>> changes(found.size());
+    tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
+        changes[i] = std::move(found[i].rates);
+        for (float& change : changes[i])
+            change *= float(step);
+    });
+    squares = band.move(changes);
+    return step;
+}
+
+} // namespace
+
+Result<LevelSetResult> level_set(const LevelSetStart& start, const LevelSetForces& forces,
+                                 const LevelSetOptions& options, const Task& task) {
+    PALPATE_TRY(check(start, forces, options));
+    const Grid& grid = (start.distance ? start.distance : start.labels)->grid();
+    LevelSetBand band(grid);
+    if (!begin(band, start, forces))
+        return fail("level set: no sample to start from");
+    const LevelSetRates rates(grid, forces, options);
+    LevelSetReport report;
+    using End = LevelSetReport::End;
+    for (;;) {
+        const size_t active = band.active_count();
+        if (active == 0)
+            report.end = End::vanished;
+        else if (report.iterations > 0 && report.change_mm <= options.tolerance_mm)
+            report.end = End::settled;
+        else if (!(report.time < options.last_time))
+            report.end = End::time;
+        else if (report.iterations < options.most_iterations) {
+            if (task.stop.stop_requested())
+                return stopped();
+            double squares = 0.0;
+            const double most = options.last_time - report.time;
+            const double step = advance(band, rates, most, squares);
+            ++report.iterations;
+            report.time = step == most ? options.last_time : report.time + step;
+            report.change_mm = std::sqrt(squares / double(active));
+            if (task.progress)
+                task.progress(double(report.iterations) / double(options.most_iterations));
+            if (options.moved && options.every > 0 && report.iterations % options.every == 0)
+                options.moved(labels_of(band, grid), report);
+            continue;
+        }
+        break;
+    }
+    LevelSetResult made{labels_of(band, grid), {}, report};
+    if (options.with_distance)
+        made.distance = distance_of(band, grid);
+    return made;
+}
+
+std::string text_of(const LevelSetReport& r) {
+    using End = LevelSetReport::End;
+    const std::string after = fmt::format("after {} iterations", r.iterations);
+    switch (r.end) {
+        case End::vanished:
+            return "no surface is left " + after;
+        case End::settled:
+            return fmt::format("settled {}, at a change of {:.3g} mm", after, r.change_mm);
+        case End::time:
+            return fmt::format("stopped at time {:g} {}", r.time, after);
+        case End::iterations:
+            break;
+    }
+    return fmt::format("stopped {}, at a change of {:.3g} mm: not settled", after, r.change_mm);
+}
+
+} // namespace palpate
