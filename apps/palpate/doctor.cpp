@@ -35,7 +35,7 @@ bool report_devices() {
     bool usable = false;
     try {
         const auto devices = list_devices();
-        fmt::print("Vulkan devices: {}\n", devices.empty() ? "none" : "");
+        fmt::print("Vulkan devices:{}\n", devices.empty() ? " none" : "");
         for (const DeviceInfo& device : devices) {
             fmt::print("  {}: {} ({}, {}), {} MiB, Vulkan {}.{}: {}\n", device.index, device.name,
                        kind_of(device), device.driver, device.memory_bytes >> 20,
@@ -88,7 +88,7 @@ void report_haptic_devices() {
         if (!entry.node.empty())
             found += fmt::format("  {}: {}\n", entry.name,
                                  entry.refusal.empty() ? "can be used" : entry.refusal);
-    fmt::print("Haptic devices: {}\n{}", found.empty() ? "none is plugged in" : "", found);
+    fmt::print("Haptic devices:{}\n{}", found.empty() ? " none is plugged in" : "", found);
     for (const haptics::DeviceDriver& driver : haptics::device_drivers())
         if (driver.refusal)
             fmt::print("  {}: {}\n", driver.purpose, driver.refusal);

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "apps/palpate/option_checks.h"
+#include "engine/session/default_scene.h"
 
 namespace palpate {
 
@@ -28,7 +29,7 @@ Figure figure_of(const FigureOptions& o, const OpenedScene& opened, bool transpa
     const Scene& scene = opened.scene;
     const glm::dvec3 b = scene.background;
     const bool bright = transparent || 0.2126 * b.x + 0.7152 * b.y + 0.0722 * b.z > 0.5;
-    const std::string unit = opened.loaded.modality == "CT" ? "HU" : "";
+    const std::string unit = value_unit(opened.loaded);
     const std::string& volume = opened.file.volume;
     const std::string name =
         is_synthetic(volume) ? volume : std::filesystem::path(volume).filename().string();

@@ -230,8 +230,6 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
         log::warning(
             "{}: {}, so there is nothing to see", file.volume,
             range.empty() ? "no sample has data" : fmt::format("all samples are {:g}", range.min));
-    if (from_volume && is_ct_without_offset(loaded))
-        log::info("{}: a CT without values below -200, taken as HU + 1024", file.volume);
     PALPATE_TRY(apply_ray_cast(options, loaded, scene));
     PALPATE_TRY(apply_fusion(options, loaded, scene));
     apply_slices(options, grid, scene);

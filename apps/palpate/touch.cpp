@@ -178,7 +178,8 @@ std::string sample_gap_text(const TouchOptions& o) {
         o.samples, o.radius_mm, o.radius_mm * std::sqrt(kSphere / o.samples));
 }
 
-void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o) {
+void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o,
+                           const haptics::HandPath& path, const Grid& grid) {
     if (!o.motion.live && s.began_s > 0.0 && std::isfinite(s.began_s))
         log::warning(
             "force began {:.3f} s into the path: the soft start waited until the hand was free",
@@ -189,8 +190,8 @@ void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o
         o.feel.transfer_across.empty())
         log::warning("nothing was felt: --transfer is 0");
     else if (s.contact_ticks == 0)
-        log::warning("nothing was touched: the path meets no surface at --iso{}",
-                     sample_gap_text(o));
+        log::warning("nothing was touched: the path meets no surface at --iso; {}{}",
+                     place_text(path, grid), sample_gap_text(o));
     else
         log::warning("nothing was felt: the force was always 0");
 }
@@ -298,7 +299,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
         log::info("{}: {} step{} more; `palpate project {} --undo N` takes steps back", o.scene,
                   run->strokes, run->strokes == 1 ? "" : "s", o.scene);
     const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
-    warn_of_what_was_felt(summary, o);
+    warn_of_what_was_felt(summary, o, path, grid);
     if (edits(o))
         warn_of_idle_edit(before, run->volume, path);
     return o.report == "-" ? Result<void>() : say(summary, std::move(run->telemetry));

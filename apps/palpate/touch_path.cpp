@@ -6,10 +6,13 @@
 #include <cmath>
 
 #include "apps/palpate/option_checks.h"
+#include "engine/volume/extent.h"
 
 namespace palpate {
 
 namespace {
+
+constexpr double kLongest_s = 3600.0;
 
 using haptics::HandPath;
 using haptics::HandPose;
@@ -33,6 +36,15 @@ constexpr ShapeOption kShapeOptions[] = {
     {"--frequency", [](TrajectoryShape& s) { s.frequency_hz *= 1.5; }},
     {"--duration", [](TrajectoryShape& s) { s.duration_s *= 0.75; }},
     {"--seed", [](TrajectoryShape& s) { ++s.seed; }}};
+
+WorldBox box_of(const HandPath& path) {
+    WorldBox box{path.poses().front().tool.position_mm, path.poses().front().tool.position_mm};
+    for (const HandPose& pose : path.poses()) {
+        box.low = glm::min(box.low, pose.tool.position_mm);
+        box.high = glm::max(box.high, pose.tool.position_mm);
+    }
+    return box;
+}
 
 bool is_same_way(const HandPath& a, const HandPath& b) {
     return std::equal(a.poses().begin(), a.poses().end(), b.poses().begin(), b.poses().end(),
@@ -102,10 +114,15 @@ void add_path_options(CLI::App& app, PathOptions& o) {
         ->capture_default_str();
     app.add_option("--duration", o.shape.duration_s,
                    "Duration of a trajectory, or of --live (default there: 60), s")
-        ->check(CLI::Range(0.001, 3600.0))
+        ->check(CLI::Range(0.001, kLongest_s))
         ->capture_default_str();
     app.add_option("--seed", o.shape.seed, "Trajectory: seed of random motion")
         ->capture_default_str();
+}
+
+std::string place_text(const HandPath& path, const Grid& grid) {
+    return fmt::format("it stays within {}, and the volume within {}", text_of(box_of(path)),
+                       text_of(world_box(grid)));
 }
 
 Result<void> check_together(const PathOptions& o) {
@@ -132,6 +149,10 @@ Result<HandPath> hand_path(const CLI::App& app, const PathOptions& o, const Grid
     }
     Result<HandPath> path = o.path.empty() ? haptics::find_trajectory(o.trajectory)->make(shape)
                                            : haptics::load_hand_path(o.path);
+    if (path && path->end_s() - path->poses().front().time_s > kLongest_s)
+        return fail("{}: expected a path of at most {:g} s, found {:g} s; its times are in seconds",
+                    o.path.empty() ? "--trajectory " + o.trajectory : o.path, kLongest_s,
+                    path->end_s() - path->poses().front().time_s);
     if (path)
         warn_of_idle_shape(app, o, shape, *path);
     return path;

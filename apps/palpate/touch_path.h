@@ -23,8 +23,11 @@ void add_path_options(CLI::App& app, PathOptions& options);
 // Fails where options contradict one another whatever the scene.
 Result<void> check_together(const PathOptions& options);
 
-// The path, about the volume's centre where no point is given; of a live device that centre. Warns
-// of options that leave it as it is.
+// Where a path and a volume lie: "it stays within left .., and the volume within left ..".
+std::string place_text(const haptics::HandPath& path, const Grid& grid);
+
+// The path, about the volume's centre where no point is given; of a live device that centre. Fails
+// where it lasts longer than an hour. Warns of options that leave it as it is.
 Result<haptics::HandPath> hand_path(const CLI::App& app, const PathOptions& options,
                                     const Grid& grid);
 

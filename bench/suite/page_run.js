@@ -10,8 +10,8 @@ function timePlot(parent, panel, run) {
   let legend = box.left;
   for (const curve of panel.curves) {
     const style = { fill: "none", "stroke-width": 1.4, "stroke-linejoin": "round" };
-    if (curve.color === null) Object.assign(style, { stroke: "var(--soft)", "stroke-dasharray": "4 3" });
-    else style.stroke = `var(--c${curve.color})`;
+    style.stroke = `var(--c${curve.color})`;
+    if (curve.dashed) style["stroke-dasharray"] = "4 3";
     let path = ""; // in each column from its largest value to its least
     curve.low.forEach((low, i) => {
       if (low === null) return;

@@ -19,8 +19,9 @@ constexpr size_t kColumns = 888; // a pixel each
 
 struct Curve {
     const char* name;
-    int color; // of the page's; below 0: dashed and faint
+    int color; // of the page's
     std::function<double(const ServoTick&)> value;
+    bool dashed = false;
 };
 
 Json curve_json(std::span<const ServoTick> ticks, const Curve& curve) {
@@ -34,7 +35,8 @@ Json curve_json(std::span<const ServoTick> ticks, const Curve& curve) {
         high[column] = std::fmax(high[column], value);
     }
     return {{"name", curve.name},
-            {"color", curve.color < 0 ? Json() : Json(curve.color)},
+            {"color", curve.color},
+            {"dashed", curve.dashed},
             {"low", low},
             {"high", high}};
 }
@@ -88,9 +90,9 @@ std::string touch_page(std::span<const ServoTick> ticks, int64_t start_ns,
     panels.push_back(panel_json(ticks,
                                 fmt::format("Position, mm, from {:.1f}, {:.1f}, {:.1f}",
                                             origin_mm.x, origin_mm.y, origin_mm.z),
-                                {{"proxy x", -1, proxy(0)},
-                                 {"proxy y", -1, proxy(1)},
-                                 {"proxy z", -1, proxy(2)},
+                                {{"proxy x", 0, proxy(0), true},
+                                 {"proxy y", 1, proxy(1), true},
+                                 {"proxy z", 2, proxy(2), true},
                                  {"probe x", 0, probe(0)},
                                  {"probe y", 1, probe(1)},
                                  {"probe z", 2, probe(2)}}));

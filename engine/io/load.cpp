@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "engine/io/brick_file.h"
+#include "engine/io/hounsfield.h"
 #include "engine/io/narrow.h"
 #include "engine/io/sandbox.h"
 #include "engine/io/volume_io.h"
@@ -42,7 +43,13 @@ Result<LoadedVolume> load(const std::filesystem::path& path, const ReadOptions& 
 } // namespace
 
 Result<LoadedVolume> load_volume(const std::filesystem::path& path, const ReadOptions& options) {
-    return load(path, options, io::VolumeKind::values);
+    PALPATE_TRY(LoadedVolume loaded, load(path, options, io::VolumeKind::values));
+    if (lacks_ct_offset(loaded.modality, loaded.volume, loaded.coarser))
+        loaded.notes.push_back(
+            fmt::format("{}: a CT without values below -200, so its values are taken as HU + {:g}: "
+                        "bone at 300 HU is at {:g} here",
+                        path.string(), kLostCtOffset, 300.0 + kLostCtOffset));
+    return loaded;
 }
 
 Result<LoadedVolume> load_labels(const std::filesystem::path& path, const ReadOptions& options) {

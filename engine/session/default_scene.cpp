@@ -2,40 +2,26 @@
 
 #include <algorithm>
 
+#include "engine/io/hounsfield.h"
 #include "engine/scene/presets.h"
-#include "engine/scene/value_survey.h"
 
 namespace palpate {
 
 namespace {
 
-constexpr double kUnsignedCtOffset = 1024.0;
-
 // Steps of alpha in voxels. At 1, shells of the step are seen in thin and steep matter; 0.5 costs
 // twice the time for a third of the error (palpate_ray_costs, shaded alpha).
 constexpr double kAlphaStep_voxels = 0.5;
 
-// Of a brick file larger than this a coarser level is looked at.
-constexpr uint64_t kMostSamples = 256ull * 256 * 256;
-
 ValueSurvey survey_of(const LoadedScene& loaded) {
-    if (sample_count(loaded.data.volume.grid()) > kMostSamples)
-        for (const Volume& level : loaded.coarser)
-            if (sample_count(level.grid()) <= kMostSamples)
-                return survey_values(level);
-    return survey_values(loaded.data.volume);
+    return survey_of(loaded.data.volume, loaded.coarser);
 }
 
 // What has to be taken from values to get Hounsfield units; nothing where they are not a CT's.
 std::optional<double> hounsfield_offset(const LoadedScene& loaded, const ValueSurvey& values) {
-    constexpr double kAirEnds = -200.0; // HU; air, lung and the bed lie below
-    if (loaded.modality == "CT") {
-        // Scanners count from -1024; without that offset a body is at 1024 and above.
-        const bool shifted =
-            loaded.data.volume.range().min >= kAirEnds && values.upper_quarter > 800.0;
-        return shifted ? kUnsignedCtOffset : 0.0;
-    }
-    const bool likely = loaded.modality.empty() && values.lower_percent < kAirEnds &&
+    if (loaded.modality == "CT")
+        return lacks_ct_offset(loaded.modality, loaded.data.volume, values) ? kLostCtOffset : 0.0;
+    const bool likely = loaded.modality.empty() && values.lower_percent < -200.0 &&
                         values.high < 4000.0; // metal ends at 3071 where 12 bits do
     return likely ? std::optional(0.0) : std::nullopt;
 }
@@ -50,8 +36,13 @@ TransferFunction moved(const TransferFunction& function, bool in_hu, const Value
 
 } // namespace
 
-bool is_ct_without_offset(const LoadedScene& loaded) {
-    return hounsfield_offset(loaded, survey_of(loaded)) == kUnsignedCtOffset;
+double zero_hu(const LoadedScene& loaded) {
+    const LoadedScene& l = loaded;
+    return lacks_ct_offset(l.modality, l.data.volume, l.coarser) ? kLostCtOffset : 0.0;
+}
+
+std::string value_unit(const LoadedScene& loaded) {
+    return loaded.modality == "CT" && zero_hu(loaded) == 0.0 ? "HU" : "";
 }
 
 bool is_label_map(const LoadedScene& loaded) {

@@ -11,8 +11,11 @@
 // The default scene of a volume.
 namespace palpate {
 
-// Whether a CT's values lack their offset: they are HU + 1024, and are shown so.
-bool is_ct_without_offset(const LoadedScene& loaded);
+// Where a CT has its 0 HU: 0, or 1024 where it lacks its offset (engine/io/hounsfield.h).
+double zero_hu(const LoadedScene& loaded);
+
+// "HU" where the values are Hounsfield units; empty else, also where a CT lacks its offset.
+std::string value_unit(const LoadedScene& loaded);
 
 // Whether the values are numbers of labels, by what they look like.
 bool is_label_map(const LoadedScene& loaded);

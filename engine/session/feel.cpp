@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "engine/session/default_scene.h"
 #include "haptics/proxy/swept_mesh.h"
 
 namespace palpate {
@@ -20,7 +21,8 @@ Feel felt_by_default(const LoadedScene& loaded) {
 
 double default_iso(const LoadedScene& loaded) {
     const ValueRange range = loaded.data.volume.range();
-    return loaded.modality == "CT" ? 300.0 : 0.5 * (double{range.min} + double{range.max});
+    return loaded.modality == "CT" ? zero_hu(loaded) + 300.0
+                                   : 0.5 * (double{range.min} + double{range.max});
 }
 
 TouchSource default_source(const Feel& feel) {

@@ -60,6 +60,24 @@ TEST_F(InfoCommand, TextNamesTheSidesOfThePatient) {
                                       "1, -5, 7 RAS\n"));
 }
 
+TEST_F(InfoCommand, SaysThatACtLacksItsOffset) {
+    const std::string header =
+        "ObjectType = Image\nNDims = 3\nDimSize = 4 4 4\nElementSpacing = 1 1 1\n"
+        "ElementType = MET_SHORT\nModality = MET_MOD_CT\n"
+        "ElementDataFile = LOCAL\n";
+    const auto told = [&](int16_t air, int16_t tissue) {
+        std::string samples;
+        for (int i = 0; i < 64; ++i) {
+            const int16_t value = i < 32 ? air : tissue;
+            samples.append(reinterpret_cast<const char*>(&value), sizeof value);
+        }
+        write("ct.mha", header + samples);
+        return info({file("ct.mha").string()}).messages;
+    };
+    EXPECT_THAT(told(24, 1064), HasSubstr("bone at 300 HU is at 1324 here"));
+    EXPECT_EQ(told(-1000, 40), "");
+}
+
 TEST_F(InfoCommand, RefusesWithOneSentence) {
     write("cut.nrrd", bytes_of("ramp.nrrd").substr(0, bytes_of("ramp.nrrd").size() - 20));
     write("noise.bin", "neither this nor that");

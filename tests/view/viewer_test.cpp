@@ -223,9 +223,6 @@ TEST_F(ViewerTest, TheWindowLooksAsItDid) {
         }
     EXPECT_EQ(interface, 0u);
     EXPECT_LE(static_cast<double>(views), 0.001 * static_cast<double>(pixels));
-    if (HasFailure()) {
-        EXPECT_TRUE(save_png("window_is.png", shot));
-    }
 }
 
 TEST_F(ViewerTest, AResizedWindowKeepsItsViewsWhole) {

@@ -111,7 +111,7 @@ void add_windows(Subject& subject, const LoadedScene& loaded) {
     };
     const auto usual = window_of(default_slice_transfer(loaded), subject.range);
     if (loaded.modality == "CT") {
-        const double zero = is_ct_without_offset(loaded) ? 1024.0 : 0.0;
+        const double zero = zero_hu(loaded);
         struct Usual {
             const char* name;
             double level, width;
@@ -135,6 +135,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
                             : title_of(source.scene.file)),
       file_(source.scene.file),
       loaded_(source.scene.loaded),
+      unit_(value_unit(loaded_)),
       series_(series_in(loaded_.notes)),
       session_(setup_of(source, threaded)),
       figures_(threaded),

@@ -116,7 +116,7 @@ class Work {
 
     // "(12, 40, 7)  143 HU  kidney"; empty outside the volume.
     std::string text_at(glm::dvec3 point_mm);
-    std::string unit() const { return loaded_.modality == "CT" ? "HU" : ""; }
+    const std::string& unit() const { return unit_; }
 
     // Everything that a test or a report of a fault wants to know.
     Json dump(const ViewState& state);
@@ -150,6 +150,7 @@ class Work {
     std::string title_, grey_, labels_, new_folder_, message_;
     SceneFile file_;
     LoadedScene loaded_;
+    std::string unit_; // of the values
     std::vector<SeriesLine> series_;
     Subject subject_;
     Session session_;
