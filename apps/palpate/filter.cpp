@@ -40,9 +40,9 @@ std::string list_text() {
             fmt::format("--{} {}\n    {}\n", filter.name, filter_arguments(filter), filter.purpose);
         if (const std::string ranges = filter_ranges(filter); !ranges.empty())
             text += fmt::format("    {}\n", ranges);
-        text +=
-            fmt::format("    result: {}; memory beside input and result: {}{}\n", filter.type,
-                        filter.memory, filter.bricks ? "; also volumes larger than memory" : "");
+        text += fmt::format("    {}result: {}; memory beside input and result: {}{}\n",
+                            filter.takes_labels ? "takes labels; " : "", filter.type, filter.memory,
+                            filter.bricks ? "; also volumes larger than memory" : "");
     }
     return text;
 }
@@ -100,7 +100,8 @@ Result<void> run_filters(const FilterOptions& o) {
     PALPATE_TRY(expect_volume_name(o.out));
     PALPATE_TRY(std::vector<Step> steps, steps_of(o));
     const Interrupt interrupt;
-    PALPATE_TRY(LoadedVolume loaded, load(o.read, o.labels, interrupt));
+    bool is_labels = o.labels || (!steps.empty() && steps.front().filter->takes_labels);
+    PALPATE_TRY(LoadedVolume loaded, load(o.read, is_labels, interrupt));
     PALPATE_TRY(const auto others, others_of(o, interrupt));
     Volume volume = std::move(loaded.volume);
     const ScalarType given_type = volume.type();
@@ -113,6 +114,7 @@ Result<void> run_filters(const FilterOptions& o) {
     for (size_t i = 0; i < steps.size(); ++i) {
         Step& step = steps[i];
         step.values.others = &others;
+        is_labels |= step.filter->takes_labels;
         Progress progress(steps.size() == 1 ? fmt::format("{}", step.filter->name)
                                             : fmt::format("{} ({} of {})", step.filter->name, i + 1,
                                                           steps.size()));
@@ -124,12 +126,14 @@ Result<void> run_filters(const FilterOptions& o) {
             if (!made)
                 return failed(made.error());
             volume = std::move(*made);
+            is_labels &= volume.type() != ScalarType::f32;
             continue;
         }
         Result<BrickMaker> maker =
             step.filter->bricks(volume, step.values, {interrupt.token(), {}});
         if (!maker)
             return failed(maker.error());
+        is_labels &= maker->type != ScalarType::f32;
         temporary.push_back(std::make_unique<TemporaryFile>(
             TemporaryFile{fmt::format("{}.step{}.pbv", o.out, i + 1)}));
         PALPATE_TRY(save_brick_file(
@@ -145,14 +149,14 @@ Result<void> run_filters(const FilterOptions& o) {
         const BrickMaker maker = converted_bricks(volume, type);
         if (o.out.ends_with(".pbv"))
             return save_brick_file(o.out,
-                                   {maker.grid, type, o.labels, loaded.modality, maker.brick},
+                                   {maker.grid, type, is_labels, loaded.modality, maker.brick},
                                    {interrupt.token(), {}});
         PALPATE_TRY(volume, make_bricks(maker, {interrupt.token(), {}}));
     }
     if (o.out.ends_with(".pbv")) {
         BrickStream stream = stream_of(volume);
         stream.modality = loaded.modality;
-        stream.labels = o.labels;
+        stream.labels = is_labels;
         return save_brick_file(o.out, stream, {interrupt.token(), {}});
     }
     return save_volume(o.out, volume, interrupt.token());
@@ -206,7 +210,8 @@ Command add_filter(CLI::App& app) {
                          ->take_all()
                          ->expected(1)
                          ->allow_extra_args(false);
-        option->group("Filters, in the order given; may be repeated");
+        option->group(filter.takes_labels ? "Filters of label maps, likewise"
+                                          : "Filters, in the order given; may be repeated");
     }
     refuse_where_wrong(app, [o, volume, out]() -> Result<void> {
         if (o->list)

@@ -1,8 +1,5 @@
 #include "engine/segment/filters.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "engine/segment/bilateral.h"
 #include "engine/segment/gaussian.h"
 #include "engine/segment/grid_change.h"
@@ -23,47 +20,6 @@ const char* const kPlaces = "a brick of each volume for each thread";
 
 FilterParameter sigma(std::optional<double> preset = {}) {
     return {"sigma", "mm", 0.0, kMostMm, preset};
-}
-
-std::vector<std::string> split(const std::string& text, char separator) {
-    std::vector<std::string> parts{""};
-    for (const char c : text)
-        if (c == separator)
-            parts.emplace_back();
-        else
-            parts.back() += c;
-    return parts;
-}
-
-std::string upper(const char* name) {
-    std::string text = name;
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return char(c == '-' ? '_' : std::toupper(c)); });
-    return text;
-}
-
-std::string range_text(const FilterParameter& p) {
-    if (p.words[0] != '\0') {
-        std::string text = p.words;
-        std::replace(text.begin(), text.end(), '|', '/');
-        return text;
-    }
-    return fmt::format("{:g} .. {:g}{}{}", p.least, p.most, p.unit[0] == '\0' ? "" : " ", p.unit);
-}
-
-Result<double> read_value(const FilterParameter& p, const std::string& text) {
-    if (p.words[0] != '\0') {
-        const std::vector<std::string> words = split(p.words, '|');
-        const auto found = std::find(words.begin(), words.end(), text);
-        if (found == words.end())
-            return fail("{}: expected {}, found '{}'", p.name, range_text(p), text);
-        return double(found - words.begin());
-    }
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (text.empty() || *end != '\0' || !(value >= p.least && value <= p.most))
-        return fail("{}: expected a number {}, found '{}'", p.name, range_text(p), text);
-    return value;
 }
 
 Result<Volume> other_volume(const FilterValues& values, const std::string& name) {
@@ -129,8 +85,8 @@ Result<BrickMaker> mask_by(const Volume& volume, const FilterValues& v, const Ta
     PALPATE_TRY(const Volume mask, other_volume(v, v.text.substr(0, comma)));
     double outside = 0.0;
     if (comma != std::string::npos) {
-        PALPATE_TRY(outside,
-                    read_value({"outside", "", -kMostValue, kMostValue}, v.text.substr(comma + 1)));
+        PALPATE_TRY(outside, read_filter_value({"outside", "", -kMostValue, kMostValue},
+                                               v.text.substr(comma + 1)));
     }
     return mask_bricks(volume, mask, outside);
 }
@@ -159,8 +115,9 @@ Result<BrickMaker> to_grid_of(const Volume& volume, const FilterValues& v, const
     PALPATE_TRY(const Volume like, other_volume(v, v.text.substr(0, comma)));
     double interpolation = 1.0;
     if (comma != std::string::npos) {
-        PALPATE_TRY(interpolation, read_value({"interpolation", "", 0, 2, {}, kInterpolations},
-                                              v.text.substr(comma + 1)));
+        PALPATE_TRY(interpolation,
+                    read_filter_value({"interpolation", "", 0, 2, {}, kInterpolations},
+                                      v.text.substr(comma + 1)));
     }
     return resample_bricks(volume, {like.grid(), Interpolation(int(interpolation)), 0.0});
 }
@@ -179,10 +136,12 @@ FilterParameter value(const char* name, std::optional<double> preset = {}) {
 const std::vector<Filter>& table() {
     const char* const kSame = "the type of the input";
     const auto samples = [](const char* name) {
-        return FilterParameter{name, "samples", 0, kLargestMedian};
+        return FilterParameter{name, "samples", 0, kLargestMedian, {}, "", true};
     };
-    const auto index = [](const char* name) { return FilterParameter{name, "samples", 0, 65535}; };
-    static const std::vector<Filter> all{
+    const auto index = [](const char* name) {
+        return FilterParameter{name, "samples", 0, 65535, {}, "", true};
+    };
+    static const std::vector<Filter> grey{
         // Smoothing
         {"gaussian", "Smooth with a Gaussian", "", {sigma()}, "f32", kBrick, smooth, nullptr},
         {"median",
@@ -236,7 +195,7 @@ const std::vector<Filter>& table() {
          "",
          {{"from", "mm", 0.0, kMostMm},
           {"to", "mm", 0.0, kMostMm, 0.0},
-          {"steps", "", 1, 32, 1.0},
+          {"steps", "", 1, 32, 1.0, "", true},
           {"tubes", "", 0, 1, 0.0, "bright|dark"},
           {"structure", "value units", 0.0, kMostValue, 0.0},
           {"alpha", "", 0.0, 1e3, 0.5},
@@ -350,6 +309,12 @@ const std::vector<Filter>& table() {
          to_grid_of,
          nullptr},
     };
+    static const std::vector<Filter> all = [] {
+        std::vector<Filter> made = grey;
+        for (Filter& filter : label_filters())
+            made.push_back(std::move(filter));
+        return made;
+    }();
     return all;
 }
 
@@ -357,65 +322,6 @@ const std::vector<Filter>& table() {
 
 std::span<const Filter> filters() {
     return table();
-}
-
-Result<FilterValues> read_filter_values(const Filter& filter, const std::string& text) {
-    FilterValues values;
-    if (filter.text[0] != '\0') {
-        values.text = text;
-        return values;
-    }
-    const std::vector<FilterParameter>& all = filter.parameters;
-    std::vector<std::optional<double>> read(all.size());
-    size_t next = 0;
-    for (const std::string& part : text.empty() ? std::vector<std::string>() : split(text, ',')) {
-        const size_t equals = part.find('=');
-        size_t at = next++;
-        if (equals != std::string::npos) {
-            const std::string name = part.substr(0, equals);
-            at = size_t(std::find_if(all.begin(), all.end(),
-                                     [&](const FilterParameter& p) { return name == p.name; }) -
-                        all.begin());
-        }
-        if (at >= all.size())
-            return fail("expected {}, found '{}'", filter_arguments(filter), text);
-        if (read[at])
-            return fail("{}: expected one value, found '{}'", all[at].name, text);
-        PALPATE_TRY(
-            read[at],
-            read_value(all[at], equals == std::string::npos ? part : part.substr(equals + 1)));
-    }
-    for (size_t i = 0; i < all.size(); ++i) {
-        if (!read[i] && !all[i].preset)
-            return fail("expected {}, found '{}'", filter_arguments(filter), text);
-        values.numbers.push_back(read[i].value_or(all[i].preset.value_or(0.0)));
-    }
-    return values;
-}
-
-std::string filter_arguments(const Filter& filter) {
-    if (filter.text[0] != '\0')
-        return filter.text;
-    std::string text, closing;
-    for (const FilterParameter& p : filter.parameters) {
-        const bool optional = p.preset.has_value();
-        text += fmt::format("{}{}{}", optional ? "[" : "", text.empty() ? "" : ",", upper(p.name));
-        closing += optional ? "]" : "";
-    }
-    return text + closing;
-}
-
-std::string filter_ranges(const Filter& filter) {
-    std::string text;
-    for (const FilterParameter& p : filter.parameters) {
-        text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", p.name, range_text(p));
-        if (!p.preset)
-            continue;
-        text += p.words[0] != '\0'
-                    ? fmt::format(" (default: {})", split(p.words, '|')[size_t(*p.preset)])
-                    : fmt::format(" (default: {:g})", *p.preset);
-    }
-    return text;
 }
 
 Result<Volume> run_filter(const Filter& filter, const Volume& volume, const FilterValues& values,

@@ -10,7 +10,7 @@
 #include "engine/segment/brick_maker.h"
 
 // The table of filters: what `palpate filter` and its help are made from. A new filter is one line
-// in filters.cpp.
+// in filters.cpp, or in label_filters.cpp where it takes labels.
 namespace palpate {
 
 struct FilterParameter {
@@ -20,6 +20,7 @@ struct FilterParameter {
     std::optional<double> preset{}; // absent: must be given
     // Names of the values 0, 1, .., separated by '|'; empty: a number.
     const char* words = "";
+    bool whole = false; // a whole number
 };
 
 // The values of a filter's parameters, in their order, each in its range.
@@ -41,13 +42,18 @@ struct Filter {
     Result<BrickMaker> (*bricks)(const Volume& volume, const FilterValues& values,
                                  const Task& task);
     Result<Volume> (*whole)(const Volume& volume, const FilterValues& values, const Task& task);
+    // Its input is a label map: whole numbers 0 .. 65535, 0 is background. So is its result, unless
+    // that is f32.
+    bool takes_labels = false;
 };
 
 std::span<const Filter> filters();
+std::vector<Filter> label_filters(); // those of filters() that take labels
 
 // The values in "1.5", "2,50" or "2,range=50": in the order of the parameters, or by name. Those
 // left out have their preset. The error states the expected and the found text.
 Result<FilterValues> read_filter_values(const Filter& filter, const std::string& text);
+Result<double> read_filter_value(const FilterParameter& parameter, const std::string& text);
 
 // "SIGMA" or "SIGMA[,SECOND]", and "sigma: 0 .. 1000 mm; ..".
 std::string filter_arguments(const Filter& filter);

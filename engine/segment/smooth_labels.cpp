@@ -1,6 +1,7 @@
 #include "engine/segment/smooth_labels.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "engine/segment/label_samples.h"
@@ -47,8 +48,8 @@ void convolve(const std::vector<float>& in, std::vector<float>& out, size_t befo
 }
 
 struct Smoother {
-    const Volume& labels;
-    Kernel kernel[3];
+    Volume labels;
+    std::array<Kernel, 3> kernel;
 
     BrickPtr brick(glm::uvec3 position) const {
         const glm::ivec3 radius(kernel[0].size() - 1, kernel[1].size() - 1, kernel[2].size() - 1);
@@ -101,8 +102,7 @@ struct Smoother {
 
 } // namespace
 
-Result<Volume> smooth_labels(const Volume& labels, const SmoothLabelsOptions& options,
-                             const Task& task) {
+Result<BrickMaker> smooth_labels_bricks(const Volume& labels, const SmoothLabelsOptions& options) {
     PALPATE_TRY(check_labels(labels, "smoothing of labels"));
     const glm::dvec3 sigma = options.sigma_mm / spacing_mm(labels.grid());
     const double most = std::max({sigma.x, sigma.y, sigma.z});
@@ -112,8 +112,14 @@ Result<Volume> smooth_labels(const Volume& labels, const SmoothLabelsOptions& op
             "{:g}",
             kMostSamples * options.sigma_mm / (most > 0.0 ? most : 1.0), options.sigma_mm);
     const Smoother smoother{labels, {kernel_of(sigma.x), kernel_of(sigma.y), kernel_of(sigma.z)}};
-    return make_bricks(labels.grid(), labels.type(), task,
-                       [&](glm::uvec3 position) { return smoother.brick(position); });
+    return BrickMaker{labels.grid(), labels.type(),
+                      [smoother](glm::uvec3 position) { return smoother.brick(position); }};
+}
+
+Result<Volume> smooth_labels(const Volume& labels, const SmoothLabelsOptions& options,
+                             const Task& task) {
+    PALPATE_TRY(const BrickMaker maker, smooth_labels_bricks(labels, options));
+    return make_bricks(maker, task);
 }
 
 } // namespace palpate

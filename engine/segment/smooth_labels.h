@@ -1,6 +1,6 @@
 #pragma once
 
-#include "engine/segment/task.h"
+#include "engine/segment/brick_maker.h"
 
 namespace palpate {
 
@@ -16,6 +16,7 @@ struct SmoothLabelsOptions {
 //
 // Refused: values that are no labels; sigma out of range. Memory: a brick with its halo for each
 // thread. On a sheared grid the Gaussian is along the slanted axes.
+Result<BrickMaker> smooth_labels_bricks(const Volume& labels, const SmoothLabelsOptions& options);
 Result<Volume> smooth_labels(const Volume& labels, const SmoothLabelsOptions& options,
                              const Task& task);
 

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "engine/io/brick_file.h"
 #include "engine/io/volume_io.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/grid.h"
@@ -85,6 +86,57 @@ TEST_F(FilterCommand, OtherVolumesByNameAndOtherGrids) {
     EXPECT_EQ(ran.exit_code, 1);
     EXPECT_THAT(ran.messages,
                 HasSubstr("--expression: column 5: expected a volume (a, b), found 'c'"));
+}
+
+// Two boxes, one with a hole, and an island: from grey values to labels to a distance. Where the
+// first filter takes labels, V is read as a label map, and values that are none are refused.
+TEST_F(FilterCommand, LabelMaps) {
+    const auto inside = [](glm::uvec3 i, glm::uvec3 low, glm::uvec3 high) {
+        return glm::all(glm::greaterThanEqual(i, low)) && glm::all(glm::lessThan(i, high));
+    };
+    ASSERT_TRUE(save_volume(
+        file("l.nrrd"),
+        make_volume(make_grid({40, 20, 9}, {1, 1, 2}), ScalarType::u8, [&](glm::uvec3 i) {
+            if (i == glm::uvec3(6, 6, 4))
+                return 0.0;
+            return inside(i, {2, 2, 1}, {12, 12, 8})    ? 3.0
+                   : inside(i, {20, 2, 1}, {30, 12, 8}) ? 5.0
+                   : i == glm::uvec3(36, 17, 4)         ? 5.0
+                                                        : 0.0;
+        })));
+    const auto labels = [&](std::vector<std::string> steps, const char* out) {
+        steps.insert(steps.begin(), {"filter", file("l.nrrd").string()});
+        steps.insert(steps.end(), {"-o", file(out).string()});
+        const ProgramRun ran = run(steps);
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        return result(out);
+    };
+    const Volume clean = labels({"--holes", "6", "--islands", "0.01"}, "clean.nrrd");
+    EXPECT_EQ(clean.type(), ScalarType::u8);
+    EXPECT_EQ(clean.value({6, 6, 4}), 3.0f);
+    EXPECT_EQ(clean.value({36, 17, 4}), 0.0f);
+    EXPECT_EQ(clean.value({25, 6, 4}), 5.0f);
+    const Volume pieces = labels({"--components", "26"}, "pieces.nrrd");
+    EXPECT_EQ(pieces.range(), (ValueRange{0, 3}));
+    EXPECT_EQ(pieces.value({25, 6, 4}), 1.0f); // whole: a sample more than the other box
+    const Volume grown = labels({"--dilate", "ball,2,label=5"}, "grown.nrrd");
+    EXPECT_EQ(grown.value({31, 6, 4}), 5.0f);
+    EXPECT_EQ(grown.value({32, 6, 4}), 0.0f);
+    EXPECT_EQ(grown.value({12, 6, 4}), 0.0f);
+    const Volume away =
+        labels({"--largest", "6,label=5", "--signed-distance", "label,5"}, "d.nrrd");
+    EXPECT_EQ(away.type(), ScalarType::f32);
+    EXPECT_EQ(away.value({33, 6, 4}), 4.0f);
+    EXPECT_EQ(away.value({20, 6, 4}), -1.0f);
+    EXPECT_EQ(labels({"--smooth-labels", "1"}, "s.nrrd").value({36, 17, 4}), 0.0f);
+
+    ProgramRun ran = filter({"--threshold", "150", "--erode", "6,2", "-o", file("e.pbv").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_TRUE(open_brick_file(file("e.pbv"))->labels);
+    ran = filter({"--erode", "6", "-o", file("x.nrrd").string()});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("labels"));
+    EXPECT_FALSE(std::filesystem::exists(file("x.nrrd")));
 }
 
 TEST_F(FilterCommand, ListAndHelpComeFromTheTable) {

@@ -4,8 +4,6 @@
 
 #include <set>
 
-#include "tests/unit/filter/twin.h"
-
 namespace palpate {
 namespace {
 
@@ -55,45 +53,12 @@ TEST(Filters, ValuesInOrderOrByName) {
     EXPECT_EQ(message("left,1,none,4"), "expected AXIS,SIGMA[,SECOND], found 'left,1,none,4'");
     EXPECT_EQ(message("left,1,axis=left"), "axis: expected one value, found 'left,1,axis=left'");
     EXPECT_EQ(message("left,1,width=3"), "expected AXIS,SIGMA[,SECOND], found 'left,1,width=3'");
-}
-
-// Every filter that works by bricks gives the same bricks one by one as all at once, and changes
-// nothing of the grid.
-TEST(Filters, RunOnEveryShapeOfVolume) {
-    for (const Filter& filter : filters()) {
-        if (filter.text[0] != '\0')
-            continue;
-        FilterValues values;
-        for (const FilterParameter& p : filter.parameters) {
-            values.numbers.push_back(p.preset.value_or(p.words[0] != '\0'                   ? 0.0
-                                                       : std::string_view(p.name) == "high" ? 2.0
-                                                                                            : 1.0));
-        }
-        for (const glm::uvec3 size : {glm::uvec3(1), {35, 6, 1}, {3, 1, 34}})
-            for (const ScalarType type : {ScalarType::u8, ScalarType::i16, ScalarType::f32})
-                for (const bool oblique : {false, true}) {
-                    const glm::dvec3 spacing(0.7, 0.9, 2.0);
-                    const Volume volume = twin::noise(
-                        oblique ? twin::turned(size, spacing, true) : make_grid(size, spacing),
-                        type, type == ScalarType::f32 ? 3 : 0);
-                    if (std::string_view(filter.name) == "gvf" && oblique)
-                        continue; // sheared: refused
-                    if (std::string_view(filter.name) == "crop")
-                        values.numbers.assign(6, 0.0);
-                    const Result<Volume> made = run_filter(filter, volume, values, {});
-                    ASSERT_TRUE(made) << filter.name << ": " << made.error().message;
-                    if (!filter.bricks)
-                        continue;
-                    const BrickMaker maker = filter.bricks(volume, values, {}).value();
-                    EXPECT_EQ(maker.grid, made->grid());
-                    EXPECT_EQ(maker.type, made->type());
-                    for_each_brick(*made, [&](glm::uvec3 at) {
-                        const BrickPtr brick = maker.brick(at);
-                        EXPECT_EQ(brick->type(), maker.type) << filter.name;
-                        EXPECT_EQ(differing_blocks(*brick, made->brick(at)), 0u) << filter.name;
-                    });
-                }
-    }
+    const Filter& erode = filter_named("erode");
+    EXPECT_EQ(filter_arguments(erode), "ELEMENT[,BY[,LABEL[,OVER]]]");
+    EXPECT_EQ(read_filter_values(erode, "ball,2.5,label=3")->numbers,
+              (std::vector<double>{3, 2.5, 3, 0}));
+    EXPECT_EQ(read_filter_values(erode, "6,label=1.5").error().message,
+              "label: expected a whole number 0 .. 65535 (0: all), found '1.5'");
 }
 
 } // namespace
