@@ -1,0 +1,125 @@
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+
+#include "engine/io/brick_file.h"
+#include "engine/io/brick_file_layout.h"
+#include "engine/volume/builder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/segment_tables/volumes.h"
+
+namespace palpate {
+namespace {
+
+class EveryMethod : public TemporaryFolder, public testing::WithParamInterface<size_t> {
+ protected:
+    const SegmentMethod& method() const { return segment_methods()[GetParam()]; }
+
+    Result<Segmented> run(const Volume& volume) const {
+        const auto input = tables::input_of(method(), volume);
+        return segment(method(), input, tables::values_of(method()), {});
+    }
+    static Result<Volume> labels_of(const Result<Segmented>& made) {
+        return made ? Result<Volume>(made->labels) : tl::unexpected(made.error());
+    }
+    static testing::AssertionResult same(const Result<Segmented>& a, const Result<Segmented>& b) {
+        testing::AssertionResult labels = tables::same(labels_of(a), labels_of(b));
+        if (!labels || !a || !a->strength)
+            return labels;
+        return tables::same(*a->strength, *b->strength);
+    }
+};
+
+// On every type, grid, shape and content, or with a sentence that a sheared grid is refused, that
+// no seed has data, or that a single sample has no room for seeds of two labels. Labels are 0 and
+// 1; a sample without data has none, and a seed of the object has 1.
+TEST_P(EveryMethod, TakesEveryVolume) {
+    for (const tables::VolumeCase& one : tables::volumes(false)) {
+        SCOPED_TRACE(one.name);
+        const Result<Segmented> made = run(one.volume);
+        if (!made) {
+            const std::string& why = made.error().message;
+            const bool no_data = one.name == "without data" && why.find("no data") < why.size();
+            const bool no_room = one.name == "a sample" && why.find("two labels") < why.size();
+            EXPECT_TRUE((one.sheared && tables::says_sheared(why)) || no_data || no_room) << why;
+            continue;
+        }
+        const Volume& labels = made->labels;
+        EXPECT_EQ(labels.grid(), one.volume.grid());
+        EXPECT_TRUE(labels.type() == ScalarType::u8 || labels.type() == ScalarType::u16);
+        EXPECT_EQ(made->strength.has_value(), method().strength != nullptr);
+        const glm::uvec3 size = labels.size();
+        for (uint32_t z = 0; z < size.z; ++z)
+            for (uint32_t y = 0; y < size.y; ++y)
+                for (uint32_t x = 0; x < size.x; ++x) {
+                    const float label = labels.value({x, y, z});
+                    ASSERT_TRUE(label == 0.0f || label == 1.0f);
+                    if (std::isnan(one.volume.value({x, y, z}))) {
+                        ASSERT_EQ(label, 0.0f) << x << ", " << y << ", " << z;
+                    }
+                }
+        if (method().takes_seeds && !std::isnan(one.volume.value(size / 2u))) {
+            EXPECT_EQ(labels.value(size / 2u), 1.0f);
+        }
+    }
+}
+
+TEST_P(EveryMethod, GivesTheSameBitsOnAnyNumberOfThreads) {
+    for (const tables::VolumeCase& one : tables::volumes(false)) {
+        SCOPED_TRACE(one.name);
+        const Result<Segmented> made = run(one.volume);
+        for (const size_t threads : {1, 2, 4}) {
+            const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+            EXPECT_TRUE(same(made, run(one.volume))) << threads << " threads";
+        }
+    }
+}
+
+TEST_P(EveryMethod, GivesTheSameBitsOfABrickFile) {
+    for (const tables::VolumeCase& one : tables::volumes(false)) {
+        SCOPED_TRACE(one.name);
+        ASSERT_TRUE(save_brick_file(file(one.name), stream_of(one.volume)));
+        const Result<BrickFile> read = open_brick_file(file(one.name), 1);
+        ASSERT_TRUE(read) << read.error().message;
+        EXPECT_TRUE(same(run(one.volume), run(read->volume)));
+    }
+}
+
+TEST_P(EveryMethod, PassesOnThatABrickCannotBeRead) {
+    const Volume good = tables::sampled(make_grid({70, 40, 34}, {1, 1, 2}), ScalarType::i16, false);
+    ASSERT_TRUE(save_brick_file(file("good.pbv"), stream_of(good)));
+    std::string bytes = bytes_of("good.pbv");
+    bytes[sizeof(io::BrickFileHeader) + 20] ^= 1; // of the first brick, which has seeds
+    write("bad.pbv", bytes);
+    const Result<BrickFile> read = open_brick_file(file("bad.pbv"), 1);
+    ASSERT_TRUE(read) << read.error().message;
+    EXPECT_THROW((void)run(read->volume), SourceError);
+}
+
+// Seeds that are a map of zeros, or of another grid.
+TEST_P(EveryMethod, RefusesSeedsThatAreNone) {
+    const Volume volume =
+        tables::sampled(make_grid({40, 21, 10}, {1, 1, 2}), ScalarType::i16, false);
+    const auto why = [&](const Grid& grid) {
+        const Volume seeds = make_volume(grid, ScalarType::u8, [](glm::uvec3) { return 0.0; });
+        const Result<Segmented> made =
+            segment(method(), {volume, seeds, {}, 0}, tables::values_of(method()), {});
+        return made ? std::string("made") : made.error().message;
+    };
+    if (!method().takes_seeds) {
+        EXPECT_EQ(why(volume.grid()), "made");
+        return;
+    }
+    EXPECT_EQ(why(volume.grid()), "seeds: expected seeds, found a label map of zeros");
+    EXPECT_NE(why(make_grid({40, 21, 11}, {1, 1, 2})).find("on the grid of the volume"),
+              std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::Range(size_t{0}, segment_methods().size()),
+                         [](const auto& row) {
+                             return tables::test_name(segment_methods()[row.param].name);
+                         });
+
+} // namespace
+} // namespace palpate
