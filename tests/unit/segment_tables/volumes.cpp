@@ -140,6 +140,11 @@ ParameterValues values_of(const SegmentMethod& method) {
         values["low"] = 50.0;
     if (has("rule")) // a front meets no boundary in some of the volumes
         values["threshold"] = 20.0;
+    if (has("edges")) { // of a mesh: few vertices and steps will do
+        values["edges"] = 0.0;
+        values["subdivisions"] = 2.0;
+        values["steps"] = 40.0;
+    }
     if (has("tolerance"))
         values["tolerance"] = 1e-2;
     return values;
