@@ -16,6 +16,7 @@ layout(local_size_x = 64) in;
 
 layout(scalar, binding = kTileFrame) uniform FrameBlock { Frame frame; };
 layout(binding = kTileCells) uniform sampler3D cells;
+layout(scalar, binding = kTileRange) uniform RangeBlock { TileRange range; };
 layout(scalar, binding = kTileGroups) buffer Groups {
     uint tile_count;
     uint rows[2];
@@ -45,7 +46,8 @@ float free_about(Ray ray, CellRay c, float t) {
 
 void main() {
     const uvec2 count = (frame.rays + kTileSide - 1u) / kTileSide;
-    const uvec2 tile = gl_GlobalInvocationID.xy;
+    const uvec2 tile = range.first + gl_GlobalInvocationID.xy;
+    const bool here = all(lessThan(tile, min(count, range.end)));
     const uint eye_index = gl_GlobalInvocationID.z;
     const FrameEye eye = frame.eyes[eye_index];
     const float middle = 0.5 * float(kTileSide) - 0.5;
@@ -55,7 +57,7 @@ void main() {
     Ray widened = ray;
     widened.origin += widest;
     vec2 t = clip_to_box(widened, frame.last + 2.0 * widest);
-    bool hit = (t.x < t.y || kList == kListAll) && tile.x < count.x && tile.y < count.y;
+    bool hit = (t.x < t.y || kList == kListAll) && here;
     if (kList == kListVisible) {
         const CellRay c = cell_ray(ray);
         const vec3 size = abs(ray.direction);
@@ -86,6 +88,6 @@ void main() {
         entries[slot] = TileEntry(tile.x | tile.y << kTileXBits | eye_index << kTileEyeShift, t.x,
                                   t.y, 0u);
     }
-    if (kWriteSpans != 0u && tile.x < count.x && tile.y < count.y)
+    if (kWriteSpans != 0u && here)
         spans[tile_number(tile, eye_index, count)] = hit ? t : vec2(-1.0);
 }

@@ -123,7 +123,7 @@ void CoarsePass::record_every_second(const ViewFrame& frame, RayCastPass& pass, 
                                      uint32_t which, double contrast) {
     Commands& commands = frame.commands;
     const glm::uvec2 tiles = tile_count(size_px_);
-    if (pass.cast_rows(frame, second, which, 0, tiles.y))
+    if (pass.cast_tiles(frame, second, which, RayCastPass::all_tiles(size_px_)))
         commands.flush(); // the listed pixels are few but where neighbours differ
     constexpr uint32_t none[gpu::kRayGroupWords] = {0, 1, 1, 0, 0};
     const gpu::InterpolateBlock block{size_px_, static_cast<float>(contrast)};
@@ -152,7 +152,7 @@ void CoarsePass::record_few(const ViewFrame& frame, RayCastPass& pass, const Ray
     const Scene& scene = frame.scene;
     const glm::uvec2 count = (size_px_ + (px_per_ray - 1)) / px_per_ray;
     const glm::uvec2 first_px = (size_px_ - 1u - px_per_ray * (count - 1u)) / 2u;
-    pass.list_tiles(frame, second, which, 0, tile_count(size_px_).y);
+    pass.list_tiles(frame, second, which, RayCastPass::all_tiles(size_px_));
     commands.clear(few_, glm::vec4(glm::vec3(scene.background), 0.0f));
     Rays few = second;
     few.name = "few pixels";
@@ -176,8 +176,8 @@ void CoarsePass::cast_sparse(const ViewFrame& frame, RayCastPass& pass, Rays ray
     Buffer* const slabs = std::exchange(rays.slabs, nullptr);
     rays.spans = rays.first_hits = nullptr;
     rays.variant.rays = gpu::kRaysSparse;
-    pass.list_tiles(frame, rays, frame.scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll, 0,
-                    tile_count(rays.count).y);
+    pass.list_tiles(frame, rays, frame.scene.surfaces.empty() ? gpu::kListBox : gpu::kListAll,
+                    RayCastPass::all_tiles(rays.count));
     rays.slabs = slabs;
     rays.spans = &spans_;
     pass.cast(frame, rays);

@@ -19,9 +19,10 @@ struct Level {
     double contrast_factor; // of the mode's contrast; for two pixels a ray
     uint32_t px_per_ray;
 };
-constexpr std::array<Level, 8> kLevels{{{1.0, 1.0, 2},
+constexpr std::array<Level, 9> kLevels{{{1.0, 1.0, 2},
                                         {1.0, 1.5, 2},
                                         {1.0, 2.0, 2},
+                                        {1.5, 2.0, 2},
                                         {1.5, 3.0, 2},
                                         {2.0, 4.0, 2},
                                         {1.0, 1.0, 4},
@@ -48,13 +49,17 @@ constexpr double kFarBetter = 0.3;
 double ray_ms_of(const FrameStats& frame) {
     double sum = 0.0;
     for (const PassTime& pass : frame.passes)
-        for (const char* const name : {"few pixels", "every second pixel", "listed pixels"})
+        for (const char* const name :
+             {"few pixels", "every second pixel", "listed pixels", "ray cast"})
             sum += pass.name == name ? pass.gpu_ms : 0.0;
     return std::min(sum, frame.wall_ms);
 }
 
-uint32_t tile_rows_of(const PixelBox& box) {
-    return box.empty() ? 0 : tile_count(box.high).y - box.low.y / gpu::kTileSide;
+uint32_t tiles_of(const PixelBox& box) {
+    if (box.empty())
+        return 0;
+    const glm::uvec2 count = tile_count(box.high) - box.low / gpu::kTileSide;
+    return count.x * count.y;
 }
 
 uint64_t version_of(const std::optional<Volume>& volume) {
@@ -75,28 +80,42 @@ Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& 
                          last_label_version_ == version_of(data.labels);
     if (resting)
         return draw_resting(scene, data);
-    const bool was_full = is_same && next_row_ == Renderer::tile_rows(scene);
     last_ = scene;
     last_version_ = data.volume.version();
     last_label_version_ = version_of(data.labels);
-    // Meshes are no part of what rows are drawn of.
-    if (was_full && changed && scene.surfaces.empty() &&
-        tile_rows_of(*changed) * row_ms_ <= budget_ms_)
-        return draw_rows(scene, data, *changed);
+    if (is_same && changed && scene.surfaces.empty() &&
+        expected_ms(*changed, tile_count(scene.size_px).x) <= budget_ms_)
+        return draw_changed(scene, data, *changed);
     next_row_ = 0;
     return draw_moving(scene, data);
 }
 
-Result<InteractiveFrame> Interactive::draw_rows(const Scene& scene, const SceneData& data,
-                                                const PixelBox& changed) {
+// Of what is drawn anew where an edit changed some pixels.
+double Interactive::expected_ms(const PixelBox& changed, uint32_t columns) const {
+    return tiles_of(changed) * std::max(tile_ms_, row_ms_ / columns);
+}
+
+// The state of the picture that is there. Rows that are not refined are those of the last moving
+// frame.
+InteractiveFrame Interactive::unchanged() const {
     InteractiveFrame frame;
-    frame.complete = true;
+    frame.complete = next_row_ == Renderer::tile_rows(*last_);
+    frame.error_estimate = frame.complete ? 0.0 : last_error_;
+    return frame;
+}
+
+Result<InteractiveFrame> Interactive::draw_changed(const Scene& scene, const SceneData& data,
+                                                   const PixelBox& changed) {
     if (changed.empty())
-        return frame;
-    next_row_ = 0; // until they are there
-    const uint32_t rows = tile_rows_of(changed);
-    PALPATE_TRY(frame.frame, renderer_->refine(scene, data, changed.low.y / gpu::kTileSide, rows));
-    next_row_ = Renderer::tile_rows(scene);
+        return unchanged();
+    auto drawn = renderer_->redraw(scene, data, changed);
+    if (!drawn) {
+        last_.reset(); // nobody knows what is there
+        return pass_on(drawn);
+    }
+    tile_ms_ = ray_ms_of(*drawn) / tiles_of(changed);
+    InteractiveFrame frame = unchanged();
+    frame.frame = std::move(*drawn);
     return frame;
 }
 
@@ -104,7 +123,13 @@ Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const Scen
     const Level level = kLevels[level_];
     CoarseSettings settings{.step_factor = level.step_factor, .px_per_ray = level.px_per_ray};
     settings.contrast = level.contrast_factor * default_contrast(scene.ray_cast->mode);
-    PALPATE_TRY(const CoarseStats drawn, renderer_->draw_coarse(scene, data, settings));
+    tile_ms_ = 0; // of another picture
+    auto few = renderer_->draw_coarse(scene, data, settings);
+    if (!few) {
+        last_.reset(); // nobody knows what is there
+        return pass_on(few);
+    }
+    const CoarseStats& drawn = *few;
     if (level.px_per_ray == 2)
         listed_share_ = std::max(drawn.traced_share, 0.01);
     InteractiveFrame frame{drawn.frame,
@@ -147,19 +172,17 @@ void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
 
 Result<InteractiveFrame> Interactive::draw_resting(const Scene& scene, const SceneData& data) {
     const uint32_t all = Renderer::tile_rows(scene);
-    InteractiveFrame frame;
-    if (next_row_ < all) {
-        // As many rows as the budget has room for, and always some.
-        const double room = row_ms_ > 0 ? budget_ms_ / row_ms_ : 1.0;
-        const auto rows =
-            static_cast<uint32_t>(std::clamp(room, 1.0, static_cast<double>(all - next_row_)));
-        PALPATE_TRY(frame.frame, renderer_->refine(scene, data, next_row_, rows));
-        row_ms_ = frame.frame.wall_ms / rows;
-        next_row_ += rows;
-    }
-    frame.complete = next_row_ == all;
-    // The rows below are still those of the last moving frame.
-    frame.error_estimate = frame.complete ? 0.0 : last_error_;
+    if (next_row_ == all)
+        return unchanged();
+    // As many rows as the budget has room for, and always some.
+    const double room = row_ms_ > 0 ? budget_ms_ / row_ms_ : 1.0;
+    const auto rows =
+        static_cast<uint32_t>(std::clamp(room, 1.0, static_cast<double>(all - next_row_)));
+    PALPATE_TRY(FrameStats drawn, renderer_->refine(scene, data, next_row_, rows));
+    row_ms_ = drawn.wall_ms / rows;
+    next_row_ += rows;
+    InteractiveFrame frame = unchanged();
+    frame.frame = std::move(drawn);
     return frame;
 }
 

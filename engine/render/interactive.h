@@ -22,8 +22,8 @@ struct InteractiveFrame {
 
 // Draws for a moving hand: holds a budget of milliseconds a frame by drawing fewer rays, down to
 // one in 16 x 16 pixels, and longer steps while anything changes, and refines row by row to full
-// quality as soon as nothing does. Where an edit changed some rows of a full picture, these are
-// drawn in full, within the budget.
+// quality as soon as nothing does. An edit has the pixels that it changed drawn in full, where that
+// is expected to hold the budget; the rest of the picture stays as refined as it was.
 class Interactive {
  public:
     // budget_ms > 0.
@@ -44,8 +44,10 @@ class Interactive {
  private:
     Result<InteractiveFrame> draw_moving(const Scene& scene, const SceneData& data);
     Result<InteractiveFrame> draw_resting(const Scene& scene, const SceneData& data);
-    Result<InteractiveFrame> draw_rows(const Scene& scene, const SceneData& data,
-                                       const PixelBox& changed);
+    Result<InteractiveFrame> draw_changed(const Scene& scene, const SceneData& data,
+                                          const PixelBox& changed);
+    InteractiveFrame unchanged() const;
+    double expected_ms(const PixelBox& changed, uint32_t columns) const;
     void choose_level(const CoarseStats& drawn, const Scene& scene);
 
     Renderer* renderer_;
@@ -59,6 +61,7 @@ class Interactive {
     uint64_t last_label_version_ = 0;
     uint32_t next_row_ = 0; // of tiles, to refine
     double row_ms_ = 0;     // what a row took lately; 0 before the first
+    double tile_ms_ = 0;    // what a tile took that an edit changed; likewise
 };
 
 } // namespace palpate

@@ -7,7 +7,6 @@
 
 #include "engine/render/frame_block.h"
 #include "shaders/shared/ray_cast.h"
-#include "shaders/shared/tiles.h"
 #include "spirv/mip_slabs.h"
 #include "spirv/tiles.h"
 
@@ -232,34 +231,39 @@ Result<size_t> RayCastPass::record(const ViewFrame& frame) {
             frame.commands.flush(); // the device draws one part while the next is read
         }
         uploaded += frame.voxels.show_part(part, frame.commands);
-        cast_rows(frame, rays, tiles_to_list(frame.scene), 0, tile_count(frame.scene.size_px).y);
+        cast_tiles(frame, rays, tiles_to_list(frame.scene), all_tiles(frame.scene.size_px));
     }
     return uploaded;
 }
 
-void RayCastPass::record_rows(const ViewFrame& frame, uint32_t first_row, uint32_t rows) {
+void RayCastPass::record_tiles(const ViewFrame& frame, const gpu::TileRange& range) {
     // Every tile is marched, also those that see nothing: what lies there is replaced.
-    cast_rows(frame, all_rays(frame), gpu::kListAll, first_row, rows);
+    cast_tiles(frame, all_rays(frame), gpu::kListAll, range);
 }
 
-bool RayCastPass::cast_rows(const ViewFrame& frame, const Rays& rays, uint32_t which,
-                            uint32_t first_row, uint32_t rows) {
+gpu::TileRange RayCastPass::all_tiles(glm::uvec2 rays) {
+    return {glm::uvec2(0), tile_count(rays)};
+}
+
+bool RayCastPass::cast_tiles(const ViewFrame& frame, const Rays& rays, uint32_t which,
+                             const gpu::TileRange& range) {
     const uint32_t band =
         tile_rows_per_submission(store_->device, frame.scene, frame.data.volume.grid());
-    for (uint32_t row = 0; row < rows; row += band) {
-        if (row > 0)
+    for (uint32_t row = range.first.y; row < range.end.y; row += band) {
+        if (row > range.first.y)
             frame.commands.flush();
-        list_tiles(frame, rays, which, first_row + row, std::min(band, rows - row));
+        list_tiles(frame, rays, which,
+                   {{range.first.x, row}, {range.end.x, std::min(row + band, range.end.y)}});
         cast(frame, rays);
         if (rays.variant.count)
             listed_.push_back(
                 {frame.commands.read_back(*rays.list), frame.commands.read_back(*rays.groups)});
     }
-    return band < rows;
+    return band < range.end.y - range.first.y;
 }
 
 void RayCastPass::list_tiles(const ViewFrame& frame, const Rays& rays, uint32_t which,
-                             uint32_t first_row, uint32_t rows) {
+                             const gpu::TileRange& range) {
     constexpr uint32_t none[gpu::kTileGroupWords] = {0, 1, 1, 0, 1, 1};
     Commands& commands = frame.commands;
     GpuImage& cells = frame.voxels.cells().image();
@@ -269,13 +273,14 @@ void RayCastPass::list_tiles(const ViewFrame& frame, const Rays& rays, uint32_t 
     const Bound bound[] = {
         bind_uniform(gpu::kTileFrame, rays.block),
         bind_sampled(gpu::kTileCells, cells, store_->nearest),
+        bind_uniform(gpu::kTileRange, commands.upload(bytes_of(range))),
         bind_storage(gpu::kTileGroups, *rays.groups, Use::storage_write),
         bind_storage(gpu::kTileEntries, *rays.list, Use::storage_write),
         // the pipeline has a place for spans; where there are none it writes none
         bind_storage(gpu::kTileSpans, spans ? *rays.spans : *rays.list, Use::storage_write)};
-    const uint32_t across = (tile_count(rays.count).x + 63) / 64;
+    const glm::uvec2 count = range.end - range.first;
     commands.dispatch(store_->pipelines.get(spirv::Tiles{.list = which, .write_spans = spans}),
-                      bound, {across, rows, eye_count(frame.scene)}, {0, first_row, 0});
+                      bound, {(count.x + 63) / 64, count.y, eye_count(frame.scene)});
     commands.end_pass();
     if (!rays.slabs)
         return;

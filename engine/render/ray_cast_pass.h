@@ -7,6 +7,7 @@
 #include "engine/render/ray_cast_variant.h"
 #include "engine/render/render_store.h"
 #include "shaders/shared/frame.h"
+#include "shaders/shared/tiles.h"
 
 namespace palpate {
 
@@ -29,8 +30,8 @@ class RayCastPass {
     // Casts all rays over what lies behind them, part by part of an atlas. Returns how many bricks
     // were brought into it. Fails where RendererOptions::progress says so.
     Result<size_t> record(const ViewFrame& frame);
-    // The full picture in some rows of tiles, over what is there.
-    void record_rows(const ViewFrame& frame, uint32_t first_row, uint32_t rows);
+    // The full picture in some tiles, over what is there.
+    void record_tiles(const ViewFrame& frame, const gpu::TileRange& range);
 
     // Once the device is past the frame: its samples, where they were counted.
     uint64_t read_sample_counts();
@@ -56,12 +57,14 @@ class RayCastPass {
     const gpu::Frame& block() const { return block_; } // of all_rays()
     uint32_t tiles_to_list(const Scene& scene) const;  // gpu::kList...
 
-    void list_tiles(const ViewFrame& frame, const Rays& rays, uint32_t which, uint32_t first_row,
-                    uint32_t rows);
+    // All tiles of some rays, or of a picture.
+    static gpu::TileRange all_tiles(glm::uvec2 rays);
+    void list_tiles(const ViewFrame& frame, const Rays& rays, uint32_t which,
+                    const gpu::TileRange& range);
     void cast(const ViewFrame& frame, const Rays& rays);
-    // Both for some rows, in as many submissions as that takes; whether these were several.
-    bool cast_rows(const ViewFrame& frame, const Rays& rays, uint32_t which, uint32_t first_row,
-                   uint32_t rows);
+    // Both, in as many submissions as that takes; whether these were several.
+    bool cast_tiles(const ViewFrame& frame, const Rays& rays, uint32_t which,
+                    const gpu::TileRange& range);
 
  private:
     RenderStore* store_;

@@ -10,6 +10,7 @@
 #include "engine/render/ray_cast_pass.h"
 #include "engine/render/slice_pass.h"
 #include "engine/render/surface_pass.h"
+#include "shaders/shared/tiles.h"
 
 namespace palpate {
 
@@ -31,7 +32,7 @@ struct Renderer::Task {
     const SceneData& data;
     Timer* timer = nullptr; // where somebody waits: begins when uploads are through
     bool counts_samples = false;
-    std::optional<PixelBox> only{}; // over the frame before; of slices
+    std::optional<PixelBox> only{}; // over the frame before; none: all
     std::vector<View> views = views_of(scene);
     size_t first_pass = commands.pass_count();
     std::optional<ViewFrame> frame{};
@@ -225,12 +226,16 @@ Result<RecordedCoarse> Renderer::record_few(Task task, const CoarseSettings& set
     return RecordedCoarse{frame.picture, CoarseTicket(std::move(frame.ticket), rays)};
 }
 
-Result<RecordedFrame> Renderer::record_refinement(Task task, uint32_t first_row, uint32_t rows) {
+// Rays at full quality through some pixels' tiles, over what is there. `behind`: and the slices
+// behind them.
+Result<RecordedFrame> Renderer::record_only(Task task, bool behind) {
     PALPATE_ASSERT(task.scene.ray_cast.has_value());
-    PALPATE_ASSERT_CMP(first_row + rows, <=, tile_rows(task.scene));
     PALPATE_TRY(FrameStats stats, prepare_interactive(task, 1.0));
+    if (behind && passes_->slices)
+        stats.uploaded_bricks += passes_->slices->record(*task.frame, task.only);
     stats.uploaded_bricks += passes_->voxels.show_part(0, task.commands);
-    passes_->ray_cast->record_rows(*task.frame, first_row, rows);
+    const PixelBox box = task.only.value_or(PixelBox{glm::uvec2(0), task.scene.size_px});
+    passes_->ray_cast->record_tiles(*task.frame, {box.low / gpu::kTileSide, tile_count(box.high)});
     return recorded(task, std::move(stats));
 }
 
@@ -240,6 +245,13 @@ namespace {
 Scene without_values(Scene scene) {
     scene.value_and_depth = false;
     return scene;
+}
+
+PixelBox rows_of(const Scene& scene, uint32_t first_row, uint32_t rows) {
+    PALPATE_ASSERT_CMP(first_row + rows, <=, Renderer::tile_rows(scene));
+    const uint32_t side = gpu::kTileSide;
+    return {{0, first_row * side},
+            {scene.size_px.x, std::min((first_row + rows) * side, scene.size_px.y)}};
 }
 
 FrameStats& frame_of(FrameStats& stats) {
@@ -292,10 +304,12 @@ Result<RecordedFrame> Renderer::record(Commands& commands, const Scene& scene,
 
 Result<RecordedFrame> Renderer::record_changed(Commands& commands, const Scene& scene,
                                                const SceneData& data, const PixelBox& changed) {
-    PALPATE_ASSERT(!scene.ray_cast && scene.surfaces.empty());
+    PALPATE_ASSERT(scene.surfaces.empty());
     const profile::Scope scope("record changed pixels");
+    const Scene plain = scene.ray_cast ? without_values(scene) : scene;
     return or_from_nothing([&] {
-        return record_full({.commands = commands, .scene = scene, .data = data, .only = changed});
+        Task task{.commands = commands, .scene = plain, .data = data, .only = changed};
+        return plain.ray_cast ? record_only(std::move(task), true) : record_full(std::move(task));
     });
 }
 
@@ -313,7 +327,11 @@ Result<RecordedFrame> Renderer::record_rows(Commands& commands, const Scene& sce
     const profile::Scope scope("record rows");
     const Scene plain = without_values(scene);
     return or_from_nothing([&] {
-        return record_refinement({commands, plain, data}, first_row, rows);
+        return record_only({.commands = commands,
+                            .scene = plain,
+                            .data = data,
+                            .only = rows_of(plain, first_row, rows)},
+                           false);
     });
 }
 
@@ -333,9 +351,22 @@ Result<CoarseStats> Renderer::draw_coarse(const Scene& scene, const SceneData& d
 
 Result<FrameStats> Renderer::refine(const Scene& scene, const SceneData& data, uint32_t first_row,
                                     uint32_t rows) {
+    return draw_only(scene, data, rows_of(scene, first_row, rows), false);
+}
+
+Result<FrameStats> Renderer::redraw(const Scene& scene, const SceneData& data,
+                                    const PixelBox& changed) {
+    PALPATE_ASSERT(scene.surfaces.empty());
+    return draw_only(scene, data, changed, true);
+}
+
+Result<FrameStats> Renderer::draw_only(const Scene& scene, const SceneData& data,
+                                       const PixelBox& only, bool behind) {
     const Scene plain = without_values(scene);
     return drawn([&](Commands& commands, Timer& timer) {
-        return record_refinement({commands, plain, data, &timer}, first_row, rows);
+        return record_only(
+            {.commands = commands, .scene = plain, .data = data, .timer = &timer, .only = only},
+            behind);
     });
 }
 

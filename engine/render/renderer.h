@@ -43,9 +43,10 @@ class Renderer {
     // the device.
     Result<RecordedFrame> record(Commands& commands, const Scene& scene, const SceneData& data);
 
-    // Draws a box of pixels alone, with those of the tiles that it touches, over the view's last
-    // frame: for a scene that has slices and no other layer, and data that changed nothing outside
-    // of it (changed_pixels()). All pixels where no such frame is there.
+    // Draws a box of pixels alone, with those of the tiles that it touches, at full quality over
+    // the view's last frame: for a scene without meshes, and data that changed nothing outside of
+    // the box (changed_pixels()). All pixels where no such frame is there. With rays it fails as
+    // record_rows() does.
     Result<RecordedFrame> record_changed(Commands& commands, const Scene& scene,
                                          const SceneData& data, const PixelBox& changed);
 
@@ -67,6 +68,8 @@ class Renderer {
                                     const CoarseSettings& settings);
     Result<FrameStats> refine(const Scene& scene, const SceneData& data, uint32_t first_row,
                               uint32_t rows);
+    // Of a scene with rays.
+    Result<FrameStats> redraw(const Scene& scene, const SceneData& data, const PixelBox& changed);
 
     // Draws the frame once more with a variant that counts how many samples of the volume its rays
     // take. Leaves the same picture.
@@ -99,7 +102,9 @@ class Renderer {
     RecordedFrame recorded(Task& task, FrameStats stats);
     Result<RecordedFrame> record_full(Task task);
     Result<RecordedCoarse> record_few(Task task, const CoarseSettings& settings);
-    Result<RecordedFrame> record_refinement(Task task, uint32_t first_row, uint32_t rows);
+    Result<RecordedFrame> record_only(Task task, bool behind);
+    Result<FrameStats> draw_only(const Scene& scene, const SceneData& data, const PixelBox& only,
+                                 bool behind);
 
     std::shared_ptr<RenderStore> store_;
     std::unique_ptr<Passes> passes_;

@@ -11,8 +11,13 @@ const uint kTileGroups = 2u;
 const uint kTileGroupWords = 6u;
 const uint kTileQuarters = 3u;  // where the second dispatch begins
 const uint kTileEntries = 3u; // TileEntry[], room for every tile
-const uint kTileSpans = 5u;   // vec2[], row by row and eye by eye: near and far of every tile, listed
+const uint kTileSpans = 5u;   // vec2[], row by row and eye by eye: near and far of every tile in range, listed
                               // or not; near is negative where it is not
+const uint kTileRange = 6u;
+struct TileRange { // that are looked at: from `first` on and before `end`, across and down
+    uvec2 first;
+    uvec2 end;
+};
 const uint kTileSlabs = 4u;   // kMipWords words for each tile of the pass
 
 const uint kListBox = 0u;     // every tile that sees the volume's box, whole

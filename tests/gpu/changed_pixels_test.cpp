@@ -66,6 +66,8 @@ class ChangedPixelsTest : public GpuTest {
             cast.ray_cast = layer;
             all.push_back(cast);
         }
+        all.push_back(all.back()); // rays before slices
+        all.back().slices = {{{3.0, 1.0, 5.0}, {0.2, 0.1, 1.0}, Interpolation::linear, 0.0}};
         for (Scene& one : all)
             one.labels = LabelLayer{.outline_px = 2.0};
         return all;
@@ -149,6 +151,51 @@ TEST_F(ChangedPixelsTest, AreAllWhereNothingElseIsKnown) {
         for (uint32_t y = 0; y < 70; ++y)
             edit.set({x, y, 25}, 77.0);
     EXPECT_EQ(changed_pixels(inside, volume_, edit.commit()), all);
+}
+
+// Of a picture that is half refined the pixels of an edit are full ones and the others stay; the
+// rest is refined after that, and nothing is left of the document before.
+TEST_F(ChangedPixelsTest, OfAPictureThatIsBeingRefinedTheyAreFullAndTheOthersStay) {
+    size_t changed_pictures = 0;
+    for (const Scene& scene : scenes()) {
+        if (!scene.ray_cast)
+            continue;
+        Renderer whole(device()), kept(device());
+        Interactive interactive(kept, 1e-3); // a row of tiles a frame
+        SceneData data{volume_, labels_, {}};
+        for (int frame = 0; frame < 5; ++frame)
+            ASSERT_FALSE(interactive.draw(scene, data).value().complete);
+        interactive.set_budget_ms(1e9); // time for any box
+        for (int i = 0; i < 4; ++i) {
+            const SceneData before = data;
+            data.volume = edited(before.volume, i % 2 ? 3000.0 : 2000.0);
+            const PixelBox box = changed_pixels(scene, before.volume, data.volume);
+            const PixelBox tiles{box.low / 8u * 8u,
+                                 glm::min((box.high + 7u) / 8u * 8u, scene.size_px)};
+            const std::vector<Image> last = kept.read_back();
+            const InteractiveFrame drawn = interactive.draw(scene, data, box).value();
+            EXPECT_FALSE(drawn.complete);
+            EXPECT_GT(drawn.error_estimate, 0.0);
+            const std::vector<Image> over = kept.read_back();
+            const Frame full = whole.render(scene, data).value();
+            for (size_t eye = 0; eye < over.size(); ++eye) {
+                EXPECT_EQ(differing(last[eye], over[eye], &tiles), 0u);
+                changed_pictures += differing(last[eye], over[eye], nullptr) > 0;
+                for (uint32_t y = box.low.y; y < box.high.y; ++y)
+                    for (uint32_t x = box.low.x; x < box.high.x; ++x)
+                        ASSERT_EQ(over[eye].at(x, y, 0), full.eyes[eye].at(x, y, 0))
+                            << x << ' ' << y;
+            }
+        }
+        interactive.set_budget_ms(1e-3);
+        while (!interactive.draw(scene, data).value().complete) {
+        }
+        const std::vector<Image> rested = kept.read_back();
+        const Frame full = whole.render(scene, data).value();
+        for (size_t eye = 0; eye < rested.size(); ++eye)
+            EXPECT_EQ(differing(rested[eye], full.eyes[eye], nullptr), 0u);
+    }
+    EXPECT_GT(changed_pictures, 5u);
 }
 
 // An edit that a full picture cannot take in time begins from fewer rays.

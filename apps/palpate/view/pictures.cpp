@@ -191,9 +191,8 @@ Result<std::optional<Picture>> Pictures::draw_volume(const Wish& wish, double bu
     if (coarse_ && wanted.scene.ray_cast) {
         const SceneData data = data_for(wish, wanted.scene);
         interactive_.set_budget_ms(shows_it ? kLook_ms : budget_ms);
-        auto drawn = interactive_.draw(
-            wanted.scene, data,
-            made && made->complete ? made->pixels_changed_to(wanted) : std::nullopt);
+        auto drawn = interactive_.draw(wanted.scene, data,
+                                       made ? made->pixels_changed_to(wanted) : std::nullopt);
         while (shows_it && drawn && !drawn->complete && timer.ms() < budget_ms) {
             if (is_outdated())
                 return std::nullopt; // what is refined stays so
@@ -253,7 +252,7 @@ bool Pictures::go_on(const std::vector<Wish>& wishes) {
         return true;
     }
     const bool alone = slices.empty() && !refines;
-    interactive_.set_aim(kAim, (alone ? 1.5 : 0.5) * options_.frame_ms);
+    interactive_.set_aim(kAim, (alone ? 1.7 : 0.5) * options_.frame_ms);
     auto drawn = draw_volume(*volume, alone ? options_.frame_ms : 0.5 * options_.frame_ms);
     if (!drawn)
         throw GpuError(drawn.error().message);
