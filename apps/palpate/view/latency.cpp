@@ -5,6 +5,7 @@
 #include <random>
 #include <thread>
 
+#include "apps/palpate/view/pacing.h"
 #include "engine/base/percentile.h"
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
@@ -14,8 +15,9 @@ namespace palpate::view {
 namespace {
 
 constexpr double kLongestRefinement_s = 120.0;
-constexpr int kStrokes = 20, kMovesPerStroke = 8;
-constexpr double kTurning_s = 5.0, kWandering_s = 3.0;
+constexpr int kStrokes = 21, kMovesPerStroke = 8;
+constexpr double kTurning_s = 2.5, kWandering_s = 3.0;
+constexpr double kSoonest_s = 0.008, kLatest_s = 0.025; // from an input to the next
 
 double ms(int64_t ns) {
     return 1e-6 * static_cast<double>(ns);
@@ -30,6 +32,16 @@ Json figures(const std::vector<double>& values) {
                 {"count", values.size()}};
 }
 
+// The other way round: the lowest are those that matter.
+Json decibels(const std::vector<double>& values) {
+    if (values.empty())
+        return Json{{"count", 0}};
+    return Json{{"median", percentile(values, 0.5)},
+                {"p95", percentile(values, 0.05)},
+                {"most", percentile(values, 0.0)},
+                {"count", values.size()}};
+}
+
 // One of the tasks: what its frames and pictures took.
 struct Task {
     std::vector<double> frame_ms, slices_ms, volume_ms, error_db;
@@ -39,7 +51,8 @@ struct Task {
 
 class Rehearsal {
  public:
-    Rehearsal(Viewer& viewer, const std::function<void()>& show) : viewer_(viewer), show_(show) {
+    Rehearsal(Viewer& viewer, const std::function<std::optional<Ticket>()>& show)
+        : viewer_(viewer), show_(show) {
         viewer_.saw_picture = [this](const Picture& picture) { saw(picture); };
     }
     ~Rehearsal() { viewer_.saw_picture = {}; }
@@ -50,16 +63,30 @@ class Rehearsal {
         if (Result<void> full = refine(); !full)
             return pass_on(full);
         begin();
-        for (const char* side : {"home", "end", "page_down", "home", "end", "page_down"}) {
-            press_key(side);
-            if (Result<void> full = refine(); !full)
-                return pass_on(full);
-        }
+        constexpr std::array kSides{"home", "end", "page_down"};
+        for (int i = 0; i < 2; ++i)
+            for (const char* side : kSides) {
+                complete_ = {};
+                press_key(side);
+                if (Result<void> full = refine(); !full)
+                    return pass_on(full);
+            }
         report["interface_ms"] = figures(task_.frame_ms);
-        report["camera"] = turn();
+        begin();
+        double turned_s = 0.0;
+        for (const char* side : kSides) {
+            press_key(side);
+            turned_s += turn();
+        }
+        report["camera"] = {{"pictures_per_s", static_cast<double>(task_.volumes) / turned_s},
+                            {"error_db", decibels(task_.error_db)},
+                            {"interface_ms", figures(task_.frame_ms)}};
         report["crosshair"] = wander();
         for (const auto& [key, name] : {std::pair("b", "draw"), {"x", "cut"}}) {
             press_key(key);
+            until(seconds() + 0.2); // views may be made ready for labels
+            if (Result<void> full = refine(); !full)
+                return pass_on(full);
             begin();
             for (int i = 0; i < kStrokes; ++i) {
                 stroke(i);
@@ -87,7 +114,7 @@ class Rehearsal {
     void saw(const Picture& picture) {
         const bool is_volume = picture.panel == Panel::volume;
         complete_[static_cast<size_t>(picture.panel)] = picture.complete;
-        if (!is_volume && picture.panel != Panel::axial)
+        if (!is_volume && picture.panel != slice_)
             return;
         ++(is_volume ? task_.volumes : task_.slices);
         if (is_volume && picture.error_estimate > 0.0)
@@ -99,37 +126,70 @@ class Rehearsal {
                 .push_back(ms(picture.made_ns - unseen.front().at_ns));
     }
 
-    // `draws`: the events are of a stroke.
-    void frame(std::vector<Event> events, bool draws = false) {
+    struct Frame { // of the interface
+        int64_t begun_ns;
+        Ticket done;
+    };
+
+    static double seconds() { return 1e-9 * static_cast<double>(profile::now_ns()); }
+
+    // One turn of the window's loop.
+    void take_turn(std::vector<Event> events) {
         const int64_t begun_ns = profile::now_ns();
-        const std::uniform_real_distribution<double>::param_type since(
-            0.0, static_cast<double>(begun_ns - last_frame_ns_));
-        last_frame_ns_ = begun_ns;
-        time_s_ += kFrame_s;
+        const bool draws = pacing_.begin(seconds(), !under_way_.full());
         for (Event& event : events)
-            event.time_s = time_s_;
-        const auto waited = static_cast<int64_t>(moment_(random_, since));
+            event.time_s = seconds();
+        viewer_.frame(std::move(events), seconds());
+        if (!draws || viewer_.looks() == looks_)
+            return;
+        looks_ = viewer_.looks();
+        if (const std::optional<Ticket> done = show_()) {
+            under_way_.add(*done);
+            frames_.push_back({begun_ns, *done});
+        }
+    }
+
+    void look_at_frames() {
+        for (; !frames_.empty() && frames_.front().done.ready(); frames_.pop_front())
+            task_.frame_ms.push_back(ms(profile::now_ns() - frames_.front().begun_ns));
+    }
+
+    // Turns without input until then.
+    void until(double then_s) {
+        constexpr double kLook_s = 0.0003; // at frames under way
+        for (double now_s = seconds(); now_s < then_s; now_s = seconds()) {
+            look_at_frames();
+            if (now_s >= pacing_.draw_s()) {
+                take_turn({});
+                continue;
+            }
+            const double wait_s = std::min(then_s, pacing_.draw_s()) - now_s;
+            std::this_thread::sleep_for(std::chrono::duration<double>(
+                frames_.empty() ? wait_s : std::min(wait_s, kLook_s)));
+        }
+    }
+
+    // An input at a random moment. `draws`: it is of a stroke.
+    void input(Event event, bool draws = false) {
+        input_s_ = std::max(input_s_ + moment_(random_), seconds() - kLatest_s);
+        until(input_s_);
+        until(pacing_.turn_s());
+        look_at_frames();
         if (draws) // before it is pushed: a picture of it may come at once
             for (std::deque<Input>* unseen : {&unseen_slices_, &unseen_volume_})
-                unseen->push_back({begun_ns - waited, begun_ns});
-        viewer_.frame(std::move(events), time_s_);
-        show_();
-        const int64_t taken_ns = profile::now_ns() - begun_ns;
-        task_.frame_ms.push_back(ms(taken_ns));
-        std::this_thread::sleep_for(
-            std::chrono::duration<double>(std::max(0.0, kFrame_s - 1e-9 * double(taken_ns))));
+                unseen->push_back({static_cast<int64_t>(1e9 * input_s_), profile::now_ns()});
+        take_turn({std::move(event)});
     }
 
     void press_key(const char* key) {
-        complete_ = {};
-        frame({{.kind = Event::Kind::key, .down = true, .key = key}});
-        frame({{.kind = Event::Kind::key, .key = key}});
+        input({.kind = Event::Kind::key, .down = true, .key = key});
+        input({.kind = Event::Kind::key, .key = key});
     }
     void move(glm::dvec2 to, bool shift = false, bool draws = false) {
-        frame({{.kind = Event::Kind::move, .modifiers = {.shift = shift}, .at_px = to}}, draws);
+        input({.kind = Event::Kind::move, .modifiers = {.shift = shift}, .at_px = to}, draws);
     }
     void press(bool down, bool draws = false) {
-        frame({{.kind = Event::Kind::button, .down = down}}, draws);
+        input({.kind = Event::Kind::button, .down = down}, draws);
     }
 
     // Until all views show their full pictures, and what was done. An input that changed no sample
@@ -139,7 +199,7 @@ class Rehearsal {
         constexpr int kSettling = 6, kNeverSeen = 90; // frames in which nothing new comes
         for (int quiet = 0;;) {
             const size_t before = task_.volumes + task_.slices;
-            frame({});
+            until(seconds() + kFrame_s);
             if (const auto failure = viewer_.failure())
                 return fail("{}", *failure);
             const bool complete = complete_[static_cast<size_t>(Panel::volume)];
@@ -161,23 +221,22 @@ class Rehearsal {
         return glm::dvec2(box.low_px) + 0.5 * glm::dvec2(box.size_px);
     }
 
-    Json turn() {
+    // For how long the volume was turned.
+    double turn() {
         const glm::dvec2 at = middle(Panel::volume);
         move(at);
         press(true);
-        begin();
-        for (int i = 0; task_.timer.ms() < 1000.0 * kTurning_s; ++i)
+        const Timer timer;
+        for (int i = 0; timer.ms() < 1000.0 * kTurning_s; ++i)
             move(at + 60.0 * glm::dvec2(std::sin(0.05 * i), 0.5 * std::sin(0.031 * i)));
-        const double seconds = task_.timer.ms() / 1000.0;
-        const Json report{{"pictures_per_s", static_cast<double>(task_.volumes) / seconds},
-                          {"error_db", figures(task_.error_db)},
-                          {"interface_ms", figures(task_.frame_ms)}};
+        const double seconds = timer.ms() / 1000.0;
         press(false);
-        return report;
+        return seconds;
     }
 
     Json wander() {
-        const glm::dvec2 at = middle(Panel::axial);
+        slice_ = Panel::axial;
+        const glm::dvec2 at = middle(slice_);
         begin();
         for (int i = 0; task_.timer.ms() < 1000.0 * kWandering_s; ++i)
             move(at + 70.0 * glm::dvec2(std::sin(0.07 * i), std::sin(0.045 * i)), true);
@@ -188,8 +247,9 @@ class Rehearsal {
 
     void stroke(int number) {
         complete_ = {};
-        const glm::dvec2 from = middle(Panel::axial) +
-                                50.0 * glm::dvec2(std::sin(1.0 + number), std::cos(2.0 * number));
+        slice_ = static_cast<Panel>(number % kSlicePanels);
+        const glm::dvec2 from =
+            middle(slice_) + 50.0 * glm::dvec2(std::sin(1.0 + number), std::cos(2.0 * number));
         move(from);
         press(true, true);
         for (int i = 1; i <= kMovesPerStroke; ++i)
@@ -198,19 +258,23 @@ class Rehearsal {
     }
 
     Viewer& viewer_;
-    const std::function<void()>& show_;
+    const std::function<std::optional<Ticket>()>& show_;
     Task task_;
+    Pacing pacing_;
+    uint64_t looks_ = 0;
+    FramesUnderWay under_way_;
+    std::deque<Frame> frames_;   // whose time is not known yet
+    Panel slice_ = Panel::axial; // in which a person works
     std::array<bool, kPanels.size()> complete_{};
     std::deque<Input> unseen_slices_, unseen_volume_;
     std::mt19937 random_{1};
-    std::uniform_real_distribution<double> moment_;
-    int64_t last_frame_ns_ = profile::now_ns();
-    double time_s_ = 1.0;
+    std::uniform_real_distribution<double> moment_{kSoonest_s, kLatest_s};
+    double input_s_ = 0.0; // when the last was
 };
 
 } // namespace
 
-Result<Json> measure_latency(Viewer& viewer, const std::function<void()>& show) {
+Result<Json> measure_latency(Viewer& viewer, const std::function<std::optional<Ticket>()>& show) {
     return Rehearsal(viewer, show).run();
 }
 

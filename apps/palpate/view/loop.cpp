@@ -1,11 +1,14 @@
 #include "apps/palpate/view/loop.h"
 
+#include <sys/resource.h>
 #include <volk.h>
 
+#include <exception>
 #include <fstream>
 #include <thread>
 
 #include "apps/palpate/view/latency.h"
+#include "apps/palpate/view/pacing.h"
 #include "apps/palpate/view/window.h"
 #include "engine/base/json.h"
 #include "engine/gpu/error.h"
@@ -13,6 +16,8 @@
 namespace palpate::view {
 
 namespace {
+
+constexpr int kNicePictures = 5; // of a CPU driver's threads, beside 0 of the interface's
 
 // What comes out of a loop: no message of validation may be left.
 Result<void> expect_valid(const GpuDevice& device) {
@@ -72,7 +77,20 @@ std::unique_ptr<GpuDevice> device_of_pictures(const LoopOptions& options, GpuDev
                                .instance_extensions = Window::instance_extensions()};
     if (interface.info().type != VK_PHYSICAL_DEVICE_TYPE_CPU && options.device.empty())
         return std::make_unique<GpuDevice>(interface);
-    auto own = std::make_unique<GpuDevice>(wanted);
+    std::unique_ptr<GpuDevice> own;
+    std::exception_ptr error;
+    std::thread([&] {
+        // Threads of a CPU driver are as urgent as the one that makes the device: rays give way to
+        // the interface. Elsewhere it is all one.
+        setpriority(PRIO_PROCESS, 0, kNicePictures);
+        try {
+            own = std::make_unique<GpuDevice>(wanted);
+        } catch (...) {
+            error = std::current_exception();
+        }
+    }).join();
+    if (error)
+        std::rethrow_exception(error);
     if (own->info().type == VK_PHYSICAL_DEVICE_TYPE_CPU ||
         own->info().index != interface.info().index)
         return own;
@@ -114,19 +132,24 @@ Result<Json> run_latency(Source source, LoopOptions options, bool headless) {
     const auto record = [&](Commands& commands, GpuImage& target) {
         viewer.record(commands, target);
     };
-    Result<Json> found = measure_latency(viewer, [&] {
+    std::vector<GpuImage> targets; // as a window has several
+    if (!window)
+        for (size_t i = 0; i < FramesUnderWay::kMost; ++i)
+            targets.emplace_back(
+                *interface, "frame",
+                ImageShape{.format = format, .size = glm::uvec3(size, 1), .attachment = true});
+    size_t turn = 0;
+    Result<Json> found = measure_latency(viewer, [&]() -> std::optional<Ticket> {
         if (screen) {
             window->wait(0.0);
             window->events().take_frame(); // the hand is not the person's
-            screen->show(window->size_px(), record);
-            return;
+            return screen->show(window->size_px(), record);
         }
+        GpuImage& target = targets[turn++ % targets.size()];
         Commands commands(*interface);
-        GpuImage target(*interface, "frame",
-                        {.format = format, .size = glm::uvec3(size, 1), .attachment = true});
         record(commands, target);
         commands.submit();
-        commands.ticket().wait();
+        return commands.ticket();
     });
     for (const GpuDevice* device : {pictures.get(), interface.get()})
         PALPATE_TRY(expect_valid(*device));
@@ -137,6 +160,23 @@ Result<Json> run_latency(Source source, LoopOptions options, bool headless) {
         (*found)["size"] = {size.x, size.y};
     }
     return found;
+}
+
+// Until there is input, or the window is to be drawn. What wakes it else, as a picture, is shown
+// then, and at once where nothing is going on.
+static void wait_for_turn(Window& window, const Pacing& pacing, bool busy) {
+    constexpr double kIdle_s = 0.25; // edits and messages show within
+    std::this_thread::sleep_for(
+        std::chrono::duration<double>(std::max(0.0, pacing.turn_s() - window.time_s())));
+    window.wait(0.0);
+    if (!busy && window.events().empty() && !window.should_close())
+        window.wait(kIdle_s);
+    while (window.events().empty() && !window.should_close()) {
+        const double wait_s = pacing.draw_s() - window.time_s();
+        if (wait_s <= 0.0)
+            break;
+        window.wait(wait_s);
+    }
 }
 
 Result<Json> run_window(Source source, LoopOptions options) {
@@ -155,10 +195,12 @@ Result<Json> run_window(Source source, LoopOptions options) {
                   std::move(options.viewer));
     Recorder recorder(options.record, size, text_scale);
     std::string title;
-    constexpr int kSettling = 3;     // frames after which widgets have answered
-    constexpr double kIdle_s = 0.25; // edits and messages show within
+    constexpr int kSettling = 3; // frames after which widgets have answered
     int frames_to_go = kSettling;
-    double last_s = window.time_s();
+    Pacing pacing;
+    FramesUnderWay under_way;
+    uint64_t looks = 0;
+    glm::uvec2 shown_px(0);
     for (uint64_t frame = 0; !options.stop.stop_requested(); ++frame) {
         if (window.should_close()) {
             if (viewer.may_close())
@@ -166,7 +208,8 @@ Result<Json> run_window(Source source, LoopOptions options) {
             window.stay_open(); // the interface asks
             frames_to_go = kSettling;
         }
-        window.wait(frames_to_go > 0 || !window.events().empty() ? 0.0 : kIdle_s);
+        wait_for_turn(window, pacing, frames_to_go > 0);
+        const bool draws = pacing.begin(window.time_s(), !under_way.full());
         const std::vector<Event> events = window.events().take_frame();
         frames_to_go = events.empty() ? frames_to_go - 1 : kSettling;
         recorder.add(frame, events);
@@ -177,14 +220,22 @@ Result<Json> run_window(Source source, LoopOptions options) {
             return fail("{}", *failure);
         viewer.set_place(window.place_px());
         window.hide_pointer(viewer.hides_pointer());
-        if (window.size_px().x > 0)
-            screen.show(window.size_px(), [&](Commands& commands, GpuImage& target) {
+        const glm::uvec2 size_px = window.size_px();
+        if (!draws) {
+            frames_to_go = std::max(frames_to_go, 1);
+            continue;
+        }
+        if (size_px.x == 0)
+            continue;
+        if (window.take_damage() || size_px != shown_px || viewer.looks() != looks) {
+            looks = viewer.looks();
+            shown_px = size_px;
+            const auto record = [&](Commands& commands, GpuImage& target) {
                 viewer.record(commands, target);
-            });
-        // Presenting paces on some systems only.
-        last_s = std::max(last_s + kFrame_s, window.time_s());
-        std::this_thread::sleep_for(
-            std::chrono::duration<double>(std::max(0.0, last_s - window.time_s())));
+            };
+            if (const std::optional<Ticket> shown = screen.show(size_px, record))
+                under_way.add(*shown);
+        }
     }
     if (recorder.failed())
         return fail("{}: cannot be written", options.record);

@@ -106,11 +106,12 @@ void Screen::make(glm::uvec2 size_px) {
     size_px_ = size_px;
 }
 
-void Screen::show(glm::uvec2 size_px, const std::function<void(Commands&, GpuImage&)>& record) {
+std::optional<Ticket> Screen::show(glm::uvec2 size_px,
+                                   const std::function<void(Commands&, GpuImage&)>& record) {
     if (images_.empty() || size_px != size_px_)
         make(size_px);
     if (images_.empty())
-        return;
+        return std::nullopt;
     turn_ = (turn_ + 1) % free_.size();
     device_->wait(values_[turn_]); // its last wait is over
     uint32_t index = 0;
@@ -118,7 +119,7 @@ void Screen::show(glm::uvec2 size_px, const std::function<void(Commands&, GpuIma
                                                VK_NULL_HANDLE, &index);
     if (got == VK_ERROR_OUT_OF_DATE_KHR) {
         size_px_ = {0, 0}; // made anew with the next frame
-        return;
+        return std::nullopt;
     }
     if (got != VK_SUBOPTIMAL_KHR)
         check(got, "taking an image of the window");
@@ -144,6 +145,7 @@ void Screen::show(glm::uvec2 size_px, const std::function<void(Commands&, GpuIma
         size_px_ = {0, 0};
     else
         check(shown, "showing an image of the window");
+    return commands.ticket();
 }
 
 } // namespace palpate::view

@@ -117,7 +117,9 @@ VkPipeline make_pipeline(GpuDevice& device, VkPipelineLayout layout, VkFormat fo
 } // namespace
 
 UiDrawing::UiDrawing(GpuDevice& device, VkFormat format)
-    : device_(&device), linear_(device, SampleFilter::linear, Edge::clamp) {
+    : device_(&device),
+      linear_(device, SampleFilter::linear, Edge::clamp),
+      nearest_(device, SampleFilter::nearest, Edge::clamp) {
     const VkDescriptorSetLayoutBinding binding{
         .binding = 0,
         .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
@@ -212,7 +214,8 @@ void UiDrawing::set_picture(uint32_t number, std::shared_ptr<GpuImage> image) {
         .pSetLayouts = &set_layout_};
     check(vkAllocateDescriptorSets(device_->handle(), &allocate, &picture.set),
           "binding a picture of the interface");
-    const VkDescriptorImageInfo shown{linear_.handle(), picture.image->view(),
+    const VkDescriptorImageInfo shown{(number == 0 ? linear_ : nearest_).handle(),
+                                      picture.image->view(),
                                       VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
     const VkWriteDescriptorSet write{.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET,
                                      .dstSet = picture.set,
@@ -354,6 +357,28 @@ void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& d
                                .pCommandBufferInfos = &submitted};
     const auto turn = device_->queue_turn();
     check(vkQueueSubmit2(device_->queue(), 1, &submit, slot.done), "drawing the interface");
+}
+
+std::vector<std::byte> drawing_of(const ImDrawData& data) {
+    std::vector<std::byte> bytes;
+    const auto add = [&](const auto* from, int count) {
+        const auto all = std::as_bytes(std::span(from, static_cast<size_t>(count)));
+        bytes.insert(bytes.end(), all.begin(), all.end());
+    };
+    const float size[] = {data.DisplaySize.x, data.DisplaySize.y};
+    add(size, 2);
+    for (int i = 0; i < data.CmdListsCount; ++i) {
+        const ImDrawList& list = *data.CmdLists[i];
+        add(list.VtxBuffer.Data, list.VtxBuffer.Size);
+        add(list.IdxBuffer.Data, list.IdxBuffer.Size);
+        for (const ImDrawCmd& command : list.CmdBuffer) {
+            add(&command.ClipRect, 1);
+            const uint64_t numbers[] = {reinterpret_cast<uintptr_t>(command.GetTexID()),
+                                        command.VtxOffset, command.IdxOffset, command.ElemCount};
+            add(numbers, 4);
+        }
+    }
+    return bytes;
 }
 
 } // namespace palpate::view

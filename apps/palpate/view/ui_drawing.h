@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "engine/gpu/commands.h"
 
@@ -50,7 +51,7 @@ class UiDrawing {
     Slot& next_slot();
 
     GpuDevice* device_;
-    Sampler linear_;
+    Sampler linear_, nearest_; // for letters and lines; for pictures, pixel by pixel
     VkDescriptorSetLayout set_layout_ = VK_NULL_HANDLE;
     VkDescriptorPool pool_ = VK_NULL_HANDLE;
     VkPipelineLayout layout_ = VK_NULL_HANDLE;
@@ -60,5 +61,8 @@ class UiDrawing {
     size_t slot_ = 0;
     std::map<uint32_t, Picture> pictures_;
 };
+
+// All that record() reads of the lists: equal bytes draw the same, from the same pictures.
+std::vector<std::byte> drawing_of(const ImDrawData& data);
 
 } // namespace palpate::view

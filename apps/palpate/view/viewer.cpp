@@ -152,6 +152,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     poll_opening();
     follow_text_scale();
     for (Picture& picture : pictures_->take()) {
+        ++looks_;
         if (saw_picture)
             saw_picture(picture);
         new_pictures_.push_back(std::move(picture));
@@ -184,7 +185,8 @@ bool Viewer::may_close() {
 
 void Viewer::wish() {
     std::vector<Pictures::Wish> wishes;
-    const bool has_labels = work_->has_labels();
+    // A brush in the hand: the first stroke shall not wait for rays of another kind.
+    const bool has_labels = work_->has_labels() || state_.hand == Hand::draw;
     for (const Places::View& view : places_of(state_).views)
         wishes.push_back({view.panel,
                           scene_of(state_, work_->subject().grid, view.panel,
@@ -197,6 +199,14 @@ void Viewer::wish() {
                 wish.meshes.push_back(surface.mesh);
             }
     pictures_->want(std::move(wishes));
+}
+
+uint64_t Viewer::looks() {
+    std::vector<std::byte> seen = drawing_of(interface_->lists());
+    if (seen != drawing_seen_)
+        ++looks_;
+    drawing_seen_ = std::move(seen);
+    return looks_;
 }
 
 void Viewer::record(Commands& commands, GpuImage& target) {

@@ -59,6 +59,9 @@ class Viewer {
     // The window as it is now.
     Image capture();
 
+    // Rises when what record() draws is another than before.
+    uint64_t looks();
+
     const ViewState& state() const { return state_; }
     Work& work() { return *work_; }
     const Interface& interface() const { return *interface_; }
@@ -96,6 +99,8 @@ class Viewer {
     double time_s_ = 0; // of the last frame
     glm::ivec2 screen_px_{0};
     std::vector<Picture> new_pictures_;
+    std::vector<std::byte> drawing_seen_; // by looks()
+    uint64_t looks_ = 0;
     std::array<PictureState, kPanels.size()> state_of_pictures_{};
     double interface_scale_ = 1.0; // that interface_ is made for
     std::stop_source stop_opening_;

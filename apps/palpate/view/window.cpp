@@ -192,6 +192,7 @@ void Window::listen() {
         event.size_px = glm::uvec2(width, height);
         of(window).events_.push(std::move(event));
     });
+    glfwSetWindowRefreshCallback(window_, [](GLFWwindow* window) { of(window).damaged_ = true; });
     glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** paths) {
         Event event = of(window).event(Event::Kind::drop);
         event.paths.assign(paths, paths + count);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/palpate/view/panel.h"
@@ -33,6 +34,8 @@ class Window {
     void wait(double most_s);
     static void wake(); // any thread
     EventQueue& events() { return events_; }
+    // Whether the system has lost what was shown, since this was last asked.
+    bool take_damage() { return std::exchange(damaged_, false); }
     bool should_close() const;
     void stay_open();            // after should_close()
     glm::uvec2 size_px() const;  // in pixels; 0 while it is an icon
@@ -49,7 +52,7 @@ class Window {
     Event event(Event::Kind kind) const;
 
     GLFWwindow* window_ = nullptr;
-    bool pointer_hidden_ = false;
+    bool pointer_hidden_ = false, damaged_ = false;
     EventQueue events_;
 };
 
@@ -62,9 +65,10 @@ class Screen {
     Screen& operator=(const Screen&) = delete;
 
     VkFormat format() const { return format_; }
-    // Has the next image drawn by `record` and shows it. Made anew where the window has another
-    // size.
-    void show(glm::uvec2 size_px, const std::function<void(Commands&, GpuImage&)>& record);
+    // Has the next image drawn by `record` and shows it; nothing where there is none. Made anew
+    // where the window has another size.
+    std::optional<Ticket> show(glm::uvec2 size_px,
+                               const std::function<void(Commands&, GpuImage&)>& record);
 
  private:
     void make(glm::uvec2 size_px);
