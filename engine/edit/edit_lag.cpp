@@ -12,6 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr std::array kKeys{"edit_to_texture_ms", "edit_to_mesh_ms", "edit_to_picture_ms"};
+constexpr size_t kLeastKept = 10'000;
 constexpr const char* kLagKey = "hand_eye_lag_snapshots";
 
 EditLag::Figures figures_of(const std::vector<double>& values) {
@@ -19,6 +20,13 @@ EditLag::Figures figures_of(const std::vector<double>& values) {
         return {};
     return {values.size(), percentile(values, 0.5), percentile(values, 0.99),
             percentile(values, 1.0)};
+}
+
+// Memory stays bounded in a session of days.
+void keep(std::vector<double>& values, double value) {
+    if (values.size() == 2 * kLeastKept)
+        values.erase(values.begin(), values.begin() + kLeastKept);
+    values.push_back(value);
 }
 
 } // namespace
@@ -34,9 +42,9 @@ void EditLag::reached(Reader reader, const EditState& state, int64_t at_ns) {
     const double ahead = static_cast<double>(std::max(felt, state.snapshot) - state.snapshot);
     // A command's snapshot has no newer input: nothing to count from.
     if (std::exchange(last_input_ns_[index], state.newest_input_ns) != state.newest_input_ns)
-        latencies_ms_[index].push_back(ms);
+        keep(latencies_ms_[index], ms);
     if (reader == Reader::picture)
-        ahead_.push_back(ahead);
+        keep(ahead_, ahead);
     profile::Scope scope("edit arrives");
     if (scope.recorded()) {
         scope.tell(kKeys[index], ms);

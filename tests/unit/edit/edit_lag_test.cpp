@@ -35,6 +35,22 @@ TEST(EditLag, CountsASnapshotOnceForEachReader) {
     EXPECT_EQ(lag.latency_ms(EditLag::Reader::mesh).count, 0u);
 }
 
+TEST(EditLag, KeepsTheNewestReportsInBoundedMemory) {
+    EditLag lag;
+    constexpr uint64_t kReports = 50'000;
+    for (uint64_t i = 1; i <= kReports; ++i) { // number i came after i ns
+        const auto input_ns = static_cast<int64_t>(1'000'000 * i);
+        lag.reached(EditLag::Reader::texture, snapshot(i, input_ns),
+                    input_ns + static_cast<int64_t>(i));
+    }
+    const EditLag::Figures found = lag.latency_ms(EditLag::Reader::texture);
+    EXPECT_GE(found.count, 10'000u);
+    EXPECT_LE(found.count, 20'000u);
+    EXPECT_EQ(found.most, 1e-6 * kReports);
+    // Those that are kept are the last of all: their middle one is half of them before the end.
+    EXPECT_NEAR(found.median, 1e-6 * static_cast<double>(kReports - found.count / 2), 2e-6);
+}
+
 TEST(EditLag, SaysHowManySnapshotsTheHandIsAheadOfTheEye) {
     EditLag lag;
     lag.feels(3);
