@@ -97,11 +97,16 @@ struct Marks {
     void notes(const PictureState& picture) const {
         const glm::dvec2 corner = low + edge;
         write(list, corner, {0.0, 0.0}, name_of(panel), color_of(panel));
-        const glm::dvec2 foot(low.x + edge, low.y + size.y - edge);
+        glm::dvec2 foot(low.x + edge, low.y + size.y - edge);
         if (is_slice(panel)) {
+            const std::string place = place_text(grid(), state.crosshair_mm, slice().towards);
+            // In a narrow view it lies above the letters in the middle of the edge.
+            const double widest = ImGui::CalcTextSize("MMM").x; // of letters_of()
+            if (edge + ImGui::CalcTextSize(place.c_str()).x > 0.5 * (size.x - widest))
+                foot.y -= letter;
             write(list, {low.x + size.x - edge, corner.y}, {1.0, 0.0},
                   window_text(state.window.low, state.window.high));
-            write(list, foot, {0.0, 1.0}, place_text(grid(), state.crosshair_mm, slice().towards));
+            write(list, foot, {0.0, 1.0}, place);
             std::string more;
             if (std::abs(slice().zoom - 1.0) > 0.005)
                 more = fmt::format("zoom {:.2f}", slice().zoom);
