@@ -7,6 +7,7 @@
 #include "apps/palpate/view/hand_marks.h"
 #include "apps/palpate/view/palette.h"
 #include "engine/volume/content_hash.h"
+#include "haptics/device/device_log.h"
 #include "tests/view/viewer_fixture.h"
 
 namespace palpate::view {
@@ -346,6 +347,33 @@ TEST_F(HandTest, EveryOfferedAlgorithmAndDeviceRuns) {
             ASSERT_TRUE(touch().now()) << device << algorithm.name;
             EXPECT_EQ(now().faults, 0u);
         }
+}
+
+// What was recorded of one hand does to another document of the kind what the hand did.
+TEST_F(HandTest, ARecordingDrillsAndItsEndStopsTheDevice) {
+    std::vector<haptics::DeviceRecord> records;
+    for (int i = 0; i < 100; ++i) {
+        haptics::DeviceRecord record;
+        record.sample.time_ns = int64_t{10'000'000} * i;
+        record.sample.position_m = {0.0, 0.0, 0.045 - 0.0002 * i};
+        record.sample.buttons = i > 20 ? 1u : 0u;
+        records.push_back(record);
+    }
+    for (const char* name : {"hand.csv", "hand.log"}) {
+        SCOPED_TRACE(name);
+        const std::string file = testing::TempDir() + name;
+        ASSERT_TRUE(haptics::save_device_log(file, records));
+        open("synthetic:ball?size=32", {800, 600},
+             {.device = "recorded:" + file, .algorithm = "swept-point"});
+        EXPECT_TRUE(touch().running());
+        EXPECT_FALSE(touch().armed());
+        const uint64_t begin = content_hash(*volume(Work::kGrey));
+        key("x");
+        wait(2.0);
+        EXPECT_FALSE(touch().running()) << "a recording ends";
+        EXPECT_EQ(viewer().work().edited().undo_steps, 1u);
+        EXPECT_NE(content_hash(*volume(Work::kGrey)), begin);
+    }
 }
 
 // In the picture the tool hides what is behind it, and is hidden by what lies before it.
