@@ -107,25 +107,15 @@ class Person:
         if "--full-screen" not in options:
             options += ["--size", f"{size[0]},{size[1]}"]
         self.origin = (0, 0)
-        self.words = [program, "view", volume, *options, "--validate", "--state", self.state_file,
-                      "--record", self.record_file]
-        self._start()
-        try:
-            self.window = until("a window", self._window, LONGEST_S / 2)
-        except AssertionError as error:  # seen once, cause unknown; said, not hidden
-            print(f"{name}: {error}; started anew. It had said: {self.said()!r}")
-            self.process.kill()
-            self.process.wait()
-            self._start()
-            self.window = until("a window", self._window)
+        self.process = subprocess.Popen(
+            [program, "view", volume, *options, "--validate", "--state", self.state_file,
+             "--record", self.record_file], env=self.environment, cwd=self.folder,
+            stderr=self.messages)
+        self.window = until("a window", self._window)
         until("the first frame", lambda: self.lines() > 0 or self._ended())
         until("a picture", lambda: self._ended() or self.shot(keep=False).std() > 5)
         self.screen.xdo("windowactivate", "--sync", self.window)
         self.origin = self._origin()
-
-    def _start(self):
-        self.process = subprocess.Popen(self.words, env=self.environment, cwd=self.folder,
-                                        stderr=self.messages)
 
     def _origin(self):
         """Where the window's first pixel lies: what the manager says is beside its frame."""
