@@ -26,7 +26,7 @@ class Pacing {
         if (now_s < draw_s_ || !can_draw)
             return false;
         // On time on average where a turn comes a little late; after a pause from now on.
-        draw_s_ = std::max(draw_s_, now_s - kFrame_s) + kFrame_s;
+        draw_s_ = (now_s - draw_s_ < kFrame_s ? draw_s_ : now_s) + kFrame_s;
         return true;
     }
 
