@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/devices_checklist.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
@@ -19,10 +20,31 @@ namespace {
 using haptics::DeviceCapabilities;
 using haptics::DeviceEntry;
 
+constexpr const char* kTest = "test";
+
 struct DevicesOptions {
-    std::string name, firmware;
-    bool json = false, home = false, calibrate = false;
+    std::vector<std::string> words; // a device, or `test` and a device
+    std::string firmware, report, page;
+    bool json = false, home = false, calibrate = false, is_armed = false;
+    double move_s = 15.0;
+
+    bool tests() const { return !words.empty() && words.front() == kTest; }
+    std::string name() const { return words.empty() ? "" : words.back(); }
 };
+
+// What is wrong with the words and options together.
+Result<void> check_together(const DevicesOptions& o) {
+    if (o.words.size() > 1 && !o.tests())
+        return fail("expected a device, or test and a device, found '{} {}'", o.words[0],
+                    o.words[1]);
+    if (o.tests() && o.words.size() < 2)
+        return fail("test: expected the name or number of a device, found none");
+    if (o.tests() && (o.json || o.home || o.calibrate))
+        return fail("test: expected no --json, --home or --calibrate; it homes by itself");
+    if (!o.tests() && (o.is_armed || !o.report.empty() || !o.page.empty()))
+        return fail("--arm, --report and --page: expected with test DEVICE");
+    return {};
+}
 
 std::string usage_of(const DeviceEntry& entry) {
     for (const haptics::DeviceDriver& driver : haptics::device_drivers())
@@ -127,13 +149,24 @@ Result<void> wait_until_homed(haptics::HapticDevice& device, const std::string& 
 
 Result<void> run_devices(const DevicesOptions& o) {
     std::vector<DeviceEntry> entries = haptics::list_devices();
-    if (o.name.empty()) {
+    if (o.words.empty()) {
         for (const haptics::DeviceDriver& driver : haptics::device_drivers())
             if (driver.refusal)
                 log::warning("{}: {}", driver.purpose, driver.refusal);
         return list(entries, 0, o.json);
     }
-    PALPATE_TRY(DeviceEntry entry, haptics::find_device(o.name));
+    PALPATE_TRY(DeviceEntry entry, haptics::find_device(o.name()));
+    if (o.tests()) {
+        Json described = json_of(entry, 0);
+        described.members.erase(described.members.begin()); // its number depends on the others
+        return run_devices_test({.name = o.name(),
+                                 .firmware = o.firmware,
+                                 .report = o.report,
+                                 .page = o.page,
+                                 .is_armed = o.is_armed,
+                                 .move_s = o.move_s},
+                                entry, std::move(described));
+    }
     if (o.home || o.calibrate || !o.firmware.empty()) {
         PALPATE_TRY(const auto device, haptics::open_device(entry, {.firmware = o.firmware}));
         if (!o.firmware.empty())
@@ -158,8 +191,16 @@ Result<void> run_devices(const DevicesOptions& o) {
 
 Command add_devices(CLI::App& app) {
     auto o = std::make_shared<DevicesOptions>();
-    auto* name = app.add_option("DEVICE", o->name, "One device by name or number (default: all)")
-                     ->check(device_name());
+    const CLI::Validator is_device = device_name();
+    auto* name = app.add_option("DEVICE", o->words,
+                                "One device by name or number (default: all); test DEVICE runs the "
+                                "owner's checklist and prints what it found")
+                     ->expected(0, 2)
+                     ->check(CLI::Validator(
+                         [is_device](std::string& text) {
+                             return text == kTest ? std::string() : is_device(text);
+                         },
+                         ""));
     app.add_flag("--json", o->json, "As JSON");
     auto* home = app.add_flag("--home", o->home, "Let it find the ends of its axes")->needs(name);
     app.add_option("--firmware", o->firmware,
@@ -170,9 +211,22 @@ Command add_devices(CLI::App& app) {
     app.add_flag("--calibrate", o->calibrate, "Take where its handle is for its known place")
         ->needs(name)
         ->excludes(home);
+    app.add_flag("--arm", o->is_armed,
+                 "Let test push the handle with 1 N without asking; somebody holds it");
+    app.add_option("--move", o->move_s,
+                   "How long test waits for the handle to be moved to its ends, s; 0: not at all")
+        ->check(within(0.0, 600.0))
+        ->capture_default_str();
+    app.add_option("--report", o->report, "What test found, as JSON (default: standard output)")
+        ->type_name("FILE.json");
+    app.add_option("--page", o->page, "What test found, as one HTML page (default: none)")
+        ->type_name("FILE.html");
+    refuse_where_wrong(app, [o] { return check_together(*o); });
     return {[o] { return run_devices(*o); },
             [o] {
-                return std::vector<NamedFile>{{"--firmware", o->firmware}};
+                return std::vector<NamedFile>{{"--firmware", o->firmware},
+                                              {"--report", o->report, FileUse::write_text},
+                                              {"--page", o->page, FileUse::write}};
             }};
 }
 

@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 
 #include "apps/palpate/command.h"
@@ -92,6 +93,10 @@ void report_haptic_devices() {
     for (const haptics::DeviceDriver& driver : haptics::device_drivers())
         if (driver.refusal)
             fmt::print("  {}: {}\n", driver.purpose, driver.refusal);
+    if (found.find("novint-falcon") != std::string::npos)
+        fmt::print(
+            "Firmware of a Novint Falcon: Palpate has none; `palpate devices novint-falcon "
+            "--firmware FILE` loads that of its owner's software\n");
     bool has_rules = false;
     for (const char* folder : {"/etc/udev/rules.d", "/lib/udev/rules.d", "/usr/lib/udev/rules.d",
                                "/usr/local/lib/udev/rules.d", "/run/udev/rules.d"})
@@ -103,11 +108,20 @@ void report_haptic_devices() {
                            "/etc/udev/rules.d and plug the device in again");
 }
 
+void report_display() {
+    const char *x11 = std::getenv("DISPLAY"), *wayland = std::getenv("WAYLAND_DISPLAY");
+    const bool has_one = (x11 && *x11) || (wayland && *wayland);
+    fmt::print("Display for `palpate view`: {}\n",
+               has_one ? (wayland && *wayland ? wayland : x11)
+                       : "none; DISPLAY and WAYLAND_DISPLAY are not set");
+}
+
 Result<void> run_doctor() {
     const bool usable = report_devices();
     report_validation();
     fmt::print("Memory: {} MiB\n", physical_memory_bytes() >> 20);
     report_real_time();
+    report_display();
     report_haptic_devices();
     std::fflush(stdout);
     if (!usable)

@@ -53,6 +53,41 @@ TEST_F(DevicesCommand, WithoutHomingItSaysSo) {
     EXPECT_EQ(run({"devices", "--home"}).exit_code, 2);
 }
 
+// On a simulated device, which pushes only where it is allowed to.
+TEST_F(DevicesCommand, TheOwnersChecklistSaysWhatADeviceDoes) {
+    const ProgramRun ran =
+        run({"devices", "test", "falcon", "--arm", "--move", "0.5", "--report",
+             file("falcon.json").string(), "--page", file("falcon.html").string()});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    const json report = json::parse(bytes_of("falcon.json"));
+    EXPECT_EQ(report["device"]["name"], "falcon");
+    EXPECT_EQ(report["times"]["exchanges"], 2000);
+    EXPECT_GE(report["times"]["p50_ms"], 0.9); // the servo's millisecond
+    EXPECT_EQ(report["was_homed"], true);
+    ASSERT_EQ(report["pushes"].size(), 6u);
+    for (const json& push : report["pushes"]) {
+        EXPECT_GT(push["moved_mm"].back(), 0.1);
+        EXPECT_EQ(push["was_stopped"], false);
+    }
+    EXPECT_THAT(bytes_of("falcon.html"), HasSubstr("Push of 1 N along (0, 0, -1)"));
+    // Nobody answers the question whether it may push.
+    const ProgramRun unarmed =
+        run({"devices", "test", "touch", "--move", "0", "--report", file("touch.json").string()});
+    ASSERT_EQ(unarmed.exit_code, 0) << unarmed.messages;
+    EXPECT_THAT(unarmed.messages, HasSubstr("Type yes"));
+    EXPECT_TRUE(json::parse(bytes_of("touch.json"))["pushes"].empty());
+}
+
+TEST_F(DevicesCommand, ATestNeedsADeviceAndItsOptionsATest) {
+    for (const std::vector<std::string>& command : {std::vector<std::string>{"devices", "test"},
+                                                    {"devices", "falcon", "touch"},
+                                                    {"devices", "falcon", "--arm"},
+                                                    {"devices", "test", "falcon", "--json"},
+                                                    {"devices", "test", "harp"},
+                                                    {"devices", "--report", "a.json"}})
+        EXPECT_EQ(run(command).exit_code, 2) << command.back();
+}
+
 // A recording played through the same path gives the forces that were recorded, to the bit.
 TEST_F(DevicesCommand, ARecordingIsADeviceAndGivesTheSameForces) {
     write("path.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,43\n0.4,0,0,32\n0.6,0,0,32\n");

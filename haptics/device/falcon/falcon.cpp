@@ -215,7 +215,10 @@ DeviceStatus FalconDevice::write(int64_t, const Wrench& wrench) noexcept {
     Command command;
     if (is_homed() && has_place_)
         command.motors = motor_counts(place_m_ - kMiddle_m, wrench.force_n);
-    command.lights = is_homed() ? kGreen : homing_ ? kRed | kHoming : kRed;
+    command.lights = shown_ >= 0  ? static_cast<uint8_t>(shown_ & (kGreen | kBlue | kRed))
+                     : is_homed() ? kGreen
+                     : homing_    ? kRed | kHoming
+                                  : kRed;
     send(command);
     return is_homed() ? DeviceStatus::ok : DeviceStatus::not_homed;
 }

@@ -50,6 +50,9 @@ class FalconDevice final : public HapticDevice {
     Counters counters() const noexcept;
     falcon::Started started() const noexcept { return started_; }
     const falcon::State& state() const noexcept { return state_; } // of the last packet
+    // Lights that writes show from now on, falcon::Light bits, in place of those that tell its
+    // state; below 0: those again. For the owner's checklist, between ticks.
+    void show(int lights) noexcept { shown_ = lights; }
     // Torque of the motors, in counts, for a force at a place; 0 where none can be known.
     static std::array<int16_t, 3> motor_counts(glm::dvec3 position_m, glm::dvec3 force_n) noexcept;
 
@@ -68,6 +71,7 @@ class FalconDevice final : public HapticDevice {
     falcon::State state_;
     bool fresh_ = false;   // state_ came since the last read
     bool homing_ = false;  // asked for
+    int shown_ = -1;       // lights of show()
     bool waiting_ = false; // next_ goes out when the transfer before has ended
     falcon::Command next_;
     int64_t asked_ns_ = 0; // the first command without an answer; 0: none
