@@ -9,6 +9,7 @@
 #include <cmath>
 #include <thread>
 
+#include "apps/palpate/hung_device.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "haptics/core/clock.h"
@@ -93,6 +94,7 @@ Result<bool> run_opened(Live& live, HapticDevice& device, const std::stop_token&
                           {std::as_bytes(std::span(live.ticks))},
                           {},
                           /*armed=*/false};
+    touched.hung = end_where_device_hangs(live.setup.device.name);
     touched.after = [&](const ServoTick& tick) {
         const size_t at = done.load(std::memory_order_relaxed);
         live.ticks[at] = tick;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <thread>
 
+#include "apps/palpate/hung_device.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "haptics/core/clock.h"
@@ -125,8 +126,9 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
     const size_t begun = session.state().strokes_done;
     if (setup.edit)
         session.use(*setup.edit);
-    const SessionDevice touched{
+    SessionDevice touched{
         recorder, setup.algorithm, workspace, Servo::Options{.rate_hz = setup.rate_hz}, {}, {}};
+    touched.hung = end_where_device_hangs(setup.device.name);
     PALPATE_TRY(setup.real_time ? run_by_clock(session, touched, run.ticks, count, stop, progress)
                                 : run_by_ticks(session, touched, run, recorder, count, period_ns,
                                                stop, progress));

@@ -1,5 +1,6 @@
 #include "engine/session/feel.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "engine/session/default_scene.h"
@@ -8,6 +9,41 @@
 namespace palpate {
 
 using haptics::TouchSource;
+
+namespace {
+
+// The range without what stands apart in it: a value of few samples that lies a thousand times as
+// far out as all but a thousandth of them reach, as of a damaged voxel. Only floats hold such
+// values.
+ValueRange usual_range(const Volume& volume) {
+    constexpr double kApart = 1000.0;
+    const ValueRange whole = volume.range();
+    if (volume.type() != ScalarType::f32)
+        return whole;
+    const glm::uvec3 size = volume.size();
+    const uint32_t stride = std::max(1u, std::max({size.x, size.y, size.z}) / 64u);
+    std::vector<float> values;
+    for (uint32_t z = 0; z < size.z; z += stride)
+        for (uint32_t y = 0; y < size.y; y += stride)
+            for (uint32_t x = 0; x < size.x; x += stride)
+                if (const float value = volume.value({x, y, z}); std::isfinite(value))
+                    values.push_back(value);
+    if (values.empty())
+        return whole;
+    const auto quantile = [&](double share) {
+        const auto at =
+            values.begin() + static_cast<ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+        std::nth_element(values.begin(), at, values.end());
+        return *at;
+    };
+    const float low = quantile(0.001), high = quantile(0.999);
+    const double apart = kApart * (double{high} - double{low});
+    if (!(apart > 0.0))
+        return whole;
+    return {whole.min < low - apart ? low : whole.min, whole.max > high + apart ? high : whole.max};
+}
+
+} // namespace
 
 Feel felt_by_default(const LoadedScene& loaded) {
     const Volume& volume = loaded.data.volume;
@@ -20,9 +56,11 @@ Feel felt_by_default(const LoadedScene& loaded) {
 }
 
 double default_iso(const LoadedScene& loaded) {
-    const ValueRange range = loaded.data.volume.range();
-    return loaded.modality == "CT" ? zero_hu(loaded) + 300.0
-                                   : 0.5 * (double{range.min} + double{range.max});
+    if (loaded.modality == "CT")
+        return zero_hu(loaded) + 300.0;
+    const ValueRange range = usual_range(loaded.data.volume);
+    return std::clamp(0.5 * (double{range.min} + double{range.max}), -haptics::MostTouch::value,
+                      haptics::MostTouch::value);
 }
 
 TouchSource default_source(const Feel& feel) {

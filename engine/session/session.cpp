@@ -180,6 +180,7 @@ Result<void> Session::start(SessionDevice device) {
     options.memory = std::move(device.memory);
     options.memory.push_back({static_cast<const std::byte*>(state), malloc_usable_size(state)});
     options.memory.push_back(std::as_bytes(std::span(stamps_.storage())));
+    options.hung = std::move(device.hung);
     options.after = [this, after = std::move(device.after)](const ServoTick& tick) {
         follow(tick);
         return !after || after(tick);
@@ -319,19 +320,23 @@ void Session::follow(const ServoTick& tick) noexcept {
         return carves_[tool].load(std::memory_order_acquire) && buttons_[tool] < 32 &&
                (tick.buttons >> buttons_[tool] & 1);
     };
-    if (!down_) // the button that was pressed first
-        tool_ = presses(0) ? 0 : 1;
-    const bool pressed = presses(tool_);
+    const Carving carving = tick.touched.carving;
+    const bool by_button = carving == Carving::by_button;
+    if (!down_) // the button that was pressed first; where none decides, the second one chooses
+        tool_ = by_button ? (presses(0) ? 0 : 1) : (presses(1) ? 1 : 0);
+    const bool pressed =
+        by_button ? presses(tool_)
+                  : carving == Carving::at_tool && carves_[tool_].load(std::memory_order_acquire);
     if (!pressed && !down_)
         return;
     const auto kind = !down_    ? EditInput::Kind::down
                       : pressed ? EditInput::Kind::move
                                 : EditInput::Kind::up;
-    // The tool is where it is held out of the material; the hand may be far inside.
-    const StrokePose pose = pressed
-                                ? StrokePose{1e-9 * static_cast<double>(tick.now_ns),
-                                             {tick.touched.proxy.position_mm, tick.tool.rotation}}
-                                : last_pose_;
+    // By a button the tool is where it is held out of the material; the hand may be far inside.
+    const glm::dvec3 at_mm = by_button ? tick.touched.proxy.position_mm : tick.tool.position_mm;
+    const StrokePose pose =
+        pressed ? StrokePose{1e-9 * static_cast<double>(tick.now_ns), {at_mm, tick.tool.rotation}}
+                : last_pose_;
     push(kind, pose,
          tool_); // full: tried again with the next tick's pose, and the sweep leaves no gap
 }

@@ -65,6 +65,8 @@ struct SessionDevice {
     std::vector<std::span<const std::byte>> memory;
     std::function<bool(const haptics::ServoTick&)> after;
     bool armed = true; // false: no force until arm()
+    // Threaded: ServoThreadOptions::hung.
+    std::function<void()> hung{};
 };
 
 // One person's work: a document that is seen, touched and carved at once.
@@ -72,7 +74,8 @@ struct SessionDevice {
 //     servo --poses--> editor --states--> what is felt, the mesh, pictures
 //
 // While one of the device's two buttons is pressed its tool follows the proxy and carves: one
-// stroke a press, so that operations that read the volume at tool-down take that of the press. The
+// stroke a press, so that operations that read the volume at tool-down take that of the press.
+// Where the algorithm decides when to carve (Carving), the button says only which tool it is. The
 // servo feels each change of the document as soon as it is published; the mesh follows it on a
 // thread of its own; pictures take the newest state when they begin. No thread waits for another.
 // lag() reports how far each is behind the hand.

@@ -37,6 +37,7 @@ Opened open_simulated(const DeviceEntry& entry, const DeviceSetup& setup) {
         return fail("a simulated device: expected one that is listed, found '{}'", entry.name);
     DevicePreset preset = *known;
     preset.plant.delay_ticks = setup.delay_ticks;
+    preset.capabilities.delay_s = setup.delay_ticks / setup.rate_hz;
     return std::make_unique<SimulatedDevice>(preset, setup.hand, setup.path, setup.workspace,
                                              setup.start_ns);
 }

@@ -123,6 +123,13 @@ enum class Contact : uint8_t {
     unknown,   // samples are missing or without data: force fades
 };
 
+// When a tool works on the material, and where.
+enum class Carving : uint8_t {
+    by_button, // while a button is pressed, at the proxy
+    rests,     // not now: the algorithm decides, whatever the button
+    at_tool,   // now, and where the hand is
+};
+
 struct TickOutput {
     ToolPose proxy;          // where the tool would be if it could not enter; finite
     glm::dvec3 force_n{0.0}; // on the hand; the safety chain bounds it afterwards
@@ -134,6 +141,7 @@ struct TickOutput {
     uint32_t label = 0;      // of the touched material; 0 is none
     uint32_t iterations = 0; // of whatever the algorithm repeats
     uint32_t contacts = 0;   // constraints or samples that held the proxy
+    Carving carving = Carving::by_button;
 };
 
 // One way of touching, made by name outside the servo thread with all memory it will ever use.

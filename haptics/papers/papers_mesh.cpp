@@ -157,7 +157,7 @@ class DrillThreeStep final : public Algorithm {
     Patch patch_;
     Step step_ = Step::free;
     bool has_last_ = false;
-    bool holds_threshold_ = false; // step 3: force of the threshold until tracking is back below
+    bool holds_threshold_ = false; // step 3: force of the threshold while it is deeper than that
     dvec3 last_tool_{0.0}, point_{0.0}, normal_{0.0}, heading_{0.0};
     uint64_t asked_version_ = 0;
 };
@@ -196,6 +196,7 @@ TickOutput DrillThreeStep::tick(const TickInput& input) noexcept {
         // Behind the tool's motion, at a constant distance; until it touches a newer triangle.
         const dvec3 before = point_;
         point_ = x - threshold * heading_;
+        holds_threshold_ = false;
         patch_.extract(*volume, point_, q);
         patch_.mean_filter();
         if (volume->version() > asked_version_) {
@@ -224,9 +225,8 @@ TickOutput DrillThreeStep::tick(const TickInput& input) noexcept {
             if (glm::dot(tool - next.point, next.face_normal) >= 0.0) {
                 step_ = Step::free;
                 point_ = x;
-            } else if (glm::distance(x, point_) > threshold && threshold > 0.0 &&
-                       !holds_threshold_) {
-                step_ = Step::drag;
+            } else if (glm::distance(x, point_) > threshold && threshold > 0.0) {
+                step_ = Step::drag; // from step 3, too: it goes on with step 1
                 asked_version_ = volume->version();
             } else if (glm::distance(x, point_) <= threshold) {
                 holds_threshold_ = false;
@@ -242,7 +242,7 @@ TickOutput DrillThreeStep::tick(const TickInput& input) noexcept {
     output.proxy.position_mm = point_;
     output.force_n = coupling_n(q.stiffness_n_per_m, q.damping_n_s_per_m, x, point_,
                                 input.velocity_mm_per_s, (point_ - last_point) / input.dt_s);
-    if (holds_threshold_ && step_ == Step::track) // step 3: the size stays that of the threshold
+    if (holds_threshold_ && step_ != Step::free) // step 3: the size stays that of the threshold
         output.force_n = 1e-3 * q.stiffness_n_per_m * threshold * unit_or_zero(output.force_n);
     output.depth_mm = glm::distance(point_, x);
     output.normal = step_ == Step::track ? normal_ : dvec3(0.0);
@@ -250,6 +250,7 @@ TickOutput DrillThreeStep::tick(const TickInput& input) noexcept {
                      : step_ == Step::track ? Contact::touching
                                             : Contact::yielding;
     output.contacts = step_ == Step::track;
+    output.carving = step_ == Step::drag ? Carving::at_tool : Carving::rests;
     last_tool_ = x;
     if (!is_finite(output.force_n))
         return unknown_output(point_);

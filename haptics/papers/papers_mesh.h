@@ -16,10 +16,10 @@ std::unique_ptr<Algorithm> make_koerner_1999();
 // "A haptic rendering algorithm for drilling into volume data": the contact point of Ho & Basdogan
 // on the marching-cubes mesh (closest triangle of its cell and the adjacent ones, mean-filtered),
 // and drilling in three steps: (1) track until the tool is drill_threshold_mm deep; (2) material is
-// being removed (the output says `yielding`), and the point is dragged behind the tool's motion at
-// that distance; (3) when it touches a triangle of a newer snapshot, track again with a force of
-// stiffness times threshold. Read literally, nothing ends step 2 where there is no triangle, and a
-// tool that turns back turns the force round.
+// being removed where the tool is (the output says `yielding`, and Carving::at_tool), and the point
+// is dragged behind the tool's motion at that distance; (3) when it touches a triangle of a newer
+// snapshot, track again with a force of stiffness times threshold. Read literally, nothing ends
+// step 2 where there is no triangle, and a tool that turns back turns the force round.
 std::unique_ptr<Algorithm> make_drill_three_step();
 
 } // namespace palpate::haptics

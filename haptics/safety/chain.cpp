@@ -23,18 +23,29 @@ double smaller_limit(double own, double device, double share) {
     return device > 0.0 ? std::min(own, share * device) : 0.0;
 }
 
+double most_damping(const SafetyLimits& limits, const DeviceCapabilities& device) {
+    const double most = device.max_damping_n_s_per_m;
+    return most > 0.0 ? std::min(limits.passivity_damping_n_s_per_m, most)
+                      : limits.passivity_damping_n_s_per_m;
+}
+
 } // namespace
 
 double most_force_n(const SafetyLimits& limits, const DeviceCapabilities& device) noexcept {
     return smaller_limit(limits.most_force_n, device.max_force_n, limits.device_share);
 }
 
+double most_stiffness_n_per_m(const SafetyLimits& limits, const DeviceCapabilities& device,
+                              double rate_hz) noexcept {
+    const double stable =
+        most_damping(limits, device) / (0.5 / rate_hz + std::max(0.0, device.delay_s));
+    const double makers = device.max_stiffness_n_per_m;
+    return makers > 0.0 ? std::min(makers, stable) : stable;
+}
+
 Passivity::Settings passivity_settings(const SafetyLimits& limits,
                                        const DeviceCapabilities& device) noexcept {
-    const double most = device.max_damping_n_s_per_m;
-    return {.most_damping_n_s_per_m = most > 0.0
-                                          ? std::min(limits.passivity_damping_n_s_per_m, most)
-                                          : limits.passivity_damping_n_s_per_m,
+    return {.most_damping_n_s_per_m = most_damping(limits, device),
             .leak_s = limits.passivity_leak_s,
             .slew_n_per_s = limits.passivity_slew_n_per_s};
 }
@@ -42,8 +53,8 @@ Passivity::Settings passivity_settings(const SafetyLimits& limits,
 std::string fault_text(uint32_t faults) {
     constexpr std::pair<uint32_t, const char*> kNames[] = {
         {kFaultInput, "input"},       {kFaultGone, "device gone"}, {kFaultNotFinite, "not finite"},
-        {kFaultVelocity, "velocity"}, {kFaultHeld, "held"},        {kFaultLate, "late"},
-        {kFaultTooLate, "too late"}};
+        {kFaultVelocity, "velocity"}, {kFaultShaking, "shaking"},  {kFaultHeld, "held"},
+        {kFaultLate, "late"},         {kFaultTooLate, "too late"}, {kFaultSoftened, "softened"}};
     std::string text;
     for (const auto& [bit, name] : kNames)
         if (faults & bit)
@@ -71,6 +82,8 @@ void SafetyChain::arm() noexcept {
     input_.reset();
     passivity_.reset();
     impulse_.reset();
+    shaking_.reset();
+    taken_ns_ = last_ns_;
     start_.disarm();
     start_.arm();
 }
@@ -144,7 +157,10 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
     const double damping = limits_.ramp_damping_n_s_per_m * (1.0 - now_.share) *
                            std::min(1.0, now_.share / kDampingShare);
     damping_n_ = 0.0;
-    sent.torque_nm = limit_magnitude(now_.share * sent.torque_nm, most_nm_);
+    const double lever_m = limits_.lever_m;
+    sent.torque_nm =
+        limit_slew(lever_m * limits_.rise_n_per_s, lever_m * limits_.fall_n_per_s, sent_.torque_nm,
+                   limit_magnitude(now_.share * sent.torque_nm, most_nm_), dt_s_); // 6
 
     const bool open = usable_ && !latched() && now_.share > 0.0;
     if (open) {
@@ -160,16 +176,21 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
         sent.force_n =
             limit_magnitude(sent.force_n, std::min(most_n_, heat_.most(limits_, most_n_)));
         sent.force_n = impulse_.limit(sent.force_n, most_n_, limits_.impulse_s, dt_s_); // 6
-        sent.force_n = limit_slew(limits_, sent_.force_n, sent.force_n, dt_s_);
+        sent.force_n = limit_slew(limits_.rise_n_per_s, limits_.fall_n_per_s, sent_.force_n,
+                                  sent.force_n, dt_s_);
     } else {
         passivity_.reset();
         sent = {};
     }
 
     // 8: what went out before is what pushed the hand to this speed.
-    if (open && glm::length(used_.velocity_m_per_s) > limits_.trip_speed_m_per_s &&
+    const glm::dvec3 measured = input_.velocity_m_per_s();
+    const double speed = std::max(glm::length(used_.velocity_m_per_s), glm::length(measured));
+    if (open && speed > limits_.trip_speed_m_per_s &&
         glm::length(sent_.force_n) > limits_.trip_force_share * most_n_)
         latch(kFaultVelocity);
+    if (shaking_.shakes(limits_, measured, sent_.force_n, dt_s_)) // 4
+        latch(kFaultShaking);
     if ((faults_ & kFaultLatched) == kFaultVelocity) {
         const double step_n = most_n_ * dt_s_ / limits_.trip_ramp_s;
         const double left_n = std::max(0.0, glm::length(sent_.force_n) - step_n);
@@ -200,6 +221,15 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
         history_[written_++ % history_.size()] = now_;
     closed_ = latched();
     return sent;
+}
+
+void SafetyChain::written(DeviceStatus status) noexcept {
+    const bool is_taken = status != DeviceStatus::stale || sent_ == Wrench{};
+    if (is_taken)
+        taken_ns_ = last_ns_;
+    if (start_.mode() != SoftStart::Mode::disarmed &&
+        (status == DeviceStatus::gone || last_ns_ - taken_ns_ > limits_.hold_ns))
+        latch(kFaultGone);
 }
 
 std::vector<SafetyRecord> SafetyChain::history() const {

@@ -9,21 +9,29 @@
 
 namespace palpate::haptics {
 
-// Reasons why force was removed. Bits; all but late and held are latched until arm().
+// Reasons why force was removed or made less. Bits; the first eight are latched until arm().
 enum Fault : uint32_t {
     kFaultInput = 1u << 0,     // implausible samples, for longer than the hold time
     kFaultGone = 1u << 1,      // the device does not answer any more
     kFaultNotFinite = 1u << 2, // the rendered force is not finite
     kFaultVelocity = 1u << 3,  // fast under much force
+    kFaultShaking = 1u << 4,   // a limit cycle: stiffer than the device is stable
     kFaultHeld = 1u << 8,      // this tick goes on with the last good sample
     kFaultLate = 1u << 9,      // this tick came late: force fades
     kFaultTooLate = 1u << 10,  // so late that force starts anew
+    kFaultSoftened = 1u << 11, // the coupling is softer than asked, as the device allows
     kFaultLatched = 0xFF,
 };
 std::string fault_text(uint32_t faults); // "input, velocity"; "none"
 
 // The limits applied to a device.
 double most_force_n(const SafetyLimits& limits, const DeviceCapabilities& device) noexcept;
+// The stiffest coupling, as the hand feels it, that the device holds: its maker's limit, and what
+// the damping of the passivity controller keeps stable at this rate and behind the device's delay,
+// b / (T / 2 + delay) (Colgate & Schenkel 1997; with delay: Gil, Sanchez, Hulin, Preusche &
+// Hirzinger 2009).
+double most_stiffness_n_per_m(const SafetyLimits& limits, const DeviceCapabilities& device,
+                              double rate_hz) noexcept;
 Passivity::Settings passivity_settings(const SafetyLimits& limits,
                                        const DeviceCapabilities& device) noexcept;
 
@@ -40,8 +48,9 @@ struct SafetyRecord {
 // Ten stages between the rendered force and the hand, in this order:
 //
 //   begin(): 9 lateness, 1 input; returns the sample to use
-//   finish(): 3 not finite, 2 soft start, 4 passivity, 5 magnitude, 6 impulse and slew, 7 heat,
-//             8 velocity, 10 latch and history
+//   finish(): 3 not finite, 2 soft start, 4 passivity and shaking, 5 magnitude, 6 impulse and slew,
+//             7 heat, 8 velocity, 10 latch and history
+//   written(): 10 a device that does not take what is sent
 //
 // For any input the output is finite, at most 0.8 of the device's limit, and 0 from the tick of a
 // latched fault (after a velocity trip: 20 ms later) until arm(). No stage can be switched off. The
@@ -73,6 +82,12 @@ class SafetyChain {
     // hand feels it; 0 where there is none.
     Wrench finish(const Wrench& wanted, double stiffness_n_per_m) noexcept;
 
+    // What the device answered to the wrench of this tick. One that is gone, or that has left
+    // forces aside for limits.hold_ns, has a fault: nobody knows what it renders.
+    void written(DeviceStatus status) noexcept;
+    // In this tick the coupling was made softer (most_stiffness_n_per_m()).
+    void softened() noexcept { faults_ |= kFaultSoftened; }
+
     uint32_t faults() const noexcept { return faults_; }
     bool latched() const noexcept { return (faults_ & kFaultLatched) != 0; }
     SoftStart::Mode mode() const noexcept { return start_.mode(); }
@@ -97,6 +112,7 @@ class SafetyChain {
     InputCheck input_;
     SoftStart start_;
     Passivity passivity_;
+    Shaking shaking_;
     ImpulseLimit impulse_;
     Heat heat_;
     uint32_t faults_ = 0;
@@ -106,7 +122,7 @@ class SafetyChain {
     bool ready_ = false, usable_ = false;
     double dt_s_;
     int64_t period_ns_;
-    int64_t last_ns_ = 0;
+    int64_t last_ns_ = 0, taken_ns_ = 0; // the last tick; the last one whose wrench was taken
     bool has_last_ = false, halted_ = false;
     DeviceSample used_;
     Wrench sent_;

@@ -9,7 +9,10 @@ struct SafetyLimits {
     // 1 Input: samples beyond these limits are rejected.
     double outside_m = 0.020;      // beyond the device's workspace, on each axis
     double most_speed_m_per_s = 3; // as reported, and of the way since the last good sample
-    int64_t hold_ns = 5'000'000;   // how long the last good sample stands in for bad ones
+    // How long the last good sample stands in for bad ones. A sample may be older than that by a
+    // period of the device, and a device may leave forces aside for as long.
+    int64_t hold_ns = 5'000'000;
+    double speed_s = 0.005; // time constant of the speed that is measured from samples' ways
 
     // 2 Enable: soft start.
     double start_force_n = 0.2;          // the rendered force must be below it ...
@@ -24,6 +27,14 @@ struct SafetyLimits {
     double passivity_leak_s = 0.5;             // time constant in which banked energy is lost
     double passivity_slew_n_per_s = 20.0;      // of what a spring's damping does not cover
 
+    // Shaking: reversals of a motion faster than this (tremor of 0.1 mm at 12 Hz is slower), with
+    // more than this force between them. A hand makes at most shake_turns_per_s of them by will (8
+    // Hz); so many beyond that are a limit cycle.
+    double shake_speed_m_per_s = 0.02;
+    double shake_force_n = 0.5;
+    double shake_turns_per_s = 16.0;
+    double shake_turns = 10.0;
+
     // 5 Magnitude.
     double most_force_n = 6.0;
     double most_torque_nm = 0.2;
@@ -32,6 +43,7 @@ struct SafetyLimits {
     // 6 Slew and impulse.
     double rise_n_per_s = 2000.0;
     double fall_n_per_s = 5000.0;
+    double lever_m = 0.02; // torque: the same over this lever, 40 and 100 N m/s
     double impulse_s =
         0.1; // the integral of |F| over so long stays below the magnitude limit times it
 

@@ -41,20 +41,28 @@ InputCheck::Verdict InputCheck::check(const SafetyLimits& limits, const DeviceCa
         }
         return hold(now_ns, sample);
     }
-    bool good = status == DeviceStatus::ok && finite(sample.position_m) &&
+    const auto period_ns = static_cast<int64_t>(kNsPerS / device.rate_hz);
+    const bool is_new = sample.time_ns >= now_ns - limits.hold_ns - period_ns &&
+                        sample.time_ns <= now_ns + limits.hold_ns;
+    bool good = status == DeviceStatus::ok && is_new && finite(sample.position_m) &&
                 finite(sample.velocity_m_per_s) && is_unit(sample.rotation);
     for (int axis = 0; good && axis < 3; ++axis)
         good = std::abs(sample.position_m[axis]) <= device.workspace_m[axis] + limits.outside_m;
     good = good && glm::length(sample.velocity_m_per_s) <= limits.most_speed_m_per_s;
-    if (good && has_good_) {
-        // A sample that comes at the same time as the last may differ from it by nothing.
-        const double since_s = static_cast<double>(now_ns - good_.time_ns) / kNsPerS;
-        good = since_s >= 0.0 && glm::length(sample.position_m - good_.position_m) <=
-                                     limits.most_speed_m_per_s * since_s + device.resolution_m;
-    }
+    // A sample of the same time as the last may differ from it by nothing.
+    const double since_s =
+        has_good_ && good ? static_cast<double>(sample.time_ns - good_.time_ns) / kNsPerS : 0.0;
+    const glm::dvec3 way_m = sample.position_m - good_.position_m;
+    if (good && has_good_)
+        good = since_s >= 0.0 &&
+               glm::length(way_m) <= limits.most_speed_m_per_s * since_s + device.resolution_m;
     if (good) {
+        if (!has_good_)
+            velocity_m_per_s_ = glm::dvec3(0.0);
+        else if (since_s > 0.0)
+            velocity_m_per_s_ +=
+                -std::expm1(-since_s / limits.speed_s) * (way_m / since_s - velocity_m_per_s_);
         good_ = sample;
-        good_.time_ns = now_ns;
         has_good_ = true;
         return Verdict::good;
     }
@@ -111,6 +119,23 @@ double SoftStart::share(const SafetyLimits& limits, bool ready, double rendered_
     return share_;
 }
 
+bool Shaking::shakes(const SafetyLimits& limits, glm::dvec3 velocity_m_per_s, glm::dvec3 sent_n,
+                     double dt_s) noexcept {
+    turns_ = std::max(0.0, turns_ - limits.shake_turns_per_s * dt_s);
+    force_n_ = std::max(force_n_, glm::length(sent_n));
+    const double speed = glm::length(velocity_m_per_s);
+    if (speed >= limits.shake_speed_m_per_s) {
+        if (glm::dot(velocity_m_per_s, swing_m_per_s_) < 0.0) {
+            turns_ += force_n_ >= limits.shake_force_n;
+            force_n_ = glm::length(sent_n);
+            swing_m_per_s_ = velocity_m_per_s;
+        } else if (speed > glm::length(swing_m_per_s_)) {
+            swing_m_per_s_ = velocity_m_per_s;
+        }
+    }
+    return turns_ >= limits.shake_turns;
+}
+
 glm::dvec3 limit_magnitude(glm::dvec3 vector, double most) noexcept {
     if (!finite(vector))
         return glm::dvec3(0.0);
@@ -146,17 +171,17 @@ void ImpulseLimit::sent(glm::dvec3 force_n, double dt_s) noexcept {
     bins_[bin_] += glm::length(force_n) * dt_s;
 }
 
-glm::dvec3 limit_slew(const SafetyLimits& limits, glm::dvec3 before_n, glm::dvec3 force_n,
+glm::dvec3 limit_slew(double rise, double fall, glm::dvec3 before, glm::dvec3 wanted,
                       double dt_s) noexcept {
-    const glm::dvec3 change = force_n - before_n;
-    const double before = glm::length(before_n);
-    if (glm::length(force_n) >= before)
-        return before_n + limit_magnitude(change, limits.rise_n_per_s * dt_s);
-    const glm::dvec3 direction = before_n / before;
-    const double let_go = std::clamp(-glm::dot(change, direction), 0.0, before);
+    const glm::dvec3 change = wanted - before;
+    const double was = glm::length(before);
+    if (glm::length(wanted) >= was)
+        return before + limit_magnitude(change, rise * dt_s);
+    const glm::dvec3 direction = before / was;
+    const double let_go = std::clamp(-glm::dot(change, direction), 0.0, was);
     const double made = glm::length(change + let_go * direction);
-    const double ticks = (let_go / limits.fall_n_per_s + made / limits.rise_n_per_s) / dt_s;
-    return ticks > 1.0 ? before_n + change / ticks : force_n;
+    const double ticks = (let_go / fall + made / rise) / dt_s;
+    return ticks > 1.0 ? before + change / ticks : wanted;
 }
 
 double Heat::most(const SafetyLimits& limits, double most_n) const noexcept {

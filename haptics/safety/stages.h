@@ -10,8 +10,8 @@
 // chain.h puts them in order.
 namespace palpate::haptics {
 
-// 1 Accepts a sample that is finite, within reach and not faster than a hand; otherwise the last
-// good sample is used for a while. For samples that a device which sets the pace leaves out it
+// 1 Accepts a sample that is new, finite, within reach and not faster than a hand; otherwise the
+// last good sample is used for a while. For samples that a device which sets the pace leaves out it
 // stands in for limits.too_late_ns, and then nothing is known until the next one.
 class InputCheck {
  public:
@@ -24,7 +24,9 @@ class InputCheck {
     // `sample` becomes the one to use. limits and device stay the same from call to call.
     Verdict check(const SafetyLimits& limits, const DeviceCapabilities& device, int64_t now_ns,
                   DeviceStatus status, DeviceSample& sample) noexcept;
-    void reset() noexcept { has_good_ = false; }
+    void reset() noexcept { *this = {}; }
+    // By the ways between good samples, whatever the driver says; first order, limits.speed_s.
+    glm::dvec3 velocity_m_per_s() const noexcept { return velocity_m_per_s_; }
     // Since the next sample after the last good one was due; 0 where there is none.
     int64_t silence_ns(const DeviceCapabilities& device, int64_t now_ns) const noexcept;
 
@@ -33,6 +35,7 @@ class InputCheck {
 
     bool has_good_ = false;
     DeviceSample good_;
+    glm::dvec3 velocity_m_per_s_{0.0};
 };
 
 // 2 No force is sent until a person armed it, the device is ready and the rendered force is near 0
@@ -53,6 +56,19 @@ class SoftStart {
     Mode mode_ = Mode::disarmed;
     uint32_t quiet_ticks_ = 0;
     double share_ = 0.0;
+};
+
+// 4 Recognises the limit cycle of a coupling that is too stiff for its device or its delay: a
+// motion under force that reverses more often than a hand can.
+class Shaking {
+ public:
+    bool shakes(const SafetyLimits& limits, glm::dvec3 velocity_m_per_s, glm::dvec3 sent_n,
+                double dt_s) noexcept;
+    void reset() noexcept { *this = {}; }
+
+ private:
+    glm::dvec3 swing_m_per_s_{0.0};      // the fastest since the last reversal
+    double force_n_ = 0.0, turns_ = 0.0; // the largest force since then; reversals beyond a hand's
 };
 
 // 5 Direction-preserving limit; also of vectors that are not finite: 0.
@@ -76,11 +92,11 @@ class ImpulseLimit {
     double in_bin_s_ = 0.0, bin_s_ = 0.0;
 };
 
-// 6 How far force may change in a tick, as a vector, straight towards force_n: where that is no
-// smaller, by rise_n_per_s. Else the part that is let go, towards nothing and no farther, takes its
-// time at fall_n_per_s, and what is new beside it, a turn, at rise_n_per_s; both must fit into the
-// tick together.
-glm::dvec3 limit_slew(const SafetyLimits& limits, glm::dvec3 before_n, glm::dvec3 force_n,
+// 6 How far force, or torque, may change in a tick, as a vector, straight towards `wanted`: where
+// that is no smaller, by `rise` a second. Else the part that is let go, towards nothing and no
+// farther, takes its time at `fall` a second, and what is new beside it, a turn, at `rise`; both
+// must fit into the tick together.
+glm::dvec3 limit_slew(double rise, double fall, glm::dvec3 before, glm::dvec3 wanted,
                       double dt_s) noexcept;
 
 // 7 Estimates the motors' heat; 1 is what continuous_share of the limit reaches in the end.

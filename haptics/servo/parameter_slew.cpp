@@ -25,7 +25,8 @@ bool same_amounts(const TouchParameters& a, const TouchParameters& b) {
 
 } // namespace
 
-const TouchParameters& ParameterSlew::step(const TouchParameters& target, double dt_s) noexcept {
+const TouchParameters& ParameterSlew::step(const TouchParameters& target, double dt_s,
+                                           double most_n_per_m) noexcept {
     if (!has_any_) {
         has_any_ = true;
         from_ = to_ = now_ = target;
@@ -40,7 +41,18 @@ const TouchParameters& ParameterSlew::step(const TouchParameters& target, double
     if (since_s_ < kWhole_s)
         for (const auto amount : kAmounts)
             now_.*amount = from_.*amount + since_s_ / kWhole_s * (target.*amount - from_.*amount);
-    return now_;
+    if (from_.yield_n == 0.0 || target.yield_n == 0.0)
+        now_.yield_n = target.yield_n; // 0 is never: there is no way to it through little force
+    is_softened_ = false;
+    const auto soften = [&](double& stiffness) {
+        is_softened_ |= stiffness > most_n_per_m;
+        stiffness = std::min(stiffness, most_n_per_m);
+    };
+    given_ = now_;
+    soften(given_.stiffness_n_per_m);
+    for (uint32_t i = 0; i < std::min(given_.label_count, TouchParameters::kMostLabels); ++i)
+        soften(given_.labels[i].stiffness_n_per_m);
+    return given_;
 }
 
 } // namespace palpate::haptics

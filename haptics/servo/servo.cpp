@@ -24,6 +24,8 @@ Servo::Servo(const Parts& parts, const Workspace& workspace, const Options& opti
       workspace_(workspace),
       options_(options),
       safety_(options.limits, parts.device.capabilities(), options.rate_hz),
+      most_stiffness_n_per_m_(haptics::most_stiffness_n_per_m(
+          options.limits, parts.device.capabilities(), options.rate_hz)),
       scenes_(parts.scenes.add_reader()),
       parameters_(parts.parameters.add_reader()),
       fade_(safety_.most_force_n()) {
@@ -44,7 +46,7 @@ void Servo::move_workspace(const DeviceSample& sample, double dt_s) noexcept {
 bool Servo::write(int64_t now_ns, const Wrench& wrench) noexcept {
     if (CrashStop::dying() || !gate_.begin_write())
         return false;
-    parts_.device.write(now_ns, wrench);
+    safety_.written(parts_.device.write(now_ns, wrench));
     if (gate_.end_write(now_ns))
         return true;
     parts_.device.halt(now_ns);
@@ -99,7 +101,8 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         t.tool = workspace_.tool(begun.sample);
         t.velocity_mm_per_s = workspace_.velocity_mm_per_s(begun.sample);
         const auto parameters = parameters_.pin();
-        const TouchParameters& now = slew_.step(*parameters, dt_s);
+        const double most_n_per_m = most_stiffness_n_per_m_ / workspace_.scale();
+        const TouchParameters& now = slew_.step(*parameters, dt_s, most_n_per_m);
         const TickInput input{.tool = t.tool,
                               .velocity_mm_per_s = t.velocity_mm_per_s,
                               .dt_s = dt_s,
@@ -120,9 +123,14 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         seen_scene_ = seen_scene;
         seen_parameters_ = seen_parameters;
         t.touched = parts_.algorithm.tick(input);
-        t.touched.force_n +=
+        const glm::dvec3 pressed_n =
             press_.tick(scene->plates.get(), t.tool.position_mm, now.tool_radius_mm);
         t.plate = press_.touch();
+        const double plate_n_per_m = t.plate.stiffness_n_per_m;
+        t.touched.force_n +=
+            plate_n_per_m > most_n_per_m ? most_n_per_m / plate_n_per_m * pressed_n : pressed_n;
+        if (slew_.is_softened() || plate_n_per_m > most_n_per_m)
+            safety_.softened();
         telemetry_.iterations.add(t.touched.iterations);
         const double natural_n = natural_change_n(
             now, glm::distance(t.tool.position_mm, last_tool_.position_mm),
@@ -132,8 +140,9 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         const Wrench faded = fade_.next({t.touched.force_n, t.touched.torque_nm}, natural_n, dt_s);
         const double share = workspace_.force_share();
         wanted = workspace_.to_device({share * faded.force_n, share * faded.torque_nm});
-        stiffness_n_per_m =
-            share * std::max(now.stiffness_n_per_m, t.plate.stiffness_n_per_m) * workspace_.scale();
+        stiffness_n_per_m = share *
+                            std::max(now.stiffness_n_per_m, std::min(plate_n_per_m, most_n_per_m)) *
+                            workspace_.scale();
         if (was_usable_)
             energy_mj_ += 1e3 * glm::dot(last_sent_n_, begun.sample.position_m - last_position_m_);
         last_position_m_ = begun.sample.position_m;

@@ -105,6 +105,7 @@ class Servo {
     Workspace workspace_;
     Options options_;
     SafetyChain safety_;
+    double most_stiffness_n_per_m_; // of the coupling, as the hand feels it
     Mailbox<TouchScene>::Reader scenes_;
     Mailbox<TouchParameters>::Reader parameters_;
     std::optional<Mailbox<WorkspaceSettings>::Reader> settings_;

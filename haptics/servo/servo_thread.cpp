@@ -91,8 +91,14 @@ ServoThread::~ServoThread() {
 
 void ServoThread::stop() {
     stopping_.store(true, std::memory_order_release);
-    if (!joined_)
+    if (!joined_) {
+        const int64_t until_ns = monotonic_ns() + kPatience_ns;
+        while (!ended() && monotonic_ns() < until_ns)
+            sleep_until(monotonic_ns() + 1'000'000);
+        if (!ended() && options_.hung)
+            options_.hung();
         pthread_join(thread_, nullptr);
+    }
     joined_ = true;
     watchdog_.reset();
     crash_stop_.reset();

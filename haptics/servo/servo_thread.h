@@ -23,6 +23,10 @@ struct ServoThreadOptions {
     std::vector<std::span<const std::byte>> memory;
     // After each tick, on the servo's thread and under its rules; the thread ends where it says no.
     std::function<bool(const ServoTick&)> after;
+    // Called by stop() where the tick at hand has not ended after kPatience_ns: a call of the
+    // device's driver does not return, and what it uses cannot be freed. The watchdog has halted
+    // the device. A program says so and ends; where this returns, stop() waits on.
+    std::function<void()> hung;
 };
 
 // The real-time settings obtained, read back from the system.
@@ -48,6 +52,7 @@ class ServoThread {
     ServoThread& operator=(const ServoThread&) = delete;
 
     const ServoThreadState& state() const { return state_; }
+    static constexpr int64_t kPatience_ns = 1'000'000'000;
     void stop(); // waits for the tick at hand; the last wrench sent is none
     bool ended() const { return ended_.load(std::memory_order_acquire); }
     // Of its ticks alone; valid once it has ended.

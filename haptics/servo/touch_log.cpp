@@ -34,7 +34,8 @@ std::string touch_csv(std::span<const ServoTick> ticks, int64_t start_ns) {
         "time_s,probe_x_mm,probe_y_mm,probe_z_mm,proxy_x_mm,proxy_y_mm,proxy_z_mm,"
         "force_x_n,force_y_n,force_z_n,energy_mj,cpu_us,volume_version,depth_mm,"
         "normal_x,normal_y,normal_z,contact,share,faults,buttons,"
-        "rendered_x_n,rendered_y_n,rendered_z_n,damping_n\n";
+        "rendered_x_n,rendered_y_n,rendered_z_n,damping_n,"
+        "torque_x_nm,torque_y_nm,torque_z_nm,label\n";
     const auto out = std::back_inserter(text);
     const auto put = [&](glm::dvec3 v) { fmt::format_to(out, "{},{},{},", v.x, v.y, v.z); };
     for (const ServoTick& t : from(ticks, start_ns)) {
@@ -48,7 +49,9 @@ std::string touch_csv(std::span<const ServoTick> ticks, int64_t start_ns) {
         fmt::format_to(out, "{},{},{},{},", contact_name(t.touched.contact), t.share,
                        cell_of(t.faults), t.buttons);
         put(t.rendered_world_n);
-        fmt::format_to(out, "{}\n", t.damping_n);
+        fmt::format_to(out, "{},", t.damping_n);
+        put(t.sent.torque_nm);
+        fmt::format_to(out, "{}\n", t.touched.label);
     }
     return text;
 }

@@ -16,7 +16,8 @@ namespace palpate::haptics {
 // energy_mj, cpu_us, volume_version, depth_mm, normal_x .. z, contact (free, touching, yielding,
 // submerged, unknown), share (of soft start), faults (names joined by '+'), buttons, rendered_x_n
 // .. z (what the safety chain was given, in the world's axes), damping_n (the size of what the
-// safety chain added to it).
+// safety chain added to it), torque_x_nm .. z (as sent, in the device's axes), label (that is
+// touched; 0: none).
 std::string touch_csv(std::span<const ServoTick> ticks, int64_t start_ns);
 
 struct TouchSummary {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "apps/palpate/hung_device.h"
 #include "haptics/core/clock.h"
 #include "haptics/device/registry.h"
 #include "haptics/field/field.h"
@@ -122,6 +123,7 @@ Result<void> Touch::start(const Stylus& stylus) {
         samples_.push(sample_of(tick)); // full: an interface that hangs shows less
         return true;
     };
+    device.hung = end_where_device_hangs(options_.device);
     PALPATE_TRY(session_->start(std::move(device)));
     device_ = std::move(opened.device); // the session is done with the one before
     pointer_ = std::move(opened.pointer);

@@ -27,6 +27,7 @@ struct Feed {
     DeviceSample sample;
     glm::dvec3 force_n{0.0};
     bool halted = false; // by a watchdog, since the tick before
+    DeviceStatus write = DeviceStatus::ok;
 };
 // `tick` counts from the fault's start.
 using Damage = std::function<void(Feed&, int tick)>;
@@ -51,6 +52,15 @@ const Row kRows[] = {
     {"encoder wrap", [](Feed& f, int) { f.sample.position_m.x += 65536 * 50e-6; }, kFaultInput, 50},
     {"every other sample astray",
      [](Feed& f, int tick) { f.sample.position_m.x += tick % 2 ? 0.03 : 0.0; }, 0, 500},
+    {"sample of 10 s ago", [](Feed& f, int) { f.sample.time_ns -= 10'000 * kMs; }, kFaultInput, 20},
+    {"sample of a minute ahead", [](Feed& f, int) { f.sample.time_ns += 60'000 * kMs; },
+     kFaultInput, 20},
+    {"time of samples never set", [](Feed& f, int) { f.sample.time_ns = -1; }, kFaultInput, 20},
+    {"sample repeated with its time", [](Feed& f, int tick) { f.sample.time_ns -= tick * kMs; },
+     kFaultInput, 20},
+    {"samples 2 ms old", [](Feed& f, int) { f.sample.time_ns -= 2 * kMs; }, 0, 500},
+    {"write says gone", [](Feed& f, int) { f.write = DeviceStatus::gone; }, kFaultGone, 1},
+    {"forces left aside for 3 ticks", [](Feed& f, int) { f.write = DeviceStatus::stale; }, 0, 3},
     {"stuck encoder",
      [](Feed& f, int) {
          f.sample.position_m = {0.001, 0.0, 0.0};
@@ -107,6 +117,7 @@ void run_row(const Row& row, State state) {
     for (int tick = 0; tick < begins + row.lasts + 6000; ++tick) {
         const int64_t on_time_ns = (tick + 1) * kMs + shift_ns;
         Feed feed{.now_ns = on_time_ns, .due_ns = on_time_ns};
+        feed.sample.time_ns = on_time_ns;
         feed.sample.position_m = {0.001, 0, 0};
         feed.force_n.x = state != State::idle && tick > 10 ? -1.0 : 0.0;
         const bool damaged = tick >= begins && tick < begins + row.lasts;
@@ -115,6 +126,8 @@ void run_row(const Row& row, State state) {
             feed.force_n = glm::dvec3(0.0);
         if (damaged)
             row.damage(feed, tick - begins);
+        if (feed.now_ns != on_time_ns && feed.sample.time_ns == on_time_ns)
+            feed.sample.time_ns = feed.now_ns; // read in that tick, whenever it was
         if (row.moves_time)
             shift_ns += feed.now_ns - on_time_ns;
         if (feed.halted)
@@ -123,6 +136,7 @@ void run_row(const Row& row, State state) {
             chain.begin(feed.now_ns, feed.due_ns, feed.status, feed.sample);
         const Wrench out =
             chain.finish({begun.usable ? feed.force_n : glm::dvec3(0.0), {}}, 1000.0);
+        chain.written(feed.write);
 
         const double size = glm::length(out.force_n), last = glm::length(before.force_n);
         ASSERT_TRUE(std::isfinite(size)) << tick;

@@ -41,7 +41,7 @@ inline void fuzz_chain(uint64_t seed, uint64_t ticks) {
     int64_t now_ns = 0, last_ns = 0;
     uint64_t sent = 0;
     int since_latch = 0;
-    glm::dvec3 before(0.0), place(0.0);
+    glm::dvec3 before(0.0), place(0.0), speed(0.0);
     for (uint64_t tick = 0; tick < ticks; ++tick) {
         const uint64_t wild = random() % 500 ? 0 : random(); // each bit makes one thing wild
         if (chain.mode() == SoftStart::Mode::disarmed || (since_latch > 40 && random() % 8 == 0) ||
@@ -53,9 +53,11 @@ inline void fuzz_chain(uint64_t seed, uint64_t ticks) {
         now_ns += wild & 4 ? static_cast<int64_t>(random()) >> (8 + random() % 40) : kMs;
         now_ns = std::clamp(now_ns, -(int64_t{1} << 60), int64_t{1} << 60);
         const int64_t due_ns = wild & 8 ? static_cast<int64_t>(random()) >> 8 : now_ns;
-        const glm::dvec3 velocity = 0.3 * glm::dvec3(share() - 0.5, share() - 0.5, share() - 0.5);
+        speed += 0.01 * (0.3 * glm::dvec3(share() - 0.5, share() - 0.5, share() - 0.5) - speed);
+        const glm::dvec3 velocity = 10.0 * speed; // as a hand's, not reversed at every tick
         place = glm::clamp(place + 1e-3 * velocity, -0.05, 0.05);
-        DeviceSample sample{.position_m = wild & 16 ? vector(0.1) : place,
+        DeviceSample sample{.time_ns = wild & 2048 ? static_cast<int64_t>(random()) : now_ns,
+                            .position_m = wild & 16 ? vector(0.1) : place,
                             .velocity_m_per_s = wild & 32 ? vector(10) : velocity};
         if (wild & 64)
             sample.rotation = {share(), kInf, 0, 0};
@@ -95,6 +97,8 @@ inline void fuzz_chain(uint64_t seed, uint64_t ticks) {
         if ((faults & ~uint32_t{kFaultVelocity}) || since_latch > 30) {
             ASSERT_EQ(out, Wrench{}) << tick << ' ' << fault_text(faults);
         }
+        if (wild & 4096)
+            chain.written(static_cast<DeviceStatus>(random() % 5));
         before = out.force_n;
         last_ns = now_ns;
         sent += size > 1.0;

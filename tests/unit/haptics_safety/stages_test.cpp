@@ -25,7 +25,7 @@ struct Checked {
     Verdict next(glm::dvec3 position_m, DeviceStatus status = DeviceStatus::ok,
                  glm::dvec3 velocity = glm::dvec3(0)) {
         now_ns += kMs;
-        sample = {.position_m = position_m, .velocity_m_per_s = velocity};
+        sample = {.time_ns = now_ns, .position_m = position_m, .velocity_m_per_s = velocity};
         return check.check(kLimits, kDevice, now_ns, status, sample);
     }
 };
@@ -63,7 +63,7 @@ TEST(InputCheck, ARotationMustBeOne) {
     InputCheck check;
     for (const glm::dquat turn :
          {glm::dquat(0, 0, 0, 0), glm::dquat(2, 0, 0, 0), glm::dquat(kNaN, 0, 0, 1)}) {
-        DeviceSample sample{.rotation = turn};
+        DeviceSample sample{.time_ns = kMs, .rotation = turn};
         EXPECT_EQ(check.check(kLimits, kDevice, kMs, DeviceStatus::ok, sample), Verdict::absent);
     }
 }
@@ -136,14 +136,19 @@ TEST(Magnitude, KeepsDirectionAndTakesNonsenseForNothing) {
 
 TEST(Slew, RisesByTwoAndFallsByFiveNewtonsAMillisecond) {
     glm::dvec3 force(0);
-    force = limit_slew(kLimits, force, {6, 0, 0}, 1e-3);
+    force = limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, force, {6, 0, 0}, 1e-3);
     EXPECT_NEAR(force.x, 2.0, 1e-14);
-    force = limit_slew(kLimits, force, {6, 0, 0}, 1e-3);
+    force = limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, force, {6, 0, 0}, 1e-3);
     EXPECT_NEAR(force.x, 4.0, 1e-14);
-    EXPECT_NEAR(limit_slew(kLimits, {6, 0, 0}, {0, 0, 0}, 1e-3).x, 1.0, 1e-14);
-    EXPECT_EQ(limit_slew(kLimits, {4, 0, 0}, {0, 0, 0}, 1e-3), glm::dvec3(0));
+    EXPECT_NEAR(
+        limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, {6, 0, 0}, {0, 0, 0}, 1e-3).x, 1.0,
+        1e-14);
+    EXPECT_EQ(limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, {4, 0, 0}, {0, 0, 0}, 1e-3),
+              glm::dvec3(0));
     // At 10 kHz a tick is a tenth.
-    EXPECT_NEAR(limit_slew(kLimits, {0, 0, 0}, {0, -6, 0}, 1e-4).y, -0.2, 1e-14);
+    EXPECT_NEAR(
+        limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, {0, 0, 0}, {0, -6, 0}, 1e-4).y, -0.2,
+        1e-14);
 }
 
 // What is new in a force is what lies beyond the old one let go in part.
@@ -155,15 +160,20 @@ double new_n(glm::dvec3 before, glm::dvec3 force) {
 
 TEST(Slew, ATurnIsNoFasterThanAGrowthOfItsSize) {
     // A force of 6 N to 5 N on its other side: 6 N let go in 1.2 ms, 5 N made in 2.5 ms.
-    EXPECT_NEAR(limit_slew(kLimits, {6, 0, 0}, {-5, 0, 0}, 1e-3).x, 6.0 - 11.0 / 3.7, 1e-12);
-    EXPECT_NEAR(limit_slew(kLimits, {6, 0, 0}, {-6, 0, 0}, 1e-3).x, 4.0, 1e-12);
+    EXPECT_NEAR(
+        limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, {6, 0, 0}, {-5, 0, 0}, 1e-3).x,
+        6.0 - 11.0 / 3.7, 1e-12);
+    EXPECT_NEAR(
+        limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, {6, 0, 0}, {-6, 0, 0}, 1e-3).x, 4.0,
+        1e-12);
     std::mt19937_64 random(7);
     const auto unit = [&] { return static_cast<double>(random() >> 11) * 0x1p-52 - 1.0; };
     for (int trial = 0; trial < 20000; ++trial) {
         const glm::dvec3 from = 6.0 * glm::dvec3(unit(), unit(), unit());
         const glm::dvec3 to = trial % 4 ? 6.0 * glm::dvec3(unit(), unit(), unit())
                                         : -0.99 * unit() * unit() * from; // straight on or back
-        const glm::dvec3 next = limit_slew(kLimits, from, to, 1e-3);
+        const glm::dvec3 next =
+            limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, from, to, 1e-3);
         ASSERT_LE(new_n(from, next), 2.0 + 1e-12);
         ASSERT_LE(glm::distance(from, next),
                   glm::length(next) > glm::length(from) ? 2.0 + 1e-12 : 5.0 + 1e-12);
@@ -174,7 +184,7 @@ TEST(Slew, ATurnIsNoFasterThanAGrowthOfItsSize) {
         const double ms = glm::length(from) / 5.0 + new_n(from, to) / 2.0;
         glm::dvec3 force = from;
         for (int i = 0; i < 12; ++i)
-            force = limit_slew(kLimits, force, to, 1e-3);
+            force = limit_slew(kLimits.rise_n_per_s, kLimits.fall_n_per_s, force, to, 1e-3);
         if (ms < 6.0) {
             ASSERT_EQ(force, to) << trial;
         }

@@ -171,6 +171,69 @@ TEST(Servo, TheSameInputsGiveTheSameForcesBitForBitWithEveryAlgorithm) {
     }
 }
 
+// A device whose hand is where it is told to be and that answers to forces as it is told to.
+class Answering final : public HapticDevice {
+ public:
+    DeviceCapabilities about{.workspace_m = glm::dvec3(0.05), .max_force_n = 8};
+    DeviceStatus answer = DeviceStatus::ok;
+    double z_m = 0.01;
+    const DeviceCapabilities& capabilities() const noexcept override { return about; }
+    DeviceStatus read(int64_t now_ns, DeviceSample& sample) noexcept override {
+        sample = {.time_ns = now_ns, .position_m = {0, 0, z_m}};
+        return DeviceStatus::ok;
+    }
+    DeviceStatus write(int64_t, const Wrench&) noexcept override { return answer; }
+    void halt(int64_t) noexcept override {}
+};
+
+TEST(Servo, ADeviceThatIsGoneAtAWriteEndsForceThoughItStillGivesSamples) {
+    auto owned = std::make_unique<Answering>();
+    Answering& device = *owned;
+    Loop loop{{.version = 5000}, {}, std::make_unique<WallAlgorithm>(), std::move(owned)};
+    for (int i = 0; i < 2200; ++i)
+        loop.tick();
+    for (; device.z_m > 0.001; device.z_m -= 1e-5)
+        loop.tick();
+    EXPECT_GT(loop.tick().sent.force_n.z, 1.0);
+    device.answer = DeviceStatus::gone;
+    loop.tick();
+    const ServoTick t = loop.tick();
+    EXPECT_EQ(t.sent, Wrench{});
+    EXPECT_EQ(t.faults, uint32_t{kFaultGone});
+}
+
+TEST(Servo, NoCouplingIsStifferThanTheDeviceHolds) {
+    for (const double scale : {1.0, 4.0}) {
+        auto owned = std::make_unique<Answering>();
+        Answering& device = *owned;
+        device.about.max_stiffness_n_per_m = 1000.0;
+        device.z_m = 0.01 / scale;
+        Loop loop{{.version = 5000},
+                  {.stiffness_n_per_m = 600.0},
+                  std::make_unique<WallAlgorithm>(),
+                  std::move(owned),
+                  {},
+                  Workspace({0, 0, 0}, scale)};
+        ServoTick t;
+        for (int i = 0; i < 2200; ++i)
+            t = loop.tick();
+        EXPECT_EQ(t.faults, scale > 1.0 ? uint32_t{kFaultSoftened} : 0u);
+        for (; device.z_m > 0.002 / scale; device.z_m -= 1e-5)
+            t = loop.tick();
+        EXPECT_NEAR(1e3 * t.touched.force_n.z / t.touched.depth_mm, std::min(600.0, 1000.0 / scale),
+                    1e-6);
+    }
+    // Behind a known delay 20 N s/m hold no more than 20 / (0.5 ms + 2 ms).
+    auto owned = std::make_unique<Answering>();
+    owned->about.delay_s = 0.002;
+    owned->z_m = 0.0045;
+    Loop loop{{.version = 5000},
+              {.stiffness_n_per_m = 20e3},
+              std::make_unique<WallAlgorithm>(),
+              std::move(owned)};
+    EXPECT_NEAR(1e3 * loop.tick().touched.force_n.z / 0.5, 8e3, 1e-6);
+}
+
 TEST(Servo, ADeviceThatGoesAwayEndsForceAndSaysWhy) {
     std::vector<DeviceRecord> records(3000);
     for (size_t i = 0; i < records.size(); ++i) {

@@ -282,5 +282,34 @@ TEST(CrashStopDeathTest, ADeviceIsHaltedWhereTheProcessDies) {
 #endif
 }
 
+// A driver that never returns: stop() tells its owner, who may end the program.
+TEST(ServoThread, SaysThatADriverDoesNotReturn) {
+    auto owned = std::make_unique<HookedDevice>(std::make_unique<RecordedDevice>(
+        DeviceCapabilities{.workspace_m = glm::dvec3(0.05), .max_force_n = 8},
+        std::vector<DeviceRecord>(1)));
+    HookedDevice& device = *owned;
+    std::atomic<int> writes{0};
+    std::atomic<bool> was_told{false};
+    Loop loop{{.version = 5000},
+              {.stiffness_n_per_m = 500.0},
+              std::make_unique<HookedWall>(),
+              std::move(owned)};
+    device.in_write = [&] { // the watchdog acts once a first write has ended
+        while (++writes > 1 && !was_told)
+            std::this_thread::yield();
+    };
+    ServoThread thread(loop.servo, {.priority = 0, .hung = [&] {
+                                        EXPECT_GT(device.halts.load(), 0);
+                                        was_told = true;
+                                    }});
+    while (writes < 2)
+        std::this_thread::yield();
+    const int64_t from_ns = monotonic_ns();
+    thread.stop();
+    EXPECT_TRUE(was_told);
+    EXPECT_GE(monotonic_ns() - from_ns, ServoThread::kPatience_ns);
+    EXPECT_TRUE(thread.ended());
+}
+
 } // namespace
 } // namespace palpate::haptics

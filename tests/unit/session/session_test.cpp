@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "engine/edit/stroke_run.h"
+#include "engine/session/feel.h"
 #include "engine/surface/marching_cubes.h"
 #include "haptics/proxy/tool_points.h"
 #include "tests/unit/session/session_work.h"
@@ -71,6 +72,83 @@ TEST(Session, APressIsOneStroke) {
     const Volume expected = *apply_stroke(before.first(), {make_ball(3)}, cut, poses);
     EXPECT_EQ(content_hash(session.state().document.first()), content_hash(expected));
     EXPECT_NE(content_hash(before.first()), content_hash(expected));
+}
+
+// The print of drill-three-step: no button, but a distance of more than the threshold from surface
+// to hand begins to remove material, and where the hand is.
+TEST(Session, DrillingInThreeStepsRemovesMaterialWhereTheHandIs) {
+    const Volume block = make_volume(make_grid(glm::uvec3(40), glm::dvec3(0.5)), ScalarType::i16,
+                                     [](glm::uvec3 i) { return i.z < 24 ? 1000.0 : 0.0; });
+    const Document before(block, VolumeKind::grey);
+    for (const double depth_mm : {1.5, 6.0}) { // from the surface, about z = 11.75 mm
+        SessionSetup begin = setup();
+        begin.document = before;
+        begin.grey = before.volumes.front().name;
+        begin.labels.clear();
+        begin.parameters = {.iso = 500.0, .drill_threshold_mm = 2.0};
+        Session session(std::move(begin));
+        const Stroke made = *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 1.5})", ""),
+                                         {.kind = OperationKind::cut, .to_value = 0}, {{}});
+        session.use({made.shape, made.tool, made.operation, "", ""});
+        const haptics::Workspace workspace({10, 10, 10}, 1.0);
+        haptics::RecordedDevice device(
+            {.workspace_m = glm::dvec3(1)},
+            records_of_path(
+                haptics::HandPath(
+                    {{.tool = {.position_mm = {10, 10, 14}}},
+                     {.time_s = 0.5, .tool = {.position_mm = {10, 10, 11.75 - depth_mm}}}}),
+                workspace, 1'000'000));
+        ASSERT_TRUE(session.start(
+            {device, *haptics::find_algorithm("drill-three-step"), workspace, {}, {}, {}}));
+        std::vector<StrokePose> poses;
+        for (int64_t tick = 0; tick < 500; ++tick) {
+            const haptics::ServoTick t = session.tick(tick * 1'000'000, tick * 1'000'000);
+            if (t.touched.carving == haptics::Carving::at_tool)
+                poses.push_back({1e-9 * static_cast<double>(t.now_ns), t.tool});
+        }
+        session.stop();
+        session.settle();
+        const Volume after = session.state().document.first();
+        if (depth_mm < 2.0) {
+            EXPECT_TRUE(poses.empty());
+            EXPECT_EQ(content_hash(after), content_hash(block));
+            continue;
+        }
+        ASSERT_FALSE(poses.empty());
+        // What a ball swept along the hand's way removes, from 2 mm of depth to the end: with the
+        // half balls at both ends, to a shell of half a sample.
+        double removed_mm3 = 0.0;
+        for (uint32_t i = 0; i < 40 * 40 * 40; ++i) {
+            const glm::uvec3 at(i % 40, i / 40 % 40, i / 1600);
+            removed_mm3 += block.value(at) >= 500.0f && after.value(at) < 500.0f ? 0.125 : 0.0;
+        }
+        constexpr double kPi = 3.14159265358979, kRadius = 1.5;
+        const double way_mm = depth_mm - 2.0;
+        const double swept_mm3 =
+            kPi * kRadius * kRadius * way_mm + 4.0 / 3.0 * kPi * kRadius * kRadius * kRadius;
+        const double shell_mm3 =
+            0.25 * (2.0 * kPi * kRadius * way_mm + 4.0 * kPi * kRadius * kRadius);
+        EXPECT_NEAR(removed_mm3, swept_mm3, shell_mm3);
+        EXPECT_NEAR(poses.front().tool.position_mm.z, 11.75 - 2.0, 0.1);
+        while (session.state().undo_steps > 0) {
+            session.undo();
+            session.settle();
+        }
+        EXPECT_EQ(content_hash(session.state().document.first()), content_hash(block));
+    }
+}
+
+TEST(Session, OneDamagedVoxelLeavesTheDefaultIsoValueAmidTheOthers) {
+    for (const double astray : {3e38, -3e38, 1e12, 1000.0}) {
+        const auto value = [&](glm::uvec3 i) {
+            return i == glm::uvec3(3, 4, 5) ? astray : i.x < 8 ? 100.0 : 500.0;
+        };
+        const LoadedScene loaded{.data = {make_volume(make_grid(glm::uvec3(16), glm::dvec3(1.0)),
+                                                      ScalarType::f32, value),
+                                          {},
+                                          {}}};
+        EXPECT_EQ(default_iso(loaded), astray == 1000.0 ? 550.0 : 300.0) << astray;
+    }
 }
 
 TEST(Session, AStrokeUnderWayEndsWithTheDevice) {
