@@ -1,11 +1,14 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <vector>
 
 #include "apps/palpate/named_files.h"
 #include "engine/base/error.h"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate {
 
@@ -26,7 +29,8 @@ Command add_render(CLI::App& app);
 Command add_compare(CLI::App& app);
 Command add_devices(CLI::App& app);
 Command add_doctor(CLI::App& app);
-Command add_bench(CLI::App& app);
+Command add_bench(CLI::App& app); // starts palpate-bench
+Command add_bench_suites(CLI::App& app);
 Command add_measure(CLI::App& app);
 Command add_seeds(CLI::App& app);
 Command add_segment(CLI::App& app);

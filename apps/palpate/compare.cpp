@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/compare_json.h"
 #include "apps/palpate/compare_labels.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
@@ -17,7 +18,6 @@
 #include "engine/image/png.h"
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/distance.h"
-#include "engine/mesh/topology.h"
 #include "engine/volume/compare.h"
 
 namespace palpate {
@@ -151,26 +151,6 @@ Result<Image> load_picture(const std::string& path) {
     return std::move(file.image);
 }
 
-Json json_of(const SampleDifference& difference) {
-    return {{"max", difference.max_abs},
-            {"rmse", difference.rmse},
-            {"mean_signed", difference.mean_signed},
-            {"share_beyond", difference.share_beyond},
-            {"beyond", difference.beyond},
-            {"nan_mismatch", difference.nan_mismatch}};
-}
-
-Json json_of(const ImageDifference& difference) {
-    Json json = json_of(difference.all);
-    if (difference.rgb)
-        json["rgb"] = json_of(*difference.rgb);
-    for (const SampleDifference& channel : difference.channels)
-        json["channels"][channel.channel] = json_of(channel);
-    json["neighborhood_match_share"] = difference.neighborhood_match_share;
-    json["flip_mean"] = difference.flip_mean ? Json(*difference.flip_mean) : Json();
-    return json;
-}
-
 Result<Json> compare_pictures(const CompareOptions& options, Verdict& verdict) {
     PALPATE_TRY(const Image first, load_picture(options.first));
     PALPATE_TRY(const Image second, load_picture(options.second));
@@ -187,17 +167,6 @@ Result<Json> compare_pictures(const CompareOptions& options, Verdict& verdict) {
               {"bound", options.bound}};
     json.update(json_of(*difference));
     return json;
-}
-
-// The figures of volumes under the names that pictures have them.
-SampleDifference samples_of(const VolumeDifference& difference, uint64_t count) {
-    return {.channel = "all",
-            .max_abs = difference.max_abs,
-            .rmse = difference.rmse,
-            .mean_signed = difference.mean_signed,
-            .share_beyond = static_cast<double>(difference.differing) / static_cast<double>(count),
-            .beyond = difference.differing,
-            .nan_mismatch = difference.nan_mismatch};
 }
 
 Result<Json> compare_voxels(const CompareOptions& options, Verdict& verdict) {
@@ -250,33 +219,6 @@ Result<Json> compare_voxels(const CompareOptions& options, Verdict& verdict) {
     return json;
 }
 
-Json json_of(const SurfaceDistance& distance) {
-    return {{"largest_mm", distance.largest_mm},
-            {"mean_mm", distance.mean_mm},
-            {"rms_mm", distance.rms_mm},
-            {"normal_rms_deg", distance.normal_rms_deg},
-            {"normal_max_deg", distance.normal_max_deg}};
-}
-
-// The length of the box round a mesh, in world mm; 1 for one point or none.
-double extent_mm(const Mesh& mesh) {
-    if (mesh.positions.empty())
-        return 1.0;
-    const glm::dmat3 linear(mesh.world_from_mesh);
-    glm::dvec3 low(linear * glm::dvec3(mesh.positions[0])), high = low;
-    for (const glm::vec3 p : mesh.positions) {
-        low = glm::min(low, linear * glm::dvec3(p));
-        high = glm::max(high, linear * glm::dvec3(p));
-    }
-    const double extent = glm::length(high - low);
-    return extent > 0.0 ? extent : 1.0;
-}
-
-// Between which the Hausdorff distance lies, in mm.
-struct HausdorffRange {
-    double least, most;
-};
-
 // Narrows it until a limit lies outside, or to what doubles tell apart: a limit within it can be
 // neither promised nor denied.
 HausdorffRange narrowed(const Mesh& first, const Mesh& second, HausdorffRange range, double limit,
@@ -306,7 +248,7 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
     }
     if (meshes[0].triangles.empty() != meshes[1].triangles.empty())
         return fail("{} and {}: only one of them has triangles", options.first, options.second);
-    const double tolerance_mm = 1e-4 * extent_mm(meshes[0]);
+    const double tolerance_mm = distance_tolerance_mm(meshes[0]);
     const MeshDistance distance =
         compare_meshes(meshes[0], meshes[1], {.tolerance_mm = tolerance_mm});
     const double normal_deg =
@@ -323,23 +265,8 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
     verdict.judge("--hausdorff", hausdorff.most);
     verdict.judge("--rms-distance", distance.rms_mm());
     verdict.judge("--normal-angle", normal_deg);
-    const MeshTopology a = topology(meshes[0]), b = topology(meshes[1]);
-    Json json{{"kind", "mesh"},
-              {"triangles", {a.triangles, b.triangles}},
-              {"vertices", {a.vertices, b.vertices}},
-              {"components", {a.components.size(), b.components.size()}},
-              {"euler_number", {a.euler_number, b.euler_number}},
-              {"open_edges", {a.open_edges, b.open_edges}},
-              {"area_mm2", {a.area_mm2, b.area_mm2}},
-              {"bound", options.bound},
-              {"hausdorff_mm", hausdorff.least},
-              {"hausdorff_most_mm", hausdorff.most},
-              {"hausdorff_tolerance_mm", hausdorff.most - hausdorff.least},
-              {"rms_mm", distance.rms_mm()},
-              {"normal_rms_deg", normal_deg},
-              {"forward", json_of(distance.forward)},
-              {"backward", json_of(distance.backward)}};
-    json.update(enclosed_volumes(meshes[0], a, meshes[1], b));
+    Json json = mesh_json(meshes[0], meshes[1], distance, hausdorff);
+    json["bound"] = options.bound;
     return json;
 }
 

@@ -1,10 +1,13 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "engine/base/error.h"
 #include "engine/render/renderer.h"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate {
 

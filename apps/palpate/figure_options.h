@@ -1,11 +1,14 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 #include "apps/palpate/open_scene.h"
 #include "engine/annotate/figure.h"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate {
 

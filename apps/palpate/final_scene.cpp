@@ -43,6 +43,10 @@ bool has_transfer(const SceneOptions& options) {
 
 Result<TransferFunction> load_transfer(const char* option, const std::string& name,
                                        const Grid& grid) {
+    if (name.starts_with('{')) {
+        PALPATE_TRY(TransferFunction read, parse_transfer_function(name, option));
+        return sized(std::move(read), grid);
+    }
     std::error_code error;
     if (!std::filesystem::exists(name, error))
         return fail("{}: expected a preset ({}) or a JSON file, found '{}'", option,

@@ -2,6 +2,8 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/measure_labels.h"
+#include "apps/palpate/option_checks.h"
 #include "apps/palpate/option_texts.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/project_input.h"
@@ -144,28 +146,16 @@ Result<void> run_measure(const MeasureOptions& o) {
     PALPATE_TRY(const LoadedVolume loaded, load(o.read, false, interrupt));
     PALPATE_TRY(const std::optional<LoadedVolume> labels, labels_of(o, interrupt));
     MeasureReport report;
-    const auto stopped = [] { return fail("stopped before all was measured"); };
     for (Measure& one : measures) {
         std::optional<Measured> measured = measure(one, loaded.volume, interrupt.token());
         if (!measured)
-            return stopped();
+            return fail("stopped before all was measured");
         report.measures.push_back({std::move(one), std::move(*measured)});
     }
     if (labels) {
-        const auto found = label_statistics(labels->volume, &loaded.volume, interrupt.token(),
-                                            static_cast<size_t>(o.histogram));
-        const auto surfaces = label_surfaces(labels->volume, interrupt.token());
-        if (!found || !surfaces)
-            return stopped();
+        PALPATE_TRY(report.labels,
+                    measured_labels(*labels, loaded.volume, o.histogram, interrupt.token()));
         report.histogram_range = loaded.volume.range();
-        for (const LabelStatistics& label : *found) {
-            MeasureReport::Label& entry = report.labels.emplace_back();
-            entry.statistics = label;
-            entry.surface = surfaces->at(static_cast<uint16_t>(label.label));
-            for (const LabelName& name : labels->labels)
-                if (name.label == label.label)
-                    entry.name = name.name;
-        }
     }
     PALPATE_TRY(write_text(o.csv, report_csv(report)));
     if (!o.json.empty())

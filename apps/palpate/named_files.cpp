@@ -4,8 +4,6 @@
 #include <filesystem>
 
 #include "engine/base/writable.h"
-#include "engine/decode/volume_files.h"
-#include "engine/scene/scene_file.h"
 
 namespace palpate {
 
@@ -54,23 +52,6 @@ Result<void> expect_apart(const NamedFile& written, const NamedFile& other, cons
 }
 
 } // namespace
-
-void append_volume(std::vector<NamedFile>& files, const std::string& option,
-                   const std::string& path, FileUse use) {
-    if (path.empty() || is_synthetic(path))
-        return;
-    if (use == FileUse::read) {
-        const std::vector<fs::path> found = io::volume_files(path);
-        const bool is_header = found.size() > 1 && found.front() == path; // else slices
-        for (const fs::path& file : found)
-            files.push_back({is_header && file != path ? "the voxels of " + option : option,
-                             file.string(), use});
-        return;
-    }
-    files.push_back({option, path, use});
-    if (fs::path raw = path; raw.extension() == ".mhd")
-        files.push_back({"the voxels of " + option, raw.replace_extension(".raw").string(), use});
-}
 
 Result<void> each_its_own(std::span<const NamedFile> files) {
     for (const NamedFile& file : files)

@@ -2,12 +2,56 @@
 
 #include "apps/palpate/project_input.h"
 #include "engine/base/log.h"
-#include "engine/loading/scene_meshes.h"
 
 namespace palpate {
 
+namespace {
+
+// A volume beside the first: its option, its name in the scene file, and its place in the scene.
+struct Other {
+    const std::string* option;
+    std::string SceneFile::*name;
+    std::optional<Volume> SceneData::*data;
+};
+
+// The voxels that a scene names: from memory where they are there, else read.
+Result<LoadedScene> load_inputs(const SceneOptions& options, SceneFile& file, const ReadFlags& read,
+                                const std::stop_token& stop, const InMemory& memory) {
+    const auto known = [&](const std::string& name) {
+        const auto found = memory.volumes.find(name);
+        return found == memory.volumes.end() ? nullptr : &found->second;
+    };
+    std::vector<Other> others{{&options.labels, &SceneFile::labels, &SceneData::labels},
+                              {&options.fused, &SceneFile::fused, &SceneData::fused},
+                              {&options.overlay, &SceneFile::overlay, &SceneData::overlay}};
+    std::erase_if(others, [&](const Other& other) { return !known(*other.option); });
+    SceneFile to_read = file;
+    for (const Other& other : others)
+        (to_read.*other.name).clear();
+    const LoadedVolume* volume = known(options.input);
+    Result<LoadedScene> loaded =
+        volume ? LoadedScene{{volume->volume, std::nullopt, {}},
+                             volume->modality,
+                             {},
+                             {},
+                             volume->coarser,
+                             volume->labels}
+               : load_scene_input(options.input, to_read, read_options(read, stop));
+    if (!loaded)
+        return loaded;
+    for (const Other& other : others) {
+        file.*other.name = *other.option;
+        loaded->data.*other.data = known(*other.option)->volume;
+    }
+    if (const LoadedVolume* labels = known(options.labels))
+        loaded->label_names = labels->labels;
+    return loaded;
+}
+
+} // namespace
+
 Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
-                               const std::stop_token& stop) {
+                               const std::stop_token& stop, const InMemory& memory) {
     for (const std::string& volume : {options.input, options.labels})
         PALPATE_TRY(expect_no_mesh(volume));
     PALPATE_TRY(SceneFile file, base_scene(options));
@@ -16,11 +60,10 @@ Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& rea
     if (!read.series.empty())
         file.series = read.series;
     file.resample_slices |= read.resample_slices;
-    PALPATE_TRY(LoadedScene loaded,
-                load_scene_input(options.input, file, read_options(read, stop)));
+    PALPATE_TRY(LoadedScene loaded, load_inputs(options, file, read, stop, memory));
     show_labels_by_default(options, file, loaded);
     color_labels(loaded.label_names, file);
-    PALPATE_TRY(make_scene_meshes(file, loaded));
+    PALPATE_TRY(make_scene_meshes(file, loaded, memory.meshes));
     for (const std::string& note : loaded.notes)
         log::info("{}", note);
     for (const std::string& warning : loaded.warnings)

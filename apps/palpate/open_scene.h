@@ -1,8 +1,12 @@
 #pragma once
 
+#include <map>
+#include <string>
+
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
+#include "engine/loading/scene_meshes.h"
 
 namespace palpate {
 
@@ -13,9 +17,16 @@ struct OpenedScene {
     Scene scene;
 };
 
+// Volumes and meshes that a caller has in memory, by the names under which SceneOptions name them.
+// Where the input is one of them, so are labels, fused volume and overlay.
+struct InMemory {
+    std::map<std::string, LoadedVolume> volumes;
+    KnownMeshes meshes;
+};
+
 // Loads what the options name, and prints notes and warnings.
 Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
-                               const std::stop_token& stop);
+                               const std::stop_token& stop, const InMemory& memory = {});
 inline Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
                                       const Interrupt& interrupt) {
     return open_scene(options, read, interrupt.token());

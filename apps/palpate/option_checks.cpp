@@ -85,9 +85,10 @@ void refuse_where_wrong(CLI::App& app, std::function<Result<void>()> check) {
 void warn_of_idle(const CLI::App& app, std::span<const IdleOptions> all) {
     std::string idle;
     for (const IdleOptions& some : all)
-        for (const char* option : some.options)
-            if (some.are_idle && app.get_option(option)->count() > 0)
-                idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", option, some.why);
+        for (const char* name : some.options)
+            if (const CLI::Option* option = app.get_option_no_throw(name);
+                option && some.are_idle && option->count() > 0)
+                idle += fmt::format("{}{} ({})", idle.empty() ? "" : ", ", name, some.why);
     if (!idle.empty())
         log::warning("without effect here: {}", idle);
 }

@@ -45,11 +45,23 @@ CLI::Validator one_of(const std::map<std::string, Value>& table) {
         "{" + names + "}");
 }
 
+// Refuses texts that `read`, a function such as those of option_texts.h, does not read: wrong
+// usage.
+template <class Read>
+CLI::Validator readable(Read read) {
+    return CLI::Validator(
+        [read](const std::string& text) {
+            const auto value = read(text);
+            return value ? std::string() : value.error().message;
+        },
+        "");
+}
+
 // A haptic device as haptics::find_device() takes it.
 CLI::Validator device_name();
 
 // Options of a command that change nothing together with others: one warning names those of them
-// that were given, and why: "--slab (without --slice)".
+// that were given, and why: "--slab (without --slice)". Python has some of them alone.
 struct IdleOptions {
     bool are_idle = false;
     std::vector<const char*> options{};

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,16 +30,5 @@ Result<glm::dvec3> read_background(const std::string& text);
 
 // "labels", "iso=300" or a file.
 Result<SurfaceSource> read_surface(const std::string& text);
-
-// Refuses texts that `read`, one of such functions, does not read: wrong usage.
-template <class Read>
-CLI::Validator readable(Read read) {
-    return CLI::Validator(
-        [read](const std::string& text) {
-            const auto value = read(text);
-            return value ? std::string() : value.error().message;
-        },
-        "");
-}
 
 } // namespace palpate

@@ -59,9 +59,9 @@ ReadOptions read_options(const ReadFlags& flags, const std::stop_token& stop) {
     return options;
 }
 
-Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
+Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const std::stop_token& stop) {
     PALPATE_TRY(expect_no_mesh(flags.path));
-    const ReadOptions options = read_options(flags, interrupt.token());
+    const ReadOptions options = read_options(flags, stop);
     if (Project::is_one(flags.path))
         return load_project_volume(flags.path, labels, options);
     if (is_synthetic(flags.path)) {

@@ -1,10 +1,13 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 
 #include "apps/palpate/interrupt.h"
 #include "engine/io/volume_io.h"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate {
 
@@ -29,6 +32,9 @@ Result<void> expect_no_mesh(const std::string& path);
 ReadOptions read_options(const ReadFlags& flags, const std::stop_token& stop);
 
 // Loads, and prints the notes and warnings.
-Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt);
+Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const std::stop_token& stop);
+inline Result<LoadedVolume> load(const ReadFlags& flags, bool labels, const Interrupt& interrupt) {
+    return load(flags, labels, interrupt.token());
+}
 
 } // namespace palpate

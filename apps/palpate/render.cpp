@@ -1,20 +1,14 @@
 #include <filesystem>
-#include <map>
 
 #include "apps/palpate/command.h"
-#include "apps/palpate/device_options.h"
-#include "apps/palpate/figure_options.h"
-#include "apps/palpate/open_scene.h"
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
+#include "apps/palpate/picture_options.h"
 #include "apps/palpate/preview.h"
 #include "apps/palpate/progress.h"
-#include "apps/palpate/render_picture.h"
 #include "apps/palpate/render_report.h"
-#include "apps/palpate/render_timing.h"
 #include "apps/palpate/render_warnings.h"
 #include "apps/palpate/turntable.h"
-#include "engine/accuracy/accuracy.h"
 #include "engine/base/log.h"
 #include "engine/base/percentile.h"
 #include "engine/base/profile.h"
@@ -23,22 +17,9 @@ namespace palpate {
 
 namespace {
 
-struct RenderOptions {
-    SceneOptions scene;
-    ReadFlags read;
-    DeviceMemoryOptions memory;
-    FrameOptions frames;
-    FigureOptions figure;
+struct RenderOptions : PictureOptions {
     TurntableOptions turntable;
-    std::string preview;
-    std::string output, stats, device, write_scene;
-    TexelFormat format = TexelFormat::automatic;
-    double error = 0.0;
-    bool half = false, validate = false, no_skipping = false;
-
-    ExrPrecision precision() const {
-        return half ? ExrPrecision::half_float : ExrPrecision::full_float;
-    }
+    std::string preview, output, stats, write_scene;
 };
 
 // Those of the options, and those that the scene names.
@@ -74,23 +55,6 @@ std::vector<NamedFile> files_of(const RenderOptions& options) {
     return files;
 }
 
-// --error: the fastest setting with which the scene's picture errs less.
-Result<void> meet_error(const RenderOptions& options, GpuDevice& device,
-                        const RendererOptions& renderer_options, const SceneData& data,
-                        Scene& scene) {
-    if (options.error <= 0.0)
-        return {};
-    if (!scene.ray_cast)
-        return fail("--error: expected a scene with ray casting, found slices alone");
-    Renderer renderer(device, renderer_options);
-    PALPATE_TRY(const AccuracyChoice choice, choose_setting(renderer, scene, data, options.error));
-    apply(choice.setting, data.volume.grid(), *scene.ray_cast);
-    scene.ray_cast->min_transmittance = choice.min_transmittance;
-    log::info("{}: an RMSE of colour of {:.1e} is expected, {:g} was asked for",
-              text_of(choice.setting), choice.error_estimate, options.error);
-    return {};
-}
-
 // One line where frames took longer than --frame-ms, and why no fewer rays were cast.
 void warn_of_missed_budget(const Timing& timing, const FrameOptions& frames) {
     const double median_ms = percentile(timing.wall_ms, 0.5);
@@ -102,16 +66,6 @@ void warn_of_missed_budget(const Timing& timing, const FrameOptions& frames) {
                  : frames.frames == 1 ? "the first has none before it to go by: ask for --frames"
                  : timing.moving      ? "before rays were few enough: ask for more --frames"
                                       : "for a row of tiles, the least that is drawn at rest");
-}
-
-const std::map<std::string, TexelFormat> kTexelFormats{
-    {"auto", TexelFormat::automatic}, {"r16", TexelFormat::unorm16}, {"r32f", TexelFormat::f32}};
-
-ImageMetadata metadata_of(const GpuDevice& device, const SceneFile& drawn) {
-    return {{"palpate:version", PALPATE_VERSION},
-            {"palpate:device", device.info().name},
-            {"palpate:driver", device.info().driver},
-            {"palpate:scene", scene_hash(drawn)}};
 }
 
 Result<void> expect_valid(const GpuDevice& device) {
@@ -167,31 +121,19 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     const std::vector<std::string> empty = empty_parts(to_draw);
     for (const std::string& sentence : empty)
         log::warning("{}", sentence);
-    if (options.frames.frame_ms > 0 && !scene.ray_cast)
-        return fail("--frame-ms: expected a scene with ray casting, found slices alone");
-    if (options.frames.frame_ms > 0 && scene.value_and_depth)
-        return fail("--frame-ms: values and depths come from a ray a pixel; leave out --values");
-    GpuDevice device({.select = options.device, .validation = options.validate});
-    RendererOptions renderer_options{.volume_format = options.format,
-                                     .skipping = !options.no_skipping};
-    apply(options.memory, device, options.frames.frames > 1, renderer_options);
+    PALPATE_TRY(check_budget(options, scene));
+    GpuDevice device(options.device_options());
+    RendererOptions renderer_options =
+        palpate::renderer_options(options, device, options.frames.frames > 1);
     PALPATE_TRY(meet_error(options, device, renderer_options, loaded.data, scene));
-
-    SceneFile drawn = file;
-    drawn.scene = scene;
-    drawn.framing.reset();
-    drawn.centered_slices.clear();
-    drawn.centered_clips.clear();
+    const SceneFile drawn = drawn_file(file, scene);
     if (!options.write_scene.empty())
         PALPATE_TRY(write_text(options.write_scene, write_scene(drawn)));
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
-    const bool transparent = options.scene.transparent();
-    const PictureLook look{
-        options.precision(), transparent,
-        figure_of(options.figure, opened, transparent, options.turntable.frames > 0)};
+    const PictureLook look = look_of(options, opened, options.turntable.frames > 0);
     if (options.turntable.frames > 0)
-        return draw_pictures(options, loaded.data, std::move(drawn), look, device, renderer_options,
+        return draw_pictures(options, loaded.data, drawn, look, device, renderer_options,
                              interrupt.token());
     std::optional<Preview> preview;
     if (!options.preview.empty()) {
@@ -240,11 +182,8 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
 
 Command add_render(CLI::App& app) {
     auto o = std::make_shared<RenderOptions>();
-    add_scene_options(app, o->scene);
-    add_read_limits(app, o->read);
+    add_picture_options(app, *o);
     app.add_option("-o,--output", o->output, "Picture to write: .png (8 bit) or .exr")->required();
-    add_figure_options(app, o->figure);
-    app.add_flag("--half", o->half, "EXR: 16-bit samples (default: 32-bit)");
     app.add_option("--frames", o->frames.frames,
                    "Frames to time, after one to warm up; the last is written. 1 times the first "
                    "frame, with pipelines and uploads")
@@ -253,40 +192,14 @@ Command add_render(CLI::App& app) {
     app.add_option("--orbit-deg", o->frames.orbit_deg,
                    "Turn of the camera between frames, in degrees about up")
         ->capture_default_str();
-    CLI::Option* budget =
-        app.add_option("--frame-ms", o->frames.frame_ms,
-                       "Time budget a frame in ms while the camera turns, kept by fewer rays and "
-                       "longer steps; --stats has an error estimate (default: full quality)")
-            ->check(positive());
-    app.add_flag("--settle", o->frames.settle,
-                 "With --frame-ms: refine the last frame to full quality")
-        ->needs(budget);
-    CLI::Option* error =
-        app.add_option("--error", o->error,
-                       "Largest RMSE of colour, 0 .. 1, against an exact picture of the trilinear "
-                       "field; chooses integrator and step (default: as given)")
-            ->check(positive());
-    for (const char* given : {"--integrator", "--step", "--sub-steps", "--frame-ms"})
-        error->excludes(app.get_option(given));
     app.add_option("--stats", o->stats,
                    "Write times, passes and resources as JSON to a file, or - (default: none)");
     app.add_option("--write-scene", o->write_scene,
                    "Write the scene with all options applied to a file, or - (default: none)");
-    app.add_option("--device", o->device,
-                   "Vulkan device: part of its name, or its number in palpate doctor (default: the "
-                   "first discrete, integrated, then CPU device)");
-    add_device_memory_options(app, o->memory);
     app.add_option("--preview", o->preview,
                    "Brick files: first draw a coarse level of the volume to this picture (default: "
                    "none)");
-    app.add_option("--volume-format", o->format,
-                   "Voxels on the device; auto: r32f on CPU devices (default: auto)")
-        ->transform(one_of(kTexelFormats));
     add_turntable_options(app, o->turntable);
-    app.add_flag("--no-skipping", o->no_skipping,
-                 "Sample empty space as well; the picture is the same, to the bit");
-    app.add_flag("--validate", o->validate,
-                 "Run under Vulkan validation; a validation message is a failure");
     return {[o, &app] { return run_render(*o, app); }, [o] { return files_of(*o); }};
 }
 

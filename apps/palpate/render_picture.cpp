@@ -19,10 +19,15 @@ Image without_alpha(const Image& image) {
     return opaque;
 }
 
+// As a PNG has it.
+Image colors_of(const Image& image, const PictureLook& look) {
+    return look.transparent ? with_straight_alpha(image) : without_alpha(image);
+}
+
 Result<void> save_picture(const std::filesystem::path& path, const Image& image,
                           const PictureLook& look, const ImageMetadata& metadata) {
     if (path.extension() == ".png")
-        return save_png(path, look.transparent ? with_straight_alpha(image) : without_alpha(image));
+        return save_png(path, colors_of(image, look));
     return save_exr(path, image, look.precision, metadata);
 }
 
@@ -38,6 +43,16 @@ std::vector<std::filesystem::path> frame_paths(const std::filesystem::path& path
     if (layout == StereoLayout::separate && !path.empty())
         return {with_suffix(path, "_left"), with_suffix(path, "_right")};
     return {path};
+}
+
+Image shown_picture(const PictureLook& look, const Scene& scene, std::vector<Image> eyes,
+                    bool colors_alone) {
+    annotate(eyes, scene, look.figure);
+    DisplayLayout display = display_layout(scene);
+    if (display.layout == StereoLayout::separate)
+        display.layout = StereoLayout::side_by_side;
+    Image image = display_image(eyes, display);
+    return colors_alone ? colors_of(image, look) : image;
 }
 
 Result<void> save_frame(const std::filesystem::path& path, const PictureLook& look,

@@ -23,6 +23,11 @@ struct PictureLook {
     Figure figure{};
 };
 
+// The eyes of a frame as one picture with marks, laid out as the scene asks (separate eyes side by
+// side); with the channels of a PNG where `colors_alone`, else all.
+Image shown_picture(const PictureLook& look, const Scene& scene, std::vector<Image> eyes,
+                    bool colors_alone);
+
 // Writes the eyes of a frame, with marks, to a .png or .exr: one picture, laid out as the scene
 // asks, or NAME_left and NAME_right.
 Result<void> save_frame(const std::filesystem::path& path, const PictureLook& look,

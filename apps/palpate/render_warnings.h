@@ -1,11 +1,14 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 #include "apps/palpate/scene_options.h"
 #include "engine/image/image.h"
+
+namespace CLI {
+class App;
+}
 
 // Warnings of `palpate render`: an empty picture, or an option without effect.
 namespace palpate {

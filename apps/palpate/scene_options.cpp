@@ -100,9 +100,10 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                        "Another volume, shown in colour over slices, with its own grid (default: "
                        "none)")
             ->type_name("FILE");
-    app.add_option("--fused-tf", o.fused_transfer,
-                   "Colours and opacities of --fused: a preset or a JSON file (default: black, "
-                   "red, yellow, white over its values)")
+    app.add_option(
+           "--fused-tf", o.fused_transfer,
+           "Colours and opacities of --fused: a preset, a JSON file or its text (default: black, "
+           "red, yellow, white over its values)")
         ->needs(fused);
     app.add_option("--fused-opacity", o.fused_opacity, "Opacity of --fused, 0 .. 1 (default: 0.5)")
         ->check(CLI::Range(0.0, 1.0))
@@ -117,11 +118,11 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "Iso-values, in the volume's units (default: 300 HU for CT, else chosen from "
                    "the values)")
         ->delimiter(',');
-    CLI::Option* transfer =
-        app.add_option("--tf", o.transfer,
-                       fmt::format("Transfer function: a preset ({}) or a JSON file (default: "
-                                   "chosen from modality and values, see docs/reference/scene.md)",
-                                   fmt::join(preset_names(), ", ")));
+    CLI::Option* transfer = app.add_option(
+        "--tf", o.transfer,
+        fmt::format("Transfer function: a preset ({}), a JSON file, or its text (default: "
+                    "chosen from modality and values, see docs/reference/scene.md)",
+                    fmt::join(preset_names(), ", ")));
     CLI::Option* window =
         app.add_option("--window", o.window,
                        "Grey ramp from LOW to HIGH, in the volume's units, instead of --tf")
@@ -248,15 +249,6 @@ std::optional<StereoLayout> stereo_layout(const SceneOptions& options, const Sce
     return options.stereo ? options.stereo
            : scene.stereo ? std::optional(scene.stereo->layout)
                           : std::nullopt;
-}
-
-void append_files(const SceneFile& scene, std::vector<NamedFile>& files) {
-    for (const auto& [what, name] : {std::pair("the volume of SCENE", &scene.volume),
-                                     {"the labels of SCENE", &scene.labels},
-                                     {"the fused volume of SCENE", &scene.fused},
-                                     {"the overlay of SCENE", &scene.overlay}})
-        if (!name->empty() && !is_synthetic(*name))
-            append_volume(files, what, volume_path(scene, *name).string());
 }
 
 } // namespace palpate

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +8,10 @@
 #include "engine/base/error.h"
 #include "engine/io/scene_data.h"
 #include "engine/scene/scene_file.h"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate {
 

@@ -18,7 +18,7 @@
 #include "apps/palpate/touch_path.h"
 #include "apps/palpate/touch_run.h"
 #include "apps/palpate/touch_strokes.h"
-#include "bench/suite/touch_page.h"
+#include "bench/page/touch_page.h"
 #include "engine/base/log.h"
 #include "engine/io/scene_data.h"
 #include "engine/io/volume_io.h"

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -8,6 +7,10 @@
 #include "apps/palpate/named_files.h"
 #include "engine/session/feel.h"
 #include "haptics/proxy/algorithms.h"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate {
 

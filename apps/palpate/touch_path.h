@@ -1,12 +1,15 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
 #include "engine/base/error.h"
 #include "engine/volume/grid.h"
 #include "haptics/device/hand_path.h"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate {
 

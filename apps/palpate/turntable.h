@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <stop_token>
 #include <string>
@@ -8,6 +7,10 @@
 
 #include "apps/palpate/named_files.h"
 #include "engine/scene/scene.h"
+
+namespace CLI {
+class App;
+}
 
 namespace palpate {
 

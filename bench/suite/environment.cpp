@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "apps/version/version.h"
 #include "engine/base/memory.h"
 
 namespace palpate::bench {

@@ -10,10 +10,6 @@ namespace palpate::bench {
 // was.
 Json environment(const DeviceInfo& device);
 
-// The commit this program was built from, "-dirty" behind it where files had changed; "unknown"
-// outside a checkout.
-const char* built_from();
-
 // How much of the machine other processes used since construction.
 class Neighbours {
  public:

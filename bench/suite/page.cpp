@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
+#include "bench/page/page_of.h"
 #include "bench/suite/page_edit.h"
 #include "bench/suite/page_segment.h"
 #include "bench/suite/page_suites.h"
-#include "bench/suite/page_template.h"
 #include "bench/suite/page_touch.h"
 #include "engine/base/file.h"
 
@@ -48,20 +48,6 @@ void put_pictures_inside(Json& value, const fs::path& folder) {
 }
 
 } // namespace
-
-std::string page_of(std::string_view script, const Json& results) {
-    // "</script" and "<!--" must not appear inside a script element.
-    std::string data;
-    for (const char c : json_line(results))
-        data += c == '<' ? std::string("\\u003c") : std::string(1, c);
-    std::string page = kPageTemplate;
-    const auto put = [&](std::string_view place, const std::string& text) {
-        page.replace(page.find(place), place.size(), text);
-    };
-    put("@SCRIPT@", std::string(script));
-    put("@RESULTS@", data); // last: it may hold any text
-    return page;
-}
 
 std::string page_html(const Json& results) {
     return page_of(std::string(kPageTouch) + kPageEdit + kPageSegment + kPageSuites, results);

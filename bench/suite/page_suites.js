@@ -1,5 +1,5 @@
 // The page of `palpate bench`: a section for each suite. put, draw, table, plotAxes, mark and figure are the
-// page's own (page.html).
+// page's own (page_template.html).
 
 const kinds = {
   "fast": ["circle", "var(--c0)"], "preintegrated": ["square", "var(--c3)"], "exact": ["diamond", "var(--c2)"],

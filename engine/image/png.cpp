@@ -135,15 +135,20 @@ std::vector<std::string> channels_of(png_byte count) {
 } // namespace
 
 Result<void> save_png(const std::filesystem::path& path, const Image& image) {
+    PALPATE_TRY(const std::vector<std::byte> bytes, encode_png(path.string(), image));
+    return save_bytes(path, bytes);
+}
+
+Result<std::vector<std::byte>> encode_png(const std::string& file_name, const Image& image) {
     std::vector<size_t> from;
     for (const char* name : {"R", "G", "B", "A"})
         if (const auto index = channel_index(image, name))
             from.push_back(*index);
         else if (*name != 'A')
             return fail("{}: a PNG holds the channels R, G and B, but the picture has no {}",
-                        path.string(), name);
+                        file_name, name);
     const auto [width, height] = std::pair(image.size_px.x, image.size_px.y);
-    PALPATE_TRY(check_image_limits(path, width, height, from.size()));
+    PALPATE_TRY(check_image_limits(file_name, width, height, from.size()));
     std::vector<png_byte> bytes;
     bytes.reserve(size_t{width} * height * from.size());
     for (uint32_t y = 0; y < height; ++y)
@@ -153,8 +158,8 @@ Result<void> save_png(const std::filesystem::path& path, const Image& image) {
     std::vector<png_bytep> rows = rows_of(bytes, height);
     PngState state(/*writes=*/true);
     if (!state.info || !write_picture(state, image.size_px, from.size() == 4, rows.data()))
-        return fail("{}: cannot be written: {}", path.string(), state.message);
-    return save_bytes(path, state.output);
+        return fail("{}: cannot be written: {}", file_name, state.message);
+    return std::move(state.output);
 }
 
 Result<Image> load_png(const std::filesystem::path& path) {

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/image/image.h"
@@ -11,6 +14,9 @@ namespace palpate {
 // Other channels stay behind; an image without R, G and B is refused. The file is a
 // function of the samples alone: it carries no time.
 Result<void> save_png(const std::filesystem::path& path, const Image& image);
+
+// The bytes of that file. `name` begins an error.
+Result<std::vector<std::byte>> encode_png(const std::string& name, const Image& image);
 
 // Reads a PNG of any kind: 8-bit samples become v / 255, 16-bit ones v / 65535, narrower ones and
 // palettes are widened to 8 bits. Channels are "Y" for grey and "R", "G", "B" for colour, then "A"

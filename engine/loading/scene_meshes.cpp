@@ -29,12 +29,17 @@ Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,
     return std::make_shared<const Mesh>(std::move(mesh.mesh));
 }
 
-Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded) {
+Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded,
+                               const KnownMeshes& known) {
     const profile::Scope scope("make meshes");
     loaded.data.meshes.clear();
     for (size_t i = 0; i < file.surfaces.size(); ++i) {
         if (i < file.scene.surfaces.size() && file.scene.surfaces[i].live_iso) {
             loaded.data.meshes.push_back(nullptr);
+            continue;
+        }
+        if (const auto found = known.find(file.surfaces[i].mesh); found != known.end()) {
+            loaded.data.meshes.push_back(found->second);
             continue;
         }
         PALPATE_TRY(std::shared_ptr<const Mesh> mesh,

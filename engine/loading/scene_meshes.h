@@ -1,5 +1,9 @@
 #pragma once
 
+#include <map>
+#include <memory>
+#include <string>
+
 #include "engine/io/scene_data.h"
 
 namespace palpate {
@@ -9,7 +13,11 @@ namespace palpate {
 // that caps are right) and its labels (surface nets, one mesh with shared walls). Live surfaces
 // have none, which is null. What readers warn of goes to loaded.warnings. An error names the file,
 // or the surface and what it lacks.
-Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded);
+//
+// `known` holds meshes that are in memory, by the names under which `file` has them.
+using KnownMeshes = std::map<std::string, std::shared_ptr<const Mesh>>;
+Result<void> make_scene_meshes(const SceneFile& file, LoadedScene& loaded,
+                               const KnownMeshes& known = {});
 
 // One of them.
 Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,

@@ -143,15 +143,7 @@ TransferFunction read_preset(const JsonValue& name) {
 
 Result<TransferFunction> load_file(const std::filesystem::path& path) {
     PALPATE_TRY(const std::string text, load_text(path, 1 << 20));
-    PALPATE_TRY(const Json json, parse_json(text, path.string()));
-    JsonErrors errors{path.string(), {}};
-    const JsonValue root(json, "", errors);
-    if (!root.is(Json::Kind::object))
-        root.reject("an object");
-    TransferFunction function = read_transfer_function(root, {});
-    if (errors.first)
-        return tl::unexpected<Error>(*errors.first);
-    return function;
+    return parse_transfer_function(text, path.string());
 }
 
 } // namespace
@@ -244,6 +236,18 @@ Json transfer_function_json(const TransferFunction& function) {
     return {{"colors", std::move(colors)},
             {"opacities", std::move(opacities)},
             {"opacity_unit_mm", function.opacity_unit_mm}};
+}
+
+Result<TransferFunction> parse_transfer_function(std::string_view text, const std::string& name) {
+    PALPATE_TRY(const Json json, parse_json(text, name));
+    JsonErrors errors{name, {}};
+    const JsonValue root(json, "", errors);
+    if (!root.is(Json::Kind::object))
+        root.reject("an object");
+    TransferFunction function = read_transfer_function(root, {});
+    if (errors.first)
+        return tl::unexpected<Error>(*errors.first);
+    return function;
 }
 
 Result<TransferFunction> load_transfer_function(const std::filesystem::path& path) {

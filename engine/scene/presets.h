@@ -41,6 +41,9 @@ TransferFunction stretched(const TransferFunction& function, double low, double 
 // read_transfer_function().
 Result<TransferFunction> load_transfer_function(const std::filesystem::path& path);
 
+// The text of such a file; `name` is for messages.
+Result<TransferFunction> parse_transfer_function(std::string_view text, const std::string& name);
+
 // Reads a transfer function where a scene has one: a preset's name, a file's name relative to
 // `folder`, a window, or the points themselves. A preset without a unit has opacity_unit_mm 0:
 // sized() chooses it from the volume.

@@ -1,12 +1,12 @@
-#include "bench/suite/touch_page.h"
+#include "bench/page/touch_page.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
 
-#include "bench/suite/page.h"
-#include "bench/suite/page_run.h"
+#include "bench/page/page_of.h"
+#include "bench/page/page_run.h"
 #include "haptics/servo/touch_log.h"
 
 namespace palpate::bench {

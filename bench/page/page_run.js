@@ -1,5 +1,5 @@
 // The page of `palpate touch --page`: one run of the servo over time. put, draw and plotAxes are the
-// page's own (page.html).
+// page's own (page_template.html).
 
 function timePlot(parent, panel, run) {
   put(parent, "h3", { style: "margin-top:20px" }, panel.title);

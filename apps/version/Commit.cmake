@@ -5,12 +5,12 @@ execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=12 -
 if(NOT commit)
     set(commit unknown)
 endif()
-set(text "#include \"bench/suite/environment.h\"
-namespace palpate::bench {
+set(text "#include \"apps/version/version.h\"
+namespace palpate {
 const char* built_from() {
     return \"${commit}\";
 }
-} // namespace palpate::bench
+} // namespace palpate
 ")
 set(old "")
 if(EXISTS ${OUT})

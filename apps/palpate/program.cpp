@@ -1,0 +1,133 @@
+#include <cstdio>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "apps/palpate/program.h"
+
+#include "apps/palpate/named_files.h"
+#include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
+#include "apps/palpate/program.h"
+#include "apps/version/version.h"
+#include "engine/base/log.h"
+#include "engine/base/printable.h"
+#include "engine/base/profile.h"
+
+namespace palpate {
+
+namespace {
+
+// Runs a command; where a trace is asked for and the command succeeds, writes it.
+Result<void> profiled(const Command& command, const std::string& trace) {
+    if (trace.empty())
+        return command.run();
+    profile::start();
+    profile::name_thread("main");
+    const Result<void> result = [&] {
+        const profile::Scope scope("command");
+        return command.run();
+    }();
+    return result ? profile::save(trace) : result;
+}
+
+// The version, and the commit where the build knew it; nothing that asks a driver.
+std::string version_text() {
+    const std::string_view commit = built_from();
+    return commit == "unknown" ? "palpate " PALPATE_VERSION
+                               : fmt::format("palpate {} ({})", PALPATE_VERSION, commit);
+}
+
+// Without a command that is known: the word in its place, if there is one, and those that are.
+CLI::RequiredError with_unknown_word(const CLI::App& app, const CLI::RequiredError& error,
+                                     std::span<const ProgramCommand> commands) {
+    const std::vector<std::string> words = app.remaining();
+    if (!app.get_subcommands().empty())
+        return error;
+    std::string known;
+    for (const ProgramCommand& entry : commands)
+        known += fmt::format("{}{}", known.empty() ? "" : ", ", entry.name);
+    const std::string found = words.empty() ? "none" : fmt::format("'{}'", words.front());
+    return {fmt::format("expected a command, one of {}, found {}", known, found),
+            CLI::ExitCodes::RequiredError};
+}
+
+// Before the work: no file that is written is named by two options, and each can be.
+Result<void> expect_files(const Command& command, const std::string& trace) {
+    std::vector<NamedFile> files = command.files();
+    files.push_back({"--profile", trace, FileUse::write});
+    Result<void> apart = each_its_own(files);
+    return apart ? all_can_be_written(files) : apart;
+}
+
+} // namespace
+
+int run_program(int argc, char** argv, std::span<const ProgramCommand> commands) {
+    CLI::App app(
+        "See, touch and carve a CT or MR volume. Places are millimetres in the patient's left, "
+        "posterior, superior axes (LPS, as DICOM has them; NIfTI and 3D Slicer show RAS: the first "
+        "two change sign).");
+    app.require_subcommand(1);
+    app.set_version_flag("--version", version_text, "Print version and commit, and exit");
+    bool verbose = false, quiet = false;
+    app.add_flag("--verbose", verbose, "Print more messages");
+    app.add_flag("--quiet", quiet, "Print errors and warnings only");
+    std::string trace;
+    app.add_option(
+           "--profile", trace,
+           "Write a trace of the run for ui.perfetto.dev or chrome://tracing (default: none)")
+        ->type_name("FILE");
+
+    std::vector<std::pair<CLI::App*, Command>> added;
+    for (const ProgramCommand& entry : commands) {
+        CLI::App* sub = app.add_subcommand(entry.name, entry.purpose);
+        sub->fallthrough();
+        added.emplace_back(sub, entry.add(*sub));
+    }
+    refuse_not_finite(app);
+    const auto tell = [&](const CLI::Error& error) {
+        std::ostringstream out, messages; // they quote the words of the command line
+        const int code = app.exit(error, out, messages);
+        std::cerr << printable_lines(messages.str());
+        const Result<void> printed = print_text(out.str());
+        return code != 0 ? 2 : printed ? 0 : 1;
+    };
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::RequiredError& error) {
+        return tell(with_unknown_word(app, error, commands));
+    } catch (const CLI::ParseError& error) {
+        return tell(error);
+    }
+    if (verbose)
+        log::set_level(log::Level::debug);
+    if (quiet)
+        log::set_level(log::Level::error);
+    try {
+        for (auto& [sub, command] : added)
+            if (sub->parsed()) {
+                Result<void> result = expect_files(command, trace);
+                if (result)
+                    result = profiled(command, trace);
+                if (!result)
+                    log::error("{}", result.error().message);
+                else if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+                    log::error("standard output cannot be written");
+                else
+                    return 0;
+                return 1;
+            }
+    } catch (const std::bad_alloc&) {
+        log::error("out of memory");
+    } catch (const std::exception& error) {
+        log::error("{}", error.what());
+    }
+    return 1;
+}
+
+} // namespace palpate
