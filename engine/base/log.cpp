@@ -3,6 +3,9 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include <atomic>
+
+#include "engine/base/log_sink.h"
 #include "engine/base/printable.h"
 
 namespace palpate::log {
@@ -32,13 +35,23 @@ spdlog::logger& logger() {
     return *instance;
 }
 
+std::atomic<Sink> g_sink{nullptr};
+
 } // namespace
+
+void set_sink(Sink sink) {
+    g_sink = sink;
+}
 
 void set_level(Level level) {
     logger().set_level(spdlog_level(level));
 }
 
 void write(Level level, const std::string& message) {
+    if (!logger().should_log(spdlog_level(level)))
+        return;
+    if (const Sink sink = g_sink)
+        return sink(level, printable(message));
     logger().log(spdlog_level(level), "{}", printable(message));
 }
 

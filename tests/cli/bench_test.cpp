@@ -80,8 +80,8 @@ TEST_F(BenchCommand, IsAProgramOfItsOwnAndTheProgramSaysWhereItIsMissing) {
     const fs::path alone = file("alone/palpate");
     fs::create_directories(alone.parent_path());
     fs::copy_file(kProgram, alone);
-    const std::string command = "PATH=/usr/bin " + alone.string() + " bench upload --tiny 2> " +
-                                file("stderr").string();
+    const std::string command =
+        "PATH=/usr/bin " + alone.string() + " bench upload --tiny 2> " + file("stderr").string();
     EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 1);
     EXPECT_EQ(bytes_of("stderr"),
               "palpate: error: expected the program palpate-bench beside palpate or on PATH, found "
@@ -89,8 +89,7 @@ TEST_F(BenchCommand, IsAProgramOfItsOwnAndTheProgramSaysWhereItIsMissing) {
               "palpate-bench)\n");
     // From PATH, with this command's own options before and behind the word.
     const std::string found = "PATH=" + fs::path(kProgram).parent_path().string() + " " +
-                              alone.string() + " --quiet bench --help > " +
-                              file("stdout").string();
+                              alone.string() + " --quiet bench --help > " + file("stdout").string();
     EXPECT_EQ(WEXITSTATUS(std::system(found.c_str())), 0);
     EXPECT_THAT(bytes_of("stdout"), HasSubstr("--no-peers"));
 }

@@ -1,0 +1,101 @@
+"""Filters and segmentation methods, by name."""
+
+import json
+from typing import Any, Dict, List, Mapping, NamedTuple, Optional
+
+from . import _core
+from .volume import Progress, Volume, as_volume
+
+
+def filters() -> List[Dict[str, str]]:
+    """The filters: name, purpose, arguments and their ranges, type of the result."""
+    return _core.filters()
+
+
+def filter(
+    volume: Any,
+    name: str,
+    *values: Any,
+    labels: bool = False,
+    others: Optional[Mapping[str, Any]] = None,
+    progress: Progress = None,
+    **named: Any,
+) -> Volume:
+    """Runs one filter: filter(v, "gaussian", 1.5), filter(v, "bilateral", 2, range=50).
+
+    values: in the order of filters()' arguments, or by name; lengths are mm. others: volumes that an
+    expression names. labels: `volume` is a label map.
+    """
+    text = ",".join([_word(v) for v in values] + [f"{key}={_word(v)}" for key, v in named.items()])
+    known = {key: as_volume(v)._core for key, v in (others or {}).items()}
+    return Volume(_core.filter(as_volume(volume, labels=labels)._core, name, text, known, progress))
+
+
+def _word(value: Any) -> str:
+    return value if isinstance(value, str) else repr(float(value))
+
+
+def methods() -> List[Dict[str, Any]]:
+    """The segmentation methods: name, purpose, takes_seeds, and parameters with unit, range and default."""
+    return _core.methods()
+
+
+class Segmented(NamedTuple):
+    """What segment() found."""
+
+    labels: Volume
+    """u8 or u16; 0 outside of all objects."""
+    cost: Optional[Volume]
+    """f32, of fast marching."""
+    strength: Optional[Volume]
+    """f32: arrival times, connectedness or probability; NaN where the background has won."""
+    notes: List[str]
+    """What was found from the data."""
+
+
+def segment(
+    volume: Any,
+    method: str,
+    seeds: Any = None,
+    *,
+    background: int = 0,
+    progress: Progress = None,
+    **parameters: Any,
+) -> Segmented:
+    """Finds objects.
+
+    seeds: a list of (label, (x, y, z)) or (label, (x, y, z), radius_mm) in mm (LPS), a dict as in a seed
+    file, or a label map on the volume's grid. background: the label of seeds that stands for outside.
+    parameters: those of methods(), with _ for -.
+    """
+    text, label_map = "", None
+    if isinstance(seeds, dict):
+        text = json.dumps(seeds)
+    elif isinstance(seeds, (list, tuple)):
+        text = _seed_text(seeds)
+    elif seeds is not None:
+        label_map = as_volume(seeds, labels=True)._core
+    if not 0 <= int(background) <= 65535:
+        raise _core.Error(f"background: expected 0 .. 65535, found {background}")
+    try:
+        values = {name.replace("_", "-"): float(value) for name, value in parameters.items()}
+    except (TypeError, ValueError) as error:
+        raise _core.Error(f"expected numbers as parameters, found {parameters!r}") from error
+    labels, cost, strength, notes = _core.segment(
+        as_volume(volume)._core, method, text, label_map, int(background), values, progress
+    )
+    return Segmented(Volume(labels), cost and Volume(cost), strength and Volume(strength), notes)
+
+
+def _seed_text(seeds: Any) -> str:
+    balls, points = [], []
+    try:
+        for seed in seeds:
+            place = [float(v) for v in seed[1]]
+            if len(seed) > 2:
+                balls.append({"label": int(seed[0]), "center_mm": place, "radius_mm": float(seed[2])})
+            else:
+                points.append({"label": int(seed[0]), "at_mm": place})
+    except (TypeError, ValueError, IndexError) as error:
+        raise _core.Error("seeds: expected a list of (label, (x, y, z)) or (label, (x, y, z), radius)") from error
+    return json.dumps({"seeds": 1, "units": "mm", "balls": balls, "points": points})

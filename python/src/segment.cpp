@@ -1,0 +1,139 @@
+// Filters and segmentation methods, by their tables.
+
+#include <pybind11/stl.h>
+
+#include "engine/io/volume_io.h"
+#include "engine/segment/filters.h"
+#include "engine/segment/methods.h"
+#include "python/src/bind.h"
+#include "python/src/work.h"
+
+namespace palpate::python {
+
+namespace {
+
+using VolumePtr = std::shared_ptr<LoadedVolume>;
+
+Task task_of(const Report& report) {
+    return {report.stop, report.progress};
+}
+
+VolumePtr volume_ptr(Volume volume, std::string modality = "") {
+    return std::make_shared<LoadedVolume>(
+        LoadedVolume{std::move(volume), {}, {}, std::move(modality), {}, {}});
+}
+
+std::vector<py::dict> filter_table() {
+    std::vector<py::dict> table;
+    for (const Filter& filter : filters()) {
+        py::dict row;
+        row["name"] = filter.name;
+        row["purpose"] = filter.purpose;
+        row["arguments"] = filter_arguments(filter);
+        row["ranges"] = filter_ranges(filter);
+        row["result"] = filter.type;
+        table.push_back(row);
+    }
+    return table;
+}
+
+VolumePtr filtered(const LoadedVolume& loaded, const std::string& name, const std::string& values,
+                   const std::map<std::string, VolumePtr>& others, const py::object& progress) {
+    return run<VolumePtr>(progress, [&](const Report& report) -> Result<VolumePtr> {
+        std::string names;
+        for (const Filter& filter : filters()) {
+            names += (names.empty() ? "" : ", ") + std::string(filter.name);
+            if (filter.name != name)
+                continue;
+            Result<FilterValues> read = read_filter_values(filter, values);
+            std::map<std::string, Volume> volumes;
+            for (const auto& [other, volume] : others)
+                volumes.emplace(other, volume->volume);
+            if (read)
+                read->others = &volumes;
+            Result<Volume> made =
+                read ? run_filter(filter, loaded.volume, *read, task_of(report)) : pass_on(read);
+            if (!made)
+                return fail("{}: {}", name, made.error().message);
+            return volume_ptr(std::move(*made), loaded.modality);
+        }
+        return fail("expected a filter, one of {}, found '{}'", names, name);
+    });
+}
+
+std::vector<py::dict> method_table() {
+    std::vector<py::dict> table;
+    for (const SegmentMethod& method : segment_methods()) {
+        py::dict row, parameters;
+        for (const MethodParameter& p : method.parameters) {
+            py::dict one;
+            one["purpose"] = p.purpose;
+            one["unit"] = p.unit;
+            one["least"] = p.least;
+            one["most"] = p.most;
+            one["default"] = p.fallback_text ? py::object(py::str(p.fallback_text))
+                                             : py::object(py::float_(p.fallback));
+            parameters[p.name] = one;
+        }
+        row["name"] = method.name;
+        row["purpose"] = method.purpose;
+        row["takes_seeds"] = method.takes_seeds;
+        row["parameters"] = parameters;
+        table.push_back(row);
+    }
+    return table;
+}
+
+struct SegmentResult {
+    VolumePtr labels, cost, strength;
+    std::vector<std::string> notes;
+};
+
+// Seeds: the text of a seed file, or a label map; neither for methods without.
+SegmentResult segmented(const LoadedVolume& loaded, const std::string& name,
+                        const std::string& seed_text, const VolumePtr& seed_labels,
+                        uint16_t background, const std::map<std::string, double>& values,
+                        const py::object& progress) {
+    return run<SegmentResult>(progress, [&](const Report& report) -> Result<SegmentResult> {
+        const SegmentMethod* method = find_segment_method(name);
+        if (!method)
+            return fail("expected a segmentation method (palpate.methods() lists them), found '{}'",
+                        name);
+        SegmentInput input{loaded.volume, {}, {}, background};
+        if (!seed_text.empty()) {
+            PALPATE_TRY(SeedFile seeds, parse_seeds(seed_text, "seeds"));
+            PALPATE_TRY(input.seeds, seed_map(loaded.volume, seeds, "seeds"));
+            input.balls = std::move(seeds.balls);
+            if (background == 0)
+                input.background = seeds.background;
+        } else if (seed_labels) {
+            PALPATE_TRY(input.seeds, checked_seeds(loaded.volume, seed_labels->volume, "seeds"));
+        }
+        PALPATE_TRY(Segmented made,
+                    segment(*method, input, {values.begin(), values.end()}, task_of(report)));
+        SegmentResult out{volume_ptr(std::move(made.labels)), {}, {}, std::move(made.notes)};
+        if (made.cost)
+            out.cost = volume_ptr(std::move(*made.cost));
+        if (made.strength)
+            out.strength = volume_ptr(std::move(*made.strength));
+        return out;
+    });
+}
+
+} // namespace
+
+void bind_segment(py::module_& module) {
+    module.def("filters", filter_table);
+    module.def("filter", filtered);
+    module.def("methods", method_table);
+    module.def("segment", [](const LoadedVolume& volume, const std::string& method,
+                             const std::string& seed_text, const VolumePtr& seed_labels,
+                             uint16_t background, const std::map<std::string, double>& values,
+                             const py::object& progress) {
+        SegmentResult made =
+            segmented(volume, method, seed_text, seed_labels, background, values, progress);
+        return py::make_tuple(made.labels, made.cost, made.strength, made.notes);
+    });
+}
+
+} // namespace palpate::python
