@@ -38,7 +38,8 @@ Result<ReadSeeds> read_seeds(const std::string& path, const Volume& volume, doub
         PALPATE_TRY(const std::string text, load_text(path));
         PALPATE_TRY(SeedFile file, parse_seeds(text, path));
         PALPATE_TRY(Volume map, seed_map(volume, file, path));
-        return ReadSeeds{std::move(map), std::move(file.balls), file.background};
+        return ReadSeeds{std::move(map), std::move(file.balls), file.background,
+                         std::move(file.curves)};
     }
     if (extension == ".jsonl") {
         PALPATE_TRY(const Volume drawn, seeds_of_strokes(path, volume, interrupt));

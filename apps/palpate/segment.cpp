@@ -40,7 +40,9 @@ std::string list_text() {
     std::string text;
     for (const SegmentMethod& method : segment_methods()) {
         text += fmt::format("{}  {}{}\n", method.name, method.purpose,
-                            method.takes_seeds ? "" : " (no seeds)");
+                            method.takes_curves  ? " (curves)"
+                            : method.takes_seeds ? ""
+                                                 : " (no seeds)");
         for (const MethodParameter& p : method.parameters) {
             std::string range;
             if (p.least > -1e300)
@@ -89,6 +91,7 @@ Result<SegmentInput> input_of(const SegmentOptions& o, const Volume& volume,
         PALPATE_TRY(ReadSeeds read, read_seeds(o.seeds, volume, o.read.max_memory_mib, interrupt));
         input.seeds = std::move(read.map);
         input.balls = std::move(read.balls);
+        input.curves = std::move(read.curves);
         if (input.background == 0)
             input.background = read.background;
     }
@@ -116,9 +119,15 @@ Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
     const ParameterValues values = values_of(o, app, method);
     const Interrupt interrupt;
     PALPATE_TRY(const LoadedVolume loaded, load(o.read, false, interrupt));
-    if (!method.takes_seeds && !(o.seeds.empty() && o.start.empty()))
+    if (!method.takes_seeds && !method.takes_curves && !(o.seeds.empty() && o.start.empty()))
         log::warning("--seeds and --start change nothing: {} takes no seeds", method.name);
+    if (method.takes_curves && !o.start.empty())
+        log::warning("--start changes nothing: {} takes curves alone", method.name);
     PALPATE_TRY(const SegmentInput input, input_of(o, loaded.volume, interrupt));
+    if (!method.takes_curves && !input.curves.empty())
+        log::warning("curves of {} change nothing: {} takes seeds", o.seeds, method.name);
+    if (method.takes_curves && input.curves.empty())
+        return fail("{}: expected closed curves: --seeds FILE with \"curves\"", method.name);
     if (method.takes_seeds && !input.seeds)
         return fail("{}: expected seeds: --seeds FILE, or --start LABELS", method.name);
     std::optional<Progress> progress(o.method);
@@ -166,9 +175,10 @@ Command add_segment(CLI::App& app) {
     app.add_option("--method", o->method, "Method; --list tells what each one does")
         ->check(one_of(names))
         ->type_name("NAME");
-    app.add_option("--seeds", o->seeds,
-                   "Seeds: balls and points in mm (.json), recorded strokes that draw labels "
-                   "(.jsonl), or a label map on the grid of V")
+    app.add_option(
+           "--seeds", o->seeds,
+           "Seeds: balls, points and curves in mm (.json), recorded strokes that draw labels "
+           "(.jsonl), or a label map on the grid of V")
         ->type_name("FILE");
     app.add_option("--start", o->start,
                    "Result of another method, whose labels are seeds, too, where --seeds has none")

@@ -10,11 +10,13 @@
 #include "engine/segment/fast_marching.h"
 #include "engine/segment/flood.h"
 #include "engine/segment/fuzzy_connectedness.h"
+#include "engine/segment/live_wire_surface.h"
 #include "engine/segment/map_values.h"
 #include "engine/segment/march_cost.h"
 #include "engine/segment/mesh_fit.h"
 #include "engine/segment/random_walker.h"
 #include "engine/segment/threshold.h"
+#include "engine/segment/wire_curves.h"
 #include "engine/volume/builder.h"
 
 namespace palpate {
@@ -329,6 +331,24 @@ Result<Segmented> run_mesh(const SegmentInput& input, const ParameterValues& val
         return fail("simplex-mesh: all seeds are those of the background");
     made.labels = *labels;
     return made;
+}
+
+Result<Segmented> run_wires(const SegmentInput& input, const ParameterValues& values,
+                            const Task& task) {
+    std::vector<WireCurve> curves = input.curves;
+    if (value_of(values, "follow") != 0.0) {
+        // Curves that are wrong are refused before work begins.
+        PALPATE_TRY(wire_bodies(input.volume.grid(), curves));
+        const double share = 0.5 / double(curves.size());
+        for (size_t i = 0; i < curves.size(); ++i) {
+            PALPATE_TRY(curves[i],
+                        along_edges(input.volume, curves[i], {},
+                                    task.part(double(i) * share, double(i + 1) * share)));
+        }
+    }
+    PALPATE_TRY(LiveWireSurface made,
+                live_wire_surface(input.volume.grid(), curves, task.part(0.5, 1.0)));
+    return Segmented{std::move(made.labels), {}, {}, {}};
 }
 
 } // namespace palpate

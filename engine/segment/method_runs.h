@@ -10,6 +10,6 @@ using RunMethod = Result<Segmented>(const SegmentInput& input, const ParameterVa
                                     const Task& task);
 
 RunMethod run_threshold, run_growing, run_watershed, run_connectedness, run_walker, run_march_edges,
-    run_march_statistics, run_mesh;
+    run_march_statistics, run_mesh, run_wires;
 
 } // namespace palpate

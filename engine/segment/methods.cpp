@@ -153,6 +153,14 @@ std::span<const SegmentMethod> segment_methods() {
                "Range along the normal in which the mesh then looks for the strongest edge of the "
                "values; 0: it stays at the seeds' surface"}},
              run_mesh},
+            {"live-wire-surface",
+             "The closed surface through closed curves that cross each other, and what is within",
+             false,
+             nullptr,
+             {{"follow", "", 0, 1, 1, nullptr,
+               "1: from each point of a curve to the next along edges of the values; 0: straight"}},
+             run_wires,
+             true},
         };
     }();
     return methods;
@@ -180,6 +188,8 @@ Result<Segmented> segment(const SegmentMethod& method, const SegmentInput& input
                         known->least, known->most, value);
         values[name] = value;
     }
+    if (method.takes_curves && input.curves.empty())
+        return fail("{}: expected closed curves", method.name);
     if (!method.takes_seeds)
         return method.run(input, values, task);
     if (!input.seeds)

@@ -28,6 +28,7 @@ struct SegmentInput {
     std::optional<Volume> seeds; // a label map on the volume's grid
     std::vector<SeedBall> balls; // where the seeds come from, if known; they are in `seeds`, too
     uint16_t background = 0;     // a label of the seeds that becomes 0 in the result; 0: none
+    std::vector<WireCurve> curves{}; // for methods that take curves
 };
 
 struct Segmented {
@@ -48,6 +49,7 @@ struct SegmentMethod {
     std::vector<MethodParameter> parameters;
     Result<Segmented> (*run)(const SegmentInput& input, const ParameterValues& values,
                              const Task& task);
+    bool takes_curves = false;
 };
 
 std::span<const SegmentMethod> segment_methods();

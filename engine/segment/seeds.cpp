@@ -39,6 +39,15 @@ SeedBall read_ball(const JsonValue& in, const char* place, bool is_ball) {
     return ball;
 }
 
+WireCurve read_curve(const JsonValue& in) {
+    in.only_keys({"label", "points_mm"});
+    WireCurve curve;
+    curve.label = static_cast<uint16_t>(in.at("label").whole_number(1, 65535));
+    for (const JsonValue& point : in.at("points_mm").items(0, kMostSeeds))
+        curve.points_mm.push_back(point.vector(-kFar, kFar));
+    return curve;
+}
+
 std::string text_of(glm::dvec3 mm) {
     return fmt::format("({:g}, {:g}, {:g}) mm", mm.x, mm.y, mm.z);
 }
@@ -82,7 +91,7 @@ Result<SeedFile> parse_seeds(std::string_view text, const std::string& name) {
     PALPATE_TRY(const Json json, parse_json(text, name));
     JsonErrors errors{name, {}};
     const JsonValue in(json, "", errors);
-    in.only_keys({"seeds", "units", "background", "balls", "points", "of"});
+    in.only_keys({"seeds", "units", "background", "balls", "points", "curves", "of"});
     SeedFile file;
     in.at("seeds").whole_number(1, 1);
     in.at("units").choice<int>({{"mm", 0}});
@@ -95,12 +104,18 @@ Result<SeedFile> parse_seeds(std::string_view text, const std::string& name) {
     if (const auto points = in.find("points"))
         for (const JsonValue& point : points->items(0, kMostSeeds))
             file.balls.push_back(read_ball(point, "at_mm", false));
+    if (const auto curves = in.find("curves"))
+        for (const JsonValue& curve : curves->items(0, kMostSeeds))
+            file.curves.push_back(read_curve(curve));
     if (const auto grid = in.find("of"))
         file.grid = read_grid(*grid);
     if (errors.first)
         return tl::unexpected(*errors.first);
-    if (file.balls.empty())
-        return fail("{}: expected seeds under \"balls\" or \"points\", found none", name);
+    if (file.balls.empty() && file.curves.empty())
+        return fail(
+            "{}: expected seeds under \"balls\" or \"points\", or curves under "
+            "\"curves\", found none",
+            name);
     if (file.background != 0 && std::ranges::none_of(file.balls, [&](const SeedBall& b) {
             return b.label == file.background;
         }))
@@ -122,6 +137,16 @@ std::string seeds_text(const SeedFile& seeds) {
             points.push_back(Json{{"label", ball.label}, {"at_mm", ball.center_mm}});
     json["balls"] = balls;
     json["points"] = points;
+    if (!seeds.curves.empty()) {
+        Json curves = Json::array();
+        for (const WireCurve& curve : seeds.curves) {
+            Json places = Json::array();
+            for (const glm::dvec3 p : curve.points_mm)
+                places.push_back(p);
+            curves.push_back(Json{{"label", curve.label}, {"points_mm", places}});
+        }
+        json["curves"] = curves;
+    }
     if (seeds.grid) {
         const glm::uvec3 size = seeds.grid->size;
         Json matrix = Json::array();

@@ -24,20 +24,29 @@ struct SeedBall {
     double radius_mm = 0.0; // >= 0
 };
 
+// A closed curve on the surface of an object: its last point is its first, or within a sample's
+// diagonal of it.
+struct WireCurve {
+    uint16_t label = 1; // >= 1
+    std::vector<glm::dvec3> points_mm;
+};
+
 // What a file of seeds holds:
 //     {"seeds": 1, "units": "mm", "background": 2,
 //      "balls": [{"label": 1, "center_mm": [x, y, z], "radius_mm": 8}, ..],
 //      "points": [{"label": 2, "at_mm": [x, y, z]}, ..],
+//      "curves": [{"label": 1, "points_mm": [[x, y, z], ..]}, ..],
 //      "of": {"size": [x, y, z], "world_from_index": [16 numbers, row by row]}}
 // Places are LPS mm. `of` is optional: the grid on which the seeds were placed.
 struct SeedFile {
     std::vector<SeedBall> balls; // in the order of the file, points after balls
     uint16_t background = 0;     // 0: none of the labels
     std::optional<Grid> grid;
+    std::vector<WireCurve> curves{}; // are no seeds: for methods that take curves
 };
 
-// `name` is the file's, for messages. Refused: JSON of another form, no seed at all, labels of 0 or
-// above 65535, a background without a seed.
+// `name` is the file's, for messages. Refused: JSON of another form, neither seed nor curve, labels
+// of 0 or above 65535, a background without a seed.
 Result<SeedFile> parse_seeds(std::string_view text, const std::string& name);
 std::string seeds_text(const SeedFile& seeds);
 

@@ -103,6 +103,8 @@ void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Ord
         return;
     if (ImGui::BeginCombo("##method", state.segmenting.method.c_str())) {
         for (const SegmentMethod& method : segment_methods()) {
+            if (method.takes_curves)
+                continue; // the window has none
             if (ImGui::Selectable(method.name, state.segmenting.method == method.name))
                 state.segmenting.method = method.name;
             note(fmt::format("segment/method/{}", method.name).c_str());

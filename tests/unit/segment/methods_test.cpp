@@ -36,13 +36,28 @@ double dice_with_ball(const Volume& labels, double radius_mm) {
     return 2.0 * both / (first + second);
 }
 
+// About the origin, across an axis.
+WireCurve circle(int axis, double radius_mm) {
+    WireCurve curve;
+    for (int i = 0; i <= 12; ++i) {
+        const double angle = i * M_PI / 6.0;
+        glm::dvec3 at(0.0);
+        at[(axis + 1) % 3] = radius_mm * std::cos(angle);
+        at[(axis + 2) % 3] = radius_mm * std::sin(angle);
+        curve.points_mm.push_back(at);
+    }
+    return curve;
+}
+
 TEST(Methods, EachFindsANoisyBall) {
     const Volume volume = noisy_ball();
     const SeedBall balls[] = {{1, {0, 0, 0}, 5.0}, {2, {20, 20, 20}, 4.0}};
     const Result<Volume> seeds = seed_map(volume, balls);
     ASSERT_TRUE(seeds);
     for (const SegmentMethod& method : segment_methods()) {
-        const SegmentInput input{volume, *seeds, {std::begin(balls), std::end(balls)}, 2};
+        SegmentInput input{volume, *seeds, {std::begin(balls), std::end(balls)}, 2};
+        for (int axis = 0; axis < 3 && method.takes_curves; ++axis)
+            input.curves.push_back(circle(axis, 15.0));
         ParameterValues values;
         if (std::string_view(method.name) == "threshold")
             values["low"] = 50.0;
@@ -78,6 +93,7 @@ TEST(Methods, RefuseWhatDoesNotFit) {
     EXPECT_THAT(why("threshold", {}), HasSubstr("expected low, high or both"));
     EXPECT_THAT(why("threshold", {{"order", 2}}), HasSubstr("has no parameter order"));
     EXPECT_THAT(why("watershed", {}), HasSubstr("expected seeds"));
+    EXPECT_THAT(why("live-wire-surface", {}), HasSubstr("expected closed curves"));
     const SeedBall ball[] = {{1, {0, 0, 0}, 5.0}};
     const Volume seeds = *seed_map(volume, ball);
     EXPECT_THAT(why("watershed", {{"neighbors", 7}}, seeds), HasSubstr("6, 18 or 26, found 7"));
