@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <new>
 
 #include "engine/base/assert.h"
 #include "engine/volume/box.h"
@@ -10,48 +11,57 @@ namespace palpate {
 
 namespace {
 
-constexpr uint32_t kUnreached = UINT32_MAX;
 constexpr double kLengthUnits = 16.0; // of the shortest step
 constexpr double kFullShare = 0.99;   // of samples, whose gradient is not the fullest
+constexpr uint32_t kSlab = 16;        // slices that are worked on at once
+constexpr uint32_t kProbes = 64;      // slices that tell of the gradient
 
 size_t count_of(glm::uvec3 size) {
     return size_t{size.x} * size.y * size.z;
 }
 
-// Gradient length per mm and Laplacian of the samples of a box.
+// Gradient length per mm and Laplacian of the samples of a box; NaN beside no data.
 struct Derivatives {
-    std::vector<float> gradient, laplacian; // NaN beside no data
+    std::vector<float> gradient, laplacian;
 };
 
 // `flat` axes are left out: those of a slice, which is seen by itself.
-Derivatives derive(const Volume& volume, glm::uvec3 first, glm::uvec3 size, glm::bvec3 flat) {
+Derivatives derive(const Volume& volume, glm::ivec3 first, glm::uvec3 size, glm::bvec3 flat) {
     const glm::uvec3 wide = size + 2u;
     std::vector<float> box(count_of(wide));
-    read_box(volume, glm::ivec3(first) - 1, glm::ivec3(wide), packed(wide), box.data());
+    read_box(volume, first - 1, glm::ivec3(wide), packed(wide), box.data());
     const glm::dvec3 spacing = spacing_mm(volume.grid());
     const size_t stride[] = {1, wide.x, size_t{wide.x} * wide.y};
-    Derivatives out;
+    glm::dvec3 per_square;
+    for (int axis = 0; axis < 3; ++axis)
+        per_square[axis] = flat[axis] ? 0.0 : 1.0 / (spacing[axis] * spacing[axis]);
+    const glm::dmat3 world = // of a gradient by the index
+        glm::transpose(glm::inverse(glm::dmat3(volume.grid().world_from_index)));
+    Derivatives out{std::vector<float>(count_of(size)), std::vector<float>(count_of(size))};
+    size_t to = 0;
     for (uint32_t z = 0; z < size.z; ++z)
         for (uint32_t y = 0; y < size.y; ++y)
-            for (uint32_t x = 0; x < size.x; ++x) {
-                const size_t at = x + 1 + size_t{wide.x} * (y + 1 + size_t{wide.y} * (z + 1));
+            for (uint32_t x = 0; x < size.x; ++x, ++to) {
+                const float* const at =
+                    &box[x + 1 + size_t{wide.x} * (y + 1 + size_t{wide.y} * (z + 1))];
+                const double here = double{*at};
                 glm::dvec3 slope(0.0);
                 double laplacian = 0.0;
                 for (int axis = 0; axis < 3; ++axis) {
-                    if (flat[axis])
-                        continue;
-                    const double low = double{box[at - stride[axis]]};
-                    const double high = double{box[at + stride[axis]]};
-                    slope[axis] = 0.5 * (high - low);
-                    laplacian +=
-                        (high - 2.0 * double{box[at]} + low) / (spacing[axis] * spacing[axis]);
+                    const double low = double{*(at - stride[axis])};
+                    const double high = double{at[stride[axis]]};
+                    if (!flat[axis])
+                        slope[axis] = 0.5 * (high - low);
+                    if (!flat[axis])
+                        laplacian += (high - 2.0 * here + low) * per_square[axis];
                 }
-                out.gradient.push_back(float(glm::length(world_gradient(volume.grid(), slope))));
-                out.laplacian.push_back(float(laplacian));
+                out.gradient[to] = float(glm::length(world * slope));
+                out.laplacian[to] = float(laplacian);
             }
     return out;
 }
 
+// Whether the Laplacian changes its sign to a neighbour that is farther from 0.
 bool is_crossing(const std::vector<float>& laplacian, size_t at, glm::uvec3 p, glm::uvec3 size) {
     const size_t stride[] = {1, size.x, size_t{size.x} * size.y};
     const float own = laplacian[at];
@@ -95,45 +105,55 @@ Result<LiveWireRegion> live_wire_region(const Volume& volume, glm::uvec3 first, 
                     options.gradient_weight, options.crossing_weight);
     LiveWireRegion out{first, size, glm::dmat3(volume.grid().world_from_index),
                        std::vector<uint8_t>(count_of(size))};
-    Derivatives found{std::vector<float>(count_of(size)), std::vector<float>(count_of(size))};
     const size_t plane = size_t{size.x} * size.y;
-    const glm::bvec3 one_sample = glm::equal(size, glm::uvec3(1));
-    const bool all = run_all(size.z, task, [&](size_t z) {
-        const Derivatives one =
-            derive(volume, first + glm::uvec3(0, 0, z), {size.x, size.y, 1}, one_sample);
-        std::copy(one.gradient.begin(), one.gradient.end(),
-                  found.gradient.begin() + ptrdiff_t(z * plane));
-        std::copy(one.laplacian.begin(), one.laplacian.end(),
-                  found.laplacian.begin() + ptrdiff_t(z * plane));
+    const glm::bvec3 flat = glm::equal(size, glm::uvec3(1));
+    double full = options.full_gradient;
+    if (!(full > 0.0)) {
+        const uint32_t probes = std::min(size.z, kProbes);
+        std::vector<float> gradient(plane * probes);
+        const bool all = run_all(probes, task.part(0.0, 0.3), [&](size_t i) {
+            const uint32_t z = first.z + uint32_t(i * size.z / probes);
+            const Derivatives one =
+                derive(volume, glm::ivec3(first.x, first.y, z), {size.x, size.y, 1}, flat);
+            std::ranges::copy(one.gradient, gradient.begin() + ptrdiff_t(i * plane));
+        });
+        if (!all)
+            return stopped();
+        full = full_gradient_of(std::move(gradient));
+    }
+    const bool all = run_all((size.z + kSlab - 1) / kSlab, task.part(0.3, 1.0), [&](size_t i) {
+        // With a slice before and behind, within the box.
+        const uint32_t begin = uint32_t(i) * kSlab, end = std::min(begin + kSlab, size.z);
+        const uint32_t from = begin > 0 ? begin - 1 : 0, to = std::min(end + 1, size.z);
+        const glm::uvec3 slab(size.x, size.y, to - from);
+        const Derivatives found =
+            derive(volume, glm::ivec3(first + glm::uvec3(0, 0, from)), slab, flat);
+        for (uint32_t z = begin; z < end; ++z)
+            for (uint32_t y = 0; y < size.y; ++y)
+                for (uint32_t x = 0; x < size.x; ++x) {
+                    const glm::uvec3 p(x, y, z - from);
+                    const size_t in_plane = x + size_t{size.x} * y, at = in_plane + plane * p.z;
+                    uint8_t& cost = out.cost[in_plane + plane * z];
+                    cost = 255;
+                    if (std::isnan(found.laplacian[at]) || std::isnan(found.gradient[at]))
+                        continue;
+                    const double low = 1.0 - std::min(double{found.gradient[at]} / full, 1.0);
+                    const bool crossing = is_crossing(found.laplacian, at, p, slab);
+                    const double mean = (options.gradient_weight * low +
+                                         options.crossing_weight * (crossing ? 0.0 : 1.0)) /
+                                        weights;
+                    cost = uint8_t(1 + std::lround(254.0 * mean));
+                }
     });
     if (!all)
-        return stopped();
-    const double full =
-        options.full_gradient > 0.0 ? options.full_gradient : full_gradient_of(found.gradient);
-    const bool costed = run_all(size.z, task, [&](size_t z) {
-        size_t at = z * plane;
-        for (uint32_t y = 0; y < size.y; ++y)
-            for (uint32_t x = 0; x < size.x; ++x, ++at) {
-                out.cost[at] = 255;
-                if (std::isnan(found.laplacian[at]) || std::isnan(found.gradient[at]))
-                    continue;
-                const double flat = 1.0 - std::min(double{found.gradient[at]} / full, 1.0);
-                const bool crossing = is_crossing(found.laplacian, at, {x, y, uint32_t(z)}, size);
-                const double mean = (options.gradient_weight * flat +
-                                     options.crossing_weight * (crossing ? 0.0 : 1.0)) /
-                                    weights;
-                out.cost[at] = uint8_t(1 + std::lround(254.0 * mean));
-            }
-    });
-    if (!costed)
         return stopped();
     return out;
 }
 
-LiveWire::LiveWire(LiveWireRegion region) : region_(std::move(region)) {
+LiveWire::LiveWire(LiveWireRegion region) : region_(std::move(region)), left_(nullptr, std::free) {
     const glm::uvec3 size = region_.size;
     PALPATE_ASSERT_CMP(region_.cost.size(), ==, count_of(size));
-    PALPATE_ASSERT_CMP(region_.cost.size(), <, size_t{kUnreached});
+    PALPATE_ASSERT_CMP(region_.cost.size(), <, size_t{UINT32_MAX});
     double shortest = INFINITY, longest = 0.0;
     for (int n = 0; n < 27; ++n) {
         const glm::ivec3 by(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
@@ -168,18 +188,21 @@ void LiveWire::for_each_neighbour(size_t at, const Visit& visit) const {
                 continue;
         }
         const size_t to = size_t(ptrdiff_t(at) + step.offset);
-        visit(to, step.length * (uint32_t{region_.cost[at]} + region_.cost[to]));
+        visit(to, step);
     }
 }
 
 void LiveWire::set_anchor(glm::uvec3 at) {
     PALPATE_ASSERT(glm::all(glm::lessThan(at, region_.size)));
-    reached_.assign(region_.cost.size(), kUnreached);
+    left_.reset(); // before there is another
+    left_.reset(static_cast<uint32_t*>(std::calloc(region_.cost.size(), sizeof(uint32_t))));
+    if (!left_)
+        throw std::bad_alloc();
     for (std::vector<uint32_t>& bucket : buckets_)
         bucket.clear();
     bucket_ = 0;
     waiting_ = 1;
-    reached_[number(at)] = 0;
+    left_[number(at)] = UINT32_MAX;
     buckets_[0].push_back(uint32_t(number(at)));
 }
 
@@ -189,13 +212,16 @@ void LiveWire::settle_next_bucket() {
     now.swap(buckets_[bucket_ % buckets_.size()]);
     waiting_ -= now.size();
     for (const uint32_t at : now) {
-        const uint32_t cost = reached_[at];
+        const uint32_t left = left_[at], cost = UINT32_MAX - left;
         if (cost / width_ != bucket_)
             continue; // it was reached more cheaply, and is settled
-        for_each_neighbour(at, [&](size_t to, uint32_t step) {
-            if (cost + step >= reached_[to])
+        for_each_neighbour(at, [&](size_t to, const Step& by) {
+            if (left_[to] >= left)
+                return; // is no dearer than where we are
+            const uint32_t step = step_cost(by, at, to);
+            if (left - left_[to] <= step)
                 return;
-            reached_[to] = cost + step;
+            left_[to] = left - step;
             buckets_[(cost + step) / width_ % buckets_.size()].push_back(uint32_t(to));
             ++waiting_;
         });
@@ -209,7 +235,7 @@ void LiveWire::settle_next_bucket() {
 std::vector<glm::uvec3> LiveWire::path(glm::uvec3 to) {
     PALPATE_ASSERT(glm::all(glm::lessThan(to, region_.size)));
     size_t at = number(to);
-    while (waiting_ > 0 && (reached_[at] == kUnreached || reached_[at] / width_ >= bucket_))
+    while (waiting_ > 0 && (left_[at] == 0 || (UINT32_MAX - left_[at]) / width_ >= bucket_))
         settle_next_bucket();
     std::vector<glm::uvec3> out;
     const glm::uvec3 size = region_.size;
@@ -217,12 +243,12 @@ std::vector<glm::uvec3> LiveWire::path(glm::uvec3 to) {
         return glm::uvec3(i % size.x, i / size.x % size.y, i / (size_t{size.x} * size.y));
     };
     out.push_back(place(at));
-    while (reached_[at] != 0) {
+    while (left_[at] != UINT32_MAX) {
         size_t before = at;
-        for_each_neighbour(at, [&](size_t from, uint32_t step) {
+        for_each_neighbour(at, [&](size_t from, const Step& by) {
             // What is not settled yet costs more than what is, so it is no way here.
-            if (before == at && reached_[from] != kUnreached &&
-                reached_[from] + step == reached_[at])
+            if (before == at && left_[from] > left_[at] &&
+                left_[from] - left_[at] == step_cost(by, at, from))
                 before = from;
         });
         PALPATE_ASSERT(before != at);

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
 #include <vector>
 
 #include "engine/segment/task.h"
@@ -13,7 +15,7 @@ struct LiveWireOptions {
     double gradient_weight = 0.5;
     double crossing_weight = 0.5;
     // The gradient whose cost is least, in value units per mm; 0: the 99th percentile of the
-    // region.
+    // region, of those of at most 64 slices that are evenly spread.
     double full_gradient = 0.0;
 };
 
@@ -22,7 +24,8 @@ struct LiveWireOptions {
 // A sample's cost is low where an edge is: with g the length of the central difference gradient,
 // per mm, and G = full_gradient, the first term is 1 - min(g / G, 1); the second is 0 where the
 // Laplacian changes its sign to a neighbour that shares a face and is farther from 0, else 1. Their
-// weighted mean, 0 .. 1, becomes 1 .. 255. Samples without data, and beside one, cost 255.
+// weighted mean, 0 .. 1, becomes 1 .. 255. Samples without data, and beside one, cost 255. Memory:
+// a byte a sample, and a few slices a thread.
 struct LiveWireRegion {
     glm::uvec3 first{0}; // of the box, in the volume
     glm::uvec3 size{0};
@@ -41,8 +44,9 @@ Result<LiveWireRegion> live_wire_region(const Volume& volume, glm::uvec3 first, 
 //
 // Dijkstra's method with buckets as wide as the least step (Dial 1969; Falcao & Udupa 2000): a
 // bucket is final when its turn comes. It goes on only until the cursor is reached and keeps what
-// it knows while the anchor stays; so a second path costs what is new of it. Memory: 4 bytes a
-// sample, and the costs. For one thread.
+// it knows while the anchor stays; so a second path costs what is new of it. Memory: the costs, and
+// 4 bytes a sample near those that were reached (pages of the system: a new anchor and a large box
+// cost nothing of themselves). For one thread.
 class LiveWire {
  public:
     explicit LiveWire(LiveWireRegion region);
@@ -54,7 +58,7 @@ class LiveWire {
     // back from `to` come first in the order of the neighbours' memory.
     std::vector<glm::uvec3> path(glm::uvec3 to);
     // What the path to a sample costs, in units of a step's cost; after path(to).
-    uint32_t cost_of(glm::uvec3 to) const { return reached_[number(to)]; }
+    uint32_t cost_of(glm::uvec3 to) const { return UINT32_MAX - left_[number(to)]; }
 
     struct Step {
         glm::ivec3 by;
@@ -67,6 +71,9 @@ class LiveWire {
     size_t number(glm::uvec3 at) const {
         return at.x + region_.size.x * (at.y + size_t{region_.size.y} * at.z);
     }
+    uint32_t step_cost(const Step& step, size_t from, size_t to) const {
+        return step.length * (uint32_t{region_.cost[from]} + region_.cost[to]);
+    }
     void settle_next_bucket();
     template <class Visit>
     void for_each_neighbour(size_t number, const Visit& visit) const;
@@ -77,7 +84,9 @@ class LiveWire {
     std::vector<std::vector<uint32_t>> buckets_; // a ring
     uint64_t bucket_ = 0;                        // whose turn it is
     size_t waiting_ = 0;                         // entries in the ring
-    std::vector<uint32_t> reached_;              // cost from the anchor
+    // What the cost from the anchor leaves of the largest number: 0 where none is known. A box of
+    // zeros takes no memory until it is written.
+    std::unique_ptr<uint32_t[], void (*)(void*)> left_;
 };
 
 } // namespace palpate
