@@ -12,6 +12,22 @@ namespace palpate::touch {
 
 using glm::dvec3;
 
+namespace {
+
+class Simulated final : public HeldDevice {
+ public:
+    Simulated(const Loop& loop, const haptics::HandPath& path, const haptics::Workspace& workspace)
+        : device_(*loop.device, loop.hand, path, workspace) {}
+    void wait(int64_t) override {}
+    haptics::HapticDevice& device() override { return device_; }
+    const haptics::SimulatedDevice& plant() const override { return device_; }
+
+ private:
+    haptics::SimulatedDevice device_;
+};
+
+} // namespace
+
 LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const Path& path,
                        const haptics::TouchParameters& parameters, const Loop& loop) {
     std::vector<haptics::HandPose> poses;
@@ -19,7 +35,11 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
         poses.push_back({.time_s = kTick_s * static_cast<double>(i), .tool = {path[i]}});
     const haptics::HandPath intended(std::move(poses));
     haptics::Workspace workspace(dvec3(0.0), 1.0);
-    haptics::SimulatedDevice device(*loop.device, loop.hand, intended, workspace);
+    const std::unique_ptr<HeldDevice> held =
+        loop.make_held ? loop.make_held(intended, loop.hand)
+                       : std::make_unique<Simulated>(loop, intended, workspace);
+    haptics::HapticDevice& device = held->device();
+    const haptics::SimulatedDevice& plant = held->plant();
 
     const haptics::SafetyLimits limits;
     const double most_n = most_force_n(limits, loop.device->capabilities);
@@ -47,10 +67,11 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
     const auto ticks = static_cast<size_t>(intended.end_s() / loop.tick_s);
     const auto tail = static_cast<size_t>(0.5 / loop.tick_s);
     dvec3 low(INFINITY), high(-INFINITY);
+    haptics::DeviceSample sample;
     for (size_t i = 0; i < ticks; ++i) {
         const auto now = static_cast<int64_t>(std::llround(1e9 * loop.tick_s * double(i)));
-        haptics::DeviceSample sample;
-        device.read(now, sample);
+        held->wait(now);
+        device.read(now, sample); // where nothing new came, it stays
         player.next(judge, input);
         input.tool = workspace.tool(sample);
         input.velocity_mm_per_s = workspace.velocity_mm_per_s(sample);
@@ -62,13 +83,13 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
         device.write(now, wrench);
         judge.see(input.tool.position_mm, output);
         if (i + tail >= ticks) {
-            low = glm::min(low, 1e3 * device.true_position_m());
-            high = glm::max(high, 1e3 * device.true_position_m());
+            low = glm::min(low, 1e3 * plant.true_position_m());
+            high = glm::max(high, 1e3 * plant.true_position_m());
             result.settled_force_n += glm::length(output.force_n) / static_cast<double>(tail);
         }
     }
     result.figures = judge.figures();
-    result.work_mj = 1e3 * device.motor_work_j();
+    result.work_mj = 1e3 * plant.motor_work_j();
     result.held_mj = 1e3 * stored_j;
     const dvec3 swing = high - low;
     result.limit_cycle_mm = std::max({swing.x, swing.y, swing.z});

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <functional>
+#include <memory>
+
 #include "bench/touch/figures.h"
 #include "bench/touch/trajectories.h"
 #include "haptics/device/simulated.h"
@@ -16,12 +19,25 @@ struct LoopResult {
     double settled_force_n = 0.0; // mean size in that time
 };
 
+// A device with a hand on it, and the mechanics behind its samples.
+class HeldDevice {
+ public:
+    virtual ~HeldDevice() = default;
+    virtual void wait(int64_t until_ns) = 0; // on the clock of the path, which begins at 0
+    virtual haptics::HapticDevice& device() = 0;
+    virtual const haptics::SimulatedDevice& plant() const = 0;
+};
+
 struct Loop {
     const haptics::DevicePreset* device = nullptr; // of device_presets()
     haptics::HandModel hand;
     double tick_s = kTick_s;
     // Whether the magnitude of force is limited and energy watched as by the safety chain.
     bool is_controlled = false;
+    // Makes the device in place of the simulated one, such as a driver on a model of its hardware.
+    std::function<std::unique_ptr<HeldDevice>(const haptics::HandPath& path,
+                                              const haptics::HandModel& hand)>
+        make_held = nullptr;
 };
 
 // The hand means to follow the path (one point a millisecond); the device's plant, steps and delay
