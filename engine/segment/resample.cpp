@@ -26,54 +26,69 @@ Kernel prefilter() {
     return kernel;
 }
 
-// Samples of the input beneath a block.
+// Samples of the input beneath a block. Places in it are counted from its first sample, so that
+// they are not negative and truncation is the floor.
 struct Source {
     glm::ivec3 first, size;
     std::vector<float> samples;
     bool lacks_data = false;
-    glm::ivec3 spline_first;
-    Box spline; // cubic: coefficients
+    Box spline; // cubic: coefficients, kPrefilter fewer on each side
 
-    float at(glm::ivec3 i) const {
-        const glm::ivec3 p = i - first;
-        return samples[size_t(p.x) + size_t(size.x) * (size_t(p.y) + size_t(size.y) * size_t(p.z))];
-    }
-    float spline_at(glm::ivec3 i) const {
-        const glm::ivec3 p = i - spline_first;
-        return spline
-            .samples[size_t(p.x) +
-                     size_t(spline.size.x) * (size_t(p.y) + size_t(spline.size.y) * size_t(p.z))];
+    const float* at(glm::ivec3 i) const {
+        return samples.data() + size_t(i.x) +
+               size_t(size.x) * (size_t(i.y) + size_t(size.y) * size_t(i.z));
     }
 };
 
-float linear_at(const Source& source, glm::dvec3 p) {
-    const glm::ivec3 low(glm::floor(p));
-    const glm::dvec3 f = p - glm::dvec3(low);
+float linear_at(const Source& source, glm::dvec3 q) {
+    const glm::ivec3 low(q);
+    const glm::dvec3 f = q - glm::dvec3(low);
+    const float* v = source.at(low);
+    const size_t row = size_t(source.size.x), plane = row * size_t(source.size.y);
+    const auto between = [](double a, double b, double share) { return a + share * (b - a); };
+    const auto along_x = [&](const float* from) {
+        return between(double{from[0]}, double{from[1]}, f.x);
+    };
+    const auto in_plane = [&](const float* from) {
+        return between(along_x(from), along_x(from + row), f.y);
+    };
+    return float(between(in_plane(v), in_plane(v + plane), f.z));
+}
+
+// Of those of the eight samples that have data.
+float linear_where_known(const Source& source, glm::dvec3 q) {
+    const glm::ivec3 low(q);
+    const glm::dvec3 f = q - glm::dvec3(low);
     double sum = 0, total = 0;
     for (int c = 0; c < 8; ++c) {
         const glm::ivec3 d(c & 1, c >> 1 & 1, c >> 2);
         const double w = (d.x ? f.x : 1 - f.x) * (d.y ? f.y : 1 - f.y) * (d.z ? f.z : 1 - f.z);
-        const float v = source.at(low + d);
-        if (source.lacks_data && std::isnan(v))
+        const float v = *source.at(low + d);
+        if (std::isnan(v))
             continue;
         sum += w * double{v};
         total += w;
     }
-    return float(source.lacks_data ? sum / total : sum);
+    return float(sum / total);
 }
 
-float cubic_at(const Source& source, glm::dvec3 p) {
-    const glm::ivec3 low(glm::floor(p));
-    const glm::dvec3 f = p - glm::dvec3(low);
+float cubic_at(const Source& source, glm::dvec3 q) {
+    const glm::ivec3 low(q);
+    const glm::dvec3 f = q - glm::dvec3(low);
     const auto wx = cubic_weights(f.x).value, wy = cubic_weights(f.y).value,
                wz = cubic_weights(f.z).value;
+    const glm::ivec3 from = low - 1 - kPrefilter;
+    const size_t width = size_t(source.spline.size.x), plane = width * size_t(source.spline.size.y);
+    const float* corner = source.spline.samples.data() + size_t(from.x) + width * size_t(from.y) +
+                          plane * size_t(from.z);
     double sum = 0;
-    for (int z = 0; z < 4; ++z)
-        for (int y = 0; y < 4; ++y) {
-            double row = 0;
-            for (int x = 0; x < 4; ++x)
-                row += wx[size_t(x)] * double{source.spline_at(low + glm::ivec3(x, y, z) - 1)};
-            sum += wz[size_t(z)] * wy[size_t(y)] * row;
+    for (size_t z = 0; z < 4; ++z)
+        for (size_t y = 0; y < 4; ++y) {
+            const float* row = corner + z * plane + y * width;
+            double along = 0;
+            for (size_t x = 0; x < 4; ++x)
+                along += wx[x] * double{row[x]};
+            sum += wz[z] * wy[y] * along;
         }
     return float(sum);
 }
@@ -124,7 +139,6 @@ void Resampler::read(glm::ivec3 first, glm::ivec3 size, Source& source) const {
     convolve(size, known.data(), 0, kernel, x);
     convolve(x.size, x.samples.data(), 1, kernel, y);
     convolve(y.size, y.samples.data(), 2, kernel, source.spline);
-    source.spline_first = first + kPrefilter;
 }
 
 // Samples low .. high - 1 of the result, `out` with the strides of a brick that begins at origin.
@@ -153,26 +167,33 @@ bool Resampler::block(glm::ivec3 low, glm::ivec3 high, glm::ivec3 origin, float*
             return false;
         read(from - reach(), size, source);
     }
+    // From here on places are counted from the first sample of the source.
+    const glm::dvec3 first(apart ? glm::ivec3(0) : source.first);
+    const glm::dvec3 lowest = -0.5 - kSlack - first, highest = last + 0.5 + kSlack - first;
+    const glm::dvec3 step(source_from_index[0]);
+    const auto value = [&](glm::dvec3 q) {
+        if (options.interpolation == Interpolation::nearest || source.lacks_data) {
+            const glm::dvec3 nearest = glm::clamp(q + 0.5 - kSlack, -first, last - first);
+            const float there = *source.at(glm::ivec3(nearest));
+            if (options.interpolation == Interpolation::nearest || std::isnan(there))
+                return there;
+        }
+        if (options.interpolation == Interpolation::cubic)
+            return cubic_at(source, q);
+        return source.lacks_data ? linear_where_known(source, q) : linear_at(source, q);
+    };
     for (int z = low.z; z < high.z; ++z)
-        for (int y = low.y; y < high.y; ++y)
-            for (int x = low.x; x < high.x; ++x) {
-                float& made = out[offset_in_brick(glm::uvec3(glm::ivec3(x, y, z) - origin))];
-                made = outside;
-                if (apart)
-                    continue;
-                const glm::dvec3 p(source_from_index * glm::dvec4(x, y, z, 1.0));
-                if (glm::any(glm::lessThan(p, glm::dvec3(-0.5 - kSlack))) ||
-                    glm::any(glm::greaterThan(p, last + 0.5 + kSlack)))
-                    continue;
-                const glm::ivec3 nearest(
-                    glm::clamp(glm::floor(p + 0.5 - kSlack), glm::dvec3(0), last));
-                const float there = source.at(nearest);
-                if (options.interpolation == Interpolation::nearest || std::isnan(there))
-                    made = there;
-                else
-                    made = options.interpolation == Interpolation::linear ? linear_at(source, p)
-                                                                          : cubic_at(source, p);
+        for (int y = low.y; y < high.y; ++y) {
+            const glm::dvec3 start(source_from_index * glm::dvec4(0.0, y, z, 1.0));
+            float* row = out + offset_in_brick(glm::uvec3(glm::ivec3(low.x, y, z) - origin));
+            for (int x = low.x; x < high.x; ++x, ++row) {
+                const glm::dvec3 q = start + double(x) * step - first;
+                const bool inside = !apart && q.x >= lowest.x && q.y >= lowest.y &&
+                                    q.z >= lowest.z && q.x <= highest.x && q.y <= highest.y &&
+                                    q.z <= highest.z;
+                *row = inside ? value(q) : outside;
             }
+        }
     return true;
 }
 
