@@ -1,93 +1,39 @@
 #include "bench/segment/cases.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "bench/segment/exact.h"
 #include "engine/segment/bilateral.h"
+#include "engine/segment/components.h"
 #include "engine/segment/fast_marching.h"
 #include "engine/segment/fuzzy_connectedness.h"
 #include "engine/segment/gaussian.h"
 #include "engine/segment/march_cost.h"
 #include "engine/segment/median.h"
+#include "engine/segment/morphology.h"
+#include "engine/segment/pointwise.h"
+#include "engine/segment/resample.h"
 #include "engine/segment/signed_distance.h"
 #include "engine/segment/vector_flow.h"
+#include "engine/volume/builder.h"
 
 namespace palpate::bench {
 
 namespace {
 
-double sample_at(const Volume& volume, glm::ivec3 i) {
-    return volume.value(glm::uvec3(glm::clamp(i, glm::ivec3(0), glm::ivec3(volume.size()) - 1)));
+Result<Volume> flow(const SegmentInput& in, double residual, const Task& task) {
+    PALPATE_TRY(const VectorField field,
+                vector_flow(in.edges, {.mu = kFlowMu, .residual = residual}, task));
+    return field[0];
 }
 
-// The sampled Gaussian or its first derivative, by the index, cut at 8 sigma.
-std::vector<double> weights(double sigma, bool derivative) {
-    const int radius = int(std::ceil(8.0 * sigma));
-    std::vector<double> w;
-    double sum = 0;
-    for (int n = -radius; n <= radius; ++n) {
-        const double g = std::exp(-0.5 * n * n / (sigma * sigma));
-        sum += g;
-        w.push_back(derivative ? n / (sigma * sigma) * g : g);
-    }
-    for (double& one : w)
-        one /= sum;
-    return w;
+Result<Volume> turned(const SegmentInput& in, Interpolation how, const Task& task) {
+    return resample(in.grey, {turned_grid(in.grey.grid()), how, 0}, task);
 }
 
-double convolved(const Volume& volume, glm::ivec3 at, double sigma_mm, int derivative_axis) {
-    std::array<std::vector<double>, 3> w;
-    glm::ivec3 radius;
-    for (int a = 0; a < 3; ++a) {
-        w[size_t(a)] = weights(sigma_mm / spacing_mm(volume.grid())[a], a == derivative_axis);
-        radius[a] = int(w[size_t(a)].size() / 2);
-    }
-    double sum = 0;
-    for (int z = -radius.z; z <= radius.z; ++z)
-        for (int y = -radius.y; y <= radius.y; ++y)
-            for (int x = -radius.x; x <= radius.x; ++x)
-                sum += w[0][size_t(x + radius.x)] * w[1][size_t(y + radius.y)] *
-                       w[2][size_t(z + radius.z)] * sample_at(volume, at + glm::ivec3(x, y, z));
-    return sum;
-}
-
-double exact_gaussian(const SegmentInput& in, glm::ivec3 at) {
-    return convolved(in.grey, at, 1.5, -1);
-}
-double exact_slope(const SegmentInput& in, glm::ivec3 at) {
-    glm::dvec3 g;
-    for (int a = 0; a < 3; ++a)
-        g[a] = convolved(in.grey, at, 1.5, a);
-    return glm::length(world_gradient(in.grey.grid(), g));
-}
-
-double exact_median(const SegmentInput& in, glm::ivec3 at) {
-    std::vector<double> all;
-    for (int z = -1; z <= 1; ++z)
-        for (int y = -1; y <= 1; ++y)
-            for (int x = -1; x <= 1; ++x)
-                all.push_back(sample_at(in.grey, at + glm::ivec3(x, y, z)));
-    std::nth_element(all.begin(), all.begin() + 13, all.end());
-    return all[13];
-}
-
-// Of 2 mm and 50 HU, to 8 sigma in space.
-double exact_bilateral(const SegmentInput& in, glm::ivec3 at) {
-    const glm::dvec3 spacing = spacing_mm(in.grey.grid());
-    const glm::ivec3 reach(16.0 / spacing);
-    const double centre = sample_at(in.grey, at);
-    double sum = 0, total = 0;
-    for (int z = -reach.z; z <= reach.z; ++z)
-        for (int y = -reach.y; y <= reach.y; ++y)
-            for (int x = -reach.x; x <= reach.x; ++x) {
-                const glm::dvec3 d = spacing * glm::dvec3(x, y, z) / 2.0;
-                const double off = sample_at(in.grey, at + glm::ivec3(x, y, z)) - centre;
-                const double w = std::exp(-0.5 * (glm::dot(d, d) + off * off / 2500.0));
-                sum += w * off;
-                total += w;
-            }
-    return centre + sum / total;
+Result<Volume> march_alone(const SegmentInput& in, int order, const Task& task) {
+    const Volume seeds = middle_seed(in.grey);
+    return fast_marching(in.one, {.seeds = &seeds}, {.order = order}, task);
 }
 
 Result<Volume> march(const SegmentInput& in, int order, const Task& task) {
@@ -120,18 +66,54 @@ const std::vector<SegmentCase>& table() {
              return bilateral(in.grey, {2.0, 50.0, true}, task);
          },
          exact_bilateral},
-        {"gradient vector flow", "one component, residual 1e-4, of gradient magnitude 1.5 mm", "",
-         0, 7,
-         [](const SegmentInput& in, const Task& task) -> Result<Volume> {
-             PALPATE_TRY(const Volume edges, gradient_magnitude(in.grey, {1.5}, task));
-             return vector_flow(edges, 0, {}, task);
+        {"gradient vector flow", "to ITK's residual after 10 iterations", "vector-flow", 30, 3,
+         [](const SegmentInput& in, const Task& task) {
+             return flow(in, std::min(in.flow_residual, 1.0), task);
          },
-         nullptr},
+         nullptr, flow_residual},
+        {"gradient vector flow", "to a residual of 1e-4", "vector-flow", 0, 3,
+         [](const SegmentInput& in, const Task& task) { return flow(in, 1e-4, task); }, nullptr,
+         flow_residual},
         {"signed distance", "of bone, mm", "maurer", 5, 15,
          [](const SegmentInput& in, const Task& task) {
              return signed_distance(in.bone, {}, task);
          },
+         exact_distance_outside},
+        {"signed distance of labels", "air, soft tissue and bone, mm", "", 0, 15,
+         [](const SegmentInput& in, const Task& task) {
+             return signed_distance(in.tissues, {.of = DistanceOf::labels}, task);
+         },
+         exact_distance_of_labels},
+        {"erosion", "of bone, 6 neighbours", "erode-cross", 10, 15,
+         [](const SegmentInput& in, const Task& task) { return morphology(in.bone, {}, task); },
+         exact_erosion},
+        {"erosion by a ball", "of bone, 3 mm", "erode-ball", 10, 15,
+         [](const SegmentInput& in, const Task& task) {
+             return morphology(in.bone, {.radius_mm = kBall_mm}, task);
+         },
+         exact_erosion_by_ball},
+        {"components", "of bone, 6 neighbours", "components", 0, 15,
+         [](const SegmentInput& in, const Task& task) -> Result<Volume> {
+             PALPATE_TRY(Components made, connected_components(in.bone, {.as_mask = true}, task));
+             return std::move(made.numbers);
+         },
          nullptr},
+        {"resample linear", "onto a turned grid of the same size", "resample-linear", 0, 7,
+         [](const SegmentInput& in, const Task& task) {
+             return turned(in, Interpolation::linear, task);
+         },
+         exact_linear},
+        {"resample cubic", "onto a turned grid of the same size", "resample-cubic", 0, 3,
+         [](const SegmentInput& in, const Task& task) {
+             return turned(in, Interpolation::cubic, task);
+         },
+         exact_cubic},
+        {"distance by marching", "order 1, cost 1, from the middle", "fast-marching-alone", 10, 3,
+         [](const SegmentInput& in, const Task& task) { return march_alone(in, 1, task); },
+         exact_distance_to_middle},
+        {"distance by marching", "order 2, cost 1, from the middle", "fast-marching-alone", 10, 3,
+         [](const SegmentInput& in, const Task& task) { return march_alone(in, 2, task); },
+         exact_distance_to_middle},
         {"fast marching", "order 1, from the middle", "fast-marching", 10, 3,
          [](const SegmentInput& in, const Task& task) { return march(in, 1, task); }, nullptr},
         {"fast marching", "order 2, from the middle", "fast-marching", 10, 3,
@@ -150,6 +132,33 @@ const std::vector<SegmentCase>& table() {
 
 Result<Volume> soft_tissue_cost(const Volume& grey, const Task& task) {
     return statistics_cost(grey, {1, 1, 40.0, 40.0}, {2.5, 0.05, 0}, task);
+}
+
+Result<SegmentInput> segment_input(const Volume& grey) {
+    const auto of_values = [&](ScalarType type, const auto& value) {
+        return make_volume(grey.grid(), type,
+                           [&](glm::uvec3 i) { return double(value(grey.value(i))); });
+    };
+    PALPATE_TRY(const Volume edges, gradient_magnitude(grey, {1.5}, {}));
+    PALPATE_TRY(const BrickMaker scaled,
+                rescale_bricks(edges, edges.range().min, edges.range().max, 0.0, 1.0));
+    PALPATE_TRY(const Volume made, make_bricks(scaled, {}));
+    return SegmentInput{
+        grey, of_values(ScalarType::u8, [](float v) { return v >= 300.0f; }),
+        of_values(ScalarType::u8, [](float v) { return v >= 300.0f ? 2 : v >= -300.0f; }),
+        with_grid(made, make_grid(grey.size(), {1, 1, 1})),
+        of_values(ScalarType::f32, [](float) { return 1.0; })};
+}
+
+Grid turned_grid(const Grid& grid) {
+    const double c = std::cos(0.3), s = std::sin(0.3);
+    const glm::dmat3 turn =
+        glm::dmat3(c, s, 0, -s, c, 0, 0, 0, 1) * glm::dmat3(1, 0, 0, 0, c, s, 0, -s, c);
+    Grid made = grid;
+    for (int a = 0; a < 3; ++a)
+        made.world_from_index[a] = glm::dvec4(turn * glm::dvec3(grid.world_from_index[a]), 0.0);
+    made.world_from_index[3] += glm::dvec4(center_mm(grid) - center_mm(made), 0.0);
+    return made;
 }
 
 Volume middle_seed(const Volume& grey) {

@@ -14,9 +14,21 @@
 namespace palpate::bench {
 
 struct SegmentInput {
-    Volume grey; // CT, HU
-    Volume bone; // u8: 1 where grey >= 300
+    Volume grey;    // CT, HU
+    Volume bone;    // u8: 1 where grey >= 300
+    Volume tissues; // u8: 0 air, 1 from -300 HU, 2 from 300 HU
+    Volume edges;   // f32: gradient magnitude of 1.5 mm, 0 .. 1, on samples 1 mm apart
+    Volume one;     // f32: 1 everywhere
+    // Of gradient vector flow: that of ITK, where it has run.
+    double flow_residual = 0.5;
 };
+Result<SegmentInput> segment_input(const Volume& grey);
+
+constexpr double kFlowMu = 0.2;
+constexpr double kBall_mm = 3.0;
+
+// A grid of the same size and middle, turned by 0.3 about two axes.
+Grid turned_grid(const Grid& grid);
 
 // What fronts start from, and their cost by the likeness to 40 HU.
 Volume middle_seed(const Volume& grey);
@@ -32,8 +44,11 @@ struct SegmentCase {
     double wanted;       // times faster than ITK that are aimed at; 0: no aim
     int rounds;          // of the long form; a third of it, one at least, of the short one
     std::function<Result<Volume>(const SegmentInput&, const Task&)> ours;
-    // The exact result at a sample, in double; null where the case has its truth in a test.
+    // The exact result at a sample, in double, NaN where there is none; null where the case has its
+    // truth in a test.
     std::function<double(const SegmentInput&, glm::ivec3)> exact;
+    // The residual of the whole result instead.
+    std::function<double(const SegmentInput&, const Samples&)> residual = nullptr;
 };
 std::span<const SegmentCase> segment_cases();
 

@@ -6,6 +6,7 @@
 
 #include "bench/segment/cases.h"
 #include "bench/study/liver_study.h"
+#include "bench/study/samples.h"
 #include "bench/suite/suites.h"
 #include "engine/base/log.h"
 #include "engine/io/volume_io.h"
@@ -37,12 +38,16 @@ Result<Sample> small_sample() {
 template <class Found>
 Json error_json(const std::vector<double>& exact, const Found& found) {
     double largest = 0, squares = 0;
+    size_t count = 0;
     for (size_t i = 0; i < exact.size(); ++i) {
+        if (std::isnan(exact[i]))
+            continue;
+        ++count;
         const double off = std::abs(double{found(i)} - exact[i]);
         largest = std::max(largest, off);
         squares += off * off;
     }
-    return {{"rms", std::sqrt(squares / double(exact.size()))}, {"max", largest}};
+    return {{"rms", std::sqrt(squares / double(std::max<size_t>(count, 1)))}, {"max", largest}};
 }
 
 Json times_json(const std::vector<double>& times) {
@@ -123,10 +128,7 @@ Result<Report> run_segment(Bench& bench) {
     if (options.only.size() == 1 && wants(kStudy))
         return report;
     PALPATE_TRY(const Sample sample, options.tiny ? small_sample() : head_ct(options.head_ct));
-    const SegmentInput input{sample.volume,
-                             make_volume(sample.volume.grid(), ScalarType::u8, [&](glm::uvec3 i) {
-                                 return sample.volume.value(i) >= 300.0f ? 1.0 : 0.0;
-                             })};
+    PALPATE_TRY(SegmentInput input, segment_input(sample.volume));
     report.json["filter_title"] = sample.title;
     const std::vector<glm::ivec3> places = probes(sample.volume.size());
     const glm::uvec3 n = sample.volume.size();
@@ -142,6 +144,13 @@ Result<Report> run_segment(Bench& bench) {
         for (int round = 0; round < rounds; ++round) {
             if (options.stop.stop_requested())
                 return fail("interrupted at {}", one.name);
+            if (itk) {
+                const Timer theirs;
+                itk->run();
+                itk_ms.push_back(theirs.ms());
+                if (one.residual && round == 0) // ours goes as far
+                    input.flow_residual = one.residual(input, itk->result());
+            }
             made.reset();
             const Timer ours;
             Result<Volume> result = one.ours(input, {options.stop, {}});
@@ -149,14 +158,14 @@ Result<Report> run_segment(Bench& bench) {
             if (!result)
                 return fail("{}: {}", one.name, result.error().message);
             made = std::move(*result);
-            if (itk) {
-                const Timer theirs;
-                itk->run();
-                itk_ms.push_back(theirs.ms());
-            }
         }
         Json row{{"name", one.name}, {"setting", one.setting}, {"ours_ms", times_json(ours_ms)}};
         const Samples theirs = itk ? itk->result() : Samples();
+        if (one.residual) {
+            row["ours_error"] = Json{{"residual", one.residual(input, samples_of(*made))}};
+            if (itk)
+                row["itk_error"] = Json{{"residual", one.residual(input, theirs)}};
+        }
         if (one.exact) {
             std::vector<double> exact;
             for (const glm::ivec3 at : places)
