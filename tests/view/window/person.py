@@ -51,9 +51,19 @@ class Screen:
         assert number, "Xvfb did not start"
         self.environment = dict(os.environ, DISPLAY=":" + number)
         self.environment.pop("WAYLAND_DISPLAY", None)
-        self.manager = subprocess.Popen(["openbox"], env=dict(self.environment, HOME=folder),
-                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        until("a window manager", lambda: self.xdo("get_desktop").strip().isdigit())
+        # Its properties are there before it takes windows. A window that is mapped between is never
+        # shown, and GLFW waits for it without end. --startup comes after that.
+        ready = os.path.join(folder, "manager.is.ready")
+        self.manager = subprocess.Popen(
+            ["openbox", "--startup", f"touch '{ready}'"], env=dict(self.environment, HOME=folder),
+            stdout=subprocess.DEVNULL, stderr=open(os.path.join(folder, "manager.said"), "w"))
+        until("a window manager", lambda: self._managed() or os.path.exists(ready))
+
+    def _managed(self):
+        if self.manager.poll() is not None:
+            with open(os.path.join(self.folder, "manager.said")) as said:
+                raise AssertionError(f"openbox ended with {self.manager.poll()}: {said.read()}")
+        return False
 
     def xdo(self, *words):
         return subprocess.run(["xdotool", *map(str, words)], env=self.environment,
