@@ -51,8 +51,15 @@ def main():
     print(f"Dice {found}, the page says {said}; {found_ml} ml, the page says {said_ml}")
     if any(abs(a - b) > 0.005 for a, b in zip(said, found)) or abs(said_ml - found_ml) > 5:
         sys.exit("the page says otherwise")
-    if os.path.getsize(os.path.join(work, "liver.ply")) < 10000:
-        sys.exit("liver.ply: expected a mesh")
+    window = json.load(open(os.path.join(work, "window.json"), encoding="utf-8"))
+    window_ml = window["label_counts"]["1"] * 0.027  # samples of 3 mm
+    said_ml = float(re.search(r"the liver has (\d+) ml then", part).group(1))
+    print(f"in the window {window_ml} ml, the page says {said_ml}")
+    if abs(window_ml - said_ml) > 5 or window["undo_steps"] != 5:
+        sys.exit("the page says otherwise of the window")
+    for mesh in ("liver.ply", "mesh.ply"):
+        if os.path.getsize(os.path.join(work, mesh)) < 10000:
+            sys.exit(f"{mesh}: expected a mesh")
 
 
 if __name__ == "__main__":
