@@ -1,23 +1,66 @@
-# cmake --install: headers, libraries, the program, and find_package(palpate).
+# cmake --install: the components runtime, bench, development, python, data and documentation; all of them
+# where none is named. find_package(palpate) needs development, and runtime to read foreign files.
 include(CMakePackageConfigHelpers)
 
 get_property(libraries GLOBAL PROPERTY PALPATE_LIBRARIES)
 install(TARGETS palpate_options ${libraries} EXPORT palpate-targets
-        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-if(TARGET palpate)
-    install(TARGETS palpate RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
-# In the prefix, for a person to copy: where udev reads it only root may write.
-install(FILES haptics/device/udev/70-palpate.rules
-        DESTINATION ${CMAKE_INSTALL_DATADIR}/palpate/udev)
+        ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 install(DIRECTORY engine haptics shaders DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate
-        FILES_MATCHING PATTERN "*.h" PATTERN "decode" EXCLUDE)
+        COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "decode" EXCLUDE)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)
-install(EXPORT palpate-targets NAMESPACE palpate:: DESTINATION ${package_dir})
+install(EXPORT palpate-targets NAMESPACE palpate:: DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(cmake/palpate-config.cmake.in
     ${CMAKE_CURRENT_BINARY_DIR}/palpate-config.cmake INSTALL_DESTINATION ${package_dir}
     PATH_VARS CMAKE_INSTALL_BINDIR)
 write_basic_package_version_file(${CMAKE_CURRENT_BINARY_DIR}/palpate-config-version.cmake
     COMPATIBILITY SameMinorVersion)
 install(FILES cmake/installed_bin.cpp.in ${CMAKE_CURRENT_BINARY_DIR}/palpate-config.cmake
-              ${CMAKE_CURRENT_BINARY_DIR}/palpate-config-version.cmake DESTINATION ${package_dir})
+              ${CMAKE_CURRENT_BINARY_DIR}/palpate-config-version.cmake
+        DESTINATION ${package_dir} COMPONENT development)
+
+# In the prefix, for a person to copy: where udev reads it only root may write.
+install(FILES haptics/device/udev/70-palpate.rules
+        DESTINATION ${CMAKE_INSTALL_DATADIR}/palpate/udev COMPONENT data)
+
+foreach(program palpate:runtime palpate-bench:bench)
+    string(REPLACE ":" ";" program ${program})
+    list(GET program 0 name)
+    list(GET program 1 component)
+    if(TARGET ${name})
+        install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${component})
+    endif()
+endforeach()
+
+if(TARGET palpate_python)
+    set(PALPATE_PYTHON_DIR lib/python3/dist-packages CACHE STRING
+        "Where Python looks for packages, below the prefix")
+    install(TARGETS palpate_python LIBRARY DESTINATION ${PALPATE_PYTHON_DIR}/palpate COMPONENT python)
+    install(DIRECTORY python/palpate DESTINATION ${PALPATE_PYTHON_DIR} COMPONENT python
+            FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
+endif()
+
+install(FILES LICENSE README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documentation)
+install(DIRECTORY docs/guide docs/reference docs/pictures DESTINATION ${CMAKE_INSTALL_DOCDIR}
+        COMPONENT documentation)
+if(TARGET palpate)
+    # Manual pages and shell completion, from what the program says of itself.
+    find_package(Python3 QUIET COMPONENTS Interpreter)
+    if(Python3_Interpreter_FOUND)
+        set(manual ${PROJECT_BINARY_DIR}/manual)
+        add_custom_command(OUTPUT ${manual}/palpate.1 ${manual}/completion/palpate
+            COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/scripts/manual $<TARGET_FILE:palpate> ${manual}
+            DEPENDS scripts/manual palpate $<TARGET_NAME_IF_EXISTS:palpate-bench>
+            COMMENT "Manual pages")
+        add_custom_target(palpate_manual ALL DEPENDS ${manual}/palpate.1)
+        install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT documentation
+                FILES_MATCHING PATTERN "*.1" PATTERN "completion" EXCLUDE)
+        install(FILES ${manual}/completion/palpate
+                DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT documentation)
+    else()
+        message(STATUS "manual pages: left out, because Python was not found")
+    endif()
+    install(FILES apps/palpate/view/palpate.desktop DESTINATION ${CMAKE_INSTALL_DATADIR}/applications
+            COMPONENT data)
+    install(FILES apps/palpate/view/palpate.xml DESTINATION ${CMAKE_INSTALL_DATADIR}/mime/packages
+            COMPONENT data)
+endif()

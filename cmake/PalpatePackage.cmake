@@ -47,9 +47,28 @@ install(CODE "set(PALPATE_PREFIX \"\${CMAKE_INSTALL_PREFIX}\")
               include(\"${PROJECT_SOURCE_DIR}/cmake/BundleNotices.cmake\")"
         COMPONENT bundle EXCLUDE_FROM_ALL)
 
+# The same libraries, program and Python module as a wheel lays them out (scripts/wheel makes the file):
+# palpate/_core.so, palpate/lib, palpate/bin/palpate.
+if(TARGET palpate_python)
+    set_target_properties(palpate_python PROPERTIES INSTALL_RPATH "$ORIGIN/lib")
+    target_link_options(palpate_python PRIVATE -Wl,--disable-new-dtags)
+    install(TARGETS palpate RUNTIME_DEPENDENCY_SET palpate_wheel
+            RUNTIME DESTINATION palpate/bin COMPONENT wheel EXCLUDE_FROM_ALL)
+    install(TARGETS palpate_python RUNTIME_DEPENDENCY_SET palpate_wheel
+            LIBRARY DESTINATION palpate COMPONENT wheel EXCLUDE_FROM_ALL)
+    install(RUNTIME_DEPENDENCY_SET palpate_wheel
+            PRE_EXCLUDE_REGEXES "^ld-linux" "^lib(c|m|dl|rt|pthread|resolv|mvec)\\.so" "^libstdc\\+\\+"
+                                "^libgcc_s" "^libpython"
+            LIBRARY DESTINATION palpate/lib COMPONENT wheel EXCLUDE_FROM_ALL)
+    install(FILES ${loader} DESTINATION palpate/lib RENAME libvulkan.so.1 COMPONENT wheel EXCLUDE_FROM_ALL)
+    install(DIRECTORY python/palpate DESTINATION . COMPONENT wheel EXCLUDE_FROM_ALL
+            FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
+endif()
+
 set(CPACK_GENERATOR TGZ)
 set(CPACK_PACKAGE_NAME palpate)
 set(CPACK_PACKAGE_VENDOR Palpate)
+set(CPACK_PACKAGE_CONTACT "The authors of Palpate <palpate@localhost>")
 set(CPACK_PACKAGE_FILE_NAME palpate-${PROJECT_VERSION}-linux-${CMAKE_SYSTEM_PROCESSOR})
 set(CPACK_COMPONENTS_ALL bundle)
 set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY ON)
@@ -58,4 +77,13 @@ set(CPACK_ARCHIVE_BUNDLE_FILE_NAME ${CPACK_PACKAGE_FILE_NAME})
 set(CPACK_STRIP_FILES ON)
 set(CPACK_THREADS 0)
 set(CPACK_VERBATIM_VARIABLES ON)
+# `cpack -G DEB`: packages for Debian 12 in place of the archive; cmake/DebianPackages.cmake.
+set(CPACK_PALPATE_COMPONENTS runtime data documentation development)
+if(TARGET palpate-bench)
+    list(APPEND CPACK_PALPATE_COMPONENTS bench)
+endif()
+if(TARGET palpate_python)
+    list(APPEND CPACK_PALPATE_COMPONENTS python)
+endif()
+set(CPACK_PROJECT_CONFIG_FILE ${PROJECT_SOURCE_DIR}/cmake/DebianPackages.cmake)
 include(CPack)

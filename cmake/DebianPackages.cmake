@@ -1,0 +1,41 @@
+# Read by CPack for each generator. DEB: palpate (the program, its data and its documentation),
+# palpate-bench, libpalpate-dev and python3-palpate, as they install on Debian 12. dpkg-shlibdeps finds the
+# libraries that each needs; the Vulkan loader is opened by name, so it is named here.
+if(NOT CPACK_GENERATOR STREQUAL "DEB")
+    return()
+endif()
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENT_INCLUDE_TOPLEVEL_DIRECTORY OFF)
+set(CPACK_COMPONENTS_ALL ${CPACK_PALPATE_COMPONENTS})
+# Components of one group are one package.
+set(CPACK_COMPONENTS_GROUPING ONE_PER_GROUP)
+foreach(component runtime data documentation)
+    string(TOUPPER ${component} upper)
+    set(CPACK_COMPONENT_${upper}_GROUP program)
+endforeach()
+foreach(component bench development python)
+    string(TOUPPER ${component} upper)
+    set(CPACK_COMPONENT_${upper}_GROUP ${component})
+endforeach()
+
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME palpate)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS libvulkan1)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS mesa-vulkan-drivers)
+set(CPACK_COMPONENT_GROUP_PROGRAM_DESCRIPTION "See, touch and carve CT and MR volumes\nThe program, its window, its manual pages and its guide.")
+set(CPACK_DEBIAN_BENCH_PACKAGE_NAME palpate-bench)
+set(CPACK_DEBIAN_BENCH_PACKAGE_DEPENDS "palpate (= ${CPACK_PACKAGE_VERSION})")
+set(CPACK_COMPONENT_GROUP_BENCH_DESCRIPTION "Measure speed beside error\nThe suites of palpate bench.")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libpalpate-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
+    "palpate (= ${CPACK_PACKAGE_VERSION}), libexpected-dev, libfmt-dev, libspdlog-dev, libglm-dev, libtbb-dev, nlohmann-json3-dev, libpugixml-dev, libopenexr-dev, libpng-dev, zlib1g-dev, libzstd-dev, libvulkan-dev, libvulkan-volk-dev")
+set(CPACK_COMPONENT_GROUP_DEVELOPMENT_DESCRIPTION "See, touch and carve CT and MR volumes: libraries\nHeaders, static libraries and the CMake package.")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-palpate)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "palpate (= ${CPACK_PACKAGE_VERSION}), python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libvulkan1")
+set(CPACK_COMPONENT_GROUP_PYTHON_DESCRIPTION "See, touch and carve CT and MR volumes: Python\nThe package palpate.")
