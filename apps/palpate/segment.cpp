@@ -19,7 +19,7 @@ namespace {
 
 struct SegmentOptions {
     ReadFlags read;
-    std::string method, seeds, start, out, cost, strength;
+    std::string method, seeds, start, out, cost, strength, distance;
     uint32_t background = 0;
     bool list = false;
     std::map<std::string, double> values; // one for each parameter of any method
@@ -33,6 +33,7 @@ std::vector<NamedFile> files_of(const SegmentOptions& o) {
     append_volume(files, "-o", o.out, FileUse::write);
     append_volume(files, "--cost", o.cost, FileUse::write);
     append_volume(files, "--arrival", o.strength, FileUse::write);
+    append_volume(files, "--distance", o.distance, FileUse::write);
     return files;
 }
 
@@ -111,11 +112,13 @@ Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
     if (o.list)
         return print_text(list_text());
     const SegmentMethod& method = *find_segment_method(o.method);
-    for (const std::string& path : {o.out, o.cost, o.strength})
+    for (const std::string& path : {o.out, o.cost, o.strength, o.distance})
         if (!path.empty())
             PALPATE_TRY(expect_volume_name(path));
     if (!method.strength && !o.strength.empty())
         return fail("--arrival: {} has no arrival times or strengths", method.name);
+    if (!method.has_distance && !o.distance.empty())
+        return fail("--distance: {} moves no surface whose distance it knows", method.name);
     const ParameterValues values = values_of(o, app, method);
     const Interrupt interrupt;
     PALPATE_TRY(const LoadedVolume loaded, load(o.read, false, interrupt));
@@ -143,6 +146,8 @@ Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
     PALPATE_TRY(save_volume(o.out, made.labels, interrupt.token()));
     if (!o.cost.empty())
         PALPATE_TRY(save_volume(o.cost, *made.cost, interrupt.token()));
+    if (!o.distance.empty())
+        PALPATE_TRY(save_volume(o.distance, *made.distance, interrupt.token()));
     return o.strength.empty() ? Result<void>()
                               : save_volume(o.strength, *made.strength, interrupt.token());
 }
@@ -195,6 +200,10 @@ Command add_segment(CLI::App& app) {
     app.add_option("--arrival", o->strength,
                    "Write the arrival times or the connectedness of all samples: any threshold of "
                    "it is a segmentation")
+        ->type_name("FILE");
+    app.add_option("--distance", o->distance,
+                   "Write the signed distance in mm from the surface of a level set, negative "
+                   "inside, near the surface")
         ->type_name("FILE");
     app.add_flag("--list", o->list, "List methods with their parameters, and exit");
     add_parameters(app, *o);

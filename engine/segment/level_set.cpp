@@ -37,8 +37,9 @@ Result<void> check(const LevelSetStart& start, const LevelSetForces& forces,
     PALPATE_TRY(above(o.curvature_mm, "curvature"));
     PALPATE_TRY(above(o.advection_mm, "advection"));
     PALPATE_TRY(above(o.tolerance_mm, "tolerance"));
-    if (!std::isfinite(o.propagation))
-        return fail("level set: propagation: expected a number, found {:g}", o.propagation);
+    if (!std::isfinite(o.propagation) || !std::isfinite(o.flow))
+        return fail("level set: expected numbers for propagation and flow, found {:g} and {:g}",
+                    o.propagation, o.flow);
     if (o.most_iterations < 0)
         return fail("level set: expected 0 iterations or more, found {}", o.most_iterations);
     if (o.advection_mm > 0.0 && !forces.edge)

@@ -47,6 +47,7 @@ struct LevelSetOptions {
     double propagation = 1.0;  // a
     double curvature_mm = 0.0; // b, >= 0
     double advection_mm = 0.0; // c, >= 0; needs an edge
+    double flow = 1.0;         // factor of w
     // Ends after so many iterations, or at this time, or once an iteration changes the distances of
     // the samples at the surface by no more than this (root mean square).
     int most_iterations = 500;

@@ -51,7 +51,8 @@ LevelSetRates::LevelSetRates(const Grid& grid, const LevelSetForces& forces,
     : forces_(forces),
       propagation_(float(options.propagation)),
       curvature_(float(options.curvature_mm)),
-      advection_(forces.edge ? float(options.advection_mm) : 0.0f) {
+      advection_(forces.edge ? float(options.advection_mm) : 0.0f),
+      flow_(float(options.flow)) {
     spacing_ = glm::vec3(spacing_mm(grid));
     const glm::dmat3 axes(grid.world_from_index);
     const glm::dmat3 inverse = glm::inverse(axes), metric = inverse * glm::transpose(inverse);
@@ -154,8 +155,8 @@ LevelSetRates::OfBrick LevelSetRates::of(const LevelSetBand& band, size_t brick)
             }
         }
         if (forces_.flow)
-            sample.wind +=
-                index_from_world_ * glm::vec3(flow[0][offset], flow[1][offset], flow[2][offset]);
+            sample.wind += flow_ * (index_from_world_ *
+                                    glm::vec3(flow[0][offset], flow[1][offset], flow[2][offset]));
         made.rates.push_back(rate(tile, row, x, sample, made.steps));
         made.fastest = std::max(made.fastest, std::abs(double(made.rates.back())));
     });

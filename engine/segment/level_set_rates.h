@@ -29,7 +29,7 @@ class LevelSetRates {
                double& steps) const;
 
     LevelSetForces forces_;
-    float propagation_, curvature_, advection_;
+    float propagation_, curvature_, advection_, flow_;
     glm::vec3 spacing_;
     glm::mat3 index_from_world_, metric_; // metric: of gradients by the index, 1 / mm^2
     glm::vec3 per_mm_;                    // roots of its diagonal

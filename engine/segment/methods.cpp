@@ -69,6 +69,25 @@ const MethodParameter kRise{"rise",
                             "Rule 0: the mean cost of the band, as a multiple of its first, that "
                             "stops the front"};
 
+const MethodParameter kCurvature{"curvature",
+                                 "mm",
+                                 0.0,
+                                 kAny,
+                                 kUnset,
+                                 "half the smallest spacing",
+                                 "Weight of the curvature: at full speed, bumps of less than twice "
+                                 "this radius go away"};
+const MethodParameter kIterations{
+    "iterations", "", 0, 1e6, 500, nullptr, "Largest number of steps that the surface moves"};
+const MethodParameter kChange{"change",
+                              "mm",
+                              0.0,
+                              kAny,
+                              kUnset,
+                              "1/500 of the smallest spacing",
+                              "Ends once a step changes distances at the surface by no more, root "
+                              "mean square"};
+
 } // namespace
 
 std::span<const SegmentMethod> segment_methods() {
@@ -153,6 +172,44 @@ std::span<const SegmentMethod> segment_methods() {
                "Range along the normal in which the mesh then looks for the strongest edge of the "
                "values; 0: it stays at the seeds' surface"}},
              run_mesh},
+            {"level-set",
+             "A surface from the seeds that grows over values from low to high, and stays even",
+             true,
+             nullptr,
+             {kLow, kHigh, kDeviations, kCurvature, kIterations, kChange},
+             run_level_threshold,
+             false,
+             true},
+            {"level-set-edges",
+             "A surface from the seeds that grows until edges hold it (geodesic active contour)",
+             true,
+             nullptr,
+             {{"edge", "value/mm", 1e-9, kAny, kUnset, "3 times the seeds' mean",
+               "Gradient at which the surface has half its speed"},
+              {"exponent", "", 0.1, 20.0, 2.0, nullptr, "How sharply speed falls at that gradient"},
+              {"sigma", "mm", 0.0, 1000.0, 1.0, nullptr,
+               "Standard deviation that values are smoothed by for their gradient"},
+              {"propagation", "", -1e3, 1e3, 1.0, nullptr,
+               "Speed where there is no edge; below 0 the surface shrinks"},
+              {"advection", "mm", 0.0, kAny, 2.0, nullptr,
+               "Weight of the pull to edges that are near"},
+              {"flow", "mm", 0.0, kAny, 0.0, nullptr,
+               "Weight of the pull to edges that are far: gradient vector flow"},
+              kCurvature,
+              kIterations,
+              kChange},
+             run_level_edges,
+             false,
+             true},
+            {"level-set-regions",
+             "A surface between two kinds of seeds, inside and outside, whose values compete "
+             "(region competition)",
+             true,
+             nullptr,
+             {kCurvature, kIterations, kChange},
+             run_level_regions,
+             false,
+             true},
             {"live-wire-surface",
              "The closed surface through closed curves that cross each other, and what is within",
              false,

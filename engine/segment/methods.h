@@ -37,6 +37,8 @@ struct Segmented {
     // f32: arrival times, connectedness or probability; no data where the background has won.
     std::optional<Volume> strength;
     std::vector<std::string> notes; // what was found from the data, for people
+    // f32, mm, negative inside: of level sets, the least of all objects. See LevelSetResult.
+    std::optional<Volume> distance{};
 };
 
 using ParameterValues = std::map<std::string, double, std::less<>>;
@@ -50,6 +52,7 @@ struct SegmentMethod {
     Result<Segmented> (*run)(const SegmentInput& input, const ParameterValues& values,
                              const Task& task);
     bool takes_curves = false;
+    bool has_distance = false; // makes Segmented::distance
 };
 
 std::span<const SegmentMethod> segment_methods();

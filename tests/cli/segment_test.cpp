@@ -87,6 +87,27 @@ TEST_F(SegmentCommand, AThresholdOfTheArrivalIsTheResult) {
     EXPECT_LT(inside, 40u * 40 * 20);
 }
 
+TEST_F(SegmentCommand, ALevelSetGoesOnFromAResultAndTellsDistances) {
+    const ProgramRun ran =
+        segment({"--method", "level-set", "--low", "50", "--high", "150", "--seeds",
+                 path("in.json"), "-o", path("a.nrrd"), "--distance", path("mm.nrrd")});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_THAT(ran.messages, HasSubstr("label 3: values 50 .. 150"));
+    EXPECT_NEAR(volume_mm3("a.nrrd", 3), kBall_mm3, 0.1 * kBall_mm3);
+    const Result<LoadedVolume> labels = load_labels(file("a.nrrd"));
+    const Result<LoadedVolume> mm = load_volume(file("mm.nrrd"));
+    ASSERT_TRUE(labels && mm);
+    for (uint32_t x = 0; x < 40; ++x)
+        EXPECT_EQ(labels->volume.value({x, 20, 10}),
+                  mm->volume.value({x, 20, 10}) < 0.0f ? 3.0f : 0.0f);
+    const ProgramRun from =
+        segment({"--method", "level-set-edges", "--start", path("a.nrrd"), "--propagation", "0",
+                 "--iterations", "3", "-o", path("b.nrrd")});
+    ASSERT_EQ(from.exit_code, 0) << from.messages;
+    EXPECT_THAT(from.messages, HasSubstr("after 3 iterations"));
+    EXPECT_NEAR(volume_mm3("b.nrrd", 3), kBall_mm3, 0.1 * kBall_mm3);
+}
+
 TEST_F(SegmentCommand, ListsWhatTheTableHas) {
     const ProgramRun list = run({"segment", "--list"});
     EXPECT_EQ(list.exit_code, 0);
@@ -117,6 +138,10 @@ TEST_F(SegmentCommand, BadInputIsOneSentenceAndWritesNothing) {
           "order: expected 1 .. 2, found 3");
     fails({"--method", "region-growing", "--arrival", path("t.nii"), "--seeds", path("in.json")}, 1,
           "--arrival");
+    fails({"--method", "watershed", "--distance", path("mm.nii"), "--seeds", path("in.json")}, 1,
+          "--distance");
+    fails({"--method", "level-set-regions", "--seeds", path("in.json")}, 1,
+          "expected seeds outside the object");
     const ProgramRun idle =
         segment({"--method", "threshold", "--low", "50", "--order", "2", "-o", path("fine.nii")});
     EXPECT_EQ(idle.exit_code, 0);

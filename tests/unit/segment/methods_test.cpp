@@ -67,6 +67,8 @@ TEST(Methods, EachFindsANoisyBall) {
             values["tolerance"] = 1e-2;
         if (std::string_view(method.name) == "simplex-mesh") // from 5 mm to 15, beyond noise
             values = {{"edges", 14.0}, {"rigidity", 8.0}, {"subdivisions", 3.0}, {"steps", 150.0}};
+        if (std::string_view(method.name) == "level-set")
+            values["deviations"] = 6.0; // of noise of 5: to 30 from 100
         const Result<Segmented> made = segment(method, input, values, {});
         ASSERT_TRUE(made) << method.name << ": " << made.error().message;
         // A sample of surface more or less is a Dice of 0.9. A front that slows down in an edge
@@ -75,6 +77,7 @@ TEST(Methods, EachFindsANoisyBall) {
         EXPECT_GE(dice_with_ball(made->labels, 15.0), before_edges ? 0.78 : 0.9) << method.name;
         EXPECT_EQ(made->labels.range().max, 1.0f) << method.name;
         EXPECT_EQ(made->strength.has_value(), method.strength != nullptr) << method.name;
+        EXPECT_EQ(made->distance.has_value(), method.has_distance) << method.name;
         if (made->strength) { // none at the seeds outside
             EXPECT_TRUE(std::isnan(made->strength->value({44, 44, 22}))) << method.name;
         }
@@ -98,6 +101,8 @@ TEST(Methods, RefuseWhatDoesNotFit) {
     const Volume seeds = *seed_map(volume, ball);
     EXPECT_THAT(why("watershed", {{"neighbors", 7}}, seeds), HasSubstr("6, 18 or 26, found 7"));
     EXPECT_THAT(why("fuzzy-connectedness", {{"weight", 2}}, seeds), HasSubstr("0 .. 1, found 2"));
+    EXPECT_THAT(why("level-set-regions", {}, seeds), HasSubstr("expected seeds outside"));
+    EXPECT_THAT(why("level-set", {{"low", 9}, {"high", 8}}, seeds), HasSubstr("found 9 .. 8"));
 }
 
 TEST(EdgeStrength, IsTheSlopeOfARampOnAnyGridAndNoDataDoesNotSpread) {

@@ -1,0 +1,143 @@
+// Level sets as rows of the table of methods.
+
+#include <functional>
+
+#include "engine/segment/level_set.h"
+#include "engine/segment/level_set_speed.h"
+#include "engine/segment/method_parts.h"
+#include "engine/segment/method_runs.h"
+#include "engine/segment/vector_flow.h"
+
+namespace palpate {
+
+namespace {
+
+struct Forces {
+    std::optional<Volume> speed, edge;
+    std::optional<VectorField> flow;
+};
+
+// All objects, one after the other; where they overlap, the one whose surface is farther has the
+// sample. make() fills in forces, and options beside those that all methods have.
+Result<Segmented> run_level(
+    const SegmentInput& input, const ParameterValues& values, const Task& task,
+    const std::function<Result<Forces>(const SeedValues& seeds, LevelSetOptions& options,
+                                       std::string& note, const Task& task)>& make) {
+    const glm::dvec3 h = spacing_mm(input.volume.grid());
+    const double least = std::min({h.x, h.y, h.z});
+    LevelSetOptions options{.most_iterations = int(value_of(values, "iterations")),
+                            .with_distance = true};
+    options.curvature_mm =
+        is_set(values, "curvature") ? value_of(values, "curvature") : 0.5 * least;
+    options.tolerance_mm = is_set(values, "change") ? value_of(values, "change") : least / 500.0;
+    Winner winner;
+    bool any = false;
+    Segmented made{*input.seeds, {}, {}, {}};
+    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
+    for (size_t i = 0; i < all.size(); ++i) {
+        if (all[i].label == input.background)
+            continue;
+        const double from = double(i) / double(all.size()), share = 1.0 / double(all.size());
+        std::string note;
+        PALPATE_TRY(const Forces forces,
+                    make(all[i], options, note, task.part(from, from + 0.2 * share)));
+        const LevelSetForces given{forces.speed ? &*forces.speed : nullptr,
+                                   forces.edge ? &*forces.edge : nullptr,
+                                   forces.flow ? &*forces.flow : nullptr};
+        PALPATE_TRY(const LevelSetResult found,
+                    level_set({.labels = &*input.seeds, .label = all[i].label}, given, options,
+                              task.part(from + 0.2 * share, from + share)));
+        PALPATE_TRY(winner.add(all[i].label, *found.distance, {task.stop, {}}));
+        made.notes.push_back(
+            fmt::format("label {}: {}; {}", all[i].label, note, text_of(found.report)));
+        any = true;
+    }
+    if (!any)
+        return fail("level set: all seeds are those of the background");
+    PALPATE_TRY(made.labels, labels_of(winner, input, {task.stop, {}},
+                                       [](float v, uint16_t) { return v < 0.0f; }));
+    made.distance = winner.best();
+    return made;
+}
+
+} // namespace
+
+Result<Segmented> run_level_threshold(const SegmentInput& input, const ParameterValues& values,
+                                      const Task& task) {
+    return run_level(
+        input, values, task,
+        [&](const SeedValues& seeds, LevelSetOptions&, std::string& note,
+            const Task& part) -> Result<Forces> {
+            const double reach = value_of(values, "deviations") * spread_of(seeds, input.volume);
+            const ValueInterval interval{
+                is_set(values, "low") ? value_of(values, "low") : seeds.mean - reach,
+                is_set(values, "high") ? value_of(values, "high") : seeds.mean + reach};
+            note = fmt::format("values {:g} .. {:g}", interval.low, interval.high);
+            PALPATE_TRY(const Volume speed, threshold_speed(input.volume, interval, part));
+            return Forces{speed, {}, {}};
+        });
+}
+
+Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValues& values,
+                                  const Task& task) {
+    const auto make = [&](const SeedValues& seeds, LevelSetOptions& options, std::string& note,
+                          const Task& part) -> Result<Forces> {
+        EdgeSpeedOptions edges{value_of(values, "edge"), value_of(values, "exponent"),
+                               value_of(values, "sigma")};
+        options.propagation = value_of(values, "propagation");
+        options.advection_mm = value_of(values, "advection");
+        options.flow = value_of(values, "flow");
+        std::optional<Volume> slopes;
+        if (!is_set(values, "edge") || options.flow > 0.0) {
+            PALPATE_TRY(slopes,
+                        gradient_magnitude(input.volume, {edges.sigma_mm}, {part.stop, {}}));
+        }
+        if (!is_set(values, "edge")) {
+            edges.edge = 1.0; // where values are even
+            for (const SeedValues& under : seed_values(*slopes, *input.seeds))
+                if (under.label == seeds.label && under.mean > 0.0)
+                    edges.edge = 3.0 * under.mean;
+        }
+        note = fmt::format("edges of {:g} units per mm", edges.edge);
+        PALPATE_TRY(const Volume edge, edge_speed(input.volume, edges, {part.stop, {}}));
+        Forces forces{edge, edge, {}};
+        if (options.flow > 0.0) {
+            PALPATE_TRY(forces.flow, vector_flow(*slopes, VectorFlowOptions{}, part));
+        }
+        return forces;
+    };
+    return run_level(input, values, task, make);
+}
+
+Result<Segmented> run_level_regions(const SegmentInput& input, const ParameterValues& values,
+                                    const Task& task) {
+    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
+    const auto make = [&](const SeedValues& seeds, LevelSetOptions&, std::string& note,
+                          const Task& part) -> Result<Forces> {
+        // All seeds of other labels as one.
+        SeedValues outside;
+        double sum = 0.0, squares = 0.0;
+        for (const SeedValues& other : all)
+            if (other.label != seeds.label) {
+                const auto count = double(other.count);
+                outside.count += other.count;
+                sum += count * other.mean;
+                squares += count * (other.sd * other.sd + other.mean * other.mean);
+            }
+        if (outside.count == 0)
+            return fail(
+                "level-set-regions: expected seeds outside the object, of another label, beside "
+                "those of label {}",
+                seeds.label);
+        outside.mean = sum / double(outside.count);
+        outside.sd =
+            std::sqrt(std::max(0.0, squares / double(outside.count) - outside.mean * outside.mean));
+        note = fmt::format("values {:g} +- {:g} against {:g} +- {:g}", seeds.mean, seeds.sd,
+                           outside.mean, outside.sd);
+        PALPATE_TRY(const Volume speed, region_speed(input.volume, seeds, outside, part));
+        return Forces{speed, {}, {}};
+    };
+    return run_level(input, values, task, make);
+}
+
+} // namespace palpate
