@@ -24,7 +24,6 @@ class LevelSetRates {
         float speed = 1.0f, edge = 1.0f;
         glm::vec3 wind{0.0f}; // v + w by the index
     };
-    struct Values;
     float rate(const LevelSetTile& tile, uint32_t row, int x, const Sample& sample,
                double& steps) const;
 
