@@ -45,6 +45,7 @@ struct TouchOptions {
     std::string report, page, record, output;
     PathOptions motion;
     double iso = NAN, radius_mm = 0, stiffness = 500, damping = 0, yield_n = 0, viscosity = 0;
+    double drill_threshold_mm = TouchParameters().drill_threshold_mm;
     std::vector<double> friction{0.0};
     uint32_t samples = 340, delay = 0;
     double rate_hz = 1000, scale = 0;
@@ -55,6 +56,11 @@ struct TouchOptions {
 
 bool edits(const TouchOptions& o) {
     return !o.feel.edit.empty() || o.feel.drill_mm > 0.0;
+}
+
+// Its distance from the surface begins to remove material, and no button.
+bool drills_by_itself(const TouchOptions& o) {
+    return o.algorithm == "drill-three-step";
 }
 
 TouchedStrokes strokes_of(const TouchOptions& o) {
@@ -108,6 +114,7 @@ Result<TouchParameters> parameters_of(const TouchOptions& o, const LoadedScene& 
     set("--friction", p.friction_dynamic, o.friction.size() > 1 ? o.friction[1] : o.friction[0]);
     set("--yield", p.yield_n, o.yield_n);
     set("--viscosity", p.viscosity_n_s_per_m, o.viscosity);
+    set("--drill-threshold", p.drill_threshold_mm, o.drill_threshold_mm);
     return p;
 }
 
@@ -150,7 +157,10 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
         {!edits(o), {"--tool"}, "without --edit and --drill"},
         {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
         {strokes_of(o).in_project(), {"--journal"}, "the project keeps the strokes"},
-        {!o.motion.trajectory.empty(), {"--edit", "--drill"}, "a trajectory presses no button"},
+        {!o.motion.trajectory.empty() && !drills_by_itself(o),
+         {"--edit", "--drill"},
+         "a trajectory presses no button"},
+        {!drills_by_itself(o), {"--drill-threshold"}, "of drill-three-step"},
         {name == "none",
          {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source"},
          "with --algorithm none"},
@@ -196,14 +206,20 @@ void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o
         log::warning("nothing was felt: the force was always 0");
 }
 
-void warn_of_idle_edit(const Volume& before, const Volume& after, const haptics::HandPath& path) {
+void warn_of_idle_edit(const Volume& before, const Volume& after, const haptics::HandPath& path,
+                       const TouchOptions& o) {
     if (!changed_bricks(before, after).empty())
         return;
     const bool pressed = std::any_of(path.poses().begin(), path.poses().end(),
                                      [](const haptics::HandPose& p) { return p.buttons & 1u; });
-    log::warning("--edit or --drill changed no sample: {}",
-                 pressed ? "the tool met nothing that it changes"
-                         : "the path presses no button 0 (its column \"button\")");
+    log::warning(
+        "--edit or --drill changed no sample: {}",
+        drills_by_itself(o)
+            ? fmt::format("the hand was never deeper than --drill-threshold {:g} mm, or the "
+                          "tool met nothing that it changes",
+                          o.drill_threshold_mm)
+        : pressed ? "the tool met nothing that it changes"
+                  : "the path presses no button 0 (its column \"button\")");
 }
 
 Result<void> say(const haptics::TouchSummary& s, const Json& telemetry) {
@@ -301,7 +317,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     const haptics::TouchSummary summary = haptics::summarise(run->ticks, run->start_ns);
     warn_of_what_was_felt(summary, o, path, grid);
     if (edits(o))
-        warn_of_idle_edit(before, run->volume, path);
+        warn_of_idle_edit(before, run->volume, path, o);
     return o.report == "-" ? Result<void>() : say(summary, std::move(run->telemetry));
 }
 
@@ -351,6 +367,12 @@ Command add_touch(CLI::App& app) {
     app.add_option("--yield", o->yield_n,
                    "T0, the force above which material yields, N; 0 is never")
         ->check(within(0.0, Most::force_n))
+        ->capture_default_str();
+    app.add_option(
+           "--drill-threshold", o->drill_threshold_mm,
+           "Of drill-three-step: distance from the surface to the hand above which material "
+           "is removed, mm")
+        ->check(within(0.0, Most::drill_mm))
         ->capture_default_str();
     app.add_option("--viscosity", o->viscosity, "N s/m")
         ->check(within(0.0, Most::damping_n_s_per_m))

@@ -12,9 +12,15 @@ namespace {
 
 using glm::dvec3;
 
-constexpr double kYieldTime_s = 0.01, kFade_s = 0.02;
+constexpr double kFade_s = 0.02;
 // Of the spring, beyond what the tool's own motion explains: 0.09 N in a millisecond.
-constexpr double kBleed_n_per_s = 90.0;
+constexpr double kBleed_n_per_s = Yielding::kRate_n_per_s;
+// The force above which material yields that never does, so that it can be slewed.
+constexpr double kNever_n = MostTouch::force_n;
+
+double never_or(double yield_n) {
+    return yield_n > 0.0 ? yield_n : kNever_n;
+}
 
 } // namespace
 
@@ -29,7 +35,7 @@ Feel feel_at(const Volume& labels, dvec3 index, const TouchParameters& q) {
                z = cubic_weights(f.z).value;
     const uint32_t count = std::min(q.label_count, TouchParameters::kMostLabels);
     Feel sum{};
-    double total = 0.0, heaviest = 0.0;
+    double total = 0.0, give = 0.0, heaviest = 0.0;
     std::array<double, TouchParameters::kMostLabels> shares{};
     for (int i = 0; i < 64; ++i) {
         const glm::ivec3 at(i & 3, i >> 2 & 3, i >> 4);
@@ -52,18 +58,18 @@ Feel feel_at(const Volume& labels, dvec3 index, const TouchParameters& q) {
         sum.stiffness_n_per_m += weight * feel.stiffness_n_per_m;
         sum.friction_static += weight * feel.friction_static;
         sum.friction_dynamic += weight * feel.friction_dynamic;
-        sum.yield_n += weight * feel.yield_n;
+        give += feel.yield_n > 0.0 ? weight / feel.yield_n : 0.0; // what never yields gives nothing
         total += weight;
     }
     if (total < 1e-6)
         return plain;
     return {sum.stiffness_n_per_m / total, sum.friction_static / total,
-            sum.friction_dynamic / total, sum.yield_n / total, sum.label};
+            sum.friction_dynamic / total, give > 0.0 ? total / give : 0.0, sum.label};
 }
 
 void Coupler::reset(dvec3 tool_mm) {
     *this = Coupler{};
-    rendered_ = tool_ = tool_mm;
+    rendered_ = tool_ = hand_ = tool_mm;
 }
 
 TickOutput Coupler::unknown() {
@@ -76,47 +82,69 @@ dvec3 Coupler::rubbed(dvec3 hand, dvec3 proxy, dvec3 normal, bool& slipping) con
     if (!(friction > 0.0))
         return hand;
     const dvec3 way = hand - proxy;
-    const double depth = std::max(0.0, -glm::dot(way, normal) - yielded_mm_);
+    const double depth = std::max(0.0, -glm::dot(way, normal));
     const dvec3 along = way - glm::dot(way, normal) * normal;
     const double whole = glm::length(along), held = friction * depth;
     slipping = whole > held + 1e-6;
     return hand - (whole > held ? held / whole : 1.0) * along;
 }
 
+bool Coupler::stays_inside(bool is_free, double grain_mm) {
+    const double k = 1e-3 * feel_.stiffness_n_per_m;
+    return k > 0.0 && yielding_.stays(is_free, grain_mm, tool_, k, cut_.felt_n());
+}
+
+dvec3 Coupler::hand_of(const TickInput& input) {
+    if (yielding_.is_leaving() && !has_come_out_ && bleed_.is_over() && has_settled_)
+        yielding_.catch_up(std::max(1e-9, 1e-3 * feel_.stiffness_n_per_m), input.dt_s);
+    return yielding_.hand(input.tool.position_mm);
+}
+
+TickOutput Coupler::couple(const TickInput& input, const Geometry& geometry, const Feel& may_be) {
+    yield(input, geometry, may_be);
+    return finish(input, geometry);
+}
+
 void Coupler::yield(const TickInput& input, const Geometry& geometry, const Feel& may_be) {
     const double dt = input.dt_s;
-    if (geometry.touching && !is_first_) {
+    const bool in_contact = geometry.touching || yielding_.is_inside();
+    const double yield_n = never_or(may_be.yield_n);
+    if (in_contact && !is_first_) {
         feel_.stiffness_n_per_m = slewed(feel_.stiffness_n_per_m, may_be.stiffness_n_per_m, dt);
         feel_.friction_static = slewed(feel_.friction_static, may_be.friction_static, dt);
         feel_.friction_dynamic = slewed(feel_.friction_dynamic, may_be.friction_dynamic, dt);
-        feel_.yield_n = slewed(feel_.yield_n, may_be.yield_n, dt);
+        feel_.yield_n = slewed(feel_.yield_n, yield_n, dt);
         feel_.label = may_be.label;
     } else {
         feel_ = may_be; // in the air nothing jumps
+        feel_.yield_n = yield_n;
     }
-    const double k = 1e-3 * feel_.stiffness_n_per_m; // N/mm
-    if (!(geometry.touching && feel_.yield_n > 0.0 && k > 0.0)) {
-        yielded_mm_ = 0.0;
-        return;
-    }
-    if (yielded_mm_ == 0.0)
-        entry_ = geometry.normal;
     const dvec3 x = input.tool.position_mm;
-    const double depth = std::max(0.0, glm::dot(geometry.proxy_mm - x, entry_));
-    const double most = feel_.yield_n / k;
-    if (depth > yielded_mm_ + most)
-        yielded_mm_ += (depth - most - yielded_mm_) * -std::expm1(-dt / kYieldTime_s);
-    else
-        yielded_mm_ = std::min(yielded_mm_, depth);
+    const double k = 1e-3 * feel_.stiffness_n_per_m; // N/mm
+    if (!(k > 0.0))
+        return;
+    const dvec3 spring = geometry.proxy_mm - yielding_.hand(x);
+    if (!yielding_.is_inside() && geometry.touching && feel_.yield_n < kNever_n &&
+        k * glm::dot(spring, geometry.normal) > feel_.yield_n)
+        yielding_.enter(geometry.proxy_mm, geometry.normal, x);
+    if (yielding_.is_inside())
+        yielding_.sink(x, k, feel_.yield_n < kNever_n ? feel_.yield_n : INFINITY,
+                       feel_.friction_dynamic, dt);
 }
 
-TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry, dvec3 rendered) {
+TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
     const TouchParameters& q = *input.parameters;
-    const dvec3 x = input.tool.position_mm;
+    const bool is_inside = yielding_.is_inside(), in_contact = geometry.touching || is_inside;
+    const dvec3 tool = input.tool.position_mm, x = is_inside ? tool : yielding_.hand(tool);
     const double dt = input.dt_s, k = 1e-3 * feel_.stiffness_n_per_m;
-    if (geometry.was_replaced && !is_first_)
-        bleed_.take_up(rendered_ + (x - tool_), rendered, glm::distance(x, tool_));
-    rendered += bleed_.next(k > 0.0 ? kBleed_n_per_s / k : 1e6, dt);
+    dvec3 rendered = is_inside ? yielding_.place_mm() : geometry.proxy_mm;
+    // Force stays what it was, and then falls, also where geometry takes some ticks to get there.
+    if (yielding_.is_leaving())
+        bleed_.take_up(rendered_ + (has_come_out_ ? tool - tool_ : x - hand_), rendered, 0.0);
+    else if (geometry.was_replaced && !is_first_ && !is_inside)
+        bleed_.take_up(rendered_ + (x - hand_), rendered, glm::distance(x, hand_));
+    const double speed = yielding_.is_leaving() ? Yielding::speed_mm_per_s(k) : kBleed_n_per_s / k;
+    rendered += bleed_.next(k > 0.0 ? speed : 1e6, dt);
 
     TickOutput output;
     const double fade = dt / kFade_s;
@@ -125,7 +153,9 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry, dve
     const double damping = rendered == x ? 0.0 : q.damping_n_s_per_m;
     output.force_n = coupling_n(feel_.stiffness_n_per_m, damping, x, rendered,
                                 input.velocity_mm_per_s, (rendered - rendered_) / dt);
-    if (yielded_mm_ > 0.0)
+    output.force_n =
+        cut_.cut(output.force_n, feel_.yield_n < kNever_n ? feel_.yield_n : INFINITY, dt);
+    if (is_inside)
         output.force_n -= 1e-3 * q.viscosity_n_s_per_m * input.velocity_mm_per_s;
     // Doubt comes and goes no faster than an edit is felt, and not while one is.
     const double wanted = std::clamp(2.0 * geometry.confidence, 0.0, 1.0);
@@ -137,27 +167,31 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry, dve
             std::clamp(wanted - trust_, -kBleed_n_per_s * dt / felt, kBleed_n_per_s * dt / felt);
     had_force_ = felt > 0.0;
     output.force_n *= presence_ * trust_;
-    if (input.removing && geometry.touching && q.vibration_n > 0.0)
-        output.force_n += q.vibration_n * vibration_.next(dt) * geometry.normal;
+    const dvec3 normal = is_inside ? yielding_.normal() : geometry.normal;
+    if (input.removing && in_contact && q.vibration_n > 0.0)
+        output.force_n += q.vibration_n * vibration_.next(dt) * normal;
 
     is_first_ = false;
+    has_settled_ = in_contact || rendered == x;
     rendered_ = rendered;
-    tool_ = x;
+    tool_ = tool;
+    hand_ = x;
     output.proxy = input.tool;
     output.proxy.position_mm = rendered;
-    output.depth_mm = glm::distance(rendered, x);
-    output.normal = geometry.touching ? geometry.normal : dvec3(0.0);
+    output.depth_mm = glm::distance(rendered, tool);
+    output.normal = in_contact ? normal : dvec3(0.0);
     output.confidence = geometry.confidence;
-    output.label = geometry.touching ? feel_.label : 0;
+    output.label = in_contact ? feel_.label : 0;
     output.contacts = geometry.contacts;
     output.iterations = geometry.iterations;
+    const bool yields = is_inside || yielding_.is_leaving();
     output.contact = geometry.lacks_data  ? Contact::unknown
                      : geometry.submerged ? Contact::submerged
-                     : yielded_mm_ > 0.0  ? Contact::yielding
+                     : yields             ? Contact::yielding
                      : geometry.touching  ? Contact::touching
                                           : Contact::free;
     if (!is_finite(output.force_n) || !is_finite(rendered)) {
-        reset(x);
+        reset(tool);
         return unknown();
     }
     return output;

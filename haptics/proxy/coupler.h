@@ -4,6 +4,7 @@
 
 #include "haptics/field/coupling.h"
 #include "haptics/proxy/effects.h"
+#include "haptics/proxy/yielding.h"
 
 namespace palpate::haptics {
 
@@ -57,7 +58,7 @@ struct Geometry {
     glm::dvec3 proxy_mm{0.0};
     glm::dvec3 normal{0.0}; // out of what holds it; unit length where touching
     bool touching = false;
-    bool submerged = false;    // in material, and no way out is known
+    bool submerged = false;    // in material, and no way out is known; nothing is felt
     bool was_replaced = false; // the touched scene was exchanged since the tick before
     bool lacks_data = false;   // something near was not in memory
     double confidence = 1.0;
@@ -71,7 +72,19 @@ class Coupler {
     void reset(glm::dvec3 tool_mm);
 
     const Feel& feel() const { return feel_; }
-    double yielded_mm() const { return yielded_mm_; }
+    // A tick begins: the hand as geometry is to take it. is_free(p): nothing solid is at a place p
+    // that the proxy yielded to; grain_mm: what geometry may err by. Where is_inside() says so
+    // afterwards, geometry is not asked in this tick; where has_come_out(), it begins at
+    // place_mm().
+    template <class IsFree>
+    glm::dvec3 hand(const TickInput& input, double grain_mm, const IsFree& is_free) {
+        const bool was_inside = yielding_.is_inside();
+        has_come_out_ = was_inside && !stays_inside(is_free(yielding_.place_mm()), grain_mm);
+        return hand_of(input);
+    }
+    bool is_inside() const { return yielding_.is_inside(); } // material that yields
+    bool has_come_out() const { return has_come_out_; }
+    glm::dvec3 place_mm() const { return yielding_.place_mm(); }
     // Friction, for a proxy that was in contact: where it is drawn to in place of the hand, which
     // it follows but for what the cone lets it stay behind. `slipping` is of the tick before, and
     // then of this one.
@@ -80,29 +93,23 @@ class Coupler {
     // Fades out; for inputs that cannot be used.
     TickOutput unknown();
 
-    // `may_be` says what is felt at the proxy. is_free(p): nothing solid at a place where the proxy
-    // yields to. Where it yielded through to free space, geometry.proxy_mm moves there.
-    template <class IsFree>
-    TickOutput couple(const TickInput& input, Geometry& geometry, const Feel& may_be,
-                      double voxel_mm, const IsFree& is_free) {
-        yield(input, geometry, may_be);
-        glm::dvec3 rendered = geometry.proxy_mm - yielded_mm_ * entry_;
-        if (yielded_mm_ > voxel_mm && is_free(rendered)) {
-            geometry.proxy_mm = rendered;
-            yielded_mm_ = 0.0;
-            geometry.touching = false;
-        }
-        return finish(input, geometry, rendered);
-    }
+    // `may_be` says what is felt at the proxy.
+    TickOutput couple(const TickInput& input, const Geometry& geometry, const Feel& may_be);
 
  private:
+    bool stays_inside(bool is_free, double grain_mm);
+    glm::dvec3 hand_of(const TickInput& input);
     void yield(const TickInput& input, const Geometry& geometry, const Feel& may_be);
-    TickOutput finish(const TickInput& input, const Geometry& geometry, glm::dvec3 rendered);
+    TickOutput finish(const TickInput& input, const Geometry& geometry);
 
-    glm::dvec3 rendered_{0.0}, tool_{0.0}, entry_{0.0};
-    double yielded_mm_ = 0.0, presence_ = 1.0, trust_ = 1.0;
-    bool is_first_ = true, had_force_ = false;
-    Feel feel_;
+    // Of the last tick: what was rendered, the hand, and the hand as geometry took it.
+    glm::dvec3 rendered_{0.0}, tool_{0.0}, hand_{0.0};
+    double presence_ = 1.0, trust_ = 1.0;
+    bool is_first_ = true, had_force_ = false, has_come_out_ = false;
+    bool has_settled_ = true; // in the last tick: on a surface, or where the hand is
+    Feel feel_;               // where nothing yields, yield_n is that of kNever_n
+    Yielding yielding_;
+    ForceCut cut_;
     Bleed bleed_;
     BandNoise vibration_;
 };

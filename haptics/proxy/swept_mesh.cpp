@@ -43,16 +43,29 @@ class SweptTriangles final : public Algorithm {
         const TouchParameters& q = *input.parameters;
         if (!is_sane(input) || !surface_.follow(input))
             return coupler_.unknown();
-        const dvec3 x = input.tool.position_mm;
+        const dvec3 x = coupler_.hand(input, surface_.grain_mm(),
+                                      [&](dvec3 p) { return is_free(surface_.from_world(p)); });
+        if (coupler_.has_come_out()) {
+            proxy_ = coupler_.place_mm();
+            touching_ = slipping_ = false;
+        }
         if (!has_proxy_)
             proxy_ = x;
         Geometry geometry;
         const bool is_first = !has_proxy_;
         geometry.was_replaced = is_first || surface_.is_new();
         has_proxy_ = true;
+        if (!coupler_.is_inside())
+            move(x, is_first, geometry);
+        geometry.lacks_data = surface_.lacks_data();
+        return coupler_.couple(input, geometry, plain_feel(q));
+    }
+
+ private:
+    // Geometry's part of a tick, for a hand at x.
+    void move(dvec3 x, bool is_first, Geometry& geometry) {
         if (geometry.was_replaced && !is_first)
             put_back();
-
         const dvec3 start = proxy_;
         const dvec3 goal =
             touching_ ? coupler_.rubbed(x, proxy_, surface_.turn_to_world(normal_), slipping_) : x;
@@ -72,22 +85,19 @@ class SweptTriangles final : public Algorithm {
         geometry.touching = touching_;
         geometry.normal = surface_.turn_to_world(rest.shaded_normal);
         geometry.contacts = touching_;
-        geometry.lacks_data = surface_.lacks_data();
-        const dvec3 rendered = geometry.proxy_mm;
-        const TickOutput output =
-            coupler_.couple(input, geometry, plain_feel(q), surface_.grain_mm(), [&](dvec3 p) {
-                // Free where the nearest face is seen from outside.
-                const SurfacePoint near = nearest_point(surface_.span(), surface_.from_world(p));
-                return near.found &&
-                       glm::dot(surface_.from_world(p) - near.point, near.face_normal) > 0.0;
-            });
-        if (geometry.proxy_mm != rendered) // yielded through
-            proxy_ = geometry.proxy_mm;
-        touching_ = geometry.touching;
-        return output;
     }
 
- private:
+    // Outside of the nearest face, and of the blended normals there: of two faces that meet in an
+    // edge one alone may see a place from the wrong side. Where no face is near, the surface knows.
+    bool is_free(dvec3 p) {
+        surface_.gather(p, 0.0);
+        const SurfacePoint near = nearest_point(surface_.span(), p);
+        if (!near.found)
+            return surface_.is_free_amid();
+        const dvec3 off = p - near.point;
+        return glm::dot(off, near.face_normal) > 0.0 && glm::dot(off, near.shaded_normal) > 0.0;
+    }
+
     // Where the proxy goes when the tool is at x.
     Rest follow(dvec3 x, Geometry& geometry) {
         const dvec3 goal = surface_.from_world(x);
@@ -187,6 +197,7 @@ class MeshSurface {
     }
     double clear_share(dvec3, dvec3) const { return 0.0; }
     bool is_solid_amid() const { return false; }
+    bool is_free_amid() const { return false; } // it is not known: then nothing changes
     bool find_free(dvec3, dvec3, dvec3&) const { return false; }
     // For a way of that length, or the first part of it; for an infinite one, all about the place.
     void gather(dvec3 at, double way_mm) {
@@ -299,6 +310,7 @@ class LocalWindow {
     }
     // Where the window has no triangles: whether it lies in material.
     bool is_solid_amid() const { return patch_.is_solid_amid(); }
+    bool is_free_amid() const { return !patch_.is_solid_amid(); }
     // The nearest place with a free sample, within four of the coarsest spacings: along `first`, or
     // one of 26 ways.
     bool find_free(dvec3 from, dvec3 first, dvec3& found) const {

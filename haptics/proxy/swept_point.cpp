@@ -39,6 +39,7 @@ class SweptPoint final : public Algorithm {
     };
     Normal normal_at(dvec3 p);
     bool is_solid(dvec3 p) { return field_.value(p) >= field_.iso() + 1e-6 * field_.contrast(); }
+    void move(dvec3 hand, Geometry& geometry);
     uint32_t settle(dvec3 goal);
     dvec3 slide(dvec3 p, dvec3 normal, dvec3 step, bool& on_surface);
     bool pass_bump(dvec3 goal, dvec3 normal, bool& on_surface);
@@ -152,7 +153,7 @@ uint32_t SweptPoint::settle(dvec3 goal) {
         }
         dvec3 residual = d + depth * normal.direction;
         const double across = glm::length(residual);
-        const double held = friction * std::max(0.0, depth - coupler_.yielded_mm());
+        const double held = friction * depth;
         residual *= across > held ? 1.0 - held / across : 0.0;
         if (glm::length(residual) < kConverged_mm)
             break;
@@ -228,10 +229,24 @@ TickOutput SweptPoint::tick(const TickInput& input) noexcept {
         return coupler_.unknown();
     field_.follow(*volume, q);
     budget_ = Budget{};
-    const dvec3 x = input.tool.position_mm;
+    const dvec3 x = coupler_.hand(input, field_.voxel_mm(), [&](dvec3 p) { return !is_solid(p); });
+    if (coupler_.has_come_out()) {
+        s.proxy = coupler_.place_mm();
+        s.touching = s.slipping = false;
+    }
     Geometry geometry;
     geometry.was_replaced = s.exchange(input, *volume);
+    if (!coupler_.is_inside())
+        move(x, geometry);
 
+    geometry.lacks_data = field_.lacked_brick();
+    const dvec3 felt = coupler_.is_inside() ? coupler_.place_mm() : s.touching ? s.proxy : x;
+    return coupler_.couple(input, geometry, feel_at(*volume, field_.index_of(felt), q));
+}
+
+// Geometry's part of a tick, for a hand at x.
+void SweptPoint::move(dvec3 x, Geometry& geometry) {
+    State& s = state_;
     // Edits, and a start in material.
     if (geometry.was_replaced && is_solid(s.proxy)) {
         if (!push_out(x)) {
@@ -255,13 +270,6 @@ TickOutput SweptPoint::tick(const TickInput& input) noexcept {
     geometry.normal = s.normal;
     geometry.confidence = s.confidence;
     geometry.contacts = s.touching;
-    geometry.lacks_data = field_.lacked_brick();
-    const Feel feel = feel_at(*volume, field_.index_of(s.touching ? s.proxy : x), q);
-    const TickOutput output = coupler_.couple(input, geometry, feel, field_.voxel_mm(),
-                                              [&](dvec3 p) { return !is_solid(p); });
-    s.proxy = geometry.proxy_mm;
-    s.touching = geometry.touching;
-    return output;
 }
 
 } // namespace

@@ -15,8 +15,8 @@ namespace palpate::haptics {
 //
 //   friction   Coulomb, static until the proxy moves and dynamic while it does, on the normal force
 //              that is rendered
-//   yielding   above yield_n the proxy enters along the normal that it touched at, with a time
-//              constant of 10 ms; a tool that retreats is not pulled back
+//   yielding   above yield_n the proxy enters the material, and force stays at yield_n
+//              (yielding.h); a tool that retreats is not pulled back
 //   edits      a snapshot, an iso-value or a source that moves the surface moves what is rendered
 //              by at most 90 N/s worth of spring beyond the tool's own motion; then by as much a
 //              tick

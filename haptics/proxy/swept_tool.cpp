@@ -69,9 +69,20 @@ void SweptTool::hold_back(dvec3 start, dvec3 hand, double dt_s, Course& c) {
     s.account.note(start, s.proxy, hand);
 }
 
-void SweptTool::follow(const TickInput& input, Geometry& geometry) {
+// Out of material that it yielded into: nothing that it knew of contacts is of use.
+void SweptTool::come_out(dvec3 place, dvec3 hand) {
+    const Felt felt = state_;
+    state_ = State{};
+    static_cast<Felt&>(state_) = felt;
+    state_.proxy = place;
+    state_.hand = hand;
+    state_.touching = state_.slipping = false;
+    state_.normal = dvec3(0.0);
+}
+
+void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
     State& s = state_;
-    const dvec3 start = s.proxy, hand = input.tool.position_mm;
+    const dvec3 start = s.proxy;
     const double moved_mm = glm::distance(hand, s.hand);
     s.hand = hand;
     s.is_fast |= moved_mm > kFast * voxel_mm();
@@ -93,7 +104,7 @@ void SweptTool::follow(const TickInput& input, Geometry& geometry) {
     s.is_sunk = is_catching_up && !c.is_out && (geometry.was_replaced || s.is_sunk);
     s.catching_up_s = c.has_settled           ? 0.0
                       : geometry.was_replaced ? kCatchingUp_s
-                                              : std::max(0.0, s.catching_up_s - input.dt_s);
+                                              : std::max(0.0, s.catching_up_s - dt_s);
     if (s.is_sunk && s.catching_up_s == 0.0 && !c.has_settled) {
         submerge(hand, geometry);
         c.touching = false;
@@ -105,7 +116,7 @@ void SweptTool::follow(const TickInput& input, Geometry& geometry) {
     } else {
         if (c.touching || s.held_count > 0)
             ease(start, moved_mm);
-        hold_back(start, hand, input.dt_s, c);
+        hold_back(start, hand, dt_s, c);
     }
     if (!(c.touching && s.touching))
         s.slipping = glm::distance(s.proxy, start) > 1e-5;
@@ -124,7 +135,7 @@ bool SweptTool::is_exchanged(const TickInput& input, const Volume& volume) {
 }
 
 // Each contact's share of the force is what its normal carries; it acts at its sample.
-dvec3 SweptTool::torque_of(dvec3 force_n) const {
+dvec3 SweptTool::lever_of(dvec3 force_n) const {
     double total = 0.0;
     dvec3 arm(0.0);
     for (const Hold& hold : contacts_.holds()) {
@@ -134,7 +145,7 @@ dvec3 SweptTool::torque_of(dvec3 force_n) const {
         total += share;
         arm += share * contacts_.arm_of(hold.touch);
     }
-    return total > 0.0 ? 1e-3 * glm::cross(arm / total, force_n) : dvec3(0.0);
+    return total > 0.0 ? arm / total : dvec3(0.0);
 }
 
 TickOutput SweptTool::tick(const TickInput& input) noexcept {
@@ -149,20 +160,27 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     const Field& field = contacts_.field();
     Geometry geometry;
     geometry.was_replaced = is_exchanged(input, *volume);
-    follow(input, geometry);
+    const dvec3 hand =
+        coupler_.hand(input, field.voxel_mm(), [&](dvec3 p) { return contacts_.is_free(p); });
+    if (coupler_.has_come_out())
+        come_out(coupler_.place_mm(), hand);
+    const bool is_inside = coupler_.is_inside();
+    if (is_inside)
+        s.proxy = coupler_.place_mm();
+    else
+        follow(hand, input.dt_s, geometry);
     geometry.proxy_mm = s.proxy;
-    geometry.touching = s.touching;
+    geometry.touching = s.touching && !is_inside;
     geometry.normal = s.normal;
     geometry.lacks_data = field.lacked_brick();
-    const bool is_held = s.held_count > 0 && contacts_.has(s.held[0]);
+    const bool is_held = !is_inside && s.held_count > 0 && contacts_.has(s.held[0]);
     const dvec3 felt = is_held ? s.proxy + contacts_.arm_of(s.held[0]) : s.proxy;
-    TickOutput output =
-        coupler_.couple(input, geometry, feel_at(*volume, field.index_of(felt), q),
-                        field.voxel_mm(), [&](dvec3 p) { return contacts_.is_free(p); });
-    if (s.touching)
-        output.torque_nm = torque_of(output.force_n);
-    s.proxy = geometry.proxy_mm;
-    s.touching = geometry.touching;
+    TickOutput output = coupler_.couple(input, geometry, feel_at(*volume, field.index_of(felt), q));
+    const bool yields = output.contact == Contact::yielding;
+    if (geometry.touching)
+        lever_mm_ = lever_of(output.force_n);
+    if (geometry.touching || yields)
+        output.torque_nm = 1e-3 * glm::cross(lever_mm_, output.force_n);
     s.stamps = contacts_.stamps_about(s.proxy);
     return output;
 }

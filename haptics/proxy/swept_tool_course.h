@@ -71,6 +71,7 @@ class SweptTool final : public Algorithm {
         if (is_place(input.tool.position_mm))
             state_.proxy = input.tool.position_mm;
         coupler_.reset(state_.proxy);
+        lever_mm_ = dvec3(0.0);
     }
     TickOutput tick(const TickInput& input) noexcept override;
 
@@ -79,7 +80,8 @@ class SweptTool final : public Algorithm {
     double voxel_mm() const { return contacts_.field().voxel_mm(); }
 
     bool is_exchanged(const TickInput& input, const Volume& volume);
-    void follow(const TickInput& input, Geometry& geometry);
+    void come_out(dvec3 place, dvec3 hand);
+    void follow(dvec3 hand, double dt_s, Geometry& geometry);
     void settle(Course& c, Geometry& geometry);
     void submerge(dvec3 hand, Geometry& geometry);
     void ease(dvec3 start, double moved_mm);
@@ -92,11 +94,12 @@ class SweptTool final : public Algorithm {
     double unseen_mm(const Course& c) const;
     void remember_holds(Course& c, dvec3 step, Geometry& geometry);
     bool go_back_if_unseen(Course& c);
-    dvec3 torque_of(dvec3 force_n) const;
+    dvec3 lever_of(dvec3 force_n) const;
 
     State state_;
     Coupler coupler_;
     ToolContacts contacts_;
+    dvec3 lever_mm_{0.0}; // of the contacts' force, when they were last asked
 };
 
 } // namespace palpate::haptics::swept_tool
