@@ -126,7 +126,16 @@ TEST_P(EveryMethod, RefusesSeedsThatAreNone) {
               std::string::npos);
 }
 
-INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::Range(size_t{0}, segment_methods().size()),
+// A method that takes curves needs closed ones that cross each other, which its own test draws.
+std::vector<size_t> without_curves() {
+    std::vector<size_t> rows;
+    for (size_t i = 0; i < segment_methods().size(); ++i)
+        if (!segment_methods()[i].takes_curves)
+            rows.push_back(i);
+    return rows;
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, EveryMethod, testing::ValuesIn(without_curves()),
                          [](const auto& row) {
                              return tables::test_name(segment_methods()[row.param].name);
                          });
