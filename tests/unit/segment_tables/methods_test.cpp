@@ -34,7 +34,7 @@ class EveryMethod : public TemporaryFolder, public testing::WithParamInterface<s
 
 // On every type, grid, shape and content, or with a sentence that a sheared grid is refused, that
 // no seed has data, or that a single sample has no room for an object beside others. Labels are 0
-// and 1; a sample without data has none, and a seed of the object has 1.
+// and 1; a sample without data has none, and a seed of the object has 1, but for level sets.
 TEST_P(EveryMethod, TakesEveryVolume) {
     for (const tables::VolumeCase& one : tables::volumes(false)) {
         SCOPED_TRACE(one.name);
@@ -42,9 +42,9 @@ TEST_P(EveryMethod, TakesEveryVolume) {
         if (!made) {
             const std::string& why = made.error().message;
             const bool no_data = one.name == "without data" && why.find("no data") < why.size();
-            const bool no_room =
-                one.name == "a sample" && (why.find("two labels") < why.size() ||
-                                           why.find("some samples, and not all") < why.size());
+            bool no_room = false;
+            for (const char* words : {"two labels", "some samples, and not all", "seeds outside"})
+                no_room |= one.name == "a sample" && why.find(words) < why.size();
             EXPECT_TRUE((one.sheared && tables::says_sheared(why)) || no_data || no_room) << why;
             continue;
         }
@@ -62,7 +62,9 @@ TEST_P(EveryMethod, TakesEveryVolume) {
                         ASSERT_EQ(label, 0.0f) << x << ", " << y << ", " << z;
                     }
                 }
-        if (method().takes_seeds && !std::isnan(one.volume.value(size / 2u))) {
+        // The surface of a level set starts at the seeds, and curvature takes small ones away.
+        const bool keeps_seeds = !std::string_view(method().name).starts_with("level-set");
+        if (method().takes_seeds && keeps_seeds && !std::isnan(one.volume.value(size / 2u))) {
             EXPECT_EQ(labels.value(size / 2u), 1.0f);
         }
     }
