@@ -239,6 +239,8 @@ struct Seeded {
             PALPATE_TRY(mesh.add(fit.labels, one.truth, user.interaction(), task));
             of_mesh.push_back(fit.labels);
 
+            if (options.pulls == 0)
+                continue;
             PALPATE_TRY(const Volume distance, signed_distance(found.labels, {}, task));
             const SimplexForce force = toward_surface(distance);
             std::vector<Held> held;
@@ -377,12 +379,13 @@ Result<Json> liver_study(const StudyOptions& options, const Task& task) {
     for (size_t o = 0; o < options.organs.size(); ++o) {
         const StudyOrgan& organ = options.organs[o];
         Seeded tally;
-        PALPATE_TRY(
-            tally.add({organ.name, organ.volume, organ.truth, 5000 + o}, options, {task.stop, {}}));
+        StudyOptions without_pulls = options;
+        without_pulls.pulls = 0;
+        PALPATE_TRY(tally.add({organ.name, organ.volume, organ.truth, 5000 + o}, without_pulls,
+                              {task.stop, {}}));
         Json row{{"name", organ.name}, {"held_out", organ.held_out}};
         row.update(tally.marching.json());
         row["mesh"] = tally.mesh.json();
-        row["pulled"] = tally.pulled.json();
         json["organs"].push_back(std::move(row));
         if (task.progress)
             task.progress((options.phantoms + double(o) + 1.0) / parts);

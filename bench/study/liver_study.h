@@ -22,7 +22,7 @@ struct StudyOptions {
     uint32_t outlined = 23; // of them, by hand too, twice
     uint32_t users = 4;     // 2 or more
     uint32_t seeds = 5;     // balls a user puts in a volume
-    uint32_t pulls = 10;    // at a mesh, at most
+    uint32_t pulls = 10;    // at a mesh about a phantom's liver, at most
     uint32_t curves = 3;    // phantoms on which results are corrected, click by click
     uint32_t clicks = 8;    // of a curve
     std::vector<StudyOrgan> organs;
@@ -36,7 +36,8 @@ struct StudyOptions {
 // volume), "sensitivity", "specificity" of the frame and of the liver's box, "dice", distances of
 // surfaces, each as median and worst over cases and users; "clicks" and "seconds". "gap": how far
 // the Dice of the automatic threshold is below that of the best threshold. "curves": mean Dice
-// after so many clicks, a method each. "organs": the same figures of real ones.
+// after so many clicks, a method each. "organs": the figures of fast marching on
+// real ones, and under "mesh" those of the mesh that is not pulled.
 Result<Json> liver_study(const StudyOptions& options, const Task& task);
 
 } // namespace palpate::bench

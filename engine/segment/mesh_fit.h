@@ -15,7 +15,7 @@ struct MeshFitOptions {
     // Above 0: then as many steps again to the strongest edges of the grey values within this range
     // along the normal, mm.
     double edges_mm = 0.0;
-    SimplexOptions simplex{};
+    SimplexOptions simplex{.rigidity = 1};
 };
 constexpr double kStill = 1e-3; // samples of the smallest spacing, in a step
 

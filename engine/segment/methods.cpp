@@ -164,9 +164,9 @@ std::span<const SegmentMethod> segment_methods() {
              "its surface, closes holes, does not follow thin leaks",
              true,
              nullptr,
-             {{"rigidity", "", 0, 64, 4, nullptr,
+             {{"rigidity", "", 0, 64, 1, nullptr,
                "Passes that even out the mesh's curvature; more is more rigid"},
-              {"steps", "", 1, 100000, 400, nullptr, "Largest number of steps"},
+              {"steps", "", 1, 100000, 1200, nullptr, "Largest number of steps"},
               {"subdivisions", "", 0, 7, 4, nullptr, "The mesh has 20 * 4^n vertices"},
               {"edges", "mm", 0.0, 1000.0, 0.0, nullptr,
                "Range along the normal in which the mesh then looks for the strongest edge of the "
