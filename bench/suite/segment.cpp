@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "bench/segment/cases.h"
+#include "bench/segment/live_cases.h"
 #include "bench/study/liver_study.h"
 #include "bench/study/samples.h"
 #include "bench/suite/suites.h"
@@ -114,6 +115,28 @@ Result<void> add_study(const Options& options, Json& json) {
 
 } // namespace
 
+namespace {
+
+// What a person waits for, in the same table.
+Result<void> add_live_case(const LiveCase& one, const Options& options, Json& json) {
+    PALPATE_TRY(const LiveTimes found, one.run(options.tiny, {options.stop, {}}));
+    const Spread ms = spread(found.ms);
+    const std::vector<double> none(found.errors.size(), 0.0);
+    Json row{{"name", one.name}, {"setting", one.setting}, {"ours_ms", times_json(found.ms)}};
+    row["ours_ms"]["p95"] = ms.p95;
+    row["ours_ms"]["worst"] = *std::max_element(found.ms.begin(), found.ms.end());
+    row["ours_error"] = error_json(none, [&](size_t i) { return found.errors[i]; });
+    if (!options.tiny)
+        add_aim(json["aims"], fmt::format("{}, {}", one.name, one.setting),
+                fmt::format("95 % of the answers within {:g} ms", one.wanted_ms), ms.p95,
+                ms.p95 <= one.wanted_ms);
+    log::info("{}: {:.2f} ms, 95 % within {:.2f} ms", one.name, ms.median, ms.p95);
+    json["filters"].push_back(std::move(row));
+    return {};
+}
+
+} // namespace
+
 Result<Report> run_segment(Bench& bench) {
     const Options& options = bench.options();
     Report report;
@@ -125,7 +148,11 @@ Result<Report> run_segment(Bench& bench) {
     };
     if (wants(kStudy))
         PALPATE_TRY(add_study(options, report.json));
-    if (options.only.size() == 1 && wants(kStudy))
+    for (const LiveCase& one : live_cases())
+        if (wants(one.name))
+            PALPATE_TRY(add_live_case(one, options, report.json));
+    if (!options.only.empty() &&
+        std::ranges::none_of(segment_cases(), [&](const auto& one) { return wants(one.name); }))
         return report;
     PALPATE_TRY(const Sample sample, options.tiny ? small_sample() : head_ct(options.head_ct));
     PALPATE_TRY(SegmentInput input, segment_input(sample.volume));
