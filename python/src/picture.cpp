@@ -4,6 +4,7 @@
 #include <pybind11/stl.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -24,6 +25,18 @@
 namespace palpate::python {
 
 namespace {
+
+constexpr double kLargePicture_px = 1 << 20; // smaller ones are drawn at once
+constexpr double kStep_ms = 200.0;           // of larger ones
+
+void add_time(std::vector<PassTime>& all, const PassTime& pass) {
+    const auto same = std::find_if(all.begin(), all.end(),
+                                   [&](const PassTime& p) { return p.name == pass.name; });
+    if (same == all.end())
+        all.push_back(pass);
+    else
+        same->gpu_ms += pass.gpu_ms;
+}
 
 // The options of `palpate render`, from words as on its command line.
 struct Words {
@@ -183,6 +196,9 @@ class FrameRenderer {
         const Timer timer;
         if (o.frames.frame_ms > 0) {
             PALPATE_TRY(draw_in_time(o.frames, scene, data, *picture));
+        } else if (scene.ray_cast && !scene.value_and_depth &&
+                   double(scene.size_px.x) * scene.size_px.y > kLargePicture_px) {
+            PALPATE_TRY(picture->stats, draw_in_steps(scene, data));
         } else {
             PALPATE_TRY(picture->stats, renderer_->draw(scene, data));
         }
@@ -195,6 +211,28 @@ class FrameRenderer {
             return fail("Vulkan validation had {} complaints, the first: {}", messages.size(),
                         messages.front());
         return picture;
+    }
+
+    // The picture of draw(), row by row, so that it can be stopped: a coarse one, and rays over it.
+    Result<FrameStats> draw_in_steps(const Scene& scene, const SceneData& data) {
+        Result<CoarseStats> begun = renderer_->draw_coarse(scene, data, {.px_per_ray = 16});
+        if (!begun) // as where the volume does not lie on the device at once
+            return renderer_->draw(scene, data);
+        FrameStats all = std::move(begun->frame);
+        const uint32_t rows = Renderer::tile_rows(scene);
+        double row_ms = kStep_ms;
+        for (uint32_t next = 0; next < rows;) {
+            if (now_->stop.stop_requested())
+                return fail("interrupted after {} of {} rows of tiles", next, rows);
+            const double room = std::clamp(kStep_ms / row_ms, 1.0, double(rows - next));
+            const auto count = static_cast<uint32_t>(room);
+            PALPATE_TRY(const FrameStats step, renderer_->refine(scene, data, next, count));
+            row_ms = step.wall_ms / count;
+            next += count;
+            for (const PassTime& pass : step.passes)
+                add_time(all.passes, pass);
+        }
+        return all;
     }
 
     Result<void> draw_in_time(const FrameOptions& frames, const Scene& scene, const SceneData& data,

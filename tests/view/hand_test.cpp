@@ -345,7 +345,7 @@ TEST_F(HandTest, EveryOfferedAlgorithmAndDeviceRuns) {
             frame({}, 0.02);
             frame({}, 0.02);
             ASSERT_TRUE(touch().now()) << device << algorithm.name;
-            EXPECT_EQ(now().faults, 0u);
+            EXPECT_EQ(now().faults & ~uint32_t{haptics::kFaultSoftened}, 0u);
         }
 }
 
