@@ -1,10 +1,14 @@
-// What the volume store costs on the CPU: samples, normals, an edit of one voxel, the comparison of
-// bricks, and the ranges that space skipping starts from.
+// Times of the volume store and of space skipping on the CPU: samples, normals, an edit of one
+// voxel, the comparison of bricks, the ranges of macro-cells after loading and after an edit, and
+// their occupancy and distances after a new transfer function or iso-value.
 
 #include <benchmark/benchmark.h>
 
+#include <array>
+#include <map>
+
+#include "engine/render/occupancy.h"
 #include "engine/volume/bspline.h"
-#include "engine/volume/cell_range.h"
 #include "engine/volume/changes.h"
 #include "engine/volume/edit.h"
 #include "engine/volume/sample.h"
@@ -56,17 +60,12 @@ void central_cursor(benchmark::State& state) {
 }
 BENCHMARK(central_cursor)->Name("sample/central_gradient_cursor/near");
 
-void smooth_near(benchmark::State& state) {
+void smooth(benchmark::State& state, double step) {
     SmoothCursor cursor(phantom(128));
-    wander(state, 0.1, [&](glm::dvec3 p) { return cursor.sample(p); });
+    wander(state, step, [&](glm::dvec3 p) { return cursor.sample(p); });
 }
-BENCHMARK(smooth_near)->Name("sample/smooth_cursor/near");
-
-void smooth_far(benchmark::State& state) {
-    SmoothCursor cursor(phantom(128));
-    wander(state, 30.0, [&](glm::dvec3 p) { return cursor.sample(p); });
-}
-BENCHMARK(smooth_far)->Name("sample/smooth_cursor/far");
+BENCHMARK_CAPTURE(smooth, near, 0.1)->Name("sample/smooth_cursor/near");
+BENCHMARK_CAPTURE(smooth, far, 30.0)->Name("sample/smooth_cursor/far");
 
 void commit_one_voxel(benchmark::State& state) {
     Volume volume = phantom(static_cast<uint32_t>(state.range(0)));
@@ -121,19 +120,61 @@ void read_brick_as_floats(benchmark::State& state) {
 }
 BENCHMARK(read_brick_as_floats)->Name("upload/read_brick/i16_as_f32");
 
-void cell_ranges(benchmark::State& state) {
+// Visible values are made anew in each turn, as a scene does.
+void occupancy(benchmark::State& state, VisibleValues (*visible)(double value)) {
     const Volume& volume = phantom(static_cast<uint32_t>(state.range(0)));
-    const auto side = static_cast<uint32_t>(state.range(1));
-    for (auto _ : state)
-        benchmark::DoNotOptimize(make_cell_ranges(volume, side));
-    state.SetItemsProcessed(static_cast<int64_t>(state.iterations()) *
-                            static_cast<int64_t>(sample_count(volume.grid())));
+    const CellRanges ranges = make_cell_ranges(volume, static_cast<uint32_t>(state.range(1)));
+    const double margin = range_margin(volume);
+    size_t turn = 0;
+    for (auto _ : state) {
+        const double value = 300.0 + static_cast<double>(turn++ % 8);
+        std::vector<uint8_t> cells = occupied_cells(ranges, visible(value), margin, false);
+        chebyshev_distances(cells, ranges.count);
+        benchmark::DoNotOptimize(cells.data());
+    }
 }
-BENCHMARK(cell_ranges)
-    ->Name("skip/cell_ranges/i16")
+BENCHMARK_CAPTURE(occupancy, new_transfer_function,
+                  [](double v) { return VisibleValues(make_table(window_function(v, 900, 0.3))); })
     ->Args({256, 4})
-    ->Args({256, 8})
+    ->Args({512, 8})
     ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(occupancy, new_iso_value,
+                  [](double v) { return VisibleValues(std::array<double, 1>{v}); })
+    ->Args({256, 4})
+    ->Args({512, 8})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+void all_ranges(benchmark::State& state) {
+    const Volume& volume = phantom(static_cast<uint32_t>(state.range(0)));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(make_cell_ranges(volume, static_cast<uint32_t>(state.range(1))));
+}
+BENCHMARK(all_ranges)
+    ->Name("occupancy/cell_ranges/samples/side")
+    ->Args({256, 4})
+    ->Args({512, 8})
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+void edited_ranges(benchmark::State& state) {
+    const Volume& volume = phantom(static_cast<uint32_t>(state.range(0)));
+    VolumeEdit edit(volume);
+    for (uint32_t z = 100; z < 110; ++z)
+        for (uint32_t y = 100; y < 110; ++y)
+            for (uint32_t x = 100; x < 110; ++x)
+                edit.set({x, y, z}, 500.0);
+    const Volume next = edit.commit();
+    const std::vector<ChangedBrick> changed = changed_bricks(volume, next);
+    CellRanges ranges = make_cell_ranges(volume, 8);
+    for (auto _ : state)
+        update_cell_ranges(ranges, next, changed);
+}
+BENCHMARK(edited_ranges)
+    ->Name("occupancy/cell_ranges_of_an_edit_of_10^3/samples")
+    ->Arg(256)
+    ->Unit(benchmark::kMicrosecond)
     ->UseRealTime();
 
 } // namespace
