@@ -74,7 +74,7 @@ bool begin(LevelSetBand& band, const LevelSetStart& start, const LevelSetForces&
         else if (start.labels->brick(at).range().max > 0.0f)
             mark(start.labels->brick(at), band.inside(n),
                  [&](float v) { return start.label == 0 ? v > 0.0f : v == float(start.label); });
-        for (uint32_t row = 0; row < LevelSetBand::kRows; ++row) {
+        for (uint32_t row = 0; row < kBrickRows; ++row) {
             band.inside(n)[row] &= ~band.walls(n)[row];
             has_inside[n] |= uint8_t(band.inside(n)[row] != 0);
         }
@@ -125,13 +125,14 @@ Volume distance_of(LevelSetBand& band, const Grid& grid) {
 // those of all changes.
 double advance(LevelSetBand& band, const LevelSetRates& rates, double most, double& squares) {
     const std::vector<size_t>& bricks = band.near_bricks();
-    std::vector<LevelSetRates::OfBrick> found(bricks.size());
+    std::vector<LevelSetRates::Bounds> bounds(bricks.size());
+    std::vector<std::vector<float>> rates_by_brick(bricks.size());
     tbb::parallel_for(size_t{0}, bricks.size(),
-                      [&](size_t i) { found[i] = rates.of(band, bricks[i]); });
+                      [&](size_t i) { bounds[i] = rates.of(band, bricks[i], rates_by_brick[i]); });
     double steps = 0.0, fastest = 0.0;
-    for (const LevelSetRates::OfBrick& brick : found) {
-        steps = std::max(steps, brick.steps);
-        fastest = std::max(fastest, brick.fastest);
+    for (const LevelSetRates::Bounds& brick : bounds) {
+        steps = std::max(steps, double(brick.steps));
+        fastest = std::max(fastest, double(brick.fastest));
     }
     // The explicit step is monotone where the weight of a sample's own distance stays at least 0:
     // 1 - dt (3/2 sum of the speeds along the axes, as a one-sided difference has at most 3/2 of
@@ -139,13 +140,7 @@ double advance(LevelSetBand& band, const LevelSetRates& rates, double most, doub
     double step = std::min(steps > 0.0 ? 1.0 / steps : 1.0, most); // where nothing moves, any
     if (step * fastest > band.most_step_mm())
         step = band.most_step_mm() / fastest;
-    std::vector<std::vector<float>> changes(found.size());
-    tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
-        changes[i] = std::move(found[i].rates);
-        for (float& change : changes[i])
-            change *= float(step);
-    });
-    squares = band.move(changes);
+    squares = band.move(rates_by_brick, step);
     return step;
 }
 

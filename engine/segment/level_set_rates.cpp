@@ -3,164 +3,253 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/clones.h"
+#include "engine/segment/level_set_lanes.h"
 #include "engine/volume/box.h"
 
 namespace palpate {
 
 namespace {
 
+using namespace lanes;
+
 constexpr int kSide = int(kBrickSide), kWide = kSide + 2;
+
+// Samples of a brick of f32; null where it is not given.
+struct Field {
+    const float* samples = nullptr;
+    uint32_t stride = 0; // 0: all are the first
+
+    PALPATE_INLINE Eight at(size_t offset) const {
+        return stride == 0 ? Eight{} + samples[0] : load(samples + offset);
+    }
+};
+
+struct Pass {
+    const LevelSetRates::Factors& factors;
+    const Near& distances;
+    const BrickBits& active;
+    Field speed, edge;
+    const float* edges; // with a sample around the brick; null where none are needed
+    std::array<Field, 3> flow;
+    std::vector<float>& rates;
+    LevelSetRates::Bounds& bounds;
+};
 
 // One-sided differences, and the central ones, along an axis.
 struct Differences {
-    float back, forth, central, second;
+    Eight back, forth, central, second;
 };
 
-Differences differences(const float* at, int stride, float h) {
-    const float here = *at;
+PALPATE_INLINE Differences differences(const Around& phi, Eight here, int axis, float h) {
+    const Eight low_value = phi.along(axis, -1), high_value = phi.along(axis, 1);
     // A wall has the sample's own distance: the surface meets it at a right angle.
-    const bool has_low = !std::isnan(at[-stride]), has_high = !std::isnan(at[stride]);
-    const float low = has_low ? at[-stride] : here, high = has_high ? at[stride] : here;
-    const float bend = high - 2.0f * here + low;
-    const auto side_bend = [&](bool has, float beside, float beyond) {
-        return has ? upwind_bend(bend, beyond - 2.0f * beside + here, h) : 0.0f;
+    const EightBits no_low = is_none(low_value), no_high = is_none(high_value);
+    const Eight low = no_low ? here : low_value, high = no_high ? here : high_value;
+    const Eight bend = high - 2.0f * here + low;
+    const auto side_bend = [&](EightBits has_none, Eight beside, int steps)
+                               __attribute__((always_inline))
+                                   ->Eight {
+        const Eight found =
+            upwind_bend(bend, phi.along(axis, steps) - 2.0f * beside + here, 1e-6f * h * h);
+        return has_none ? Eight{} : found;
     };
-    return {here - low + 0.5f * side_bend(has_low, low, at[-2 * stride]),
-            high - here - 0.5f * side_bend(has_high, high, at[2 * stride]), 0.5f * (high - low),
-            bend};
+    return {here - low + 0.5f * side_bend(no_low, low, -2),
+            high - here - 0.5f * side_bend(no_high, high, 2), 0.5f * (high - low), bend};
 }
 
-// Second derivative along two axes; a wall beside takes what lies beside the other.
-float mixed(const float* at, int a, int b) {
-    const float here = *at;
-    const auto corner = [&](int along_a, int along_b) {
-        const float beside_a = at[along_a], beside_b = at[along_b], found = at[along_a + along_b];
-        if (!std::isnan(found))
-            return found;
-        const float fa = std::isnan(beside_a) ? here : beside_a;
-        const float fb = std::isnan(beside_b) ? here : beside_b;
-        return fa + fb - here;
-    };
-    return 0.25f * (corner(a, b) - corner(a, -b) - corner(-a, b) + corner(-a, -b));
+// Second derivative along two axes from the rows that hold the corners and the samples between
+// them; a wall beside takes what lies beside the other.
+PALPATE_INLINE Eight mixed(Eight here, const std::array<Eight, 4>& sides,
+                           const std::array<Eight, 4>& corners) {
+    Eight sum{};
+    for (size_t i = 0; i < 4; ++i) { // low-low, high-low, low-high, high-high
+        const Eight a = sides[i % 2], b = sides[2 + i / 2];
+        const Eight beside = (is_none(a) ? here : a) + (is_none(b) ? here : b) - here;
+        const Eight corner = is_none(corners[i]) ? beside : corners[i];
+        sum = i == 0 || i == 3 ? sum + corner : sum - corner;
+    }
+    return 0.25f * sum;
+}
+
+// b Z k |grad phi|, the curvature at most that of a ball of a sample.
+PALPATE_INLINE Eight bent(const LevelSetRates::Factors& f, const Around& phi, Eight here,
+                          const std::array<Differences, 3>& d) {
+    const Eight x0 = phi.at(0, -1), x1 = phi.at(0, 1), y0 = phi.at(1), y1 = phi.at(2),
+                z0 = phi.at(3), z1 = phi.at(4);
+    const Eight xy =
+        mixed(here, {x0, x1, y0, y1}, {phi.at(1, -1), phi.at(1, 1), phi.at(2, -1), phi.at(2, 1)});
+    const Eight xz =
+        mixed(here, {x0, x1, z0, z1}, {phi.at(3, -1), phi.at(3, 1), phi.at(4, -1), phi.at(4, 1)});
+    const Eight yz = mixed(here, {y0, y1, z0, z1}, {phi.at(9), phi.at(10), phi.at(11), phi.at(12)});
+    const glm::mat3& m = f.metric;
+    std::array<Eight, 3> along;
+    for (int i = 0; i < 3; ++i)
+        along[size_t(i)] = m[i][0] * d[0].central + m[i][1] * d[1].central + m[i][2] * d[2].central;
+    const auto [u, v, w] = along;
+    const Eight length = d[0].central * u + d[1].central * v + d[2].central * w;
+    const Eight trace = m[0][0] * d[0].second + m[1][1] * d[1].second + m[2][2] * d[2].second +
+                        2.0f * (m[0][1] * xy + m[0][2] * xz + m[1][2] * yz);
+    const Eight way = u * u * d[0].second + v * v * d[1].second + w * w * d[2].second +
+                      2.0f * (u * v * xy + u * w * xz + v * w * yz);
+    const Eight found = length > 1e-12f ? trace - way / length : trace;
+    const Eight limit = Eight{} + f.most_curvature;
+    return most(least(found, limit), -limit);
+}
+
+// Of each axis the difference that information comes from, the larger where both do (Godunov): the
+// length of that gradient.
+PALPATE_INLINE Eight slope(const LevelSetRates::Factors& f, Eight sign,
+                           const std::array<Differences, 3>& d) {
+    const Eight zero{};
+    std::array<Eight, 3> g;
+    for (size_t i = 0; i < 3; ++i) {
+        const Eight back = most(sign * d[i].back, zero), forth = least(sign * d[i].forth, zero);
+        g[i] = sign * (back > -forth ? back : forth);
+    }
+    const glm::mat3& m = f.metric;
+    const Eight squares =
+        m[0][0] * g[0] * g[0] + m[1][1] * g[1] * g[1] + m[2][2] * g[2] * g[2] +
+        2.0f * (m[0][1] * g[0] * g[1] + m[0][2] * g[0] * g[2] + m[1][2] * g[1] * g[2]);
+    return root(most(squares, zero));
+}
+
+// v + w by the index.
+PALPATE_INLINE std::array<Eight, 3> wind_of(const Pass& pass, int x, int y, int z) {
+    const LevelSetRates::Factors& f = pass.factors;
+    std::array<Eight, 3> wind{};
+    if (pass.edges) {
+        const float* at = pass.edges + (x + 1 + kWide * (y + 1 + kWide * (z + 1)));
+        const int strides[] = {1, kWide, kWide * kWide};
+        std::array<Eight, 3> rise;
+        for (size_t i = 0; i < 3; ++i) {
+            const Eight by = 0.5f * (load(at + strides[i]) - load(at - strides[i]));
+            rise[i] = is_none(by) ? Eight{} : by;
+        }
+        for (int i = 0; i < 3; ++i)
+            wind[size_t(i)] = -f.advection * (f.metric[i][0] * rise[0] + f.metric[i][1] * rise[1] +
+                                              f.metric[i][2] * rise[2]);
+    }
+    if (pass.flow[0].samples) {
+        const size_t offset = size_t(x + kSide * (y + kSide * z));
+        const Eight a = pass.flow[0].at(offset), b = pass.flow[1].at(offset),
+                    c = pass.flow[2].at(offset);
+        const glm::mat3& m = f.index_from_world; // m[column][row]
+        for (int i = 0; i < 3; ++i)
+            wind[size_t(i)] += f.flow * (m[0][i] * a + m[1][i] * b + m[2][i] * c);
+    }
+    return wind;
+}
+
+PALPATE_INLINE void find_part(const Pass& pass, int x, int y, int z, Eight& rate, Eight& steps) {
+    const LevelSetRates::Factors& f = pass.factors;
+    const size_t offset = size_t(x + kSide * (y + kSide * z));
+    Around phi;
+    pass.distances.around(y, z, uint32_t(x / kWidth), f.curvature != 0.0f, phi);
+    const Eight here = phi.at(0), zero{};
+    std::array<Differences, 3> d;
+    for (int i = 0; i < 3; ++i)
+        d[size_t(i)] = differences(phi, here, i, f.spacing[i]);
+    rate = steps = zero;
+    if (f.propagation != 0.0f) {
+        const Eight speed =
+            pass.speed.samples ? f.propagation * pass.speed.at(offset) : zero + f.propagation;
+        rate -= speed * slope(f, speed > 0.0f ? zero + 1.0f : zero - 1.0f, d);
+        steps += 2.0f * (f.per_mm.x + f.per_mm.y + f.per_mm.z) * absolute(speed);
+    }
+    if (pass.edges || pass.flow[0].samples) {
+        const std::array<Eight, 3> wind = wind_of(pass, x, y, z);
+        for (size_t i = 0; i < 3; ++i) {
+            rate -= wind[i] * (wind[i] > 0.0f ? d[i].back : d[i].forth);
+            steps += 2.0f * absolute(wind[i]);
+        }
+    }
+    if (f.curvature != 0.0f) {
+        const Eight bending =
+            pass.edge.samples ? f.curvature * pass.edge.at(offset) : zero + f.curvature;
+        rate += bending * bent(f, phi, here, d);
+        steps += 2.0f * f.metric_sum * absolute(bending);
+    }
+}
+
+PALPATE_CLONES void find_rates(const Pass& pass) {
+    float* to = pass.rates.data();
+    for (uint32_t row = 0; row < kBrickRows; ++row)
+        for (uint32_t part = 0; pass.active[row] != 0 && part < kParts; ++part) {
+            const uint32_t bits = pass.active[row] >> kWidth * part & 0xffu;
+            if (bits == 0)
+                continue;
+            Eight rate, steps;
+            find_part(pass, kWidth * int(part), int(row) % kSide, int(row) / kSide, rate, steps);
+            for (uint32_t left = bits; left != 0; left &= left - 1) {
+                const int x = std::countr_zero(left);
+                *to++ = rate[x];
+                pass.bounds.fastest = std::max(pass.bounds.fastest, std::abs(rate[x]));
+                pass.bounds.steps = std::max(pass.bounds.steps, steps[x]);
+            }
+        }
 }
 
 } // namespace
 
 LevelSetRates::LevelSetRates(const Grid& grid, const LevelSetForces& forces,
                              const LevelSetOptions& options)
-    : forces_(forces),
-      propagation_(float(options.propagation)),
-      curvature_(float(options.curvature_mm)),
-      advection_(forces.edge ? float(options.advection_mm) : 0.0f),
-      flow_(float(options.flow)) {
-    spacing_ = glm::vec3(spacing_mm(grid));
+    : forces_(forces) {
+    Factors& f = factors_;
+    f.propagation = float(options.propagation);
+    f.curvature = float(options.curvature_mm);
+    f.advection = float(options.advection_mm);
+    f.flow = float(options.flow);
+    f.spacing = glm::vec3(spacing_mm(grid));
     const glm::dmat3 axes(grid.world_from_index);
     const glm::dmat3 inverse = glm::inverse(axes), metric = inverse * glm::transpose(inverse);
-    index_from_world_ = glm::mat3(inverse);
-    metric_ = glm::mat3(metric);
+    f.index_from_world = glm::mat3(inverse);
+    f.metric = glm::mat3(metric);
     double sum = 0.0;
     for (int i = 0; i < 3; ++i) {
-        per_mm_[i] = float(std::sqrt(metric[i][i]));
+        f.per_mm[i] = float(std::sqrt(metric[i][i]));
         for (int j = 0; j < 3; ++j)
             sum += std::abs(metric[i][j]);
     }
-    metric_sum_ = float(sum);
+    f.metric_sum = float(sum);
     // A ball of one sample has no greater one on the grid.
-    most_curvature_ = 2.0f * std::max({per_mm_.x, per_mm_.y, per_mm_.z});
+    f.most_curvature = 2.0f * std::max({f.per_mm.x, f.per_mm.y, f.per_mm.z});
 }
 
-float LevelSetRates::rate(const LevelSetTile& tile, uint32_t row, int x, const Sample& sample,
-                          double& steps) const {
-    const float* at = tile.sample(row, x);
-    std::array<Differences, 3> d;
-    for (size_t i = 0; i < 3; ++i)
-        d[i] = differences(at, LevelSetTile::kStrides[i], spacing_[int(i)]);
-    float rate = 0.0f, asked = 0.0f;
-    const float speed = propagation_ * sample.speed;
-    if (speed != 0.0f) {
-        // Of each axis the difference that information comes from, the larger where both do
-        // (Godunov).
-        const float sign = speed > 0.0f ? 1.0f : -1.0f;
-        glm::vec3 g;
-        for (int i = 0; i < 3; ++i) {
-            const float back = std::max(sign * d[size_t(i)].back, 0.0f);
-            const float forth = std::min(sign * d[size_t(i)].forth, 0.0f);
-            g[i] = sign * (back > -forth ? back : forth);
-        }
-        rate -= speed * std::sqrt(std::max(glm::dot(g, metric_ * g), 0.0f));
-        asked += 2.0f * std::abs(speed) * (per_mm_.x + per_mm_.y + per_mm_.z);
-    }
-    for (int i = 0; i < 3; ++i) {
-        const float wind = sample.wind[i];
-        rate -= wind * (wind > 0.0f ? d[size_t(i)].back : d[size_t(i)].forth);
-        asked += 2.0f * std::abs(wind);
-    }
-    const float bending = curvature_ * sample.edge;
-    if (bending != 0.0f) {
-        const glm::vec3 g(d[0].central, d[1].central, d[2].central), m = metric_ * g;
-        const float length = glm::dot(g, m);
-        const float xy = mixed(at, LevelSetTile::kStrides[0], LevelSetTile::kStrides[1]);
-        const float xz = mixed(at, LevelSetTile::kStrides[0], LevelSetTile::kStrides[2]);
-        const float yz = mixed(at, LevelSetTile::kStrides[1], LevelSetTile::kStrides[2]);
-        const float trace = metric_[0][0] * d[0].second + metric_[1][1] * d[1].second +
-                            metric_[2][2] * d[2].second +
-                            2.0f * (metric_[0][1] * xy + metric_[0][2] * xz + metric_[1][2] * yz);
-        const float along = m.x * m.x * d[0].second + m.y * m.y * d[1].second +
-                            m.z * m.z * d[2].second +
-                            2.0f * (m.x * m.y * xy + m.x * m.z * xz + m.y * m.z * yz);
-        const float bent = length > 1e-12f ? trace - along / length : trace;
-        rate += bending * std::clamp(bent, -most_curvature_, most_curvature_);
-        asked += 2.0f * std::abs(bending) * metric_sum_;
-    }
-    steps = std::max(steps, double(asked));
-    return rate;
-}
-
-LevelSetRates::OfBrick LevelSetRates::of(const LevelSetBand& band, size_t brick) const {
-    OfBrick made;
+LevelSetRates::Bounds LevelSetRates::of(const LevelSetBand& band, size_t brick,
+                                        std::vector<float>& rates) const {
+    Bounds bounds;
     const LevelSetBand::Bits& active = band.active(brick);
-    if (std::ranges::none_of(active, [](uint32_t row) { return row != 0; }))
-        return made;
+    size_t count = 0;
+    for (const uint32_t row : active)
+        count += size_t(std::popcount(row));
+    rates.resize(count);
+    if (count == 0)
+        return bounds;
     const glm::uvec3 position = band.position_of(brick);
-    thread_local LevelSetTile tile;
-    tile.load(band, brick, active, LevelSetBand::kLayers);
-    thread_local std::vector<float> speeds(kBrickSamples), edges(size_t{kWide} * kWide * kWide);
-    thread_local std::array<std::vector<float>, 3> flow;
+    std::array<SamplesPtr, 5> kept;
+    const auto field = [&](const Volume& volume, size_t i) -> Field {
+        const Brick& given = volume.brick(position);
+        Brick::Pinned pinned = given.pin();
+        kept[i] = std::move(pinned.keep);
+        return {reinterpret_cast<const float*>(pinned.bytes), given.stride()};
+    };
+    const Near distances(band.distances(), position);
+    Pass pass{factors_, distances, active, {}, {}, nullptr, {}, rates, bounds};
     if (forces_.speed)
-        forces_.speed->brick(position).read(std::span<float>(speeds));
+        pass.speed = field(*forces_.speed, 0);
     if (forces_.edge)
+        pass.edge = field(*forces_.edge, 1);
+    thread_local std::vector<float> edges(size_t{kWide} * kWide * kWide);
+    if (forces_.edge && factors_.advection != 0.0f) {
         read_box(*forces_.edge, glm::ivec3(position) * kSide - 1, glm::ivec3(kWide),
                  packed(glm::uvec3(kWide)), edges.data());
-    for (size_t k = 0; forces_.flow && k < 3; ++k) {
-        flow[k].resize(kBrickSamples);
-        (*forces_.flow)[k].brick(position).read(std::span<float>(flow[k]));
+        pass.edges = edges.data();
     }
-    for_each_bit(active, [&](uint32_t row, int x) {
-        const size_t offset = row * kBrickSide + size_t(x);
-        Sample sample;
-        if (forces_.speed)
-            sample.speed = speeds[offset];
-        if (forces_.edge) {
-            const int y = int(row) % kSide, z = int(row) / kSide;
-            const float* at = &edges[size_t(x + 1 + kWide * (y + 1 + kWide * (z + 1)))];
-            sample.edge = *at;
-            if (advection_ != 0.0f) {
-                const int strides[] = {1, kWide, kWide * kWide};
-                glm::vec3 slope;
-                for (int i = 0; i < 3; ++i) {
-                    const float low = at[-strides[i]], high = at[strides[i]];
-                    slope[i] = std::isnan(low) || std::isnan(high) ? 0.0f : 0.5f * (high - low);
-                }
-                sample.wind = -advection_ * (metric_ * slope);
-            }
-        }
-        if (forces_.flow)
-            sample.wind += flow_ * (index_from_world_ *
-                                    glm::vec3(flow[0][offset], flow[1][offset], flow[2][offset]));
-        made.rates.push_back(rate(tile, row, x, sample, made.steps));
-        made.fastest = std::max(made.fastest, std::abs(double(made.rates.back())));
-    });
-    return made;
+    for (size_t k = 0; forces_.flow && k < 3; ++k)
+        pass.flow[k] = field((*forces_.flow)[k], 2 + k);
+    find_rates(pass);
+    return bounds;
 }
 
 } // namespace palpate

@@ -30,6 +30,9 @@ class SimplexDistance {
     };
     Solution solve(const std::array<Neighbour, 3>& axes) const;
 
+    // G^-1 of a simplex with the high neighbours on the axes whose bits are set; 0 on others.
+    const glm::mat3& inverse(unsigned axes) const { return inverse_[axes][0]; }
+
     // The least of solve() from values of 0, whichever neighbours there are.
     float least() const { return least_; }
 
