@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/segment/march_solve.h"
 
@@ -11,6 +12,14 @@ namespace {
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 constexpr float kHorizon = 16.0f; // windows
+// Times are sums of some hundred rounded ones: a smaller rise is not told on.
+constexpr float kLeastRise = 0x1p-22f; // as a part of the time
+
+// Where a sample's time went from `before` to `time`, those later than this may depend on it; one
+// of cost 0 has its neighbour's time.
+float first_to_ask(float before, float time) {
+    return time > before ? std::nextafter(before, 0.0f) : time;
+}
 
 } // namespace
 
@@ -58,15 +67,13 @@ void MarchTile::wait(int at, float time) {
     earliest = std::min(earliest, time);
 }
 
-void MarchTile::touch(int at, glm::ivec3 local) {
-    const float time = times_[size_t(at)];
-    push(at - 1, time);
-    push(at + 1, time);
-    push(at - kSide, time);
-    push(at + kSide, time);
-    push(at - kPlane, time);
-    push(at + kPlane, time);
+void MarchTile::touch(int at, glm::ivec3 local, float before) {
+    const float time = times_[size_t(at)], earliest = first_to_ask(before, time);
     const int strides[] = {1, kSide, kPlane}, last = int(kBrickSide) - 1;
+    for (const int stride : strides) {
+        push(at - stride, earliest);
+        push(at + stride, earliest);
+    }
     for (int k = 0; k < 3; ++k) {
         const int shift = int(kBrickSide) * strides[k];
         if (local[k] < kMargin)
@@ -81,8 +88,8 @@ void MarchTile::take_in() {
     const int inward[] = {1, -1, kSide, -kSide, kPlane, -kPlane};
     for (size_t face = 0; face < inbox.size(); ++face) {
         for (const Told& told : inbox[face]) {
-            times_[told.at] = told.time;
-            push(told.at + inward[face], told.time);
+            const float before = std::exchange(times_[told.at], told.time);
+            push(told.at + inward[face], first_to_ask(before, told.time));
         }
         inbox[face].clear();
     }
@@ -93,7 +100,7 @@ void MarchTile::open_waiting(Window window, const float* cost, uint32_t stride) 
         const int z = at / kPlane, y = (at - z * kPlane) / kSide, x = at - z * kPlane - y * kSide;
         const glm::ivec3 local = glm::ivec3(x, y, z) - kMargin;
         count(cost[stride * offset_in_brick(glm::uvec3(local))]);
-        touch(at, local);
+        touch(at, local, kNever);
     };
     if (far_time_ < window.end) {
         // Brings near what the horizon now reaches.
@@ -188,7 +195,28 @@ float MarchTile::solve_near(int at, glm::ivec3 local, const MarchNearField& fiel
         }
         return {from, float(from + here - there(1) - h * slope), weight1_[size_t(k)]};
     };
-    return march_solve(axis(1, 0), axis(kSide, 1), axis(kPlane, 2), cost);
+    const std::array<MarchAxis, 3> axes{axis(1, 0), axis(kSide, 1), axis(kPlane, 2)};
+    const float time = march_solve(axes[0], axes[1], axes[2], cost);
+    // Within half a sample of a plane through the source, both neighbours across it are later. The
+    // slope there is not 0 but known: the front comes straight from the source.
+    double across = 0.0;
+    for (int k = 0; k < 3; ++k)
+        if (axes[size_t(k)].from >= time && std::abs(away[k]) < 0.500001 * spacing_mm_[k])
+            across += away[k] * away[k];
+    if (!(across > 0.0) || time == kNever)
+        return time;
+    const double share = std::sqrt(std::max(0.0, 1.0 - across / (distance * distance)));
+    return march_solve(axes[0], axes[1], axes[2], float(cost * share));
+}
+
+bool MarchTile::rises(int at, float before, float& time, float end) {
+    if (!(time > before * (1.0f + kLeastRise)) || time == kNever ||
+        flags_[size_t(at)] >= kMostRises * kRise)
+        return false;
+    flags_[size_t(at)] += kRise;
+    if (before < end) // it stays known
+        time = std::min(time, std::nextafter(end, 0.0f));
+    return time > before;
 }
 
 template <int kOrder>
@@ -205,9 +233,9 @@ void MarchTile::relax(Window window, const Brick& brick) {
         const glm::ivec3 local = glm::ivec3(x, y, z) - kMargin;
         const float c = cost[brick.stride() * offset_in_brick(glm::uvec3(local))];
         const MarchNearField* field = near_.empty() ? nullptr : near_field(local);
-        const float time = field ? solve_near<kOrder>(at, local, *field, c, window.end)
-                                 : solve<kOrder>(at, c, window.end);
-        if (!(time < before))
+        float time = field ? solve_near<kOrder>(at, local, *field, c, window.end)
+                           : solve<kOrder>(at, c, window.end);
+        if (!(time < before) && (kOrder == 1 || !rises(at, before, time, window.end)))
             continue;
         times_[size_t(at)] = time;
         if (time >= window.end) {
@@ -216,7 +244,7 @@ void MarchTile::relax(Window window, const Brick& brick) {
         }
         if (before >= window.end)
             count(c);
-        touch(at, local);
+        touch(at, local, before);
     }
 }
 

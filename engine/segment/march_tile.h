@@ -27,7 +27,9 @@ struct MarchNearField {
 // Arrival times of a brick and of two samples beyond it on each side, so that no stencil asks where
 // it is. A sample is known once its time is below the end of the open window [begin, end) of times.
 // run() relaxes the samples of the window until none changes; those beyond it wait. Known samples
-// near a face are told to the tile on the other side, which has them in its margin.
+// near a face are told to the tile on the other side, which has them in its margin. Times of first
+// order only fall while that is done. Those of second order may also rise: a neighbour's neighbour
+// whose time was too late gave a time too early.
 class MarchTile {
  public:
     struct Window {
@@ -63,7 +65,8 @@ class MarchTile {
 
  private:
     static constexpr int kMargin = 2, kSide = 36, kPlane = kSide * kSide;
-    static constexpr uint8_t kQueued = 1, kNear = 2, kFar = 4;
+    // Flags; above them, how often the sample's time rose.
+    static constexpr uint8_t kQueued = 1, kNear = 2, kFar = 4, kRise = 8, kMostRises = 15;
 
     // A ring of samples to relax; each is in it once, so that it cannot overflow.
     struct Queue {
@@ -79,10 +82,13 @@ class MarchTile {
     float solve_near(int at, glm::ivec3 local, const MarchNearField& field, float cost,
                      float end) const;
     const MarchNearField* near_field(glm::ivec3 local) const;
+    // Second order: whether a sample's time, computed before its neighbours had theirs, is to be
+    // raised to `time`. Counted, so that samples which raise each other come to an end.
+    bool rises(int at, float before, float& time, float end);
     void take_in();
     void open_waiting(Window window, const float* cost, uint32_t stride);
-    void touch(int at, glm::ivec3 local);
-    // Queues a neighbour of a sample that became known at `time`.
+    void touch(int at, glm::ivec3 local, float before);
+    // Queues a neighbour of a sample that is known now, from `time` on.
     [[gnu::always_inline]] void push(int at, float time) {
         const bool go = !(flags_[size_t(at)] & kQueued) & (times_[size_t(at)] > time);
         flags_[size_t(at)] |= uint8_t(go); // kQueued
