@@ -87,6 +87,8 @@ void Judge::see(dvec3 tool, const haptics::TickOutput& output) {
     }
     const double sunk = -solid_.distance_mm(proxy) / voxel_mm(scene_.storage);
     const double depth = -solid_.distance_mm(tool);
+    const bool is_behind = output.contact == haptics::Contact::behind;
+    f.behind_ticks += is_behind;
     f.contact_ticks += output.contact != haptics::Contact::free;
     f.largest_force_n = std::max(f.largest_force_n, glm::length(force));
     f.beyond_spring_n = std::max(
@@ -114,7 +116,8 @@ void Judge::see(dvec3 tool, const haptics::TickOutput& output) {
     }
     if (since_exchange_ >= settled_after_) {
         see_place(proxy, sunk);
-        see_direction(tool, force, depth);
+        if (!is_behind)
+            see_direction(tool, force, depth);
         if (judge_direction_ && solid_.free_is_convex && -depth > voxel_mm(scene_.storage))
             f.free_force_n = std::max(f.free_force_n, glm::length(force));
     }

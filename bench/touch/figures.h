@@ -28,8 +28,9 @@ class Histogram {
 // Figures of one algorithm on one path in one scene, judged against the body's closed form.
 struct Figures {
     uint64_t ticks = 0, contact_ticks = 0;
-    uint64_t pop_throughs = 0;        // the proxy changed parts of free space, or sank 1.5 voxels
-    uint64_t not_finite = 0;          // of force, proxy or normal
+    uint64_t pop_throughs = 0; // the proxy changed parts of free space, or sank 1.5 voxels
+    uint64_t not_finite = 0;   // of force, proxy or normal
+    uint64_t behind_ticks = 0; // that say that the proxy has not followed: no direction is judged
     double penetration_voxels = 0.0;  // deepest proxy
     Histogram direction_deg{0.05};    // angle to the true force, where deeper than 0.2 mm
     Histogram magnitude_share{0.001}; // |force| beside k * depth, where deeper than 1 mm

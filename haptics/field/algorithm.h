@@ -120,6 +120,7 @@ enum class Contact : uint8_t {
     touching,  // held out by a surface
     yielding,  // pushed into material beyond T0
     submerged, // inside material, and no way out is known
+    behind,    // the work of a tick ends before the hand is reached: force fades and does not rise
     unknown,   // samples are missing or without data: force fades
 };
 

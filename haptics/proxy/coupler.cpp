@@ -125,8 +125,14 @@ void Coupler::yield(const TickInput& input, const Geometry& geometry, const Feel
         return;
     const dvec3 spring = geometry.proxy_mm - yielding_.hand(x);
     if (!yielding_.is_inside() && geometry.touching && feel_.yield_n < kNever_n &&
-        k * glm::dot(spring, geometry.normal) > feel_.yield_n)
-        yielding_.enter(geometry.proxy_mm, geometry.normal, x);
+        k * glm::dot(spring, geometry.normal) > feel_.yield_n) {
+        // From where it was rendered: what an edit or coming out left to make up for is not asked
+        // now.
+        const bool is_leaving = yielding_.is_leaving();
+        yielding_.enter(is_leaving ? rendered_ + (x - tool_) : geometry.proxy_mm + bleed_.left_mm(),
+                        geometry.normal, x);
+        bleed_.forget();
+    }
     if (yielding_.is_inside())
         yielding_.sink(x, k, feel_.yield_n < kNever_n ? feel_.yield_n : INFINITY,
                        feel_.friction_dynamic, dt);
@@ -143,18 +149,29 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
         bleed_.take_up(rendered_ + (has_come_out_ ? tool - tool_ : x - hand_), rendered, 0.0);
     else if (geometry.was_replaced && !is_first_ && !is_inside)
         bleed_.take_up(rendered_ + (x - hand_), rendered, glm::distance(x, hand_));
-    const double speed = yielding_.is_leaving() ? Yielding::speed_mm_per_s(k) : kBleed_n_per_s / k;
+    // What a proxy that lags made up for in this tick, with the hand that geometry took, it has
+    // moved.
+    const double made_up = yielding_.is_leaving() && !has_come_out_
+                               ? glm::distance(x - hand_, tool - tool_) / dt
+                               : 0.0;
+    const double speed = std::max(0.0, Yielding::speed_mm_per_s(k) - made_up);
     rendered += bleed_.next(k > 0.0 ? speed : 1e6, dt);
 
     TickOutput output;
     const double fade = dt / kFade_s;
-    presence_ =
-        geometry.lacks_data ? std::max(0.0, presence_ - fade) : std::min(1.0, presence_ + fade);
+    presence_ = geometry.lacks_data || geometry.is_behind ? std::max(0.0, presence_ - fade)
+                                                          : std::min(1.0, presence_ + fade);
     const double damping = rendered == x ? 0.0 : q.damping_n_s_per_m;
     output.force_n = coupling_n(feel_.stiffness_n_per_m, damping, x, rendered,
                                 input.velocity_mm_per_s, (rendered - rendered_) / dt);
     output.force_n =
         cut_.cut(output.force_n, feel_.yield_n < kNever_n ? feel_.yield_n : INFINITY, dt);
+    // A spring that is long because work ended says nothing of what is touched.
+    const double spring_n = glm::length(output.force_n);
+    if (geometry.is_behind && spring_n > spring_n_)
+        output.force_n *= spring_n_ / spring_n;
+    else
+        spring_n_ = spring_n;
     if (is_inside)
         output.force_n -= 1e-3 * q.viscosity_n_s_per_m * input.velocity_mm_per_s;
     // Doubt comes and goes no faster than an edit is felt, and not while one is.
@@ -187,6 +204,7 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
     const bool yields = is_inside || yielding_.is_leaving();
     output.contact = geometry.lacks_data  ? Contact::unknown
                      : geometry.submerged ? Contact::submerged
+                     : geometry.is_behind ? Contact::behind
                      : yields             ? Contact::yielding
                      : geometry.touching  ? Contact::touching
                                           : Contact::free;

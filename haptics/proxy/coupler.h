@@ -61,6 +61,7 @@ struct Geometry {
     bool submerged = false;    // in material, and no way out is known; nothing is felt
     bool was_replaced = false; // the touched scene was exchanged since the tick before
     bool lacks_data = false;   // something near was not in memory
+    bool is_behind = false;    // work ended before the proxy was where the hand draws it
     double confidence = 1.0;
     uint32_t iterations = 0, contacts = 0;
 };
@@ -105,6 +106,7 @@ class Coupler {
     // Of the last tick: what was rendered, the hand, and the hand as geometry took it.
     glm::dvec3 rendered_{0.0}, tool_{0.0}, hand_{0.0};
     double presence_ = 1.0, trust_ = 1.0;
+    double spring_n_ = 0.0; // in the last tick, before it faded
     bool is_first_ = true, had_force_ = false, has_come_out_ = false;
     bool has_settled_ = true; // in the last tick: on a surface, or where the hand is
     Feel feel_;               // where nothing yields, yield_n is that of kNever_n

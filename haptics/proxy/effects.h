@@ -43,6 +43,7 @@ class Bleed {
     void take_up(glm::dvec3 before_mm, glm::dvec3 now_mm, double natural_mm);
     // Shrinks by speed * dt and returns what is left to add.
     glm::dvec3 next(double speed_mm_per_s, double dt_s);
+    glm::dvec3 left_mm() const { return left_mm_; }
     bool is_over() const { return left_mm_ == glm::dvec3(0.0); }
     void forget() { left_mm_ = glm::dvec3(0.0); }
 

@@ -11,9 +11,6 @@ namespace swept_tool {
 
 namespace {
 
-// In samples. A hand is fast that goes so far in a tick; then the tool goes back to the last place
-// that was not deep from one that was not looked at.
-constexpr double kFast = 0.3;
 // For so long after what is touched was exchanged, the tool may be drawn along; then it is the hand
 // alone that moves it.
 constexpr double kCatchingUp_s = 0.1;
@@ -38,7 +35,7 @@ void SweptTool::ease(dvec3 start, double moved_mm) {
     State& s = state_;
     const dvec3 way = s.proxy - start;
     const double slack_mm = kTremor * voxel_mm();
-    s.ease = std::min(1.0, 1.25 * s.ease + moved_mm / (kEased * voxel_mm()));
+    s.ease = std::min(1.0, s.ease + moved_mm / (kEased * voxel_mm()));
     const bool turns = glm::dot(way, s.last_way) < 0.0;
     const bool leaves =
         glm::distance(s.proxy, s.hand) > glm::distance(start, s.hand) + slack_mm + moved_mm;
@@ -84,8 +81,8 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
     State& s = state_;
     const dvec3 start = s.proxy;
     const double moved_mm = glm::distance(hand, s.hand);
+    const double length_before_mm = glm::distance(start, s.hand);
     s.hand = hand;
-    s.is_fast |= moved_mm > kFast * voxel_mm();
     const bool is_catching_up = geometry.was_replaced || s.catching_up_s > 0.0;
     if (geometry.was_replaced)
         s.gain = {};
@@ -93,7 +90,7 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
     const dvec3 goal = s.touching ? coupler_.rubbed(hand, s.proxy, s.normal, s.slipping) : hand;
     Course c = course_to(goal, moved_mm, geometry);
     settle(c, geometry);
-    if (!c.touching && goal != hand && c.looks < kMostLooks) { // it lost what it rubbed on
+    if (!c.touching && goal != hand && !c.is_spent) { // it lost what it rubbed on
         const uint32_t looks = c.looks, steps = c.steps + 1;
         c = course_to(hand, moved_mm, geometry);
         c.looks = looks;
@@ -101,6 +98,13 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
         settle(c, geometry);
     }
 
+    // Where work ends among contacts that only rearrange, the spring hardly changes: that is no
+    // lag.
+    const double length_mm = glm::distance(s.proxy, hand), doubt_mm = contacts_.doubt_mm();
+    const bool falls_behind = length_mm > length_before_mm + doubt_mm;
+    const bool comes_closer = length_mm < glm::distance(start, hand) - doubt_mm;
+    s.is_behind = c.is_spent && (falls_behind || (s.is_behind && comes_closer));
+    geometry.is_behind = s.is_behind;
     s.is_sunk = is_catching_up && !c.is_out && (geometry.was_replaced || s.is_sunk);
     s.catching_up_s = c.has_settled           ? 0.0
                       : geometry.was_replaced ? kCatchingUp_s
@@ -110,7 +114,10 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
         c.touching = false;
     }
     geometry.was_replaced = is_catching_up;
-    if (is_catching_up || s.is_submerged) {
+    // Farther than a sample it went along a surface that bends: part of that way as the crow flies
+    // may lead through material, and is the hand's, not a tremor.
+    const bool went_far = glm::distance(start, s.proxy) > voxel_mm();
+    if (is_catching_up || s.is_submerged || went_far) {
         s.account.reset();
         s.ease = 1.0;
     } else {

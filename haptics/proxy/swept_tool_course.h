@@ -16,19 +16,16 @@ namespace palpate::haptics::swept_tool {
 
 using glm::dvec3;
 
-constexpr uint32_t kMostLooks = 5; // at every sample, in a tick
-
 struct State : Felt {
     // What was exchanged has moved the tool, and it may not yet be where that ends.
     double catching_up_s = 0.0;
-    bool is_sunk = false; // since then, wherever it was looked at
-    uint64_t stamps = 0;  // of what it felt
-    bool is_fast = false; // the hand was, and the tool is not yet where it belongs
+    bool is_sunk = false;   // since then, wherever it was looked at
+    bool is_behind = false; // work ended before it was where the hand draws it
+    uint64_t stamps = 0;    // of what it felt
     // In matter without a way out: nothing holds it until none of it is in any.
     bool is_submerged = false;
     dvec3 hand{0.0};
-    double longest_step = 1.0; // as a share of half a sample
-    double trust_mm = 1e3;     // of the last step
+    double trust_mm = 1e3; // of the last step
     SlideGain gain;
     dvec3 last_way{0.0}; // that a tick led it
     double ease = 1.0;   // as a share of such a way
@@ -42,17 +39,12 @@ struct Course {
     dvec3 goal;
     double moved_mm; // of the hand, since the tick before
     double half_sample_mm;
-    double trust_mm; // how far planes are believed to hold: no step is longer
-    double longest_mm;
+    double trust_mm;  // how far planes are believed to hold: no step is longer
     bool look = true; // at every sample, next
-    uint32_t looks = 0, steps = 0;
-    // Where all were looked at and none was deep.
-    dvec3 good;
-    bool has_good = false;
-    bool is_out = false; // somewhere where all were looked at, none was sunk
-    // It is farther from the last such look than what that says.
-    bool is_unseen = false;
-    double since_look_mm = 0.0;
+    uint32_t looks = 0, most_looks = 0, steps = 0;
+    std::optional<dvec3> good;  // the last place where all were looked at and none was deep
+    bool is_out = false;        // somewhere where all were looked at, none was sunk
+    double since_look_mm = 0.0; // gone since then
     dvec3 last_step{0.0};
     // What planes said of the way along the surface, before that step.
     std::optional<dvec3> last_along;
@@ -60,6 +52,7 @@ struct Course {
     std::optional<dvec3> rest;
     bool has_learnt = false; // from a step of this tick how far to go
     bool touching = false, has_settled = false;
+    bool is_spent = false; // the work of a tick, before it was where it belongs
 };
 
 enum class Next { go_on, stop };
@@ -93,7 +86,7 @@ class SweptTool final : public Algorithm {
     dvec3 tempered(dvec3 step, Course& c);
     double unseen_mm(const Course& c) const;
     void remember_holds(Course& c, dvec3 step, Geometry& geometry);
-    bool go_back_if_unseen(Course& c);
+    void fall_behind(Course& c);
     dvec3 lever_of(dvec3 force_n) const;
 
     State state_;

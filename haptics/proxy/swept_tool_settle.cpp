@@ -6,35 +6,33 @@ namespace palpate::haptics::swept_tool {
 
 namespace {
 
-constexpr uint32_t kMostIterations = 24;
 constexpr double kConverged_mm = 2e-4;
 // Steps that have got so short by turning back, in samples, are not worth another look: 0.002 N at
 // 500 N/m and 0.4 mm.
 constexpr double kShortest = 0.01;
+// At every sample, in a tick: those that settle it on bumps that hold it in turn, and for each half
+// sample that it has to go as many as a way along a surface, to and fro across the straight one,
+// has.
+constexpr uint32_t kLooks = 5, kLooksOnWay = 4;
 // In samples: within so much of a look nothing new is expected.
 constexpr double kSeen = 0.1;
-// From here on (0 .. 1) a ball fits a groove so well that a step is no longer than kSeen: what
-// holds it across the groove is other places at the next look.
-constexpr double kFits = 0.2;
-// After each time that it goes back the longest step is half as long, down to this share of it:
-// then it goes on, whatever is there.
-constexpr double kShortestShare = 0.1;
 
 } // namespace
 
 Course SweptTool::course_to(dvec3 goal, double moved_mm, const Geometry& geometry) const {
     const State& s = state_;
-    const double half_sample_mm = 0.5 * voxel_mm(), longest_mm = s.longest_step * half_sample_mm;
+    const double half_sample_mm = 0.5 * voxel_mm();
     // Where the last tick's steps turned back and got short, this one's begin as short.
     const double trust_mm = geometry.was_replaced
-                                ? longest_mm
-                                : std::min(longest_mm, 4.0 * s.trust_mm + 2.0 * moved_mm);
+                                ? half_sample_mm
+                                : std::min(half_sample_mm, 4.0 * s.trust_mm + 2.0 * moved_mm);
+    const double way_mm = s.is_behind ? glm::distance(goal, s.proxy) : moved_mm;
+    const double on_way = std::min(1e6, kLooksOnWay * way_mm / half_sample_mm);
     return {.goal = goal,
             .moved_mm = moved_mm,
             .half_sample_mm = half_sample_mm,
             .trust_mm = trust_mm,
-            .longest_mm = longest_mm,
-            .good = s.proxy};
+            .most_looks = kLooks + static_cast<uint32_t>(on_way)};
 }
 
 // Where nothing holds it: as far as blocks are clear.
@@ -49,7 +47,7 @@ bool SweptTool::try_leap(Course& c) {
     s.proxy = leap == length ? c.goal : next;
     s.is_submerged = false;
     c.good = s.proxy;
-    c.has_good = c.is_out = true;
+    c.is_out = true;
     c.has_settled = leap == length;
     return true;
 }
@@ -57,7 +55,7 @@ bool SweptTool::try_leap(Course& c) {
 // To what of all places that no contact forbids is nearest to the goal.
 dvec3 SweptTool::wanted_step(dvec3 goal) const {
     const std::span<const Hold> holds = contacts_.holds();
-    std::array<Plane, ToolContacts::kMostHolds> planes;
+    std::array<Plane, ToolContacts::kMost> planes;
     for (size_t k = 0; k < holds.size(); ++k)
         planes[k] = {holds[k].normal,
                      glm::dot(holds[k].normal, state_.proxy) - holds[k].clearance_mm};
@@ -89,15 +87,14 @@ dvec3 SweptTool::tempered(dvec3 step, Course& c) {
     return wanted_step(s.proxy + step - (1.0 - s.gain.value()) * along);
 }
 
-// How far it may go from a look that left samples out, or where a ball fits a groove. Where none is
-// in material, and what held it was looked at, as far as the hand did: what was left out lies
-// farther out than what was not.
+// How far it may go from a look that left samples out. Where none is in material, and what held it
+// was looked at, as far as the hand did: what was left out lies farther out than what was not.
 double SweptTool::unseen_mm(const Course& c) const {
     const ToolContacts::Look& look = contacts_.look();
-    const auto contacts = contacts_.contacts();
+    const auto contacts = contacts_.holds();
     const bool has_seen = std::any_of(contacts.begin(), contacts.end(),
                                       [](const Hold& hold) { return !hold.is_pushed; });
-    const bool may_follow = has_seen && !look.any_inside && look.fits <= kFits && !state_.is_fast;
+    const bool may_follow = has_seen && !look.any_inside;
     return std::max(kSeen * voxel_mm(), may_follow ? c.moved_mm : 0.0);
 }
 
@@ -108,15 +105,11 @@ void SweptTool::remember_holds(Course& c, dvec3 step, Geometry& geometry) {
     c.touching = false;
     dvec3 push(0.0);
     geometry.confidence = 1.0;
-    const size_t contacts = contacts_.contacts().size();
-    size_t index = 0;
     for (const Hold& hold : contacts_.holds()) {
-        const bool is_contact = index++ < contacts;
         const double left = hold.clearance_mm + glm::dot(hold.normal, step);
         if (left > 4.0 * c.half_sample_mm)
             continue;
-        if (is_contact) // what has held it in this tick may hold it again
-            s.held[s.held_count++] = hold.touch;
+        s.held[s.held_count++] = hold.touch;
         if (left < 1e-6 && glm::dot(hold.normal, c.goal - s.proxy) < 0.0) {
             c.touching = true;
             push += hold.normal;
@@ -139,14 +132,8 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     // Every sample is looked at before the first step, after each long one, and at the end.
     const bool looked = c.look;
     c.looks += looked;
-    contacts_.find(s.proxy, {.held = held(),
-                             .goal_mm = c.goal,
-                             .all = looked,
-                             .is_first = is_first,
-                             .is_fast = s.is_fast});
+    contacts_.find(s.proxy, {.held = held(), .goal_mm = c.goal, .all = looked});
     const ToolContacts::Look& look = contacts_.look();
-    if (look.has_left_out) // it stays where all of them were looked at
-        return Next::stop;
     const bool has_none = contacts_.holds().empty();
     const bool is_unknown = look.is_spent && has_none && !look.any_flat; // none was looked at
     // So deep that nothing has a slope, and no way out is known.
@@ -159,7 +146,6 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     }
     if (is_unknown) {
         c.touching |= is_first && s.touching;
-        c.is_unseen = c.has_good;
         return Next::stop;
     }
     const bool is_buried =
@@ -169,18 +155,15 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     const bool deep = contacts_.is_deep();
     // The deepest come first: where work ended before any of them, nothing is known of it.
     const bool knows = looked && (!look.is_spent || look.any_sloped || look.any_flat);
-    c.is_unseen = c.is_unseen && (!knows || deep);
     c.is_out |= knows && !contacts_.is_sunk();
     if (knows && !deep) {
         c.good = s.proxy;
-        c.has_good = true;
+        c.since_look_mm = 0.0;
     }
-    if (c.is_unseen && look.is_spent && s.is_fast && c.has_good)
-        return Next::stop;
     // Where it is deep it goes out, and on from there.
     dvec3 step = wanted_step(deep ? s.proxy : c.goal);
     c.rest = deep ? std::nullopt : std::optional(s.proxy + step);
-    if (!deep && !has_none && !s.is_fast && look.fits <= kFits) {
+    if (!deep && !has_none) {
         step = tempered(step, c);
     } else {
         c.last_along.reset();
@@ -189,8 +172,8 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     // Between surfaces that bend, planes of one place are wrong at the next: where a step takes
     // back the last, steps get shorter.
     c.trust_mm = glm::dot(step, c.last_step) < 0.0 ? 0.5 * c.trust_mm
-                                                   : std::min(c.longest_mm, 2.0 * c.trust_mm);
-    if ((look.is_spent || look.fits > kFits) && !deep)
+                                                   : std::min(c.half_sample_mm, 2.0 * c.trust_mm);
+    if (look.is_spent && !deep)
         c.trust_mm = std::min(c.trust_mm, unseen_mm(c));
     const double wanted = glm::length(step), length = std::min(wanted, c.trust_mm);
     if (wanted > c.trust_mm)
@@ -199,29 +182,30 @@ Next SweptTool::look_and_step(Course& c, bool is_first, Geometry& geometry) {
     s.proxy += step;
     remember_holds(c, step, geometry);
     c.has_settled = length < kConverged_mm && looked;
-    c.since_look_mm = looked ? length : c.since_look_mm + length;
-    c.is_unseen = c.since_look_mm > kSeen * voxel_mm();
-    c.look = length < kConverged_mm || c.is_unseen;
-    const bool is_at_end = look.is_spent || c.has_settled || c.trust_mm < kShortest * voxel_mm();
+    c.since_look_mm += length;
+    c.look = length < kConverged_mm || c.since_look_mm > kSeen * voxel_mm();
+    const bool is_at_end = c.has_settled || c.trust_mm < kShortest * voxel_mm();
     return is_at_end ? Next::stop : Next::go_on;
 }
 
-// Rather behind the hand than in material. What led there is tried again in shorter steps.
-bool SweptTool::go_back_if_unseen(Course& c) {
+// Rather behind the hand than where it was not looked at. The next tick goes on from there, with
+// what this one has filtered.
+void SweptTool::fall_behind(Course& c) {
     State& s = state_;
-    if (!(c.is_unseen && c.has_good && s.is_fast && s.longest_step > kShortestShare))
-        return false;
-    s.proxy = c.good;
+    if (c.good && c.since_look_mm > kSeen * voxel_mm())
+        s.proxy = *c.good;
     c.touching |= !contacts_.holds().empty();
     if (c.touching && s.proxy != c.goal)
         s.normal = unit_or_zero(s.proxy - c.goal);
-    return true;
 }
 
-// To where a tool rests that is drawn to the goal.
+// To where a tool rests that is drawn to the goal, in as many steps as the work of a tick allows.
 void SweptTool::settle(Course& c, Geometry& geometry) {
     State& s = state_;
-    for (; c.steps < kMostIterations && c.looks < kMostLooks; ++c.steps) {
+    for (; c.looks < c.most_looks; ++c.steps) {
+        c.is_spent = c.steps > 0 && contacts_.is_spent();
+        if (c.is_spent)
+            break;
         if (try_leap(c)) {
             if (c.has_settled)
                 break;
@@ -230,12 +214,11 @@ void SweptTool::settle(Course& c, Geometry& geometry) {
         if (look_and_step(c, c.steps == 0, geometry) == Next::stop)
             break;
     }
-    const bool went_back = go_back_if_unseen(c);
-    s.is_fast &= !c.has_settled;
+    if (c.is_spent)
+        fall_behind(c);
     if (!c.has_learnt && !c.has_settled)
         s.gain.doubt();
     s.trust_mm = c.trust_mm;
-    s.longest_step = went_back ? 0.5 * s.longest_step : std::min(1.0, 4.0 * s.longest_step);
     geometry.iterations = c.steps;
 }
 

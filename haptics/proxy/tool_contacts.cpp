@@ -21,14 +21,9 @@ constexpr double kSameWay = 0.995; // cosine of 6 degrees
 // count, of so many in all.
 constexpr uint32_t kMostConsidered = 6, kLeastConsidered = 3, kMostTried = 16;
 constexpr double kNear = 0.09;
-// What a tick may spend on contacts, in tenths of a microsecond: on each that is looked at, on the
-// samples that have to be filtered for it, and on each glance across a groove. More behind a fast
-// hand, which comes to what was never filtered; those that held the tool may take twice as much.
-// What is left undone: of the samples in material the shallower ones are not looked at, and the
-// tick ends with a step that the others allow, or where all that held the tool were last looked at.
-// The next tick goes on with what was made.
-constexpr uint32_t kMostWork = 110, kMostFastWork = 140, kContactWork = 4, kGlanceWork = 1,
-                   kSamplesOfWork = 40;
+// Work, in tenths of a microsecond: of each contact that is looked at, of the samples that have to
+// be filtered for it, of the points that are scanned and of a leap.
+constexpr uint32_t kContactWork = 4, kSamplesOfWork = 40, kPointsOfWork = 40, kLeapWork = 5;
 // In samples: a place is deep where a contact is so far in material, and farther in noise: for each
 // sample that normals are blurred by.
 constexpr double kDeep = 0.025, kDeepInNoise = 0.15, kSunk = 0.5;
@@ -49,11 +44,6 @@ constexpr double kSlackInNoise = 0.25, kSlackFacing = 0.01;
 // nothing to add.
 constexpr double kBesidePushed_samples = 0.3, kBesidePushed = 0.96;
 constexpr double kCover = 0.65; // how far from all samples it may lie, in distances between them
-// A surface that a ball fits is faced all over; on a body that bulges, only in one place. Cosines
-// of 11.5 and 8 degrees: from the first on a contact tells of a groove, from the second on for
-// certain.
-constexpr double kGrooveFacing = 0.98, kGrooveFacingSurely = 0.99;
-
 bool is_inside(const Field::Inside& sample) {
     return sample.value >= 0.0f;
 }
@@ -66,12 +56,12 @@ void ToolContacts::follow(const TickInput& input, const Volume& volume) {
     blur_samples_ = q.normal_blur_samples;
     is_labels_ = q.source == TouchSource::labels;
     place_points(input);
-    considered_ = glances_ = 0;
+    considered_ = scanned_ = leaps_ = 0;
 }
 
 uint32_t ToolContacts::work() const {
-    return kContactWork * considered_ + kGlanceWork * glances_ +
-           field_.filtered_samples() / kSamplesOfWork;
+    return kContactWork * considered_ + kLeapWork * leaps_ +
+           field_.filtered_samples() / kSamplesOfWork + scanned_ / kPointsOfWork;
 }
 
 void ToolContacts::place_points(const TickInput& input) {
@@ -131,7 +121,8 @@ void ToolContacts::place_points(const TickInput& input) {
     reach_samples_ = std::max({most.x, most.y, most.z});
 }
 
-bool ToolContacts::is_clear(dvec3 from, dvec3 to) const {
+bool ToolContacts::is_clear(dvec3 from, dvec3 to) {
+    ++leaps_;
     return field_.is_clear(glm::min(from, to) - reach_mm_, glm::max(from, to) + reach_mm_, 0.0);
 }
 
@@ -145,6 +136,7 @@ uint32_t ToolContacts::solid_points(dvec3 at) {
         near_at_ = at;
         near_samples_ = field_.samples_about(at, reach_samples_);
     }
+    scanned_ += point_count_;
     return field_.solid_points(at, offsets, reach_samples_, {near_.data(), near_count_},
                                static_cast<float>(kNear * field_.contrast()), inside_.data());
 }
@@ -253,8 +245,6 @@ bool ToolContacts::consider(dvec3 at, Touch touch, Turn turn) {
     found.confidence = std::min(1.0, slope / (4.0 * floor));
     found.seen_mm = found.clearance_mm;
     const double facing = is_ball_ ? -glm::dot(found.normal, touch.way) : 1.0;
-    found.faces =
-        std::clamp((facing - kGrooveFacing) / (kGrooveFacingSurely - kGrooveFacing), 0.0, 1.0);
     if (is_ball_ && turn == Turn::faces)
         face(found);
     if (is_ball_in_noise()) {
@@ -289,27 +279,19 @@ void ToolContacts::keep(const Hold& found) {
 }
 
 void ToolContacts::add(const Hold& hold) {
-    across_ = 0;
     if (count_ < kMost)
         holds_[count_++] = hold;
 }
 
 void ToolContacts::find(dvec3 at, const Asked& asked) {
-    count_ = across_ = 0;
+    count_ = 0;
     look_ = {};
-    if (asked.all)
-        bends_with_ball_ = false;
-    most_work_ = asked.is_fast ? kMostFastWork : kMostWork;
     const dvec3 pushed = unit_or_zero(asked.goal_mm - at);
     if (is_ball_in_noise())
         look_where_pushed(at, pushed);
-    for (const Touch& touch : asked.held) {
-        look_.has_left_out = !asked.is_first && work() > 2 * most_work_;
-        if (look_.has_left_out)
-            return;
+    for (const Touch& touch : asked.held)
         if (has(touch) && !is_beside_pushed(touch.way))
             consider(at, touch);
-    }
     // Where it is wedged in, its contacts lie to the sides.
     const bool is_held =
         is_ball_ && std::any_of(holds_.begin(), holds_.begin() + count_, [&](const Hold& hold) {
@@ -319,8 +301,6 @@ void ToolContacts::find(dvec3 at, const Asked& asked) {
         look_where_pushed(at, pushed);
     if (asked.all)
         consider_deepest(at);
-    if (is_held && is_clean() && !asked.is_fast)
-        look_across_groove(at, asked.all);
 }
 
 void ToolContacts::look_where_pushed(dvec3 at, dvec3 pushed) {
@@ -351,7 +331,7 @@ void ToolContacts::consider_deepest(dvec3 at) {
     std::partial_sort(inside_.begin(), last, end, is_deeper);
     uint32_t sloped = 0;
     for (auto at_hand = inside_.begin(); at_hand != last && sloped < kMostConsidered; ++at_hand) {
-        look_.is_spent = work() > most_work_;
+        look_.is_spent = is_spent();
         if (look_.is_spent)
             return;
         const bool has_slope = consider(at, touch_of(at_hand->point));

@@ -10,7 +10,6 @@
 #include "haptics/field/algorithm.h"
 #include "haptics/field/field.h"
 #include "haptics/field/sphere_samples.h"
-#include "haptics/proxy/groove.h"
 #include "haptics/proxy/tool_hold.h"
 #include "haptics/proxy/tool_points.h"
 
@@ -19,29 +18,28 @@ namespace palpate::haptics {
 // The samples of a tool, and where they touch the field at a place: the geometry of swept-tool
 // (swept_tool.h). A place in material or nearly so is a contact: its clearance is (iso - value) /
 // slope along the smoothed normal there. Of contacts that face the same way the deepest is kept.
-// A ball that fits a groove is held by places all across it, which agree (groove.h).
 class ToolContacts {
  public:
-    static constexpr uint32_t kMost = 24;       // contacts
-    static constexpr uint32_t kMostAcross = 17; // places across a groove, besides
-    static constexpr uint32_t kMostHolds = kMost + kMostAcross;
+    static constexpr uint32_t kMost = 24;   // contacts
     static constexpr double kFacing = 0.96; // cosine of 16 degrees: its plane is that of a ball
+    // Tenths of a microsecond that a tick may spend: half of the 200 us that a tick of 1 ms may
+    // take, for a machine half as fast as the one that tool_contacts.cpp was measured on.
+    static constexpr uint32_t kMostWork = 1000;
 
     // At the start of a tick. `volume` must live until its end.
     void follow(const TickInput& input, const Volume& volume);
 
     // Looks at the tool at a place: at the places in `held`, at that of a ball which is pushed on
-    // to goal_mm, and with `all` at the deepest of all samples; on clean grey values, where the
-    // hand is in no hurry, also across a groove that holds a ball. What a tick may spend on that is
-    // bounded: it stops where work is spent before all that are held were looked at, though never
-    // at the first look of a tick. What is begun across a groove is done to its end: 50 glances at
-    // most.
+    // to goal_mm, and with `all` at the deepest of all samples.
     struct Asked {
         std::span<const Touch> held;
         glm::dvec3 goal_mm{0.0};
-        bool all = true, is_first = true, is_fast = false;
+        bool all = true;
     };
     void find(glm::dvec3 at_mm, const Asked& asked);
+    // Whether the work that a tick may do is done. A look that was begun does not stop for that,
+    // but for samples in material that are shallower than those it has considered.
+    bool is_spent() const { return work() > kMostWork; }
 
     // Of the last find(); without `all` nothing is known of the samples but the held ones, and the
     // first four are false. A place is flat that has no slope or is buried.
@@ -49,14 +47,10 @@ class ToolContacts {
         bool any_inside = false;                   // samples are in material
         bool any_flat = false, any_sloped = false; // among those of them that were considered
         bool is_spent = false;                     // the work of a tick; some were not considered
-        bool has_left_out = false;                 // some of `held`, so that it says nothing
-        double fits = 0.0; // 0 .. 1: places that hold a ball in a groove were made to agree
     };
     const Look& look() const { return look_; }
-    std::span<const Hold> contacts() const { return {holds_.data(), count_}; }
-    // These and, after them, the places across a groove.
-    std::span<const Hold> holds() const { return {holds_.data(), count_ + across_}; }
-    void add(const Hold& hold); // a contact, where there is room; nothing is across a groove then
+    std::span<const Hold> holds() const { return {holds_.data(), count_}; }
+    void add(const Hold& hold); // where there is room
     bool is_deep() const;       // one of them, farther in material than noise tells
     bool is_sunk() const;       // one of them, by half a sample or more
     // How far off a place that holds the tool may be taken to be.
@@ -74,7 +68,7 @@ class ToolContacts {
     bool is_as_free(glm::dvec3 at_mm, glm::dvec3 other_mm);
     // Whether no sample is in material there; whether there is nothing on the way, at a glance.
     bool is_free(glm::dvec3 at_mm);
-    bool is_clear(glm::dvec3 from_mm, glm::dvec3 to_mm) const;
+    bool is_clear(glm::dvec3 from_mm, glm::dvec3 to_mm);
 
     bool has(const Touch& touch) const { return touch.sample < point_count_; }
     // From the tool's origin, mm, world axes.
@@ -93,14 +87,9 @@ class ToolContacts {
     bool consider(glm::dvec3 at, Touch touch, Turn turn = Turn::faces); // false: it has no slope
     void look_where_pushed(glm::dvec3 at, glm::dvec3 pushed);
     bool is_beside_pushed(glm::dvec3 way) const; // in noise
-    std::optional<Hold> look_along(glm::dvec3 at, glm::dvec3 normal);
-    void look_across_groove(glm::dvec3 at, bool all);
-    void look_round_deepest(glm::dvec3 at, double near_mm);
-    void widen(Groove& groove, glm::dvec3 at, double near_mm);
     Field::Both felt_at(glm::dvec3 at);
     double least_slope() const; // value units per mm: below it a place is flat
     double clearance_of(const FieldSample& sharp, double slope, glm::dvec3 normal) const;
-    bool is_clean() const { return !is_labels_ && blur_samples_ == 0.0; }
     bool is_ball_in_noise() const { return is_ball_ && !is_labels_ && blur_samples_ > 0.0; }
     void face(Hold& found) const;
     void keep(const Hold& found);
@@ -136,12 +125,10 @@ class ToolContacts {
     std::array<uint16_t, SphereSamples::kMost> near_;
     std::array<Field::Inside, SphereSamples::kMost> inside_;
 
-    uint32_t count_ = 0, across_ = 0;
-    std::array<Hold, kMostHolds> holds_; // one that is_pushed comes first
-    bool bends_with_ball_ = false; // the surface about the deepest contact, when last looked at
+    uint32_t count_ = 0;
+    std::array<Hold, kMost> holds_; // one that is_pushed comes first
     Look look_;
-    uint32_t considered_ = 0, glances_ = 0; // in this tick
-    uint32_t most_work_ = 0;
+    uint32_t considered_ = 0, scanned_ = 0, leaps_ = 0; // in this tick
 };
 
 } // namespace palpate::haptics

@@ -22,7 +22,6 @@ struct Hold {
     double clearance_mm = 0.0; // negative: in material
     double seen_mm = 0.0;      // the same before a ball turned its place to face the surface
     double confidence = 1.0;   // 0 .. 1
-    double faces = 1.0;        // 0 .. 1: whether a ball's place faced the surface, before it turned
     bool is_pushed = false;    // in noise: where the hand pushes a ball, for this look alone
 };
 

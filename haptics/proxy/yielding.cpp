@@ -17,6 +17,7 @@ void Yielding::enter(dvec3 proxy, dvec3 normal, dvec3 hand) {
     *this = {};
     is_inside_ = true;
     place_ = proxy;
+    hand_ = hand;
     entry_ = normal;
     const dvec3 spring = proxy - hand;
     slack_ = glm::length(spring - glm::dot(spring, normal) * normal);
@@ -30,13 +31,16 @@ void Yielding::sink(dvec3 hand, double stiffness, double yield_n, double frictio
     const double held = std::max(friction * std::min(outward, reach), slack_);
     if (length_across > held)
         across *= held / length_across;
-    slack_ = std::max(0.0, std::min(slack_, length_across) - kRate_n_per_s / stiffness * dt_s);
+    slack_ = std::max(0.0, std::min(slack_, length_across) - speed_mm_per_s(stiffness) * dt_s);
     dvec3 spring = outward * entry_ + across;
     const double length = glm::length(spring);
     if (length > reach)
         spring *= std::max(reach, length - kSpeed_mm_per_s * dt_s) / length;
-    place_ = hand + spring;
+    const dvec3 step = hand + spring - before;
+    const double most = glm::distance(hand, hand_) + kSpeed_mm_per_s * dt_s;
+    place_ = before + most / std::max({most, glm::length(step), 1e-12}) * step;
     path_ += glm::distance(place_, before);
+    hand_ = hand;
 }
 
 bool Yielding::stays(bool is_free, double grain_mm, dvec3 hand, double stiffness, double felt_n) {

@@ -43,7 +43,7 @@ class Yielding {
 
  private:
     bool is_inside_ = false, was_in_material_ = false, is_leaving_ = false;
-    glm::dvec3 place_{0.0}, entry_{0.0}, lag_{0.0};
+    glm::dvec3 place_{0.0}, hand_{0.0}, entry_{0.0}, lag_{0.0};
     double slack_ = 0.0; // of the spring across the way in, when it entered; shrinks
     double path_ = 0.0;  // since it entered
 };

@@ -8,7 +8,8 @@ namespace palpate::haptics {
 namespace {
 
 const char* contact_name(Contact contact) {
-    constexpr const char* kNames[] = {"free", "touching", "yielding", "submerged", "unknown"};
+    constexpr const char* kNames[] = {"free",      "touching", "yielding",
+                                      "submerged", "behind",   "unknown"};
     return kNames[static_cast<size_t>(contact)];
 }
 

@@ -99,9 +99,9 @@ Drawn draw(uint64_t seed) {
 struct Worst {
     double over = 0.0;     // force beyond T0, as a share of it
     double change_n = 0.0; // of force in a tick, beyond what the spring makes of the hand's motion
-    double speed = 0.0;    // of the proxy while it yields, beyond the hand's, mm/s
-    double last_n = 0.0;   // where the hand has come to rest outside
-    int yielding = 0;      // ticks
+    double speed = 0.0;  // of the proxy from tick to tick while it yields, beyond the hand's, mm/s
+    double last_n = 0.0; // where the hand has come to rest outside
+    int yielding = 0;    // ticks
     uint64_t seed = 0;
 };
 
@@ -133,6 +133,7 @@ Worst press(const char* name, const Drawn& drawn, TouchSource source) {
     const double way_s = 2.0 * kStart_mm / drawn.speed_mm_per_s;
     Worst worst;
     dvec3 last_x(0.0), last_proxy(0.0), last_n(0.0);
+    bool was_yielding = false;
     for (int tick = 0; tick * kDt_s < 2.0 * way_s + 0.8; ++tick) {
         const double t = tick * kDt_s, back_s = t - way_s - 0.2;
         const double along =
@@ -156,10 +157,13 @@ Worst press(const char* name, const Drawn& drawn, TouchSource source) {
             if (out.contact == Contact::yielding) {
                 ++worst.yielding;
                 worst.change_n = std::max(worst.change_n, change);
-                worst.speed =
-                    std::max(worst.speed, (glm::distance(proxy, last_proxy) - moved) / kDt_s);
+                // Until it enters it slides along the surface, as far as that leads.
+                if (was_yielding)
+                    worst.speed =
+                        std::max(worst.speed, (glm::distance(proxy, last_proxy) - moved) / kDt_s);
             }
         }
+        was_yielding = out.contact == Contact::yielding;
         last_x = x;
         last_proxy = proxy;
         last_n = out.force_n;
