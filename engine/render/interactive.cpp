@@ -75,14 +75,14 @@ Interactive::Interactive(Renderer& renderer, double budget_ms)
 
 Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& data,
                                            const std::optional<PixelBox>& changed) {
-    const bool is_same = last_ == scene;
-    const bool resting = is_same && last_version_ == data.volume.version() &&
-                         last_label_version_ == version_of(data.labels);
-    if (resting)
+    const bool is_same = last_ == scene && last_meshes_ == data.meshes;
+    const std::array<uint64_t, 4> versions{data.volume.version(), version_of(data.labels),
+                                           version_of(data.fused), version_of(data.overlay)};
+    if (is_same && last_versions_ == versions)
         return draw_resting(scene, data);
     last_ = scene;
-    last_version_ = data.volume.version();
-    last_label_version_ = version_of(data.labels);
+    last_meshes_ = data.meshes;
+    last_versions_ = versions;
     if (is_same && changed && scene.surfaces.empty() &&
         expected_ms(*changed, tile_count(scene.size_px).x) <= budget_ms_)
         return draw_changed(scene, data, *changed);

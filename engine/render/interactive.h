@@ -1,8 +1,11 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "engine/render/renderer.h"
 
@@ -57,11 +60,11 @@ class Interactive {
     double listed_share_ = 1;   // traced_share of the last frame with px_per_ray of 2
     double last_error_ = 0;     // of the last moving frame
     std::optional<Scene> last_; // what was drawn last
-    uint64_t last_version_ = 0; // of its volume
-    uint64_t last_label_version_ = 0;
-    uint32_t next_row_ = 0; // of tiles, to refine
-    double row_ms_ = 0;     // what a row took lately; 0 before the first
-    double tile_ms_ = 0;    // what a tile took that an edit changed; likewise
+    std::vector<std::shared_ptr<const Mesh>> last_meshes_;
+    std::array<uint64_t, 4> last_versions_{}; // of its volume, labels, fused volume and overlay
+    uint32_t next_row_ = 0;                   // of tiles, to refine
+    double row_ms_ = 0;                       // what a row took lately; 0 before the first
+    double tile_ms_ = 0;                      // what a tile took that an edit changed; likewise
 };
 
 } // namespace palpate

@@ -250,6 +250,35 @@ TEST_F(InteractiveTest, ComesToRestAtFullQuality) {
     }
 }
 
+// A mesh that has moved, as a tool in the hand does, under the same scene.
+TEST_F(InteractiveTest, OfAMeshThatHasMovedThePictureIsTheNewOne) {
+    Scene scene = scene_of(RayMode::iso);
+    scene.surfaces = {SurfaceLayer{}};
+    SceneData data = phantom();
+    const auto at = [](double x_mm) {
+        const float x = static_cast<float>(x_mm);
+        Mesh mesh{.positions = {{x, -150, -40}, {x + 60, -150, -40}, {x, -150, 40}},
+                  .triangles = {{0, 1, 2}, {0, 2, 1}}};
+        return std::make_shared<const Mesh>(std::move(mesh));
+    };
+    Renderer renderer(device());
+    Interactive interactive(renderer, 1e6);
+    for (const double x_mm : {-60.0, 10.0}) {
+        data.meshes = {at(x_mm)};
+        Result<InteractiveFrame> frame = interactive.draw(scene, data);
+        ASSERT_TRUE(frame);
+        EXPECT_FALSE(frame->complete) << "another picture than before";
+        for (uint32_t row = 0; row < Renderer::tile_rows(scene) && !frame->complete; ++row) {
+            frame = interactive.draw(scene, data);
+            ASSERT_TRUE(frame);
+        }
+        EXPECT_TRUE(frame->complete);
+        const Image seen = renderer.read_back()[0];
+        Renderer fresh(device());
+        EXPECT_EQ(seen.samples, fresh.render(scene, data).value().eyes[0].samples);
+    }
+}
+
 TEST_F(InteractiveTest, TakesFewerRaysUnderPressureAndMoreAgain) {
     Scene scene = scene_of(RayMode::alpha);
     Renderer renderer(device());

@@ -200,6 +200,27 @@ TEST_F(PicturesTest, MarksAreMovedOverThePictureThatIsThere) {
     }
 }
 
+// The tool of a hand moves over a document that stays.
+TEST_F(PicturesTest, TheToolIsSeenWhereItHasMoved) {
+    state_.layout = Layout::volume;
+    const auto with_tool = [&](double x_mm) {
+        std::vector<Pictures::Wish> all = wishes();
+        all.front().scene.surfaces.push_back({.style = {.color = {0.25, 0.8, 1.0}}});
+        TipMesh tip;
+        all.front().meshes.push_back(tip.at(TipShape::ball, 20.0, {{x_mm, -120.0, 0.0}}));
+        return all;
+    };
+    Pictures pictures(device(), work_.session(), {.frame_ms = 10.0});
+    for (const double x_mm : {-60.0, 60.0}) {
+        pictures.want(with_tool(x_mm));
+        Picture seen = std::move(until_complete(pictures, 1).back());
+        Pictures fresh(device(), work_.session(), {.threaded = false});
+        fresh.want(with_tool(x_mm));
+        Picture wanted = std::move(fresh.draw().value().front());
+        EXPECT_EQ(bytes_of(seen, device()), bytes_of(wanted, device())) << x_mm;
+    }
+}
+
 // An atlas too small for what is seen takes many parts: a picture of them is given up for the next.
 TEST_F(PicturesTest, APictureInPartsIsGivenUpForAnotherWish) {
     RendererOptions renderer;
