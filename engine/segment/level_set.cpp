@@ -121,26 +121,57 @@ Volume distance_of(LevelSetBand& band, const Grid& grid) {
         .value();
 }
 
-// Moves the band by the largest stable time step, of at most `most`; returns it, and in `squares`
-// those of all changes.
-double advance(LevelSetBand& band, const LevelSetRates& rates, double most, double& squares) {
+// The rates of all active samples by brick, and their bounds.
+LevelSetRates::Bounds find_rates(const LevelSetBand& band, const LevelSetRates& rates,
+                                 std::vector<std::vector<float>>& found) {
     const std::vector<size_t>& bricks = band.near_bricks();
     std::vector<LevelSetRates::Bounds> bounds(bricks.size());
-    std::vector<std::vector<float>> rates_by_brick(bricks.size());
+    found.resize(bricks.size());
     tbb::parallel_for(size_t{0}, bricks.size(),
-                      [&](size_t i) { bounds[i] = rates.of(band, bricks[i], rates_by_brick[i]); });
-    double steps = 0.0, fastest = 0.0;
+                      [&](size_t i) { bounds[i] = rates.of(band, bricks[i], found[i]); });
+    LevelSetRates::Bounds all;
     for (const LevelSetRates::Bounds& brick : bounds) {
-        steps = std::max(steps, double(brick.steps));
-        fastest = std::max(fastest, double(brick.fastest));
+        all.steps = std::max(all.steps, brick.steps);
+        all.fastest = std::max(all.fastest, brick.fastest);
     }
+    return all;
+}
+
+// The second half of Heun's method, after a step of Euler's: moves the band by half of what the
+// rates at its end differ from those that it was moved by, which samples that came into the active
+// layer have from their neighbours.
+void correct(LevelSetBand& band, const LevelSetRates& rates, double step) {
+    std::vector<std::vector<float>> found;
+    find_rates(band, rates, found);
+    std::vector<float> fastest(found.size());
+    tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
+        const size_t brick = band.near_bricks()[i];
+        const float* change = band.changes().find(band.position_of(brick));
+        float* rate = found[i].data();
+        for_each_bit(band.active(brick), [&](uint32_t row, int x) {
+            *rate = 0.5f * (*rate - change[row * kBrickSide + uint32_t(x)] / float(step));
+            fastest[i] = std::max(fastest[i], std::abs(*rate++));
+        });
+    });
+    const double most = double(*std::ranges::max_element(fastest));
+    band.move(found, step * most > band.most_step_mm() ? band.most_step_mm() / most : step);
+}
+
+// Moves the band by the largest stable time step, of at most `most`; returns it, and in `squares`
+// those of all changes.
+double advance(LevelSetBand& band, const LevelSetRates& rates, double most, bool second_order,
+               double& squares) {
+    std::vector<std::vector<float>> found;
+    const LevelSetRates::Bounds bounds = find_rates(band, rates, found);
     // The explicit step is monotone where the weight of a sample's own distance stays at least 0:
     // 1 - dt (3/2 sum of the speeds along the axes, as a one-sided difference has at most 3/2 of
     // it, + 2 b Z sum |M_ij|). LevelSetRates asks for 2 instead of 3/2.
-    double step = std::min(steps > 0.0 ? 1.0 / steps : 1.0, most); // where nothing moves, any
-    if (step * fastest > band.most_step_mm())
-        step = band.most_step_mm() / fastest;
-    squares = band.move(rates_by_brick, step);
+    double step = std::min(bounds.steps > 0.0f ? 1.0 / double(bounds.steps) : 1.0, most);
+    if (step * double(bounds.fastest) > band.most_step_mm())
+        step = band.most_step_mm() / double(bounds.fastest);
+    squares = band.move(found, step);
+    if (second_order && !band.near_bricks().empty())
+        correct(band, rates, step);
     return step;
 }
 
@@ -154,6 +185,7 @@ Result<LevelSetResult> level_set(const LevelSetStart& start, const LevelSetForce
     if (!begin(band, start, forces))
         return fail("level set: no sample to start from");
     const LevelSetRates rates(grid, forces, options);
+    const bool second_order = forces.flow && options.flow != 0.0;
     LevelSetReport report;
     using End = LevelSetReport::End;
     for (;;) {
@@ -169,7 +201,7 @@ Result<LevelSetResult> level_set(const LevelSetStart& start, const LevelSetForce
                 return stopped();
             double squares = 0.0;
             const double most = options.last_time - report.time;
-            const double step = advance(band, rates, most, squares);
+            const double step = advance(band, rates, most, second_order, squares);
             ++report.iterations;
             report.time = step == most ? options.last_time : report.time + step;
             report.change_mm = std::sqrt(squares / double(active));

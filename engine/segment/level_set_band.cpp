@@ -228,43 +228,48 @@ size_t LevelSetBand::active_count() const {
 }
 
 double LevelSetBand::move(const std::vector<std::vector<float>>& rates, double step) {
-    std::vector<double> squares(near_.size());
-    const glm::vec3 h(spacing_mm(grid_));
+    std::vector<uint8_t> crossed(bricks_.size());
     for_bricks(near_, [&](size_t n, size_t i) {
         float* phi = phi_.find(position_of(n));
         float* changed = change_.find(position_of(n));
         std::fill_n(changed, kBrickSamples, kNone);
         const float* rate = rates[i].data();
-        if (rates[i].empty())
-            return;
-        for_active_rows(n, [&](uint32_t row, const std::array<uint32_t, 6>& beyond) {
-            for (uint32_t left = active(n)[row]; left != 0; left &= left - 1) {
-                const int x = std::countr_zero(left);
-                float farthest = std::numeric_limits<float>::infinity();
-                for (size_t k = 0; k < 6; ++k)
-                    if ((beyond[k] >> x & 1u) != 0)
-                        farthest = std::min(farthest, h[int(k / 2)]);
-                float& at = phi[row * kBrickSide + uint32_t(x)];
-                const float now = std::clamp(at + float(step) * *rate++, -farthest, farthest);
-                changed[row * kBrickSide + uint32_t(x)] = now - at;
-                squares[i] += double(now - at) * double(now - at);
-                at = now;
-            }
-        });
-    });
-    solve_layers();
-    std::vector<uint8_t> crossed(bricks_.size());
-    for_bricks(near_, [&](size_t n, size_t) {
-        const float* phi = phi_.find(position_of(n));
         for_each_bit(active(n), [&](uint32_t row, int x) {
+            const size_t at = row * kBrickSide + size_t(x);
             const uint32_t bit = 1u << x;
             uint32_t& inside = bricks_[n].inside[row];
-            if ((phi[row * kBrickSide + uint32_t(x)] < 0.0f) != ((inside & bit) != 0)) {
+            changed[at] = float(step) * *rate++;
+            phi[at] += changed[at];
+            if ((phi[at] < 0.0f) != ((inside & bit) != 0)) {
                 inside ^= bit;
                 crossed[n] = 1;
             }
         });
     });
+    // Of those that are beside the surface still.
+    std::vector<double> squares(near_.size());
+    const glm::vec3 h(spacing_mm(grid_));
+    for_bricks(near_, [&](size_t n, size_t i) {
+        if (!any(active(n)))
+            return;
+        float* phi = phi_.find(position_of(n));
+        float* changed = change_.find(position_of(n));
+        for_active_rows(n, [&](uint32_t row, const std::array<uint32_t, 6>& beyond) {
+            for (uint32_t left = active(n)[row]; left != 0; left &= left - 1) {
+                const int x = std::countr_zero(left);
+                const size_t at = row * kBrickSide + size_t(x);
+                float farthest = std::numeric_limits<float>::infinity();
+                for (size_t k = 0; k < 6; ++k)
+                    if ((beyond[k] >> x & 1u) != 0)
+                        farthest = std::min(farthest, h[int(k / 2)]);
+                const float now = std::clamp(phi[at], -farthest, farthest);
+                changed[at] += now - phi[at];
+                phi[at] = now;
+                squares[i] += double(changed[at]) * double(changed[at]);
+            }
+        });
+    });
+    solve_layers();
     find_layers(around(crossed));
     double sum = 0.0;
     for (const double one : squares)

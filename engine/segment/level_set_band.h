@@ -74,6 +74,8 @@ class LevelSetBand {
 
     // The distances in mm of the samples of layers; NaN elsewhere.
     const BrickArray<float>& distances() const { return phi_; }
+    // What those of layers changed by in the last move.
+    const BrickArray<float>& changes() const { return change_; }
 
  private:
     struct BandBrick {

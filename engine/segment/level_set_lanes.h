@@ -51,19 +51,20 @@ PALPATE_INLINE Eight sign_of(uint32_t bits) {
     return set != 0 ? Eight{} - 1.0f : Eight{} + 1.0f;
 }
 
-// The second difference to correct a one-sided first one by half of: from that at the sample itself
-// and at its neighbour on that side, NaN where there is none. `small` is 1e-6 of the squared
-// spacing. So weighted the difference is of third order where distances are smooth, and takes the
-// smoother side at a ridge (WENO3: Jiang & Peng, Weighted ENO schemes for Hamilton-Jacobi
-// equations, 2000).
-PALPATE_INLINE Eight upwind_bend(Eight own, Eight beside, float small) {
+// The second difference to correct a one-sided first one by half of, on an axis of spacing h: from
+// that at the sample itself and at its neighbour on that side, NaN where there is none. So weighted
+// the difference is of third order where distances are smooth, and takes the smoother side at a
+// ridge (WENO3: Jiang & Peng, Weighted ENO schemes for Hamilton-Jacobi equations, 2000, whose
+// weights are squared). Bends below that of a radius of five samples count as smooth: a slotted
+// ball that goes once round with slots of five samples differs in 9 % of its samples, in 25 % with
+// the weights as printed, and in 42 % with those of a smooth function everywhere.
+PALPATE_INLINE Eight upwind_bend(Eight own, Eight beside, float h) {
     const Eight zero{};
+    const float smooth = 0.04f * h * h;
     const EightBits no_own = is_none(own), no_beside = is_none(beside);
     const Eight a = no_own ? zero : own, b = no_beside ? zero : beside;
-    const Eight rough_own = a * a + small, rough_beside = b * b + small;
-    // 1 / (1 + 2 (rough_beside / rough_own)^2)
-    const Eight share =
-        rough_own * rough_own / (rough_own * rough_own + 2.0f * rough_beside * rough_beside);
+    const Eight rough_own = a * a + smooth, rough_beside = b * b + smooth;
+    const Eight share = rough_own / (rough_own + 2.0f * rough_beside);
     return no_own ? b : no_beside ? a : a + share * (b - a);
 }
 

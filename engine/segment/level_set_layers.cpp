@@ -134,8 +134,7 @@ PALPATE_INLINE void solve_part(const Metric& m, const Around& phi, const Around&
         // 0 where its own is not known yet. A surface that bends more than one of a radius of two
         // samples is not on this grid: then values are off.
         const float h = m.h[i], half = 0.5f * h;
-        Eight bend =
-            upwind_bend(away - 2.0f * here + beside, here - 2.0f * beside + beyond, 1e-6f * h * h);
+        Eight bend = upwind_bend(away - 2.0f * here + beside, here - 2.0f * beside + beyond, h);
         bend = most(least(bend, Eight{} + half), Eight{} - half);
         nearer.distance[i] = is_none(beside) ? none : beside - 0.5f * bend;
         nearer.side[i] = is_low ? -one : one;

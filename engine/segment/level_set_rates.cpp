@@ -50,8 +50,7 @@ PALPATE_INLINE Differences differences(const Around& phi, Eight here, int axis, 
     const auto side_bend = [&](EightBits has_none, Eight beside, int steps)
                                __attribute__((always_inline))
                                    ->Eight {
-        const Eight found =
-            upwind_bend(bend, phi.along(axis, steps) - 2.0f * beside + here, 1e-6f * h * h);
+        const Eight found = upwind_bend(bend, phi.along(axis, steps) - 2.0f * beside + here, h);
         return has_none ? Eight{} : found;
     };
     return {here - low + 0.5f * side_bend(no_low, low, -2),
