@@ -56,7 +56,7 @@ Result<HandPath> make_hand_path(std::vector<HandPose> poses) {
         const glm::dvec3 p = tool.position_mm;
         if (!std::isfinite(time_s) || (i > 0 && !(poses[i - 1].time_s < time_s)))
             return fail("a path: expected times that rise, found {} s at pose {}", time_s, i);
-        if (!(std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) <= kFarthestHand_mm))
+        if (!glm::all(glm::lessThanEqual(glm::abs(p), glm::dvec3(kFarthestHand_mm)))) // nor NaN
             return fail("a path: expected places within {:g} mm, found {}, {}, {} at pose {}",
                         kFarthestHand_mm, p.x, p.y, p.z, i);
         if (!(std::abs(glm::dot(tool.rotation, tool.rotation) - 1.0) < 1e-6))

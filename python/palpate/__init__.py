@@ -30,17 +30,22 @@ from .picture import (
     render,
 )
 from .segment import Segmented, filter, filters, methods, segment
+from .touch import CONTACTS, Felt, Servo, Touched, touch, touch_algorithms, touch_devices
 from .volume import Volume, as_volume, load, save
 
 __all__ = [
+    "CONTACTS",
     "Camera",
     "Document",
     "Error",
+    "Felt",
     "Mesh",
     "Picture",
     "Renderer",
     "Scene",
     "Segmented",
+    "Servo",
+    "Touched",
     "TransferFunction",
     "Volume",
     "Warning",
@@ -60,4 +65,7 @@ __all__ = [
     "save",
     "segment",
     "surface",
+    "touch",
+    "touch_algorithms",
+    "touch_devices",
 ]

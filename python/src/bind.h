@@ -11,5 +11,6 @@ void bind_picture(pybind11::module_& module);
 void bind_document(pybind11::module_& module);
 void bind_segment(pybind11::module_& module);
 void bind_measure(pybind11::module_& module);
+void bind_touch(pybind11::module_& module);
 
 } // namespace palpate::python

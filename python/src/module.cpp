@@ -18,4 +18,5 @@ PYBIND11_MODULE(_core, module) {
     bind_document(module);
     bind_segment(module);
     bind_measure(module);
+    bind_touch(module);
 }

@@ -331,7 +331,8 @@ void bind_picture(py::module_& module) {
         .def("png",
              [](const Picture& p) {
                  const auto bytes = value_of(
-                     encode_png("the picture", shown_picture(p.look, p.scene, p.eyes, true)));
+                     encode_png("the picture", shown_picture(p.look, p.scene, p.eyes, true),
+                                p.look.dots_per_inch));
                  return py::bytes(reinterpret_cast<const char*>(bytes.data()), bytes.size());
              })
         .def("save", save_picture)

@@ -1,0 +1,350 @@
+// Touch: the haptic loop with a simulated hand, and a servo whose device is the caller.
+
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <mutex>
+
+#include "apps/palpate/touch_feel.h"
+#include "apps/palpate/touch_run.h"
+#include "haptics/device/velocity.h"
+#include "haptics/servo/touch_log.h"
+#include "python/src/bind.h"
+#include "python/src/work.h"
+
+namespace palpate::python {
+
+namespace {
+
+namespace hp = palpate::haptics;
+
+using VolumePtr = std::shared_ptr<LoadedVolume>;
+using Numbers = std::map<std::string, double>;
+using Texts = std::map<std::string, std::string>;
+using Poses = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
+// What is felt, and how: as the options of `palpate touch`.
+struct Asked {
+    std::string algorithm = "swept-point";
+    hp::TouchParameters parameters;
+    FeelOptions feel;
+    hp::HandModel hand;
+    double rate_hz = 1000.0, scale = 0.0;
+    uint32_t delay_ticks = 0;
+    bool has_iso = false;
+};
+
+Result<Asked> asked_for(const Numbers& numbers, const Texts& texts) {
+    using Most = hp::MostTouch;
+    Asked a;
+    hp::TouchParameters& p = a.parameters;
+    double samples = p.tool_samples, delay = 0.0, dynamic = -1.0;
+    struct Number {
+        const char* name;
+        double least, most;
+        double* to;
+    };
+    const Number known[] = {{"iso", -Most::value, Most::value, &p.iso},
+                            {"radius", 0, Most::radius_mm, &p.tool_radius_mm},
+                            {"samples", 1, Most::samples, &samples},
+                            {"stiffness", 0, Most::stiffness_n_per_m, &p.stiffness_n_per_m},
+                            {"damping", 0, Most::damping_n_s_per_m, &p.damping_n_s_per_m},
+                            {"friction", 0, Most::friction, &p.friction_static},
+                            {"friction_dynamic", 0, Most::friction, &dynamic},
+                            {"yield_force", 0, Most::force_n, &p.yield_n},
+                            {"viscosity", 0, Most::damping_n_s_per_m, &p.viscosity_n_s_per_m},
+                            {"drill_threshold", 0, Most::drill_mm, &p.drill_threshold_mm},
+                            {"drill", 0, Most::radius_mm, &a.feel.drill_mm},
+                            {"rate", 100, 20000, &a.rate_hz},
+                            {"scale", 0, 1e6, &a.scale},
+                            {"delay", 0, hp::DevicePlant::kMostDelayTicks, &delay},
+                            {"grip", 0, 1000, &a.hand.grip}};
+    for (const auto& [name, value] : numbers) {
+        const auto entry = std::find_if(std::begin(known), std::end(known),
+                                        [&, n = name](const Number& k) { return k.name == n; });
+        if (entry == std::end(known))
+            return fail("{}: expected an option of touch", name);
+        if (!(value >= entry->least && value <= entry->most))
+            return fail("{}: expected {:g} .. {:g}, found {:g}", name, entry->least, entry->most,
+                        value);
+        *entry->to = value;
+    }
+    const std::pair<const char*, std::string*> words[] = {
+        {"algorithm", &a.algorithm},      {"source", &a.feel.source}, {"mesh", &a.feel.mesh},
+        {"felt_tool", &a.feel.felt_tool}, {"tool", &a.feel.tool},     {"edit", &a.feel.edit}};
+    for (const auto& [name, value] : texts) {
+        const auto entry = std::find_if(std::begin(words), std::end(words),
+                                        [&, n = name](const auto& k) { return k.first == n; });
+        if (entry == std::end(words))
+            return fail("{}: expected an option of touch", name);
+        *entry->second = value;
+    }
+    a.has_iso = numbers.contains("iso");
+    p.tool_samples = static_cast<uint32_t>(samples);
+    a.delay_ticks = static_cast<uint32_t>(delay);
+    p.friction_dynamic = dynamic >= 0.0 ? dynamic : p.friction_static;
+    if (p.friction_dynamic > p.friction_static)
+        return fail("friction_dynamic: expected at most friction, {:g}, found {:g}",
+                    p.friction_static, p.friction_dynamic);
+    if (!a.feel.source.empty() && a.feel.source != "grey" && a.feel.source != "labels")
+        return fail("source: expected grey or labels, found '{}'", a.feel.source);
+    if (!hp::find_algorithm(a.algorithm)) {
+        std::string names;
+        for (const hp::AlgorithmEntry& entry : hp::algorithms())
+            names += fmt::format("{}{}", names.empty() ? "" : ", ", entry.name);
+        return fail("algorithm: expected one of {}, found '{}'", names, a.algorithm);
+    }
+    PALPATE_TRY(check_together(a.feel, a.algorithm));
+    return a;
+}
+
+Result<Feel> feel_of(const Asked& asked, const LoadedVolume& volume, const VolumePtr& labels,
+                     const std::stop_token& stop) {
+    LoadedScene scene{{volume.volume, {}, {}}, volume.modality, {}, {}, {}, {}};
+    if (labels)
+        scene.data.labels = labels->volume;
+    hp::TouchParameters parameters = asked.parameters;
+    if (!asked.has_iso)
+        parameters.iso = default_iso(scene);
+    return make_feel(asked.feel, scene, parameters, *hp::find_algorithm(asked.algorithm), stop);
+}
+
+// Rows of time_s, x, y, z; then buttons; then qw, qx, qy, qz.
+Result<hp::HandPath> path_of(const Poses& rows) {
+    const py::ssize_t columns = rows.ndim() == 2 ? rows.shape(1) : 0;
+    if (columns != 4 && columns != 5 && columns != 9)
+        return fail(
+            "path: expected rows of time_s, x, y, z, and optionally buttons, and qw, qx, qy, qz; "
+            "found an array of {} columns",
+            columns);
+    std::vector<hp::HandPose> poses;
+    for (py::ssize_t i = 0; i < rows.shape(0); ++i) {
+        const double* row = rows.data(i, 0);
+        hp::HandPose pose;
+        pose.time_s = row[0];
+        pose.tool.position_mm = {row[1], row[2], row[3]};
+        if (columns > 4) {
+            if (!(row[4] >= 0.0 && row[4] < 4294967296.0 && row[4] == std::floor(row[4])))
+                return fail("path: row {}: expected buttons as a whole number, found {:g}", i,
+                            row[4]);
+            pose.buttons = static_cast<uint32_t>(row[4]);
+        }
+        if (columns == 9) {
+            const glm::dquat q(row[5], row[6], row[7], row[8]);
+            if (!(glm::length(q) > 1e-6 && std::isfinite(glm::length(q))))
+                return fail("path: row {}: expected a rotation, found a quaternion near 0", i);
+            pose.tool.rotation = glm::normalize(q);
+        }
+        poses.push_back(pose);
+    }
+    if (poses.empty())
+        return fail("path: expected a pose at least, found none");
+    if (poses.back().time_s - poses.front().time_s > 3600.0)
+        return fail("path: expected at most an hour, found {:g} s",
+                    poses.back().time_s - poses.front().time_s);
+    return hp::make_hand_path(std::move(poses));
+}
+
+// An array of a value of each tick.
+template <class T, class Value>
+py::array_t<T> column(std::span<const hp::ServoTick> ticks, const Value& value) {
+    py::array_t<T> out(static_cast<py::ssize_t>(ticks.size()));
+    std::transform(ticks.begin(), ticks.end(), out.mutable_data(), value);
+    return out;
+}
+template <class Value>
+py::array_t<double> vectors(std::span<const hp::ServoTick> ticks, const Value& value) {
+    py::array_t<double> out({static_cast<py::ssize_t>(ticks.size()), py::ssize_t{3}});
+    double* to = out.mutable_data();
+    for (const hp::ServoTick& tick : ticks) {
+        const glm::dvec3 v = value(tick);
+        for (int a = 0; a < 3; ++a)
+            *to++ = v[a];
+    }
+    return out;
+}
+
+py::dict touched(const LoadedVolume& volume, const VolumePtr& labels, const Poses& rows,
+                 const std::string& device_name, const Numbers& numbers, const Texts& texts,
+                 const py::object& progress) {
+    const hp::HandPath path = value_of(path_of(rows));
+    TouchRun run = python::run<TouchRun>(progress, [&](const Report& report) -> Result<TouchRun> {
+        PALPATE_TRY(const Asked asked, asked_for(numbers, texts));
+        PALPATE_TRY(const hp::DeviceEntry device, hp::find_device(device_name));
+        if (!device.node.empty())
+            return fail("device: expected a simulated device, found {}, which a person moves",
+                        device_name);
+        PALPATE_TRY(Feel feel, feel_of(asked, volume, labels, report.stop));
+        SessionSetup session = session_setup(feel);
+        return run_touch_loop({.session = std::move(session),
+                               .edit = std::move(feel.edit),
+                               .algorithm = *hp::find_algorithm(asked.algorithm),
+                               .path = path,
+                               .device = device,
+                               .hand = asked.hand,
+                               .rate_hz = asked.rate_hz,
+                               .scale = asked.scale,
+                               .delay_ticks = asked.delay_ticks},
+                              report.stop, report.progress);
+    });
+    const auto first =
+        std::find_if(run.ticks.begin(), run.ticks.end(),
+                     [&](const hp::ServoTick& t) { return t.now_ns >= run.start_ns; });
+    const std::span<const hp::ServoTick> ticks(first, run.ticks.end());
+    const hp::TouchSummary sum = hp::summarise(run.ticks, run.start_ns);
+    py::dict out;
+    out["time_s"] = column<double>(
+        ticks, [&](const auto& t) { return double(t.now_ns - run.start_ns) * 1e-9; });
+    out["tool"] = vectors(ticks, [](const auto& t) { return t.tool.position_mm; });
+    out["proxy"] = vectors(ticks, [](const auto& t) { return t.touched.proxy.position_mm; });
+    out["force"] = vectors(ticks, [](const auto& t) { return t.sent_world_n; });
+    out["normal"] = vectors(ticks, [](const auto& t) { return t.touched.normal; });
+    out["depth"] = column<double>(ticks, [](const auto& t) { return t.touched.depth_mm; });
+    out["energy"] = column<double>(ticks, [](const auto& t) { return t.energy_mj; });
+    out["contact"] =
+        column<uint8_t>(ticks, [](const auto& t) { return uint8_t(t.touched.contact); });
+    out["label"] = column<uint32_t>(ticks, [](const auto& t) { return t.touched.label; });
+    out["buttons"] = column<uint32_t>(ticks, [](const auto& t) { return t.buttons; });
+    out["faults"] = column<uint32_t>(ticks, [](const auto& t) { return t.faults; });
+    out["volume"] = std::make_shared<LoadedVolume>(
+        LoadedVolume{std::move(run.volume), {}, {}, volume.modality, {}, {}});
+    out["strokes"] = run.strokes;
+    out["fault_names"] = hp::fault_text(sum.faults);
+    return out;
+}
+
+// A device whose hand is the caller of tick().
+class CallersDevice final : public hp::HapticDevice {
+ public:
+    CallersDevice(double reach_mm, double force_n, double rate_hz) {
+        capabilities_.name = "Python";
+        capabilities_.workspace_m = glm::dvec3(reach_mm * 1e-3);
+        capabilities_.max_force_n = force_n;
+        capabilities_.rate_hz = rate_hz;
+        capabilities_.buttons = 31;
+    }
+    const hp::DeviceCapabilities& capabilities() const noexcept override { return capabilities_; }
+    hp::DeviceStatus read(int64_t, hp::DeviceSample& sample) noexcept override {
+        sample = next;
+        return hp::DeviceStatus::ok;
+    }
+    hp::DeviceStatus write(int64_t, const hp::Wrench& wrench) noexcept override {
+        written = wrench;
+        return hp::DeviceStatus::ok;
+    }
+    void halt(int64_t) noexcept override { written = {}; }
+
+    hp::DeviceSample next;
+    hp::Wrench written;
+
+ private:
+    hp::DeviceCapabilities capabilities_;
+};
+
+class CallersServo {
+ public:
+    CallersServo(const LoadedVolume& volume, const VolumePtr& labels,
+                 const std::array<double, 3>& center_mm, double reach_mm, double force_n,
+                 const Numbers& numbers, const Texts& texts)
+        : asked_(value_of(asked_for(numbers, texts))), device_(reach_mm, force_n, asked_.rate_hz) {
+        if (!(reach_mm > 0.0 && reach_mm <= 1e4))
+            throw Failure(fmt::format("reach: expected 0 .. 10000 mm, found {:g}", reach_mm));
+        if (!(force_n > 0.0 && force_n <= 1000.0))
+            throw Failure(fmt::format("max_force: expected 0 .. 1000 N, found {:g}", force_n));
+        run<void>(py::none(), [&](const Report& report) -> Result<void> {
+            PALPATE_TRY(const Feel feel, feel_of(asked_, volume, labels, report.stop));
+            if (feel.edit)
+                return fail("edit, drill: a Servo cuts nothing; touch() does");
+            const hp::AlgorithmEntry& entry = *hp::find_algorithm(asked_.algorithm);
+            algorithm_ = entry.make();
+            scenes_.emplace(std::make_unique<const hp::TouchScene>(feel.scene));
+            parameters_.emplace(std::make_unique<const hp::TouchParameters>(feel.parameters));
+            const hp::Workspace workspace({center_mm[0], center_mm[1], center_mm[2]},
+                                          asked_.scale > 0.0 ? asked_.scale : 1.0);
+            hp::Servo::Options options;
+            options.rate_hz = asked_.rate_hz;
+            servo_.emplace(hp::Servo::Parts{device_, *algorithm_, *scenes_, *parameters_},
+                           workspace, options);
+            servo_->arm();
+            return {};
+        });
+    }
+
+    py::dict tick(double time_s, const std::array<double, 3>& position_mm, uint32_t buttons) {
+        const std::lock_guard lock(mutex_);
+        if (!(time_s >= 0.0 && time_s < 1e9))
+            throw Failure(fmt::format("time: expected 0 s or more, found {:g}", time_s));
+        const auto now_ns = static_cast<int64_t>(std::llround(time_s * 1e9));
+        if (has_last_ && now_ns <= last_ns_)
+            throw Failure(fmt::format("time: expected more than {:g} s, found {:g}",
+                                      double(last_ns_) * 1e-9, time_s));
+        const glm::dvec3 position =
+            1e-3 * glm::dvec3(position_mm[0], position_mm[1], position_mm[2]);
+        for (int a = 0; a < 3; ++a)
+            if (!std::isfinite(position[a]))
+                throw Failure("position: expected three finite numbers");
+        device_.next.velocity_m_per_s =
+            has_last_ ? velocity_.add(position, double(now_ns - last_ns_) * 1e-9)
+                      : velocity_.add(position, 1.0 / asked_.rate_hz);
+        device_.next.time_ns = last_ns_ = now_ns;
+        device_.next.position_m = position;
+        device_.next.buttons = buttons;
+        has_last_ = true;
+        const hp::ServoTick tick = servo_->tick(now_ns, now_ns);
+        const auto list = [](glm::dvec3 v) { return std::array{v.x, v.y, v.z}; };
+        py::dict out;
+        out["force"] = list(device_.written.force_n);
+        out["tool"] = list(tick.tool.position_mm);
+        out["proxy"] = list(tick.touched.proxy.position_mm);
+        out["depth"] = tick.touched.depth_mm;
+        out["contact"] = uint32_t(tick.touched.contact);
+        out["share"] = tick.share;
+        out["faults"] = hp::fault_text(tick.faults);
+        return out;
+    }
+
+    void arm() {
+        const std::lock_guard lock(mutex_);
+        servo_->arm();
+    }
+
+ private:
+    std::mutex mutex_;
+    Asked asked_;
+    CallersDevice device_;
+    std::unique_ptr<hp::Algorithm> algorithm_;
+    std::optional<Mailbox<hp::TouchScene>> scenes_;
+    std::optional<Mailbox<hp::TouchParameters>> parameters_;
+    std::optional<hp::Servo> servo_;
+    hp::VelocityEstimator velocity_;
+    int64_t last_ns_ = 0;
+    bool has_last_ = false;
+};
+
+} // namespace
+
+void bind_touch(py::module_& module) {
+    module.def("touch", touched);
+    module.def("touch_algorithms", [] {
+        std::vector<std::string> names;
+        for (const hp::AlgorithmEntry& entry : hp::algorithms())
+            names.emplace_back(entry.name);
+        return names;
+    });
+    module.def("touch_devices", [] {
+        std::vector<std::string> names;
+        for (const hp::DevicePreset& preset : hp::device_presets())
+            names.emplace_back(preset.name);
+        return names;
+    });
+    py::class_<CallersServo>(module, "Servo")
+        .def(py::init<const LoadedVolume&, const VolumePtr&, const std::array<double, 3>&, double,
+                      double, const Numbers&, const Texts&>())
+        .def("tick", &CallersServo::tick)
+        .def("arm", &CallersServo::arm);
+}
+
+} // namespace palpate::python
