@@ -51,7 +51,24 @@ if(TARGET palpate)
             COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/scripts/manual $<TARGET_FILE:palpate> ${manual}
             DEPENDS scripts/manual palpate $<TARGET_NAME_IF_EXISTS:palpate-bench>
             COMMENT "Manual pages")
-        add_custom_target(palpate_manual ALL DEPENDS ${manual}/palpate.1)
+        # And the libraries that the binaries link, with their Debian packages.
+        set(binaries $<TARGET_FILE:palpate>)
+        foreach(other palpate-bench palpate_python)
+            if(TARGET ${other})
+                list(APPEND binaries $<TARGET_FILE:${other}>)
+            endif()
+        endforeach()
+        find_program(PALPATE_OBJDUMP objdump)
+        if(PALPATE_OBJDUMP)
+            add_custom_command(OUTPUT ${manual}/linked.txt
+                COMMAND ${Python3_EXECUTABLE} ${PROJECT_SOURCE_DIR}/scripts/linked ${binaries} > ${manual}/linked.txt
+                DEPENDS scripts/linked palpate $<TARGET_NAME_IF_EXISTS:palpate-bench>
+                        $<TARGET_NAME_IF_EXISTS:palpate_python> ${manual}/palpate.1
+                COMMENT "List of linked libraries" VERBATIM)
+            set(linked ${manual}/linked.txt)
+            install(FILES ${linked} DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documentation)
+        endif()
+        add_custom_target(palpate_manual ALL DEPENDS ${manual}/palpate.1 ${linked})
         install(DIRECTORY ${manual}/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT documentation
                 FILES_MATCHING PATTERN "*.1" PATTERN "completion" EXCLUDE)
         install(FILES ${manual}/completion/palpate

@@ -25,10 +25,15 @@ for name in $(cat "$work"/*.depends | tr ',' '\n' | sed 's/(.*//; s/|.*//; s/ //
         { echo "deb: no such package in this Debian: $name" >&2; exit 1; }
 done
 root=$work/root/usr
-for file in share/man/man1/palpate-render.1 share/bash-completion/completions/palpate share/doc/palpate/LICENSE \
+for file in share/man/man1/palpate-render.1 share/bash-completion/completions/palpate share/doc/palpate/LICENSE share/doc/palpate/linked.txt \
     share/applications/palpate.desktop lib/cmake/palpate/palpate-config.cmake \
     share/palpate/udev/70-palpate.rules lib/python3/dist-packages/palpate/py.typed; do
     [[ -e $root/$file || -e $root/$file.gz ]] || { echo "deb: expected $file" >&2; exit 1; }
+done
+# The list names every package that the program depends on but the Vulkan loader, which is opened by name.
+for name in $(tr ',' '\n' < "$work/palpate.depends" | sed 's/(.*//; s/|.*//; s/ //g' | grep -v libvulkan1); do
+    grep -q " $name " "$root/share/doc/palpate/linked.txt" ||
+        { echo "deb: $name is not in the list of linked libraries" >&2; exit 1; }
 done
 unset PYTHONPATH LD_LIBRARY_PATH PALPATE_DECODER
 "$root/bin/palpate" render 'synthetic:ball?size=16' --size 16,16 -o ball.png
