@@ -20,6 +20,7 @@ struct Command {
     std::function<std::vector<NamedFile>()> files;
 };
 
+Command add_batch(CLI::App& app);
 Command add_info(CLI::App& app);
 Command add_convert(CLI::App& app);
 Command add_filter(CLI::App& app);

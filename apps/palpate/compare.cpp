@@ -11,9 +11,11 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/read_options.h"
+#include "engine/annotate/strokes.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/image/compare.h"
+#include "engine/image/display_byte.h"
 #include "engine/image/exr.h"
 #include "engine/image/png.h"
 #include "engine/io/mesh_io.h"
@@ -39,6 +41,8 @@ struct CompareOptions {
     double bound = 0.0;
     double pixels_per_degree = kFlipPixelsPerDegree;
     double max_memory_mib = 0.0; // 0: the default of reading
+    std::string difference;      // a picture to write
+    double gain = 1.0;           // of it
     std::vector<Tolerance> tolerances{
         {"--max", "the largest difference", false, "Largest difference of a sample, in its units"},
         {"--share", "the share beyond the bound", false,
@@ -151,13 +155,51 @@ Result<Image> load_picture(const std::string& path) {
     return std::move(file.image);
 }
 
+bool is_png(const std::string& path) {
+    return extension_of(path) == ".png";
+}
+
+// The channels of `png` as a PNG of the picture would hold them: 8 bits, colours straight where it
+// has alpha. Channels that the PNG lacks are left out.
+Result<Image> as_png(const std::string& name, const Image& picture, const Image& png) {
+    const bool has_alpha = channel_index(png, "A").has_value();
+    const Image from = has_alpha ? with_straight_alpha(picture) : picture;
+    Image out = make_image(from.size_px, png.channels);
+    for (size_t c = 0; c < png.channels.size(); ++c) {
+        const std::optional<size_t> channel = channel_index(from, png.channels[c]);
+        if (!channel)
+            return fail("{}: expected the channel {}, as the PNG has it, found {}", name,
+                        png.channels[c], fmt::join(from.channels, ","));
+        for (uint32_t y = 0; y < from.size_px.y; ++y)
+            for (uint32_t x = 0; x < from.size_px.x; ++x)
+                out.at(x, y, c) = float(display_byte(from.at(x, y, *channel))) / 255.0f;
+    }
+    return out;
+}
+
 Result<Json> compare_pictures(const CompareOptions& options, Verdict& verdict) {
-    PALPATE_TRY(const Image first, load_picture(options.first));
-    PALPATE_TRY(const Image second, load_picture(options.second));
+    PALPATE_TRY(Image first, load_picture(options.first));
+    PALPATE_TRY(Image second, load_picture(options.second));
+    std::string rounded; // the name of an EXR beside a PNG
+    if (is_png(options.first) != is_png(options.second)) {
+        const bool exr_first = is_png(options.second);
+        rounded = exr_first ? options.first : options.second;
+        PALPATE_TRY(Image shown,
+                    as_png(rounded, exr_first ? first : second, exr_first ? second : first));
+        (exr_first ? first : second) = std::move(shown);
+    }
     Result<ImageDifference> difference =
         compare_images(first, second, options.bound, options.pixels_per_degree);
     if (!difference)
         return fail("{} and {}: {}", options.first, options.second, difference.error().message);
+    if (!rounded.empty())
+        log::info("{}: compared as a PNG of it would be, in 8 bits", rounded);
+    if (!options.difference.empty()) {
+        const Image picture = difference_image(first, second, static_cast<float>(options.gain));
+        PALPATE_TRY(is_png(options.difference)
+                        ? save_png(options.difference, picture)
+                        : save_exr(options.difference, picture, ExrPrecision::full_float));
+    }
     verdict.judge_samples(difference->all);
     verdict.judge("--neighborhood", difference->neighborhood_match_share);
     if (difference->flip_mean)
@@ -270,13 +312,14 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
     return json;
 }
 
-void warn_of_idle_options(const CLI::App& app, Kind kind) {
+void warn_of_idle_options(const CLI::App& app, const CompareOptions& options, Kind kind) {
     const bool labels = app.count("--labels") > 0 && kind == Kind::volume;
     const IdleOptions idle[] = {
         {kind != Kind::volume, {"--labels", "--geometry"}, "of volumes"},
         {!labels, {"--tolerance-mm", "--box-margin-mm", "--runs"}, "of label maps (--labels)"},
         {kind == Kind::picture, {"--max-memory"}, "of volumes and meshes"},
-        {kind != Kind::picture, {"--pixels-per-degree"}, "of pictures"}};
+        {kind != Kind::picture, {"--pixels-per-degree", "--difference"}, "of pictures"},
+        {options.difference.empty(), {"--gain"}, "without --difference"}};
     warn_of_idle(app, idle);
 }
 
@@ -285,7 +328,10 @@ Result<void> run_compare(const CompareOptions& options, const CLI::App& app) {
     if (kind != other)
         return fail("expected A and B of one kind, found {} ({}) and {} ({})", name_of(kind),
                     options.first, name_of(other), options.second);
-    warn_of_idle_options(app, kind);
+    if (!options.difference.empty() && kind_of(options.difference) != Kind::picture)
+        return fail("--difference: expected a name ending in .png or .exr, found {}",
+                    options.difference);
+    warn_of_idle_options(app, options, kind);
     Verdict verdict(options);
     PALPATE_TRY(Json json, kind == Kind::picture ? compare_pictures(options, verdict)
                            : kind == Kind::mesh  ? compare_surfaces(options, verdict)
@@ -332,6 +378,12 @@ Command add_compare(CLI::App& app) {
                    "Pictures: pixels per degree of visual angle, for FLIP")
         ->check(positive())
         ->capture_default_str();
+    app.add_option("--difference", options->difference,
+                   "Pictures: write |B - A| of each channel to this .png or .exr (default: none)")
+        ->type_name("FILE");
+    app.add_option("--gain", options->gain, "With --difference: factor of the differences")
+        ->check(positive())
+        ->capture_default_str();
     app.add_option("--geometry", options->geometry_mm,
                    "Volumes: largest distance of equal corners, in mm")
         ->check(non_negative())
@@ -351,6 +403,7 @@ Command add_compare(CLI::App& app) {
                 std::vector<NamedFile> files;
                 append_volume(files, "A", options->first);
                 append_volume(files, "B", options->second);
+                files.push_back({"--difference", options->difference, FileUse::write});
                 for (const std::string& run : options->runs)
                     append_volume(files, "--runs", run);
                 return files;

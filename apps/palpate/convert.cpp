@@ -1,14 +1,17 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <tuple>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
+#include "apps/palpate/option_checks.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/log.h"
 #include "engine/io/brick_file.h"
 #include "engine/io/volume_io.h"
 #include "engine/scene/scene_file.h"
+#include "engine/segment/filters.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/synthetic_name.h"
 
@@ -20,7 +23,56 @@ struct ConvertOptions {
     ReadFlags read;
     std::string out;
     bool labels = false;
+    std::string crop, spacing, interpolation, reorient; // of filters.h
 };
+
+// The filters that the options stand for, in the order in which they are applied: what is left out
+// is not resampled.
+Result<std::vector<std::pair<const Filter*, FilterValues>>> changes_of(const ConvertOptions& o) {
+    std::string spacing = o.spacing;
+    if (!spacing.empty()) { // resample X,INTERPOLATION,Y,Z
+        const size_t comma = spacing.find(',');
+        const std::string interpolation = !o.interpolation.empty() ? o.interpolation
+                                          : o.labels               ? "nearest"
+                                                                   : "linear";
+        spacing = fmt::format("{},{}{}", spacing.substr(0, comma), interpolation,
+                              comma == std::string::npos ? "" : spacing.substr(comma));
+    }
+    std::vector<std::pair<const Filter*, FilterValues>> changes;
+    for (const auto& [option, name, text] : {std::tuple("--crop", "crop", o.crop),
+                                             {"--spacing", "resample", spacing},
+                                             {"--reorient", "reorient", o.reorient}}) {
+        if (text.empty())
+            continue;
+        for (const Filter& filter : filters())
+            if (filter.name == std::string_view(name)) {
+                Result<FilterValues> values = read_filter_values(filter, text);
+                if (!values)
+                    return fail("{}: {}", option, values.error().message);
+                changes.emplace_back(&filter, std::move(*values));
+            }
+    }
+    return changes;
+}
+
+// Loads the volume and changes it as the options say.
+Result<LoadedVolume> load_changed(const ConvertOptions& o, const Interrupt& interrupt) {
+    PALPATE_TRY(const auto changes, changes_of(o));
+    PALPATE_TRY(LoadedVolume loaded, load(o.read, o.labels, interrupt));
+    for (const auto& [filter, values] : changes) {
+        Progress progress(filter->name);
+        Result<Volume> made =
+            run_filter(*filter, loaded.volume, values,
+                       {interrupt.token(), [&](double share) { progress.show(share); }});
+        if (!made)
+            return fail("--{}: {}",
+                        filter->name == std::string_view("resample") ? "spacing" : filter->name,
+                        made.error().message);
+        loaded.volume = std::move(*made);
+        loaded.coarser.clear();
+    }
+    return loaded;
+}
 
 void warn_of_lost_names(const ConvertOptions& options, const LoadedVolume& loaded) {
     if (!loaded.labels.empty())
@@ -33,13 +85,15 @@ void warn_of_lost_names(const ConvertOptions& options, const LoadedVolume& loade
 // being written.
 Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& interrupt) {
     BrickStream stream;
-    if (is_synthetic(options.read.path)) {
+    const bool changed =
+        !options.crop.empty() || !options.spacing.empty() || !options.reorient.empty();
+    if (is_synthetic(options.read.path) && !changed) {
         PALPATE_TRY(const SyntheticVolume found, find_synthetic(options.read.path));
         stream = {found.grid, found.type, options.labels, {}, [made = found](glm::uvec3 at) {
                       return make_brick(made.grid, made.type, made.value, at);
                   }};
     } else {
-        PALPATE_TRY(const LoadedVolume loaded, load(options.read, options.labels, interrupt));
+        PALPATE_TRY(const LoadedVolume loaded, load_changed(options, interrupt));
         warn_of_lost_names(options, loaded);
         stream = stream_of(loaded.volume);
         stream.modality = loaded.modality;
@@ -56,7 +110,7 @@ Result<void> run_convert(const ConvertOptions& options) {
     const Interrupt interrupt;
     if (std::filesystem::path(options.out).extension() == ".pbv")
         return convert_to_bricks(options, interrupt);
-    PALPATE_TRY(const LoadedVolume loaded, load(options.read, options.labels, interrupt));
+    PALPATE_TRY(const LoadedVolume loaded, load_changed(options, interrupt));
     warn_of_lost_names(options, loaded);
     return save_volume(options.out, loaded.volume, interrupt.token());
 }
@@ -73,6 +127,28 @@ Command add_convert(CLI::App& app) {
         ->required();
     app.add_flag("--labels", options->labels,
                  "Read as a label map: whole numbers, 0 is background (default: grey values)");
+    app.add_option("--crop", options->crop,
+                   "Samples from low to high, both included, by index (default: all)")
+        ->type_name("X_LOW,Y_LOW,Z_LOW,X_HIGH,Y_HIGH,Z_HIGH");
+    CLI::Option* spacing =
+        app.add_option(
+               "--spacing", options->spacing,
+               "Resample to samples so far apart, in mm, after --crop (default: as they are)")
+            ->type_name("MM[,Y,Z]");
+    app.add_option(
+           "--interpolation", options->interpolation,
+           "With --spacing: nearest, linear or cubic (default: linear, with --labels nearest)")
+        ->check(one_of({"nearest", "linear", "cubic"}))
+        ->needs(spacing);
+    app.add_option(
+           "--reorient", options->reorient,
+           "Exchange and reverse axes, so that they rise towards these sides of the patient, "
+           "such as LPS or RAS; the patient does not move (default: as they are stored)")
+        ->type_name("LETTERS");
+    refuse_where_wrong(app, [options]() -> Result<void> {
+        PALPATE_TRY(const auto changes, changes_of(*options));
+        return {};
+    });
     return {[options] { return run_convert(*options); },
             [options] {
                 std::vector<NamedFile> files;

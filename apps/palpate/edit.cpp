@@ -12,6 +12,7 @@
 #include "engine/base/log.h"
 #include "engine/base/timer.h"
 #include "engine/edit/journal.h"
+#include "engine/session/feel.h"
 
 namespace palpate {
 
@@ -25,7 +26,16 @@ struct EditOptions {
     double history_memory_mib = 512;
     uint32_t undo = 0;
     bool recover = false, discard = false;
+    std::optional<double> iso;
 };
+
+// From which value on samples are material: 1 of labels, else as `palpate touch` takes it.
+double solid_from(const EditOptions& options, const LoadedVolume& volume, bool labels) {
+    if (labels)
+        return 1.0;
+    return options.iso ? *options.iso
+                       : default_iso({{volume.volume, {}, {}}, volume.modality, {}, {}, {}, {}});
+}
 
 std::vector<NamedFile> files_of(const EditOptions& o) {
     std::vector<NamedFile> files;
@@ -183,6 +193,8 @@ Result<void> run_edit(const EditOptions& options) {
         return fail("{}: {}", alone ? journal_path.string() : options.strokes,
                     first.error().message);
     const bool labels = *first && (*first)->on_labels();
+    if (options.iso && (labels || options.report.empty()))
+        log::warning("--iso: without effect ({})", labels ? "of grey values" : "without --report");
     PALPATE_TRY(const Input input,
                 load_input(options, labels, labels ? name_of((*first)->kind) : "", interrupt));
     const Volume& volume = input.volume.volume;
@@ -224,7 +236,8 @@ Result<void> run_edit(const EditOptions& options) {
     Replay replay(
         document,
         {static_cast<uint64_t>(std::min(options.history_memory_mib, 1e9) * 1048576.0),
-         options.history_folder, [](const std::string& notice) { log::warning("{}", notice); }});
+         options.history_folder, [](const std::string& notice) { log::warning("{}", notice); }},
+        solid_from(options, input.volume, labels));
     {
         Progress progress("editing");
         for (size_t i = 0; i < entries.size(); ++i) {
@@ -279,9 +292,13 @@ Command add_edit(CLI::App& app) {
         ->check(CLI::ExistingDirectory)
         ->type_name("FOLDER");
     app.add_option("--report", options->report,
-                   "JSON with the changes and the time of each stroke, in ms; - is standard output "
-                   "(default: none)")
+                   "JSON with the changes, the removed and added material in mm^3, and the time of "
+                   "each stroke, in ms; - is standard output (default: none)")
         ->type_name("FILE");
+    app.add_option(
+        "--iso", options->iso,
+        "With --report, of grey values: samples at or above it are material (default: 300 "
+        "HU for CT, else half of the range)");
     auto* recover = app.add_flag("--recover", options->recover,
                                  "Continue an interrupted edit from FILE.journal; STROKES, if "
                                  "given, must begin with its strokes");

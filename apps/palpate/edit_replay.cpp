@@ -2,13 +2,45 @@
 
 #include "engine/base/timer.h"
 #include "engine/edit/replay.h"
+#include "engine/measure/label_statistics.h"
+#include "engine/volume/box.h"
 #include "engine/volume/changes.h"
 #include "engine/volume/content_hash.h"
 
 namespace palpate {
 
-Replay::Replay(Document document, HistoryOptions history)
-    : now_(std::move(document)), history_(std::move(history)) {}
+namespace {
+
+// Adds the volume of the samples that were material and are none after, and the other way round.
+void add_material(Json& to, const Volume& before, const Volume& after, double solid) {
+    constexpr auto kCount = size_t{kBrickSide} * kBrickSide * kBrickSide;
+    const glm::ivec3 side(kBrickSide);
+    std::vector<float> was(kCount), is(kCount);
+    uint64_t removed = 0, added = 0;
+    for (const ChangedBrick& brick : changed_bricks(before, after)) {
+        const glm::ivec3 first = glm::ivec3(brick.position) * side;
+        const glm::ivec3 size = glm::min(side, glm::ivec3(after.size()) - first);
+        const BoxStrides strides = packed(glm::uvec3(size));
+        read_box(before, first, size, strides, was.data());
+        read_box(after, first, size, strides, is.data());
+        for (size_t i = 0; i < strides.plane * size_t(size.z); ++i) {
+            const bool before_solid = was[i] >= solid, after_solid = is[i] >= solid;
+            removed += before_solid && !after_solid;
+            added += after_solid && !before_solid;
+        }
+    }
+    const double each_mm3 = sample_mm3(after.grid());
+    to["removed_mm3"] = static_cast<double>(removed) * each_mm3;
+    to["added_mm3"] = static_cast<double>(added) * each_mm3;
+}
+
+} // namespace
+
+Replay::Replay(Document document, HistoryOptions history, double solid)
+    : now_(std::move(document)),
+      first_(now_.first()),
+      history_(std::move(history)),
+      solid_(solid) {}
 
 Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& stop) {
     using Kind = JournalEntry::Kind;
@@ -27,6 +59,7 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
     line["ms"] = timer.ms();
     line["changed_bricks"] = changed;
     line["volume_version"] = volume().version();
+    add_material(line, before, volume(), solid_);
     steps_.push_back(line);
     if (is_stroke) {
         ++strokes_;
@@ -40,16 +73,15 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
 Json Replay::report() {
     history_.settle();
     const History::Stats stats = history_.stats();
-    return {{"steps", steps_},
-            {"content_hash", fmt::format("{:016x}", content_hash(volume()))},
-            {"history",
-             {{"undo_steps", stats.undo_steps},
-              {"redo_steps", stats.redo_steps},
-              {"packed_steps", stats.packed_steps},
-              {"spilled_steps", stats.spilled_steps},
-              {"dropped_steps", stats.dropped_steps},
-              {"memory_bytes", stats.memory_bytes},
-              {"spilled_bytes", stats.spilled_bytes}}}};
+    Json report{{"steps", steps_}, {"solid", solid_}};
+    add_material(report, first_, volume(), solid_);
+    report["content_hash"] = fmt::format("{:016x}", content_hash(volume()));
+    report["history"] = {
+        {"undo_steps", stats.undo_steps},       {"redo_steps", stats.redo_steps},
+        {"packed_steps", stats.packed_steps},   {"spilled_steps", stats.spilled_steps},
+        {"dropped_steps", stats.dropped_steps}, {"memory_bytes", stats.memory_bytes},
+        {"spilled_bytes", stats.spilled_bytes}};
+    return report;
 }
 
 std::string Replay::what_was_idle() const {

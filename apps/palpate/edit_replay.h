@@ -13,13 +13,15 @@ namespace palpate {
 // keeps account of each.
 class Replay {
  public:
-    Replay(Document document, HistoryOptions history);
+    // Samples at or above `solid` are material, of label maps 1.
+    Replay(Document document, HistoryOptions history, double solid = 1.0);
 
     Result<void> apply(const JournalEntry& entry, const std::stop_token& stop);
 
     const Volume& volume() const { return now_.first(); }
 
-    // The keys "steps", "content_hash" and "history".
+    // The keys "steps", "solid", "removed_mm3" and "added_mm3" from the first step to now,
+    // "content_hash" and "history".
     Json report();
 
     // One sentence about the strokes that changed no sample, and why the first of them did not;
@@ -28,7 +30,9 @@ class Replay {
 
  private:
     Document now_;
+    Volume first_; // before all steps
     History history_;
+    double solid_;
     Json steps_ = Json::array();
     size_t strokes_ = 0, idle_ = 0;
     std::string first_idle_; // which, and why

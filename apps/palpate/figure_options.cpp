@@ -16,9 +16,11 @@ bool FigureOptions::has(const std::string& mark) const {
 void add_figure_options(CLI::App& app, FigureOptions& o) {
     app.add_option("--annotate", o.marks,
                    "Marks for figures, separated by commas: letters (sides of the patient), "
-                   "scale-bar, color-bar, note (name, slice, window), or all (default: none)")
+                   "scale-bar, color-bar, note (name, slice, window), legend (names and colours of "
+                   "the labels "
+                   "in the picture), or all (default: none)")
         ->delimiter(',')
-        ->check(one_of({"letters", "scale-bar", "color-bar", "note", "all"}));
+        ->check(one_of({"letters", "scale-bar", "color-bar", "note", "legend", "all"}));
     app.add_option("--text-size", o.text_px,
                    "With --annotate: height of a line of text in pixels (default: 1/26 of the "
                    "picture's height)")
@@ -33,25 +35,31 @@ Figure figure_of(const FigureOptions& o, const OpenedScene& opened, bool transpa
     const std::string& volume = opened.file.volume;
     const std::string name =
         is_synthetic(volume) ? volume : std::filesystem::path(volume).filename().string();
-    return {.letters = o.has("letters"),
-            .scale_bar = o.has("scale-bar"),
-            .color_bar = o.has("color-bar"),
-            .note = o.has("note") ? note_of(scene, opened.loaded.data.volume.grid(), name, unit)
-                                  : std::vector<std::string>(),
-            .unit = unit,
-            .ink = !moves   ? FigureInk::by_picture
-                   : bright ? FigureInk::dark
-                            : FigureInk::bright,
-            .transparent = transparent,
-            .line_px = o.text_px};
+    return {
+        .letters = o.has("letters"),
+        .scale_bar = o.has("scale-bar"),
+        .color_bar = o.has("color-bar"),
+        .note = o.has("note") ? note_of(scene, opened.loaded.data.volume.grid(), name, unit)
+                              : std::vector<std::string>(),
+        .legend = o.has("legend") ? legend_of(scene, opened.loaded) : std::vector<LegendEntry>(),
+        .unit = unit,
+        .ink = !moves   ? FigureInk::by_picture
+               : bright ? FigureInk::dark
+                        : FigureInk::bright,
+        .transparent = transparent,
+        .line_px = o.text_px};
 }
 
-std::string idle_mark(const FigureOptions& o, const Scene& scene) {
-    const bool asked = std::find(o.marks.begin(), o.marks.end(), "color-bar") != o.marks.end();
-    return asked && !color_function(scene)
-               ? "--annotate color-bar: without effect, because no window or transfer function "
-                 "colours this picture"
-               : "";
+std::string idle_mark(const FigureOptions& o, const OpenedScene& opened) {
+    const auto asked = [&](const char* mark) {
+        return std::find(o.marks.begin(), o.marks.end(), mark) != o.marks.end();
+    };
+    if (asked("color-bar") && !color_function(opened.scene))
+        return "--annotate color-bar: without effect, because no window or transfer function "
+               "colours this picture";
+    if (asked("legend") && legend_of(opened.scene, opened.loaded).empty())
+        return "--annotate legend: without effect, because the picture shows no labels";
+    return "";
 }
 
 } // namespace palpate

@@ -25,7 +25,12 @@ void add_figure_options(CLI::App& app, FigureOptions& options);
 Figure figure_of(const FigureOptions& options, const OpenedScene& opened, bool transparent,
                  bool moves);
 
+// The labels that a scene shows with their colours, the one that covers most first: in slices of
+// the pixels, else of the samples. Named by the label map, else "label 7". Hidden ones are left
+// out.
+std::vector<LegendEntry> legend_of(const Scene& scene, const LoadedScene& loaded);
+
 // A sentence where a mark that was asked for has nothing to show; else empty.
-std::string idle_mark(const FigureOptions& options, const Scene& scene);
+std::string idle_mark(const FigureOptions& options, const OpenedScene& opened);
 
 } // namespace palpate

@@ -2,10 +2,14 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
+#include <set>
 
 #include "apps/palpate/option_texts.h"
 #include "apps/palpate/scene_options.h"
+#include "apps/palpate/surface_labels.h"
 #include "engine/base/log.h"
 #include "engine/io/x3d.h"
 #include "engine/scene/presets.h"
@@ -38,7 +42,8 @@ Result<void> apply_clips(const SceneOptions& options, Scene& scene) {
 }
 
 bool has_transfer(const SceneOptions& options) {
-    return !options.window.empty() || !options.window_level.empty() || !options.transfer.empty();
+    return !options.window.empty() || !options.window_level.empty() ||
+           !options.window_preset.empty() || !options.transfer.empty();
 }
 
 Result<TransferFunction> load_transfer(const char* option, const std::string& name,
@@ -63,11 +68,19 @@ Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedSc
         const double low = options.window[0], high = options.window[1];
         return window_function(low, high, max_opacity, preset_unit_mm(grid));
     }
-    if (!options.window_level.empty()) {
-        const double level = options.window_level[0], width = options.window_level[1];
+    const auto window = [&](double level, double width) {
         return window_function(level - 0.5 * width, level + 0.5 * width, max_opacity,
                                preset_unit_mm(grid));
-    }
+    };
+    if (!options.window_level.empty())
+        return window(options.window_level[0], options.window_level[1]);
+    for (const WindowPreset& preset : window_presets())
+        if (options.window_preset == preset.name) {
+            if (!loaded.modality.empty() && loaded.modality != "CT")
+                return fail("--window-preset {}: expected a CT, found modality {}", preset.name,
+                            loaded.modality);
+            return window(zero_hu(loaded) + preset.level, preset.width);
+        }
     if (const auto found = preset(options.transfer))
         return fitted(*found, options.transfer, loaded);
     return load_transfer("--tf", options.transfer, grid);
@@ -197,6 +210,57 @@ void show_labels_by_default(const SceneOptions& options, SceneFile& file, Loaded
     file.scene.surfaces = {SurfaceLayer{}};
     file.scene.labels = LabelLayer{};
     loaded.data.labels = loaded.data.volume;
+}
+
+Result<void> hide_other_labels(const SceneOptions& options, SceneFile& file,
+                               const LoadedScene& loaded) {
+    if (options.only_labels.empty())
+        return {};
+    if (!loaded.data.labels || !file.scene.labels)
+        return fail("--only-label: expected a label map (--labels), found none");
+    const std::map<uint16_t, uint64_t> counts = count_labels(*loaded.data.labels);
+    std::set<uint32_t> shown;
+    for (const std::string& text : options.only_labels) {
+        const std::optional<std::vector<double>> number = numbers_of(text, ',');
+        const auto named = std::find_if(loaded.label_names.begin(), loaded.label_names.end(),
+                                        [&](const LabelName& l) { return l.name == text; });
+        const bool by_name = named != loaded.label_names.end();
+        const double label = by_name ? named->label : number ? number->front() : 0.0;
+        if (!by_name && !number) {
+            std::vector<std::string> names;
+            for (const LabelName& known : loaded.label_names)
+                names.push_back(known.name);
+            return fail("--only-label: expected {}, found '{}'",
+                        names.empty()
+                            ? "a number, because the label map names no labels"
+                            : fmt::format("a number or one of {}", fmt::join(names, ", ")),
+                        text);
+        }
+        if (label < 1.0 || label > 65535.0 || label != std::floor(label) ||
+            !counts.contains(static_cast<uint16_t>(label)))
+            return fail("--only-label {}: no sample of the label map has the label {:g}", text,
+                        label);
+        shown.insert(static_cast<uint32_t>(label));
+    }
+    const uint32_t last = counts.rbegin()->first;
+    std::vector<LabelStyle>& styles = file.scene.labels->styles;
+    for (uint32_t label = static_cast<uint32_t>(styles.size()); label <= last; ++label)
+        styles.push_back(style_of(LabelLayer{}, label));
+    for (uint32_t label = 1; label < styles.size(); ++label)
+        styles[label].visible = shown.contains(label);
+    for (size_t i = 0; i < std::min(file.surfaces.size(), file.scene.surfaces.size()); ++i) {
+        SurfaceLayer& layer = file.scene.surfaces[i];
+        if (!file.surfaces[i].labels)
+            continue;
+        std::vector<SurfaceStyle> all;
+        for (uint32_t label = 0; label <= last; ++label)
+            all.push_back(style_of(layer, label));
+        for (uint32_t label = 1; label <= last; ++label)
+            if (!shown.contains(label))
+                all[label].opacity = 0.0;
+        layer.label_styles = std::move(all);
+    }
+    return {};
 }
 
 Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const LoadedScene& loaded) {

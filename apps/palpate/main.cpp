@@ -6,6 +6,7 @@
 namespace {
 
 constexpr palpate::ProgramCommand kCommands[] = {
+    {"batch", "Draw many pictures on one device, a line of JSON each", palpate::add_batch},
     {"compare", "Compare two pictures, meshes, volumes or label maps", palpate::add_compare},
     {"devices", "List haptic devices, and home or calibrate one", palpate::add_devices},
     {"doctor", "List what this machine offers: Vulkan devices, memory, real-time policy",

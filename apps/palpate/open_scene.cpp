@@ -2,6 +2,7 @@
 
 #include "apps/palpate/project_input.h"
 #include "engine/base/log.h"
+#include "engine/io/label_names.h"
 
 namespace palpate {
 
@@ -62,7 +63,13 @@ Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& rea
     file.resample_slices |= read.resample_slices;
     PALPATE_TRY(LoadedScene loaded, load_inputs(options, file, read, stop, memory));
     show_labels_by_default(options, file, loaded);
+    if (!options.label_names.empty()) {
+        if (!loaded.data.labels)
+            log::warning("--label-names: without effect, because there is no label map (--labels)");
+        PALPATE_TRY(loaded.label_names, load_label_table(options.label_names));
+    }
     color_labels(loaded.label_names, file);
+    PALPATE_TRY(hide_other_labels(options, file, loaded));
     PALPATE_TRY(make_scene_meshes(file, loaded, memory.meshes));
     for (const std::string& note : loaded.notes)
         log::info("{}", note);

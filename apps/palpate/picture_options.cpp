@@ -19,6 +19,10 @@ void add_picture_options(CLI::App& app, PictureOptions& o) {
     add_scene_options(app, o.scene);
     add_read_limits(app, o.read);
     add_figure_options(app, o.figure);
+    app.add_option("--dpi", o.dots_per_inch,
+                   "PNG: dots an inch, by which printing programs choose the size; the pixels stay "
+                   "(default: none stated)")
+        ->check(within(1.0, 100000.0));
     app.add_flag("--half", o.half, "EXR: 16-bit samples (default: 32-bit)");
     CLI::Option* budget =
         app.add_option("--frame-ms", o.frames.frame_ms,
@@ -37,7 +41,8 @@ void add_picture_options(CLI::App& app, PictureOptions& o) {
         error->excludes(app.get_option(given));
     app.add_option("--device", o.device,
                    "Vulkan device: part of its name, or its number in palpate doctor (default: the "
-                   "first discrete, integrated, then CPU device)");
+                   "environment variable PALPATE_DEVICE, else the first discrete, integrated, then "
+                   "CPU device)");
     add_device_memory_options(app, o.memory);
     app.add_option("--volume-format", o.format,
                    "Voxels on the device; auto: r32f on CPU devices (default: auto)")
@@ -98,7 +103,7 @@ ImageMetadata metadata_of(const GpuDevice& device, const SceneFile& drawn) {
 PictureLook look_of(const PictureOptions& options, const OpenedScene& opened, bool moves) {
     const bool transparent = options.scene.transparent();
     return {options.half ? ExrPrecision::half_float : ExrPrecision::full_float, transparent,
-            figure_of(options.figure, opened, transparent, moves)};
+            figure_of(options.figure, opened, transparent, moves), options.dots_per_inch};
 }
 
 } // namespace palpate

@@ -22,6 +22,7 @@ struct PictureOptions {
     std::string device;
     TexelFormat format = TexelFormat::automatic;
     double error = 0.0; // 0: as integrator and step say
+    double dots_per_inch = 0.0;
     bool half = false, validate = false, no_skipping = false;
 
     DeviceOptions device_options() const { return {.select = device, .validation = validate}; }

@@ -87,6 +87,10 @@ int run_program(int argc, char** argv, std::span<const ProgramCommand> commands)
     for (const ProgramCommand& entry : commands) {
         CLI::App* sub = app.add_subcommand(entry.name, entry.purpose);
         sub->fallthrough();
+        sub->footer(
+            "Every command also takes --quiet, --verbose and --profile FILE, a trace of the run "
+            "for "
+            "ui.perfetto.dev or chrome://tracing.");
         added.emplace_back(sub, entry.add(*sub));
     }
     refuse_not_finite(app);

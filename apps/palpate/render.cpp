@@ -29,7 +29,9 @@ std::vector<NamedFile> files_of(const RenderOptions& options) {
         stereo_layout(options.scene, scene ? scene->scene : Scene{});
     std::vector<NamedFile> files{{"--tf", options.scene.transfer}};
     append_volume(files, "SCENE", options.scene.input);
+    append_volume(files, "--volume", options.scene.volume);
     append_volume(files, "--labels", options.scene.labels);
+    files.push_back({"--label-names", options.scene.label_names});
     append_volume(files, "--fused", options.scene.fused);
     append_volume(files, "--overlay", options.scene.overlay);
     std::vector<std::string> outputs = frame_names(options.turntable, options.output);
@@ -116,7 +118,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     auto& [file, loaded, scene] = opened;
     const SceneToDraw to_draw{options.scene, file, scene, loaded};
     warn_of_idle_options(app, to_draw, options.output, options.frames.frames);
-    if (const std::string idle = idle_mark(options.figure, scene); !idle.empty())
+    if (const std::string idle = idle_mark(options.figure, opened); !idle.empty())
         log::warning("{}", idle);
     const std::vector<std::string> empty = empty_parts(to_draw);
     for (const std::string& sentence : empty)
@@ -168,7 +170,8 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
             "{}: the picture has one colour: this camera, mode and transfer function show nothing "
             "of the volume, whose values are {:g} .. {:g}",
             options.output, loaded.data.volume.range().min, loaded.data.volume.range().max);
-    if (!options.stats.empty() || profile::on())
+    // A single frame also creates pipelines and uploads, which the GPU's clock does not see.
+    if (options.frames.frames > 1 && (!options.stats.empty() || profile::on()))
         say_clocks(*timing);
     if (!options.stats.empty()) {
         const std::string text =

@@ -27,7 +27,7 @@ Image colors_of(const Image& image, const PictureLook& look) {
 Result<void> save_picture(const std::filesystem::path& path, const Image& image,
                           const PictureLook& look, const ImageMetadata& metadata) {
     if (path.extension() == ".png")
-        return save_png(path, colors_of(image, look));
+        return save_png(path, colors_of(image, look), look.dots_per_inch);
     return save_exr(path, image, look.precision, metadata);
 }
 

@@ -21,6 +21,7 @@ struct PictureLook {
     // always, and a PNG has straight ones.
     bool transparent = false;
     Figure figure{};
+    double dots_per_inch = 0.0; // of a PNG; 0: it states none
 };
 
 // The eyes of a frame as one picture with marks, laid out as the scene asks (separate eyes side by

@@ -222,6 +222,7 @@ void warn_of_idle_options(const CLI::App& app, const SceneToDraw& d, const std::
     const char* labels = why_labels_are_idle(d);
     const IdleOptions idle[] = {
         {!is_exr, {"--half", "--values"}, "of .exr alone"},
+        {!output.ends_with(".png"), {"--dpi"}, "of .png alone"},
         {is_exr && alpha && !slices && !meshes, {"--values"}, "mode alpha has none"},
         {labels[0] != '\0', {"--labels"}, labels},
         {!rays,
@@ -236,8 +237,12 @@ void warn_of_idle_options(const CLI::App& app, const SceneToDraw& d, const std::
         {mip, {"--min-transmittance"}, "mode mip looks along the whole ray"},
         {mip || iso, {"--shade", "--no-shade"}, "of mode alpha; iso is always shaded, mip never"},
         {alpha || mip, {"--iso"}, "of mode iso"},
-        {!slices && iso, {"--tf", "--window", "--window-level"}, "iso-surfaces have own colours"},
-        {!slices && !rays, {"--tf", "--window", "--window-level"}, "of ray casting and slices"},
+        {!slices && iso,
+         {"--tf", "--window", "--window-level", "--window-preset"},
+         "iso-surfaces have own colours"},
+        {!slices && !rays,
+         {"--tf", "--window", "--window-level", "--window-preset"},
+         "of ray casting and slices"},
         {!slices,
          {"--slab", "--slab-mode", "--interpolation", "--fused", "--overlay"},
          "without --slice"},

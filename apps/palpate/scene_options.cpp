@@ -25,6 +25,17 @@ CLI::Validator named() {
     return one_of(std::map<std::string, Enum>(Names<Enum>::list.begin(), Names<Enum>::list.end()));
 }
 
+// Names of presets in upper case, too, as 3D Slicer writes its own.
+CLI::Validator preset_in_any_case() {
+    return CLI::Validator(
+        [](std::string& text) {
+            if (const std::string name = CLI::detail::to_lower(text); preset(name))
+                text = name;
+            return std::string();
+        },
+        "");
+}
+
 // The surfaces of the options replace those of the file.
 Result<void> apply_surfaces(const SceneOptions& options, SceneFile& file) {
     if (!options.surfaces.empty()) {
@@ -93,8 +104,20 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                    "Scene file (.json), project folder, or a volume: file, DICOM folder, slice "
                    "pattern, synthetic:NAME")
         ->required();
+    app.add_option(
+           "--volume", o.volume,
+           "With a scene file: another volume in the place of its own, as of another patient; "
+           "--labels likewise (default: the scene's)")
+        ->type_name("FILE");
     app.add_option("--labels", o.labels, "Label map shown with the volume (default: none)")
         ->type_name("FILE");
+    app.add_option("--label-names", o.label_names,
+                   "Names and colours of the labels: a table of ITK-SNAP, 3D Slicer or FreeSurfer "
+                   "(default: those in the label map's file)")
+        ->type_name("FILE");
+    app.add_option("--only-label", o.only_labels,
+                   "Show this label alone, by number or name; repeatable (default: all)")
+        ->type_name("LABEL");
     CLI::Option* fused =
         app.add_option("--fused", o.fused,
                        "Another volume, shown in colour over slices, with its own grid (default: "
@@ -104,6 +127,7 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
            "--fused-tf", o.fused_transfer,
            "Colours and opacities of --fused: a preset, a JSON file or its text (default: black, "
            "red, yellow, white over its values)")
+        ->transform(preset_in_any_case())
         ->needs(fused);
     app.add_option("--fused-opacity", o.fused_opacity, "Opacity of --fused, 0 .. 1 (default: 0.5)")
         ->check(CLI::Range(0.0, 1.0))
@@ -123,6 +147,7 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         fmt::format("Transfer function: a preset ({}), a JSON file, or its text (default: "
                     "chosen from modality and values, see docs/reference/scene.md)",
                     fmt::join(preset_names(), ", ")));
+    transfer->transform(preset_in_any_case());
     CLI::Option* window =
         app.add_option("--window", o.window,
                        "Grey ramp from LOW to HIGH, in the volume's units, instead of --tf")
@@ -136,6 +161,16 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         ->expected(2)
         ->excludes(transfer)
         ->excludes(window);
+    std::vector<std::string> windows;
+    for (const WindowPreset& preset : window_presets())
+        windows.push_back(preset.name);
+    CLI::Option* tissue =
+        app.add_option(
+               "--window-preset", o.window_preset,
+               "A radiologist's window for this part of a CT, by name (docs/reference/scene.md)")
+            ->check(one_of(windows));
+    for (const char* other : {"--tf", "--window", "--window-level"})
+        tissue->excludes(app.get_option(other));
     app.add_option("--integrator", o.integrator, "Integrator of the rays (default: fast)")
         ->transform(named<Integrator>());
     app.add_option("--sub-steps", o.sub_steps,
@@ -236,6 +271,14 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
         if (!layer)
             layer.emplace();
     };
+    if (!options.volume.empty()) {
+        if (!has_scene(options.input) || Project::is_one(options.input))
+            return fail("--volume: expected a scene file, whose volume it replaces, found {}",
+                        options.input);
+        file.volume = is_synthetic(options.volume)
+                          ? options.volume
+                          : std::filesystem::absolute(options.volume).string();
+    }
     take(options.labels, file.labels, file.scene.labels);
     take(options.fused, file.fused, file.scene.fusion);
     take(options.overlay, file.overlay, file.scene.overlay);

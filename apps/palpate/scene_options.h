@@ -18,8 +18,11 @@ namespace palpate {
 // The options of `palpate render` that say what is drawn. Where the input is a scene file, they
 // replace what the file says; where it is a volume, they start from a scene that suits it.
 struct SceneOptions {
-    std::string input; // SCENE.json, a project, a volume, or synthetic:NAME
+    std::string input;  // SCENE.json, a project, a volume, or synthetic:NAME
+    std::string volume; // in place of the scene's own
     std::string labels, fused, overlay;
+    std::string label_names;              // a table of labels
+    std::vector<std::string> only_labels; // by number or name; empty: all
     std::optional<double> fused_opacity;
     std::optional<RayMode> mode;
     std::optional<Integrator> integrator;
@@ -27,7 +30,7 @@ struct SceneOptions {
     std::optional<Interpolation> interpolation;
     std::optional<SlabMode> slab_mode;
     std::optional<Projection> projection;
-    std::string transfer, fused_transfer, view, background;
+    std::string transfer, window_preset, fused_transfer, view, background;
     std::vector<double> window, window_level, isos, camera;
     std::vector<std::string> slices, clips, surfaces, surface_colors;
     std::vector<double> surface_opacities;
@@ -67,6 +70,11 @@ void append_files(const SceneFile& scene, std::vector<NamedFile>& files);
 // Where nothing says what to draw and the volume is a label map by its values: its surfaces, with a
 // note. For between loading the volumes and making meshes.
 void show_labels_by_default(const SceneOptions& options, SceneFile& file, LoadedScene& loaded);
+
+// --only-label: hides the other labels of the map in rays, slices and surfaces. An error where no
+// sample has a label of that number or name.
+Result<void> hide_other_labels(const SceneOptions& options, SceneFile& file,
+                               const LoadedScene& loaded);
 
 // Applies the options to a scene whose volumes are loaded, and settles what depends on them:
 // camera, slice positions, default transfer functions.

@@ -22,19 +22,31 @@ bool is_movie(const std::string& output) {
     return output.ends_with(".mp4");
 }
 
-// The last run of # in a file's name: where it begins, and its length.
-std::pair<size_t, size_t> number_place(const std::string& output) {
+// Where a file's name has the number of a picture, and how many digits that has: the last run of #,
+// or %03d as other programs write it.
+struct NumberPlace {
+    size_t begin = 0, length = 0, digits = 0;
+};
+
+NumberPlace number_place(const std::string& output) {
+    const size_t folder = output.find_last_of('/');
+    const size_t start = folder == output.npos ? 0 : folder + 1;
+    if (const size_t percent = output.find_last_of('%');
+        percent != output.npos && percent >= start && percent + 3 < output.size() &&
+        output[percent + 1] == '0' && output[percent + 2] >= '1' && output[percent + 2] <= '9' &&
+        output[percent + 3] == 'd')
+        return {percent, 4, static_cast<size_t>(output[percent + 2] - '0')};
     const size_t end = output.find_last_of('#');
-    if (end == output.npos || output.find('/', end) != output.npos)
-        return {0, 0};
+    if (end == output.npos || end < start)
+        return {};
     const size_t before = output.find_last_not_of('#', end);
     const size_t begin = before == output.npos ? 0 : before + 1;
-    return {begin, end + 1 - begin};
+    return {begin, end + 1 - begin, end + 1 - begin};
 }
 
 std::string numbered(std::string name, size_t number) {
-    const auto [begin, count] = number_place(name);
-    return name.replace(begin, count, fmt::format("{:0{}}", number, count));
+    const NumberPlace place = number_place(name);
+    return name.replace(place.begin, place.length, fmt::format("{:0{}}", number, place.digits));
 }
 
 // The cameras of the way: the scene's own, then those of the path.
@@ -77,10 +89,11 @@ struct TemporaryFolder {
 
 void add_turntable_options(CLI::App& app, TurntableOptions& o) {
     CLI::Option* frames =
-        app.add_option("--turntable", o.frames,
-                       "Write N pictures of a camera that goes round once about its up axis, to "
-                       "a name with #### for the number, or to an .mp4 by ffmpeg (default: one "
-                       "picture)")
+        app.add_option(
+               "--turntable", o.frames,
+               "Write N pictures of a camera that goes round once about its up axis, to "
+               "a name with #### or %04d for the number, or to an .mp4 by ffmpeg (default: one "
+               "picture)")
             ->check(CLI::Range(1, 10000))
             ->type_name("N");
     app.add_option("--camera-path", o.path,
@@ -103,22 +116,22 @@ Result<void> check_together(const TurntableOptions& o, const std::string& output
             return fail("{}: a movie needs --turntable, its number of pictures", output);
         return {};
     }
-    if (!is_movie(output) && number_place(output).second == 0)
+    if (!is_movie(output) && number_place(output).digits == 0)
         return fail(
-            "{}: --turntable needs a name with #### in it, which becomes the number of the "
+            "{}: --turntable needs a name with #### or %04d in it, which becomes the number of the "
             "picture, or one ending in .mp4",
             output);
-    const size_t digits = number_place(output).second;
+    const size_t digits = number_place(output).digits;
     if (const std::string last = std::to_string(o.frames - 1);
         !is_movie(output) && last.size() > digits)
-        return fail("{}: expected {} # for {} pictures, found {}", output, last.size(), o.frames,
-                    digits);
+        return fail("{}: expected {} digits for {} pictures, found {}", output, last.size(),
+                    o.frames, digits);
     return {};
 }
 
 std::vector<std::string> frame_names(const TurntableOptions& o, const std::string& output) {
     std::vector<std::string> names;
-    if (number_place(output).second > 0)
+    if (number_place(output).digits > 0)
         for (uint32_t i = 0; i < o.frames; ++i)
             names.push_back(numbered(output, i));
     return names;

@@ -129,13 +129,49 @@ struct Marks {
         write({high.x, edge}, {1.0, 0.0}, figure.unit, pen);
     }
 
+    void legend() const {
+        const std::vector<LegendEntry>& entries = figure.legend;
+        const double side = 0.7 * line;                             // of a patch of colour
+        const double most_px = 0.45 * size().x - edge - 1.6 * side; // not to the letter below
+        const auto rows = static_cast<size_t>(std::max(0.0, (0.42 * size().y - edge) / line));
+        if (entries.empty() || rows < 2)
+            return; // the picture is too small for it
+        const size_t whole = entries.size() <= rows ? entries.size() : rows - 1;
+        std::vector<std::string> texts;
+        for (size_t i = 0; i < whole; ++i)
+            texts.push_back(shortened(entries[i].name, most_px));
+        if (whole < entries.size())
+            texts.push_back(fmt::format("and {} more", entries.size() - whole));
+        double width = 0.0;
+        for (const std::string& text : texts)
+            width = std::max(width, width_of(text));
+        const double foot = size().y - edge;
+        const double top = foot - static_cast<double>(texts.size()) * line;
+        const Pen pen = pen_on({{edge, top}, {edge + 1.6 * side + width, foot}}, line);
+        for (size_t i = 0; i < texts.size(); ++i) {
+            const double middle = std::round(top + (static_cast<double>(i) + 0.5) * line);
+            if (i < whole) {
+                const glm::dvec2 low(edge, std::round(middle - 0.5 * side));
+                fill(low - pen.rim_px(), low + std::round(side) + pen.rim_px(), pen.rim);
+                fill(low, low + std::round(side), entries[i].color);
+            }
+            write({edge + 1.6 * side, middle}, {0.0, 0.5}, texts[i], pen);
+        }
+    }
+
+    // With ".." at its end where it has no room.
+    std::string shortened(std::string text, double most_px) const {
+        while (width_of(text) > most_px && text.size() > 3)
+            text.replace(text.size() - 3, 3, "..");
+        return text;
+    }
+
     void note() const {
         const double most_px = 0.45 * size().x - edge; // not to the letter in the middle
         std::vector<std::string> lines = figure.note;
         double width = 0.0;
         for (std::string& text : lines) {
-            while (width_of(text) > most_px && text.size() > 3)
-                text.replace(text.size() - 3, 3, "..");
+            text = shortened(text, most_px);
             width = std::max(width, width_of(text));
         }
         const double height = static_cast<double>(lines.size()) * line;
@@ -160,6 +196,7 @@ void annotate(std::span<Image> eyes, const Scene& scene, const Figure& figure) {
         marks.scale_bar(scene.camera);
     if (const TransferFunction* function = color_function(scene); function && figure.color_bar)
         marks.color_bar(*function);
+    marks.legend();
     marks.note();
 }
 

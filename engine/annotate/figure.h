@@ -13,13 +13,21 @@ namespace palpate {
 // from what lies below it. In a movie that would change from picture to picture.
 enum class FigureInk { by_picture, bright, dark };
 
+// One row of a legend.
+struct LegendEntry {
+    std::string name;
+    glm::dvec3 color{1.0};
+};
+
 // Marks over a picture for print: what a reader must know to read it.
 struct Figure {
     bool letters = false;   // at the edges: to which side of the patient they lie (letters_of())
     bool scale_bar = false; // lower right; for perspective in the focal plane, which it says
     bool color_bar = false; // upper right: colours of color_function() with their values
     std::vector<std::string> note{}; // lines in the upper left corner
-    std::string unit{};              // of values: "HU"; empty: none is written
+    // Lower left, from above; what has no room is counted: "and 12 more".
+    std::vector<LegendEntry> legend{};
+    std::string unit{}; // of values: "HU"; empty: none is written
     FigureInk ink = FigureInk::by_picture;
     bool transparent = false; // the background is, and a bright page is to show through
     double line_px = 0.0;     // height of a line of text; 0: 1/26 of the picture's

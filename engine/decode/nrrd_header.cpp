@@ -1,5 +1,6 @@
 #include "engine/decode/nrrd_header.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -73,8 +74,33 @@ std::string usual_name(std::string name) {
     return name;
 }
 
+// Keys and values of the user's own.
+using Keys = std::map<std::string, std::string, std::less<>>;
+
+// The segments of 3D Slicer. One without a value of its own is left out.
+std::vector<LabelName> segments_of(const Keys& keys) {
+    std::vector<LabelName> labels;
+    for (size_t i = 0;; ++i) {
+        const auto find = [&](const char* what) {
+            const auto found = keys.find(fmt::format("Segment{}_{}", i, what));
+            return found == keys.end() ? std::string_view() : std::string_view(found->second);
+        };
+        if (find("ID").empty() && find("Name").empty() && find("LabelValue").empty())
+            return labels;
+        const std::optional<int64_t> value = parse_integer(find("LabelValue"));
+        if (!value || *value < 1 || *value > 65535)
+            continue;
+        LabelName label{static_cast<uint32_t>(*value), std::string(find("Name")), {}};
+        const auto color = parse_doubles(find("Color"));
+        if (color && color->size() == 3 &&
+            std::all_of(color->begin(), color->end(), [](double c) { return c >= 0 && c <= 1; }))
+            label.color = glm::dvec3((*color)[0], (*color)[1], (*color)[2]);
+        labels.push_back(std::move(label));
+    }
+}
+
 // Splits the header into its fields; returns how many bytes it takes.
-Result<size_t> split(const std::string& name, std::string_view text, Fields& fields) {
+Result<size_t> split(const std::string& name, std::string_view text, Fields& fields, Keys& keys) {
     std::string_view rest = text;
     const std::optional<std::string_view> magic = take_line(rest);
     if (!magic || !magic->starts_with("NRRD000"))
@@ -100,8 +126,10 @@ Result<size_t> split(const std::string& name, std::string_view text, Fields& fie
         const size_t colon = line->find(':');
         if (colon == std::string_view::npos)
             return fail("{}: expected \"field: value\", found \"{}\"", name, line->substr(0, 60));
-        if (line->substr(colon, 2) == ":=") // key and value of the user's own, no field
+        if (line->substr(colon, 2) == ":=") { // no field
+            keys.emplace(trimmed(line->substr(0, colon)), trimmed(line->substr(colon + 2)));
             continue;
+        }
         const std::string key = usual_name(lower_case(trimmed(line->substr(0, colon))));
         if (!fields.emplace(key, trimmed(line->substr(colon + 1))).second)
             return fail("{}: has two fields \"{}\"", name, key);
@@ -292,7 +320,9 @@ Result<NrrdHeader> parse_nrrd_header(const std::string& name, std::string_view t
                                      std::vector<std::string>& warnings) {
     Fields fields;
     NrrdHeader header;
-    PALPATE_TRY(header.bytes, split(name, text, fields));
+    Keys keys;
+    PALPATE_TRY(header.bytes, split(name, text, fields, keys));
+    header.labels = segments_of(keys);
     PALPATE_TRY(read_payload_fields(name, fields, header));
     PALPATE_TRY(read_axes(name, fields, header));
     PALPATE_TRY(read_units(name, fields, header, warnings));

@@ -35,6 +35,9 @@ struct NrrdHeader {
     int64_t byte_skip = 0; // -1: the voxels are the last bytes
     std::string data_file; // empty: the voxels follow the header
     size_t bytes = 0;      // of the header with the empty line that ends it
+    // Of a segmentation of 3D Slicer (.seg.nrrd), whose keys are Segment0_Name, Segment0_Color and
+    // Segment0_LabelValue: its segments that have a value, by their number.
+    std::vector<LabelName> labels;
 };
 
 // From the beginning of a file. An error begins with `name` and names the field; warnings are

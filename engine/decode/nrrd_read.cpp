@@ -157,6 +157,7 @@ Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink) {
     PALPATE_TRY(const std::string text, load_beginning(name));
     Decoded decoded;
     PALPATE_TRY(const NrrdHeader header, parse_nrrd_header(name, text, decoded.warnings));
+    decoded.labels = header.labels;
     Payload payload;
     payload.type = header.type;
     payload.big_endian = header.big_endian;

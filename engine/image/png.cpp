@@ -2,6 +2,7 @@
 
 #include <png.h>
 
+#include <cmath>
 #include <csetjmp>
 #include <cstring>
 
@@ -99,13 +100,16 @@ bool read_rows(PngState& state, png_bytepp rows) {
     return true;
 }
 
-bool write_picture(PngState& state, glm::uvec2 size_px, bool alpha, png_bytepp rows) {
+bool write_picture(PngState& state, glm::uvec2 size_px, bool alpha, uint32_t dots_per_m,
+                   png_bytepp rows) {
     if (setjmp(png_jmpbuf(state.png)))
         return false;
     png_set_write_fn(state.png, &state, PngState::on_write, PngState::on_flush);
     png_set_IHDR(state.png, state.info, size_px.x, size_px.y, 8,
                  alpha ? PNG_COLOR_TYPE_RGB_ALPHA : PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
                  PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    if (dots_per_m > 0)
+        png_set_pHYs(state.png, state.info, dots_per_m, dots_per_m, PNG_RESOLUTION_METER);
     png_write_info(state.png, state.info);
     png_write_image(state.png, rows);
     png_write_end(state.png, nullptr);
@@ -134,12 +138,18 @@ std::vector<std::string> channels_of(png_byte count) {
 
 } // namespace
 
-Result<void> save_png(const std::filesystem::path& path, const Image& image) {
-    PALPATE_TRY(const std::vector<std::byte> bytes, encode_png(path.string(), image));
+Result<void> save_png(const std::filesystem::path& path, const Image& image, double dots_per_inch) {
+    PALPATE_TRY(const std::vector<std::byte> bytes,
+                encode_png(path.string(), image, dots_per_inch));
     return save_bytes(path, bytes);
 }
 
-Result<std::vector<std::byte>> encode_png(const std::string& file_name, const Image& image) {
+Result<std::vector<std::byte>> encode_png(const std::string& file_name, const Image& image,
+                                          double dots_per_inch) {
+    constexpr double kInches = 1000.0 / 25.4; // in a metre
+    const double dots_per_m = std::round(dots_per_inch * kInches);
+    if (!(dots_per_m >= 0.0 && dots_per_m <= 1e9))
+        return fail("{}: expected 0 .. 1e7 dots an inch, found {:g}", file_name, dots_per_inch);
     std::vector<size_t> from;
     for (const char* name : {"R", "G", "B", "A"})
         if (const auto index = channel_index(image, name))
@@ -157,7 +167,8 @@ Result<std::vector<std::byte>> encode_png(const std::string& file_name, const Im
                 bytes.push_back(display_byte(image.at(x, y, channel)));
     std::vector<png_bytep> rows = rows_of(bytes, height);
     PngState state(/*writes=*/true);
-    if (!state.info || !write_picture(state, image.size_px, from.size() == 4, rows.data()))
+    if (!state.info || !write_picture(state, image.size_px, from.size() == 4,
+                                      static_cast<uint32_t>(dots_per_m), rows.data()))
         return fail("{}: cannot be written: {}", file_name, state.message);
     return std::move(state.output);
 }

@@ -1,9 +1,13 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <glm/glm.hpp>
 #include <optional>
 #include <string>
+#include <vector>
+
+#include "engine/base/error.h"
 
 namespace palpate {
 
@@ -15,6 +19,12 @@ struct LabelName {
 
     friend bool operator==(const LabelName&, const LabelName&) = default;
 };
+
+// Reads a table of labels, a line each, as programs write it beside a label map: of ITK-SNAP
+// (number, red, green, blue 0 .. 255, opacity, visible, shown as mesh, "name"), of 3D Slicer and
+// FreeSurfer (number, name, and red, green, blue 0 .. 255 where they have a colour). Lines that
+// begin with # and empty ones are passed over, and so is label 0. An error names file and line.
+Result<std::vector<LabelName>> load_label_table(const std::filesystem::path& path);
 
 // The sRGB colour of CIELAB coordinates relative to the white D50, as DICOM and ICC use them: L* in
 // 0 .. 100, a* and b* in -128 .. 127. Adapted to the white D65 after Bradford; what sRGB cannot

@@ -158,6 +158,15 @@ const std::vector<std::string_view>& preset_names() {
     return names;
 }
 
+std::span<const WindowPreset> window_presets() {
+    static constexpr WindowPreset all[] = {
+        {"brain", 40, 80},       {"stroke", 40, 40},  {"subdural", 75, 215},
+        {"abdomen", 50, 400},    {"liver", 30, 150},  {"mediastinum", 50, 350},
+        {"lung", -600, 1500},    {"bone", 400, 1800}, {"temporal-bone", 600, 2800},
+        {"soft-tissue", 40, 375}};
+    return all;
+}
+
 std::optional<TransferFunction> preset(std::string_view name) {
     for (const Preset& entry : presets())
         if (entry.name == name)

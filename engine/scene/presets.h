@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,6 +22,14 @@ namespace palpate {
 //   ct-peer         the points that comparisons with VTK use
 //   mr              MR has no unit: values are stretched over `range`, here 0 .. 1000 at first
 const std::vector<std::string_view>& preset_names();
+
+// A window of CT by the name radiologists know, Hounsfield units.
+struct WindowPreset {
+    const char* name;
+    double level, width;
+};
+// Common settings (Radiopaedia, "Windowing (CT)"); hospitals differ by some tens of HU.
+std::span<const WindowPreset> window_presets();
 
 // Empty where there is no preset of that name. Opacities are per millimetre, as suits a body of
 // common size.

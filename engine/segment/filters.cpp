@@ -102,6 +102,9 @@ Result<BrickMaker> pad(const Volume& volume, const FilterValues& v, const Task&)
 Result<BrickMaker> flip(const Volume& volume, const FilterValues& v, const Task&) {
     return flip_bricks(volume, int(v.numbers[0]));
 }
+Result<BrickMaker> reorient(const Volume& volume, const FilterValues& v, const Task&) {
+    return reorient_bricks(volume, v.text);
+}
 Result<BrickMaker> to_spacing(const Volume& volume, const FilterValues& v, const Task&) {
     const double x = v.numbers[0];
     PALPATE_TRY(const Grid grid,
@@ -288,6 +291,15 @@ const std::vector<Filter>& table() {
          kSame,
          kBrick,
          flip,
+         nullptr},
+        {"reorient",
+         "Exchange and reverse axes so that they rise towards these sides of the patient, such as "
+         "LPS or RAS; the patient does not move",
+         "LETTERS",
+         {},
+         kSame,
+         kBrick,
+         reorient,
          nullptr},
         {"resample",
          "Other spacing on the same axes and box; y, z: 0 is as x",

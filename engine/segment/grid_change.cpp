@@ -1,6 +1,7 @@
 #include "engine/segment/grid_change.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/volume/box.h"
 #include "engine/volume/nearest_stored.h"
@@ -107,6 +108,69 @@ Result<BrickMaker> flip_bricks(const Volume& volume, int axis) {
                         b[axis] = kBrickSide - 1 - k;
                         std::swap(out[offset_in_brick(a)], out[offset_in_brick(b)]);
                     }
+            });
+        }};
+}
+
+Result<BrickMaker> reorient_bricks(const Volume& volume, std::string_view letters) {
+    constexpr std::string_view kLetters = "LRPASI"; // towards +x, -x, +y, -y, +z, -z of LPS
+    glm::ivec3 world(-1);
+    glm::dvec3 sign(0.0);
+    for (size_t i = 0; i < letters.size() && i < 3; ++i) {
+        const size_t at = kLetters.find(letters[i]);
+        world[int(i)] = at == std::string_view::npos ? -1 : int(at / 2);
+        sign[int(i)] = at % 2 == 0 ? 1.0 : -1.0;
+    }
+    if (letters.size() != 3 || glm::any(glm::lessThan(world, glm::ivec3(0))) ||
+        world.x == world.y || world.y == world.z || world.z == world.x)
+        return fail(
+            "expected three letters, one of L or R, P or A, S or I each, such as LPS, found '{}'",
+            letters);
+    // Which index axis becomes each axis of the result: the order in which they agree best.
+    const Grid& grid = volume.grid();
+    glm::ivec3 from(0, 1, 2), best = from;
+    double most = -1.0;
+    do {
+        double agreement = 0.0;
+        for (int a = 0; a < 3; ++a)
+            agreement +=
+                std::abs(glm::normalize(glm::dvec3(grid.world_from_index[from[a]]))[world[a]]);
+        if (agreement > most) {
+            most = agreement;
+            best = from;
+        }
+    } while (std::next_permutation(&from.x, &from.x + 3));
+    from = best;
+    glm::bvec3 reversed;
+    glm::ivec3 end(0);
+    Grid made = grid;
+    for (int a = 0; a < 3; ++a) {
+        const glm::dvec4 column = grid.world_from_index[from[a]];
+        reversed[a] = column[world[a]] * sign[a] < 0.0;
+        end[from[a]] = reversed[a] ? int(grid.size[from[a]]) - 1 : 0;
+        made.world_from_index[a] = reversed[a] ? -column : column;
+        made.size[a] = grid.size[from[a]];
+    }
+    made = Grid{made.size, made.world_from_index};
+    made.world_from_index[3] = grid.world_from_index * glm::dvec4(glm::dvec3(end), 1.0);
+    return BrickMaker{
+        made, volume.type(), [volume, from, reversed, size = made.size](glm::uvec3 at) {
+            return brick_from(volume.type(), at, size, [&](glm::ivec3 first, auto* out) {
+                using T = std::remove_pointer_t<decltype(out)>;
+                glm::ivec3 box(0); // where the samples of the brick begin in the input
+                for (int a = 0; a < 3; ++a)
+                    box[from[a]] =
+                        reversed[a] ? int(size[a]) - first[a] - int(kBrickSide) : first[a];
+                thread_local std::vector<T> samples(kBrickSamples);
+                read_box(volume, box, kWhole, packed(glm::uvec3(kWhole)), samples.data());
+                glm::uvec3 i, in;
+                for (i.z = 0; i.z < kBrickSide; ++i.z)
+                    for (i.y = 0; i.y < kBrickSide; ++i.y)
+                        for (i.x = 0; i.x < kBrickSide; ++i.x) {
+                            for (int a = 0; a < 3; ++a)
+                                in[from[a]] = reversed[a] ? kBrickSide - 1 - i[a] : i[a];
+                            out[offset_in_brick(i)] = samples[offset_in_brick(in)];
+                        }
             });
         }};
 }

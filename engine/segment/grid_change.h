@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string_view>
+
 #include "engine/segment/brick_maker.h"
 
 // Filters that change which samples a volume has. The patient does not move: world_from_index
@@ -17,5 +19,11 @@ Result<BrickMaker> pad_bricks(const Volume& volume, glm::ivec3 before, glm::ivec
 
 // The order of samples along an index axis, 0 .. 2, reversed.
 Result<BrickMaker> flip_bricks(const Volume& volume, int axis);
+
+// Axes exchanged and reversed, so that they rise towards the sides of the patient that three
+// letters name, one of L or R, P or A, S or I each: "LPS" as in DICOM, "RAS" as nibabel says it.
+// Each axis goes to the letter to which it points most, all three together: turned grids stay
+// turned.
+Result<BrickMaker> reorient_bricks(const Volume& volume, std::string_view letters);
 
 } // namespace palpate

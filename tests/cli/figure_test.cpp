@@ -177,7 +177,7 @@ TEST_F(FigureCommand, ATurntableWritesEveryFrameOfATurn) {
 
     EXPECT_THAT(render("one.png", {"--turntable", "4"}).messages, HasSubstr("a name with ####"));
     EXPECT_THAT(render("f_#.png", {"--turntable", "11"}).messages,
-                HasSubstr("expected 2 # for 11 pictures, found 1"));
+                HasSubstr("expected 2 digits for 11 pictures, found 1"));
     EXPECT_THAT(render("m.mp4", {}).messages, HasSubstr("a movie needs --turntable"));
     EXPECT_EQ(render("f_#.png", {"--turntable", "3", "--frames", "3"}).exit_code, 2);
 }

@@ -13,7 +13,8 @@
 namespace palpate {
 namespace {
 
-const std::set<std::string_view> kOtherGrids{"crop", "pad", "flip", "resample", "resample-like"};
+const std::set<std::string_view> kOtherGrids{"crop",     "pad",      "flip",
+                                             "reorient", "resample", "resample-like"};
 
 class EveryFilter : public TemporaryFolder, public testing::WithParamInterface<size_t> {
  protected:

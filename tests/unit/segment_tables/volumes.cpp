@@ -95,6 +95,7 @@ std::vector<FilterUse> uses_of(const Filter& filter, const std::map<std::string,
         const std::map<std::string, std::string> texts{
             {"expression", "where(has(b) && a > 2, a - 2*b, sqrt(abs(a)))"},
             {"mask", "b,5"},
+            {"reorient", "SLA"},
             {"resample-like", "other,cubic"}};
         return {{name, {{}, texts.at(name), &others}}};
     }
