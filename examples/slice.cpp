@@ -10,6 +10,7 @@
 #include "engine/image/png.h"
 #include "engine/io/volume_io.h"
 #include "engine/render/renderer.h"
+#include "engine/session/default_scene.h"
 
 using namespace palpate;
 
@@ -30,7 +31,8 @@ Result<void> draw(const char* file, const char* picture) {
     Scene scene;
     scene.size_px = {256, 256};
     scene.slices = {{.point_mm = center_mm(grid), .normal = {0, 0, 1}}};
-    scene.slice_transfer = window_function(range.min, range.max, 1.0);
+    const LoadedScene told{.data = {volume, {}, {}}, .modality = loaded->modality};
+    scene.slice_transfer = default_slice_transfer(told); // soft tissue for CT
     scene.camera = {.projection = Projection::orthographic,
                     .eye_mm = center_mm(grid) - glm::dvec3(0, 0, across_mm),
                     .target_mm = center_mm(grid),
@@ -39,7 +41,7 @@ Result<void> draw(const char* file, const char* picture) {
 
     GpuDevice device(DeviceOptions{});
     Renderer renderer(device);
-    const Result<Frame> frame = renderer.render(scene, {volume, {}, {}});
+    const Result<Frame> frame = renderer.render(scene, told.data);
     if (!frame)
         return fail("{}", frame.error().message);
     return save_png(picture, frame->eyes.at(0));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -15,6 +16,7 @@
 #include "apps/palpate/output.h"
 #include "apps/palpate/program.h"
 #include "apps/version/version.h"
+#include "engine/base/json_value.h"
 #include "engine/base/log.h"
 #include "engine/base/printable.h"
 #include "engine/base/profile.h"
@@ -57,6 +59,29 @@ CLI::RequiredError with_unknown_word(const CLI::App& app, const CLI::RequiredErr
             CLI::ExitCodes::RequiredError};
 }
 
+// The first option or word that no command takes, in the order of the command line, and the option
+// that it resembles.
+CLI::ExtrasError with_nearest_option(const CLI::App& app) {
+    const std::vector<std::string> words = app.remaining(true);
+    const auto is_option = [](const std::string& word) { return word.starts_with("-"); };
+    const auto option = std::find_if(words.begin(), words.end(), is_option);
+    const std::string found = option != words.end() ? *option : words.front();
+    const std::vector<CLI::App*> subs = app.get_subcommands();
+    const CLI::App& command = subs.empty() ? app : *subs.front();
+    std::vector<std::string_view> known;
+    for (const CLI::App* owner : {&command, &app})
+        for (const CLI::Option* each : owner->get_options())
+            for (const std::string& name : each->get_lnames())
+                known.push_back(name);
+    const size_t begin = std::min(found.find_first_not_of('-'), found.size());
+    const std::string bare = found.substr(begin, found.find('=', begin) - begin);
+    const std::string_view near = nearest_name(bare, known);
+    return {
+        fmt::format("expected an option or a value of palpate {}, found '{}'{}", command.get_name(),
+                    found, near.empty() ? "" : fmt::format("; did you mean --{}?", near)),
+        CLI::ExitCodes::ExtrasError};
+}
+
 // Before the work: no file that is written is named by two options, and each can be.
 Result<void> expect_files(const Command& command, const std::string& trace) {
     std::vector<NamedFile> files = command.files();
@@ -97,14 +122,19 @@ int run_program(int argc, char** argv, std::span<const ProgramCommand> commands)
     const auto tell = [&](const CLI::Error& error) {
         std::ostringstream out, messages; // they quote the words of the command line
         const int code = app.exit(error, out, messages);
-        std::cerr << printable_lines(messages.str());
+        std::cerr << (code != 0 ? "palpate: error: " : "") << printable_lines(messages.str());
         const Result<void> printed = print_text(out.str());
         return code != 0 ? 2 : printed ? 0 : 1;
     };
     try {
         app.parse(argc, argv);
     } catch (const CLI::RequiredError& error) {
+        // An option that is required may be missing because it is misspelt.
+        if (!app.get_subcommands().empty() && !app.remaining(true).empty())
+            return tell(with_nearest_option(app));
         return tell(with_unknown_word(app, error, commands));
+    } catch (const CLI::ExtrasError&) {
+        return tell(with_nearest_option(app));
     } catch (const CLI::ParseError& error) {
         return tell(error);
     }

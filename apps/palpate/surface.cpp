@@ -225,6 +225,7 @@ Result<Json> decimated(const SurfaceCommand& options, Mesh& mesh, const std::sto
         wanted.error_mm = options.decimate_mm;
     if (!options.decimate_to.empty())
         wanted.least_triangles = triangle_count(options.decimate_to, before).value();
+    log::info("making {} triangles fewer: one to three minutes a million", before);
     PALPATE_TRY(Decimated found, decimate(mesh, wanted));
     warn_of_little_gain(options, wanted.least_triangles, before, found);
     mesh = std::move(found.mesh);
@@ -391,7 +392,8 @@ Command add_surface(CLI::App& app) {
     app.add_option("--decimate", o->decimate_mm,
                    "Fewer triangles, with no point of either surface farther from the other than "
                    "this, in mm (default: all triangles)")
-        ->check(positive());
+        ->check(positive())
+        ->type_name("MM");
     app.add_option("--decimate-to", o->decimate_to,
                    "Fewer triangles: a share such as 50%, or a number, at the smallest distance; "
                    "with --decimate a lower limit (default: all triangles)")

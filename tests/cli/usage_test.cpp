@@ -20,6 +20,9 @@ struct Misuse {
 };
 
 const Misuse kMisuses[] = {
+    {"render", {"--mod", "mip"}, "found '--mod'; did you mean --mode?"},
+    {"surface", {"--decimat=0.5"}, "found '--decimat=0.5'; did you mean --decimate?"},
+    {"filter", {"gausian"}, "found 'gausian'; did you mean --gaussian?"},
     {"render", {"--slice", "diagonal"}, "--slice: expected axial, coronal or sagittal"},
     {"render", {"--slice", "axial:"}, "--slice: expected axial or axial:MM, found 'axial:'"},
     {"render", {"--slice", "axial:1,2"}, "--slice: expected axial or axial:MM"},
@@ -102,6 +105,7 @@ class Usage : public ProgramTest {
             {"compare", {volume, volume}},
             {"convert", {volume, out + ".nrrd"}},
             {"info", {volume}},
+            {"filter", {volume, "-o", out + ".nrrd"}},
             {"edit", {volume, out + ".jsonl", "-o", out + ".nrrd"}},
             {"bench", {"speed", "-o", out}}};
         return words.at(command);
