@@ -19,10 +19,12 @@
 #include "apps/palpate/touch_run.h"
 #include "apps/palpate/touch_strokes.h"
 #include "bench/page/touch_page.h"
+#include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/io/scene_data.h"
 #include "engine/io/volume_io.h"
 #include "engine/session/project_description.h"
+#include "engine/session/touch_json.h"
 #include "engine/volume/changes.h"
 #include "haptics/servo/touch_log.h"
 
@@ -46,6 +48,7 @@ struct TouchOptions {
     PathOptions motion;
     double iso = NAN, radius_mm = 0, stiffness = 500, damping = 0, yield_n = 0, viscosity = 0;
     double drill_threshold_mm = TouchParameters().drill_threshold_mm;
+    double vibration_n = 0, surface_delay_s = TouchParameters().surface_delay_s;
     std::vector<double> friction{0.0};
     uint32_t samples = 340, delay = 0;
     double rate_hz = 1000, scale = 0;
@@ -55,7 +58,7 @@ struct TouchOptions {
 };
 
 bool edits(const TouchOptions& o) {
-    return !o.feel.edit.empty() || o.feel.drill_mm > 0.0;
+    return !o.feel.edit.empty() || o.feel.drill_mm > 0.0 || !o.feel.second_edit.empty();
 }
 
 // Its distance from the surface begins to remove material, and no button.
@@ -91,18 +94,38 @@ Result<LoadedScene> load_touched(const TouchOptions& o, const Interrupt& interru
     return scene;
 }
 
-// Of the options; where SCENE is a project, its own but for the options that are given.
+// The key "touch" of a scene file; nothing where it has none.
+Result<std::optional<TouchParameters>> touch_of_scene_file(const std::string& path, double iso) {
+    PALPATE_TRY(const std::string text, load_text(path));
+    PALPATE_TRY(const Json json, parse_json(text, path));
+    JsonErrors errors{path, {}};
+    const JsonValue scene(json, "", errors);
+    const auto touch = scene.find("touch");
+    if (!touch)
+        return std::optional<TouchParameters>();
+    TouchParameters own = read_touch_parameters(*touch);
+    if (!touch->find("iso"))
+        own.iso = iso;
+    if (errors.first)
+        return tl::unexpected(*errors.first);
+    return std::optional(own);
+}
+
+// Of the options; where SCENE has its own, these but for the options that are given.
 Result<TouchParameters> parameters_of(const TouchOptions& o, const LoadedScene& scene,
                                       const CLI::App& app) {
     const bool is_project = Project::is_one(o.scene);
-    TouchParameters p;
+    std::optional<TouchParameters> own;
     if (is_project) {
         PALPATE_TRY(const ProjectDescription read,
                     read_project_description(project_folder(o.scene)));
-        p = read.touch;
+        own = read.touch;
+    } else if (is_scene_file(o.scene)) {
+        PALPATE_TRY(own, touch_of_scene_file(o.scene, default_iso(scene)));
     }
+    TouchParameters p = own.value_or(TouchParameters());
     const auto set = [&](const char* option, auto& member, auto value) {
-        if (!is_project || app.count(option) > 0)
+        if (!own || app.count(option) > 0)
             member = value;
     };
     set("--iso", p.iso, std::isnan(o.iso) ? default_iso(scene) : o.iso);
@@ -115,6 +138,8 @@ Result<TouchParameters> parameters_of(const TouchOptions& o, const LoadedScene& 
     set("--yield", p.yield_n, o.yield_n);
     set("--viscosity", p.viscosity_n_s_per_m, o.viscosity);
     set("--drill-threshold", p.drill_threshold_mm, o.drill_threshold_mm);
+    set("--vibration", p.vibration_n, o.vibration_n);
+    set("--surface-delay", p.surface_delay_s, o.surface_delay_s);
     return p;
 }
 
@@ -145,7 +170,7 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
                has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
     const IdleOptions idle[] = {
         {o.motion.live, {"--real-time"}, "--live runs on the wall clock"},
-        {!is_sphere && name != "eriksson-2006",
+        {!is_sphere && !name.starts_with("eriksson-2006"),
          {"--radius"},
          "of swept-tool, vidholm-2004 and eriksson-2006"},
         {!is_sphere, {"--samples"}, "of swept-tool and vidholm-2004"},
@@ -162,9 +187,19 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
          "a trajectory presses no button"},
         {!drills_by_itself(o), {"--drill-threshold"}, "of drill-three-step"},
         {name == "none",
-         {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source"},
+         {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source",
+          "--vibration"},
          "with --algorithm none"},
         {name != "none" && !name.starts_with("swept-"), {"--viscosity"}, "of swept-*"},
+        {name != "none" && !name.starts_with("swept-") && !name.starts_with("eriksson-2006"),
+         {"--vibration"},
+         "of swept-* and eriksson-2006"},
+        {name != "none" && !edits(o), {"--vibration"}, "nothing is removed without an edit"},
+        {name != "koerner-1999", {"--surface-delay"}, "of koerner-1999"},
+        {name != "none" && !name.starts_with("swept-") && name != "vidholm-2004",
+         {"--yield"},
+         "of swept-* and vidholm-2004; --transfer is the T0 of wish-2008-*"},
+        {o.feel.second_edit.empty(), {"--second-tool"}, "without --second-edit"},
         {source == haptics::TouchSource::labels, {"--iso"}, "labels are felt"},
         {source != haptics::TouchSource::labels, {"--label-feel"}, "grey values are felt"},
         {is_sphere && o.feel.felt_tool.empty() && o.radius_mm == 0.0,
@@ -280,6 +315,10 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     SessionSetup session =
         project ? setup_in_project(std::move(project->setup), std::move(felt), *feel.edit)
                 : std::move(felt);
+    if (feel.second_edit) {
+        feel.second_edit->on = feel.edit->on;
+        feel.second_edit->guide = feel.edit->guide;
+    }
     const Volume before =
         feel.edit ? *session.document.find(feel.edit->on) : session.document.first();
     if (!o.output.empty())
@@ -292,6 +331,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     const auto show = [&](double share) { progress.show(share); };
     TouchRunSetup setup{.session = std::move(session),
                         .edit = std::move(feel.edit),
+                        .second_edit = std::move(feel.second_edit),
                         .algorithm = *algorithm,
                         .path = path,
                         .device = *device,
@@ -365,7 +405,8 @@ Command add_touch(CLI::App& app) {
         ->expected(1, 2)
         ->check(within(0.0, Most::friction));
     app.add_option("--yield", o->yield_n,
-                   "T0, the force above which material yields, N; 0 is never")
+                   "T0, the force above which material yields, N; 0 is never, also where a print's "
+                   "rule would make it no resistance")
         ->check(within(0.0, Most::force_n))
         ->capture_default_str();
     app.add_option(
@@ -373,6 +414,14 @@ Command add_touch(CLI::App& app) {
            "Of drill-three-step: distance from the surface to the hand above which material "
            "is removed, mm")
         ->check(within(0.0, Most::drill_mm))
+        ->capture_default_str();
+    app.add_option("--vibration", o->vibration_n,
+                   "Amplitude of the vibration while the tool removes or adds material, N")
+        ->check(within(0.0, Most::force_n))
+        ->capture_default_str();
+    app.add_option("--surface-delay", o->surface_delay_s,
+                   "Of koerner-1999: time until another thread has made the local surface, s")
+        ->check(within(0.0, Most::delay_s))
         ->capture_default_str();
     app.add_option("--viscosity", o->viscosity, "N s/m")
         ->check(within(0.0, Most::damping_n_s_per_m))

@@ -150,9 +150,15 @@ Result<Volume> load_component(const std::string& name, std::stop_token stop) {
     return std::move(loaded.data.volume);
 }
 
-Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& feel) {
+// `option` names what the operation `text` and the tool are of; a drill is a ball that cuts.
+struct EditTexts {
+    const char* option;
+    const std::string &operation, &tool;
+    double drill_mm = 0.0;
+};
+Result<std::optional<EditSetup>> read_edit(const EditTexts& o, const Feel& feel) {
     std::optional<EditSetup> edit;
-    if (o.edit.empty() && o.drill_mm == 0.0)
+    if (o.operation.empty() && o.drill_mm == 0.0)
         return edit;
     edit.emplace();
     if (o.drill_mm > 0.0) {
@@ -160,9 +166,9 @@ Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& fee
         edit->tool.shape = make_ball(o.drill_mm);
         edit->shape = Json{{"kind", "ball"}, {"radius_mm", o.drill_mm}};
     } else {
-        Result<Said<Operation>> operation = read_touch_operation(o.edit);
+        Result<Said<Operation>> operation = read_touch_operation(o.operation);
         if (!operation)
-            return fail("--edit: {}", operation.error().message);
+            return fail("{}: {}", o.option, operation.error().message);
         edit->operation = std::move(operation->value);
     }
     if (!o.tool.empty()) {
@@ -172,12 +178,12 @@ Result<std::optional<EditSetup>> read_edit(const FeelOptions& o, const Feel& fee
     }
     const bool labels = edit->operation.on_labels();
     if (labels && !feel.scene.labels)
-        return fail("--edit: '{}' is for labels; expected --labels, or labels as SCENE",
+        return fail("{}: '{}' is for labels; expected --labels, or labels as SCENE", o.option,
                     name_of(edit->operation.kind));
     Result<void> possible = check(edit->operation, labels ? *feel.scene.labels : *feel.scene.grey,
                                   labels ? &*feel.scene.grey : nullptr);
     if (!possible)
-        return fail("--edit: {}", possible.error().message);
+        return fail("{}: {}", o.option, possible.error().message);
     edit->operation = settled(std::move(edit->operation), *feel.scene.grey);
     return edit;
 }
@@ -227,6 +233,11 @@ constexpr TextOption kTextOptions[] = {
      "(docs/reference/strokes.md; default: a ball of --radius)"},
     {"--tool", &FeelOptions::tool, "JSON",
      "Tool shape of --edit, likewise (default: the ball of --drill)"},
+    {"--second-tool", &FeelOptions::second_tool, "JSON",
+     "Tool shape of --second-edit, likewise (default: --tool, or the ball of --drill)"},
+    {"--second-edit", &FeelOptions::second_edit, "JSON",
+     "Operation of the tool while button 1 is pressed, as of --edit and on the same data: to add "
+     "what --edit removes, say (default: nothing)"},
     {"--edit", &FeelOptions::edit, "JSON",
      "Operation of the tool while button 0 is pressed: JSON or a JSON file, as a stroke's "
      "\"operation\"; cut and mill without to_value leave the volume's lowest value (default: "
@@ -239,8 +250,11 @@ void append_files(const FeelOptions& o, std::vector<NamedFile>& files) {
     files.push_back({"--mesh", o.mesh});
     for (const std::string& component : o.field)
         files.push_back({"--field", component});
-    for (const auto& [option, value] :
-         {std::pair("--felt-tool", &o.felt_tool), {"--tool", &o.tool}, {"--edit", &o.edit}})
+    for (const auto& [option, value] : {std::pair("--felt-tool", &o.felt_tool),
+                                        {"--tool", &o.tool},
+                                        {"--edit", &o.edit},
+                                        {"--second-tool", &o.second_tool},
+                                        {"--second-edit", &o.second_edit}})
         if (!is_json(*value))
             files.push_back({option, *value});
 }
@@ -266,9 +280,10 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
     for (const char* force : {"--transfer", "--transfer-across"})
         app.get_option(force)->check(readable(read_force));
     app.get_option("--opacity")->check(readable(read_opacity));
-    for (const char* tool : {"--tool", "--felt-tool"})
+    for (const char* tool : {"--tool", "--second-tool", "--felt-tool"})
         app.get_option(tool)->check(readable_json(read_touch_tool));
-    app.get_option("--edit")->check(readable_json(read_touch_operation));
+    for (const char* edit : {"--edit", "--second-edit"})
+        app.get_option(edit)->check(readable_json(read_touch_operation));
     app.add_option(
            "--drill", o.drill_mm,
            "Cut with a ball of this radius, mm, to the volume's lowest value; 0: do not cut")
@@ -283,8 +298,18 @@ Result<void> check_together(const FeelOptions& o, const std::string& algorithm) 
                     haptics::TouchParameters::kMostLabels, o.label_feel.size());
     if (!o.edit.empty() && o.tool.empty())
         return fail("--edit: needs a --tool");
-    if ((!o.edit.empty() || o.drill_mm > 0.0) && algorithm == "swept-mesh")
-        return fail("--edit: swept-mesh feels a mesh, which an edit of the volume does not change");
+    if (!o.second_edit.empty() && o.edit.empty() && o.drill_mm == 0.0)
+        return fail("--second-edit: needs an --edit or a --drill of the first button");
+    if (!o.label_feel.empty() && !algorithm.starts_with("swept-") && algorithm != "none")
+        return fail(
+            "--label-feel: {} feels all labels alike; expected --algorithm swept-point, "
+            "swept-tool, "
+            "swept-local or swept-mesh",
+            algorithm);
+    if ((!o.edit.empty() || o.drill_mm > 0.0) && !o.mesh.empty())
+        return fail(
+            "--edit: changes the volume, and swept-mesh feels the mesh of --mesh; leave out --mesh "
+            "to feel the volume's own surface");
     return {};
 }
 
@@ -294,7 +319,17 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     const std::string_view name = algorithm.name;
     Feel feel = felt_by_default(loaded);
     feel.parameters = std::move(parameters);
-    PALPATE_TRY(feel.edit, read_edit(o, feel));
+    PALPATE_TRY(feel.edit, read_edit({"--edit", o.edit, o.tool, o.drill_mm}, feel));
+    const std::string& second_tool = o.second_tool.empty() ? o.tool : o.second_tool;
+    PALPATE_TRY(feel.second_edit, read_edit({"--second-edit", o.second_edit, second_tool}, feel));
+    if (feel.second_edit &&
+        feel.edit->operation.on_labels() != feel.second_edit->operation.on_labels())
+        return fail("--second-edit: '{}' and --edit's '{}' change different data",
+                    name_of(feel.second_edit->operation.kind), name_of(feel.edit->operation.kind));
+    if (feel.second_edit && second_tool.empty()) { // the ball of --drill
+        feel.second_edit->tool = feel.edit->tool;
+        feel.second_edit->shape = feel.edit->shape;
+    }
     if (!o.label_feel.empty())
         feel.parameters.label_count = 0;
     for (const std::string& text : o.label_feel)

@@ -90,7 +90,7 @@ Result<bool> run_opened(Live& live, HapticDevice& device, const std::stop_token&
     SessionDevice touched{recorder,
                           live.setup.algorithm,
                           live.workspace,
-                          Servo::Options{.rate_hz = live.setup.rate_hz},
+                          servo_options(live.setup),
                           {std::as_bytes(std::span(live.ticks))},
                           {},
                           /*armed=*/false};
@@ -155,6 +155,8 @@ Result<TouchRun> run_touch_live(TouchRunSetup setup, const Grid& grid, double du
     const size_t begun = session.state().strokes_done;
     if (setup.edit)
         session.use(*setup.edit);
+    if (setup.second_edit)
+        session.use(*setup.second_edit, 1);
     const Workspace workspace(setup.path.poses().front().tool.position_mm, scale);
     Live live{.setup = setup,
               .workspace = workspace,

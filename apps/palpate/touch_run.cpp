@@ -126,8 +126,9 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
     const size_t begun = session.state().strokes_done;
     if (setup.edit)
         session.use(*setup.edit);
-    SessionDevice touched{
-        recorder, setup.algorithm, workspace, Servo::Options{.rate_hz = setup.rate_hz}, {}, {}};
+    if (setup.second_edit)
+        session.use(*setup.second_edit, 1);
+    SessionDevice touched{recorder, setup.algorithm, workspace, servo_options(setup), {}, {}};
     touched.hung = end_where_device_hangs(setup.device.name);
     PALPATE_TRY(setup.real_time ? run_by_clock(session, touched, run.ticks, count, stop, progress)
                                 : run_by_ticks(session, touched, run, recorder, count, period_ns,

@@ -17,7 +17,8 @@ namespace palpate {
 // The run of `palpate touch`.
 struct TouchRunSetup {
     SessionSetup session;
-    std::optional<EditSetup> edit; // while button 0 is pressed
+    std::optional<EditSetup> edit;        // while button 0 is pressed
+    std::optional<EditSetup> second_edit; // while button 1 is
     const haptics::AlgorithmEntry& algorithm;
     haptics::HandPath path;
     haptics::DeviceEntry device;
@@ -27,6 +28,14 @@ struct TouchRunSetup {
     uint32_t delay_ticks = 0;
     bool real_time = false;
 };
+
+// Button 1 is the second one where it does something.
+inline haptics::Servo::Options servo_options(const TouchRunSetup& setup) {
+    haptics::Servo::Options options{.rate_hz = setup.rate_hz};
+    if (setup.second_edit)
+        options.second_button = 1;
+    return options;
+}
 
 struct TouchRun {
     std::vector<haptics::ServoTick> ticks;

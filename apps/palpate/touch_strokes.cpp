@@ -43,6 +43,7 @@ SessionSetup setup_in_project(SessionSetup project, SessionSetup felt, EditSetup
     edit.guide = on_labels ? project.grey : "";
     project.touch = std::move(felt.touch);
     project.parameters = felt.parameters;
+    project.felt_surface = std::move(felt.felt_surface);
     return project;
 }
 

@@ -272,13 +272,14 @@ StereoSettings read_stereo(const JsonValue& in) {
 }
 
 void read_scene(const JsonValue& in, SceneFile& file) {
-    if (!in.only_keys({"volume",        "labels",         "fused",           "overlay",
-                       "frame",         "series",         "resample_slices", "size_px",
-                       "background",    "camera",         "stereo",          "mirror",
-                       "ray_cast",      "slices",         "slice_transfer",  "clip_planes",
-                       "label_layer",   "fusion_layer",   "overlay_layer",   "surfaces",
-                       "surface_depth", "value_and_depth"}))
+    if (!in.only_keys(
+            {"volume",        "labels",          "fused",        "overlay",       "frame",
+             "series",        "resample_slices", "size_px",      "background",    "camera",
+             "stereo",        "mirror",          "ray_cast",     "slices",        "slice_transfer",
+             "clip_planes",   "label_layer",     "fusion_layer", "overlay_layer", "surfaces",
+             "surface_depth", "value_and_depth", "touch"}))
         return;
+    // "touch": haptic parameters (docs/reference/scene.md), of which pictures read nothing.
     Scene& scene = file.scene;
     in.take("volume", file.volume);
     in.take("labels", file.labels);

@@ -97,14 +97,20 @@ haptics::HapticTransfer opacity_to_touch(const TransferFunction& function) {
 }
 
 void add_felt_mesh(Feel& feel, std::shared_ptr<const Mesh> mesh) {
-    const bool labels = feel.parameters.source == TouchSource::labels;
-    if (!mesh)
-        mesh = std::make_shared<const Mesh>(haptics::touch_surface(
-            labels ? *feel.scene.labels : *feel.scene.grey, feel.parameters));
     const glm::dvec3 spacing = spacing_mm(feel.scene.grey->grid());
+    const double cell_mm = 0.5 * std::cbrt(spacing.x * spacing.y * spacing.z);
+    const bool labels = feel.parameters.source == TouchSource::labels;
+    const Volume& felt = labels ? *feel.scene.labels : *feel.scene.grey;
+    if (!mesh && feel.edit) {
+        feel.surface = std::make_shared<haptics::TouchSurface>(felt, feel.parameters);
+        feel.scene.touch_mesh = feel.surface->mesh();
+        feel.scene.mesh = feel.scene.touch_mesh->mesh;
+        return;
+    }
+    if (!mesh)
+        mesh = std::make_shared<const Mesh>(haptics::touch_surface(felt, feel.parameters));
     feel.scene.mesh = mesh;
-    feel.scene.touch_mesh =
-        haptics::make_touch_mesh(mesh, 0.5 * std::cbrt(spacing.x * spacing.y * spacing.z));
+    feel.scene.touch_mesh = haptics::make_touch_mesh(mesh, cell_mm);
 }
 
 SessionSetup session_setup(Feel& feel) {
@@ -122,15 +128,17 @@ SessionSetup session_setup(Feel& feel) {
         labels_name = "labels";
         document = with_volume(document, {labels_name, VolumeKind::labels, *feel.scene.labels});
     }
-    if (feel.edit) {
-        feel.edit->on = "volume";
-        feel.edit->guide = on_labels ? grey_name : "";
-    }
+    for (std::optional<EditSetup>* edit : {&feel.edit, &feel.second_edit})
+        if (*edit) {
+            (*edit)->on = "volume";
+            (*edit)->guide = on_labels ? grey_name : "";
+        }
     return {.document = std::move(document),
             .grey = grey_name,
             .labels = labels_name,
             .touch = feel.scene,
-            .parameters = feel.parameters};
+            .parameters = feel.parameters,
+            .felt_surface = feel.surface};
 }
 
 } // namespace palpate

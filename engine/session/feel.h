@@ -13,6 +13,8 @@ struct Feel {
     haptics::TouchScene scene;           // with values; labels are those of a label map
     haptics::TouchParameters parameters; // by what is felt: see the functions below
     std::optional<EditSetup> edit;       // what the tool does while the button is pressed
+    std::shared_ptr<haptics::TouchSurface> surface{}; // of add_felt_mesh(), where it follows edits
+    std::optional<EditSetup> second_edit{};           // and another while the second one is
 };
 
 // By default a hand feels a scene's values, solid from default_iso() on, and its labels. A
@@ -32,7 +34,8 @@ haptics::TouchSource default_source(const Feel& feel);
 // function least where they are.
 haptics::HapticTransfer opacity_to_touch(const TransferFunction& function);
 
-// Adds a mesh for the algorithms that feel one; null: the surface of the felt values or labels.
+// Adds a mesh for the algorithms that feel one; null: the surface of the felt values or labels,
+// which follows them where they are edited.
 void add_felt_mesh(Feel& feel, std::shared_ptr<const Mesh> mesh = nullptr);
 
 // A session on what is felt. Its first volume, "volume", is the one that is edited, and the setup

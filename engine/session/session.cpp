@@ -64,6 +64,9 @@ Session::Session(SessionSetup setup)
       bridge_parameters_(parameters_.add_reader()),
       bridge_sources_(sources_.add_reader()),
       mesher_sources_(sources_.add_reader()),
+      felt_surface_(std::move(setup.felt_surface)),
+      felt_mesh_(sources_.latest().touch.touch_mesh),
+      first_felt_mesh_(felt_mesh_),
       mesh_iso_(setup.mesh_iso.value_or(NAN)) {
     if (!threaded_)
         return;
@@ -350,6 +353,15 @@ bool Session::publish_felt() {
         return false;
     const TouchScene& now = felt_.latest();
     TouchScene next = felt_scene(*sources, sources.epoch() - 1, pin->document, pin->snapshot);
+    if (felt_surface_ && next.touch_mesh == first_felt_mesh_) {
+        const std::optional<Volume>& volume =
+            parameters_.latest().source == TouchSource::labels ? next.labels : next.grey;
+        if (volume && volume->version() != felt_surface_->volume().version()) {
+            felt_surface_->follow(*volume);
+            felt_mesh_ = felt_surface_->mesh();
+        }
+        next.touch_mesh = felt_mesh_;
+    }
     if (chosen || !same(now.grey, next.grey) || !same(now.labels, next.labels))
         felt_.publish(std::make_unique<const TouchScene>(std::move(next)));
     bridged_ = pin->snapshot;

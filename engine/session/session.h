@@ -17,6 +17,7 @@
 #include "engine/session/kept.h"
 #include "engine/surface/block_surface.h"
 #include "haptics/proxy/algorithms.h"
+#include "haptics/proxy/swept_mesh.h"
 #include "haptics/servo/brick_lock.h"
 #include "haptics/servo/servo_thread.h"
 
@@ -49,6 +50,9 @@ struct SessionSetup {
     haptics::TouchScene touch; // SessionSources
     haptics::TouchParameters parameters;
     Kept kept;
+    // Of the felt volume, for an algorithm that feels a mesh: touch.touch_mesh is its mesh, and
+    // follows what is edited. Null: that stays as it is.
+    std::shared_ptr<haptics::TouchSurface> felt_surface{};
     std::optional<float> mesh_iso; // of the grey volume's surface, kept up to date; none: none
     EditorOptions edit;            // threaded: whether the session has threads at all
 };
@@ -249,6 +253,8 @@ class Session {
     std::atomic<uint64_t> bridged_{0};         // the snapshot that felt_ has got to
     std::atomic<uint64_t> bridged_sources_{1}; // and the epoch of sources_
     haptics::BrickLock bricks_;
+    std::shared_ptr<haptics::TouchSurface> felt_surface_;
+    std::shared_ptr<const haptics::TouchMesh> felt_mesh_, first_felt_mesh_; // of felt_surface_
 
     std::mutex mesh_mutex_; // of what follows
     std::optional<BlockSurface> surface_;

@@ -215,6 +215,7 @@ struct ErikssonState {
     uint64_t random = 1;
 };
 
+template <bool kLiteral>
 TickOutput eriksson_tick(ErikssonState& state, const TickInput& input) noexcept {
     const Source source = source_of(input);
     if (!is_sane(input) || !source.volume)
@@ -241,13 +242,14 @@ TickOutput eriksson_tick(ErikssonState& state, const TickInput& input) noexcept 
     dvec3 p = last + a3 * unit_or_zero(n2);
 
     // Steps of 0.1 samples, at most 20, until the surface is crossed; then the line between the
-    // last two. The print says +n inside, where its gradient would lead deeper: towards lower
-    // density is meant.
+    // last two. The print says +n inside, where its gradient leads deeper: towards lower density is
+    // meant.
     const double iso = source.iso;
     double value = value_at(source, to_index, p);
     const dvec3 n3 = unit_or_zero(gradient_at(source, to_index, p));
-    const dvec3 step = 0.1 * smallest_spacing_mm(source.volume->grid()) * (value >= iso ? -n3 : n3);
     const bool was_inside = value >= iso;
+    const dvec3 step =
+        0.1 * smallest_spacing_mm(source.volume->grid()) * (was_inside != kLiteral ? -n3 : n3);
     uint32_t iterations = 0;
     for (; iterations < 20; ++iterations) {
         const dvec3 next = p + step;
@@ -293,7 +295,10 @@ std::unique_ptr<Algorithm> make_wish_2008_vector() {
     return make_algorithm_of<WishState, wish_tick<WishMode::vector>>();
 }
 std::unique_ptr<Algorithm> make_eriksson_2006() {
-    return make_algorithm_of<ErikssonState, eriksson_tick>();
+    return make_algorithm_of<ErikssonState, eriksson_tick<false>>();
+}
+std::unique_ptr<Algorithm> make_eriksson_2006_literal() {
+    return make_algorithm_of<ErikssonState, eriksson_tick<true>>();
 }
 
 } // namespace palpate::haptics

@@ -38,6 +38,8 @@ constexpr AlgorithmEntry kAlgorithms[] = {
      make_wish_2008_vector},
     {"eriksson-2006", "tangential-then-normal milling proxy (Eriksson et al. 2006)", true,
      make_eriksson_2006},
+    {"eriksson-2006-literal", "the same with the sign of the print", true,
+     make_eriksson_2006_literal},
     {"koerner-1999", "intermediate local surface of 7x7x7 samples (Koerner et al. 1999)", true,
      make_koerner_1999},
     {"drill-three-step", "contact point on marching cubes, drilling in three steps (UEA)", true,

@@ -58,7 +58,10 @@ class SweptTriangles final : public Algorithm {
         if (!coupler_.is_inside())
             move(x, is_first, geometry);
         geometry.lacks_data = surface_.lacks_data();
-        return coupler_.couple(input, geometry, plain_feel(q));
+        const std::optional<Volume>& volume = Felt::volume_of(input);
+        return coupler_.couple(
+            input, geometry,
+            volume ? feel_at(*volume, index_point(volume->grid(), proxy_), q) : plain_feel(q));
     }
 
  private:

@@ -25,6 +25,24 @@ std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mes
 // thread.
 Mesh touch_surface(const Volume& volume, const TouchParameters& parameters);
 
+// That surface kept up to date while the volume is edited, as triangles of one mesh whose blocks of
+// 8^3 points of the lattice share no vertices. After an edit the points that read a changed sample
+// are made again, and the blocks that read a changed point; what is left is copied. For one thread
+// at a time, and not the servo's.
+class TouchSurface {
+ public:
+    TouchSurface(const Volume& volume, const TouchParameters& parameters);
+    ~TouchSurface();
+    // The next snapshot, of the same size and type. Returns how many blocks were meshed again.
+    size_t follow(const Volume& after);
+    std::shared_ptr<const TouchMesh> mesh() const; // ready to be felt
+    const Volume& volume() const;                  // that it has followed to
+
+ private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
 // A point held out of scene.touch_mesh, whatever its speed: met and slid over as in rest.h, with
 // force shading, felt on triangles that bulge. Friction, yielding and exchange of the mesh as in
 // swept_point.h.

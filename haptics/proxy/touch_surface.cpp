@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 #include <memory>
+#include <span>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "engine/surface/block_surface.h"
 #include "engine/surface/marching_cubes.h"
 #include "engine/volume/builder.h"
 #include "haptics/field/field.h"
@@ -55,41 +59,190 @@ BrickPtr fine_brick(FineSamples& samples, const Grid& grid, glm::uvec3 position,
     return Brick::make(std::span<const float>(staged), valid);
 }
 
+// The finer lattice: bricks of it as a volume.
+class FineLattice {
+ public:
+    FineLattice(const Volume& volume, const TouchParameters& parameters)
+        : parameters_(parameters), samples_(finer_for(volume.grid())), grid_(volume.grid()) {
+        grid_.size = (grid_.size - 1u + 2u * kBorder) * uint32_t(samples_.finer()) + 1u;
+        grid_.world_from_index =
+            glm::scale(glm::translate(grid_.world_from_index, glm::dvec3(-kBorder)),
+                       glm::dvec3(1.0 / samples_.finer()));
+        samples_.follow(volume, parameters_);
+        settings_ = samples_.settings();
+    }
+
+    float threshold() const { return samples_.threshold(); }
+    // All of it.
+    Volume make() {
+        return made([&](glm::uvec3) { return true; }, nullptr);
+    }
+    // What `before` was, but for the bricks that read what differs between two snapshots; all of it
+    // where the range of values makes every point another.
+    Volume make_again(const Volume& before, const Volume& after,
+                      std::span<const ChangedBrick> changed) {
+        samples_.follow(after, parameters_);
+        if (std::exchange(settings_, samples_.settings()) != settings_)
+            return make();
+        // A point reads samples within kReads of it.
+        constexpr int kReads = Filter::kMostReach + 3;
+        std::vector<bool> again(size_t(grid_.size.x / kBrickSide + 1) *
+                                (grid_.size.y / kBrickSide + 1) * (grid_.size.z / kBrickSide + 1));
+        const glm::uvec3 count = grid_.size / kBrickSide + 1u;
+        const auto at = [&](glm::uvec3 p) { return p.x + count.x * (p.y + size_t(count.y) * p.z); };
+        for (const ChangedBrick& brick : changed) {
+            const auto [low, high] = changed_samples(brick);
+            const glm::ivec3 start(brick.position * kBrickSide);
+            const auto brick_of = [&](glm::ivec3 sample) {
+                const glm::ivec3 point = (sample + kBorder) * samples_.finer();
+                return glm::uvec3(glm::clamp(point, glm::ivec3(0), glm::ivec3(grid_.size) - 1)) /
+                       kBrickSide;
+            };
+            const glm::uvec3 from = brick_of(start + glm::ivec3(low) - kReads),
+                             to = brick_of(start + glm::ivec3(high) + kReads);
+            for (uint32_t z = from.z; z <= to.z; ++z)
+                for (uint32_t y = from.y; y <= to.y; ++y)
+                    for (uint32_t x = from.x; x <= to.x; ++x)
+                        again[at({x, y, z})] = true;
+        }
+        return made([&](glm::uvec3 position) { return bool(again[at(position)]); }, &before);
+    }
+
+ private:
+    static int finer_for(const Grid& grid) {
+        int finer = FineSamples::kMostFiner;
+        while (finer > 1 && sample_count(grid) * size_t(finer * finer * finer) > kMostPoints)
+            --finer;
+        return finer;
+    }
+    template <class IsNew>
+    Volume made(const IsNew& is_new, const Volume* before) {
+        VolumeBuilder builder(grid_, ScalarType::f32);
+        const glm::uvec3 count = builder.brick_count();
+        const glm::ivec3 first(-kBorder * samples_.finer());
+        for (uint32_t z = 0; z < count.z; ++z)
+            for (uint32_t y = 0; y < count.y; ++y)
+                for (uint32_t x = 0; x < count.x; ++x)
+                    builder.set_brick({x, y, z}, is_new(glm::uvec3(x, y, z))
+                                                     ? fine_brick(samples_, grid_, {x, y, z}, first)
+                                                     : before->brick_ptr({x, y, z}));
+        return builder.finish();
+    }
+
+    TouchParameters parameters_;
+    FineSamples samples_;
+    Grid grid_;
+    uint64_t settings_ = 0;
+};
+
+// Normals of the smooth view at the vertices themselves, where it has a slope. (A field knows no
+// opacity table.)
+void take_smooth_normals(Field& field, const glm::dmat4& world_from_mesh,
+                         std::span<const glm::vec3> positions, std::span<glm::vec3> normals) {
+    const glm::dmat3 mesh_from_world = glm::inverse(glm::dmat3(world_from_mesh));
+    for (size_t i = 0; i < positions.size(); ++i) {
+        const glm::dvec3 at(world_from_mesh * glm::dvec4(positions[i], 1.0));
+        const glm::dvec3 down = field.smooth(at).gradient;
+        if (glm::length(down) > 0.0)
+            normals[i] = glm::vec3(-glm::normalize(mesh_from_world * down));
+    }
+}
+
+double cell_mm_of(const Grid& grid) {
+    const glm::dvec3 spacing = spacing_mm(grid);
+    return 0.5 * std::cbrt(spacing.x * spacing.y * spacing.z);
+}
+
 } // namespace
 
 Mesh touch_surface(const Volume& volume, const TouchParameters& parameters) {
-    int finer = FineSamples::kMostFiner;
-    while (finer > 1 && sample_count(volume.grid()) * size_t(finer * finer * finer) > kMostPoints)
-        --finer;
-    FineSamples samples(finer);
-    samples.follow(volume, parameters);
-    const auto scale = static_cast<uint32_t>(finer);
-    Grid grid = volume.grid();
-    grid.size = (grid.size - 1u + 2u * kBorder) * scale + 1u;
-    grid.world_from_index = glm::scale(glm::translate(grid.world_from_index, glm::dvec3(-kBorder)),
-                                       glm::dvec3(1.0 / finer));
-    VolumeBuilder builder(grid, ScalarType::f32);
-    const glm::uvec3 count = builder.brick_count();
-    for (uint32_t z = 0; z < count.z; ++z)
-        for (uint32_t y = 0; y < count.y; ++y)
-            for (uint32_t x = 0; x < count.x; ++x)
-                builder.set_brick(
-                    {x, y, z}, fine_brick(samples, grid, {x, y, z}, glm::ivec3(-kBorder * finer)));
-    Mesh mesh = marching_cubes(builder.finish(), samples.threshold());
-
-    // Normals of the smooth view at the vertices themselves. (A field knows no opacity table.)
+    FineLattice lattice(volume, parameters);
+    Mesh mesh = marching_cubes(lattice.make(), lattice.threshold());
     if (parameters.opacity.point_count == 0) {
         const auto field = std::make_unique<Field>();
         field->follow(volume, parameters);
-        const glm::dmat3 mesh_from_world = glm::inverse(glm::dmat3(mesh.world_from_mesh));
-        for (size_t i = 0; i < mesh.positions.size(); ++i) {
-            const glm::dvec3 at(mesh.world_from_mesh * glm::dvec4(mesh.positions[i], 1.0));
-            const glm::dvec3 down = field->smooth(at).gradient;
-            if (glm::length(down) > 0.0)
-                mesh.normals[i] = glm::vec3(-glm::normalize(mesh_from_world * down));
-        }
+        take_smooth_normals(*field, mesh.world_from_mesh, mesh.positions, mesh.normals);
     }
     return mesh;
+}
+
+struct TouchSurface::State {
+    Volume volume;
+    TouchParameters parameters;
+    FineLattice lattice;
+    BlockSurface surface;
+    std::unique_ptr<Field> field = std::make_unique<Field>();     // null with an opacity table
+    std::unordered_map<uint64_t, std::vector<glm::vec3>> normals; // of blocks
+
+    State(const Volume& first, const TouchParameters& p)
+        : volume(first),
+          parameters(p),
+          lattice(first, p),
+          surface(lattice.make(), lattice.threshold()) {
+        if (p.opacity.point_count > 0)
+            field.reset();
+        take_normals(surface.blocks());
+    }
+    static uint64_t key(glm::ivec3 block) {
+        return uint64_t(uint32_t(block.x)) | uint64_t(uint32_t(block.y)) << 21 |
+               uint64_t(uint32_t(block.z)) << 42;
+    }
+    void take_normals(std::span<const glm::ivec3> blocks) {
+        if (field)
+            field->follow(volume, parameters);
+        for (const glm::ivec3 at : blocks) {
+            const BlockMesh* block = surface.block(at);
+            if (!block) {
+                normals.erase(key(at));
+                continue;
+            }
+            std::vector<glm::vec3>& own = normals[key(at)] = block->normals;
+            if (field)
+                take_smooth_normals(*field, world_from_mesh(surface.volume().grid()),
+                                    block->positions, own);
+        }
+    }
+};
+
+TouchSurface::TouchSurface(const Volume& volume, const TouchParameters& parameters)
+    : state_(std::make_unique<State>(volume, parameters)) {}
+TouchSurface::~TouchSurface() = default;
+
+const Volume& TouchSurface::volume() const {
+    return state_->volume;
+}
+
+size_t TouchSurface::follow(const Volume& after) {
+    State& s = *state_;
+    const std::vector<ChangedBrick> changed = changed_bricks(s.volume, after);
+    const Volume fine = s.lattice.make_again(s.surface.volume(), after, changed);
+    s.volume = after;
+    if (s.lattice.threshold() != s.surface.iso()) {
+        s.surface = BlockSurface(fine, s.lattice.threshold());
+        s.normals.clear();
+        s.take_normals(s.surface.blocks());
+        return s.surface.blocks().size();
+    }
+    const BlockSurface::Update update = s.surface.update(fine);
+    s.take_normals(update.blocks);
+    return update.blocks.size();
+}
+
+std::shared_ptr<const TouchMesh> TouchSurface::mesh() const {
+    const State& s = *state_;
+    auto mesh = std::make_shared<Mesh>();
+    mesh->world_from_mesh = world_from_mesh(s.surface.volume().grid());
+    for (const glm::ivec3 at : s.surface.blocks()) {
+        const BlockMesh& block = *s.surface.block(at);
+        const std::vector<glm::vec3>& normals = s.normals.at(State::key(at));
+        const auto base = static_cast<uint32_t>(mesh->positions.size());
+        mesh->positions.insert(mesh->positions.end(), block.positions.begin(),
+                               block.positions.end());
+        mesh->normals.insert(mesh->normals.end(), normals.begin(), normals.end());
+        for (const glm::uvec3 t : block.triangles)
+            mesh->triangles.push_back(t + base);
+    }
+    return make_touch_mesh(std::move(mesh), cell_mm_of(s.volume.grid()));
 }
 
 std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mesh, double cell_mm) {

@@ -41,8 +41,13 @@ const TouchParameters& ParameterSlew::step(const TouchParameters& target, double
     if (since_s_ < kWhole_s)
         for (const auto amount : kAmounts)
             now_.*amount = from_.*amount + since_s_ / kWhole_s * (target.*amount - from_.*amount);
-    if (from_.yield_n == 0.0 || target.yield_n == 0.0)
-        now_.yield_n = target.yield_n; // 0 is never: there is no way to it through little force
+    // 0 is never, farther than any force: the way there leads through 1 / T0, what material gives.
+    if (since_s_ < kWhole_s && (from_.yield_n == 0.0) != (target.yield_n == 0.0)) {
+        const double share = since_s_ / kWhole_s;
+        now_.yield_n = from_.yield_n == 0.0 ? target.yield_n / share
+                                            : from_.yield_n / std::max(1e-9, 1.0 - share);
+        now_.yield_n = std::min(now_.yield_n, MostTouch::force_n);
+    }
     is_softened_ = false;
     const auto soften = [&](double& stiffness) {
         is_softened_ |= stiffness > most_n_per_m;

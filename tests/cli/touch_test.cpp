@@ -148,6 +148,64 @@ TEST_F(TouchCommand, DrillingLeavesAHoleInTheVolumeThatIsWritten) {
     EXPECT_EQ(compared.exit_code, 1);
 }
 
+// The mesh follows the drill: the proxy sinks after it, and without a cut it stays.
+TEST_F(TouchCommand, AMeshIsDrilledAndFeltWhileItHappens) {
+    write_path();
+    double proxy_mm[2];
+    for (const bool cuts : {false, true}) {
+        std::vector<std::string> command = arguments("swept-mesh");
+        if (cuts)
+            command.insert(command.end(), {"--drill", "3", "-o", file("out.nrrd").string()});
+        const ProgramRun done = run(command);
+        ASSERT_EQ(done.exit_code, 0) << done.messages;
+        const auto t = table("r.csv");
+        proxy_mm[cuts] =
+            *std::min_element(t.at("proxy_z_mm").begin() + 610, t.at("proxy_z_mm").begin() + 660);
+    }
+    EXPECT_NEAR(proxy_mm[0], 35.0, 0.2);
+    EXPECT_LT(proxy_mm[1], proxy_mm[0] - 1.0);
+}
+
+// Button 1 adds what button 0 removes.
+TEST_F(TouchCommand, TheSecondButtonAdds) {
+    write("path.csv",
+          "time_s,x_mm,y_mm,z_mm,button\n0,0,0,43,0\n0.4,0,0,34,0\n0.5,0,0,34,2\n0.7,0,0,34,0\n");
+    std::vector<std::string> command = arguments("none");
+    command.insert(command.end(),
+                   {"--drill", "2", "--second-edit", R"({"kind": "cut", "to_value": 1000})", "-o",
+                    file("out.nrrd").string()});
+    const ProgramRun done = run(command);
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    const auto t = table("r.csv");
+    EXPECT_GT(t.at("volume_version").back(), t.at("volume_version")[0]);
+    EXPECT_EQ(run({"compare", "synthetic:ball?size=64", file("out.nrrd").string()}).exit_code, 1);
+}
+
+// Haptic parameters of a scene file; options count more.
+TEST_F(TouchCommand, ASceneFileHasHapticKeys) {
+    write_path();
+    write("scene.json", R"({"volume": "synthetic:ball?size=64",
+                            "touch": {"iso": 500, "stiffness_n_per_m": 250}})");
+    const auto force_at_rest = [&](std::vector<std::string> more) {
+        std::vector<std::string> command{"touch",    file("scene.json").string(),
+                                         "--path",   file("path.csv").string(),
+                                         "--device", "exact",
+                                         "--report", file("r.csv").string()};
+        command.insert(command.end(), more.begin(), more.end());
+        const ProgramRun done = run(command);
+        EXPECT_EQ(done.exit_code, 0) << done.messages;
+        return table("r.csv").at("force_z_n")[500];
+    };
+    const double soft = force_at_rest({}), stiff = force_at_rest({"--stiffness", "500"});
+    EXPECT_NEAR(soft, 0.25 * 3.0, 0.05);
+    EXPECT_NEAR(stiff, 2.0 * soft, 0.01);
+    write("scene.json", R"({"volume": "synthetic:ball?size=64", "touch": {"stiffness": 250}})");
+    const ProgramRun wrong = run({"touch", file("scene.json").string(), "--path",
+                                  file("path.csv").string(), "--report", file("r.csv").string()});
+    EXPECT_EQ(wrong.exit_code, 1);
+    EXPECT_NE(wrong.messages.find("touch.stiffness"), std::string::npos) << wrong.messages;
+}
+
 // Along x over two labels side by side: 1 for x < 0, 2 beyond, both below z = 0.
 TEST_F(TouchCommand, LabelsAreFeltEachInItsOwnWay) {
     write_two_labels();

@@ -81,6 +81,35 @@ TEST(Eriksson2006, PopsThroughAWallAtStiffnessTimesThickness) {
     }
 }
 
+// Touch is that of the tool's middle, which is a radius deep by then.
+TEST(Eriksson2006, JumpsByStiffnessTimesRadiusAtFirstTouch) {
+    const Scene scene = make_scene(flat_plane(), {});
+    haptics::TouchParameters parameters = scene_parameters(scene); // 1 N/mm
+    parameters.tool_radius_mm = 2.0;
+    const Trace run =
+        run_named("eriksson-2006", scene, press(scene.body, 20.0, 1.0, 0.1), parameters);
+    double largest = 0.0;
+    for (size_t i = 1; i < run.ticks.size(); ++i)
+        largest = std::max(largest, run.ticks[i].force.z - run.ticks[i - 1].force.z);
+    // A tick moves 0.02 mm, the surface lies within 0.05 mm.
+    EXPECT_NEAR(largest, 2.0, 0.08);
+}
+
+// Along +n from within material the print looks for the surface where it is not: the proxy goes
+// deeper by the whole search, 20 steps of 0.1 samples, in each tick that the tool is in material.
+TEST(Eriksson2006, LiteralSignSearchesTheSurfaceDeeper) {
+    const Scene scene = make_scene(flat_plane(), {});
+    const Path path = press(scene.body, 20.0, 1.0, 0.1);
+    const auto deepest = [&](const char* name) {
+        double least = INFINITY;
+        for (const Seen& tick : run_named(name, scene, path, scene_parameters(scene)).ticks)
+            least = std::min(least, tick.proxy.z);
+        return least;
+    };
+    EXPECT_GT(deepest("eriksson-2006"), 0.13 - 0.1);
+    EXPECT_LT(deepest("eriksson-2006-literal"), 0.13 - 0.9);
+}
+
 TEST(Eriksson2006, FrictionHoldsTheProxyWithinItsCone) {
     const Scene scene = make_scene(flat_plane(), {});
     haptics::TouchParameters parameters = scene_parameters(scene);

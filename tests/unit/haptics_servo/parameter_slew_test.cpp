@@ -36,5 +36,20 @@ TEST(ParameterSlew, ATargetThatMovesOnIsFollowedFromWhereItIs) {
     EXPECT_NEAR(slew.step(target, 1e-3).stiffness_n_per_m, 475.0, 1e-9);
 }
 
+// A T0 of 0 is never: from there it comes down from any force, and it goes back up the same way.
+TEST(ParameterSlew, AYieldForceComesFromNeverAndGoesThereByWhatItGives) {
+    ParameterSlew slew;
+    TouchParameters target;
+    slew.step(target, 1e-3);
+    target.yield_n = 2.0;
+    for (int ms = 1; ms < 20; ++ms)
+        EXPECT_NEAR(slew.step(target, 1e-3).yield_n, 2.0 * 20.0 / ms, 1e-9) << ms;
+    EXPECT_EQ(slew.step(target, 1e-3).yield_n, 2.0);
+    target.yield_n = 0.0;
+    for (int ms = 1; ms < 20; ++ms)
+        EXPECT_NEAR(slew.step(target, 1e-3).yield_n, 2.0 * 20.0 / (20 - ms), 1e-6) << ms;
+    EXPECT_EQ(slew.step(target, 1e-3).yield_n, 0.0);
+}
+
 } // namespace
 } // namespace palpate::haptics
