@@ -9,6 +9,14 @@ from typing import Any, Iterable, List
 from . import _core
 
 
+def number(value: Any) -> str:
+    """A number with all its digits; a whole one without a point, for those that must be whole."""
+    if hasattr(value, "__index__"):
+        return str(value.__index__())
+    as_float = float(value)
+    return repr(int(as_float)) if math.isfinite(as_float) and as_float == int(as_float) else repr(as_float)
+
+
 def _text(value: Any) -> str:
     """One value: a number with all its digits, numbers joined by commas, or a text."""
     if isinstance(value, (str, os.PathLike)):
@@ -17,10 +25,7 @@ def _text(value: Any) -> str:
         return json.dumps(value)
     if hasattr(value, "__iter__"):
         return ",".join(_text(item) for item in value)
-    if hasattr(value, "__index__"):
-        return str(value.__index__())
-    number = float(value)
-    return repr(int(number)) if math.isfinite(number) and number == int(number) else repr(number)
+    return number(value)
 
 
 def _is_one(value: Any) -> bool:

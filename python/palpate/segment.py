@@ -3,7 +3,7 @@
 import json
 from typing import Any, Dict, List, Mapping, NamedTuple, Optional
 
-from . import _core
+from . import _core, _words
 from .volume import Progress, Volume, as_volume
 
 
@@ -32,7 +32,7 @@ def filter(
 
 
 def _word(value: Any) -> str:
-    return value if isinstance(value, str) else repr(float(value))
+    return value if isinstance(value, str) else _words.number(value)
 
 
 def methods() -> List[Dict[str, Any]]:
