@@ -3,10 +3,14 @@
 include(CMakePackageConfigHelpers)
 
 get_property(libraries GLOBAL PROPERTY PALPATE_LIBRARIES)
-install(TARGETS palpate_options ${libraries} EXPORT palpate-targets
+# palpate::palpate is all of them that are installed.
+add_library(palpate_all INTERFACE)
+add_library(palpate::palpate ALIAS palpate_all)
+set_target_properties(palpate_all PROPERTIES EXPORT_NAME palpate)
+target_link_libraries(palpate_all INTERFACE ${libraries})
+install(TARGETS palpate_options palpate_all ${libraries} EXPORT palpate-targets
         ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-install(DIRECTORY engine haptics shaders DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/palpate
-        COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "decode" EXCLUDE)
+include(PublicHeaders)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/palpate)
 install(EXPORT palpate-targets NAMESPACE palpate:: DESTINATION ${package_dir} COMPONENT development)
 configure_package_config_file(cmake/palpate-config.cmake.in

@@ -56,6 +56,14 @@ build(tests/install/consumer ${prefix} consumer)
 build(examples ${prefix} examples)
 build(tests/install/consumer ${other} consumer_of_other --target uses_reader)
 
+execute_process(COMMAND ${WORK}/consumer/whole OUTPUT_QUIET COMMAND_ERROR_IS_FATAL ANY)
+# Headers that docs/api.md does not name are the libraries' own.
+foreach(private engine/segment/kernel.h engine/render/frame_block.h engine/decode/serve.h haptics/field/four.h)
+    if(EXISTS ${prefix}/include/palpate/${private})
+        message(FATAL_ERROR "${private}: expected not to be installed")
+    endif()
+endforeach()
+
 # Reading a file starts the program of the prefix where CMake found the package; no other is on PATH.
 set(ENV{PATH} /usr/bin:/bin)
 expect_decoder(${prefix}/bin/palpate ${WORK}/consumer/consumer ${WORK})
