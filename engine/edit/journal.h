@@ -31,7 +31,7 @@ struct JournalEntry {
     std::string text() const; // one entry as it is kept; equal texts are equal entries
 };
 
-// For people: "draw on labels, 12 poses", "undo", the title of a change.
+// For people: "draw 3 on labels", "undo", the title of a change.
 std::string title_of(const JournalEntry& entry);
 
 // The entry of such a text. `name` is the file's, for messages.

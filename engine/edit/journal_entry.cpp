@@ -19,9 +19,9 @@ std::string JournalEntry::text() const {
 std::string title_of(const JournalEntry& entry) {
     switch (entry.kind) {
         case JournalEntry::Kind::stroke:
-            return fmt::format("{} on {}, {} pose{}", name_of(entry.stroke.operation.kind),
-                               entry.on, entry.stroke.poses.size(),
-                               entry.stroke.poses.size() == 1 ? "" : "s");
+            if (entry.stroke.operation.kind == OperationKind::draw)
+                return fmt::format("draw {} on {}", entry.stroke.operation.label, entry.on);
+            return fmt::format("{} on {}", name_of(entry.stroke.operation.kind), entry.on);
         case JournalEntry::Kind::change:
             return entry.change.title;
         case JournalEntry::Kind::undo:

@@ -20,6 +20,8 @@ Json kept_json(const Kept& kept) {
     }
     if (!kept.locked_labels.empty())
         json["locked_labels"] = kept.locked_labels;
+    if (kept.crosshair_mm)
+        json["crosshair_mm"] = *kept.crosshair_mm;
     return json;
 }
 
@@ -40,6 +42,8 @@ Kept read_kept(const JsonValue& in) {
     if (const auto locked = in.find("locked_labels"))
         for (const JsonValue& label : locked->items(0, kMostLabels))
             kept.locked_labels.push_back(static_cast<uint16_t>(label.whole_number(1, 65535)));
+    if (const auto crosshair = in.find("crosshair_mm"))
+        kept.crosshair_mm = crosshair->vector(-1e9, 1e9);
     std::sort(kept.locked_labels.begin(), kept.locked_labels.end());
     return kept;
 }

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
 #include <vector>
 
 #include "engine/base/json_value.h"
@@ -12,8 +14,9 @@ namespace palpate {
 // The notes of a person beside the document; a part of the project.
 struct Kept {
     std::vector<Measure> measures;
-    std::vector<LabelName> label_names;  // as files gave them
-    std::vector<uint16_t> locked_labels; // that no tool changes; ascending
+    std::vector<LabelName> label_names;       // as files gave them
+    std::vector<uint16_t> locked_labels;      // that no tool changes; ascending
+    std::optional<glm::dvec3> crosshair_mm{}; // where slices were at the last save; world
 
     friend bool operator==(const Kept&, const Kept&) = default;
 };

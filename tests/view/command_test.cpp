@@ -71,6 +71,8 @@ TEST_F(ViewCommand, FailuresAreOneSentence) {
         "none.jsonl");
     expect(2, {"view", "synthetic:ball?size=8", "--size", "100,100"}, "expected at least 480,320");
     expect(2, {"view", "synthetic:ball?size=8", "--headless"}, "--headless: expected");
+    expect(2, {"view", "--headless", "--state", "-"}, "SCENE is required with --headless");
+    expect(1, {"view"}, "expected a display");
     expect(2, {"view", "synthetic:ball?size=8", "--shot", "a.png"}, "--shot: needs --headless");
     expect(1,
            {"view", "synthetic:ball?size=8", "--headless", "--state", "-", "--device", "nothing"},

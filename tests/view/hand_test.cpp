@@ -37,6 +37,24 @@ class HandTest : public ViewerTest {
     }
 };
 
+TEST_F(HandTest, AButtonWithoutAToolIsTold) {
+    Work work(Source{open_synthetic("synthetic:ball?size=32")}, {800, 600}, 1.0, false);
+    ViewState state = work.subject().home;
+    work.obey({Order::Kind::hand_start, {}, 0.0, {}}, state);
+    work.follow_hand(state, 1.0);
+    (void)work.take_message();
+    const auto press = [&](uint32_t buttons, double time_s) {
+        state.stylus.buttons = buttons;
+        work.follow_hand(state, time_s);
+        return work.take_message();
+    };
+    EXPECT_NE(press(1, 1.1).find("this button does nothing yet"), std::string::npos);
+    EXPECT_EQ(press(1, 1.2), "") << "once a press";
+    press(0, 1.3);
+    state.stylus.first = Carve::cut;
+    EXPECT_EQ(press(1, 1.4), "");
+}
+
 // A document that does not do what the hand does: the time since the first input that it lacks.
 TEST_F(HandTest, ThatTheEditorDoesNotFollowIsTold) {
     Work work(Source{open_synthetic("synthetic:ball?size=32")}, {800, 600}, 1.0, false);

@@ -124,7 +124,7 @@ const RecordedSteps kSessions[] = {
     {"text_scale", "widget tab/file; widget file/text; widget file/text/1.5; idle",
      R"({"text_scale": 1.5})"},
     {"steps_listed", "key x; at axial 10 20; click left; widget tab/file",
-     R"({"steps": ["cut on volume, 2 poses"]})"},
+     R"({"steps": ["cut on volume"]})"},
     {"step_back_by_the_list",
      "key x; at axial 10 20; click left; at axial 40 20; click left; widget tab/file; widget "
      "file/step/0",
@@ -133,6 +133,22 @@ const RecordedSteps kSessions[] = {
      "key x; at axial 10 20; click left; at axial 40 20; click left; widget tab/file; widget "
      "file/step/0; widget file/step/1",
      R"({"undo_steps": 1, "redo_steps": 1})"},
+
+    {"brush_in_the_labels_tab", "widget tab/labels; widget tool/draw",
+     R"({"tab": "labels", "tool": {"hand": "draw"}})"},
+    {"outline_in_the_labels_tab", "widget tab/labels; widget labels/outline",
+     R"({"overlays": {"outline_px": 0}})"},
+    {"figure_setup",
+     "widget tab/file; widget file/figure; idle; widget figure/letters; widget figure/note; widget "
+     "figure/color_bar",
+     R"({"figure": {"panel": "3d", "size": [1600, 1200], "paper": "white", "letters": false,
+                    "scale_bar": true, "color_bar": true, "note": true}})"},
+    {"figure_as_typed",
+     "widget tab/file; widget file/figure; idle; at figure/size 12 8; double left; "
+     "hold ctrl; key a; let ctrl; type 800; key enter",
+     R"({"figure": {"size": [800, 1200]}})"},
+    {"a_script_writes_no_figure", "widget tab/file; widget file/figure; idle; widget figure/write",
+     R"({"tab": "file", "undo_steps": 0})"},
 
     {"transfer_of_the_hand", "widget tab/curve; widget transfer/felt",
      R"({"tab": "curve", "touch": {"opacity_points": 4}})"},

@@ -7,6 +7,7 @@
 #include "apps/palpate/view/pictures.h"
 #include "engine/base/timer.h"
 #include "engine/image/display_byte.h"
+#include "engine/image/png.h"
 #include "engine/volume/extent.h"
 #include "tests/view/viewer_fixture.h"
 
@@ -197,6 +198,52 @@ TEST_F(PicturesTest, MarksAreMovedOverThePictureThatIsThere) {
         ASSERT_EQ(came.size(), 1u);
         EXPECT_EQ(came.front().panel, Panel::volume);
         EXPECT_TRUE(came.front().complete);
+    }
+}
+
+// What only slices show does not let the volume be drawn anew.
+TEST_F(PicturesTest, TheVolumeIsNotDrawnForTheWindowOfSlices) {
+    const auto scene = [&](Panel panel) {
+        return scene_of(state_, work_.subject().grid, panel, work_.session().scene(), true);
+    };
+    const Scene volume = scene(Panel::volume), slice = scene(Panel::axial);
+    state_.window.high += 50.0;
+    state_.label_opacity = 0.9;
+    state_.outline_px = 3.0;
+    EXPECT_EQ(scene(Panel::volume), volume);
+    EXPECT_NE(scene(Panel::axial), slice);
+    state_.slices_in_volume = true;
+    EXPECT_NE(scene(Panel::volume), volume);
+}
+
+// A figure has the pixels that `render` would write, whatever views show meanwhile.
+TEST_F(PicturesTest, AFigureForPrintIsTheRenderersPictureWithItsMarks) {
+    const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "figure.png";
+    for (const bool transparent : {false, true}) {
+        Pictures::Wish wish = wishes().front();
+        wish.scene.size_px = {300, 200};
+        wish.scene.background = glm::dvec3(transparent ? 0.0 : 1.0);
+        const PictureLook look{.transparent = transparent,
+                               .figure = {.letters = true, .transparent = transparent}};
+        Pictures pictures(device(), work_.session(), {});
+        pictures.want(wishes());
+        pictures.print({wish, look, path});
+        std::optional<Result<std::filesystem::path>> printed;
+        const auto end = Clock::now() + std::chrono::seconds(60);
+        while (!printed && !pictures.failure() && Clock::now() < end)
+            printed = pictures.take_printed();
+        ASSERT_TRUE(printed && *printed);
+        const Image seen = load_png(path).value();
+        Renderer renderer(device());
+        Frame frame = renderer.render(wish.scene, {work_.loaded().data.volume, {}, {}}).value();
+        ASSERT_TRUE(save_png(path, shown_picture(look, wish.scene, frame.eyes, true)));
+        EXPECT_EQ(seen.samples, load_png(path).value().samples);
+        EXPECT_EQ(seen.channels.size(), transparent ? 4u : 3u);
+        pictures.print({wish, look, "/nonexistent/figure.png"});
+        printed.reset();
+        while (!printed && !pictures.failure() && Clock::now() < end)
+            printed = pictures.take_printed();
+        EXPECT_TRUE(printed && !*printed) << "a refusal, and the thread goes on";
     }
 }
 

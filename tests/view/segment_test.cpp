@@ -17,7 +17,7 @@ const RecordedSteps kSessions[] = {
      R"({"undo_steps": 0, "segment": {"runs": false}})"},
     {"segment_by_fast_marching",
      "key q; at axial 0 20; drag left 20 0; widget tab/segment; widget segment/run",
-     R"({"segment": {"method": "fast-marching", "runs": false}, "undo_steps": 3})"},
+     R"({"segment": {"method": "fast-marching", "runs": false}, "undo_steps": 2})"},
 };
 
 class SegmentSessions : public RecordedSession {};

@@ -57,6 +57,8 @@ std::vector<NamedFile> files_of(const ViewOptions& o) {
 }
 
 Result<void> check_together(const ViewOptions& o) {
+    if (o.scene.input.empty() && (o.headless || !o.latency.empty()))
+        return fail("SCENE is required with --headless and --latency");
     if (o.headless && o.replay.empty() && o.shot.empty() && o.state.empty() && o.latency.empty())
         return fail(
             "--headless: expected --replay, --shot, --state or --latency, found none of them");
@@ -174,6 +176,10 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     };
     // A camera that fits the volume fits it into its view.
     SceneOptions scene = options.scene;
+    if (scene.input.empty()) {
+        scene.input = "synthetic:phantom?size=96";
+        loop.viewer.asks_for_file = true;
+    }
     view::ViewState first;
     first.size_px = script.size_px;
     const glm::uvec2 room = view::volume_size_px(first);
@@ -187,7 +193,7 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
         return write_text(options.latency, report_text(found));
     }
     if (loop.viewer.recent)
-        loop.viewer.recent(options.scene.input);
+        loop.viewer.recent(scene.input);
     view::HeadlessResult result;
     if (options.headless) {
         PALPATE_TRY(result, view::run_headless(std::move(opened), script, std::move(loop),
@@ -206,6 +212,8 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
 Command add_view(CLI::App& app) {
     auto o = std::make_shared<ViewOptions>();
     add_scene_options(app, o->scene);
+    CLI::Option* scene = app.get_option("SCENE")->required(false);
+    scene->description(scene->get_description() + " (default: a phantom, and a list of files)");
     app.get_option("--size")->description(
         "Width and height of the window in pixels (default: 1280,800)");
     add_read_limits(app, o->read);

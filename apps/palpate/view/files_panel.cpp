@@ -7,6 +7,7 @@
 
 #include "apps/palpate/view/file_browser.h"
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/widgets.h"
 
 namespace palpate::view {
 
@@ -55,6 +56,9 @@ void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order
         }
     }
     draw_series(work, orders);
+    if (ImGui::CollapsingHeader("Figure"))
+        draw_figure_panel(state, orders);
+    note("file/figure");
     ImGui::Separator();
     ImGui::Checkbox("light", &state.light);
     note("file/light");
@@ -83,7 +87,7 @@ void Interface::draw_series(Work& work, std::vector<Order>& orders) {
     ImGui::TextDisabled("series of this folder");
     for (const SeriesLine& line : series) {
         ImGui::PushID(static_cast<int>(line.number));
-        if (ImGui::Selectable(line.text.c_str(), line.is_open))
+        if (ImGui::Selectable(wrapped(line.text).c_str(), line.is_open))
             orders.push_back(
                 {Order::Kind::open, {}, time_s_, work.path(), std::to_string(line.number)});
         note(fmt::format("file/series/{}", line.number).c_str());

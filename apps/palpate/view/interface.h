@@ -46,6 +46,7 @@ class Interface {
  private:
     void feed(const Event& event);
     void draw_tools(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_hands(ViewState& state);
     void draw_hand(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_window(ViewState& state, Work& work);
     void draw_volume(ViewState& state, Work& work);
@@ -62,6 +63,7 @@ class Interface {
     void draw_measure(ViewState& state, Work& work);
     void draw_clip_panel(ViewState& state, Work& work);
     void draw_files_panel(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_figure_panel(ViewState& state, std::vector<Order>& orders);
     void draw_series(Work& work, std::vector<Order>& orders);
     void draw_history(Work& work, std::vector<Order>& orders);
     void draw_browser(ViewState& state, std::vector<Order>& orders);
@@ -90,11 +92,13 @@ class Interface {
     bool is_light_ = false;
     std::map<std::string, Box> widgets_;
     std::string message_;
-    double told_s_ = -1e9;                                 // when it came
-    std::array<char, 1024> folder_{}, export_{}, typed_{}; // that are typed
-    std::string browsed_, browser_error_;                  // the folder that is shown
-    std::vector<BrowserEntry> entries_;                    // of it
+    double told_s_ = -1e9;                                                 // when it came
+    std::array<char, 1024> folder_{}, export_{}, figure_file_{}, typed_{}; // that are typed
+    std::string browsed_, browser_error_; // the folder that is shown
+    std::vector<BrowserEntry> entries_;   // of it
     std::vector<std::string> recent_;
+    std::vector<std::string> devices_; // of hands, as they were at a time
+    double devices_at_s_ = -1e9;
     std::array<char, 64> sought_{}; // a part of the names of labels
 };
 

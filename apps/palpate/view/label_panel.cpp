@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/widgets.h"
 #include "engine/measure/measure_report.h"
 
 namespace palpate::view {
@@ -48,17 +49,13 @@ LabelStyle& own_style(LabelLayer& layer, uint32_t label) {
 
 void Interface::draw_labels_panel(ViewState& state, Work& work) {
     Scene scene = work.session().scene();
+    draw_hands(state);
+    ImGui::Separator();
     draw_labels(state);
     if (!scene.labels)
         return;
     bool changed = false;
-    double outline = scene.labels->outline_px;
-    const double none = 0.0, most = 4.0;
-    if (ImGui::SliderScalar("outline", ImGuiDataType_Double, &outline, &none, &most, "%.1f px",
-                            ImGuiSliderFlags_AlwaysClamp)) {
-        scene.labels->outline_px = outline;
-        changed = true;
-    }
+    slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
     note("labels/outline");
     const auto all = listed_labels(state, work);
     const auto set_visible = [&](auto is_visible) {

@@ -30,14 +30,17 @@ ImU32 color_of(Panel panel, int alpha = 255) {
     return kText;
 }
 
-// Text whose box lies at `at` less `anchor` (0 .. 1) of its size; dark below it, so that it can be
-// read on anything.
+// Text whose box lies at `at` less `anchor` (0 .. 1) of its size; with a dark rim, so that it can
+// be read on anything.
 void write(ImDrawList& list, glm::dvec2 at, glm::dvec2 anchor, const std::string& text,
            ImU32 color = kText) {
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());
     const ImVec2 low(std::round(static_cast<float>(at.x) - static_cast<float>(anchor.x) * size.x),
                      std::round(static_cast<float>(at.y) - static_cast<float>(anchor.y) * size.y));
-    list.AddText(ImVec2(low.x + 1.0f, low.y + 1.0f), kShadow, text.c_str());
+    for (const float x : {-1.0f, 0.0f, 1.0f})
+        for (const float y : {-1.0f, 0.0f, 1.0f})
+            if (x != 0.0f || y != 0.0f)
+                list.AddText(ImVec2(low.x + x, low.y + y), kShadow, text.c_str());
     list.AddText(low, color, text.c_str());
 }
 
@@ -96,7 +99,7 @@ struct Marks {
 
     void notes(const PictureState& picture) const {
         const glm::dvec2 corner = low + edge;
-        write(list, corner, {0.0, 0.0}, name_of(panel), color_of(panel));
+        write(list, corner, {0.0, 0.0}, is_slice(panel) ? name_of(panel) : "3D", color_of(panel));
         glm::dvec2 foot(low.x + edge, low.y + size.y - edge);
         if (is_slice(panel)) {
             const std::string place = place_text(grid(), state.crosshair_mm, slice().towards);
@@ -104,8 +107,14 @@ struct Marks {
             const double widest = ImGui::CalcTextSize("MMM").x; // of letters_of()
             if (edge + ImGui::CalcTextSize(place.c_str()).x > 0.5 * (size.x - widest))
                 foot.y -= letter;
+            double width = state.window.high - state.window.low;
+            double level = 0.5 * (state.window.low + state.window.high);
+            if (are_whole_enough(work.subject().range)) {
+                width = std::max(1.0, std::round(width));
+                level = std::round(level);
+            }
             write(list, {low.x + size.x - edge, corner.y}, {1.0, 0.0},
-                  window_text(state.window.low, state.window.high));
+                  window_text(level - 0.5 * width, level + 0.5 * width));
             write(list, foot, {0.0, 1.0}, place);
             std::string more;
             if (std::abs(slice().zoom - 1.0) > 0.005)
@@ -179,6 +188,8 @@ void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel pane
         }
         marks.notes(picture);
     }
+    if (!picture.there)
+        write(list, low + 0.5 * size, {0.5, 0.5}, "drawing ..");
     list.PopClipRect();
 }
 

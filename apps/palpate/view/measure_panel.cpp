@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/widgets.h"
 #include "engine/measure/measure_report.h"
 
 namespace palpate::view {
@@ -47,14 +48,14 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
         }
         note(fmt::format("measure/{}", name_of(kind)).c_str());
     }
-    const char* hint = "M takes the tool into the hand";
+    const char* purpose = "M takes the tool into the hand";
     if (state.hand == Hand::measure) {
         constexpr const char* hints[] = {"click or drag both ends", "click end, vertex, end",
-                                         "click corners in a slice; Enter ends",
+                                         "click corners in a slice; Enter or a double click ends",
                                          "drag from the centre to the rim"};
-        hint = hints[static_cast<size_t>(measuring.kind)];
+        purpose = hints[static_cast<size_t>(measuring.kind)];
     }
-    ImGui::TextDisabled("%s", hint);
+    hint(purpose);
     ImGui::Separator();
     if (measuring.measures.empty())
         ImGui::TextDisabled("nothing measured yet");
@@ -114,7 +115,7 @@ void Interface::draw_measure(ViewState& state, Work& work) {
             if (value)
                 ImGui::Text("%.2f %s", *value, unit);
         };
-        line(measured->length_mm, measure.kind == MeasureKind::polygon ? "mm round" : "mm");
+        line(measured->length_mm, measure.kind == MeasureKind::polygon ? "mm perimeter" : "mm");
         line(measured->angle_deg, "degrees");
         line(measured->radius_mm, "mm radius");
         line(measured->area_mm2, "mm\u00b2");

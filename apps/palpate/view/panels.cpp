@@ -81,12 +81,12 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
 }
 
 void Interface::draw_tabs(ViewState& state) {
-    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(1.0f, 0.0f));
+    ImGui::PushStyleVar(ImGuiStyleVar_FramePadding, ImVec2(4.0f, 0.0f));
     for (const Tab tab : {Tab::view, Tab::transfer, Tab::labels, Tab::segment, Tab::measure,
                           Tab::clip, Tab::file}) {
         if (tab != Tab::view)
-            ImGui::SameLine(0.0f, 1.0f);
-        if (ImGui::GetContentRegionAvail().x < ImGui::CalcTextSize(name_of(tab)).x + 2.0f)
+            ImGui::SameLine(0.0f, 3.0f);
+        if (ImGui::GetContentRegionAvail().x < ImGui::CalcTextSize(name_of(tab)).x + 8.0f)
             ImGui::NewLine();
         const bool is_it = state.tab == tab;
         if (is_it)
@@ -100,7 +100,7 @@ void Interface::draw_tabs(ViewState& state) {
     ImGui::PopStyleVar();
 }
 
-void Interface::draw_hand(ViewState& state, Work& work, std::vector<Order>& orders) {
+void Interface::draw_hands(ViewState& state) {
     for (const Hand hand : {Hand::crosshair, Hand::draw, Hand::erase, Hand::cut}) {
         if (hand == Hand::draw || hand == Hand::cut) // two rows of two
             ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
@@ -110,6 +110,10 @@ void Interface::draw_hand(ViewState& state, Work& work, std::vector<Order>& orde
     }
     slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
     note("tool/radius");
+}
+
+void Interface::draw_hand(ViewState& state, Work& work, std::vector<Order>& orders) {
+    draw_hands(state);
     int label = state.label;
     if (ImGui::InputInt("label", &label))
         state.label = static_cast<uint16_t>(std::clamp(label, 1, 255));
@@ -134,7 +138,8 @@ void Interface::draw_window(ViewState& state, Work& work) {
     const double low = subject.range.min, high = std::max(low + 1e-3, double{subject.range.max});
     const float speed = static_cast<float>((high - low) / 2000.0);
     const auto drag = [&](const char* id, double& value, double least, double most) {
-        ImGui::DragScalar(id, ImGuiDataType_Double, &value, speed, &least, &most, "%.5g",
+        ImGui::DragScalar(id, ImGuiDataType_Double, &value, speed, &least, &most,
+                          are_whole_enough(subject.range) ? "%.0f" : "%.5g",
                           ImGuiSliderFlags_AlwaysClamp);
     };
     const double least = 1e-4 * (high - low), room = high - low;

@@ -6,6 +6,7 @@
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
 #include "engine/gpu/error.h"
+#include "engine/image/png.h"
 
 namespace palpate::view {
 
@@ -69,6 +70,29 @@ std::vector<Picture> Pictures::take() {
     return taken;
 }
 
+void Pictures::print(Print print) {
+    const std::scoped_lock held(mutex_);
+    print_ = std::move(print);
+    wake_.notify_one();
+}
+
+std::optional<Result<std::filesystem::path>> Pictures::take_printed() {
+    const std::scoped_lock held(mutex_);
+    return std::exchange(printed_, std::nullopt);
+}
+
+// With a renderer of its own, beside what lies on the device: those of the views keep their
+// pictures.
+Result<std::filesystem::path> Pictures::draw_print(const Print& print) {
+    sight_ = eye_.look();
+    const Scene scene = made_of(print.wish).scene;
+    Renderer renderer(volume_.store());
+    PALPATE_TRY(Frame frame, renderer.render(scene, data_for(print.wish, scene)));
+    PALPATE_TRY(
+        save_png(print.path, shown_picture(print.look, scene, std::move(frame.eyes), true)));
+    return print.path;
+}
+
 std::optional<std::string> Pictures::failure() {
     const std::scoped_lock held(mutex_);
     return failure_;
@@ -79,16 +103,27 @@ void Pictures::run(const std::stop_token& stop) {
     try {
         while (!stop.stop_requested()) {
             std::vector<Wish> wishes;
+            std::optional<Print> print;
             uint64_t wished = 0;
             {
                 const std::scoped_lock held(mutex_);
                 wishes = wishes_;
                 wished = drawing_for_ = wished_;
+                print = std::exchange(print_, std::nullopt);
+            }
+            if (print) {
+                Result<std::filesystem::path> printed = draw_print(*print);
+                {
+                    const std::scoped_lock held(mutex_);
+                    printed_ = std::move(printed);
+                }
+                if (options_.on_picture)
+                    options_.on_picture();
             }
             if (go_on(wishes))
                 continue;
             std::unique_lock held(mutex_);
-            wake_.wait_for(held, stop, kNap, [&] { return wished_ != wished; });
+            wake_.wait_for(held, stop, kNap, [&] { return wished_ != wished || print_; });
         }
         return;
     } catch (const std::exception& error) { // of the device

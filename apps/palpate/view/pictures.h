@@ -2,6 +2,7 @@
 
 #include <array>
 #include <condition_variable>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -9,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include "apps/palpate/render_picture.h"
 #include "apps/palpate/view/panel.h"
 #include "apps/palpate/view/picture_images.h"
 #include "engine/gpu/device.h"
@@ -59,6 +61,15 @@ class Pictures {
     std::vector<Picture> take();         // those made since the last call, at most one a panel
     // Without a thread: all wishes at full quality, now.
     Result<std::vector<Picture>> draw();
+    // A picture of a wish for print, with marks, in a file. The thread writes it between two
+    // pictures of views; one at a time.
+    struct Print {
+        Wish wish;
+        PictureLook look;
+        std::filesystem::path path; // .png
+    };
+    void print(Print print);
+    std::optional<Result<std::filesystem::path>> take_printed();
     // Why the thread has ended, if it has.
     std::optional<std::string> failure();
 
@@ -96,6 +107,7 @@ class Pictures {
     };
     using Wishes = std::vector<Drawn>;
     void run(const std::stop_token& stop);
+    Result<std::filesystem::path> draw_print(const Print& print);
     bool go_on(const std::vector<Wish>& wishes); // false: there was nothing to do
     void keep(const Wish& wish, Picture picture);
     const std::optional<Volume>& fused() const; // of the session, else of the file
@@ -128,6 +140,8 @@ class Pictures {
     std::vector<Wish> wishes_;
     uint64_t wished_ = 0;
     std::array<std::optional<Picture>, kPanels.size()> done_;
+    std::optional<Print> print_;
+    std::optional<Result<std::filesystem::path>> printed_;
     std::optional<std::string> failure_;
 
     std::jthread thread_; // last: ends before the rest goes

@@ -117,9 +117,7 @@ void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Ord
     const SegmentMethod* method = find_segment_method(state.segmenting.method);
     if (!method)
         return;
-    ImGui::PushTextWrapPos(0.0f);
-    ImGui::TextDisabled("%s", method->purpose);
-    ImGui::PopTextWrapPos();
+    hint(method->purpose);
     draw_parameters(state, *method);
     if (const auto share = work.segmenting()) {
         ImGui::ProgressBar(static_cast<float>(*share),

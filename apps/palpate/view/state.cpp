@@ -99,24 +99,31 @@ void move_crosshair(ViewState& state, const Grid& grid, glm::dvec3 to_mm) {
     state.crosshair_mm = world_point(grid, index);
 }
 
+bool are_whole_enough(ValueRange range) {
+    return double{range.max} - range.min >= 200.0;
+}
+
 Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scene& base,
                bool has_labels) {
     Scene scene = base;
     const std::optional<Box> box = box_of(state, panel);
     scene.size_px =
         glm::uvec2(glm::max(box ? box->size_px : glm::ivec2(volume_size_px(state)), glm::ivec2(1)));
-    scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
     if (!has_labels || !state.labels_shown)
         scene.labels.reset();
-    if (scene.labels)
-        scene.labels->slice_opacity = state.label_opacity;
-    for (std::optional<LabelLayer>* layer : {&scene.labels, &scene.overlay})
-        if (*layer)
-            (*layer)->outline_px = state.outline_px;
-    if (scene.overlay)
-        scene.overlay->slice_opacity = state.overlay_opacity;
-    if (scene.fusion)
-        scene.fusion->opacity = state.fusion_opacity;
+    // What only slices show changes nothing of a volume without them, and rays are not cast anew.
+    if (is_slice(panel) || state.slices_in_volume) {
+        scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
+        if (scene.labels)
+            scene.labels->slice_opacity = state.label_opacity;
+        for (std::optional<LabelLayer>* layer : {&scene.labels, &scene.overlay})
+            if (*layer)
+                (*layer)->outline_px = state.outline_px;
+        if (scene.overlay)
+            scene.overlay->slice_opacity = state.overlay_opacity;
+        if (scene.fusion)
+            scene.fusion->opacity = state.fusion_opacity;
+    }
     scene.value_and_depth = false;
     scene.stereo.reset();
     scene.mirror = false;

@@ -9,6 +9,7 @@
 
 #include "apps/palpate/view/clipping.h"
 #include "apps/palpate/view/event.h"
+#include "apps/palpate/view/figure_setup.h"
 #include "apps/palpate/view/live_surface.h"
 #include "apps/palpate/view/measuring.h"
 #include "apps/palpate/view/panel.h"
@@ -44,6 +45,8 @@ struct GreyWindow {
 // The nearest window that can be shown of values of this range: finite, its ends apart, and not so
 // far away that a person would not find the values again.
 GreyWindow limited(GreyWindow window, ValueRange range);
+// Whether a person wants values of this range without fractions.
+bool are_whole_enough(ValueRange range);
 
 // A move of the mouse with a button pressed, from its press on.
 struct Drag {
@@ -108,6 +111,7 @@ struct ViewState {
     Segmenting segmenting;
     Measuring measuring;
     Clipping clipping;
+    FigureSetup figure;
     bool browser_open = false, names_hidden = false, light = false;
     std::string opening; // that is being read; empty: none
     double opening_since_s = 0.0;
@@ -147,6 +151,7 @@ struct Order {
         export_measures,
         cancel_opening,
         picture, // of the window, to a file
+        figure,  // of a view, for print
         segment,
         stop_segmenting,
         clear_seeds,
@@ -158,8 +163,8 @@ struct Order {
     Kind kind;
     glm::dvec3 at_mm{0.0}; // of strokes
     double time_s = 0.0;
-    // path: of open; of save the folder of a new project, or empty; of exports; of hand_start the
-    // device, or empty: the last one.
+    // path: of open; of save the folder of a new project, or empty; of exports and figures; of
+    // hand_start the device, or empty: the last one.
     std::string path{}, series{};
 
     friend bool operator==(const Order&, const Order&) = default;

@@ -98,9 +98,15 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
     HandOptions options = touch.options();
     const auto order = [&](Order::Kind kind) { orders.push_back({kind, {}, time_s_, {}}); };
     bool changed = false;
-    if (ImGui::BeginCombo("device", options.device.c_str())) {
-        for (const std::string& name : touch.devices())
-            if (ImGui::Selectable(name.c_str(), name == options.device)) {
+    const std::string device = options.device.empty() ? kMouse : options.device;
+    if (ImGui::BeginCombo("device", device.c_str())) {
+        constexpr double kFresh_s = 1.0; // asking USB takes longer than a frame has
+        if (ImGui::IsWindowAppearing() || !(time_s_ - devices_at_s_ < kFresh_s)) {
+            devices_ = touch.devices();
+            devices_at_s_ = time_s_;
+        }
+        for (const std::string& name : devices_)
+            if (ImGui::Selectable(name.c_str(), name == device)) {
                 options.device = name;
                 changed = true;
             }
@@ -149,7 +155,7 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
     }
     const DeviceReport report = work.session().device_report();
     constexpr const char* modes[] = {"no force (Space arms)", "waits until free", "force comes",
-                                     "force (Esc disarms)"};
+                                     "force (Esc ends it)"};
     if (report.faults & kFaultLatched)
         ImGui::TextColored(ImVec4(1.0f, 0.5f, 0.4f, 1.0f), "fault: %s",
                            fault_text(report.faults).c_str());
@@ -174,10 +180,13 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
 void Interface::draw_touch_buttons(ViewState& state) {
     ImGui::Separator();
     Stylus& stylus = state.stylus;
-    choose_named("button 0", stylus.first, kCarves);
+    const bool is_mouse = stylus.by_pointer || !stylus.on;
+    choose_named(is_mouse ? "left button" : "button 0", stylus.first, kCarves);
     note("touch/first");
-    choose_named("button 1", stylus.second, kCarves);
+    choose_named(is_mouse ? "right button" : "button 1", stylus.second, kCarves);
     note("touch/second");
+    if (is_mouse)
+        hint("in 3D the wheel goes deeper, the middle button rotates");
     choose_named("shape", stylus.shape, kTipShapes);
     note("touch/shape");
     const auto mills = [](Carve carve) { return carve == Carve::drill || carve == Carve::add; };

@@ -12,6 +12,26 @@
 
 namespace palpate::view {
 
+namespace {
+
+// "NAME-N.png" from the number on, or "NAME.png" for 0: the first that replaces no picture.
+std::filesystem::path free_name(const std::filesystem::path& name, uint32_t number) {
+    std::filesystem::path path = name;
+    do {
+        if (number > 0)
+            path.replace_filename(
+                fmt::format("{}-{}{}", name.stem().string(), number, name.extension().string()));
+        ++number;
+    } while (std::filesystem::exists(path));
+    return path;
+}
+
+std::string written(const std::filesystem::path& path) {
+    return fmt::format("picture written: {}", std::filesystem::absolute(path).string());
+}
+
+} // namespace
+
 Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Source source,
                glm::uvec2 size_px, double text_scale, ViewerOptions options)
     : pictures_device_(&pictures),
@@ -25,6 +45,11 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
     state_.text_scale = text_scale;
     begin(std::move(source));
     state_.light = options_.light;
+    if (options_.asks_for_file) {
+        state_.browser_open = true;
+        state_.tab = Tab::file;
+        work_->tell("this is a phantom to try tools on; open a file, or a folder of DICOM files");
+    }
     if (options_.recent)
         interface_->set_recent(options_.recent(""));
 }
@@ -141,6 +166,8 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
                 open(order.path, order.series);
             else if (order.kind == Order::Kind::picture)
                 wants_picture = true; // with this frame's interface
+            else if (order.kind == Order::Kind::figure)
+                print_figure(order.path);
             else if (order.kind == Order::Kind::cancel_opening)
                 stop_opening_.request_stop();
             else if (order.kind == Order::Kind::save && order.path.empty() && !work_->has_project())
@@ -151,6 +178,8 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     obey(orders);
     poll_opening();
     follow_text_scale();
+    if (const auto printed = pictures_->take_printed())
+        work_->tell(*printed ? written(**printed) : printed->error().message);
     for (Picture& picture : pictures_->take()) {
         ++looks_;
         if (saw_picture)
@@ -162,6 +191,8 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
             true, picture.complete, picture.ms, picture.error_estimate};
     work_->follow_hand(state_, time_s);
     work_->poll();
+    if (const std::string made = work_->take_new_project(); !made.empty() && options_.recent)
+        interface_->set_recent(options_.recent(made));
     work_->watch(state_);
     const Settings before{state_.light, state_.text_scale};
     obey(interface_->frame(events, time_s, state_, *work_, state_of_pictures_));
@@ -255,21 +286,55 @@ Image Viewer::capture() {
     return image;
 }
 
-// Of the window, beside the program: NAME-1.png, or the next number that is free.
+std::string Viewer::file_name() const {
+    return state_.names_hidden || is_synthetic(work_->title())
+               ? "palpate"
+               : std::filesystem::path(work_->title()).stem().string();
+}
+
+// Of the window, in the current folder.
 void Viewer::save_picture() {
     if (!options_.threaded) {
         work_->tell("a script saves nothing");
         return;
     }
-    const std::string title = state_.names_hidden || is_synthetic(work_->title())
-                                  ? "palpate"
-                                  : std::filesystem::path(work_->title()).stem().string();
-    std::filesystem::path path;
-    for (uint32_t number = 1; path.empty() || std::filesystem::exists(path); ++number)
-        path = fmt::format("{}-{}.png", title, number);
+    const std::filesystem::path path = free_name(file_name() + ".png", 1);
     const Result<void> saved = save_png(path, capture());
-    work_->tell(saved ? fmt::format("picture written: {}", std::filesystem::absolute(path).string())
-                      : saved.error().message);
+    work_->tell(saved ? written(path) : saved.error().message);
+}
+
+// Of a view, for print: without what belongs to the window alone, as the tool of a hand.
+void Viewer::print_figure(const std::string& file) {
+    if (!options_.threaded) {
+        work_->tell("a script saves nothing");
+        return;
+    }
+    const std::filesystem::path path(file);
+    if (path.extension() != ".png") {
+        work_->tell(fmt::format("expected a name ending in .png, found '{}'", file));
+        return;
+    }
+    const FigureSetup& figure = state_.figure;
+    const Grid& grid = work_->subject().grid;
+    Scene scene =
+        scene_of(state_, grid, figure.panel, work_->session().scene(), work_->has_labels());
+    scene.size_px = glm::uvec2(figure.size_px);
+    if (is_slice(figure.panel))
+        scene.camera = camera_of(state_.slices[static_cast<size_t>(figure.panel)],
+                                 state_.crosshair_mm, grid, figure.size_px);
+    scene.background = glm::dvec3(figure.paper == Paper::white ? 1.0 : 0.0);
+    const bool transparent = figure.paper == Paper::transparent;
+    Figure marks{.letters = figure.letters,
+                 .scale_bar = figure.scale_bar,
+                 .color_bar = figure.color_bar,
+                 .unit = work_->unit(),
+                 .transparent = transparent};
+    if (figure.note)
+        marks.note = note_of(scene, grid, file_name(), work_->unit());
+    pictures_->print({{figure.panel, std::move(scene), {}},
+                      {.transparent = transparent, .figure = std::move(marks)},
+                      free_name(path, 0)});
+    work_->tell("drawing the figure ..");
 }
 
 Json Viewer::dump() {

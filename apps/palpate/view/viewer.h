@@ -29,7 +29,8 @@ struct ViewerOptions {
         open;
     // What was opened last, and a word to it that `path` has been opened; may be empty.
     std::function<std::vector<std::string>(const std::string& path)> recent;
-    bool light = false; // the interface, at first
+    bool asks_for_file = false; // what is open at first is there to try: a list of files is open
+    bool light = false;         // the interface, at first
     // What a person has changed; may be empty.
     std::function<void(const Settings&)> keep_settings{};
     std::function<void()> on_picture;
@@ -83,6 +84,8 @@ class Viewer {
     void poll_opening();
     void follow_text_scale();
     void save_picture();
+    void print_figure(const std::string& file);
+    std::string file_name() const; // of pictures
     void begin(Source source);
     void make_pictures(); // of the session's; the textures are there when they are
     void wish();

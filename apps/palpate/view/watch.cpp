@@ -15,7 +15,8 @@ constexpr uint64_t kMostCounted = uint64_t{1} << 28; // samples; of more, a coar
 } // namespace
 
 void Work::watch(const ViewState& state) {
-    if (const Kept kept{state.measuring.measures, loaded_.label_names, state.locked_labels};
+    if (const Kept kept{state.measuring.measures, loaded_.label_names, state.locked_labels,
+                        session_.kept().crosshair_mm};
         kept != session_.kept())
         session_.keep(kept);
     if (session_.scene().clip_planes != state.clipping.planes) {

@@ -44,9 +44,10 @@ SessionSetup setup_of(Source& source, bool threaded) {
         return setup;
     }
     std::vector<NamedVolume> volumes{{Work::kGrey, VolumeKind::grey, data.volume}};
-    // A map that a person may draw on is no edit: it is there from the start.
+    // Maps that a person may draw on are no edits: they are there from the start.
     volumes.push_back({Work::kLabels, VolumeKind::labels,
                        data.labels ? *data.labels : empty_labels(data.volume.grid())});
+    volumes.push_back({Work::kSeeds, VolumeKind::labels, empty_labels(data.volume.grid())});
     SessionSetup setup{.document = *make_document(std::move(volumes)), // of names that differ
                        .grey = Work::kGrey,
                        .labels = Work::kLabels,
@@ -164,7 +165,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     home.size_px = window_px;
     home.text_scale = text_scale;
     home.slices = slice_views(subject_.grid);
-    move_crosshair(home, subject_.grid, center_mm(subject_.grid));
+    move_crosshair(home, subject_.grid,
+                   session_.kept().crosshair_mm.value_or(center_mm(subject_.grid)));
     home.camera = session_.scene().camera;
     home.stereo = stereo_view_of(source.scene.scene, home.camera);
     const Scene& opened = source.scene.scene;
@@ -269,6 +271,7 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::open:
         case Order::Kind::cancel_opening:
         case Order::Kind::picture:
+        case Order::Kind::figure:
             break;
         case Order::Kind::segment:
             begin_segmenting(state);
@@ -297,6 +300,9 @@ void Work::save(const ViewState& state, const std::string& folder) {
     scene.camera = state.camera;
     scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
     session_.show(std::move(scene));
+    Kept kept = session_.kept();
+    kept.crosshair_mm = state.crosshair_mm;
+    session_.keep(kept);
     if (project_) {
         if (Result<void> begun = project_->begin_save(session_); !begun)
             message_ = begun.error().message;
@@ -323,6 +329,7 @@ void Work::poll() {
             project_.emplace(std::move(**made));
             project_->autosave_every(kAutosave);
             title_ = project_->folder().filename().string();
+            new_project_ = project_->folder().string();
             message_ = fmt::format("saved to {}; every step is kept there from now on",
                                    project_->folder().string());
         }

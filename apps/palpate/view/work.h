@@ -80,6 +80,8 @@ class Work {
     // `folder`, with the state's camera and window.
     void save(const ViewState& state, const std::string& folder);
     bool has_project() const { return project_.has_value(); }
+    // The folder of a project that a save has made: once.
+    std::string take_new_project() { return std::exchange(new_project_, {}); }
     // The folder that a new project is offered.
     std::string new_folder() const { return new_folder_; }
     // Whether closing loses steps: a project has each of them.
@@ -147,7 +149,7 @@ class Work {
     void poll_segmenting();
 
     const bool threaded_;
-    std::string title_, grey_, labels_, new_folder_, message_;
+    std::string title_, grey_, labels_, new_folder_, new_project_, message_;
     SceneFile file_;
     LoadedScene loaded_;
     std::string unit_; // of the values
@@ -170,6 +172,7 @@ class Work {
     haptics::PlateTouch pressed_;   // of it, as drawn
     std::shared_ptr<const Mesh> palette_mesh_;
     bool widget_down_ = false;
+    uint32_t pressed_buttons_ = 0;     // of the pointer's hand, in the last frame
     std::optional<RayCastLayer> rays_; // that the scene has no more
     std::optional<Project> project_;   // after the session that its saves look at
     std::optional<Project::Creation> creation_;

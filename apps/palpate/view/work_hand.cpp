@@ -80,6 +80,11 @@ void Work::follow_hand(ViewState& state, double time_s) {
     if (edited().document.find(labels_))
         labels_asked_ = false;
     touch_.frame(state.stylus, time_s);
+    const Carve carves[] = {state.stylus.first, state.stylus.second};
+    for (size_t i = 0; i < 2; ++i)
+        if ((state.stylus.buttons & ~pressed_buttons_ & (1u << i)) && carves[i] == Carve::nothing)
+            message_ = "this button does nothing yet: the touch window (Y) gives it a tool";
+    pressed_buttons_ = state.stylus.buttons;
     press_widgets(state);
     state.stylus.on = touch_.running();
     state.stylus.by_pointer = touch_.by_pointer();

@@ -19,7 +19,9 @@ bool Work::put_seeds() {
 void Work::show_seeds(const ViewState& state) {
     SessionSources sources = session_.sources();
     const bool previews = state.segmenting.preview && strength_;
-    const bool has_seeds = edited().document.find(kSeeds) != nullptr;
+    const EditState now = edited();
+    const Volume* seeds = now.document.find(kSeeds);
+    const bool has_seeds = seeds && seeds->range().max > 0.0f;
     if ((sources.overlay == kSeeds) != has_seeds || sources.fused.has_value() != previews) {
         sources.overlay = has_seeds ? kSeeds : "";
         sources.fused = previews ? std::optional(strength_->volume) : std::nullopt;

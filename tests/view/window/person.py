@@ -118,7 +118,7 @@ class Person:
             options += ["--size", f"{size[0]},{size[1]}"]
         self.origin = (0, 0)
         self.process = subprocess.Popen(
-            [program, "view", volume, *options, "--validate", "--state", self.state_file,
+            [program, "view", *([volume] if volume else []), *options, "--validate", "--state", self.state_file,
              "--record", self.record_file], env=self.environment, cwd=self.folder,
             stderr=self.messages)
         self.window = until("a window", self._window)

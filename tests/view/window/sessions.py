@@ -29,6 +29,17 @@ def browser_opens_a_typed_file(start):
     assert not state["browser_open"]
 
 
+def opens_without_a_file(start):
+    p = start(volume="")
+    picture = p.shot()
+    # The list of files lies in the middle of the window: a dark panel over all views.
+    assert picture[150:450, 150:500].mean() < 40, picture[150:450, 150:500].mean()
+    p.key("Escape")
+    state = p.close()
+    assert not state["browser_open"] and state["tab"] == "file", state["tab"]
+    assert state["document"]["volume"], "a phantom to try tools on"
+
+
 def pages_slices(start):
     p = start()
     p.at(*AXIAL)
@@ -217,6 +228,7 @@ def clips_by_a_handle(start):
 
 def saves_and_goes_on(start):
     p = start()
+    p.click(CORONAL[0] + 25, CORONAL[1] - 20)
     p.key("b")
     p.drag(100, 120, (40, 0))
     p.key("ctrl+s")
@@ -226,6 +238,8 @@ def saves_and_goes_on(start):
     while not os.path.exists(os.path.join(project, "project.json")) and time.time() < deadline:
         time.sleep(0.05)
     time.sleep(0.5)
+    with open(os.path.join(p.folder, ".local/state/palpate/recent.json")) as recent:
+        assert project in recent.read(), "it is listed among what was opened last"
     # Another program cannot have it as well, and says so in a sentence.
     second = subprocess.run([p.program, "view", project], env=p.environment, capture_output=True,
                             text=True)
@@ -236,6 +250,7 @@ def saves_and_goes_on(start):
     again.looks_right()
     state = again.close()
     assert state["document"]["labels"] == saved["document"]["labels"]
+    assert state["crosshair_sample"] == saved["crosshair_sample"] != [16, 16, 16]
 
 
 def takes_a_picture(start):
@@ -249,6 +264,21 @@ def takes_a_picture(start):
     with open(path, "rb") as file:
         head = file.read(24)
     assert head[16:24] == (800).to_bytes(4, "big") + (600).to_bytes(4, "big"), head
+
+
+def writes_a_figure(start):
+    p = start()
+    p.widget("tab/file")
+    p.widget("file/figure")
+    p.widget("figure/write")
+    path = os.path.join(p.folder, "figure.png")
+    deadline = time.time() + 60
+    while not os.path.exists(path) and time.time() < deadline:
+        time.sleep(0.05)
+    p.close()
+    with open(path, "rb") as file:
+        head = file.read(24)
+    assert head[16:24] == (1600).to_bytes(4, "big") + (1200).to_bytes(4, "big"), head
 
 
 def fills_the_screen(start):
@@ -404,7 +434,7 @@ def loses_no_step_when_it_is_killed(start):
 SESSIONS = [
     loses_no_step_when_it_is_killed, works_undoes_and_asks, saves_and_goes_on,
     drills_with_the_mouse_as_a_hand, measures, paints_erases_and_undoes, keeps_how_it_looks,
-    browser_opens_a_typed_file, pages_slices, window_by_w_and_drag, zooms_pans_and_resets,
+    browser_opens_a_typed_file, opens_without_a_file, writes_a_figure, pages_slices, window_by_w_and_drag, zooms_pans_and_resets,
     maximises_by_double_click, crosshair_by_shift_and_move, turns_a_plane_by_its_handle,
     drags_points_of_the_transfer_function, drags_an_iso_value, arms_and_disarms, clips_by_a_handle,
     takes_a_picture, fills_the_screen, resizes, stays_when_it_is_asked, types_into_a_field,
