@@ -8,6 +8,7 @@
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/key_presses.h"
 #include "apps/palpate/view/measure_tool.h"
+#include "apps/palpate/view/wire_tool.h"
 
 namespace palpate::view {
 
@@ -94,6 +95,9 @@ void press(Outcome& next, const Event& event, const Subject& subject) {
                                                : Drag::Kind::rotate;
         } else if (state.w_held) {
             drag.kind = Drag::Kind::window;
+        } else if (hand == Hand::wire) {
+            press_wire(next, event, subject, panel, twice);
+            drag.kind = Drag::Kind::maximise; // the rest of the click does nothing
         } else if (hand != Hand::crosshair && hand != Hand::measure) {
             drag.kind = Drag::Kind::stroke;
             next.orders.push_back(
@@ -245,6 +249,8 @@ Outcome after(ViewState before, const Event& event, const Subject& subject) {
                 hover(state, subject);
             else if (state.stylus.by_pointer)
                 point_hand(state, subject);
+            if (!state.drag)
+                follow_wire(state, subject);
             move_cursor(state, subject);
             break;
         case Event::Kind::button:

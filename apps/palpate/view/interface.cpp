@@ -168,6 +168,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
                    pictures[static_cast<size_t>(view.panel)]);
         draw_clips(behind, state, work, view.panel, view.box);
         draw_measures(behind, state, work, view.panel, view.box);
+        draw_wire(behind, state, work.subject().grid, view.panel, view.box);
         draw_hand_marks(behind, state, work, view.panel, view.box);
     }
     ImGui::Render();

@@ -73,6 +73,7 @@ class Interface {
     void draw_seed_brush(ViewState& state, std::vector<Order>& orders);
     void draw_parameters(ViewState& state, const SegmentMethod& method);
     void draw_strength(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_method(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_labels_panel(ViewState& state, Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work);
@@ -118,5 +119,8 @@ void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel p
 // The tool of a hand over a view, at the proxy: its outline, the probe and the force.
 void draw_hand_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
                      const Box& box);
+// The contour of the live-wire tool.
+void draw_wire(ImDrawList& list, const ViewState& state, const Grid& grid, Panel panel,
+               const Box& box);
 
 } // namespace palpate::view

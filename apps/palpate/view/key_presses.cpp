@@ -5,6 +5,7 @@
 
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/measure_tool.h"
+#include "apps/palpate/view/wire_tool.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
 
@@ -141,7 +142,7 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
         if (state.drag && state.drag->kind == Drag::Kind::stroke)
             next.orders.push_back({Order::Kind::stroke_cancel, {}, event.time_s, {}});
         else if (!state.drag && !std::exchange(state.help_open, false) && !cancel_measure(state) &&
-                 !std::exchange(state.saving_open, false) &&
+                 !cancel_wire(state) && !std::exchange(state.saving_open, false) &&
                  !std::exchange(state.browser_open, false) &&
                  !std::exchange(state.closing_open, false))
             state.alone.reset();
@@ -160,7 +161,7 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     if (event.key == "space" && state.stylus.on)
         return order(Order::Kind::hand_arm);
     if (!event.modifiers.ctrl) {
-        if (press_measure_key(state, event.key))
+        if (press_measure_key(state, event.key) || press_wire_key(next, event, subject))
             return;
         press_key(state, event.key, event.modifiers.shift, subject);
         return;

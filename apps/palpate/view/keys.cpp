@@ -31,6 +31,7 @@ const std::vector<KeyHelp>& key_help() {
         {"double click, F", "maximise a view, and back"},
         {"C B E X", "tool: crosshair, brush, eraser, cut"},
         {"Q", "seeds for a segmentation"},
+        {"U", "live-wire: a contour along edges; click: freeze, Enter, double click: fill"},
         {"M", "measure: ruler, angle, polygon, sphere; Delete removes"},
         {"+ -", "size of the tool"},
         {"Ctrl+Z, Ctrl+Y", "undo, redo"},

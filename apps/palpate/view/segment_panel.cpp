@@ -99,8 +99,17 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
 void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
     if (ImGui::CollapsingHeader("Seeds", ImGuiTreeNodeFlags_DefaultOpen))
         draw_seed_brush(state, orders);
-    if (!ImGui::CollapsingHeader("Method", ImGuiTreeNodeFlags_DefaultOpen))
+    if (ImGui::CollapsingHeader("Method", ImGuiTreeNodeFlags_DefaultOpen))
+        draw_method(state, work, orders);
+    if (!ImGui::CollapsingHeader("Live-wire", ImGuiTreeNodeFlags_DefaultOpen))
         return;
+    if (ImGui::RadioButton("contour along edges", state.hand == Hand::wire))
+        state.hand = Hand::wire;
+    note("segment/wire");
+    hint("click in a slice: freeze; Enter or double click: fill with the label");
+}
+
+void Interface::draw_method(ViewState& state, Work& work, std::vector<Order>& orders) {
     if (ImGui::BeginCombo("##method", state.segmenting.method.c_str())) {
         for (const SegmentMethod& method : segment_methods()) {
             if (method.takes_curves)

@@ -6,7 +6,8 @@
 namespace palpate::view {
 
 const char* name_of(Hand hand) {
-    constexpr const char* names[] = {"crosshair", "draw", "erase", "cut", "seed", "measure"};
+    constexpr const char* names[] = {"crosshair", "draw",    "erase", "cut",
+                                     "seed",      "measure", "wire"};
     return names[static_cast<size_t>(hand)];
 }
 

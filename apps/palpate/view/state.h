@@ -18,6 +18,7 @@
 #include "apps/palpate/view/stereo_view.h"
 #include "apps/palpate/view/stylus.h"
 #include "apps/palpate/view/transfer_editor.h"
+#include "apps/palpate/view/wiring.h"
 #include "engine/scene/scene.h"
 
 namespace palpate::view {
@@ -28,7 +29,8 @@ enum class Hand {
     erase,
     cut,
     seed,
-    measure
+    measure,
+    wire
 }; // what the left button does in slices
 const char* name_of(Hand hand);
 
@@ -109,6 +111,7 @@ struct ViewState {
     Tab tab = Tab::view;
     TransferEditing transfer;
     Segmenting segmenting;
+    Wiring wiring;
     Measuring measuring;
     Clipping clipping;
     FigureSetup figure;
@@ -135,6 +138,8 @@ struct Subject {
     ViewState home; // as it was opened
     // What a ray of the 3D view meets first, if anything: for Shift and a move.
     std::function<std::optional<glm::dvec3>(const Ray&)> pick{};
+    // The path along edges between two samples of a slice across an axis, both included.
+    std::function<std::vector<glm::uvec3>(glm::uvec3 from, glm::uvec3 to, int axis)> path{};
 };
 
 // What cannot be done by a change of state.
@@ -155,6 +160,8 @@ struct Order {
         segment,
         stop_segmenting,
         clear_seeds,
+        fill_wire, // the contour that was closed, with the label that is drawn
+        tell,      // a person, in words
         hand_start,
         hand_stop,
         hand_arm,
@@ -164,7 +171,7 @@ struct Order {
     glm::dvec3 at_mm{0.0}; // of strokes
     double time_s = 0.0;
     // path: of open; of save the folder of a new project, or empty; of exports and figures; of
-    // hand_start the device, or empty: the last one.
+    // hand_start the device, or empty: the last one; of tell the words.
     std::string path{}, series{};
 
     friend bool operator==(const Order&, const Order&) = default;

@@ -192,6 +192,9 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     home.locked_labels = session_.kept().locked_labels;
     if (loaded_.label_names.empty()) // a project has its own
         loaded_.label_names = session_.kept().label_names;
+    subject_.path = [this](glm::uvec3 from, glm::uvec3 to, int axis) {
+        return wire_path(from, to, axis);
+    };
     subject_.pick = [this](const Ray& ray) {
         const EditState state = session_.state();
         return first_seen(ray, *state.document.find(grey_), session_.scene());
@@ -282,6 +285,12 @@ void Work::obey(const Order& order, const ViewState& state) {
             break;
         case Order::Kind::clear_seeds:
             session_.put({kSeeds, VolumeKind::labels, empty_labels(subject_.grid)}, "clear seeds");
+            break;
+        case Order::Kind::fill_wire:
+            fill_wire(state);
+            break;
+        case Order::Kind::tell:
+            message_ = order.path;
             break;
         case Order::Kind::hand_start:
         case Order::Kind::hand_stop:

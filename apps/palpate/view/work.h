@@ -14,6 +14,7 @@
 #include "apps/palpate/view/state.h"
 #include "apps/palpate/view/touch.h"
 #include "engine/base/json.h"
+#include "engine/segment/live_wire.h"
 #include "engine/session/project.h"
 #include "engine/session/session.h"
 
@@ -147,6 +148,8 @@ class Work {
     void show_seeds(const ViewState& state); // and the result's preview, over slices
     void begin_segmenting(const ViewState& state);
     void poll_segmenting();
+    std::vector<glm::uvec3> wire_path(glm::uvec3 from, glm::uvec3 to, int axis); // Subject::path
+    void fill_wire(const ViewState& state);
 
     const bool threaded_;
     std::string title_, grey_, labels_, new_folder_, new_project_, message_;
@@ -166,6 +169,15 @@ class Work {
     std::optional<Strength> strength_;
     std::optional<FusionLayer> fusion_; // of the file
     std::unique_ptr<SegmentRun> segmenting_;
+    struct WireSlice { // of which volume
+        uint64_t version;
+        int axis;
+        uint32_t layer;
+        friend bool operator==(const WireSlice&, const WireSlice&) = default;
+    };
+    std::optional<LiveWire> wire_; // what it knows of wire_slice_, from wire_anchor_
+    std::optional<WireSlice> wire_slice_;
+    std::optional<glm::uvec3> wire_anchor_;
     Touch touch_; // after the session that it stops
     TipMesh tip_;
     std::vector<Widget3d> palette_; // that is felt and drawn

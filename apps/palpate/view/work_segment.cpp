@@ -110,7 +110,8 @@ Json Work::dump_segmenting(const ViewState& state) const {
     constexpr const char* brushes[] = {"inside", "outside", "erase"};
     Json json{{"brush", brushes[static_cast<size_t>(state.segmenting.brush)]},
               {"method", state.segmenting.method},
-              {"runs", segmenting_ != nullptr}};
+              {"runs", segmenting_ != nullptr},
+              {"wire_samples", state.wiring.frozen.size()}};
     for (const auto& [method, values] : state.segmenting.given)
         for (const auto& [name, value] : values)
             json["given"][method][name] = value;

@@ -1,0 +1,35 @@
+// The contour of the live-wire tool over a slice.
+
+#include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/mark_drawing.h"
+#include "apps/palpate/view/wire_tool.h"
+
+namespace palpate::view {
+
+void draw_wire(ImDrawList& list, const ViewState& state, const Grid& grid, Panel panel,
+               const Box& box) {
+    if (state.hand != Hand::wire || !shows_wire(state, grid, panel))
+        return;
+    const glm::dvec2 low(box.low_px), high = low + glm::dvec2(box.size_px);
+    list.PushClipRect(to_im(low), to_im(high), true);
+    const auto draw = [&](const std::vector<glm::uvec3>& samples, ImU32 color) {
+        std::vector<ImVec2> points;
+        for (const glm::uvec3 at : samples)
+            points.push_back(to_im(
+                pixel_of(state, grid, panel, world_point(grid, glm::dvec3(at))).value() + 0.5));
+        const auto count = static_cast<int>(points.size());
+        const auto width = static_cast<float>(1.5 * state.text_scale);
+        list.AddPolyline(points.data(), count, kMarkShadow, 0, 2.0f * width);
+        list.AddPolyline(points.data(), count, color, 0, width);
+    };
+    draw(state.wiring.frozen, kMarkTool);
+    draw(state.wiring.live, kMarkChosen);
+    const glm::dvec2 first =
+        pixel_of(state, grid, panel, world_point(grid, glm::dvec3(state.wiring.frozen.front())))
+            .value() +
+        0.5;
+    draw_circle(list, first, 4.0 * state.text_scale, kMarkTool, 1.5f);
+    list.PopClipRect();
+}
+
+} // namespace palpate::view
