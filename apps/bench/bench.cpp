@@ -88,7 +88,7 @@ Command add_bench_suites(CLI::App& app) {
            "Parts of a suite, by name. frame: sides of its volumes (128, 512, 1024). "
            "render: frames, relative (both eyes beside one, and "
            "interactive beside full quality, from four sides; default: both, from one). "
-           "segment: study, and names of its table (gaussian, ..). surface: sphere_SIDE, "
+           "segment: study, guidance, and names of its table (gaussian, ..). surface: sphere_SIDE, "
            "gyroid_SIDE, "
            "head_ct, "
            "head_ct_174, gyroid_512, labels, edits, live, window (default: all but gyroid_512, "

@@ -14,6 +14,7 @@
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
 #include "apps/palpate/touch_feel.h"
+#include "apps/palpate/touch_guide.h"
 #include "apps/palpate/touch_live.h"
 #include "apps/palpate/touch_path.h"
 #include "apps/palpate/touch_run.h"
@@ -196,10 +197,14 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
          "of swept-* and eriksson-2006"},
         {name != "none" && !edits(o), {"--vibration"}, "nothing is removed without an edit"},
         {name != "koerner-1999", {"--surface-delay"}, "of koerner-1999"},
-        {name != "none" && !name.starts_with("swept-") && name != "vidholm-2004",
+        {name != "none" && !name.starts_with("swept-") && !name.starts_with("guide-") &&
+             name != "vidholm-2004",
          {"--yield"},
-         "of swept-* and vidholm-2004; --transfer is the T0 of wish-2008-*"},
+         "of swept-*, guide-* and vidholm-2004; --transfer is the T0 of wish-2008-*"},
         {o.feel.second_edit.empty(), {"--second-tool"}, "without --second-edit"},
+        {name.starts_with("guide-"),
+         {"--iso", "--source", "--friction", "--label-feel"},
+         "with --guide"},
         {source == haptics::TouchSource::labels, {"--iso"}, "labels are felt"},
         {source != haptics::TouchSource::labels, {"--label-feel"}, "grey values are felt"},
         {is_sphere && o.feel.felt_tool.empty() && o.radius_mm == 0.0,
@@ -460,7 +465,11 @@ Command add_touch(CLI::App& app) {
     app.add_flag("--journal", o->keep_journal,
                  "Keep FILE.journal at the end; `palpate edit SCENE --recover --undo N -o FILE` "
                  "then takes strokes back");
-    refuse_where_wrong(app, [o] { return check_together(*o); });
+    refuse_where_wrong(app, [o, &app] {
+        if (!o->feel.guide.empty() && app.count("--algorithm") == 0)
+            o->algorithm = algorithm_of_guide(o->feel.guide);
+        return check_together(*o);
+    });
     return {[o, &app] { return run_touch(*o, app); }, [o] { return files_of(*o); }};
 }
 

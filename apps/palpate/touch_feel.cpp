@@ -11,6 +11,7 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/option_texts.h"
 #include "apps/palpate/surface_labels.h"
+#include "apps/palpate/touch_guide.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/edit/stroke.h"
@@ -248,6 +249,7 @@ constexpr TextOption kTextOptions[] = {
 
 void append_files(const FeelOptions& o, std::vector<NamedFile>& files) {
     files.push_back({"--mesh", o.mesh});
+    append_guide(o.guide, files);
     for (const std::string& component : o.field)
         files.push_back({"--field", component});
     for (const auto& [option, value] : {std::pair("--felt-tool", &o.felt_tool),
@@ -275,6 +277,7 @@ void add_feel_options(CLI::App& app, FeelOptions& o) {
         ->delimiter(',')
         ->expected(3)
         ->type_name("VX,VY,VZ");
+    add_guide_option(app, o.guide);
     for (const TextOption& option : kTextOptions)
         app.add_option(option.name, o.*option.value, option.help)->type_name(option.type);
     for (const char* force : {"--transfer", "--transfer-across"})
@@ -296,6 +299,7 @@ Result<void> check_together(const FeelOptions& o, const std::string& algorithm) 
     if (o.label_feel.size() > haptics::TouchParameters::kMostLabels)
         return fail("--label-feel: expected at most {}, found {}",
                     haptics::TouchParameters::kMostLabels, o.label_feel.size());
+    PALPATE_TRY(check_guide_felt(o.guide, algorithm));
     if (!o.edit.empty() && o.tool.empty())
         return fail("--edit: needs a --tool");
     if (!o.second_edit.empty() && o.edit.empty() && o.drill_mm == 0.0)
@@ -344,7 +348,7 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
         tell_of_places(*loaded.data.labels, loaded.data.volume);
     if (feel.parameters.source == TouchSource::labels && feel.parameters.label_count > 0)
         warn_of_absent_labels(feel);
-    if (feel.parameters.source == TouchSource::grey) {
+    if (feel.parameters.source == TouchSource::grey && o.guide.empty()) {
         const haptics::Tuning tuning = haptics::tune(feel.parameters, *feel.scene.grey);
         if (tuning.grains > kManyGrains)
             log::warning(
@@ -368,6 +372,9 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
 
     for (size_t axis = 0; axis < o.field.size(); ++axis) {
         PALPATE_TRY(feel.scene.field[axis], load_component(o.field[axis], stop));
+    }
+    if (!o.guide.empty()) {
+        PALPATE_TRY(feel.scene.field[0], load_guide(o.guide, feel, stop));
     }
     if (name == "swept-tool" && !o.felt_tool.empty()) {
         PALPATE_TRY(const Said<Tool> tool, read_touch_tool(o.felt_tool));

@@ -16,7 +16,7 @@ namespace palpate {
 
 // Options of `palpate touch` on the felt and edited data: grey values, labels, a mesh, a field.
 struct FeelOptions {
-    std::string source, mesh, felt_tool, tool, edit, second_tool, second_edit;
+    std::string source, mesh, felt_tool, tool, edit, second_tool, second_edit, guide;
     std::vector<std::string> label_feel, field;
     std::string transfer, transfer_across, opacity;
     double drill_mm = 0.0;

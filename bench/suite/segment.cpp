@@ -6,6 +6,7 @@
 
 #include "bench/segment/cases.h"
 #include "bench/segment/live_cases.h"
+#include "bench/study/guidance.h"
 #include "bench/study/liver_study.h"
 #include "bench/study/samples.h"
 #include "bench/suite/suites.h"
@@ -117,6 +118,16 @@ Result<void> add_study(const Options& options, Json& json) {
 
 namespace {
 
+constexpr const char* kGuidance = "guidance"; // the part's name
+
+Result<void> add_guidance(const Options& options, Json& json) {
+    GuidanceOptions guidance;
+    if (options.tiny)
+        guidance = {.phantoms = 1, .seeds = 2, .repeats = 2};
+    PALPATE_TRY(json["guidance"], guidance_study(guidance, {options.stop, {}}));
+    return {};
+}
+
 // What a person waits for, in the same table.
 Result<void> add_live_case(const LiveCase& one, const Options& options, Json& json) {
     PALPATE_TRY(const LiveTimes found, one.run(options.tiny, {options.stop, {}}));
@@ -148,6 +159,8 @@ Result<Report> run_segment(Bench& bench) {
     };
     if (wants(kStudy))
         PALPATE_TRY(add_study(options, report.json));
+    if (wants(kGuidance))
+        PALPATE_TRY(add_guidance(options, report.json));
     for (const LiveCase& one : live_cases())
         if (wants(one.name))
             PALPATE_TRY(add_live_case(one, options, report.json));

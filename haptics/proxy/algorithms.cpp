@@ -3,6 +3,7 @@
 #include "haptics/field/coupling.h"
 #include "haptics/papers/papers.h"
 #include "haptics/papers/papers_mesh.h"
+#include "haptics/proxy/guide.h"
 #include "haptics/proxy/swept_mesh.h"
 #include "haptics/proxy/swept_point.h"
 #include "haptics/proxy/swept_tool.h"
@@ -44,6 +45,10 @@ constexpr AlgorithmEntry kAlgorithms[] = {
      make_koerner_1999},
     {"drill-three-step", "contact point on marching cubes, drilling in three steps (UEA)", true,
      make_drill_three_step},
+    {"guide-inside", "drawn back into an object, by a volume of distances", false,
+     make_guide_inside},
+    {"guide-onto", "drawn to an edge, a path or a plane, by a volume of distances", false,
+     make_guide_onto},
     {"swept-point", "a point held out of grey values or labels, at any speed", false,
      make_swept_point},
     {"swept-tool", "a tool of thousands of samples held out of grey values or labels", false,

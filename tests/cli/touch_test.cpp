@@ -498,5 +498,37 @@ TEST_F(CarvingTouch, ThatIsKilledLosesNoStrokeThatHadEnded) {
         std::printf("    %zu strokes kept: %d times\n", count, times);
 }
 
+// The hand goes up from z = -6 mm to 8 mm; labels end at -0.5 mm.
+TEST_F(TouchCommand, GuidesTheHand) {
+    write("up.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,-6\n1,0,0,8\n2,0,0,8\n");
+    write_two_labels();
+    const auto guided = [&](const std::vector<std::string>& guide) {
+        std::vector<std::string> arguments{
+            "touch",    "synthetic:ball?size=64", "--path",   file("up.csv").string(),
+            "--report", file("r.csv").string(),   "--device", "exact"};
+        arguments.insert(arguments.end(), guide.begin(), guide.end());
+        return run(arguments);
+    };
+    const ProgramRun labels =
+        guided({"--labels", file("labels.nrrd").string(), "--guide", "labels"});
+    ASSERT_EQ(labels.exit_code, 0) << labels.messages;
+    EXPECT_LE(json::parse(labels.output)["energy_mj"].get<double>(), 0.0);
+    EXPECT_NEAR(table("r.csv").at("proxy_z_mm").back(), -0.5, 1e-3);
+
+    const ProgramRun plane = guided({"--guide", "plane:0,0,-6,0,0,1", "--iso", "3"});
+    ASSERT_EQ(plane.exit_code, 0) << plane.messages;
+    EXPECT_THAT(plane.messages, HasSubstr("--iso"));
+    EXPECT_NEAR(table("r.csv").at("proxy_z_mm").back(), -6.0, 1e-3);
+
+    const ProgramRun edges = guided({"--guide", "edges", "--yield", "2"});
+    ASSERT_EQ(edges.exit_code, 0) << edges.messages;
+
+    EXPECT_THAT(guided({"--guide", "plane:1,2,3"}).messages, HasSubstr("six numbers, found 3"));
+    EXPECT_THAT(guided({"--algorithm", "guide-onto"}).messages, HasSubstr("needs a --guide"));
+    EXPECT_THAT(guided({"--guide", "edges", "--algorithm", "swept-point"}).messages,
+                HasSubstr("not by swept-point"));
+    EXPECT_THAT(guided({"--guide", "labels"}).messages, HasSubstr("--guide labels: expected"));
+}
+
 } // namespace
 } // namespace palpate
