@@ -210,7 +210,7 @@ Held hold(const SimplexMesh& mesh, const MeshPull& pull) {
     // Faces are hexagons, two heights of a triangle apart.
     const auto depth = uint32_t(std::clamp(pull.wide_mm / (std::sqrt(3.0) * edge_mm), 1.0, 12.0));
     Held held{{patch_of_faces(mesh, pull.face, depth), glm::dvec3(0.0)}, {}};
-    held.to_mm = center_of(mesh, held.pull.faces) + pull.by_mm * pull.normal;
+    held.to_mm = center_of(mesh, held.pull.faces) + pull.by_mm * pull.direction;
     return held;
 }
 

@@ -119,20 +119,22 @@ std::optional<MeshPull> SimulatedUser::pull(const SimplexMesh& mesh, const Volum
         const double off_mm = wanted.value(index_point(distance.grid(), center));
         if (!(std::abs(off_mm) > std::abs(worst.by_mm)))
             continue; // nor where it has no data
-        glm::dvec3 normal(0.0);
-        for (size_t i = 0; i < corners.size(); ++i)
-            normal += glm::cross(mesh.positions[corners[i]] - center,
-                                 mesh.positions[corners[(i + 1) % corners.size()]] - center);
-        worst = {f, -off_mm, 0.0, glm::normalize(normal)};
+        worst.face = f;
+        worst.by_mm = -off_mm;
         at_mm = center;
     }
     if (std::abs(worst.by_mm) <= 2.0 * habits_.aim_sd_mm)
         return std::nullopt;
+    const glm::dvec3 away =
+        world_gradient(distance.grid(), wanted.gradient(index_point(distance.grid(), at_mm)));
+    if (!(glm::length(away) > 1e-3)) // as far from two places of the surface
+        return std::nullopt;
+    worst.direction = glm::normalize(away);
     worst.wide_mm = std::max(5.0, 0.7 * std::abs(worst.by_mm));
     worst.by_mm += habits_.aim_sd_mm * draw_.normal();
     click(at_mm);
     interaction_.path_mm += std::abs(worst.by_mm);
-    hand_mm_ = at_mm + worst.by_mm * worst.normal;
+    hand_mm_ = at_mm + worst.by_mm * worst.direction;
     return worst;
 }
 

@@ -34,12 +34,12 @@ struct Correction {
     bool add = false; // to the object; else away from it
 };
 
-// Faces of a mesh that are drawn along their normal, which is outward.
+// Faces of a mesh that are drawn to the surface that a person wants, straight.
 struct MeshPull {
     uint32_t face = 0;
-    double by_mm = 0.0;   // negative: inward
-    double wide_mm = 0.0; // radius of the patch about the face that goes along
-    glm::dvec3 normal{0.0};
+    double by_mm = 0.0;        // along the direction; negative: towards the object
+    double wide_mm = 0.0;      // radius of the patch about the face that goes along
+    glm::dvec3 direction{0.0}; // of unit length, away from the object
 };
 
 // One person before one volume. What it does is a function of its seed, its habits and what it is
@@ -57,8 +57,9 @@ class SimulatedUser {
                                               const Task& task);
 
     // The face whose centre is farthest from the surface that the person wants, of which `distance`
-    // is signed_distance(), drawn there: off by the aim along the normal, with a patch of 0.7 times
-    // the distance, 5 mm at least. Absent where none is farther than twice the aim: it is not seen.
+    // is signed_distance(), drawn to its nearest place: off by the aim along the way, with a patch
+    // of 0.7 times the distance, 5 mm at least. Absent where none is farther than twice the aim: it
+    // is not seen.
     std::optional<MeshPull> pull(const SimplexMesh& mesh, const Volume& distance);
 
     const Interaction& interaction() const { return interaction_; }
