@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <unordered_set>
 
 #include "engine/base/assert.h"
 #include "engine/volume/box.h"
@@ -150,7 +151,7 @@ Result<LiveWireRegion> live_wire_region(const Volume& volume, glm::uvec3 first, 
     return out;
 }
 
-LiveWire::LiveWire(LiveWireRegion region) : region_(std::move(region)), left_(nullptr, std::free) {
+LiveWire::LiveWire(LiveWireRegion region) : region_(std::move(region)) {
     const glm::uvec3 size = region_.size;
     PALPATE_ASSERT_CMP(region_.cost.size(), ==, count_of(size));
     PALPATE_ASSERT_CMP(region_.cost.size(), <, size_t{UINT32_MAX});
@@ -171,7 +172,8 @@ LiveWire::LiveWire(LiveWireRegion region) : region_(std::move(region)), left_(nu
     const uint8_t least = *std::min_element(region_.cost.begin(), region_.cost.end());
     width_ = uint32_t(kLengthUnits) * 2 * least;
     const double dearest = steps_.empty() ? 0.0 : kLengthUnits * longest / shortest * 2 * 255 + 510;
-    buckets_.resize(size_t(dearest / width_) + 2);
+    for (Front* front : {&from_anchor_, &back_})
+        front->buckets.resize(size_t(dearest / width_) + 2);
     set_anchor(glm::uvec3(0));
 }
 
@@ -192,70 +194,176 @@ void LiveWire::for_each_neighbour(size_t at, const Visit& visit) const {
     }
 }
 
-void LiveWire::set_anchor(glm::uvec3 at) {
-    PALPATE_ASSERT(glm::all(glm::lessThan(at, region_.size)));
-    left_.reset(); // before there is another
-    left_.reset(static_cast<uint32_t*>(std::calloc(region_.cost.size(), sizeof(uint32_t))));
-    if (!left_)
-        throw std::bad_alloc();
-    for (std::vector<uint32_t>& bucket : buckets_)
+void LiveWire::begin(Front& front, size_t at) {
+    for (std::vector<uint32_t>& bucket : front.buckets)
         bucket.clear();
-    bucket_ = 0;
-    waiting_ = 1;
-    left_[number(at)] = UINT32_MAX;
-    buckets_[0].push_back(uint32_t(number(at)));
+    front.bucket = 0;
+    front.waiting = 1;
+    front.left[at] = UINT32_MAX;
+    front.buckets[0].push_back(uint32_t(at));
 }
 
-// No step is shorter than a bucket is wide: so nothing in it can be reached by a cheaper way.
-void LiveWire::settle_next_bucket() {
+void LiveWire::set_anchor(glm::uvec3 at) {
+    PALPATE_ASSERT(glm::all(glm::lessThan(at, region_.size)));
+    const auto zeros = [&](Front& front) {
+        front.left.reset(); // before there is another
+        front.left.reset(
+            static_cast<uint32_t*>(std::calloc(region_.cost.size(), sizeof(uint32_t))));
+        if (!front.left)
+            throw std::bad_alloc();
+    };
+    zeros(from_anchor_);
+    if (!back_.left)
+        zeros(back_);
+    to_ = number(at);
+    cost_to_ = 0;
+    begin(from_anchor_, to_);
+}
+
+// No step is shorter than a bucket is wide: so nothing in it can be reached by a cheaper way. Calls
+// reach(sample) for each sample that got a cost, or a lower one.
+template <class Reach>
+void LiveWire::settle_next_bucket(Front& front, const Reach& reach) {
+    std::vector<std::vector<uint32_t>>& ring = front.buckets;
     std::vector<uint32_t> now;
-    now.swap(buckets_[bucket_ % buckets_.size()]);
-    waiting_ -= now.size();
+    now.swap(ring[front.bucket % ring.size()]);
+    front.waiting -= now.size();
     for (const uint32_t at : now) {
-        const uint32_t left = left_[at], cost = UINT32_MAX - left;
-        if (cost / width_ != bucket_)
+        const uint32_t left = front.left[at], cost = UINT32_MAX - left;
+        if (cost / width_ != front.bucket)
             continue; // it was reached more cheaply, and is settled
         for_each_neighbour(at, [&](size_t to, const Step& by) {
-            if (left_[to] >= left)
+            if (front.left[to] >= left)
                 return; // is no dearer than where we are
             const uint32_t step = step_cost(by, at, to);
-            if (left - left_[to] <= step)
+            if (left - front.left[to] <= step)
                 return;
-            left_[to] = left - step;
-            buckets_[(cost + step) / width_ % buckets_.size()].push_back(uint32_t(to));
-            ++waiting_;
+            reach(to);
+            front.left[to] = left - step;
+            ring[(cost + step) / width_ % ring.size()].push_back(uint32_t(to));
+            ++front.waiting;
         });
     }
     now.clear();
-    if (buckets_[bucket_ % buckets_.size()].empty())
-        now.swap(buckets_[bucket_ % buckets_.size()]); // keeps its memory
-    ++bucket_;
+    if (ring[front.bucket % ring.size()].empty())
+        now.swap(ring[front.bucket % ring.size()]); // keeps its memory
+    ++front.bucket;
+}
+
+void LiveWire::forget_back() {
+    for (const uint32_t at : reached_)
+        back_.left[at] = 0;
+    reached_.clear();
+}
+
+// The least cost of a way from the anchor to a sample, whose costs are not final. What is not final
+// from one end costs at least its bucket's turn; so ways that neither end knows cost both.
+uint64_t LiveWire::search_from(size_t to) {
+    forget_back();
+    begin(back_, to);
+    reached_.push_back(uint32_t(to));
+    // Samples to which both ends know a way are looked at when their costs are written.
+    uint64_t best = from_anchor_.left[to] != 0 ? from_anchor_.cost(to) : UINT64_MAX;
+    std::vector<uint32_t> met;
+    while (from_anchor_.waiting > 0 && back_.waiting > 0 &&
+           best >= width_ * (from_anchor_.bucket + back_.bucket)) {
+        met.clear();
+        if (from_anchor_.next() <= back_.next())
+            settle_next_bucket(from_anchor_, [&](size_t at) {
+                if (back_.left[at] != 0)
+                    met.push_back(uint32_t(at));
+            });
+        else
+            settle_next_bucket(back_, [&](size_t at) {
+                if (back_.left[at] == 0)
+                    reached_.push_back(uint32_t(at));
+                if (from_anchor_.left[at] != 0)
+                    met.push_back(uint32_t(at));
+            });
+        for (const uint32_t at : met)
+            best = std::min(best, from_anchor_.cost(at) + back_.cost(at));
+    }
+    return best;
+}
+
+// The first neighbour by which a sample whose cost is final is reached; itself at the anchor.
+size_t LiveWire::step_before(size_t at) const {
+    size_t before = at;
+    const uint32_t* left = from_anchor_.left.get();
+    for_each_neighbour(at, [&](size_t from, const Step& by) {
+        // What is not settled yet costs more than what is, so it is no way here.
+        if (before == at && left[from] > left[at] &&
+            left[from] - left[at] == step_cost(by, at, from))
+            before = from;
+    });
+    return before;
+}
+
+// From a cursor back to the first sample that is final from the anchor, on a way of that cost: at
+// each sample the first neighbour through which there is one. On such a way all that is not final
+// from the anchor is final from the cursor. A search in depth that enters no sample twice.
+std::vector<size_t> LiveWire::way_to_known(size_t to, uint64_t cost) const {
+    struct Level {
+        size_t at;
+        std::vector<size_t> ways; // not tried yet, the first last
+    };
+    std::unordered_set<size_t> entered;
+    std::vector<Level> levels;
+    const auto enter = [&](size_t at) {
+        Level level{at, {}};
+        for_each_neighbour(at, [&](size_t from, const Step& by) {
+            if (back_.left[from] != 0 &&
+                back_.cost(from) == back_.cost(at) + step_cost(by, at, from))
+                level.ways.push_back(from);
+        });
+        std::reverse(level.ways.begin(), level.ways.end());
+        levels.push_back(std::move(level));
+    };
+    enter(to);
+    while (!is_final(from_anchor_, levels.back().at)) {
+        while (levels.back().ways.empty()) {
+            levels.pop_back();
+            PALPATE_ASSERT(!levels.empty());
+        }
+        const size_t next = levels.back().ways.back();
+        levels.back().ways.pop_back();
+        const bool is_dearer =
+            is_final(from_anchor_, next) && from_anchor_.cost(next) + back_.cost(next) != cost;
+        if (!is_dearer && entered.insert(next).second)
+            enter(next);
+    }
+    std::vector<size_t> way;
+    for (const Level& level : levels)
+        way.push_back(level.at);
+    return way;
+}
+
+uint32_t LiveWire::cost_of(glm::uvec3 to) const {
+    return number(to) == to_ ? cost_to_ : uint32_t(from_anchor_.cost(number(to)));
 }
 
 std::vector<glm::uvec3> LiveWire::path(glm::uvec3 to) {
     PALPATE_ASSERT(glm::all(glm::lessThan(to, region_.size)));
-    size_t at = number(to);
-    while (waiting_ > 0 && (left_[at] == 0 || (UINT32_MAX - left_[at]) / width_ >= bucket_))
-        settle_next_bucket();
+    to_ = number(to);
+    std::vector<size_t> way{to_};
+    if (is_final(from_anchor_, to_)) {
+        cost_to_ = uint32_t(from_anchor_.cost(to_));
+    } else {
+        const uint64_t cost = search_from(to_);
+        cost_to_ = uint32_t(cost);
+        while (from_anchor_.bucket == 0) // the anchor itself is to be final
+            settle_next_bucket(from_anchor_, [](size_t) {});
+        way = way_to_known(to_, cost);
+    }
+    while (from_anchor_.left[way.back()] != UINT32_MAX) {
+        const size_t before = step_before(way.back());
+        PALPATE_ASSERT(before != way.back());
+        way.push_back(before);
+    }
     std::vector<glm::uvec3> out;
     const glm::uvec3 size = region_.size;
-    const auto place = [&](size_t i) {
-        return glm::uvec3(i % size.x, i / size.x % size.y, i / (size_t{size.x} * size.y));
-    };
-    out.push_back(place(at));
-    while (left_[at] != UINT32_MAX) {
-        size_t before = at;
-        for_each_neighbour(at, [&](size_t from, const Step& by) {
-            // What is not settled yet costs more than what is, so it is no way here.
-            if (before == at && left_[from] > left_[at] &&
-                left_[from] - left_[at] == step_cost(by, at, from))
-                before = from;
-        });
-        PALPATE_ASSERT(before != at);
-        at = before;
-        out.push_back(place(at));
-    }
-    std::reverse(out.begin(), out.end());
+    for (auto at = way.rbegin(); at != way.rend(); ++at)
+        out.emplace_back(*at % size.x, *at / size.x % size.y, *at / (size_t{size.x} * size.y));
     return out;
 }
 

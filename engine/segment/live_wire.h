@@ -43,10 +43,12 @@ Result<LiveWireRegion> live_wire_region(const Volume& volume, glm::uvec3 first, 
 // of work.
 //
 // Dijkstra's method with buckets as wide as the least step (Dial 1969; Falcao & Udupa 2000): a
-// bucket is final when its turn comes. It goes on only until the cursor is reached and keeps what
-// it knows while the anchor stays; so a second path costs what is new of it. Memory: the costs, and
-// 4 bytes a sample near those that were reached (pages of the system: a new anchor and a large box
-// cost nothing of themselves). For one thread.
+// bucket is final when its turn comes. It goes on from both ends, on the side whose next bucket has
+// less in it, until no way that is not known yet can be cheaper (Pohl 1971): where the cursor has
+// left the edge, what is as cheap all about the anchor's side need not be searched. What is known
+// from the anchor stays while the anchor stays; so a second path costs what is new of it. Memory:
+// the costs, and 4 bytes a sample near those that were reached from either end (pages of the
+// system: a new anchor and a large box cost nothing of themselves). For one thread.
 class LiveWire {
  public:
     explicit LiveWire(LiveWireRegion region);
@@ -58,7 +60,7 @@ class LiveWire {
     // back from `to` come first in the order of the neighbours' memory.
     std::vector<glm::uvec3> path(glm::uvec3 to);
     // What the path to a sample costs, in units of a step's cost; after path(to).
-    uint32_t cost_of(glm::uvec3 to) const { return UINT32_MAX - left_[number(to)]; }
+    uint32_t cost_of(glm::uvec3 to) const;
 
     struct Step {
         glm::ivec3 by;
@@ -74,19 +76,38 @@ class LiveWire {
     uint32_t step_cost(const Step& step, size_t from, size_t to) const {
         return step.length * (uint32_t{region_.cost[from]} + region_.cost[to]);
     }
-    void settle_next_bucket();
+    // What is known of one end's costs.
+    struct Front {
+        std::vector<std::vector<uint32_t>> buckets; // a ring
+        uint64_t bucket = 0;                        // whose turn it is; those before are final
+        size_t waiting = 0;                         // entries in the ring
+        // What the cost from the end leaves of the largest number: 0 where none is known. A box of
+        // zeros takes no memory until it is written.
+        std::unique_ptr<uint32_t[], void (*)(void*)> left{nullptr, std::free};
+
+        size_t next() const { return buckets[bucket % buckets.size()].size(); }
+        uint64_t cost(size_t at) const { return UINT32_MAX - left[at]; }
+    };
+    bool is_final(const Front& front, size_t at) const {
+        return front.left[at] != 0 && front.cost(at) / width_ < front.bucket;
+    }
+    void begin(Front& front, size_t at);
+    template <class Reach>
+    void settle_next_bucket(Front& front, const Reach& reach);
+    uint64_t search_from(size_t to);
+    void forget_back();
+    size_t step_before(size_t at) const;
+    std::vector<size_t> way_to_known(size_t to, uint64_t cost) const;
     template <class Visit>
     void for_each_neighbour(size_t number, const Visit& visit) const;
 
     LiveWireRegion region_;
     std::vector<Step> steps_;
-    uint32_t width_ = 1;                         // of a bucket
-    std::vector<std::vector<uint32_t>> buckets_; // a ring
-    uint64_t bucket_ = 0;                        // whose turn it is
-    size_t waiting_ = 0;                         // entries in the ring
-    // What the cost from the anchor leaves of the largest number: 0 where none is known. A box of
-    // zeros takes no memory until it is written.
-    std::unique_ptr<uint32_t[], void (*)(void*)> left_;
+    uint32_t width_ = 1;            // of a bucket
+    Front from_anchor_, back_;      // back_ is of one cursor
+    std::vector<uint32_t> reached_; // by back_, to be forgotten
+    size_t to_ = 0;                 // of the last path, and its cost
+    uint32_t cost_to_ = 0;
 };
 
 } // namespace palpate

@@ -65,6 +65,27 @@ uint64_t cost_along(const LiveWire& wire, const std::vector<glm::uvec3>& path) {
     return sum;
 }
 
+// Back from `to`, by the first step to a sample through which a way of least cost leads.
+std::vector<glm::uvec3> first_path(const LiveWire& wire, const std::vector<uint64_t>& costs,
+                                   glm::uvec3 to) {
+    const glm::uvec3 n = wire.region().size;
+    const auto number = [&](glm::uvec3 p) { return p.x + n.x * (p.y + size_t{n.y} * p.z); };
+    std::vector<glm::uvec3> path{to};
+    while (costs[number(path.back())] > 0)
+        for (const LiveWire::Step& step : wire.steps()) {
+            const glm::uvec3 from(glm::ivec3(path.back()) + step.by);
+            if (glm::any(glm::greaterThanEqual(from, n)))
+                continue;
+            const std::vector<glm::uvec3> both{path.back(), from};
+            if (costs[number(from)] + cost_along(wire, both) == costs[number(path.back())]) {
+                path.push_back(from);
+                break;
+            }
+        }
+    std::reverse(path.begin(), path.end());
+    return path;
+}
+
 TEST(LiveWire, CostsWhatBruteForceFindsFromEveryAnchor) {
     uint64_t seed = 1;
     for (const glm::uvec3 size : {glm::uvec3(24, 17, 1), {1, 30, 9}, {9, 8, 7}, {40, 1, 1}})
@@ -80,6 +101,7 @@ TEST(LiveWire, CostsWhatBruteForceFindsFromEveryAnchor) {
                     ASSERT_EQ(path.back(), to);
                     ASSERT_EQ(wire.cost_of(to), expected[i]);
                     ASSERT_EQ(cost_along(wire, path), expected[i]);
+                    ASSERT_EQ(path, first_path(wire, expected, to));
                 }
             }
         }
