@@ -68,7 +68,7 @@ function gridTable(parent, title, rows, text, hint) {
       for (const name of names) {
         const c = g.cells[name];
         const cell = put(row, "td", { class: "n" }, c.why === undefined ? text(g, c) : "\u2013");
-        cell.title = name + "\n" + (c.why ?? hint(c));
+        cell.title = name + "\n" + (c.why ?? hint(c)) + (c.beyond ? "\nbeyond its bound: " + c.beyond : "");
         if (c.within_bounds !== undefined) cell.className = "n " + (c.within_bounds ? "good" : "bad");
       }
     }
@@ -156,7 +156,10 @@ function touchSection(t) {
   const maps = put(page, "div", { class: "cards" });
   for (const map of t.z_width) zWidthCard(maps, map);
   part("The whole grid", "Deepest penetration in voxels / largest excess jump in N; for A11 the former by the samples' own slope, for A12 the force where nothing is, for A14 the distance to the force's closed form. " +
-    "Green is within the bounds, red is not, or was passed through; a dash was not run, and below the table stands why. Pointing at a cell shows the rest.");
+    "Green is within the bounds, red is not, or was passed through; a dash was not run, and below the table stands why. Pointing at a cell shows the rest, and of a red one which bound it breaks. " +
+    "Scenes: A1 planes, A2 balls, A3 cavities, A4 corners, A5 edges, A6 a groove, A7 shells and walls, A8 a Gaussian, A9 curved bodies, A10 noise, " +
+    "A11 patients, A12 nothing, no data and odd sizes, A13 edits, A14 force fields. Trajectories: T1 press, T2 sine, T3 crossing, T4 slide, T5 circle, " +
+    "T6 hand, T7 walk, T8 fuzz, T9 slide with an encoder's steps, T10 dropouts.");
   for (const stored of [...new Set(t.grid.map(g => g.stored))])
     gridTable(page, stored, t.grid.filter(g => g.stored === stored), gridFigure, c =>
       `${c.ticks} ticks, ${c.contact_ticks} in contact\npassed through ${c.pop_throughs}\ndirection p99 ${figure(c.direction_p99_deg)} deg\nmagnitude p99 ${figure(c.magnitude_p99)}\n` +

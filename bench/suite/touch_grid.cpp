@@ -90,12 +90,22 @@ Json cell_json(const Figures& f, const touch::Scene& scene) {
     return cell;
 }
 
-bool is_within(const Figures& f, const Bound& bound) {
-    return f.pop_throughs == 0 && f.not_finite == 0 &&
-           !(f.penetration_voxels > bound.penetration) &&
-           !(f.direction_deg.percentile(0.99) > bound.direction) &&
-           !(f.excess_jump_n > bound.jump) && !(f.free_force_n > bound.free_force) &&
-           !(f.closed_form_n > bound.field_force);
+// What is beyond a bound, in words, with the figure and the bound; empty where all holds.
+std::string beyond(const Figures& f, const Bound& bound) {
+    std::string text;
+    const auto judge = [&](const char* what, double found, double most) {
+        if (found > most)
+            text += fmt::format("{}{} {:.3g}, bound {:.3g}", text.empty() ? "" : "; ", what, found,
+                                most);
+    };
+    judge("passed through", double(f.pop_throughs), 0.0);
+    judge("not numbers", double(f.not_finite), 0.0);
+    judge("penetration in voxels", f.penetration_voxels, bound.penetration);
+    judge("direction p99 in degrees", f.direction_deg.percentile(0.99), bound.direction);
+    judge("excess jump in N", f.excess_jump_n, bound.jump);
+    judge("force where nothing is, in N", f.free_force_n, bound.free_force);
+    judge("distance to the closed form, in N", f.closed_form_n, bound.field_force);
+    return text;
 }
 
 double direction(const Figures& f) {
@@ -152,7 +162,7 @@ void add(TouchTotals& t, const Figures& f, const touch::Scene& scene, const Boun
     t.counts["cells"] += 1;
     t.counts["ticks"] += f.ticks;
     t.counts["not_finite"] += f.not_finite;
-    t.counts["outside_bounds"] += !is_within(f, bound);
+    t.counts["outside_bounds"] += !beyond(f, bound).empty();
     for (const Gauge& gauge : kGauges) {
         const bool counts = passed && !is_thin && !is_labels && number >= gauge.first &&
                             number <= gauge.last && scene.body.noise >= gauge.least_noise &&
@@ -231,7 +241,10 @@ class OpenLoop {
         // The same hand twice must feel the same, to the bit.
         const bool repeats = path.id != "T6" || run().force_bits == f.force_bits;
         Json cell = cell_json(f, scene);
-        cell["within_bounds"] = is_within(f, bound);
+        const std::string out = beyond(f, bound);
+        cell["within_bounds"] = out.empty();
+        if (!out.empty())
+            cell["beyond"] = out;
         const std::lock_guard lock(mutex_);
         TouchTotals& totals = totals_[entry.name];
         add(totals, f, scene, bound,

@@ -324,6 +324,14 @@ TEST_F(BenchCommand, TouchGivesTheWholeGridAndTheMetricsOfThePlan) {
                                                    "A9", "A10", "A12", "A13", "A14"));
     expect_whole_grid(touch["grid"], 14, "excess_jump_n");
     expect_whole_grid(touch["closed_loop"], 14, "motor_work_mj");
+    size_t red = 0; // each says which bound it breaks
+    for (const json& row : touch["grid"])
+        for (const json& cell : row["cells"])
+            if (cell.contains("within_bounds")) {
+                EXPECT_NE(cell["within_bounds"].get<bool>(), cell.contains("beyond")) << cell;
+                red += cell.contains("beyond");
+            }
+    EXPECT_GT(red, 0u); // printed algorithms keep the faults of their papers
     size_t with_gate = 0;
     for (const json& metric : touch["metrics"]) {
         EXPECT_TRUE(metric.contains("proved_by") || metric["figures"].size() > 0) << metric;
