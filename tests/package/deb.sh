@@ -32,7 +32,10 @@ for file in share/man/man1/palpate-render.1 share/bash-completion/completions/pa
 done
 # The list names every package that the program depends on but the Vulkan loader, which is opened by name.
 for name in $(tr ',' '\n' < "$work/palpate.depends" | sed 's/(.*//; s/|.*//; s/ //g' | grep -v libvulkan1); do
-    grep -q " $name " "$root/share/doc/palpate/linked.txt" ||
+    # A package may stand for another name, as libspdlog1.10 does for libspdlog1.10-fmt9.
+    owner=$(dpkg-query -W -f='${Package} ${Provides}\n' | awk -v n="$name" '{ gsub(",", " ") }
+        $1 == n || (" " $0 " ") ~ (" " n " ") { if (!found++) print $1 }')
+    grep -q " ${owner:-$name} " "$root/share/doc/palpate/linked.txt" ||
         { echo "deb: $name is not in the list of linked libraries" >&2; exit 1; }
 done
 unset PYTHONPATH LD_LIBRARY_PATH PALPATE_DECODER
