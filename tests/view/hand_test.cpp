@@ -305,25 +305,31 @@ TEST_F(HandTest, WidgetsOfTheTouchWindowDoWhatTheySay) {
 
 // Over a widget in 3D the left button presses its plate down, and what it says is done once.
 TEST_F(HandTest, WidgetsIn3dArePressedByTheHand) {
+    const auto is_away = [&](const Widget3d& widget) { // from the eye
+        return glm::dot(widget.plate.top.rotation * glm::dvec3(0.0, 0.0, 1.0),
+                        state().camera.eye_mm - widget.plate.top.position_mm) < 0.0;
+    };
     open("synthetic:ball?size=24");
     start_mouse();
     key("i");
     wheel(-4.0);
     key("space");
     wait(3.0);
-    const auto press = [&](const char* id, double along) {
+    const auto press = [&](const char* id, double along, double up = 0.0) {
         for (const Widget3d& widget : palette_of(state()))
-            if (widget.id == id) {
+            if (widget.id == id && !(widget.kind == Widget3d::Kind::plane && is_away(widget))) {
                 const haptics::TouchPlate& plate = widget.plate;
-                const glm::dvec3 at =
-                    plate.top.position_mm +
-                    plate.top.rotation * glm::dvec3(along * plate.half_mm.x, 0.0, 0.0);
+                const glm::dvec3 at = plate.top.position_mm +
+                                      plate.top.rotation * glm::dvec3(along * plate.half_mm.x,
+                                                                      up * plate.half_mm.y, 0.0);
                 move(pixel_of(state(), grid(), Panel::volume, at).value());
                 wait(1.5);
                 EXPECT_EQ(now().plate.plate, -1);
                 button(true);
                 wait(0.5);
-                EXPECT_GT(now().plate.depth_mm, kPressed * plate.travel_mm);
+                // A plane goes on until it is pressed no deeper.
+                const double least = widget.kind == Widget3d::Kind::plane ? 0.5 : 1.0;
+                EXPECT_GT(now().plate.depth_mm, least * kPressed * plate.travel_mm);
                 EXPECT_GT(glm::length(now().force_n), 0.3); // it pushes back
                 EXPECT_EQ(state().stylus.buttons, 0u);      // and cuts nothing
                 button(false);
@@ -348,6 +354,27 @@ TEST_F(HandTest, WidgetsIn3dArePressedByTheHand) {
     press("undo", 0.0);
     EXPECT_EQ(viewer().work().edited().undo_steps, 0u);
     EXPECT_EQ(viewer().work().edited().redo_steps, 1u);
+    press("shape", 0.0, -0.25); // the third of four rows
+    EXPECT_EQ(state().stylus.shape, TipShape::cylinder);
+    // A clip plane through the crosshair looks at the eye; its handle is pushed away from it.
+    click_widget("tab/clip");
+    click_widget("clip/add");
+    const ClipPlane before = state().clipping.planes.at(0);
+    const Widget3d handle = palette_of(state()).back();
+    ASSERT_EQ(handle.kind, Widget3d::Kind::plane);
+    for (const double x : {-90.0, 90.0}) { // over the ball, which would hold the tool
+        move(middle(Panel::volume) + glm::dvec2(x, -125.0));
+        wait(1.0);
+    }
+    press("plane 1", 0.0);
+    const ClipPlane after = state().clipping.planes.at(0);
+    const glm::dvec3 moved = after.point_mm - before.point_mm;
+    EXPECT_EQ(after.normal, before.normal);
+    const glm::dvec3 view = glm::normalize(state().camera.target_mm - state().camera.eye_mm);
+    EXPECT_NEAR(glm::length(glm::cross(moved, before.normal)), 0.0, 1e-6);
+    // The pointer presses two travels deep, and the plane goes on until it is pressed no more.
+    EXPECT_GT(glm::dot(moved, view), 0.7 * handle.plate.travel_mm);
+    EXPECT_LT(glm::dot(moved, view), 3.0 * handle.plate.travel_mm);
 }
 
 // Every algorithm that is offered runs with every device that needs no argument.

@@ -10,12 +10,6 @@
 
 namespace palpate::view {
 
-namespace {
-
-constexpr ImU32 kPlane = IM_COL32(225, 120, 235, 255);
-
-} // namespace
-
 void Interface::draw_clip_panel(ViewState& state, Work& work) {
     Clipping& clipping = state.clipping;
     const Grid& grid = work.subject().grid;

@@ -26,13 +26,31 @@ void draw_arrow(ImDrawList& list, glm::dvec2 from, glm::dvec2 to) {
 
 // The names of the widgets in 3D, each on its plate.
 void draw_names(ImDrawList& list, const ViewState& state, const Grid& grid) {
-    for (const Widget3d& widget : palette_of(state)) {
-        const auto at = pixel_of(state, grid, Panel::volume, widget.plate.top.position_mm);
-        const ImVec2 size = ImGui::CalcTextSize(widget.id.c_str());
+    const auto write = [&](const std::string& text, glm::dvec3 place_mm, float below) {
+        const auto at = pixel_of(state, grid, Panel::volume, place_mm);
+        const ImVec2 size = ImGui::CalcTextSize(text.c_str());
         if (at)
             list.AddText(ImVec2(std::round(static_cast<float>(at->x) - 0.5f * size.x),
-                                std::round(static_cast<float>(at->y) - 0.5f * size.y)),
-                         IM_COL32(240, 240, 240, 255), widget.id.c_str());
+                                std::round(static_cast<float>(at->y) + (below - 0.5f) * size.y)),
+                         IM_COL32(240, 240, 240, 255), text.c_str());
+        return at;
+    };
+    for (const Widget3d& widget : palette_of(state)) {
+        const haptics::TouchPlate& plate = widget.plate;
+        for (size_t row = 0; row < widget.rows.size(); ++row) {
+            const double up = 1.0 - (2.0 * static_cast<double>(row) + 1.0) /
+                                        static_cast<double>(widget.rows.size());
+            write(widget.rows[row],
+                  plate.top.position_mm +
+                      plate.top.rotation * glm::dvec3(0.0, up * plate.half_mm.y, 0.0),
+                  0.0f);
+        }
+        if (widget.kind == Widget3d::Kind::plane) {
+            if (const auto at = write(widget.id, plate.top.position_mm, 1.0f))
+                list.AddCircleFilled(to_im(*at + 0.5), 6.0f, kPlane);
+        } else if (widget.rows.empty()) {
+            write(widget.id, plate.top.position_mm, 0.0f);
+        }
     }
 }
 

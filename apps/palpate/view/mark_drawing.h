@@ -12,7 +12,7 @@ inline ImVec2 to_im(glm::dvec2 v) {
 }
 
 constexpr ImU32 kMarkShadow = IM_COL32(0, 0, 0, 190), kMarkChosen = IM_COL32(110, 235, 255, 255),
-                kMarkTool = IM_COL32(90, 220, 255, 255);
+                kMarkTool = IM_COL32(90, 220, 255, 255), kPlane = IM_COL32(225, 120, 235, 255);
 
 // A circle about a place in pixels. Nothing where it is far larger than any window, as where a
 // point beside the eye is projected: Dear ImGui looks up a radius in a table, as an int.

@@ -1,5 +1,7 @@
 #include "apps/palpate/view/palette.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
@@ -12,6 +14,8 @@ namespace {
 
 // Of the height that the view has at the camera's target.
 constexpr double kWidth = 0.15, kHeight = 0.055, kTravel = 0.02, kEvery = 0.075, kFromLeft = 0.06;
+// The height of a row; the side of a handle.
+constexpr double kListRow = 0.042, kHandle = 0.06;
 constexpr Carve kButtons[] = {Carve::nothing, Carve::draw, Carve::erase, Carve::cut, Carve::drill};
 constexpr double kLeast_mm = 0.5, kMost_mm = 20.0; // of the radius, on a logarithmic scale
 
@@ -28,6 +32,13 @@ void add_box(Mesh& mesh, glm::dvec3 low, glm::dvec3 high, uint16_t label) {
                                         first + face[half + 1]);
             mesh.labels.push_back(label);
         }
+}
+
+// A turn whose z is a direction of unit length.
+glm::dquat turn_to(glm::dvec3 z) {
+    const glm::dvec3 other = std::abs(z.x) < 0.9 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 x = glm::normalize(glm::cross(other, z));
+    return glm::normalize(glm::quat_cast(glm::dmat3(x, glm::cross(z, x), z)));
 }
 
 double slider_of(double radius_mm) {
@@ -48,22 +59,52 @@ std::vector<Widget3d> palette_of(const ViewState& state) {
     const double height_mm = scale * (view.top - view.bottom);
     const double left_mm = scale * view.left;
     const glm::dquat turn = haptics::aligned_with_view(view.right, view.up);
-    const auto add = [&](std::string id, Widget3d::Kind kind, double value) {
-        const double row = 0.5 * (std::size(kButtons) + 1) - static_cast<double>(palette.size());
-        const glm::dvec2 at(left_mm + height_mm * (kFromLeft + 0.5 * kWidth),
-                            height_mm * kEvery * row);
+    const auto put = [&](std::string id, Widget3d::Kind kind, double value, double up,
+                         double height) {
+        const glm::dvec2 at(left_mm + height_mm * (kFromLeft + 0.5 * kWidth), height_mm * up);
         palette.push_back(
             {std::move(id),
              kind,
              {.top = {state.camera.target_mm + at.x * view.right + at.y * view.up, turn},
-              .half_mm = 0.5 * height_mm * glm::dvec2(kWidth, kHeight),
+              .half_mm = 0.5 * height_mm * glm::dvec2(kWidth, height),
               .travel_mm = height_mm * kTravel},
              value});
+    };
+    const auto row = [&] {
+        return kEvery * (0.5 * (std::size(kButtons) + 1) - static_cast<double>(palette.size()));
+    };
+    const auto add = [&](std::string id, Widget3d::Kind kind, double value) {
+        put(std::move(id), kind, value, row(), kHeight);
     };
     for (const Carve carve : kButtons)
         add(name_of(carve), Widget3d::Kind::button, state.stylus.first == carve);
     add("undo", Widget3d::Kind::button, 0.0);
     add("radius", Widget3d::Kind::slider, slider_of(state.radius_mm));
+    const double shapes = kListRow * std::size(kTipShapes);
+    put("shape", Widget3d::Kind::list, static_cast<double>(state.stylus.shape),
+        row() + 0.5 * (kEvery - shapes), shapes);
+    for (const TipShape shape : kTipShapes)
+        palette.back().rows.emplace_back(name_of(shape));
+    const double aside_mm = -left_mm - height_mm * (kFromLeft + 0.5 * kWidth);
+    for (size_t i = 0; i < state.clipping.planes.size(); ++i)
+        for (const double side : {1.0, -1.0}) {
+            const ClipPlane& plane = state.clipping.planes[i];
+            const glm::dvec3 n = plane.normal, target = state.camera.target_mm;
+            const auto within = [&](glm::dvec3 v) { return v - glm::dot(v, n) * n; };
+            glm::dvec3 aside = within(view.right); // opposite of the column
+            if (glm::length(aside) < 0.3)
+                aside = within(view.up);
+            const glm::dvec3 at =
+                plane.point_mm + within(target - plane.point_mm) + aside_mm * glm::normalize(aside);
+            palette.push_back({fmt::format("plane {}", i + 1),
+                               Widget3d::Kind::plane,
+                               {.top = {at, turn_to(side * n)},
+                                .half_mm = glm::dvec2(0.5 * height_mm * kHandle),
+                                .travel_mm = height_mm * kTravel},
+                               0.0,
+                               {},
+                               i});
+        }
     return palette;
 }
 
@@ -83,11 +124,24 @@ std::optional<WidgetMet> widget_met(const std::vector<Widget3d>& palette, const 
     return std::nullopt;
 }
 
-bool press_widget(ViewState& state, const Widget3d& widget, double at_mm) {
+bool press_widget(ViewState& state, const Widget3d& widget, const haptics::PlateTouch& touched) {
     if (widget.kind == Widget3d::Kind::slider) {
         const double half = widget.plate.half_mm.x;
-        const double share = std::clamp(0.5 + 0.5 * at_mm / half, 0.0, 1.0);
+        const double share = std::clamp(0.5 + 0.5 * touched.at_mm.x / half, 0.0, 1.0);
         state.radius_mm = kLeast_mm * std::pow(kMost_mm / kLeast_mm, share);
+        return false;
+    }
+    if (widget.kind == Widget3d::Kind::list) {
+        const double share =
+            std::clamp(0.5 - 0.5 * touched.at_mm.y / widget.plate.half_mm.y, 0.0, 1.0 - 1e-9);
+        state.stylus.shape = kTipShapes[static_cast<size_t>(share * std::size(kTipShapes))];
+        return false;
+    }
+    if (widget.kind == Widget3d::Kind::plane) { // it goes on until it is pressed no deeper
+        const double by_mm = touched.depth_mm - kPressed * widget.plate.travel_mm;
+        if (by_mm > 0.0 && widget.number < state.clipping.planes.size())
+            state.clipping.planes[widget.number].point_mm -=
+                by_mm * (widget.plate.top.rotation * glm::dvec3(0.0, 0.0, 1.0));
         return false;
     }
     for (const Carve carve : kButtons)
@@ -104,6 +158,8 @@ Mesh palette_mesh(const std::vector<Widget3d>& palette, const haptics::PlateTouc
     mesh.world_from_mesh =
         glm::translate(glm::dmat4(1.0), base.position_mm) * glm::mat4_cast(base.rotation);
     for (size_t i = 0; i < palette.size(); ++i) {
+        if (palette[i].kind == Widget3d::Kind::plane) // its plane would cut it: drawn as a mark
+            continue;
         const haptics::TouchPlate& plate = palette[i].plate;
         const glm::dvec3 at =
             glm::conjugate(base.rotation) * (plate.top.position_mm - base.position_mm);
@@ -120,6 +176,13 @@ Mesh palette_mesh(const std::vector<Widget3d>& palette, const haptics::PlateTouc
             add_box(mesh, {x - w, at.y - h, at.z - down},
                     {x + w, at.y + h, at.z - down + 0.2 * plate.travel_mm},
                     static_cast<uint16_t>(palette.size() + 1));
+        }
+        if (palette[i].kind == Widget3d::Kind::list) { // its chosen row
+            const double half_row = plate.half_mm.y / static_cast<double>(palette[i].rows.size());
+            const double y = at.y + plate.half_mm.y - (2.0 * palette[i].value + 1.0) * half_row;
+            add_box(mesh, {at.x - plate.half_mm.x, y - half_row, at.z - down},
+                    {at.x + plate.half_mm.x, y + half_row, at.z - down + 0.1 * plate.travel_mm},
+                    static_cast<uint16_t>(palette.size() + 2));
         }
     }
     return mesh;
@@ -139,6 +202,7 @@ SurfaceLayer palette_layer(const std::vector<Widget3d>& palette,
         layer.label_styles.push_back({.color = is_down ? down : is_chosen ? chosen : plain});
     }
     layer.label_styles.push_back({.color = knob});
+    layer.label_styles.push_back({.color = chosen});
     return layer;
 }
 

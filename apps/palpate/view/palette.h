@@ -10,15 +10,18 @@
 
 namespace palpate::view {
 
-// Widgets in the 3D view that a hand presses: buttons for what its button 0 does and for undo, and
-// a slider for the radius. They face the eye in a column at the left, as far away as the camera's
-// target, and so are of one size on the screen.
+// Widgets in the 3D view that a hand presses: buttons for what its button 0 does and for undo, a
+// slider for the radius and a list of the tool's shapes. They face the eye in a column at the left,
+// as far away as the camera's target, and so are of one size on the screen. Each clip plane has a
+// handle at its point, on either side: pressed, it moves the plane along its normal.
 struct Widget3d {
-    enum class Kind { button, slider };
+    enum class Kind { button, slider, list, plane };
     std::string id; // "cut"; as texts and tests name it
     Kind kind = Kind::button;
     haptics::TouchPlate plate;
-    double value = 0.0; // slider: 0 .. 1; button: 1 where it is chosen
+    double value = 0.0;              // slider: 0 .. 1; button: 1 where it is chosen; list: the row
+    std::vector<std::string> rows{}; // list: from the top
+    size_t number = 0;               // plane: of the clip planes
 
     friend bool operator==(const Widget3d&, const Widget3d&) = default;
 };
@@ -34,8 +37,12 @@ struct WidgetMet {
 };
 std::optional<WidgetMet> widget_met(const std::vector<Widget3d>& palette, const Ray& ray);
 
-// What a pressed widget does to the state. at_mm: along the slider. True: undo is asked for.
-bool press_widget(ViewState& state, const Widget3d& widget, double at_mm);
+// What a pressed widget does to the state. touched: where, and how deep. True: undo is asked for.
+bool press_widget(ViewState& state, const Widget3d& widget, const haptics::PlateTouch& touched);
+// Whether it goes on to act as long as it is pressed.
+constexpr bool is_dragged(Widget3d::Kind kind) {
+    return kind == Widget3d::Kind::slider || kind == Widget3d::Kind::plane;
+}
 
 // Boxes with the number of their widget, from 1 on, as labels; `pressed` lies lower. Their styles.
 Mesh palette_mesh(const std::vector<Widget3d>& palette, const haptics::PlateTouch& pressed);

@@ -108,7 +108,8 @@ void Work::show_as_wanted(ViewState& state) {
 // Widgets act when they are pressed far enough; a slider follows as long as it is.
 void Work::press_widgets(ViewState& state) {
     std::vector<Widget3d> palette = touch_.running() ? palette_of(state) : std::vector<Widget3d>();
-    for (const haptics::PlateTouch& touched : touch_.take_plates()) {
+    const std::vector<haptics::PlateTouch> touches = touch_.take_plates();
+    for (const haptics::PlateTouch& touched : touches) {
         const auto number = static_cast<size_t>(touched.plate);
         if (touched.plate < 0 || number >= palette_.size()) {
             widget_down_ = false;
@@ -118,8 +119,8 @@ void Work::press_widgets(ViewState& state) {
         const double share = touched.depth_mm / widget.plate.travel_mm;
         const bool begins = !widget_down_ && share > kPressed;
         widget_down_ = share > (widget_down_ ? kReleased : kPressed);
-        const bool slides = widget_down_ && widget.kind == Widget3d::Kind::slider;
-        if ((begins || slides) && press_widget(state, widget, touched.at_mm.x))
+        const bool goes_on = widget_down_ && is_dragged(widget.kind) && &touched == &touches.back();
+        if ((begins || goes_on) && press_widget(state, widget, touched))
             session_.undo();
     }
     const haptics::PlateTouch now =
