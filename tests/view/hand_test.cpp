@@ -55,6 +55,22 @@ TEST_F(HandTest, AButtonWithoutAToolIsTold) {
     EXPECT_EQ(press(1, 1.4), "");
 }
 
+// The first move out of a widget is that widget's.
+TEST_F(HandTest, APressIsWhereThePointerIsAlsoOnTheWayFromAWidget) {
+    open("synthetic:ball?size=24");
+    start_mouse();
+    const Box tools = places_of(state()).tools;
+    for (int i = 0; i < 2; ++i)
+        move(glm::dvec2(tools.low_px) + glm::dvec2(40.0, 60.0));
+    const glm::dvec2 there = middle(Panel::volume) + glm::dvec2(30.0, -20.0);
+    move(there);
+    button(true);
+    const auto meant =
+        pixel_of(state(), grid(), Panel::volume, state().stylus.meant.position_mm).value();
+    EXPECT_LT(glm::distance(meant, there), 0.5);
+    button(false);
+}
+
 // A document that does not do what the hand does: the time since the first input that it lacks.
 TEST_F(HandTest, ThatTheEditorDoesNotFollowIsTold) {
     Work work(Source{open_synthetic("synthetic:ball?size=32")}, {800, 600}, 1.0, false);

@@ -102,6 +102,7 @@ bool press_hand(ViewState& state, const Event& event, const Subject& subject, bo
     if (!state.stylus.by_pointer || !in_view || state.drag || state.w_held ||
         event.modifiers.shift || event.modifiers.ctrl)
         return false;
+    point_hand(state, subject); // the move here may have been a widget's, as where one was left
     if (event.button == Button::left && !is_slice(*state.under)) {
         const Box box = box_of(state, *state.under).value();
         const glm::uvec2 size(box.size_px);

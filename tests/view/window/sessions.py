@@ -5,7 +5,7 @@ import os
 import subprocess
 import time
 
-from person import Person, VOLUME
+from person import Person, VOLUME, until
 
 AXIAL, VOLUME_VIEW, CORONAL, SAGITTAL = (133, 144), (402, 144), (133, 434), (402, 434)
 
@@ -238,8 +238,11 @@ def saves_and_goes_on(start):
     while not os.path.exists(os.path.join(project, "project.json")) and time.time() < deadline:
         time.sleep(0.05)
     time.sleep(0.5)
-    with open(os.path.join(p.folder, ".local/state/palpate/recent.json")) as recent:
-        assert project in recent.read(), "it is listed among what was opened last"
+    recent = os.path.join(p.folder, ".local/state/palpate/recent.json")
+
+    def is_listed():
+        return os.path.exists(recent) and project in open(recent).read()
+    until("the project among what was opened last", is_listed)
     # Another program cannot have it as well, and says so in a sentence.
     second = subprocess.run([p.program, "view", project], env=p.environment, capture_output=True,
                             text=True)
