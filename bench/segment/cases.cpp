@@ -8,6 +8,8 @@
 #include "engine/segment/fast_marching.h"
 #include "engine/segment/fuzzy_connectedness.h"
 #include "engine/segment/gaussian.h"
+#include "engine/segment/level_set.h"
+#include "engine/segment/level_set_speed.h"
 #include "engine/segment/march_cost.h"
 #include "engine/segment/median.h"
 #include "engine/segment/morphology.h"
@@ -40,6 +42,30 @@ Result<Volume> march(const SegmentInput& in, int order, const Task& task) {
     PALPATE_TRY(const Volume cost, soft_tissue_cost(in.grey, task.part(0.0, 0.1)));
     const Volume seeds = middle_seed(in.grey);
     return fast_marching(cost, {.seeds = &seeds}, {.order = order}, task.part(0.1, 1.0));
+}
+
+// Distances about the skin, from all that is above -300 HU.
+Result<Volume> skin(const SegmentInput& in, const Task& task) {
+    PALPATE_TRY(const Volume speed, threshold_speed(in.grey, {-300.0, 300.0}, {task.stop, {}}));
+    PALPATE_TRY(const LevelSetResult found, level_set({.labels = &in.tissues}, {.speed = &speed},
+                                                      {.curvature_mm = kSkinCurvature_mm,
+                                                       .most_iterations = kSkinSteps,
+                                                       .with_distance = true},
+                                                      task));
+    return *found.distance;
+}
+
+// The mean way between two surfaces: the volume between them over their area, that is half of the
+// volume within a spacing of ours by that spacing.
+double surfaces_apart(const SegmentInput& in, const Samples& ours, const Samples& theirs) {
+    const glm::dvec3 h = spacing_mm(in.grey.grid());
+    const double least = std::min({h.x, h.y, h.z});
+    size_t between = 0, near = 0;
+    for (size_t i = 0; i < ours.size(); ++i) {
+        between += (ours[i] < 0.0f) != (theirs[i] < 0.0f);
+        near += std::abs(double(ours[i])) < least;
+    }
+    return near > 0 ? 2.0 * least * double(between) / double(near) : 0.0;
 }
 
 // The table. Names of peers are those of itk_filters.cpp.
@@ -118,6 +144,8 @@ const std::vector<SegmentCase>& table() {
          [](const SegmentInput& in, const Task& task) { return march(in, 1, task); }, nullptr},
         {"fast marching", "order 2, from the middle", "fast-marching", 10, 3,
          [](const SegmentInput& in, const Task& task) { return march(in, 2, task); }, nullptr},
+        {"level set", "the skin, curvature 0.5 mm, 50 steps", "level-set", 2, 3, skin, nullptr,
+         nullptr, surfaces_apart},
         {"fuzzy connectedness", "40 +- 40 HU, from the middle", "", 0, 3,
          [](const SegmentInput& in, const Task& task) {
              return fuzzy_connectedness(in.grey, middle_seed(in.grey), 1, {40.0, 40.0, 50.0, 0.5},

@@ -34,6 +34,10 @@ Grid turned_grid(const Grid& grid);
 Volume middle_seed(const Volume& grey);
 Result<Volume> soft_tissue_cost(const Volume& grey, const Task& task);
 
+// Of the level set: the skin of all that is not air, evened by curvature, by as many steps.
+constexpr double kSkinCurvature_mm = 0.5;
+constexpr int kSkinSteps = 50;
+
 // What both make, in x-fastest order.
 using Samples = std::vector<float>;
 
@@ -49,6 +53,9 @@ struct SegmentCase {
     std::function<double(const SegmentInput&, glm::ivec3)> exact;
     // The residual of the whole result instead.
     std::function<double(const SegmentInput&, const Samples&)> residual = nullptr;
+    // How far ours and theirs are apart in mm, where neither is the truth.
+    std::function<double(const SegmentInput&, const Samples& ours, const Samples& theirs)> apart =
+        nullptr;
 };
 std::span<const SegmentCase> segment_cases();
 

@@ -15,6 +15,7 @@
 #include <itkResampleImageFilter.h>
 #include <itkSignedMaurerDistanceMapImageFilter.h>
 #include <itkSmoothingRecursiveGaussianImageFilter.h>
+#include <itkThresholdSegmentationLevelSetImageFilter.h>
 
 #include "bench/segment/cases.h"
 #include "engine/volume/box.h"
@@ -184,6 +185,31 @@ ItkRun fast_marching_run(const SegmentInput& input, const Volume& cost) {
     });
 }
 
+// The same speed, of grey values in parts of the interval's half; beyond twice that ITK's falls on,
+// and its time step with it.
+ItkRun level_set_run(const SegmentInput& input) {
+    using LevelSet = itk::ThresholdSegmentationLevelSetImageFilter<Grey, Grey>;
+    const Grey::Pointer start = image_of<Grey>(input.tissues);
+    const Grey::Pointer feature = image_of<Grey>(input.grey);
+    const size_t count = start->GetLargestPossibleRegion().GetNumberOfPixels();
+    for (size_t i = 0; i < count; ++i) {
+        float &inside = start->GetBufferPointer()[i], &value = feature->GetBufferPointer()[i];
+        inside = inside > 0.0f ? -0.5f : 0.5f;
+        value = std::clamp(value / 300.0f, -2.0f, 2.0f);
+    }
+    return runs_of<LevelSet, Grey>(start, [=](LevelSet& f) {
+        f.SetFeatureImage(feature);
+        f.SetLowerThreshold(-1.0f);
+        f.SetUpperThreshold(1.0f);
+        f.SetPropagationScaling(1.0f);
+        f.SetCurvatureScaling(float(kSkinCurvature_mm));
+        f.SetIsoSurfaceValue(0.0f);
+        f.SetMaximumRMSError(0.0);
+        f.SetNumberOfIterations(kSkinSteps);
+        f.UseImageSpacingOn();
+    });
+}
+
 } // namespace
 
 std::optional<ItkRun> itk_filter(const std::string& name, const SegmentInput& input) {
@@ -212,6 +238,8 @@ std::optional<ItkRun> itk_filter(const std::string& name, const SegmentInput& in
         return fast_marching_run(input, soft_tissue_cost(input.grey, {}).value());
     if (name == "fast-marching-alone")
         return fast_marching_run(input, input.one);
+    if (name == "level-set")
+        return level_set_run(input);
     if (name == "erode-cross")
         return erosion_by_cross_run(input);
     if (name == "erode-ball")

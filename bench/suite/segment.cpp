@@ -218,6 +218,8 @@ Result<Report> run_segment(Bench& bench) {
                     return theirs[at.x + size_t{n.x} * (at.y + size_t{n.y} * at.z)];
                 });
         }
+        if (itk && one.apart)
+            row["apart_mm"] = one.apart(input, samples_of(*made), theirs);
         if (itk) {
             const double ratio = spread(itk_ms).median / spread(ours_ms).median;
             row["itk"] = one.peer;
