@@ -1,5 +1,8 @@
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <filesystem>
+
 #include "engine/io/volume_io.h"
 #include "engine/segment/methods.h"
 #include "engine/volume/builder.h"
@@ -162,6 +165,41 @@ TEST_F(SegmentCommand, SeedsOfAResultFindItAgain) {
     EXPECT_EQ(none.exit_code, 1);
     EXPECT_THAT(none.messages, HasSubstr("label 9"));
     EXPECT_EQ(run({"seeds", path("t.nrrd"), "--background", "9"}).exit_code, 2);
+}
+
+// Three circles on the ball's surface that cross each other, of 24 points each.
+TEST_F(SegmentCommand, ClosedCurvesEncloseABall) {
+    std::string curves;
+    for (int axis = 0; axis < 3; ++axis) {
+        std::string points;
+        for (int i = 0; i <= 24; ++i) {
+            const double turn = 2.0 * 3.14159265 * (i % 24) / 24.0;
+            double p[3] = {0.0, 0.0, 0.0};
+            p[(axis + 1) % 3] = 15.0 * std::cos(turn);
+            p[(axis + 2) % 3] = 15.0 * std::sin(turn);
+            points += (i ? ", [" : "[") + std::to_string(p[0]) + ", " + std::to_string(p[1]) +
+                      ", " + std::to_string(p[2]) + "]";
+        }
+        curves += std::string(axis ? ", " : "") + "{\"label\": 3, \"points_mm\": [" + points + "]}";
+    }
+    write("curves.json", "{\"seeds\": 1, \"units\": \"mm\", \"curves\": [" + curves + "]}");
+    const ProgramRun ran = segment(
+        {"--method", "live-wire-surface", "--seeds", path("curves.json"), "-o", path("a.nrrd")});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    // The surface's own samples belong to the body: half a sample more or less on each side, of
+    // 1 to 2 mm, is 20 % of a ball of 15 mm.
+    EXPECT_NEAR(volume_mm3("a.nrrd", 3), kBall_mm3, 0.2 * kBall_mm3);
+
+    write("open.json", R"({"seeds": 1, "units": "mm", "curves": [
+        {"label": 3, "points_mm": [[15, 0, 0], [0, 15, 0], [-15, 0, 0]]}]})");
+    const ProgramRun open = segment(
+        {"--method", "live-wire-surface", "--seeds", path("open.json"), "-o", path("b.nrrd")});
+    EXPECT_EQ(open.exit_code, 1);
+    EXPECT_FALSE(std::filesystem::exists(file("b.nrrd")));
+    EXPECT_EQ(
+        segment({"--method", "live-wire-surface", "--seeds", path("in.json"), "-o", path("b.nrrd")})
+            .exit_code,
+        1); // seeds, and no curves
 }
 
 } // namespace
