@@ -16,8 +16,8 @@
 // when it has said its last word, and when the parent dies.
 namespace palpate::io {
 
-constexpr int kMemoryFd = 3;
-constexpr int kReportFd = 4;
+constexpr int kMemoryFd = 3; // of the child: where it writes voxels
+constexpr int kReportFd = 4; // and its report
 
 // The voxels that a child decoded. They are mapped, not copied, and live as long as this.
 struct DecodedVoxels {

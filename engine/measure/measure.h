@@ -13,7 +13,7 @@
 
 namespace palpate {
 
-enum class MeasureKind { ruler, angle, polygon, sphere };
+enum class MeasureKind { ruler, angle, polygon, sphere }; // of a Measure
 const char* name_of(MeasureKind kind);
 
 // A thing that is measured in the patient, in world millimetres. A value.

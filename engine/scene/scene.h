@@ -99,7 +99,7 @@ constexpr size_t kMaxClipPlanes = 8;
 constexpr size_t kMaxIsos = 8;
 constexpr size_t kMaxSlices = 8;
 
-struct LabelStyle {
+struct LabelStyle { // how one label is shown
     glm::dvec3 color{1.0};
     bool visible = true;
 

@@ -60,6 +60,6 @@ std::string filter_arguments(const Filter& filter);
 std::string filter_ranges(const Filter& filter);
 
 Result<Volume> run_filter(const Filter& filter, const Volume& volume, const FilterValues& values,
-                          const Task& task);
+                          const Task& task); // as the table says; on the whole volume
 
 } // namespace palpate

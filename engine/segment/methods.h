@@ -55,7 +55,7 @@ struct SegmentMethod {
     bool has_distance = false; // makes Segmented::distance
 };
 
-std::span<const SegmentMethod> segment_methods();
+std::span<const SegmentMethod> segment_methods(); // the table, in the order of menus
 const SegmentMethod* find_segment_method(std::string_view name);
 
 // Runs a method with the values that were given; others take their fallback. Refused: seeds that

@@ -22,15 +22,15 @@ Grid make_grid(glm::uvec3 size, glm::dvec3 spacing_mm, glm::dvec3 origin_mm = {}
 // Distance between the centres of neighbouring samples along each index axis; > 0.
 glm::dvec3 spacing_mm(const Grid& grid);
 
-glm::dmat4 index_from_world(const Grid& grid);
+glm::dmat4 index_from_world(const Grid& grid); // the inverse of world_from_index
 
 // Number of samples; 64 bits, because three 32-bit sizes multiply.
 inline uint64_t sample_count(const Grid& grid) {
     return uint64_t{grid.size.x} * grid.size.y * grid.size.z;
 }
 
-glm::dvec3 world_point(const Grid& grid, glm::dvec3 index);
-glm::dvec3 index_point(const Grid& grid, glm::dvec3 world_mm);
+glm::dvec3 world_point(const Grid& grid, glm::dvec3 index);    // of a place between samples, too
+glm::dvec3 index_point(const Grid& grid, glm::dvec3 world_mm); // the inverse
 
 // The centre of the sampled box, in world millimetres.
 glm::dvec3 center_mm(const Grid& grid);

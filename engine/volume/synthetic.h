@@ -77,7 +77,7 @@ double noise(glm::uvec3 index, uint64_t seed);
 Volume sample(const Field& field, const Grid& grid, ScalarType type, double noise_sigma = 0.0,
               uint64_t seed = 1);
 
-constexpr double kCtNoise_hu = 12.0;
+constexpr double kCtNoise_hu = 12.0; // standard deviation of the phantom's noise
 
 // ct_phantom() as a scanner would store it: i16 with 12 HU of noise. The same bytes everywhere.
 Volume sample_ct_phantom(const Grid& grid, uint64_t seed = 1);

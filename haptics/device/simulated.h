@@ -27,7 +27,7 @@ struct DevicePlant {
     uint32_t delay_ticks = 0; // writes between a force and the moment it acts
 };
 
-struct DevicePreset {
+struct DevicePreset { // a simulated device by name
     const char* name;
     DeviceCapabilities capabilities;
     DevicePlant plant;

@@ -30,6 +30,7 @@ quiet "$checkout/scripts/wheel" "$build" "$work/packages"
 mkdir "$root/packages"
 cp "$work"/packages/*.deb "$work"/packages/*.whl "$work"/packages/*.tar.gz "$root/packages"
 
+quiet within apt-get update
 # The smallest driver that draws without a graphics card is recommended by the package, not required.
 quiet within sh -c 'apt-get install -y --no-install-recommends mesa-vulkan-drivers /packages/palpate_*.deb \
     /packages/palpate-bench_*.deb /packages/python3-palpate_*.deb'
