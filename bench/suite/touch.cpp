@@ -124,6 +124,13 @@ Result<Report> run_touch(Bench& bench) {
         laws = touch_laws(parts);
         done("laws");
     }
+    Json family = Json::array();
+    for (const bool held : {false, true})
+        if (held ? parts.family_held : parts.family) {
+            PALPATE_TRY(Json rows, touch_family(parts, held, plan.family_seeds, options.stop));
+            family.push_back(std::move(rows));
+            done(held ? "family_held" : "family");
+        }
     if (parts.z_width) {
         maps = touch_z_width(plan, options);
         if (!maps)
@@ -140,12 +147,17 @@ Result<Report> run_touch(Bench& bench) {
                 {"rows", touch_bounds(totals, grid.closed_totals)}};
     for (const haptics::AlgorithmEntry& entry : parts.algorithms)
         bounds["algorithms"].push_back(entry.name);
-    report.json["touch"] = {
-        {"seconds", std::move(seconds)}, {"algorithms", algorithms_json(totals)},
-        {"bounds", std::move(bounds)},   {"metrics", std::move(metrics)},
-        {"beside", std::move(beside)},   {"times", std::move(times)},
-        {"laws", std::move(laws)},       {"z_width", std::move(*maps)},
-        {"grid", std::move(grid.open)},  {"closed_loop", std::move(grid.closed)}};
+    report.json["touch"] = {{"seconds", std::move(seconds)},
+                            {"algorithms", algorithms_json(totals)},
+                            {"bounds", std::move(bounds)},
+                            {"metrics", std::move(metrics)},
+                            {"beside", std::move(beside)},
+                            {"times", std::move(times)},
+                            {"laws", std::move(laws)},
+                            {"z_width", std::move(*maps)},
+                            {"family", std::move(family)},
+                            {"grid", std::move(grid.open)},
+                            {"closed_loop", std::move(grid.closed)}};
     return report;
 }
 

@@ -17,6 +17,7 @@ struct TouchPlan {
     uint32_t places, ct_side; // of A11: in each volume; the CT resampled to so many, 0 as it is
     uint32_t z_columns, z_rows;
     size_t timed_ticks;
+    uint64_t family_seeds; // each 20 scenes
 };
 TouchPlan touch_plan(const Options& options);
 
@@ -25,6 +26,7 @@ struct TouchParts {
     bool open_loop = false; // all scenes but A11, with a hand that goes its way
     bool patients = false;  // the same of A11
     bool closed_loop = false, times = false, laws = false, z_width = false;
+    bool family = false, family_held = false;        // seeds of development; held ones, where named
     std::vector<haptics::AlgorithmEntry> algorithms; // of all parts but z_width
 
     bool has(std::string_view algorithm) const;
@@ -84,6 +86,9 @@ Json touch_metrics(const AllTotals& totals, const Json& times, const Json& laws,
 // cells.
 Json touch_bounds(const AllTotals& totals, const AllTotals& closed);
 Json touch_laws(const TouchParts& parts);
+// Scenes of bench/touch/family.h; the table is logged, too, as rows of Markdown.
+Result<Json> touch_family(const TouchParts& parts, bool held, uint64_t seeds,
+                          const std::stop_token& stop);
 Json touch_beside(const AllTotals& totals, const Json& times, const Json& z_width);
 
 // How stiff and how damped a wall stays still on each device, with no tick of delay and with one;

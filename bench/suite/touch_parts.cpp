@@ -12,6 +12,7 @@ namespace {
 struct Part {
     const char* name;
     bool TouchParts::*is_asked;
+    bool by_default = true;
 };
 constexpr std::array kParts{
     Part{"open_loop", &TouchParts::open_loop},
@@ -20,6 +21,8 @@ constexpr std::array kParts{
     Part{"times", &TouchParts::times},
     Part{"laws", &TouchParts::laws},
     Part{"z_width", &TouchParts::z_width},
+    Part{"family", &TouchParts::family},
+    Part{"family_held", &TouchParts::family_held, false},
 };
 
 } // namespace
@@ -47,7 +50,7 @@ Result<TouchParts> touch_parts(const std::vector<std::string>& only) {
         if (is_named(entry.name))
             asked.algorithms.push_back(entry);
     for (const Part& part : kParts)
-        asked.*part.is_asked = only.empty() || is_named(part.name);
+        asked.*part.is_asked = (only.empty() && part.by_default) || is_named(part.name);
 
     std::string known;
     for (const Part& part : kParts)

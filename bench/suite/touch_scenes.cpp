@@ -110,10 +110,10 @@ Result<void> visit_patients(const TouchPlan& plan, const TouchParts& parts, cons
 
 TouchPlan touch_plan(const Options& options) {
     if (options.tiny)
-        return {40, false, false, 0, 0, 2, 2, 300};
+        return {40, false, false, 0, 0, 2, 2, 300, 0};
     if (options.full)
-        return {8000, true, true, 6, 512, 20, 9, 1'000'000};
-    return {1000, false, true, 2, 0, 15, 7, 20'000};
+        return {8000, true, true, 6, 512, 20, 9, 1'000'000, 24};
+    return {1000, false, true, 2, 0, 15, 7, 20'000, 3};
 }
 
 Result<void> for_each_touch_scene(const TouchPlan& plan, const TouchParts& parts,

@@ -31,13 +31,14 @@ Figures open_loop(
     const std::function<void(const haptics::TickInput&, const haptics::TickOutput&)>& watch) {
     Judge judge(scene, parameters.stiffness_n_per_m, trajectory.judge_jumps,
                 trajectory.judge_direction, parameters.tool_radius_mm);
-    haptics::TickInput input{.dt_s = kTick_s, .scene = &scene.touch, .parameters = &parameters};
+    haptics::TickInput input{
+        .dt_s = trajectory.tick_s, .scene = &scene.touch, .parameters = &parameters};
     input.tool.position_mm = trajectory.path.front();
     algorithm.reset(input);
     Player player(scene);
     for (const glm::dvec3 x : trajectory.path) {
         player.next(judge, input);
-        input.velocity_mm_per_s = (x - input.tool.position_mm) / kTick_s;
+        input.velocity_mm_per_s = (x - input.tool.position_mm) / trajectory.tick_s;
         input.tool.position_mm = x;
         const double before = timed ? thread_cpu_us() : 0.0;
         const haptics::TickOutput output = algorithm.tick(input);

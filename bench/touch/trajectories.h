@@ -10,15 +10,16 @@ namespace palpate::touch {
 // Where the hand wants to be, tick by tick.
 using Path = std::vector<glm::dvec3>; // world mm
 
+constexpr double kTick_s = 1e-3;
+
 struct Trajectory {
     std::string id;   // "T1" .. "T10", of the test plan
     std::string name; // "press/20mm_s"
     Path path;
     bool judge_jumps = true;     // steps are small enough for jumps to mean something
     bool judge_direction = true; // the tool moves as hands do: no leaps of centimetres in a tick
+    double tick_s = kTick_s;     // from one point to the next
 };
-
-constexpr double kTick_s = 1e-3;
 
 // The motions of the plan for a body, about its touched point: press, hold and release; sinusoids;
 // straight crossings; a Lissajous slide; a circle (round corners, too); a smooth hand with tremor;

@@ -194,8 +194,8 @@ class Field {
 
 // Settings derived from a volume's own samples (tuning.cpp). Not for the servo thread.
 struct Tuning {
-    // From its noise, estimated as the median absolute difference of neighbouring samples, as a
-    // share of the contrast about the iso-value.
+    // From its noise on the noisier side of the surface, as a share of the contrast about the
+    // iso-value.
     double normal_blur_samples = 1.0;
     // Of the places where lines along the axes cross the surface, the share that cross back within
     // three samples: 0 on bodies that are thicker, a half on a plate that is not, 0.9 where the

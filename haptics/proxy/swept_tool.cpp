@@ -103,7 +103,7 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
     const double length_mm = glm::distance(s.proxy, hand), doubt_mm = contacts_.doubt_mm();
     const bool falls_behind = length_mm > length_before_mm + doubt_mm;
     const bool comes_closer = length_mm < glm::distance(start, hand) - doubt_mm;
-    s.is_behind = c.is_spent && (falls_behind || (s.is_behind && comes_closer));
+    s.is_behind = !is_catching_up && c.is_spent && (falls_behind || (s.is_behind && comes_closer));
     geometry.is_behind = s.is_behind;
     s.is_sunk = is_catching_up && !c.is_out && (geometry.was_replaced || s.is_sunk);
     s.catching_up_s = c.has_settled           ? 0.0

@@ -342,7 +342,7 @@ TEST_F(BenchCommand, TouchGivesTheWholeGridAndTheMetricsOfThePlan) {
     EXPECT_GE(with_gate, 15u); // held by the repaired point even on 40 ticks
     EXPECT_GE(touch["beside"].size(), 9u);
     EXPECT_EQ(touch["bounds"]["form"], "tiny");
-    EXPECT_EQ(touch["bounds"]["parts"].size(), 6u);
+    EXPECT_EQ(touch["bounds"]["parts"].size(), 7u);
     EXPECT_EQ(touch["bounds"]["algorithms"].size(), 14u);
     ASSERT_EQ(touch["bounds"]["rows"].size(), 11u);
     for (const json& row : touch["bounds"]["rows"])

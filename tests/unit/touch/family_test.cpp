@@ -1,0 +1,87 @@
+// The family of scenes that is not to be fitted, and a small share of it with every algorithm.
+
+#include "bench/touch/family.h"
+
+#include <gtest/gtest.h>
+
+#include "bench/touch/open_loop.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/synthetic.h"
+#include "haptics/field/field.h"
+#include "haptics/proxy/algorithms.h"
+
+namespace palpate::touch {
+namespace {
+
+// A draw of every body, edge, noise and grid; its values say where the surface is: on a way out
+// along the normal they fall through the iso-value near the touched point, by less than the edge is
+// wide.
+TEST(Family, VolumesHoldTheirBodies) {
+    for (uint64_t seed = 1; seed <= 12; ++seed) {
+        const Edge edge = static_cast<Edge>(seed % kEdges);
+        const FamilyScene made = family_scene(seed, edge, {Noise::none, 0.0});
+        const TouchCase& body = made.scene.body;
+        EXPECT_NEAR(body.solid.distance_mm(body.touch_mm), 0.0, 1e-6) << made.name;
+        auto field = std::make_unique<haptics::Field>();
+        haptics::TouchParameters parameters = scene_parameters(made.scene);
+        parameters.normal_blur_samples = 0.0;
+        field->follow(*made.scene.touch.grey, parameters);
+        const double voxel = voxel_mm(made.scene.storage);
+        EXPECT_GT(field->trilinear(body.touch_mm - 1.5 * voxel * body.normal), 500.0) << made.name;
+        EXPECT_LT(field->trilinear(body.touch_mm + 1.5 * voxel * body.normal), 500.0) << made.name;
+        const FamilyScene again = family_scene(seed, edge, {Noise::none, 0.0});
+        EXPECT_EQ(again.name, made.name);
+        EXPECT_EQ(again.scene.touch.grey->value({20, 21, 22}),
+                  made.scene.touch.grey->value({20, 21, 22}));
+    }
+    EXPECT_EQ(family_cells(1).size(), kEdges + kNoises.size());
+}
+
+// Half of the samples of a masked volume are one value: that is no proof of a clean scanner.
+TEST(Tuning, AMaskedBackgroundIsNotTakenForClean) {
+    const Grid grid = scene_grid({});
+    for (const double noise : {0.0, 0.05, 0.1}) {
+        const Volume volume = make_volume(grid, ScalarType::f32, [&](glm::uvec3 i) {
+            const bool is_free = world_point(grid, glm::dvec3(i)).z > 0.0;
+            return is_free ? 0.0 : 1000.0 * (1.0 + noise * synthetic::noise(i, 1));
+        });
+        const haptics::Tuning tuning = haptics::tuning_for(volume, 500.0);
+        EXPECT_EQ(tuning.normal_blur_samples, noise > 0.0 ? 1.0 : 0.0) << noise;
+        EXPECT_EQ(tuning.plateaus.free == tuning.plateaus.solid, noise > 0.0) << noise;
+    }
+}
+
+// Nothing is passed, nothing is not a number, and no force exceeds its spring, whatever the edge,
+// noise and speed.
+TEST(Family, NothingIsPassed) {
+    uint64_t ticks = 0;
+    for (const uint64_t seed : {2u, 9u})
+        for (const FamilyCell& cell : family_cells(seed)) {
+            if ((static_cast<size_t>(cell.edge) + seed) % 5 != 0)
+                continue;
+            const FamilyScene made = family_scene(seed, cell.edge, cell.level);
+            haptics::TouchParameters parameters = scene_parameters(made.scene);
+            tune(parameters, *made.scene.touch.grey);
+            for (const char* name : {"swept-point", "swept-tool", "swept-local"}) {
+                parameters.tool_radius_mm = name == std::string_view("swept-tool")
+                                                ? 1.5 * voxel_mm(made.scene.storage)
+                                                : 0.0;
+                for (const FamilyHand& hand : family_hands(made.scene.body, seed)) {
+                    Trajectory moved = hand.trajectory;
+                    for (glm::dvec3& x : moved.path)
+                        x += parameters.tool_radius_mm * made.scene.body.normal;
+                    const auto algorithm = haptics::find_algorithm(name)->make();
+                    const Figures f = open_loop(*algorithm, made.scene, moved, parameters);
+                    EXPECT_EQ(f.pop_throughs, 0u)
+                        << name << ", " << made.name << ", " << moved.name;
+                    EXPECT_EQ(f.not_finite, 0u) << name << ", " << made.name << ", " << moved.name;
+                    EXPECT_LE(f.beyond_spring_n, 1e-6) << name << ", " << made.name;
+                    ticks += f.ticks;
+                }
+            }
+        }
+    EXPECT_GT(ticks, 50'000u);
+}
+
+} // namespace
+} // namespace palpate::touch
