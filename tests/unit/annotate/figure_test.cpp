@@ -192,7 +192,7 @@ TEST(Figure, SmallPicturesAreMarkedAsFarAsThereIsRoom) {
     for (const uint32_t side : {1u, 2u, 9u, 40u}) {
         Scene scene = slice_scene();
         Image image = make_image({side, side}, {"R", "G", "B", "A"});
-        annotate(std::span(&image, 1), scene, {true, true, true, {"a long note"}, "HU"});
+        annotate(std::span(&image, 1), scene, {true, true, true, {"a long note"}, {}, "HU"});
         for (const float v : image.samples)
             EXPECT_TRUE(v >= 0.0f && v <= 1.0f);
     }
