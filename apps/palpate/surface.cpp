@@ -225,7 +225,8 @@ Result<Json> decimated(const SurfaceCommand& options, Mesh& mesh, const std::sto
         wanted.error_mm = options.decimate_mm;
     if (!options.decimate_to.empty())
         wanted.least_triangles = triangle_count(options.decimate_to, before).value();
-    log::info("making {} triangles fewer: one to three minutes a million", before);
+    if (before > 100'000)
+        log::info("making {} triangles fewer: one to three minutes a million", before);
     PALPATE_TRY(Decimated found, decimate(mesh, wanted));
     warn_of_little_gain(options, wanted.least_triangles, before, found);
     mesh = std::move(found.mesh);

@@ -156,6 +156,8 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
     if (const TouchedStrokes strokes = strokes_of(o); strokes.in_journal())
         files.push_back({"the journal of -o", strokes.journal().string(), FileUse::write});
     append_files(o.feel, files);
+    if (is_guide_file(o.feel.guide))
+        append_volume(files, "--guide", o.feel.guide);
     if (const Result<haptics::DeviceEntry> device = haptics::find_device(o.device))
         files.push_back({"--device", device->argument});
     if (is_scene_file(o.scene))

@@ -249,7 +249,6 @@ constexpr TextOption kTextOptions[] = {
 
 void append_files(const FeelOptions& o, std::vector<NamedFile>& files) {
     files.push_back({"--mesh", o.mesh});
-    append_guide(o.guide, files);
     for (const std::string& component : o.field)
         files.push_back({"--field", component});
     for (const auto& [option, value] : {std::pair("--felt-tool", &o.felt_tool),

@@ -18,10 +18,6 @@ constexpr std::string_view kPlane = "plane:";
 bool is_plane(const std::string& guide) {
     return guide.starts_with(kPlane);
 }
-bool is_file(const std::string& guide) {
-    return !guide.empty() && guide != "labels" && guide != "edges" && !is_plane(guide);
-}
-
 struct GuidePlane {
     glm::dvec3 point_mm{0.0}, normal{0.0};
 };
@@ -72,9 +68,8 @@ Result<void> check_guide_felt(const std::string& guide, const std::string& algor
     return {};
 }
 
-void append_guide(const std::string& guide, std::vector<NamedFile>& files) {
-    if (is_file(guide))
-        append_volume(files, "--guide", guide);
+bool is_guide_file(const std::string& guide) {
+    return !guide.empty() && guide != "labels" && guide != "edges" && !is_plane(guide);
 }
 
 Result<Volume> load_guide(const std::string& guide, const Feel& feel, std::stop_token stop) {

@@ -3,7 +3,7 @@
 #include <stop_token>
 #include <string>
 
-#include "apps/palpate/named_files.h"
+#include "engine/base/error.h"
 #include "engine/session/feel.h"
 
 namespace CLI {
@@ -21,7 +21,8 @@ const char* algorithm_of_guide(const std::string& guide);
 // Fails where guide and algorithm do not belong together.
 Result<void> check_guide_felt(const std::string& guide, const std::string& algorithm);
 
-void append_guide(const std::string& guide, std::vector<NamedFile>& files);
+// Whether it names a volume.
+bool is_guide_file(const std::string& guide);
 
 // Distances for the scene's first field, from what was loaded.
 Result<Volume> load_guide(const std::string& guide, const Feel& feel, std::stop_token stop);

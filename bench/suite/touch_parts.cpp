@@ -41,7 +41,10 @@ std::vector<std::string> TouchParts::names() const {
 }
 
 Result<TouchParts> touch_parts(const std::vector<std::string>& only) {
-    const auto everybody = haptics::algorithms().subspan(1); // without "none"
+    std::vector<haptics::AlgorithmEntry> everybody; // but those that hold out of nothing
+    for (const haptics::AlgorithmEntry& entry : haptics::algorithms())
+        if (const std::string_view name = entry.name; name != "none" && !name.starts_with("guide-"))
+            everybody.push_back(entry);
     const auto is_named = [&](const char* name) {
         return std::find(only.begin(), only.end(), name) != only.end();
     };
@@ -63,7 +66,7 @@ Result<TouchParts> touch_parts(const std::vector<std::string>& only) {
             return fail("--only: expected parts of touch ({}), found '{}'", known, name);
 
     if (asked.algorithms.empty())
-        asked.algorithms.assign(everybody.begin(), everybody.end());
+        asked.algorithms = std::move(everybody);
     if (asked.names().empty())
         asked.open_loop = true;
     return asked;

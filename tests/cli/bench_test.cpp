@@ -396,7 +396,8 @@ TEST_F(BenchCommand, TouchDoesWhatIsNamed) {
     ran = run_only("swept");
     EXPECT_EQ(ran.exit_code, 1);
     EXPECT_THAT(ran.messages, HasSubstr("--only: expected parts of touch (open_loop, patients, "
-                                        "closed_loop, times, laws, z_width, vidholm-2004"));
+                                        "closed_loop, times, laws, z_width, family, "
+                                        "family_held, vidholm-2004"));
     EXPECT_THAT(ran.messages, HasSubstr("found 'swept'"));
 }
 

@@ -229,10 +229,10 @@ TEST_F(EveryCommand, SaysWhatIsExpectedInPlaceOfAWordItDoesNotKnow) {
     EXPECT_EQ(wrong.exit_code, 2);
     EXPECT_THAT(
         wrong.messages,
-        HasSubstr(
-            "expected a command, one of compare, devices, doctor, info, edit, filter, convert, "
-            "bench, measure, project, render, seeds, segment, surface, touch, view, found "
-            "'stats'"));
+        HasSubstr("expected a command, one of batch, compare, devices, doctor, info, edit, filter, "
+                  "convert, "
+                  "bench, measure, project, render, seeds, segment, surface, touch, view, found "
+                  "'stats'"));
     wrong = run({});
     EXPECT_EQ(wrong.exit_code, 2);
     EXPECT_THAT(wrong.messages, HasSubstr("found none"));

@@ -69,9 +69,9 @@ def test_ctrl_c_stops_a_picture(tmp_path):
     run = in_child(
         """
 import os, signal, threading, palpate
+volume = palpate.load("synthetic:ball?size=256")
 threading.Timer(1.0, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
 try:
-    volume = palpate.load("synthetic:ball?size=256")
     scene = palpate.Scene(volume, mode="alpha", integrator="exact", sub_steps=64, size=(4096, 4096))
     palpate.render(scene)
     print("done")
