@@ -123,7 +123,8 @@ class Soak : public TemporaryFolder {
                 random, {places_of(viewer.state()).tools.low_px.x, viewer.state().size_px.y})};
             if (files && now_s - opened_s > kFile_s) {
                 count_ticks(viewer);
-                events = {{.kind = Event::Kind::drop, .paths = {kVolume}}};
+                const Event drop{.kind = Event::Kind::drop, .paths = {kVolume}};
+                events = {drop, drop}; // the second, where edits are not saved
                 opened_s = now_s;
             }
             events.front().time_s = now_s;

@@ -106,6 +106,17 @@ void Viewer::open(const std::string& path, const std::string& series) {
         take_opened(opening_.get());
 }
 
+void Viewer::open_unless_edits_are_lost(const Order& order) {
+    const std::string asked = order.path + "\n" + order.series;
+    if (work_->closing_loses_steps() && asked != asked_to_open_) {
+        asked_to_open_ = asked;
+        work_->tell(
+            "There are edits that are not saved: Ctrl+S saves them, opening again loses them.");
+        return;
+    }
+    open(order.path, order.series);
+}
+
 void Viewer::poll_opening() {
     if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
         take_opened(opening_.get());
@@ -113,6 +124,7 @@ void Viewer::poll_opening() {
 
 void Viewer::take_opened(Result<Source> opened) {
     const std::string path = std::exchange(state_.opening, {});
+    asked_to_open_.clear();
     if (!opened) {
         const bool cancelled = stop_opening_.stop_requested();
         if (!cancelled)
@@ -163,7 +175,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     const auto obey = [&](const std::vector<Order>& all) {
         for (const Order& order : all)
             if (order.kind == Order::Kind::open)
-                open(order.path, order.series);
+                open_unless_edits_are_lost(order);
             else if (order.kind == Order::Kind::picture)
                 wants_picture = true; // with this frame's interface
             else if (order.kind == Order::Kind::figure)

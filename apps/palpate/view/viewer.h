@@ -80,6 +80,8 @@ class Viewer {
 
  private:
     void open(const std::string& path, const std::string& series);
+    // The same where nothing is lost; else it asks, and the same order again opens.
+    void open_unless_edits_are_lost(const Order& order);
     void take_opened(Result<Source> opened);
     void poll_opening();
     void follow_text_scale();
@@ -107,6 +109,7 @@ class Viewer {
     std::array<PictureState, kPanels.size()> state_of_pictures_{};
     double interface_scale_ = 1.0; // that interface_ is made for
     std::stop_source stop_opening_;
+    std::string asked_to_open_;
     std::future<Result<Source>> opening_; // last: its thread ends before the rest goes
 };
 
