@@ -54,6 +54,39 @@ TEST(Font, EveryPrintableCharacterHasItsOwnShapeWithinItsLine) {
                 text_width("a") + text_width("b") + text_width("aa") - 2 * text_width("a"), 1e-9);
 }
 
+// Letters and digits are told apart at the smallest size that figures use: where two lie best over
+// each other, they still differ by the ink of a stroke of a quarter of a capital, which is what a
+// reader needs to see (an I by its feet, an l by its tail).
+TEST(Font, LettersAndDigitsAreToldApartWhereTheyAreSmall) {
+    const Pen pen{10.0, glm::dvec3(1.0), glm::dvec3(0.0)};
+    const double capital_px = pen.line_px * kCapital / kLine;
+    const double least = 0.25 * capital_px * pen.thickness_px();
+    constexpr int kSide = 24, kShift = 3;
+    const std::string all = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789|";
+    std::vector<Image> pictures;
+    for (const char c : all) {
+        Image image = make_image({kSide, kSide}, {"R", "G", "B"});
+        draw_text(image, {12.0, 12.0}, {0.5, 0.5}, std::string(1, c), pen);
+        pictures.push_back(std::move(image));
+    }
+    const auto ink = [&](const Image& image, int x, int y) {
+        const bool in = x >= 0 && y >= 0 && x < kSide && y < kSide;
+        return in ? double(image.at(static_cast<uint32_t>(x), static_cast<uint32_t>(y), 0)) : 0.0;
+    };
+    for (size_t a = 0; a < all.size(); ++a)
+        for (size_t b = a + 1; b < all.size(); ++b) {
+            double nearest = 1e9;
+            for (int shift = -kShift; shift <= kShift; ++shift) { // side by side, on one baseline
+                double sum = 0.0;
+                for (int y = 0; y < kSide; ++y)
+                    for (int x = 0; x < kSide; ++x)
+                        sum += std::abs(ink(pictures[a], x, y) - ink(pictures[b], x + shift, y));
+                nearest = std::min(nearest, sum);
+            }
+            EXPECT_GE(nearest, least) << all[a] << " and " << all[b];
+        }
+}
+
 // The covered area is that of the box, wherever it lies between pixels.
 TEST(FillBox, CoversItsArea) {
     std::mt19937 random(3);
