@@ -166,9 +166,10 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
     return files;
 }
 
-void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::TouchSource source,
+void warn_of_idle_options(const CLI::App& app, const TouchOptions& o,
+                          const AlgorithmEntry& algorithm, haptics::TouchSource source,
                           const haptics::DeviceEntry& device) {
-    const std::string_view name = o.algorithm;
+    const std::string_view name = algorithm.name;
     const bool is_tool = name == "swept-tool", is_sphere = is_tool || name == "vidholm-2004",
                has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
     const IdleOptions idle[] = {
@@ -199,14 +200,12 @@ void warn_of_idle_options(const CLI::App& app, const TouchOptions& o, haptics::T
          "of swept-* and eriksson-2006"},
         {name != "none" && !edits(o), {"--vibration"}, "nothing is removed without an edit"},
         {name != "koerner-1999", {"--surface-delay"}, "of koerner-1999"},
-        {name != "none" && !name.starts_with("swept-") && !name.starts_with("guide-") &&
+        {name != "none" && !name.starts_with("swept-") && !algorithm.is_guide &&
              name != "vidholm-2004",
          {"--yield"},
          "of swept-*, guide-* and vidholm-2004; --transfer is the T0 of wish-2008-*"},
         {o.feel.second_edit.empty(), {"--second-tool"}, "without --second-edit"},
-        {name.starts_with("guide-"),
-         {"--iso", "--source", "--friction", "--label-feel"},
-         "with --guide"},
+        {algorithm.is_guide, {"--iso", "--source", "--friction", "--label-feel"}, "with --guide"},
         {source == haptics::TouchSource::labels, {"--iso"}, "labels are felt"},
         {source != haptics::TouchSource::labels, {"--label-feel"}, "grey values are felt"},
         {is_sphere && o.feel.felt_tool.empty() && o.radius_mm == 0.0,
@@ -315,7 +314,7 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     PALPATE_TRY(const haptics::HandPath path, hand_path(app, o.motion, grid));
     PALPATE_TRY(const TouchParameters parameters, parameters_of(o, scene, app));
     PALPATE_TRY(Feel feel, make_feel(o.feel, scene, parameters, *algorithm, interrupt.token()));
-    warn_of_idle_options(app, o, feel.parameters.source, *device);
+    warn_of_idle_options(app, o, *algorithm, feel.parameters.source, *device);
     const TouchedStrokes strokes = strokes_of(o);
     PALPATE_TRY(std::optional<Project::Opened> project, open_project(strokes, interrupt.token()));
     SessionSetup felt = session_setup(feel);

@@ -298,7 +298,7 @@ Result<void> check_together(const FeelOptions& o, const std::string& algorithm) 
     if (o.label_feel.size() > haptics::TouchParameters::kMostLabels)
         return fail("--label-feel: expected at most {}, found {}",
                     haptics::TouchParameters::kMostLabels, o.label_feel.size());
-    PALPATE_TRY(check_guide_felt(o.guide, algorithm));
+    PALPATE_TRY(check_guide_felt(o.guide, *haptics::find_algorithm(algorithm)));
     if (!o.edit.empty() && o.tool.empty())
         return fail("--edit: needs a --tool");
     if (!o.second_edit.empty() && o.edit.empty() && o.drill_mm == 0.0)

@@ -59,12 +59,16 @@ const char* algorithm_of_guide(const std::string& guide) {
     return is_plane(guide) ? "guide-onto" : "guide-inside";
 }
 
-Result<void> check_guide_felt(const std::string& guide, const std::string& algorithm) {
-    const bool felt = algorithm.starts_with("guide-");
-    if (felt && guide.empty())
-        return fail("--algorithm {}: needs a --guide", algorithm);
-    if (!felt && !guide.empty())
-        return fail("--guide: is felt by guide-inside and guide-onto, and not by {}", algorithm);
+Result<void> check_guide_felt(const std::string& guide, const haptics::AlgorithmEntry& algorithm) {
+    if (algorithm.is_guide && guide.empty())
+        return fail("--algorithm {}: needs a --guide", algorithm.name);
+    if (!algorithm.is_guide && !guide.empty()) {
+        std::string guides;
+        for (const haptics::AlgorithmEntry& entry : haptics::algorithms())
+            if (entry.is_guide)
+                guides += fmt::format("{}{}", guides.empty() ? "" : " or ", entry.name);
+        return fail("--guide: is felt by {}, and not by {}", guides, algorithm.name);
+    }
     return {};
 }
 

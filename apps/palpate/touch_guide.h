@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/session/feel.h"
+#include "haptics/proxy/algorithms.h"
 
 namespace CLI {
 class App;
@@ -19,7 +20,7 @@ void add_guide_option(CLI::App& app, std::string& guide);
 const char* algorithm_of_guide(const std::string& guide);
 
 // Fails where guide and algorithm do not belong together.
-Result<void> check_guide_felt(const std::string& guide, const std::string& algorithm);
+Result<void> check_guide_felt(const std::string& guide, const haptics::AlgorithmEntry& algorithm);
 
 // Whether it names a volume.
 bool is_guide_file(const std::string& guide);

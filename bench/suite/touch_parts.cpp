@@ -43,7 +43,7 @@ std::vector<std::string> TouchParts::names() const {
 Result<TouchParts> touch_parts(const std::vector<std::string>& only) {
     std::vector<haptics::AlgorithmEntry> everybody; // but those that hold out of nothing
     for (const haptics::AlgorithmEntry& entry : haptics::algorithms())
-        if (const std::string_view name = entry.name; name != "none" && !name.starts_with("guide-"))
+        if (entry.name != std::string_view("none") && !entry.is_guide)
             everybody.push_back(entry);
     const auto is_named = [&](const char* name) {
         return std::find(only.begin(), only.end(), name) != only.end();

@@ -13,6 +13,7 @@ struct AlgorithmEntry {
     const char* purpose; // one line, with the paper it is printed in
     bool as_printed;     // with the faults of the print; else repaired
     std::unique_ptr<Algorithm> (*make)();
+    bool is_guide = false; // draws the hand by TouchScene::field[0] and holds it out of nothing
 };
 
 // Every algorithm there is, in the order they are listed to people.
