@@ -41,7 +41,8 @@ void Patch::extract(const Volume& volume, glm::dvec3 world_mm, const TouchParame
     is_solid_amid_ = samples_[count / 2] >= (labels ? 0.5f : static_cast<float>(p.iso));
 }
 
-void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm) {
+void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm,
+                    const RigidSpace& space) {
     const double finer = samples.finer();
     const glm::dvec3 index = glm::clamp(index_point(volume.grid(), world_mm), -1e6, 1e6) * finer;
     const glm::ivec3 first = glm::ivec3(glm::round(index - 0.5 * (side_ - 1.0)));
@@ -63,7 +64,7 @@ void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world
                          glm::vec3(low_), samples.threshold());
     span_ = {made.positions, made.normals, made.triangles,
              kBulge * std::max({spacing.x, spacing.y, spacing.z})};
-    if (made.positions.empty() || made.positions.size() > kMostPositions)
+    if (made.positions.empty())
         return;
     const int read = side_ + 4; // two points more on every side
     const FineSamples::Box smooth = samples.smooth(first - 2, read);
@@ -88,13 +89,20 @@ void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world
         const float length = glm::length(mean);
         normals_[i] = length > 0.0f ? -mean / length : made.normals[i]; // a NaN is not above 0
     }
-    span_.normals = {normals_.data(), made.positions.size()};
+    const size_t vertices = made.positions.size();
+    if (!space.is_mesh_space) {
+        const glm::mat3 from_mesh(space.from_mesh), normal_from_mesh(space.normal_from_mesh);
+        for (size_t i = 0; i < vertices; ++i) {
+            filtered_[i] = from_mesh * made.positions[i];
+            normals_[i] = glm::normalize(normal_from_mesh * normals_[i]);
+        }
+        span_.positions = {filtered_.data(), vertices};
+    }
+    span_.normals = {normals_.data(), vertices};
 }
 
 void Patch::mean_filter() {
     const size_t count = span_.positions.size();
-    if (count > kMostPositions)
-        return;
     std::copy(span_.positions.begin(), span_.positions.end(), filtered_.begin());
     std::fill(weights_.begin(), weights_.begin() + static_cast<long>(count), 1.0f);
     for (const glm::uvec3 t : span_.triangles)

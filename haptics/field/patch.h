@@ -5,6 +5,7 @@
 #include "engine/surface/local_surface.h"
 #include "haptics/field/algorithm.h"
 #include "haptics/field/fine_samples.h"
+#include "haptics/field/rigid_space.h"
 #include "haptics/field/triangles.h"
 
 namespace palpate::haptics {
@@ -21,8 +22,9 @@ class Patch {
     void extract(const Volume& volume, glm::dvec3 world_mm, const TouchParameters& parameters);
 
     // The same with the points of a finer lattice for samples, and as many of these; normals are
-    // those of the smooth view, and triangles bulge. side >= 6.
-    void extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm);
+    // those of the smooth view, triangles bulge, and all of them lie in `space`. side >= 6.
+    void extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm,
+                 const RigidSpace& space);
 
     bool is_empty() const { return span_.triangles.empty(); }
     const TriangleSpan& span() const { return span_; }
@@ -31,14 +33,13 @@ class Patch {
     bool lacked_brick() const { return lacked_brick_; }
     bool is_solid_amid() const { return is_solid_amid_; } // the middle of the window
 
-    // Mesh space and back. Rigid or mirrored: lengths stay.
     static glm::dmat4 mesh_from_world(const Volume& volume);
 
     // Moves every vertex to the mean of itself and its neighbours in the window, once.
     void mean_filter();
 
  private:
-    static constexpr size_t kMostPositions = 2048;
+    static constexpr size_t kMostPositions = 3 * kMostSide * kMostSide * (kMostSide - 1); // edges
     int side_;
     LocalSurface surface_;
     TriangleSpan span_;

@@ -15,6 +15,10 @@ using glm::dvec3;
 constexpr double kFade_s = 0.02;
 // Of the spring, beyond what the tool's own motion explains: 0.09 N in a millisecond.
 constexpr double kBleed_n_per_s = Yielding::kRate_n_per_s;
+// For so long after what is touched was exchanged geometry may take to come to rest: until then
+// what moves beyond the tool's own motion is the edit's. A third of the ticks in which force could
+// fall from 30 N at that rate.
+constexpr double kCatchingUp_s = 0.1;
 // The force above which material yields that never does, so that it can be slewed.
 constexpr double kNever_n = MostTouch::force_n;
 
@@ -143,11 +147,13 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
     const bool is_inside = yielding_.is_inside(), in_contact = geometry.touching || is_inside;
     const dvec3 tool = input.tool.position_mm, x = is_inside ? tool : yielding_.hand(tool);
     const double dt = input.dt_s, k = 1e-3 * feel_.stiffness_n_per_m;
+    catching_up_s_ =
+        geometry.was_replaced && !is_first_ ? kCatchingUp_s : std::max(0.0, catching_up_s_ - dt);
     dvec3 rendered = is_inside ? yielding_.place_mm() : geometry.proxy_mm;
     // Force stays what it was, and then falls, also where geometry takes some ticks to get there.
     if (yielding_.is_leaving())
         bleed_.take_up(rendered_ + (has_come_out_ ? tool - tool_ : x - hand_), rendered, 0.0);
-    else if (geometry.was_replaced && !is_first_ && !is_inside)
+    else if (catching_up_s_ > 0.0 && !is_inside)
         bleed_.take_up(rendered_ + (x - hand_), rendered, glm::distance(x, hand_));
     // What a proxy that lags made up for in this tick, with the hand that geometry took, it has
     // moved.

@@ -106,7 +106,8 @@ class Coupler {
     // Of the last tick: what was rendered, the hand, and the hand as geometry took it.
     glm::dvec3 rendered_{0.0}, tool_{0.0}, hand_{0.0};
     double presence_ = 1.0, trust_ = 1.0;
-    double spring_n_ = 0.0; // in the last tick, before it faded
+    double spring_n_ = 0.0;      // in the last tick, before it faded
+    double catching_up_s_ = 0.0; // since an exchange
     bool is_first_ = true, had_force_ = false, has_come_out_ = false;
     bool has_settled_ = true; // in the last tick: on a surface, or where the hand is
     Feel feel_;               // where nothing yields, yield_n is that of kNever_n

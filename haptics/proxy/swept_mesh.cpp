@@ -278,8 +278,9 @@ class LocalWindow {
         version_ = volume->version();
         settings_ = samples_.settings();
         volume_ = &*volume;
-        to_mesh_ = Patch::mesh_from_world(*volume);
-        to_world_ = world_from_mesh(volume->grid());
+        space_ = rigid_space(world_from_mesh(volume->grid()));
+        from_world_ = glm::inverse(space_.world_from_rigid);
+        mesh_from_ = glm::inverse(space_.from_mesh);
         spacing_ = spacing_mm(volume->grid()) / double{kFiner};
         grain_mm_ = smallest_spacing_mm(volume->grid()) / kFiner;
         largest_mm_ = largest_spacing_mm(volume->grid());
@@ -287,14 +288,14 @@ class LocalWindow {
         return true;
     }
     bool is_new() const { return is_new_; }
-    dvec3 from_world(dvec3 p) const { return moved(to_mesh_, p); }
-    dvec3 to_world(dvec3 p) const { return moved(to_world_, p); }
-    dvec3 turn_to_world(dvec3 v) const { return unit_or_zero(turned(to_world_, v)); }
+    dvec3 from_world(dvec3 p) const { return moved(from_world_, p); }
+    dvec3 to_world(dvec3 p) const { return moved(space_.world_from_rigid, p); }
+    dvec3 turn_to_world(dvec3 v) const { return unit_or_zero(turned(space_.world_from_rigid, v)); }
     // How much of a way, from its start, may be leapt over: nothing solid lies about it.
     double clear_share(dvec3 from, dvec3 to) const {
-        const double length = glm::length((to - from) / spacing_);
-        const double share = std::min(1.0, kLeap / std::max(length, 1e-9));
-        const dvec3 a = from / spacing_, b = (from + share * (to - from)) / spacing_;
+        const dvec3 a = point_of(from), way = point_of(to) - a;
+        const double share = std::min(1.0, kLeap / std::max(glm::length(way), 1e-9));
+        const dvec3 b = a + share * way;
         const dvec3 low = glm::min(a, b) - 1.0, high = glm::max(a, b) + 1.0;
         if (glm::any(glm::greaterThan(glm::max(glm::abs(low), glm::abs(high)), dvec3(4e6))))
             return 0.0;
@@ -303,10 +304,15 @@ class LocalWindow {
     }
     // A window serves places about its middle, too.
     void gather(dvec3 at, double) {
-        const dvec3 off = glm::abs(at - middle_) / spacing_;
+        const dvec3 off = glm::abs(point_of(at) - middle_);
         if (!has_window_ || std::max({off.x, off.y, off.z}) > 1.0) {
-            patch_.extract(samples_, *volume_, to_world(at));
-            middle_ = 0.5 * (patch_.low_mm() + patch_.high_mm());
+            patch_.extract(samples_, *volume_, to_world(at), space_);
+            const dvec3 middle_mm = 0.5 * (patch_.low_mm() + patch_.high_mm());
+            dvec3 half_mm = 0.5 * (patch_.high_mm() - patch_.low_mm());
+            half_mm *= space_.inner_share(half_mm);
+            middle_ = middle_mm / spacing_;
+            low_ = space_.from_mesh * middle_mm - half_mm;
+            high_ = space_.from_mesh * middle_mm + half_mm;
             has_window_ = true;
         }
         lacks_data_ |= patch_.lacked_brick();
@@ -317,22 +323,21 @@ class LocalWindow {
     // The nearest place with a free sample, within four of the coarsest spacings: along `first`, or
     // one of 26 ways.
     bool find_free(dvec3 from, dvec3 first, dvec3& found) const {
-        const dvec3 spacing = double{kFiner} * spacing_;
         const double step_mm = 0.5 * largest_mm_;
         for (int i = 1; i <= 8; ++i)
             for (int way = -1; way < 27; ++way) {
                 const dvec3 towards =
                     way < 0 ? first : dvec3(way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1);
                 found = from + i * step_mm * unit_or_zero(towards);
-                if (towards != dvec3(0.0) && samples_.is_free(glm::ivec3(glm::round(
-                                                 glm::clamp(found / spacing, -1e6, 1e6)))))
+                const dvec3 sample = glm::clamp(point_of(found) / double{kFiner}, -1e6, 1e6);
+                if (towards != dvec3(0.0) && samples_.is_free(glm::ivec3(glm::round(sample))))
                     return true;
             }
         return false;
     }
     const TriangleSpan& span() const { return patch_.span(); }
-    dvec3 low_mm() const { return patch_.low_mm(); }
-    dvec3 high_mm() const { return patch_.high_mm(); }
+    dvec3 low_mm() const { return low_; }
+    dvec3 high_mm() const { return high_; }
     bool lacks_data() const { return lacks_data_; }
     double grain_mm() const { return grain_mm_; }
 
@@ -340,14 +345,20 @@ class LocalWindow {
     static constexpr int kFiner = 4;
     static constexpr double kLeap = 64.0; // points of the lattice
 
+    // Of the lattice, from zero on.
+    dvec3 point_of(dvec3 p) const { return mesh_from_ * p / spacing_; }
+
     Patch patch_;
     FineSamples samples_;
     const Volume* volume_ = nullptr;
     uint64_t version_ = 0, settings_ = 0;
     bool is_new_ = false, lacks_data_ = false, has_window_ = false;
-    dvec3 middle_{0.0}, spacing_{1.0};
+    dvec3 middle_{0.0}, spacing_{1.0}; // in points of the lattice; mm
+    dvec3 low_{0.0}, high_{0.0};       // of a box in the window
     double grain_mm_ = 1.0, largest_mm_ = 1.0;
-    glm::dmat4 to_mesh_{1.0}, to_world_{1.0};
+    RigidSpace space_;
+    glm::dmat4 from_world_{1.0};
+    glm::dmat3 mesh_from_{1.0};
 };
 
 } // namespace

@@ -7,7 +7,7 @@ namespace palpate::haptics {
 // A mesh with a grid over it, so that the triangles about a place are found in the tick. Made
 // before it is published, at most once a mesh.
 struct TouchMesh {
-    std::shared_ptr<const Mesh> mesh;
+    std::shared_ptr<const Mesh> mesh; // without shear or scale (rigid_space.h)
     glm::dmat4 mesh_from_world{1.0};
     glm::vec3 low_mm{0.0};
     float cell_mm = 1.0f;

@@ -113,7 +113,6 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
         submerge(hand, geometry);
         c.touching = false;
     }
-    geometry.was_replaced = is_catching_up;
     // Farther than a sample it went along a surface that bends: part of that way as the crow flies
     // may lead through material, and is the hand's, not a tremor.
     const bool went_far = glm::distance(start, s.proxy) > voxel_mm();

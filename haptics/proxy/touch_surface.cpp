@@ -13,6 +13,7 @@
 #include "engine/volume/builder.h"
 #include "haptics/field/field.h"
 #include "haptics/field/fine_samples.h"
+#include "haptics/field/rigid_space.h"
 #include "haptics/proxy/swept_mesh.h"
 
 namespace palpate::haptics {
@@ -139,7 +140,8 @@ class FineLattice {
 // opacity table.)
 void take_smooth_normals(Field& field, const glm::dmat4& world_from_mesh,
                          std::span<const glm::vec3> positions, std::span<glm::vec3> normals) {
-    const glm::dmat3 mesh_from_world = glm::inverse(glm::dmat3(world_from_mesh));
+    // Gradients are covectors: they take the inverse transpose.
+    const glm::dmat3 mesh_from_world = glm::transpose(glm::dmat3(world_from_mesh));
     for (size_t i = 0; i < positions.size(); ++i) {
         const glm::dvec3 at(world_from_mesh * glm::dvec4(positions[i], 1.0));
         const glm::dvec3 down = field.smooth(at).gradient;
@@ -246,6 +248,15 @@ std::shared_ptr<const TouchMesh> TouchSurface::mesh() const {
 }
 
 std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mesh, double cell_mm) {
+    if (const RigidSpace space = rigid_space(mesh->world_from_mesh); !space.is_mesh_space) {
+        auto rigid = std::make_shared<Mesh>(*mesh);
+        rigid->world_from_mesh = space.world_from_rigid;
+        for (glm::vec3& p : rigid->positions)
+            p = glm::vec3(space.from_mesh * glm::dvec3(p));
+        for (glm::vec3& n : rigid->normals)
+            n = glm::vec3(glm::normalize(space.normal_from_mesh * glm::dvec3(n)));
+        mesh = std::move(rigid);
+    }
     auto made = std::make_shared<TouchMesh>();
     made->mesh = mesh;
     made->mesh_from_world = glm::inverse(mesh->world_from_mesh);
