@@ -8,6 +8,7 @@
 
 #include "engine/segment/level_set_band.h"
 #include "engine/segment/level_set_rates.h"
+#include "engine/segment/packed_floats.h"
 
 namespace palpate {
 
@@ -16,10 +17,12 @@ namespace {
 Result<void> check(const LevelSetStart& start, const LevelSetForces& forces,
                    const LevelSetOptions& o) {
     const Volume& first = start.distance ? *start.distance : *start.labels;
-    const auto fits = [&](const Volume* volume, const char* name) -> Result<void> {
+    const auto fits = [&](const Volume* volume, const char* name,
+                          bool may_be_packed = false) -> Result<void> {
         if (volume && volume->size() != first.size())
             return fail("level set: the {} has another size than the start", name);
-        if (volume && volume->type() != ScalarType::f32)
+        if (volume && volume->type() != ScalarType::f32 &&
+            !(may_be_packed && volume->type() == ScalarType::u16))
             return fail("level set: expected a {} of type f32, found {}", name,
                         name_of(volume->type()));
         return {};
@@ -28,7 +31,7 @@ Result<void> check(const LevelSetStart& start, const LevelSetForces& forces,
     PALPATE_TRY(fits(forces.speed, "speed"));
     PALPATE_TRY(fits(forces.edge, "edge"));
     for (size_t k = 0; forces.flow && k < 3; ++k)
-        PALPATE_TRY(fits(&(*forces.flow)[k], "flow"));
+        PALPATE_TRY(fits(&(*forces.flow)[k], "flow", true));
     const auto above = [](double value, const char* name) -> Result<void> {
         if (!(value >= 0.0) || !std::isfinite(value))
             return fail("level set: {}: expected a number of at least 0, found {:g}", name, value);
@@ -67,8 +70,13 @@ bool begin(LevelSetBand& band, const LevelSetStart& start, const LevelSetForces&
         for (const Volume* volume : {start.distance, forces.speed, forces.edge})
             if (volume)
                 bar(*volume);
-        for (size_t k = 0; forces.flow && k < 3; ++k)
-            bar((*forces.flow)[k]);
+        for (size_t k = 0; forces.flow && k < 3; ++k) {
+            const Volume& flow = (*forces.flow)[k];
+            bar(flow);
+            if (flow.type() == ScalarType::u16)
+                mark(flow.brick(at), band.walls(n),
+                     [](float v) { return std::isnan(unpacked_float(uint16_t(v))); });
+        }
         if (start.distance)
             mark(start.distance->brick(at), band.inside(n), [](float v) { return v < 0.0f; });
         else if (start.labels->brick(at).range().max > 0.0f)

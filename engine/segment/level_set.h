@@ -28,11 +28,12 @@ struct LevelSetStart {
     const Volume* distance = nullptr; // or where this signed distance in mm is below 0
 };
 
-// Of one size. Samples where one of them has no data are never entered.
+// Of one size. Samples where one of them has no data are never entered. Packed floats are u16
+// (packed_floats.h): vector_flow() makes such.
 struct LevelSetForces {
     const Volume* speed = nullptr;     // P, f32; null: 1
     const Volume* edge = nullptr;      // Z, f32; null: 1
-    const VectorField* flow = nullptr; // w, mm per mm of time; null: 0
+    const VectorField* flow = nullptr; // w, mm per mm of time; f32, or packed floats; null: 0
 };
 
 struct LevelSetReport {

@@ -5,6 +5,7 @@
 
 #include "engine/base/clones.h"
 #include "engine/segment/level_set_lanes.h"
+#include "engine/segment/packed_floats.h"
 #include "engine/volume/box.h"
 
 namespace palpate {
@@ -12,16 +13,30 @@ namespace palpate {
 namespace {
 
 using namespace lanes;
+using EightShorts = uint16_t __attribute__((vector_size(16)));
 
 constexpr int kSide = int(kBrickSide), kWide = kSide + 2;
 
-// Samples of a brick of f32; null where it is not given.
+// Samples of a brick of f32 or of packed floats; null where it is not given.
 struct Field {
-    const float* samples = nullptr;
+    const void* samples = nullptr;
     uint32_t stride = 0; // 0: all are the first
+    bool is_packed = false;
 
     PALPATE_INLINE Eight at(size_t offset) const {
-        return stride == 0 ? Eight{} + samples[0] : load(samples + offset);
+        if (is_packed) {
+            const auto* from = static_cast<const uint16_t*>(samples);
+            if (stride == 0)
+                return Eight{} + unpacked_float(*from);
+            EightShorts halves;
+            std::memcpy(&halves, from + offset, sizeof halves);
+            const EightBits bits = __builtin_convertvector(halves, EightBits) << 16;
+            Eight v;
+            std::memcpy(&v, &bits, sizeof v);
+            return v;
+        }
+        const auto* from = static_cast<const float*>(samples);
+        return stride == 0 ? Eight{} + *from : load(from + offset);
     }
 };
 
@@ -231,7 +246,7 @@ LevelSetRates::Bounds LevelSetRates::of(const LevelSetBand& band, size_t brick,
         const Brick& given = volume.brick(position);
         Brick::Pinned pinned = given.pin();
         kept[i] = std::move(pinned.keep);
-        return {reinterpret_cast<const float*>(pinned.bytes), given.stride()};
+        return {pinned.bytes, given.stride(), volume.type() == ScalarType::u16};
     };
     const Near distances(band.distances(), position);
     Pass pass{factors_, distances, active, {}, {}, nullptr, {}, rates, bounds};

@@ -17,6 +17,19 @@ struct Forces {
     std::optional<VectorField> flow;
 };
 
+// Gradient vector flow of the volume's edges, as packed floats. The edges are computed once an
+// axis, so that none are held while the flow is.
+Result<VectorField> flow_of(const Volume& volume, double sigma_mm, const Task& task) {
+    std::vector<Volume> parts;
+    for (int axis = 0; axis < 3; ++axis) {
+        const Task part = task.part(axis / 3.0, (axis + 1) / 3.0);
+        PALPATE_TRY(Volume slopes, gradient_magnitude(volume, {sigma_mm}, {part.stop, {}}));
+        PALPATE_TRY(Volume flow, vector_flow(std::move(slopes), axis, {.packed = true}, part));
+        parts.push_back(std::move(flow));
+    }
+    return VectorField{parts[0], parts[1], parts[2]};
+}
+
 // All objects, one after the other; where they overlap, the one whose surface is farther has the
 // sample. make() fills in forces, and options beside those that all methods have.
 Result<Segmented> run_level(
@@ -87,23 +100,21 @@ Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValu
         options.propagation = value_of(values, "propagation");
         options.advection_mm = value_of(values, "advection");
         options.flow = value_of(values, "flow");
-        std::optional<Volume> slopes;
-        if (!is_set(values, "edge") || options.flow > 0.0) {
-            PALPATE_TRY(slopes,
-                        gradient_magnitude(input.volume, {edges.sigma_mm}, {part.stop, {}}));
-        }
         if (!is_set(values, "edge")) {
+            PALPATE_TRY(const Volume slopes,
+                        gradient_magnitude(input.volume, {edges.sigma_mm}, {part.stop, {}}));
             edges.edge = 1.0; // where values are even
-            for (const SeedValues& under : seed_values(*slopes, *input.seeds))
+            for (const SeedValues& under : seed_values(slopes, *input.seeds))
                 if (under.label == seeds.label && under.mean > 0.0)
                     edges.edge = 3.0 * under.mean;
         }
         note = fmt::format("edges of {:g} units per mm", edges.edge);
-        PALPATE_TRY(const Volume edge, edge_speed(input.volume, edges, {part.stop, {}}));
-        Forces forces{edge, edge, {}};
-        if (options.flow > 0.0) {
-            PALPATE_TRY(forces.flow, vector_flow(*slopes, VectorFlowOptions{}, part));
+        Forces forces;
+        if (options.flow > 0.0) { // before all else, as it takes the most memory
+            PALPATE_TRY(forces.flow, flow_of(input.volume, edges.sigma_mm, part));
         }
+        PALPATE_TRY(forces.edge, edge_speed(input.volume, edges, {part.stop, {}}));
+        forces.speed = forces.edge;
         return forces;
     };
     return run_level(input, values, task, make);

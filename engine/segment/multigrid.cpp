@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "engine/base/clones.h"
+#include "engine/segment/packed_floats.h"
 
 namespace palpate {
 
@@ -120,6 +121,7 @@ struct Scratch {
     // The last rows of eight read beyond the box; their results are not used.
     std::vector<float> wide = std::vector<float>(size_t{kWide} * kWide * kWide + 8);
     std::vector<float> made = std::vector<float>(kBrickSamples);
+    std::vector<float> weights = std::vector<float>(kBrickSamples);
     std::vector<float> coarse, z_done, y_done;
 };
 Scratch& scratch() {
@@ -169,11 +171,19 @@ void add_means(const float* values, glm::uvec3 brick, glm::uvec3 valid, glm::uve
 } // namespace
 
 Multigrid::Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> u,
-                     BrickArray<float> weight, BrickArray<float> right)
+                     BrickArray<float> weight, BrickArray<float> right, bool packed)
     : mu_(mu) {
-    levels_.push_back(
-        {u.size(), spacing_mm, glm::uvec3(1), std::move(u), std::move(weight), std::move(right)});
+    const glm::uvec3 whole_size = u.size();
+    levels_.push_back({whole_size, spacing_mm, glm::uvec3(1), std::move(u), std::move(weight),
+                       std::move(right), BrickArray<uint16_t>(whole_size)});
     set_factors(levels_.back());
+    if (packed)
+        for_bricks(whole_size, [&](glm::uvec3 at, size_t) {
+            Level& level = levels_.front();
+            std::transform(level.weight.find(at), level.weight.find(at) + kBrickSamples,
+                           level.packed_weight.write(at), packed_float);
+            level.weight.clear(at);
+        });
     while (glm::any(glm::greaterThan(levels_.back().size, glm::uvec3(3)))) {
         const Level& fine = levels_.back();
         double least = 1e300;
@@ -185,10 +195,10 @@ Multigrid::Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> u,
             if (fine.size[a] > 1 && fine.spacing_mm[a] < 1.5 * least)
                 by[a] = 2;
         const glm::uvec3 size = (fine.size + (by - 1u)) / by;
-        Level coarse{size,       fine.spacing_mm * glm::dvec3(by), by, whole(size), whole(size),
-                     whole(size)};
+        Level coarse{size,        fine.spacing_mm * glm::dvec3(by), by, whole(size), whole(size),
+                     whole(size), BrickArray<uint16_t>(size)};
         for_bricks(fine.size, [&](glm::uvec3 at, size_t) {
-            add_means(fine.weight.find(at), at, valid_of(fine.size, at), by, coarse.weight);
+            add_means(weights(fine, at), at, valid_of(fine.size, at), by, coarse.weight);
         });
         set_factors(coarse);
         levels_.push_back(std::move(coarse));
@@ -201,6 +211,15 @@ void Multigrid::set_factors(Level& level) const {
             level.size[a] > 1 ? float(mu_ / (level.spacing_mm[a] * level.spacing_mm[a])) : 0.0f;
 }
 
+const float* Multigrid::weights(const Level& level, glm::uvec3 brick) {
+    const uint16_t* packed = level.packed_weight.find(brick);
+    if (!packed)
+        return level.weight.find(brick);
+    std::vector<float>& own = scratch().weights;
+    std::transform(packed, packed + kBrickSamples, own.begin(), unpacked_float);
+    return own.data();
+}
+
 void Multigrid::relax(Level& level, int sweeps) {
     // Bricks that share a face take turns: what one writes no other reads meanwhile.
     for (int step = 0; step < 4 * sweeps; ++step)
@@ -211,7 +230,7 @@ void Multigrid::relax(Level& level, int sweeps) {
             Scratch& own = scratch();
             const glm::uvec3 valid = valid_of(level.size, at);
             read_wide(level.u, at, valid, own.wide.data());
-            relax_brick({own.wide.data(), level.u.find(at), level.weight.find(at),
+            relax_brick({own.wide.data(), level.u.find(at), weights(level, at),
                          level.right.find(at), valid, level.over_square, colour});
         });
 }
@@ -221,7 +240,7 @@ void Multigrid::restrict_to(const Level& fine, Level& coarse) const {
         Scratch& own = scratch();
         const glm::uvec3 valid = valid_of(fine.size, at);
         read_wide(fine.u, at, valid, own.wide.data());
-        residual_brick({own.wide.data(), own.made.data(), fine.weight.find(at), fine.right.find(at),
+        residual_brick({own.wide.data(), own.made.data(), weights(fine, at), fine.right.find(at),
                         valid, fine.over_square, 0});
         add_means(own.made.data(), at, valid, coarse.coarsened, coarse.right);
     });
@@ -294,7 +313,7 @@ double Multigrid::residual() const {
         Scratch& own = scratch();
         const glm::uvec3 valid = valid_of(fine.size, at);
         read_wide(fine.u, at, valid, own.wide.data());
-        residual_brick({own.wide.data(), own.made.data(), fine.weight.find(at), fine.right.find(at),
+        residual_brick({own.wide.data(), own.made.data(), weights(fine, at), fine.right.find(at),
                         valid, fine.over_square, 0});
         for (uint32_t z = 0; z < valid.z; ++z)
             for (uint32_t y = 0; y < valid.y; ++y)

@@ -15,9 +15,10 @@ namespace palpate {
 class Multigrid {
  public:
     // weight >= 0, and above 0 somewhere. spacing_mm: of perpendicular axes. The arrays hold every
-    // brick. `u` starts as the first guess.
+    // brick. `u` starts as the first guess. `packed`: keeps the weights as packed_floats.h does, in
+    // half of the memory, and rounds them so.
     Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> u, BrickArray<float> weight,
-              BrickArray<float> right);
+              BrickArray<float> right, bool packed = false);
 
     void cycle();                                                // one V-cycle
     double residual() const;                                     // root of the sum of squares
@@ -29,6 +30,7 @@ class Multigrid {
         glm::dvec3 spacing_mm;
         glm::uvec3 coarsened; // by 2 or 1 from the level before
         BrickArray<float> u, weight, right;
+        BrickArray<uint16_t> packed_weight; // of bricks that `weight` lacks
         std::array<float, 3> over_square{}; // mu / spacing^2; 0 along axes of one sample
     };
 
@@ -37,6 +39,7 @@ class Multigrid {
     void restrict_to(const Level& fine, Level& coarse) const;
     void correct(Level& fine, const Level& coarse) const;
     void set_factors(Level& level) const;
+    static const float* weights(const Level& level, glm::uvec3 brick);
 
     double mu_;
     std::vector<Level> levels_;

@@ -21,11 +21,15 @@ namespace palpate {
 // Where the edge map has no data, g is 0 and so does not draw the field; the result has no data
 // there. The same bits for any number of threads.
 //
-// Memory: 2.5 volumes of floats beside the edge map and the result, for one component at a time.
+// Memory: 2.5 volumes of floats beside the edge map and the result, for one component at a time; an
+// edge map that nobody else holds is freed before (but for one with places without data).
 struct VectorFlowOptions {
     double mu = 0.2;        // > 0
     double residual = 1e-4; // to end at: |residual| / ||g|^2 g|, root mean square; 1e-6 .. 1
     int most_cycles = 60;   // an error after so many
+    // The result is a u16 volume of packed floats (packed_floats.h), without places of no data, and
+    // |g|^2 is rounded to such: half a volume less while it is computed.
+    bool packed = false;
 };
 
 struct VectorFlowReport {
@@ -34,7 +38,7 @@ struct VectorFlowReport {
 };
 
 // One component along the world's axis 0 .. 2, f32. Refused: axes that are not perpendicular.
-Result<Volume> vector_flow(const Volume& edges, int axis, const VectorFlowOptions& options,
+Result<Volume> vector_flow(Volume edges, int axis, const VectorFlowOptions& options,
                            const Task& task, VectorFlowReport* report = nullptr);
 
 // All three.

@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include "engine/segment/multigrid.h"
+#include "engine/segment/packed_floats.h"
 #include "tests/unit/filter/twin.h"
 
 namespace palpate {
@@ -284,6 +285,29 @@ TEST(VectorFlow, FlipsWithItsInputAndThreadsChangeNoBit) {
     for (const size_t threads : {1, 4}) {
         const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
         EXPECT_TRUE(twin::same_bits(vector_flow(edges, 0, options, {}).value(), v));
+    }
+}
+
+// Weights W that are off by a share e of at most 1/256 change v by the solution of (W - mu laplace)
+// d = e W (g - v): by the maximum principle at most e times the largest |g - v|, with |v| at most
+// the largest |g|. Packing v adds e |v|, and the two ends of the solver 1e-5 of the field each.
+TEST(VectorFlow, PackedFloatsAreWithinTheirRounding) {
+    const Volume edges = twin::noise(make_grid({40, 33, 12}, {1, 1, 2}), ScalarType::i16);
+    const VectorFlowOptions options{.mu = 0.2, .residual = 1e-6};
+    for (int axis = 0; axis < 3; ++axis) {
+        const Volume g = derivative(edges, {0.0, axis, {}}, {}).value();
+        const double most = double(std::max(-g.range().min, g.range().max)) /
+                            (edges.range().max - edges.range().min);
+        const Volume v = vector_flow(edges, axis, options, {}).value();
+        VectorFlowOptions small = options;
+        small.packed = true;
+        const Volume packed = vector_flow(edges, axis, small, {}).value();
+        ASSERT_EQ(packed.type(), ScalarType::u16);
+        for (const glm::ivec3 i : twin::indices(glm::ivec3(edges.size()))) {
+            const double exact = v.value(glm::uvec3(i));
+            ASSERT_NEAR(unpacked_float(uint16_t(packed.value(glm::uvec3(i)))), exact,
+                        (2 * most + std::abs(exact)) / 256 + 1e-4 * most);
+        }
     }
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/segment/level_set_speed.h"
+#include "engine/segment/packed_floats.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 #include "tests/unit/filter/twin.h"
@@ -232,6 +233,43 @@ TEST(LevelSet, ASlottedBallTurnsOnceRound) {
     // Half a sample everywhere on its 3600 mm^2, the slot's walls with them; and of first order.
     EXPECT_LE(fine.different, 3600 * 0.5 / 10900);
     EXPECT_LE(fine.different, coarse.different / 2);
+}
+
+// Packed floats move the surface as the floats do that they stand for.
+TEST(LevelSet, TakesAFlowOfPackedFloats) {
+    const Grid grid = make_grid({70, 40, 34}, {1, 1.5, 1});
+    const VectorField exact = turning(grid);
+    const auto each = [&](int k, ScalarType type, const auto& value) {
+        return make_volume(grid, type,
+                           [&](glm::uvec3 i) { return value(exact[size_t(k)].value(i)); });
+    };
+    const auto packed = [](float v) { return double(packed_float(v)); };
+    const auto rounded = [](float v) { return double(unpacked_float(packed_float(v))); };
+    const VectorField halves{each(0, ScalarType::u16, packed), each(1, ScalarType::u16, packed),
+                             each(2, ScalarType::u16, packed)},
+        floats{each(0, ScalarType::f32, rounded), each(1, ScalarType::f32, rounded),
+               each(2, ScalarType::f32, rounded)};
+    const Volume start =
+        sampled(grid, [](glm::dvec3 p) { return glm::distance(p, glm::dvec3(35, 30, 17)) - 9; });
+    const LevelSetOptions options{.propagation = 0, .most_iterations = kMany, .last_time = 0.2};
+    const LevelSetResult a = run({.distance = &start}, {.flow = &halves}, options),
+                         b = run({.distance = &start}, {.flow = &floats}, options);
+    EXPECT_GT(a.report.iterations, 5);
+    EXPECT_TRUE(twin::same_bits(a.labels, b.labels));
+    EXPECT_TRUE(twin::same_bits(*a.distance, *b.distance));
+    EXPECT_FALSE(twin::same_bits(*a.distance, *run({.distance = &start}, {}, options).distance));
+}
+
+TEST(LevelSet, PackedFloatsAreTheNearest) {
+    for (const float v : {1.0f, -1.0f, 0.1f, -3.14159f, 1e-30f, 65504.5f, 1.00390625f}) {
+        const float p = unpacked_float(packed_float(v));
+        EXPECT_LE(std::abs(p - v), std::abs(v) / 256) << v;
+        // No neighbour is nearer.
+        for (const int to : {-1, 1})
+            EXPECT_LE(std::abs(p - v), std::abs(unpacked_float(uint16_t(packed_float(v) + to)) - v))
+                << v;
+    }
+    EXPECT_TRUE(std::isnan(unpacked_float(packed_float(NAN))));
 }
 
 // Grey values with a bright ball, an edge and a flow.

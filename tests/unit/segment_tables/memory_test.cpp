@@ -1,30 +1,18 @@
 // Filters that docs/reference/filters.md marks so take volumes larger than memory.
 
 #include <gtest/gtest.h>
-#include <malloc.h>
 #include <tbb/global_control.h>
 
 #include <cmath>
-#include <fstream>
 
 #include "engine/io/brick_file.h"
 #include "engine/volume/builder.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/unit/segment_tables/process_memory.h"
 #include "tests/unit/segment_tables/volumes.h"
 
 namespace palpate {
 namespace {
-
-constexpr uint64_t kMiB = uint64_t{1} << 20;
-
-uint64_t memory_of(const std::string& key) { // bytes, of /proc/self/status
-    std::ifstream status("/proc/self/status");
-    for (std::string line; std::getline(status, line);)
-        if (line.starts_with(key + ":"))
-            return std::stoull(line.substr(key.size() + 1)) * 1024;
-    ADD_FAILURE() << key;
-    return 0;
-}
 
 class BrickFilter : public TemporaryFolder, public testing::WithParamInterface<size_t> {};
 
@@ -57,15 +45,13 @@ TEST_P(BrickFilter, NeedsLessMemoryThanTheVolume) {
     if (name == "resample-like")
         others.emplace("other", read->coarser.front());
     const tables::FilterUse use = tables::uses_of(filter, others).front();
-    malloc_trim(0);
-    const uint64_t before = memory_of("VmRSS");
-    std::ofstream("/proc/self/clear_refs") << 5; // the peak is counted from here
+    const ProcessMemory memory;
     const Result<BrickMaker> maker = filter.bricks(read->volume, use.values, {});
     ASSERT_TRUE(maker) << maker.error().message;
     const Result<void> saved =
         save_brick_file(file("out.pbv"), {maker->grid, maker->type, false, {}, maker->brick});
     ASSERT_TRUE(saved) << saved.error().message;
-    const uint64_t more = memory_of("VmHWM") - before;
+    const uint64_t more = memory.peak_more();
     std::printf("%s: %.1f MiB more\n", filter.name, double(more) / double(kMiB));
     EXPECT_LE(more, 36 * kMiB);
 }
