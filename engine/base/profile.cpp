@@ -37,8 +37,9 @@ struct Line {
 };
 
 struct Recorder {
-    std::mutex mutex; // guards `threads`
+    std::mutex mutex; // guards `threads` and `begun`
     std::vector<std::shared_ptr<Line>> threads;
+    size_t begun = 0; // threads that ever had a line
     std::array<Line, kTrackNames.size()> tracks;
     std::atomic<size_t> spans{0};
     std::atomic<int64_t> start_ns{0};
@@ -49,15 +50,29 @@ Recorder& recorder() {
     return *one;
 }
 
-Line& own_line() {
-    thread_local const std::shared_ptr<Line> line = [] {
-        auto made = std::make_shared<Line>();
+// The line of a thread, which stays after its end where it has spans. Without them it goes, so that
+// a process that begins a thread for each piece of work does not grow.
+struct OwnLine {
+    std::shared_ptr<Line> line = std::make_shared<Line>();
+
+    OwnLine() {
         const std::lock_guard lock(recorder().mutex);
-        recorder().threads.push_back(made);
-        made->name = fmt::format("thread {}", recorder().threads.size());
-        return made;
-    }();
-    return *line;
+        recorder().threads.push_back(line);
+        line->name = fmt::format("thread {}", ++recorder().begun);
+    }
+    ~OwnLine() {
+        const std::lock_guard lock(recorder().mutex);
+        const std::lock_guard line_lock(line->mutex);
+        if (line->spans.empty())
+            std::erase(recorder().threads, line);
+    }
+    OwnLine(const OwnLine&) = delete;
+    OwnLine& operator=(const OwnLine&) = delete;
+};
+
+Line& own_line() {
+    thread_local const OwnLine own;
+    return *own.line;
 }
 
 void put(Line& line, Span span) {
