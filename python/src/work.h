@@ -34,7 +34,7 @@ struct Report {
     std::function<void(double share)> progress; // 0 .. 1; any thread, one at a time
 };
 
-// Runs `work` on a thread of its own without the GIL. Meanwhile the caller's thread hands the
+// Runs `work` on another thread without the GIL. Meanwhile the caller's thread hands the
 // progress to a Python callable (or None) and looks for Ctrl-C; either one raising stops the work,
 // and is raised when the work has ended. What `work` throws becomes a Failure.
 void run_aside(const py::object& progress, const std::function<void(const Report&)>& work);

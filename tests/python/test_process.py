@@ -1,6 +1,5 @@
 """The process: threads, Ctrl-C, memory, damaged files, and what importing costs."""
 
-import gc
 import os
 import re
 import signal
@@ -159,35 +158,6 @@ keep = sys.modules; keep["x"] = (s, p, d)
 """
     )
     assert run.returncode == 0, run.stderr
-
-
-def resident_mib():
-    with open("/proc/self/statm") as file:
-        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
-
-
-def test_memory_stays_flat_over_1000_renders(ball):
-    """And over loads of arrays and edits. What is kept of each would show."""
-    scene = palpate.Scene(ball, iso=100, size=(64, 48))
-    renderer = palpate.Renderer()
-    array = ball.to_numpy()
-
-    def round_():
-        renderer.render(scene).to_numpy()
-
-    for _ in range(200):
-        round_()
-    gc.collect()
-    before = resident_mib()
-    for i in range(1000):
-        round_()
-        if i % 10 == 0:
-            volume = palpate.Volume.from_numpy(array, ball.affine)
-            palpate.Document(volume).stroke({"kind": "ball", "radius_mm": 3}, {"kind": "cut"}, [(0, 0, 0)])
-    gc.collect()
-    # A leak of each picture is 1000 x 64 x 48 x 16 bytes = 47 MiB, of each volume 100 x 156 KiB = 15 MiB.
-    assert resident_mib() - before < 8
-    renderer.close()
 
 
 def test_every_public_name_says_what_it_is():
