@@ -13,12 +13,11 @@
 #include "apps/palpate/project_input.h"
 #include "apps/palpate/read_options.h"
 #include "apps/palpate/scene_options.h"
-#include "apps/palpate/touch_feel.h"
 #include "apps/palpate/touch_guide.h"
 #include "apps/palpate/touch_live.h"
-#include "apps/palpate/touch_path.h"
+#include "apps/palpate/touch_options.h"
 #include "apps/palpate/touch_run.h"
-#include "apps/palpate/touch_strokes.h"
+#include "apps/palpate/touch_said.h"
 #include "bench/page/touch_page.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
@@ -26,8 +25,8 @@
 #include "engine/io/volume_io.h"
 #include "engine/session/project_description.h"
 #include "engine/session/touch_json.h"
-#include "engine/volume/changes.h"
 #include "haptics/servo/touch_log.h"
+#include "haptics/sound/wav.h"
 
 namespace palpate {
 
@@ -37,39 +36,6 @@ using haptics::AlgorithmEntry;
 using haptics::TouchParameters;
 
 constexpr double kLive_s = 60.0; // of --live without --duration
-
-const char* default_algorithm() {
-    const AlgorithmEntry* entry = haptics::find_algorithm("swept-point");
-    return (entry ? *entry : haptics::algorithms().back()).name;
-}
-
-struct TouchOptions {
-    std::string scene, labels, algorithm = default_algorithm(), device = "falcon";
-    std::string report, page, record, output;
-    PathOptions motion;
-    double iso = NAN, radius_mm = 0, stiffness = 500, damping = 0, yield_n = 0, viscosity = 0;
-    double drill_threshold_mm = TouchParameters().drill_threshold_mm;
-    double vibration_n = 0, surface_delay_s = TouchParameters().surface_delay_s;
-    std::vector<double> friction{0.0};
-    uint32_t samples = 340, delay = 0;
-    double rate_hz = 1000, scale = 0;
-    FeelOptions feel;
-    haptics::HandModel hand;
-    bool real_time = false, keep_journal = false;
-};
-
-bool edits(const TouchOptions& o) {
-    return !o.feel.edit.empty() || o.feel.drill_mm > 0.0 || !o.feel.second_edit.empty();
-}
-
-// Its distance from the surface begins to remove material, and no button.
-bool drills_by_itself(const TouchOptions& o) {
-    return o.algorithm == "drill-three-step";
-}
-
-TouchedStrokes strokes_of(const TouchOptions& o) {
-    return {o.scene, o.labels, o.output, edits(o), o.keep_journal};
-}
 
 template <class Table>
 std::vector<std::string> names_of(const Table& table) {
@@ -151,7 +117,8 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
     files.insert(files.end(), {{"--path", o.motion.path},
                                {"--report", o.report, FileUse::write_text},
                                {"--page", o.page, FileUse::write},
-                               {"--record", o.record, FileUse::write}});
+                               {"--record", o.record, FileUse::write},
+                               {"--sound", o.sound, FileUse::write}});
     append_volume(files, "-o", o.output, FileUse::write);
     if (const TouchedStrokes strokes = strokes_of(o); strokes.in_journal())
         files.push_back({"the journal of -o", strokes.journal().string(), FileUse::write});
@@ -166,110 +133,14 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
     return files;
 }
 
-void warn_of_idle_options(const CLI::App& app, const TouchOptions& o,
-                          const AlgorithmEntry& algorithm, haptics::TouchSource source,
-                          const haptics::DeviceEntry& device) {
-    const std::string_view name = algorithm.name;
-    const bool is_tool = name == "swept-tool", is_sphere = is_tool || name == "vidholm-2004",
-               has_window = name == "koerner-1999" || name == "swept-local" || name == "swept-mesh";
-    const IdleOptions idle[] = {
-        {o.motion.live, {"--real-time"}, "--live runs on the wall clock"},
-        {!is_sphere && !name.starts_with("eriksson-2006"),
-         {"--radius"},
-         "of swept-tool, vidholm-2004 and eriksson-2006"},
-        {!is_sphere, {"--samples"}, "of swept-tool and vidholm-2004"},
-        {!name.starts_with("wish-2008-"), {"--transfer", "--transfer-across"}, "of wish-2008-*"},
-        {name != "wish-2008-vector", {"--field"}, "of wish-2008-vector"},
-        {!has_window, {"--opacity"}, "of koerner-1999, swept-local and swept-mesh"},
-        {name != "swept-mesh", {"--mesh"}, "of swept-mesh"},
-        {!is_tool, {"--felt-tool"}, "of swept-tool"},
-        {!edits(o), {"--tool"}, "without --edit and --drill"},
-        {!edits(o) || o.output.empty(), {"--journal"}, "without -o and --edit or --drill"},
-        {strokes_of(o).in_project(), {"--journal"}, "the project keeps the strokes"},
-        {!o.motion.trajectory.empty() && !drills_by_itself(o),
-         {"--edit", "--drill"},
-         "a trajectory presses no button"},
-        {!drills_by_itself(o), {"--drill-threshold"}, "of drill-three-step"},
-        {name == "none",
-         {"--stiffness", "--damping", "--friction", "--yield", "--viscosity", "--iso", "--source",
-          "--vibration"},
-         "with --algorithm none"},
-        {name != "none" && !name.starts_with("swept-"), {"--viscosity"}, "of swept-*"},
-        {name != "none" && !name.starts_with("swept-") && !name.starts_with("eriksson-2006"),
-         {"--vibration"},
-         "of swept-* and eriksson-2006"},
-        {name != "none" && !edits(o), {"--vibration"}, "nothing is removed without an edit"},
-        {name != "koerner-1999", {"--surface-delay"}, "of koerner-1999"},
-        {name != "none" && !name.starts_with("swept-") && !algorithm.is_guide &&
-             name != "vidholm-2004",
-         {"--yield"},
-         "of swept-*, guide-* and vidholm-2004; --transfer is the T0 of wish-2008-*"},
-        {o.feel.second_edit.empty(), {"--second-tool"}, "without --second-edit"},
-        {algorithm.is_guide, {"--iso", "--source", "--friction", "--label-feel"}, "with --guide"},
-        {source == haptics::TouchSource::labels, {"--iso"}, "labels are felt"},
-        {source != haptics::TouchSource::labels, {"--label-feel"}, "grey values are felt"},
-        {is_sphere && o.feel.felt_tool.empty() && o.radius_mm == 0.0,
-         {"--samples"},
-         "a --radius of 0 is a point"},
-        {!o.feel.felt_tool.empty() && is_tool, {"--radius"}, "with --felt-tool"},
-        {device.driver != std::string_view("simulated"),
-         {"--grip", "--delay"},
-         "of simulated devices"}};
-    warn_of_idle(app, idle);
-}
-
-// How far apart the samples of a ball lie: what is smaller passes between them.
-std::string sample_gap_text(const TouchOptions& o) {
-    constexpr double kSphere = 12.566370614359172; // area over radius^2
-    if (o.radius_mm == 0.0 || !(o.algorithm == "swept-tool" || o.algorithm == "vidholm-2004"))
-        return {};
-    return fmt::format(
-        "; the {} --samples of a --radius of {:g} mm lie about {:.2g} mm apart, and "
-        "what is smaller may pass between them",
-        o.samples, o.radius_mm, o.radius_mm * std::sqrt(kSphere / o.samples));
-}
-
-void warn_of_what_was_felt(const haptics::TouchSummary& s, const TouchOptions& o,
-                           const haptics::HandPath& path, const Grid& grid) {
-    if (!o.motion.live && s.began_s > 0.0 && std::isfinite(s.began_s))
-        log::warning(
-            "force began {:.3f} s into the path: the soft start waited until the hand was free",
-            s.began_s);
-    if ((s.contact_ticks > 0 && s.most_force_n > 0.0) || o.algorithm == "none")
-        return;
-    if (o.algorithm.starts_with("wish-2008-") && o.feel.transfer.empty() &&
-        o.feel.transfer_across.empty())
-        log::warning("nothing was felt: --transfer is 0");
-    else if (s.contact_ticks == 0)
-        log::warning("nothing was touched: the path meets no surface at --iso; {}{}",
-                     place_text(path, grid), sample_gap_text(o));
-    else
-        log::warning("nothing was felt: the force was always 0");
-}
-
-void warn_of_idle_edit(const Volume& before, const Volume& after, const haptics::HandPath& path,
-                       const TouchOptions& o) {
-    if (!changed_bricks(before, after).empty())
-        return;
-    const bool pressed = std::any_of(path.poses().begin(), path.poses().end(),
-                                     [](const haptics::HandPose& p) { return p.buttons & 1u; });
-    log::warning(
-        "--edit or --drill changed no sample: {}",
-        drills_by_itself(o)
-            ? fmt::format("the hand was never deeper than --drill-threshold {:g} mm, or the "
-                          "tool met nothing that it changes",
-                          o.drill_threshold_mm)
-        : pressed ? "the tool met nothing that it changes"
-                  : "the path presses no button 0 (its column \"button\")");
-}
-
-Result<void> say(const haptics::TouchSummary& s, const Json& telemetry) {
+Result<void> say(const haptics::TouchSummary& s, double removed_mm3, const Json& telemetry) {
     Json json{{"path_ticks", s.ticks},
               {"contact_ticks", s.contact_ticks},
               {"most_force_n", s.most_force_n},
               {"largest_step_n", s.largest_step_n},
               {"most_depth_mm", s.most_depth_mm},
               {"energy_mj", s.energy_mj},
+              {"removed_mm3", removed_mm3},
               {"all_faults", haptics::fault_text(s.faults)}};
     json.update(telemetry);
     return print_report(json_text(json));
@@ -283,6 +154,11 @@ Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::st
         done = write_text(o.page, bench::touch_page(run.ticks, run.start_ns, title));
     if (done && !o.record.empty())
         done = haptics::save_device_log(o.record, run.records);
+    if (done && !o.sound.empty() && !run.ticks.empty())
+        done = haptics::save_wav(
+            o.sound,
+            haptics::sound_of(run.milling,
+                              1e-9 * static_cast<double>(run.ticks.back().now_ns - run.start_ns)));
     if (done && !o.output.empty())
         done = save_volume(o.output, run.volume, stop);
     return done;
@@ -364,7 +240,8 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     warn_of_what_was_felt(summary, o, path, grid);
     if (edits(o))
         warn_of_idle_edit(before, run->volume, path, o);
-    return o.report == "-" ? Result<void>() : say(summary, std::move(run->telemetry));
+    return o.report == "-" ? Result<void>()
+                           : say(summary, run->removed_mm3, std::move(run->telemetry));
 }
 
 } // namespace
@@ -422,7 +299,8 @@ Command add_touch(CLI::App& app) {
         ->check(within(0.0, Most::drill_mm))
         ->capture_default_str();
     app.add_option("--vibration", o->vibration_n,
-                   "Amplitude of the vibration while the tool removes or adds material, N")
+                   "Amplitude of the vibration, N; it follows how much material the tool removes a "
+                   "second and how hard that is")
         ->check(within(0.0, Most::force_n))
         ->capture_default_str();
     app.add_option("--surface-delay", o->surface_delay_s,
@@ -459,6 +337,10 @@ Command add_touch(CLI::App& app) {
                    "Record of samples and forces of the device: .csv, else a compact format "
                    "(default: none)")
         ->type_name("FILE");
+    app.add_option(
+           "--sound", o->sound,
+           "Sound of the removed material, 16-bit WAV; silent where nothing goes (default: none)")
+        ->type_name("FILE.wav");
     app.add_option("-o,--output", o->output,
                    "The volume after the edit, or its labels if --edit changes labels (default: "
                    "none). During the edit, FILE.journal keeps its strokes")

@@ -118,6 +118,7 @@ Result<bool> run_opened(Live& live, HapticDevice& device, const std::stop_token&
         if (const uint32_t now = faults; now != told && (told = now) != 0)
             log::warning("force is off: {}; press Enter to switch it on again", fault_text(now));
         progress(static_cast<double>(done) / static_cast<double>(count));
+        listen(live.run, live.session, monotonic_ns());
         refusal = live.session.take_refusal();
     }
     live.session.stop();
@@ -198,6 +199,7 @@ Result<TouchRun> run_touch_live(TouchRunSetup setup, const Grid& grid, double du
     const EditState end = session.state();
     run.volume = *end.document.find(edited);
     run.strokes = end.strokes_done - begun;
+    run.removed_mm3 = session.milling().removed_mm3;
     return run;
 }
 

@@ -34,9 +34,10 @@ HandPath with_lead(const HandPath& path) {
 }
 
 // Ticks on the wall clock until `count` are done.
-Result<void> run_by_clock(Session& session, SessionDevice device, std::vector<ServoTick>& ticks,
-                          size_t count, const std::stop_token& stop,
+Result<void> run_by_clock(Session& session, SessionDevice device, TouchRun& run, size_t count,
+                          const std::stop_token& stop,
                           const std::function<void(double)>& progress) {
+    std::vector<ServoTick>& ticks = run.ticks;
     ticks.resize(count);
     std::atomic<size_t> done = 0;
     device.memory = {std::as_bytes(std::span(ticks))};
@@ -55,6 +56,7 @@ Result<void> run_by_clock(Session& session, SessionDevice device, std::vector<Se
     while (!thread.ended() && !stop.stop_requested() && refusal.empty()) {
         progress(static_cast<double>(done) / static_cast<double>(count));
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        listen(run, session, monotonic_ns());
         refusal = session.take_refusal();
     }
     session.stop();
@@ -77,6 +79,7 @@ Result<void> run_by_ticks(Session& session, const SessionDevice& device, TouchRu
         const int64_t now_ns = static_cast<int64_t>(i) * period_ns;
         run.ticks.push_back(session.tick(now_ns, now_ns));
         recorder.drain(run.records);
+        listen(run, session, now_ns);
         if (const std::string refusal = session.take_refusal(); !refusal.empty())
             return fail("{}", refusal);
         if (i % 256 == 0)
@@ -89,6 +92,12 @@ Result<void> run_by_ticks(Session& session, const SessionDevice& device, TouchRu
 }
 
 } // namespace
+
+void listen(TouchRun& run, const Session& session, int64_t now_ns) {
+    const double time_s = 1e-9 * static_cast<double>(now_ns - run.start_ns);
+    if (run.milling.empty() || time_s - run.milling.back().time_s >= 1e-3 * Session::kMeasure_ms)
+        run.milling.push_back({time_s, session.milling()});
+}
 
 Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
                                 const std::function<void(double share)>& progress) {
@@ -130,7 +139,7 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
         session.use(*setup.second_edit, 1);
     SessionDevice touched{recorder, setup.algorithm, workspace, servo_options(setup), {}, {}};
     touched.hung = end_where_device_hangs(setup.device.name);
-    PALPATE_TRY(setup.real_time ? run_by_clock(session, touched, run.ticks, count, stop, progress)
+    PALPATE_TRY(setup.real_time ? run_by_clock(session, touched, run, count, stop, progress)
                                 : run_by_ticks(session, touched, run, recorder, count, period_ns,
                                                stop, progress));
     session.settle(); // a stroke under way ends with the path
@@ -144,6 +153,7 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
     const EditState end = session.state();
     run.volume = *end.document.find(edited);
     run.strokes = end.strokes_done - begun;
+    run.removed_mm3 = session.milling().removed_mm3;
     run.telemetry = telemetry_json(session.servo()->telemetry());
     return run;
 }

@@ -11,6 +11,7 @@
 #include "engine/session/session.h"
 #include "haptics/device/recorded.h"
 #include "haptics/device/registry.h"
+#include "haptics/sound/milling_sound.h"
 
 namespace palpate {
 
@@ -43,8 +44,13 @@ struct TouchRun {
     std::vector<haptics::DeviceRecord> records;
     Volume volume; // that was edited, else the first of the document, as it is at the end
     size_t strokes = 0;
+    std::vector<haptics::MillingMoment> milling; // since start_ns, every Session::kMeasure_ms
+    double removed_mm3 = 0.0;
     Json telemetry; // haptics/servo/telemetry.h
 };
+
+// Appends the session's milling to the run where the last moment is long enough ago.
+void listen(TouchRun& run, const Session& session, int64_t now_ns);
 
 // The hand rests at the path's first pose until force has faded in, then follows the path. On a
 // virtual clock everything is a function of the setup, bit for bit, processor times apart.

@@ -171,9 +171,10 @@ Result<void> Session::start(SessionDevice device) {
     move_workspace({device.workspace.scale(), device.workspace.rotation()});
     algorithm_ = device.algorithm.make();
     buttons_ = {device.servo.remove_button, device.servo.second_button};
-    servo_ = std::make_unique<Servo>(Servo::Parts{device.device, *algorithm_, felt_, parameters_,
-                                                  threaded_ ? &stamps_ : nullptr, &workspaces_},
-                                     device.workspace, device.servo);
+    servo_ = std::make_unique<Servo>(
+        Servo::Parts{device.device, *algorithm_, felt_, parameters_, threaded_ ? &stamps_ : nullptr,
+                     &workspaces_, &removal_},
+        device.workspace, device.servo);
     if (device.armed)
         servo_->arm();
     if (!threaded_)
@@ -242,6 +243,10 @@ bool Session::push(EditInput::Kind kind, const StrokePose& pose, uint8_t tool) n
     if (!editor_.push({kind, pose, number, profile::now_ns(), tool}))
         return false;
     pushed_.store(number, std::memory_order_release);
+    if (const double dt_s = pose.time_s - last_pose_.time_s; down_ && dt_s > 0.0)
+        speed_mm_per_s_.store(
+            glm::distance(pose.tool.position_mm, last_pose_.tool.position_mm) / dt_s,
+            std::memory_order_relaxed);
     down_ = kind != EditInput::Kind::up;
     last_pose_ = pose;
     return true;
@@ -257,6 +262,7 @@ ServoTick Session::tick(int64_t now_ns, int64_t due_ns) {
     follow(tick);
     editor_.settle();
     publish_felt();
+    measure_milling(now_ns);
     return tick;
 }
 
@@ -369,10 +375,42 @@ bool Session::publish_felt() {
     return true;
 }
 
+void Session::measure_milling(int64_t now_ns) {
+    if (now_ns - measured_ns_ < kMeasure_ms * 1'000'000)
+        return;
+    measured_ns_ = now_ns;
+    const EditState state = *bridge_states_.pin();
+    const NamedVolume& edited = state.document.volumes[state.edited];
+    const bool is_labels = edited.kind == VolumeKind::labels;
+    // Undo and filters change samples, too.
+    const bool by_hand =
+        std::exchange(measured_commands_, state.commands_done) == state.commands_done;
+    Milling now;
+    try {
+        now = meter_.look(1e-9 * static_cast<double>(now_ns), edited.volume,
+                          is_labels ? 0.5 : bridge_parameters_.pin()->iso, is_labels, by_hand,
+                          speed_mm_per_s_.load(std::memory_order_relaxed));
+    } catch (const std::exception&) { // samples that cannot be read: the editor says so
+        return;
+    }
+    milling_.removed_mm3.store(now.removed_mm3, std::memory_order_relaxed);
+    milling_.rate_mm3_per_s.store(now.rate_mm3_per_s, std::memory_order_relaxed);
+    milling_.hardness.store(now.hardness, std::memory_order_relaxed);
+    removal_.store(static_cast<float>(milling_level(now)), std::memory_order_relaxed);
+}
+
+Milling Session::milling() const noexcept {
+    return {milling_.removed_mm3.load(std::memory_order_relaxed),
+            milling_.rate_mm3_per_s.load(std::memory_order_relaxed),
+            milling_.hardness.load(std::memory_order_relaxed),
+            speed_mm_per_s_.load(std::memory_order_relaxed)};
+}
+
 void Session::bridge(const std::stop_token& stop) {
     profile::name_thread("bridge");
     while (!stop.stop_requested()) {
         bool any = publish_felt();
+        measure_milling(profile::now_ns());
         for (ToolStamp stamp; stamps_.pop(stamp); any = true) {
             if (stamp.time_ns / 1'000'000 % kLockEvery_ms != 0)
                 continue;

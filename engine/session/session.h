@@ -20,6 +20,7 @@
 #include "haptics/proxy/swept_mesh.h"
 #include "haptics/servo/brick_lock.h"
 #include "haptics/servo/servo_thread.h"
+#include "haptics/sound/milling.h"
 
 namespace palpate {
 
@@ -183,6 +184,13 @@ class Session {
     haptics::TouchScene felt(); // the newest
     EditLag& lag() { return lag_; }
 
+    // The material that strokes take away, for sound, dust and people: the newest, measured every
+    // kMeasure_ms outside the servo, in the volume that is edited. Samples at or above the
+    // iso-value are solid, and those of labels above 0. The same number makes the device vibrate.
+    // Any thread; never waits.
+    haptics::Milling milling() const noexcept;
+    static constexpr int64_t kMeasure_ms = 10;
+
     // The mesh of the newest state that the mesher has got to; without threads, of the newest.
     // Empty without mesh_iso. Any thread.
     Mesh mesh();
@@ -218,7 +226,8 @@ class Session {
     bool push(EditInput::Kind kind, const StrokePose& pose, uint8_t tool = 0) noexcept;
     bool publish_felt(); // the bridge's
     void bridge(const std::stop_token& stop);
-    bool update_mesh(); // the mesher's
+    void measure_milling(int64_t now_ns); // where the last time is long enough ago
+    bool update_mesh();                   // the mesher's
     void mesh_on(const std::stop_token& stop);
 
     const bool threaded_;
@@ -234,6 +243,16 @@ class Session {
     Mailbox<haptics::TouchScene>::Reader interface_felt_;
     Mailbox<haptics::TouchParameters>::Reader bridge_parameters_;
     Mailbox<SessionSources>::Reader bridge_sources_, mesher_sources_;
+
+    // Milling: written by the bridge, or by who ticks without threads; the servo reads removal_.
+    struct {
+        std::atomic<double> removed_mm3{0.0}, rate_mm3_per_s{0.0}, hardness{0.0};
+    } milling_;
+    std::atomic<float> removal_{0.0f};
+    std::atomic<double> speed_mm_per_s_{0.0}; // of the tool that is down; by who pushes
+    haptics::MillingMeter meter_;
+    int64_t measured_ns_ = 0;
+    uint64_t measured_commands_ = 0; // EditState::commands_done
 
     // The device.
     Ring<haptics::ToolStamp> stamps_{1 << 15}; // for the bridge, which locks bricks by them

@@ -79,7 +79,7 @@ struct TouchParameters {
     double friction_dynamic = 0.0;    // at most the static one
     double yield_n = 0.0;             // T0: the force above which material yields; 0 is never
     double viscosity_n_s_per_m = 0.0; // inside of what can be entered
-    double vibration_n = 0.0;         // amplitude while material is removed
+    double vibration_n = 0.0;         // amplitude at a removal of 1
     TouchSource source = TouchSource::grey;
     // Normals are taken from samples blurred by this many samples: 1 for noise of 10 % of the
     // contrast, 0.6 for 5 %, 0 for clean data. See tune() in field.h.
@@ -110,7 +110,7 @@ struct TickInput {
     glm::dvec3 velocity_mm_per_s{0.0};           // of the tool
     double dt_s = 1e-3;                          // since the tick before; > 0
     uint32_t buttons = 0;                        // bit b: button b is pressed
-    bool removing = false;                       // the tool removes or adds material now
+    double removal = 0.0;                        // 0 .. 1: how strongly material goes now
     const TouchScene* scene = nullptr;           // never null; lives until the tick returns
     const TouchParameters* parameters = nullptr; // likewise
 };

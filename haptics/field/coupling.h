@@ -59,7 +59,8 @@ inline bool is_sane(const TouchParameters& p) {
 inline bool is_sane(const TickInput& input) {
     const glm::dvec3 x = input.tool.position_mm, v = input.velocity_mm_per_s;
     return is_place(x) && is_finite(v) && glm::length(v) < 1e6 && input.dt_s >= 1e-6 &&
-           input.dt_s < 1.0 && is_sane(*input.parameters);
+           input.dt_s < 1.0 && input.removal >= 0.0 && input.removal <= 1.0 &&
+           is_sane(*input.parameters);
 }
 
 // The answer to an input that is not.

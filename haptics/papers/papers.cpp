@@ -265,9 +265,10 @@ TickOutput eriksson_tick(ErikssonState& state, const TickInput& input) noexcept 
     state.proxy = p;
     const dvec3 out = -unit_or_zero(gradient_at(source, to_index, p));
     TickOutput output = output_of(input, p + parameters.tool_radius_mm * out, last, out);
-    if (input.removing && parameters.vibration_n > 0.0)
+    if (input.removal > 0.0 && parameters.vibration_n > 0.0)
         for (int axis = 0; axis < 3; ++axis)
-            output.force_n[axis] += parameters.vibration_n * next_signed(state.random);
+            output.force_n[axis] +=
+                input.removal * parameters.vibration_n * next_signed(state.random);
     output.contact = Contact::touching;
     output.contacts = 1;
     output.iterations = iterations;

@@ -191,8 +191,11 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
     had_force_ = felt > 0.0;
     output.force_n *= presence_ * trust_;
     const dvec3 normal = is_inside ? yielding_.normal() : geometry.normal;
-    if (input.removing && in_contact && q.vibration_n > 0.0)
-        output.force_n += q.vibration_n * vibration_.next(dt) * normal;
+    // A tool larger than what is felt makes its own room, and the hand touches nothing meanwhile.
+    if (in_contact && normal != dvec3(0.0))
+        last_normal_ = normal;
+    if (input.removal > 0.0 && q.vibration_n > 0.0)
+        output.force_n += input.removal * q.vibration_n * vibration_.next(dt) * last_normal_;
 
     is_first_ = false;
     has_settled_ = in_contact || rendered == x;

@@ -115,6 +115,7 @@ class Coupler {
     ForceCut cut_;
     Bleed bleed_;
     BandNoise vibration_;
+    glm::dvec3 last_normal_{0.0}; // of the last contact; 0: there was none
 };
 
 } // namespace palpate::haptics

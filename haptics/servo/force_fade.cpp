@@ -10,7 +10,7 @@
 namespace palpate::haptics {
 
 double natural_change_n(const TouchParameters& parameters, double moved_mm, double sped_mm_per_s,
-                        bool removing) noexcept {
+                        double removal) noexcept {
     const TouchParameters& p = parameters;
     double stiffness = p.stiffness_n_per_m, friction = p.friction_static;
     for (uint32_t i = 0; i < std::min(p.label_count, TouchParameters::kMostLabels); ++i) {
@@ -19,7 +19,7 @@ double natural_change_n(const TouchParameters& parameters, double moved_mm, doub
     }
     return 1e-3 * (stiffness * std::hypot(1.0, friction) * moved_mm +
                    (p.damping_n_s_per_m + p.viscosity_n_s_per_m) * sped_mm_per_s) +
-           (removing ? 2.0 * p.vibration_n : 0.0); // it is within +-vibration_n
+           2.0 * removal * p.vibration_n; // it is within +-removal * vibration_n
 }
 
 void ForceFade::reset() noexcept {

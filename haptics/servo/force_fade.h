@@ -9,11 +9,11 @@
 namespace palpate::haptics {
 
 // How much force may change in a tick because the hand moved, N: that of a spring and a damper
-// whose proxy a convex surface holds, with friction, and of vibration while material is removed.
+// whose proxy a convex surface holds, with friction, and of vibration at this removal.
 // The stiffest and roughest label counts. `moved_mm` and `sped_mm_per_s` are the changes of the
 // tool's position and velocity since the tick before.
 double natural_change_n(const TouchParameters& parameters, double moved_mm, double sped_mm_per_s,
-                        bool removing) noexcept;
+                        double removal) noexcept;
 
 // The rendered force after a command: another scene, table, switch or tool changes at once what is
 // felt, and the force must not jump.

@@ -101,14 +101,16 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         t.tool = workspace_.tool(begun.sample);
         t.velocity_mm_per_s = workspace_.velocity_mm_per_s(begun.sample);
         const auto parameters = parameters_.pin();
+        const double going = parts_.removal ? parts_.removal->load(std::memory_order_relaxed) : 0.0;
+        removal_ += std::clamp(std::clamp(going, 0.0, 1.0) - removal_, -dt_s / kRemoval_s,
+                               dt_s / kRemoval_s);
         const double most_n_per_m = most_stiffness_n_per_m_ / workspace_.scale();
         const TouchParameters& now = slew_.step(*parameters, dt_s, most_n_per_m);
         const TickInput input{.tool = t.tool,
                               .velocity_mm_per_s = t.velocity_mm_per_s,
                               .dt_s = dt_s,
                               .buttons = t.buttons,
-                              .removing = pressed(t.buttons, options_.remove_button) ||
-                                          pressed(t.buttons, options_.second_button),
+                              .removal = removal_,
                               .scene = &*scene,
                               .parameters = &now};
         const Seen seen_scene{&*scene, scene.epoch()},
@@ -134,7 +136,7 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         telemetry_.iterations.add(t.touched.iterations);
         const double natural_n = natural_change_n(
             now, glm::distance(t.tool.position_mm, last_tool_.position_mm),
-            glm::distance(t.velocity_mm_per_s, last_velocity_mm_per_s_), input.removing);
+            glm::distance(t.velocity_mm_per_s, last_velocity_mm_per_s_), input.removal);
         last_tool_ = t.tool;
         last_velocity_mm_per_s_ = t.velocity_mm_per_s;
         const Wrench faded = fade_.next({t.touched.force_n, t.touched.torque_nm}, natural_n, dt_s);

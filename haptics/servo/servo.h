@@ -55,6 +55,7 @@ struct ServoTick {
 // frees nothing.
 class Servo {
  public:
+    static constexpr double kRemoval_s = 0.020;
     struct Parts { // all outlive the servo
         HapticDevice& device;
         Algorithm& algorithm;
@@ -63,6 +64,9 @@ class Servo {
         Ring<ToolStamp>* poses = nullptr; // may be null
         // May be null: the workspace stays as it is, but for the clutch's button.
         Mailbox<WorkspaceSettings>* workspace = nullptr;
+        // How strongly material goes, 0 .. 1 (sound/milling.h): the share of vibration. May be
+        // null: none goes. Each tick reads it once and moves towards it, from 0 to 1 in kRemoval_s.
+        const std::atomic<float>* removal = nullptr;
     };
     struct Options {
         double rate_hz = 1000.0;
@@ -132,6 +136,7 @@ class Servo {
     bool has_last_ = false;
     glm::dvec3 last_position_m_{0.0}, last_sent_n_{0.0};
     double energy_mj_ = 0.0;
+    double removal_ = 0.0; // on its way to parts_.removal
 };
 
 } // namespace palpate::haptics

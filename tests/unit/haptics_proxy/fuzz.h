@@ -107,7 +107,7 @@ inline void fuzz_algorithm(const AlgorithmEntry& entry, const FuzzScenes& scenes
         TickInput input{.scene = &scenes.all[scene], .parameters = &used};
         input.tool.position_mm = hand;
         input.velocity_mm_per_s = within(100.0);
-        input.removing = dice >> 17 & 1;
+        input.removal = dice >> 17 & 1;
         input.buttons = static_cast<uint32_t>(random());
         if ((dice >> 18 & 3) == 0) {
             double* numbers[] = {&used.iso,

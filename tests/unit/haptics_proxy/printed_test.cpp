@@ -132,7 +132,7 @@ TEST(Eriksson2006, WhiteVibrationOnlyWhileRemoving) {
     haptics::TickInput input{.scene = &scene.touch, .parameters = &parameters};
     input.tool.position_mm = {0, 0, -1.0};
     const auto force = [&](bool removing) {
-        input.removing = removing;
+        input.removal = removing ? 1.0 : 0.0;
         return algorithm->tick(input).force_n;
     };
     for (int i = 0; i < 50; ++i)

@@ -53,7 +53,7 @@ TEST(Tick, AllocatesNothing) {
         for (const haptics::AlgorithmEntry& entry : haptics::algorithms()) {
             const auto algorithm = entry.make();
             haptics::TickInput input{
-                .removing = true, .scene = &scene.touch, .parameters = &parameters};
+                .removal = 1.0, .scene = &scene.touch, .parameters = &parameters};
             allocations = 0;
             is_counting = true;
             input.tool.position_mm = path.front();

@@ -37,6 +37,7 @@ struct Loop {
     Mailbox<TouchScene> scenes;
     Mailbox<TouchParameters> parameters;
     Ring<ToolStamp> poses{4096};
+    std::atomic<float> removal{0.0f};
     Workspace workspace;
     std::unique_ptr<Algorithm> algorithm;
     std::unique_ptr<HapticDevice> device;
@@ -55,7 +56,8 @@ struct Loop {
           workspace(w),
           algorithm(std::move(a)),
           device(std::move(d)),
-          servo({*device, *algorithm, scenes, parameters, &poses}, workspace, options) {
+          servo({*device, *algorithm, scenes, parameters, &poses, nullptr, &removal}, workspace,
+                options) {
         servo.arm();
     }
     ServoTick tick(int64_t late_ns = 0) {

@@ -44,12 +44,14 @@ TEST(TickGuard, NoTickAllocatesFreesLocksOrFaultsWithAnyAlgorithm) {
         parameters.friction_static = parameters.friction_dynamic = 0.2;
         parameters.yield_n = 2.0;
         parameters.viscosity_n_s_per_m = 1.0;
+        parameters.vibration_n = 0.2;
         Servo::Options options;
         options.limits.ramp_s = 0.1;
         Loop loop{ball_scene(), parameters, entry.make(), Loop::simulated(path, "touch"), options};
         TickGuard::Counts all;
         uint64_t felt = 0;
         for (int i = 0; i < 3000; ++i) {
+            loop.removal.store(static_cast<float>(i % 500) / 500.0f);
             if (i % 100 == 50) { // an edit, between ticks as far as this thread is concerned
                 VolumeEdit edit(*loop.scenes.latest().grey);
                 edit.set({32, 32, 48u - static_cast<uint32_t>(i) / 1000}, 0);
