@@ -101,7 +101,7 @@ ImageMetadata metadata_of(const GpuDevice& device, const SceneFile& drawn) {
 }
 
 PictureLook look_of(const PictureOptions& options, const OpenedScene& opened, bool moves) {
-    const bool transparent = options.scene.transparent();
+    const bool transparent = opened.file.transparent;
     return {options.half ? ExrPrecision::half_float : ExrPrecision::full_float, transparent,
             figure_of(options.figure, opened, transparent, moves), options.dots_per_inch};
 }

@@ -284,6 +284,8 @@ Result<SceneFile> base_scene(const SceneOptions& options) {
     take(options.overlay, file.overlay, file.scene.overlay);
     if (options.fused_opacity)
         file.scene.fusion->opacity = *options.fused_opacity;
+    if (!options.background.empty())
+        file.transparent = options.transparent();
     PALPATE_TRY(apply_surfaces(options, file));
     return file;
 }

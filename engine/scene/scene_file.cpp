@@ -293,7 +293,14 @@ void read_scene(const JsonValue& in, SceneFile& file) {
         if (sides.size() == 2)
             scene.size_px = {sides[0].whole_number(1, 16384), sides[1].whole_number(1, 16384)};
     }
-    read_color(in, "background", scene.background);
+    if (const auto background = in.find("background");
+        background && background->is(Json::Kind::string)) {
+        file.transparent = background->text() == "transparent";
+        if (!file.transparent)
+            background->reject("a colour [r, g, b] or \"transparent\"");
+    } else {
+        read_color(in, "background", scene.background);
+    }
     if (const auto camera = in.find("camera"))
         read_camera(*camera, file);
     else

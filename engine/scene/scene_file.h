@@ -42,6 +42,7 @@ struct SceneFile {
     uint32_t frame = 0;                  // which volume of a 4-D file
     std::string series;                  // DICOM: the series' UID; empty for the largest
     bool resample_slices = false;        // DICOM: slices at uneven distances are interpolated
+    bool transparent = false;            // pictures keep alpha; the background is black then
 
     // Settings that depend on the volume: see resolved_scene().
     std::optional<Framing> framing;

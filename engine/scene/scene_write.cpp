@@ -156,7 +156,10 @@ std::string write_scene(const SceneFile& file) {
     if (file.resample_slices)
         out["resample_slices"] = true;
     out["size_px"] = {scene.size_px.x, scene.size_px.y};
-    out["background"] = scene.background;
+    if (file.transparent)
+        out["background"] = "transparent";
+    else
+        out["background"] = scene.background;
     out["camera"] = camera_json(file);
     if (scene.stereo) {
         out["stereo"] = {{"layout", name_json(scene.stereo->layout)},

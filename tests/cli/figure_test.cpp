@@ -93,6 +93,26 @@ TEST_F(FigureCommand, ATransparentPictureIsThatOfAnyBackgroundTakenAway) {
                           "'1,1'"));
 }
 
+// A scene says it as the option does; the option replaces what the scene says.
+TEST_F(FigureCommand, ASceneMayHaveATransparentBackground) {
+    write("clear.json", R"({"volume": "synthetic:phantom?size=32", "size_px": [96, 80],
+        "background": "transparent", "ray_cast": {"mode": "mip", "transfer": "ct-bone"}})");
+    const auto draw = [&](const std::string& output, std::vector<std::string> more) {
+        more.insert(more.begin(),
+                    {"render", file("clear.json").string(), "-o", file(output).string()});
+        const ProgramRun ran = run(more);
+        EXPECT_EQ(ran.exit_code, 0) << ran.messages;
+        return png(output);
+    };
+    const Image by_scene = draw("scene.png", {});
+    EXPECT_EQ(by_scene.channels.size(), 4u);
+    EXPECT_EQ(by_scene.samples, draw("option.png", {"--background", "transparent"}).samples);
+    EXPECT_EQ(draw("white.png", {"--background", "white"}).channels.size(), 3u);
+    write("grey.json", R"({"volume": "synthetic:ball", "background": "grey"})");
+    EXPECT_THAT(run({"render", file("grey.json").string(), "-o", "x.png"}).messages,
+                HasSubstr("background: expected a colour [r, g, b] or \"transparent\", found"));
+}
+
 TEST_F(FigureCommand, MarksAreDrawnAsAskedAndNowhereElse) {
     const std::vector<std::string> slice{"--slice", "axial", "--window=-200,300"};
     const auto with = [&](const std::string& output, const char* marks,

@@ -56,6 +56,14 @@ std::string message(const std::string& text) {
     return result ? "accepted" : result.error().message;
 }
 
+TEST(SceneFile, KeepsATransparentBackground) {
+    const SceneFile file = parse_scene(R"({"background": "transparent"})", "f").value();
+    EXPECT_TRUE(file.transparent);
+    EXPECT_EQ(file.scene.background, glm::dvec3(0.0));
+    EXPECT_TRUE(parse_scene(write_scene(file), "g").value().transparent);
+    EXPECT_FALSE(parse_scene("{}", "h").value().transparent);
+}
+
 TEST(SceneFile, ReadsEveryKey) {
     const Result<SceneFile> file = parse(kFull);
     ASSERT_TRUE(file) << file.error().message;
