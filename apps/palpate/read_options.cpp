@@ -56,6 +56,7 @@ ReadOptions read_options(const ReadFlags& flags, const std::stop_token& stop) {
         options.max_memory_bytes =
             static_cast<uint64_t>(std::min(flags.max_memory_mib, 1e12) * 1024 * 1024);
     options.stop = stop;
+    options.progress = flags.progress;
     return options;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "apps/palpate/interrupt.h"
@@ -17,7 +18,8 @@ struct ReadFlags {
     int64_t frame = -1;
     std::string series;
     bool resample_slices = false;
-    double max_memory_mib = 0; // 0: the default of ReadOptions
+    double max_memory_mib = 0;                    // 0: the default of ReadOptions
+    std::function<void(double share)> progress{}; // ReadOptions
 };
 
 // Adds --frame, --series, --resample-slices and --max-memory.

@@ -194,6 +194,24 @@ VoxelClaim claim_of(const Files& files, const DicomStack& stack, Decoded& decode
     return claim;
 }
 
+// The image in the middle of those that say where they lie; of none, that in the middle of all.
+DicomFrame middle_of(std::vector<DicomFrame> frames) {
+    const auto placed = std::partition(frames.begin(), frames.end(), [](const DicomFrame& frame) {
+        return frame.position && frame.axes;
+    });
+    const auto end = placed == frames.begin() ? frames.end() : placed;
+    const auto middle = frames.begin() + (end - frames.begin()) / 2;
+    if (placed != frames.begin()) {
+        const glm::dmat2x3 axes = *frames.front().axes; // of all: they are of one plane
+        const glm::dvec3 normal = glm::cross(axes[0], axes[1]);
+        std::nth_element(frames.begin(), middle, end,
+                         [&](const DicomFrame& a, const DicomFrame& b) {
+                             return glm::dot(*a.position, normal) < glm::dot(*b.position, normal);
+                         });
+    }
+    return std::move(*middle);
+}
+
 } // namespace
 
 Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
@@ -221,6 +239,8 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
                                 found->warnings.end());
         return decoded;
     }
+    if (request.middle_image)
+        series.frames = {middle_of(std::move(series.frames))};
     std::vector<std::string> warnings;
     warn_of_other_planes(name, all, chosen, warnings);
     set_damaged_aside(*found, series, sink);

@@ -39,7 +39,7 @@ void limit_memory() {
 } // namespace
 
 void serve_decoding(int argc, char** argv, Decode decode) {
-    if (argc < 8)
+    if (argc < 9)
         ::_exit(2);
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (::getppid() != std::atoi(argv[2]))
@@ -55,7 +55,8 @@ void serve_decoding(int argc, char** argv, Decode decode) {
     if (const std::string_view series = argv[6]; series.starts_with('='))
         request.series = std::string(series.substr(1));
     request.resample_slices = std::string_view(argv[7]) == "resample";
-    request.without.assign(argv + 8, argv + argc);
+    request.middle_image = std::string_view(argv[8]) == "middle";
+    request.without.assign(argv + 9, argv + argc);
     VoxelSink sink(kMemoryFd, kReportFd, std::strtoull(argv[3], nullptr, 10));
     sink.alive();
     std::string report;

@@ -74,6 +74,7 @@ struct DecodeRequest {
     std::optional<uint32_t> frame;
     std::optional<std::string> series;
     bool resample_slices = false; // DICOM: to even spacing, without shear
+    bool middle_image = false;    // DICOM: that one of the series alone
     // DICOM: files in which a reader has died, to be passed over with a warning. Others do not heed
     // it.
     std::vector<std::filesystem::path> without{};

@@ -34,7 +34,8 @@ Result<LoadedVolume> load(const std::filesystem::path& path, const ReadOptions& 
     if (is_brick_file(path))
         return open_bricks(path, options, kind);
     PALPATE_TRY(const io::DecodedVoxels voxels,
-                io::decode_in_child({path, options.frame, options.series, options.resample_slices},
+                io::decode_in_child({path, options.frame, options.series, options.resample_slices,
+                                     options.middle_image},
                                     options));
     return io::narrow(path.string(), voxels.decoded, voxels.claim, voxels.bytes(), kind,
                       options.max_memory_bytes);

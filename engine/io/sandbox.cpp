@@ -129,7 +129,8 @@ Result<Child> start_child(const DecodeRequest& request, const ReadOptions& optio
                                    request.path.string(),
                                    request.frame ? std::to_string(*request.frame) : "-",
                                    request.series ? "=" + *request.series : "-",
-                                   request.resample_slices ? "resample" : "-"};
+                                   request.resample_slices ? "resample" : "-",
+                                   request.middle_image ? "middle" : "-"};
     for (const fs::path& path : request.without)
         words.push_back(path.string());
     std::vector<char*> argv;
@@ -185,9 +186,20 @@ Result<void> check_decoded(const Decoded& decoded, const VoxelClaim& claim) {
     return {};
 }
 
+// How much of the voxels a child has written: shared memory has the pages that were written to.
+double share_written(const Fd& memory, const VoxelClaim& claim) {
+    constexpr double kBlock = 512.0; // POSIX: of st_blocks
+    struct stat status {};
+    const auto bytes = static_cast<double>(claimed_bytes(claim).value_or(0));
+    if (bytes <= 0.0 || ::fstat(memory.get(), &status) != 0)
+        return 0.0;
+    return std::min(1.0, kBlock * static_cast<double>(status.st_blocks) / bytes);
+}
+
 // Listens to a child until its last word; the error has no file name yet.
 // `file_s` are the seconds that reading the file once may take.
-Result<void> listen(Child& child, const ReadOptions& options, double file_s, Reported& reported) {
+Result<void> listen(Child& child, const Fd& memory, const ReadOptions& options, double file_s,
+                    Reported& reported) {
     std::string pending;
     size_t total = 0;
     Timer quiet_wall;
@@ -203,6 +215,8 @@ Result<void> listen(Child& child, const ReadOptions& options, double file_s, Rep
             quiet_wall.ms() > 1000 * kWallPerCpu * limit_s)
             return fail("the reader was stopped, because it got nowhere in {:.1f} s", limit_s);
 
+        if (options.progress && reported.claim)
+            options.progress(share_written(memory, *reported.claim));
         pollfd waiting{child.reports(), POLLIN, 0};
         if (::poll(&waiting, 1, kPollMs) <= 0)
             continue;
@@ -317,7 +331,8 @@ Result<DecodedVoxels> decode_once(const DecodeRequest& request, const ReadOption
     Reported reported;
     {
         PALPATE_TRY(Child child, start_child(request, options, memory));
-        if (Result<void> heard = listen(child, options, seconds_to_read(request.path), reported);
+        if (Result<void> heard =
+                listen(child, memory, options, seconds_to_read(request.path), reported);
             !heard) {
             at = reported.at;
             return fail("{}: {}{}", name, heard.error().message,

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <stop_token>
 #include <string>
@@ -37,7 +38,13 @@ struct ReadOptions {
     // max_memory_bytes.
     uint64_t brick_cache_bytes = uint64_t{512} << 20;
 
+    // DICOM: the image in the middle of the series alone, as one slice, for a preview. Of a
+    // segmentation, and of other formats, all is read.
+    bool middle_image = false;
+
     std::stop_token stop; // asked to stop, loading ends with an error
+    // Told while voxels are decoded: their share, 0 .. 1. From the caller's thread. May be empty.
+    std::function<void(double share)> progress{};
 };
 
 // A volume read from a file, with messages for people.

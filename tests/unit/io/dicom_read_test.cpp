@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -34,6 +35,40 @@ LoadedVolume loaded(const std::filesystem::path& path, const ReadOptions& option
 std::string error_of(const std::filesystem::path& path, const ReadOptions& options = {}) {
     const Result<LoadedVolume> result = load_volume(path, options);
     return result ? "loaded" : result.error().message;
+}
+
+// ---- previews and progress
+
+TEST(DicomPreview, IsTheMiddleImageOfTheSeries) {
+    const Folder folder("middle");
+    for (const int z : {0, 1, 2, 3, 4, 5, 6}) // names are in another order
+        test::write(folder / fmt::format("{}.dcm", z * 3 % 7), test::dicom_slice(z));
+    const LoadedVolume all = loaded(folder.path());
+    ReadOptions middle;
+    middle.middle_image = true;
+    const LoadedVolume one = loaded(folder.path(), middle);
+    ASSERT_EQ(all.volume.size(), glm::uvec3(8, 4, 7));
+    ASSERT_EQ(one.volume.size(), glm::uvec3(8, 4, 1));
+    for (uint32_t y = 0; y < 4; ++y)
+        for (uint32_t x = 0; x < 8; ++x)
+            EXPECT_EQ(one.volume.value({x, y, 0}), all.volume.value({x, y, 3}));
+    EXPECT_EQ(one.modality, "CT");
+    EXPECT_EQ(one.notes, all.notes);
+}
+
+TEST(DicomProgress, IsTheShareOfVoxelsThatAreWritten) {
+    const Folder folder("progress");
+    for (int z = 0; z < 24; ++z)
+        test::write(folder / fmt::format("{:02}.dcm", z), test::dicom_slice(z, 2.5, 256, 256));
+    std::vector<double> shares;
+    ReadOptions options;
+    options.progress = [&](double share) { shares.push_back(share); };
+    EXPECT_EQ(loaded(folder.path(), options).volume.size(), glm::uvec3(256, 256, 24));
+    ASSERT_GE(shares.size(), 2u);
+    EXPECT_GE(shares.front(), 0.0);
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+    EXPECT_GT(shares.back(), 0.0);
+    EXPECT_LE(shares.back(), 1.0);
 }
 
 // ---- signed samples
