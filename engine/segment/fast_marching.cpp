@@ -61,6 +61,7 @@ class March {
     void start_at(std::span<const SeedBall> balls);
     bool has_started() const { return started_ > 0; }
     bool run(const Task& task);
+    Volume reached(float time) const;
     Result<Volume> result(const Task& task);
 
  private:
@@ -250,11 +251,30 @@ bool March::run(const Task& task) {
         if (count > 0)
             length = step * double(count) / inverse;
         known += count;
+        if (task.look)
+            task.look([&] { return reached(end); });
         if (task.progress && known * 100 / total != shown) {
             shown = known * 100 / total;
             task.progress(std::min(1.0, double(known) / double(total)));
         }
     }
+}
+
+// What the front has passed at a time.
+Volume March::reached(float time) const {
+    const uint8_t outside = 0;
+    const BrickPtr unreached = Brick::make(std::span<const uint8_t>(&outside, 1));
+    return *make_bricks(cost_.grid(), ScalarType::u8, {}, [&](glm::uvec3 position) {
+        const std::unique_ptr<MarchTile>& tile = tiles_[number_of(position)];
+        if (!tile)
+            return unreached;
+        std::vector<float> times(kBrickSamples);
+        tile->copy_out(std::min(options_.last_time, time), times.data());
+        std::vector<uint8_t> labels(kBrickSamples);
+        for (size_t i = 0; i < labels.size(); ++i)
+            labels[i] = !std::isnan(times[i]);
+        return Brick::make(std::span<const uint8_t>(labels), cost_.valid_in_brick(position));
+    });
 }
 
 Result<Volume> March::result(const Task& task) {

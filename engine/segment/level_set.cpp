@@ -215,6 +215,8 @@ Result<LevelSetResult> level_set(const LevelSetStart& start, const LevelSetForce
             report.change_mm = std::sqrt(squares / double(active));
             if (task.progress)
                 task.progress(double(report.iterations) / double(options.most_iterations));
+            if (task.look)
+                task.look([&] { return labels_of(band, grid); });
             if (options.moved && options.every > 0 && report.iterations % options.every == 0)
                 options.moved(labels_of(band, grid), report);
             continue;

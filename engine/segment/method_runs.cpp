@@ -214,10 +214,11 @@ Result<Segmented> run_march(const SegmentInput& input, const ParameterValues& va
         if (!input.balls.empty())
             start = {.balls = balls};
         const FastMarchingOptions options{.order = int(value_of(values, "order"))};
-        PALPATE_TRY(
-            const Volume arrival,
-            fast_marching(cost, start, options, task.part(from + 0.2 * share, from + 0.9 * share)));
         const bool is_object = all[i].label != input.background;
+        Task marching = task.part(from + 0.2 * share, from + 0.9 * share);
+        if (!is_object)
+            marching.look = {};
+        PALPATE_TRY(const Volume arrival, fast_marching(cost, start, options, marching));
         if (is_object && !is_set(values, "threshold")) {
             PALPATE_TRY(last[all[i].label], time_to_stop(arrival, cost, values, {task.stop, {}}));
             made.notes.push_back(

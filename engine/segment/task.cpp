@@ -12,8 +12,8 @@ namespace palpate {
 Task Task::part(double from, double to) const {
     if (!progress)
         return *this;
-    return {stop,
-            [whole = progress, from, to](double share) { whole(from + (to - from) * share); }};
+    return {stop, [whole = progress, from, to](double share) { whole(from + (to - from) * share); },
+            look};
 }
 
 tl::unexpected<Error> stopped() {

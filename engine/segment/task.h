@@ -16,6 +16,10 @@ struct Task {
     // Share of the work that is done, 0 .. 1, ascending; called from one thread at a time, of any
     // number. May be empty.
     std::function<void(double share)> progress;
+    // Methods whose object grows call it as they go on, from their own thread: make() gives the
+    // labels that would be the result now (above 0: the object). It costs a pass over the volume,
+    // so that whoever looks decides how often. May be empty.
+    std::function<void(const std::function<Volume()>& make)> look{};
 
     // The same task for a part of the work, which goes from one share of the whole to another.
     Task part(double from, double to) const;

@@ -61,6 +61,37 @@ Off off(const Volume& found, const std::function<double(glm::dvec3 mm)>& exact) 
 
 const SeedBall kPoint[] = {{1, {0.5, 0.5, 0.5}, 0.0}};
 
+// A look on the way is what the front has passed: the samples that have arrived by some time, and
+// never fewer than the look before.
+TEST(FastMarching, ALookIsWhatTheFrontHasPassed) {
+    const SeedBall ball[] = {{1, {0.3, 0.5, 0.6}, 0.0}};
+    const Volume cost = cost_of(cube(40), [](glm::dvec3 p) { return 1.0 + p.x; });
+    std::vector<Volume> looks;
+    const Task task{{}, {}, [&](const std::function<Volume()>& make) { looks.push_back(make()); }};
+    const Result<Volume> arrival = fast_marching(cost, {.balls = ball}, {}, task);
+    ASSERT_TRUE(arrival);
+    ASSERT_GE(looks.size(), 3u);
+    size_t before = 0;
+    for (const Volume& look : looks) {
+        float last_inside = 0.0f, first_outside = std::numeric_limits<float>::infinity();
+        size_t count = 0;
+        for (uint32_t z = 0; z < 40; ++z)
+            for (uint32_t y = 0; y < 40; ++y)
+                for (uint32_t x = 0; x < 40; ++x) {
+                    const float time = arrival->value({x, y, z});
+                    const bool inside = look.value({x, y, z}) != 0.0f;
+                    count += inside;
+                    (inside ? last_inside : first_outside) =
+                        inside ? std::max(last_inside, time) : std::min(first_outside, time);
+                }
+        EXPECT_LE(last_inside, first_outside);
+        EXPECT_GE(count, before);
+        before = count;
+    }
+    EXPECT_EQ(before, sample_count(cost.grid()));
+    EXPECT_GT(looks.front().range().max, 0.0f);
+}
+
 // The mean error from a point at 65^3 and 129^3, and at 257^3 where `fine`; each halving of the
 // step divides it by at least 2^1.8.
 void expect_second_order(glm::dvec3 point, bool fine) {

@@ -9,6 +9,7 @@
 #include "engine/segment/level_set_speed.h"
 #include "engine/segment/packed_floats.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/content_hash.h"
 #include "engine/volume/synthetic.h"
 #include "tests/unit/filter/twin.h"
 
@@ -118,6 +119,22 @@ TEST(LevelSet, ABallGrowsAndShrinksAtItsSpeedOnAnyGrid) {
 Volume torus(const Grid& grid, double ring_mm, double tube_mm) {
     return sampled(grid, [field = synthetic::torus(center_mm(grid), ring_mm, tube_mm)](
                              glm::dvec3 p) { return -field.value(p); });
+}
+
+// A look on the way is the surface after that iteration, which `moved` gives, too.
+TEST(LevelSet, ALookIsTheSurfaceOnItsWay) {
+    const Volume start = torus(make_grid({61, 61, 31}, {1, 1, 1}), 14, 6);
+    std::vector<Volume> looks, moved;
+    const Task task{{}, {}, [&](const std::function<Volume()>& make) { looks.push_back(make()); }};
+    LevelSetOptions options{.most_iterations = 5};
+    options.every = 1;
+    options.moved = [&](const Volume& labels, const LevelSetReport&) { moved.push_back(labels); };
+    ASSERT_TRUE(level_set({.distance = &start}, {}, options, task));
+    ASSERT_EQ(looks.size(), 5u);
+    ASSERT_EQ(moved.size(), 5u);
+    for (size_t i = 0; i < looks.size(); ++i)
+        EXPECT_EQ(content_hash(looks[i]), content_hash(moved[i]));
+    EXPECT_NE(content_hash(looks[0]), content_hash(looks[4]));
 }
 
 // Moves a torus, and tells when its hole closed (infinite: never).
