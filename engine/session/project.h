@@ -201,6 +201,10 @@ struct Project::Opened {
     SessionSetup setup;             // of a session on it, with its journal and history
     std::vector<std::string> notes; // sentences about damage found
     size_t unsaved = 0;             // steps since the last save, done already; undo takes them back
+
+    // A volume that the document lacks is in the project from the last save on: it is no step. Not
+    // where steps are unsaved, which may bring or remove one of its name.
+    Result<void> add(NamedVolume volume);
 };
 
 } // namespace palpate

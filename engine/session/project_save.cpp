@@ -12,6 +12,35 @@ namespace palpate {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+Result<void> save_volume(const fs::path& file, const NamedVolume& volume,
+                         const std::string& modality) {
+    BrickStream stream = stream_of(volume.volume);
+    stream.labels = volume.kind == VolumeKind::labels;
+    stream.modality = modality.substr(0, 31);
+    return save_brick_file(file, stream);
+}
+
+} // namespace
+
+Result<void> Project::Opened::add(NamedVolume volume) {
+    if (unsaved > 0)
+        return fail("{}: expected no unsaved steps, found {}", project.folder_.string(), unsaved);
+    PALPATE_TRY(check_volume_name(volume.name));
+    std::vector<NamedVolume> volumes = setup.document.volumes;
+    volumes.push_back(volume);
+    PALPATE_TRY(Document document, make_document(std::move(volumes)));
+    const File file{fmt::format("{}-{}.pbv", volume.name, project.save_), std::move(volume)};
+    PALPATE_TRY(ProjectDescription description, read_project_description(project.folder_));
+    description.volumes.push_back({file.of.name, file.name, file.of.kind});
+    PALPATE_TRY(save_volume(project.folder_ / file.name, file.of, ""));
+    PALPATE_TRY(write_project_description(project.folder_, description));
+    project.files_.push_back(file);
+    setup.document = std::move(document);
+    return {};
+}
+
 // Writes the volumes that are not in `there`, then the file that names them.
 Result<std::vector<Project::File>> Project::write(const fs::path& folder, uint64_t save,
                                                   const ProjectContents& contents,
@@ -35,11 +64,8 @@ Result<std::vector<Project::File>> Project::write(const fs::path& folder, uint64
         const bool is_kept = kept != there.end();
         const std::string name = is_kept ? kept->name : fmt::format("{}-{}.pbv", volume.name, save);
         if (!is_kept) {
-            BrickStream stream = stream_of(volume.volume);
-            stream.labels = volume.kind == VolumeKind::labels;
-            if (volume.name == contents.grey)
-                stream.modality = contents.modality.substr(0, 31);
-            PALPATE_TRY(save_brick_file(folder / name, stream));
+            const bool is_grey = volume.name == contents.grey;
+            PALPATE_TRY(save_volume(folder / name, volume, is_grey ? contents.modality : ""));
         }
         files.push_back({name, volume});
         description.volumes.push_back({volume.name, name, volume.kind});

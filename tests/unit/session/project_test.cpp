@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "engine/base/profile.h"
+#include "engine/volume/builder.h"
 #include "tests/unit/session/project_fixture.h"
 
 namespace palpate {
@@ -34,6 +35,41 @@ TEST_F(ProjectTest, IsOpenedAgainToTheByte) {
     EXPECT_EQ(touch.labels, wanted.labels);
     EXPECT_EQ(files(),
               (std::set<std::string>{"project.json", "journal-1", "head-1.pbv", "organs-1.pbv"}));
+}
+
+// A map that is added to a project is there when it is opened again, and no step leads to it.
+TEST_F(ProjectTest, AnAddedVolumeIsNoStep) {
+    make();
+    const Grid grid = head_and_organs().first().grid();
+    const NamedVolume map{"seeds", VolumeKind::labels,
+                          VolumeBuilder(grid, ScalarType::u8).finish()};
+    {
+        Result<Project::Opened> opened = Project::open(file("p"));
+        ASSERT_TRUE(opened);
+        const Result<void> added = opened->add(map);
+        ASSERT_TRUE(added) << added.error().message;
+        EXPECT_FALSE(opened->add(map)); // it is there
+        opened->setup.edit.threaded = false;
+        Session session(std::move(opened->setup));
+        EXPECT_EQ(session.state().undo_steps, 0u);
+        act(session, 0);
+    }
+    EXPECT_TRUE(files().contains("seeds-1.pbv"));
+    Result<Project::Opened> again = Project::open(file("p"));
+    ASSERT_TRUE(again) << again.error().message;
+    EXPECT_EQ(again->unsaved, 1u);
+    ASSERT_TRUE(again->setup.document.find("seeds"));
+    EXPECT_EQ(again->setup.document.find("seeds")->grid(), grid);
+    const Result<void> refused = again->add({"more", VolumeKind::labels, map.volume});
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message, HasSubstr("expected no unsaved steps, found 1"));
+    again->setup.edit.threaded = false;
+    Session session(std::move(again->setup));
+    ASSERT_TRUE(again->project.save(session));
+    EXPECT_TRUE(files().contains("seeds-1.pbv")); // it has not changed
+    session.undo();
+    session.settle();
+    EXPECT_TRUE(session.state().document.find("seeds"));
 }
 
 TEST_F(ProjectTest, GoesOnFromWhereItWasLeftWithOrWithoutASave) {
