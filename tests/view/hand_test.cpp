@@ -319,6 +319,27 @@ TEST_F(HandTest, WidgetsOfTheTouchWindowDoWhatTheySay) {
     EXPECT_FALSE(touch().running());
 }
 
+// Asking the machine for its devices takes longer than a frame has: once a second is enough.
+TEST_F(HandTest, TheListOfDevicesIsAskedForOnceASecond) {
+    int asked = 0;
+    HandOptions options;
+    options.list = [&asked] {
+        ++asked;
+        return haptics::list_devices();
+    };
+    open("synthetic:ball?size=24", {800, 600}, options);
+    key("y");
+    frame({}, 1.0);
+    EXPECT_EQ(asked, 0); // the list is closed
+    click_widget("touch/device");
+    const int at_first = asked;
+    EXPECT_GE(at_first, 1);
+    for (int i = 0; i < 300; ++i) // three seconds
+        frame({}, 0.01);
+    EXPECT_GE(asked - at_first, 2);
+    EXPECT_LE(asked - at_first, 4);
+}
+
 // Over a widget in 3D the left button presses its plate down, and what it says is done once.
 TEST_F(HandTest, WidgetsIn3dArePressedByTheHand) {
     const auto is_away = [&](const Widget3d& widget) { // from the eye

@@ -82,6 +82,8 @@ class RandomHand {
                     event.paths.emplace_back(paths[below(std::size(paths))]);
                 break;
             }
+            case Event::Kind::close:
+                break;
         }
         for (Event& each : events) {
             each.modifiers = held_;
@@ -127,6 +129,7 @@ class RandomHand {
                : percent < 94 ? Event::Kind::key
                : percent < 98 ? Event::Kind::text
                : one_in(4)    ? Event::Kind::drop
+               : one_in(9)    ? Event::Kind::close
                               : Event::Kind::resize;
     }
     glm::dvec2 within(glm::dvec2 low, glm::dvec2 size) {

@@ -20,7 +20,7 @@ namespace palpate::view {
 //     drag BUTTON DX DY  from where the pointer is
 //     wheel N; type TEXT; key NAME; hold NAME; let NAME (a key, or shift, ctrl)
 //     widget ID [SHARE]  a click on a widget, at a share of its width
-//     resize W H; drop FILE; idle
+//     resize W H; drop FILE; close; idle
 struct RecordedSteps {
     const char* name;
     const char* steps;
@@ -134,6 +134,8 @@ class RecordedSession : public ViewerTest, public ::testing::WithParamInterface<
         } else if (word == "drop") {
             in >> first;
             frame({{.kind = Event::Kind::drop, .paths = {first}}});
+        } else if (word == "close") {
+            frame({{.kind = Event::Kind::close}});
         } else {
             ASSERT_EQ(word, "idle");
             frame({}, 1.0);

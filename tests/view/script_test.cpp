@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 Event random_event(std::mt19937& random) {
     const auto& keys = key_names();
     Event event;
-    event.kind = static_cast<Event::Kind>(random() % 7);
+    event.kind = static_cast<Event::Kind>(random() % 8);
     event.modifiers = {random() % 2 == 0, random() % 2 == 0, random() % 2 == 0};
     switch (event.kind) {
         case Event::Kind::move:
@@ -41,6 +41,8 @@ Event random_event(std::mt19937& random) {
             break;
         case Event::Kind::drop:
             event.paths = {"/a b/c.nii", "d"};
+            break;
+        case Event::Kind::close:
             break;
     }
     return event;

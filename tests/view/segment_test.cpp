@@ -1,6 +1,7 @@
 // Seeds, methods and thresholds in the window.
 
 #include "engine/segment/label_merge.h"
+#include "engine/volume/builder.h"
 #include "tests/view/recorded_session.h"
 
 namespace palpate::view {
@@ -132,6 +133,34 @@ TEST_F(Segmentation, TheThresholdIsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     EXPECT_FALSE(viewer().work().session().scene().fusion);
     EXPECT_NEAR(state().segmenting.given.at("fast-marching").at("threshold"), at, 1e-12);
     EXPECT_LT(count_of(Work::kLabels, 1.0f), before);
+}
+
+// While a run with a thread is at work, it shows what it has come to.
+TEST(SegmentRun, ShowsWhereItIs) {
+    const Grid grid = make_grid({48, 48, 48}, {1, 1, 1});
+    const auto ball = [&](double radius) {
+        return make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) {
+            return glm::distance(glm::dvec3(i), glm::dvec3(24.0)) < radius ? 1.0 : 0.0;
+        });
+    };
+    const Volume volume = ball(18.0), seeds = ball(4.0);
+    for (const bool threaded : {true, false})
+        for (const char* method : {"fast-marching", "level-set"}) {
+            SegmentRun run({find_segment_method(method), {}, volume, empty_labels(grid), seeds},
+                           threaded);
+            size_t looks = 0;
+            std::optional<Result<SegmentDone>> done;
+            while (!done) {
+                done = run.take();
+                if (const std::optional<Volume> look = run.take_look()) {
+                    ++looks;
+                    EXPECT_EQ(look->grid(), grid);
+                    EXPECT_EQ(look->range().max, 1.0f);
+                }
+            }
+            ASSERT_TRUE(*done) << done->error().message;
+            EXPECT_EQ(looks > 0, threaded) << method;
+        }
 }
 
 TEST_F(Segmentation, LockedLabelsStay) {

@@ -63,8 +63,8 @@ class Soak : public TemporaryFolder {
                                  std::optional<Project::Opened> project, uint64_t seed) {
         ViewerOptions options{.threaded = true};
         options.hand = {"falcon", drilling(seed), "swept-tool"};
-        options.open = [](const std::string& path, const std::string&,
-                          const std::stop_token&) -> Result<Source> {
+        options.open = [](const std::string& path, const std::string&, const std::stop_token&,
+                          const std::function<void(double)>&) -> Result<Source> {
             return Source{open_synthetic(path)};
         };
         auto viewer = std::make_unique<Viewer>(pictures, interface, VK_FORMAT_R8G8B8A8_UNORM,
@@ -124,7 +124,16 @@ class Soak : public TemporaryFolder {
             if (files && now_s - opened_s > kFile_s) {
                 count_ticks(viewer);
                 const Event drop{.kind = Event::Kind::drop, .paths = {kVolume}};
-                events = {drop, drop}; // the second, where edits are not saved
+                viewer.frame({drop}, now_s);
+                viewer.frame({}, now_s);
+                const auto& widgets = viewer.interface().widgets();
+                if (const auto asks = widgets.find("leave/discard"); asks != widgets.end()) {
+                    const glm::dvec2 at(asks->second.low_px + asks->second.size_px / 2);
+                    for (const Event& event : {Event{.kind = Event::Kind::move, .at_px = at},
+                                               Event{.kind = Event::Kind::button, .down = true},
+                                               Event{.kind = Event::Kind::button}})
+                        viewer.frame({event}, now_s);
+                }
                 opened_s = now_s;
             }
             events.front().time_s = now_s;

@@ -45,18 +45,20 @@ class ViewerTest : public ::testing::Test {
         time_s_ = 1.0;
         ViewerOptions options{.threaded = false, .display = display};
         options.hand = std::move(hand);
-        options.open = [](const std::string& path, const std::string&,
-                          const std::stop_token&) -> Result<Source> {
+        options.open = [](const std::string& path, const std::string&, const std::stop_token&,
+                          const std::function<void(double)>&) -> Result<Source> {
             if (!is_synthetic(path))
                 return fail("{}: expected a synthetic volume", path);
             PALPATE_TRY(OpenedScene scene, try_synthetic(path));
             return Source{std::move(scene)};
         };
+        options.preview = preview_;
         viewer_.reset();
         viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, std::move(source), size, 1.0,
                         std::move(options));
         frame({});
     }
+    void set_preview(SeriesPreviews::Read read) { preview_ = std::move(read); } // before open()
     Viewer& viewer() { return *viewer_; }
     const ViewState& state() { return viewer_->state(); }
     const Grid& grid() { return viewer_->work().subject().grid; }
@@ -100,6 +102,7 @@ class ViewerTest : public ::testing::Test {
 
  private:
     std::optional<Viewer> viewer_;
+    SeriesPreviews::Read preview_;
     std::optional<EditState> state_;
     double time_s_ = 1.0;
     size_t messages_before_ = 0;

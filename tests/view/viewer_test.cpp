@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "engine/image/png.h"
+#include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
 #include "tests/support/paths.h"
 #include "tests/view/viewer_fixture.h"
@@ -15,7 +16,7 @@ namespace palpate::view {
 namespace {
 
 TEST_F(ViewerTest, WidgetsDoWhatTheirNamesSay) {
-    open();
+    open("synthetic:phantom?size=40", {800, 700});
     click_widget("tool/draw");
     EXPECT_EQ(state().hand, Hand::draw);
     click_widget("tool/cut");
@@ -185,6 +186,69 @@ TEST_F(ViewerTest, TheSameInputGivesTheSamePictureAndDocument) {
     }
     EXPECT_EQ(states[0], states[1]);
     EXPECT_EQ(pictures[0], pictures[1]);
+}
+
+TEST_F(ViewerTest, ACtThatIsStoredWithAnOffsetIsTold) {
+    open("synthetic:ball?size=24"); // values 0 .. 1000
+    EXPECT_FALSE(viewer().interface().widgets().count("file/zero_hu"));
+    Source source{open_synthetic("synthetic:ball?size=24")};
+    source.scene.loaded.modality = "CT";
+    source.scene.loaded.data.volume =
+        make_volume(make_grid({24, 24, 24}, {1, 1, 1}), ScalarType::f32,
+                    [](glm::uvec3 i) { return 900.0 + 20.0 * i.x; });
+    open_scene(std::move(source), {800, 600});
+    EXPECT_EQ(viewer().work().zero_hu(), 1024.0);
+    EXPECT_TRUE(viewer().interface().widgets().count("file/zero_hu"));
+}
+
+TEST(SeriesPreviews, APreviewIsFittedByItsSizeInMm) {
+    // 40 mm across and 20 mm down: values rise from left to right.
+    const Grid grid = make_grid({20, 40, 3}, {2.0, 0.5, 1.0});
+    const Volume volume =
+        make_volume(grid, ScalarType::f32, [](glm::uvec3 i) { return double(i.x); });
+    const std::vector<std::byte> rgba = preview_of({volume, {}, {}, "MR", {}, {}}, 40);
+    ASSERT_EQ(rgba.size(), size_t{4} * 40 * 40);
+    const auto grey = [&](size_t x, size_t y) { return int(rgba[4 * (40 * y + x)]); };
+    EXPECT_EQ(grey(39, 9), 0); // beyond it
+    EXPECT_EQ(grey(39, 30), 0);
+    EXPECT_EQ(grey(0, 20), 0);
+    EXPECT_EQ(grey(39, 20), 255);
+    EXPECT_NEAR(grey(20, 20), 255.0 * 10 / 19, 1.0);
+}
+
+// The chooser pictures each series, says where there is none, and opens the one that is clicked.
+TEST_F(ViewerTest, SeriesOfAFolderHavePictures) {
+    int read = 0;
+    set_preview(
+        [&](const std::string&, uint32_t series, const std::stop_token&) -> Result<LoadedVolume> {
+            ++read;
+            if (series == 2)
+                return fail("no picture");
+            return LoadedVolume{
+                open_synthetic("synthetic:ball?size=24").loaded.data.volume, {}, {}, "", {}, {}};
+        });
+    Source source{open_synthetic("synthetic:ball?size=24")};
+    source.scene.loaded.notes = {"f: series 1 of 2: CT 'head', 9 images of 8 x 8, 1.2.3 (read)",
+                                 "f: series 2 of 2: CT 'leg', 7 images of 8 x 8, 1.2.4"};
+    open_scene(std::move(source), {800, 600});
+    click_widget("tab/file");
+    EXPECT_EQ(read, 0); // the chooser is closed
+    click_widget("file/pictures");
+    frame({});
+    ASSERT_TRUE(state().series_open);
+    EXPECT_EQ(read, 2);
+    const auto widgets = viewer().interface().widgets();
+    ASSERT_TRUE(widgets.count("series/picture/1"));
+    EXPECT_FALSE(widgets.count("series/picture/2"));
+    const Box box = widgets.at("series/picture/1");
+    EXPECT_EQ(box.size_px, glm::ivec2(SeriesPreviews::kSide_px));
+    const Image shot = viewer().shot().value();
+    const glm::uvec2 middle(box.low_px + box.size_px / 2), corner(box.low_px + 1);
+    EXPECT_GT(shot.at(middle.x, middle.y, 0), 0.9f); // the ball
+    EXPECT_LT(shot.at(corner.x, corner.y, 0), 0.1f); // and beside it
+    click_widget("series/1", 0.5);
+    EXPECT_FALSE(state().series_open);
+    EXPECT_EQ(viewer().work().title(), "synthetic:ball?size=24");
 }
 
 // A picture of the whole window, kept beside this file. PALPATE_BLESS=1 writes it anew: the commit

@@ -104,6 +104,7 @@ Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& r
     view::Source source{std::move(scene)};
     if (keeps && Project::is_one(options.input)) {
         PALPATE_TRY(Project::Opened project, Project::open(options.input));
+        PALPATE_TRY(view::add_maps(project));
         source.project.emplace(std::move(project));
     }
     return source;
@@ -142,13 +143,22 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     }
     loop.viewer.threaded = !options.headless;
     loop.viewer.open = [&](const std::string& path, const std::string& series,
-                           const std::stop_token& stop) {
+                           const std::stop_token& stop,
+                           const std::function<void(double)>& progress) {
         SceneOptions dropped;
         dropped.input = path;
         dropped.size_px = options.scene.size_px;
         ReadFlags read = options.read;
         read.series = series;
+        read.progress = progress;
         return open_source(dropped, read, !options.headless, stop);
+    };
+    loop.viewer.preview = [&](const std::string& path, uint32_t series,
+                              const std::stop_token& stop) {
+        ReadOptions read = read_options(options.read, stop);
+        read.series = std::to_string(series);
+        read.middle_image = true;
+        return load_volume(path, read);
     };
     if (!options.headless) { // a script is a function of its input
         const std::filesystem::path file = view::state_file("view.json");

@@ -39,6 +39,9 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
         if (paper == figure.paper)
             json["figure"]["paper"] = name;
     json["browser_open"] = state.browser_open;
+    json["series_open"] = state.series_open;
+    json["saving_open"] = state.saving_open;
+    json["leaving"] = !state.leaving ? "" : state.leaving->closes ? "close" : state.leaving->path;
     json["names_hidden"] = state.names_hidden;
     json["light"] = state.light;
     json["text_scale"] = state.text_scale;

@@ -16,7 +16,7 @@ struct Modifiers {
 
 // One input of a person to the window. A value: it can be written to a script and done again.
 struct Event {
-    enum class Kind { move, button, wheel, key, text, resize, drop };
+    enum class Kind { move, button, wheel, key, text, resize, drop, close };
     Kind kind = Kind::move;
     double time_s = 0; // since the window opened; never falls
     Modifiers modifiers{};

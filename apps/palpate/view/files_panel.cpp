@@ -55,7 +55,7 @@ void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order
             ImGui::PopID();
         }
     }
-    draw_series(work, orders);
+    draw_series(state, work, orders);
     if (ImGui::CollapsingHeader("Figure"))
         draw_figure_panel(state, orders);
     note("file/figure");
@@ -76,23 +76,6 @@ void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order
     note("file/text");
     ImGui::Separator();
     draw_history(work, orders);
-}
-
-// The series of a DICOM folder that messages of the reader list: "series 1 of 3: CT 'head', ..".
-void Interface::draw_series(Work& work, std::vector<Order>& orders) {
-    const std::vector<SeriesLine>& series = work.series();
-    if (series.size() < 2)
-        return;
-    ImGui::Separator();
-    ImGui::TextDisabled("series of this folder");
-    for (const SeriesLine& line : series) {
-        ImGui::PushID(static_cast<int>(line.number));
-        if (ImGui::Selectable(wrapped(line.text).c_str(), line.is_open))
-            orders.push_back(
-                {Order::Kind::open, {}, time_s_, work.path(), std::to_string(line.number)});
-        note(fmt::format("file/series/{}", line.number).c_str());
-        ImGui::PopID();
-    }
 }
 
 // Steps that were done, and below the present, dimmed, those that can be redone. A click goes
@@ -225,7 +208,13 @@ void Interface::draw_opening(const ViewState& state, std::vector<Order>& orders)
                      ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings);
     if (!state.names_hidden)
         ImGui::TextUnformatted(state.opening.c_str());
-    ImGui::Text("%.0f s", std::max(0.0, time_s_ - state.opening_since_s));
+    const double seconds = std::max(0.0, time_s_ - state.opening_since_s);
+    const std::string shown = state.opening_share > 0.0
+                                  ? fmt::format("{:.0f} %", 100.0 * state.opening_share)
+                                  : fmt::format("{:.0f} s", seconds);
+    ImGui::ProgressBar(static_cast<float>(state.opening_share),
+                       ImVec2(18.0f * ImGui::GetFontSize(), 0.0f), shown.c_str());
+    note("opening/share");
     if (ImGui::Button("cancel"))
         orders.push_back({Order::Kind::cancel_opening, {}, time_s_, {}});
     note("opening/cancel");

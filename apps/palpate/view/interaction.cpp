@@ -8,6 +8,7 @@
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/key_presses.h"
 #include "apps/palpate/view/measure_tool.h"
+#include "apps/palpate/view/mesh_tool.h"
 #include "apps/palpate/view/wire_tool.h"
 
 namespace palpate::view {
@@ -89,6 +90,9 @@ void press(Outcome& next, const Event& event, const Subject& subject) {
         } else if (state.hand == Hand::measure && !state.w_held &&
                    press_measure(state, subject, panel, twice)) {
             drag.kind = Drag::Kind::measure;
+        } else if (state.hand == Hand::pull && !state.w_held && !state.stylus.by_pointer &&
+                   press_mesh(next, event, subject, panel)) {
+            drag.kind = Drag::Kind::pull;
         } else if (!is_slice(panel)) {
             drag.kind = event.modifiers.shift  ? Drag::Kind::pan
                         : event.modifiers.ctrl ? Drag::Kind::roll
@@ -98,7 +102,7 @@ void press(Outcome& next, const Event& event, const Subject& subject) {
         } else if (hand == Hand::wire) {
             press_wire(next, event, subject, panel, twice);
             drag.kind = Drag::Kind::maximise; // the rest of the click does nothing
-        } else if (hand != Hand::crosshair && hand != Hand::measure) {
+        } else if (hand != Hand::crosshair && hand != Hand::measure && hand != Hand::pull) {
             drag.kind = Drag::Kind::stroke;
             next.orders.push_back(
                 stroke(Order::Kind::stroke_down, state, subject, panel, event.time_s));
@@ -173,6 +177,9 @@ void drag_on(Outcome& next, const Event& event, const Subject& subject) {
         case Drag::Kind::measure:
             drag_measure(state, subject, drag.panel);
             break;
+        case Drag::Kind::pull:
+            drag_mesh(next, event, subject, drag.panel);
+            break;
         case Drag::Kind::maximise:
             break;
     }
@@ -191,6 +198,8 @@ void release(Outcome& next, const Event& event, const Subject& subject) {
                  : state.crosshair_mm,
              event.time_s,
              {}});
+    if (state.drag->kind == Drag::Kind::pull)
+        next.orders.push_back({Order::Kind::pull_up, {}, event.time_s});
     const bool clicks = glm::distance(state.pointer_px, state.pressed_px) < kDoubleClick_px &&
                         state.drag->kind == Drag::Kind::rotate;
     if (state.hand == Hand::measure && (clicks || state.drag->kind == Drag::Kind::measure) &&
@@ -278,6 +287,9 @@ Outcome after(ViewState before, const Event& event, const Subject& subject) {
         case Event::Kind::drop:
             if (!event.paths.empty())
                 next.orders.push_back({Order::Kind::open, {}, event.time_s, event.paths.front()});
+            break;
+        case Event::Kind::close:
+            next.orders.push_back({Order::Kind::close, {}, event.time_s});
             break;
     }
     if (event.kind != Event::Kind::move && !event.for_widget) // boxes may have moved

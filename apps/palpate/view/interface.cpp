@@ -87,6 +87,7 @@ bool Interface::takes(const Event& event) const {
             return io.WantTextInput;
         case Event::Kind::resize:
         case Event::Kind::drop:
+        case Event::Kind::close:
             return false;
     }
     return false;
@@ -126,6 +127,7 @@ void Interface::feed(const Event& event) {
             break;
         case Event::Kind::resize:
         case Event::Kind::drop:
+        case Event::Kind::close:
             break;
     }
 }
@@ -161,6 +163,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     draw_help(state);
     draw_questions(state, work, orders);
     draw_browser(state, orders);
+    draw_series_chooser(state, work, orders);
     draw_opening(state, orders);
     ImDrawList& behind = *ImGui::GetBackgroundDrawList();
     for (const Places::View& view : places_of(state).views) {
@@ -169,6 +172,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
         draw_clips(behind, state, work, view.panel, view.box);
         draw_measures(behind, state, work, view.panel, view.box);
         draw_wire(behind, state, work.subject().grid, view.panel, view.box);
+        draw_mesh(behind, state, work, view.panel, view.box);
         draw_hand_marks(behind, state, work, view.panel, view.box);
     }
     ImGui::Render();
@@ -235,19 +239,28 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
                      ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
                          ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings);
     };
-    if (state.closing_open) {
-        begin("Close", state.closing_open);
-        ImGui::TextUnformatted("There are edits that are not saved. Close again to lose them.");
-        if (ImGui::Button("save..")) {
-            state.closing_open = false;
-            state.saving_open = true;
+    if (state.leaving && !state.leaving->saving) {
+        bool open = true;
+        begin("Edits are not saved", open);
+        const std::string next = state.leaving->closes ? "the window closes"
+                                 : state.names_hidden  ? "another file opens"
+                                                       : state.leaving->path + " opens";
+        ImGui::TextUnformatted(fmt::format("Save them before {}?", next).c_str());
+        if (ImGui::Button("save")) {
+            state.leaving->saving = true;
+            orders.push_back({Order::Kind::save, {}, time_s_});
         }
-        note("close/save");
+        note("leave/save");
         ImGui::SameLine();
-        if (ImGui::Button("stay"))
-            state.closing_open = false;
-        note("close/stay");
+        if (ImGui::Button("discard"))
+            orders.push_back({Order::Kind::leave, {}, time_s_});
+        note("leave/discard");
+        ImGui::SameLine();
+        open &= !ImGui::Button("cancel");
+        note("leave/cancel");
         ImGui::End();
+        if (!open)
+            state.leaving.reset();
     }
     if (state.saving_open) {
         begin("Save to a new project folder", state.saving_open);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "apps/palpate/view/file_browser.h"
+#include "apps/palpate/view/series_previews.h"
 #include "apps/palpate/view/state.h"
 #include "apps/palpate/view/work.h"
 
@@ -38,6 +39,9 @@ class Interface {
                              Work& work, const std::array<PictureState, kPanels.size()>& pictures);
 
     void set_recent(std::vector<std::string> paths) { recent_ = std::move(paths); }
+    // The pictures of the chooser of series, in the texture of this number; null: none.
+    void show_previews(const SeriesPreviews* previews) { previews_ = previews; }
+    static constexpr uint32_t kPreviewsTexture = 1 + static_cast<uint32_t>(kPanels.size());
     const ImDrawData& lists() const; // of the last frame
     // Where the widgets of the last frame lie, by their ids: "tool/draw".
     const std::map<std::string, Box>& widgets() const { return widgets_; }
@@ -64,7 +68,8 @@ class Interface {
     void draw_clip_panel(ViewState& state, Work& work);
     void draw_files_panel(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_figure_panel(ViewState& state, std::vector<Order>& orders);
-    void draw_series(Work& work, std::vector<Order>& orders);
+    void draw_series(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_series_chooser(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_history(Work& work, std::vector<Order>& orders);
     void draw_browser(ViewState& state, std::vector<Order>& orders);
     void browse(const std::filesystem::path& folder);
@@ -73,6 +78,7 @@ class Interface {
     void draw_seed_brush(ViewState& state, std::vector<Order>& orders);
     void draw_parameters(ViewState& state, const SegmentMethod& method);
     void draw_strength(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_method(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_labels_panel(ViewState& state, Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
@@ -98,6 +104,7 @@ class Interface {
     std::string browsed_, browser_error_; // the folder that is shown
     std::vector<BrowserEntry> entries_;   // of it
     std::vector<std::string> recent_;
+    const SeriesPreviews* previews_ = nullptr;
     std::vector<std::string> devices_; // of hands, as they were at a time
     double devices_at_s_ = -1e9;
     std::array<char, 64> sought_{}; // a part of the names of labels
@@ -119,6 +126,9 @@ void draw_measures(ImDrawList& list, const ViewState& state, Work& work, Panel p
 // The tool of a hand over a view, at the proxy: its outline, the probe and the force.
 void draw_hand_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
                      const Box& box);
+// The mesh that is pulled.
+void draw_mesh(ImDrawList& list, const ViewState& state, const Work& work, Panel panel,
+               const Box& box);
 // The contour of the live-wire tool.
 void draw_wire(ImDrawList& list, const ViewState& state, const Grid& grid, Panel panel,
                const Box& box);

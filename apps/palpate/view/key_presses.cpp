@@ -141,10 +141,13 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     if (event.key == "escape") {
         if (state.drag && state.drag->kind == Drag::Kind::stroke)
             next.orders.push_back({Order::Kind::stroke_cancel, {}, event.time_s, {}});
+        else if (state.drag && state.drag->kind == Drag::Kind::pull)
+            order(Order::Kind::pull_cancel);
         else if (!state.drag && !std::exchange(state.help_open, false) && !cancel_measure(state) &&
                  !cancel_wire(state) && !std::exchange(state.saving_open, false) &&
                  !std::exchange(state.browser_open, false) &&
-                 !std::exchange(state.closing_open, false))
+                 !std::exchange(state.series_open, false) &&
+                 !std::exchange(state.leaving, std::nullopt))
             state.alone.reset();
         state.drag.reset();
         state.measuring.held.reset();

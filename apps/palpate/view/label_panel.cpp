@@ -30,6 +30,14 @@ std::vector<uint32_t> listed_labels(const ViewState& state, Work& work) {
     return {all.begin(), all.end()};
 }
 
+// The lowest number from 1 to 255 that is not listed; 0: none.
+uint32_t first_free(const std::vector<uint32_t>& listed) {
+    uint32_t free = 1; // the list ascends
+    for (const uint32_t label : listed)
+        free += label == free;
+    return free <= 255 ? free : 0;
+}
+
 // Whether a name has a part, whatever the case of its letters; an empty part is in all.
 bool has_part(const std::string& name, std::string_view part) {
     const auto same = [](unsigned char a, unsigned char b) {
@@ -70,6 +78,15 @@ void Interface::draw_labels_panel(ViewState& state, Work& work) {
     if (ImGui::SmallButton("see one"))
         set_visible([&](uint32_t label) { return label == state.label; });
     note("labels/one");
+    ImGui::SameLine();
+    const uint32_t next = first_free(all);
+    ImGui::BeginDisabled(next == 0);
+    if (ImGui::SmallButton("new label")) {
+        state.label = static_cast<uint16_t>(next);
+        state.hand = Hand::draw;
+    }
+    ImGui::EndDisabled();
+    note("labels/new");
     ImGui::SetNextItemWidth(-ImGui::CalcTextSize("find_").x);
     ImGui::InputText("find", sought_.data(), sought_.size());
     note("labels/find");

@@ -169,9 +169,9 @@ static void wait_for_turn(Window& window, const Pacing& pacing, bool busy) {
     std::this_thread::sleep_for(
         std::chrono::duration<double>(std::max(0.0, pacing.turn_s() - window.time_s())));
     window.wait(0.0);
-    if (!busy && window.events().empty() && !window.should_close())
+    if (!busy && window.events().empty())
         window.wait(kIdle_s);
-    while (window.events().empty() && !window.should_close()) {
+    while (window.events().empty()) {
         const double wait_s = pacing.draw_s() - window.time_s();
         if (wait_s <= 0.0)
             break;
@@ -202,18 +202,14 @@ Result<Json> run_window(Source source, LoopOptions options) {
     uint64_t looks = 0;
     glm::uvec2 shown_px(0);
     for (uint64_t frame = 0; !options.stop.stop_requested(); ++frame) {
-        if (window.should_close()) {
-            if (viewer.may_close())
-                break;
-            window.stay_open(); // the interface asks
-            frames_to_go = kSettling;
-        }
         wait_for_turn(window, pacing, frames_to_go > 0);
         const bool draws = pacing.begin(window.time_s(), !under_way.full());
         const std::vector<Event> events = window.events().take_frame();
         frames_to_go = events.empty() ? frames_to_go - 1 : kSettling;
         recorder.add(frame, events);
         viewer.frame(events, events.empty() ? window.time_s() : events.back().time_s);
+        if (viewer.is_done())
+            break;
         if (viewer.title() != title)
             window.set_title((title = viewer.title()) + " - palpate");
         if (const auto failure = viewer.failure())

@@ -35,6 +35,10 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
         ImGui::GetContentRegionAvail().x) // else in a line of its own
         ImGui::SameLine(0.0f, ImGui::CalcTextSize(" ").x);
     ImGui::TextDisabled("%s", extent.c_str());
+    if (work.zero_hu() != 0.0) {
+        hint(fmt::format("a CT stored as HU + {:g}", work.zero_hu()).c_str());
+        note("file/zero_hu");
+    }
     draw_tabs(state);
     const auto section = [](const char* name) {
         return ImGui::CollapsingHeader(name, ImGuiTreeNodeFlags_DefaultOpen);
@@ -101,12 +105,27 @@ void Interface::draw_tabs(ViewState& state) {
 }
 
 void Interface::draw_hands(ViewState& state) {
-    for (const Hand hand : {Hand::crosshair, Hand::draw, Hand::erase, Hand::cut}) {
-        if (hand == Hand::draw || hand == Hand::cut) // two rows of two
+    struct Tool {
+        Hand hand;
+        const char *name, *purpose;
+    };
+    constexpr Tool tools[] = {
+        {Hand::crosshair, "crosshair", "C: shows one place in all views"},
+        {Hand::measure, "measure", "M: ruler, angle, polygon, sphere (tab measure)"},
+        {Hand::draw, "draw", "B: draws the label"},
+        {Hand::erase, "erase", "E: sets labels to 0"},
+        {Hand::wire, "live-wire", "U: a contour along edges; click: freeze, Enter: fill"},
+        {Hand::seed, "seeds", "Q: where objects are, for a segmentation (tab segment)"},
+        {Hand::cut, "cut", "X: cuts grey values away"}};
+    for (size_t i = 0; i < std::size(tools); ++i) {
+        if (i % 2 == 1) // two columns
             ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
-        if (ImGui::RadioButton(name_of(hand), state.hand == hand))
-            state.hand = hand;
-        note(fmt::format("tool/{}", name_of(hand)).c_str());
+        const std::string name = fmt::format("{}##tool", tools[i].name); // a tab is named as one is
+        if (ImGui::RadioButton(name.c_str(), state.hand == tools[i].hand))
+            state.hand = tools[i].hand;
+        if (ImGui::IsItemHovered())
+            ImGui::SetTooltip("%s", tools[i].purpose);
+        note(fmt::format("tool/{}", name_of(tools[i].hand)).c_str());
     }
     slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
     note("tool/radius");

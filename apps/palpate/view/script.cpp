@@ -36,7 +36,7 @@ bool read_flag(const JsonValue& in, const char* key) {
 
 Event read_event(const JsonValue& in) {
     in.only_keys({"frame", "t_s", "move", "button", "key", "down", "wheel", "text", "resize",
-                  "drop", "shift", "ctrl", "alt"});
+                  "drop", "close", "shift", "ctrl", "alt"});
     Event event;
     event.modifiers = {read_flag(in, "shift"), read_flag(in, "ctrl"), read_flag(in, "alt")};
     event.down = read_flag(in, "down");
@@ -68,10 +68,12 @@ Event read_event(const JsonValue& in) {
     if (const auto drop = is("drop", Event::Kind::drop))
         for (const JsonValue& path : drop->items(1, 10000))
             event.paths.push_back(path.text());
+    if (const auto close = is("close", Event::Kind::close); close && !close->boolean())
+        close->reject("true");
     if (kinds != 1)
         in.complain(
             "expected one of \"move\", \"button\", \"wheel\", \"key\", \"text\", "
-            "\"resize\" and \"drop\"");
+            "\"resize\", \"drop\" and \"close\"");
     return event;
 }
 
@@ -184,6 +186,9 @@ std::string event_line(uint64_t frame, const Event& event) {
             add("drop", paths);
             break;
         }
+        case Event::Kind::close:
+            add("close", true);
+            break;
     }
     for (const auto& [name, held] : {std::pair("shift", event.modifiers.shift),
                                      {"ctrl", event.modifiers.ctrl},

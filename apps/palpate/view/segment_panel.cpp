@@ -101,12 +101,50 @@ void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Ord
         draw_seed_brush(state, orders);
     if (ImGui::CollapsingHeader("Method", ImGuiTreeNodeFlags_DefaultOpen))
         draw_method(state, work, orders);
+    if (ImGui::CollapsingHeader("Mesh", ImGuiTreeNodeFlags_DefaultOpen))
+        draw_mesh_pulling(state, work, orders);
     if (!ImGui::CollapsingHeader("Live-wire", ImGuiTreeNodeFlags_DefaultOpen))
         return;
     if (ImGui::RadioButton("contour along edges", state.hand == Hand::wire))
         state.hand = Hand::wire;
     note("segment/wire");
     hint("click in a slice: freeze; Enter or double click: fill with the label");
+}
+
+// The mesh of a label, whose faces are pulled, and which becomes the label again.
+void Interface::draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders) {
+    const auto button = [&](const char* name, const char* id, Order::Kind kind) {
+        const bool pressed = ImGui::Button(name);
+        note(fmt::format("mesh/{}", id).c_str());
+        if (pressed)
+            orders.push_back({kind, {}, time_s_});
+        return pressed;
+    };
+    if (const auto share = work.meshing()) {
+        ImGui::ProgressBar(static_cast<float>(*share),
+                           ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));
+        ImGui::SameLine();
+        button("cancel##mesh", "cancel", Order::Kind::mesh_drop);
+        return;
+    }
+    if (!work.mesh()) {
+        const std::string name = fmt::format("mesh of label {}", state.label);
+        if (button(name.c_str(), "make", Order::Kind::mesh_make))
+            state.hand = Hand::pull;
+        return;
+    }
+    if (ImGui::RadioButton("pull faces", state.hand == Hand::pull))
+        state.hand = Hand::pull;
+    note("mesh/pull");
+    int reach = static_cast<int>(state.pulling.reach);
+    if (ImGui::SliderInt("patch", &reach, 0, 12, "%d faces", ImGuiSliderFlags_AlwaysClamp))
+        state.pulling.reach = static_cast<uint32_t>(reach);
+    note("mesh/reach");
+    button(fmt::format("into label {}", work.mesh()->label()).c_str(), "apply",
+           Order::Kind::mesh_apply);
+    ImGui::SameLine();
+    button("drop", "drop", Order::Kind::mesh_drop);
+    hint("drag it in 3D or where a slice cuts it");
 }
 
 void Interface::draw_method(ViewState& state, Work& work, std::vector<Order>& orders) {

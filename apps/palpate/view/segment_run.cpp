@@ -38,7 +38,7 @@ bool is_object_below(const SegmentMethod& method) {
     return method.strength && std::string_view(method.strength).starts_with("arrival");
 }
 
-SegmentRun::SegmentRun(SegmentJob job, bool threaded) : job_(std::move(job)) {
+SegmentRun::SegmentRun(SegmentJob job, bool threaded) : job_(std::move(job)), threaded_(threaded) {
     result_ =
         std::async(threaded ? std::launch::async : std::launch::deferred, [this] { return run(); });
     if (!threaded)
@@ -57,8 +57,28 @@ std::optional<Result<SegmentDone>> SegmentRun::take() {
     return result_.get();
 }
 
+void SegmentRun::look(const std::function<Volume()>& make) {
+    constexpr int kTimesAsLong = 4; // the method goes on
+    const auto begin = std::chrono::steady_clock::now();
+    if (begin < next_look_)
+        return;
+    Volume made = make();
+    const auto end = std::chrono::steady_clock::now();
+    next_look_ = end + std::max<std::chrono::steady_clock::duration>(kLookEvery,
+                                                                     kTimesAsLong * (end - begin));
+    const std::lock_guard lock(mutex_);
+    look_ = std::move(made);
+}
+
+std::optional<Volume> SegmentRun::take_look() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(look_, std::nullopt);
+}
+
 Result<SegmentDone> SegmentRun::run() {
-    const Task task{stop_.get_token(), [this](double share) { share_ = share; }};
+    Task task{stop_.get_token(), [this](double share) { share_ = share; }};
+    if (threaded_)
+        task.look = [this](const std::function<Volume()>& make) { look(make); };
     std::vector<uint16_t> of;
     SegmentInput input{job_.volume, job_.seeds, {}, 0};
     if (job_.seeds)

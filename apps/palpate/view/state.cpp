@@ -7,7 +7,7 @@ namespace palpate::view {
 
 const char* name_of(Hand hand) {
     constexpr const char* names[] = {"crosshair", "draw",    "erase", "cut",
-                                     "seed",      "measure", "wire"};
+                                     "seed",      "measure", "wire",  "pull"};
     return names[static_cast<size_t>(hand)];
 }
 

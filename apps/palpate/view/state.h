@@ -13,6 +13,7 @@
 #include "apps/palpate/view/live_surface.h"
 #include "apps/palpate/view/measuring.h"
 #include "apps/palpate/view/panel.h"
+#include "apps/palpate/view/pulling.h"
 #include "apps/palpate/view/segmenting.h"
 #include "apps/palpate/view/slice_view.h"
 #include "apps/palpate/view/stereo_view.h"
@@ -30,7 +31,8 @@ enum class Hand {
     cut,
     seed,
     measure,
-    wire
+    wire,
+    pull
 }; // what the left button does in slices
 const char* name_of(Hand hand);
 
@@ -63,7 +65,8 @@ struct Drag {
         turn,
         maximise,
         measure,
-        clip
+        clip,
+        pull
     };
     Kind kind = Kind::crosshair;
     Button button = Button::left; // whose release ends it
@@ -71,6 +74,15 @@ struct Drag {
     glm::dvec2 last_px{0.0};
 
     friend bool operator==(const Drag&, const Drag&) = default;
+};
+
+// What waits until a person has said what becomes of edits that are not saved.
+struct Leaving {
+    bool closes = false;          // the window; else a file is opened
+    std::string path{}, series{}; // of it, as of Order
+    bool saving = false;          // they are being saved, or it is asked where
+
+    friend bool operator==(const Leaving&, const Leaving&) = default;
 };
 
 // All that a person can change about how a document is seen, and what the hand is doing. A value.
@@ -81,11 +93,12 @@ struct ViewState {
     Panel slice = Panel::axial; // of Layout::slice
     std::optional<Panel> alone; // fills the room of all views
     bool tools_open = true, help_open = false, notes_shown = true, crosshair_shown = true;
-    bool status_open = true;                        // the line at the bottom
-    bool saving_open = false, closing_open = false; // questions
-    bool touch_open = false;                        // the window of touch
-    bool palette_shown = false;                     // widgets in 3D (palette.h)
-    bool slices_in_volume = false;                  // the three planes are drawn among the rays
+    bool status_open = true;  // the line at the bottom
+    bool saving_open = false; // the question where to
+    std::optional<Leaving> leaving;
+    bool touch_open = false;       // the window of touch
+    bool palette_shown = false;    // widgets in 3D (palette.h)
+    bool slices_in_volume = false; // the three planes are drawn among the rays
 
     glm::dvec3 crosshair_mm{0.0};
     std::array<SliceView, kSlicePanels> slices;
@@ -112,12 +125,13 @@ struct ViewState {
     TransferEditing transfer;
     Segmenting segmenting;
     Wiring wiring;
+    Pulling pulling;
     Measuring measuring;
     Clipping clipping;
     FigureSetup figure;
-    bool browser_open = false, names_hidden = false, light = false;
-    std::string opening; // that is being read; empty: none
-    double opening_since_s = 0.0;
+    bool browser_open = false, series_open = false, names_hidden = false, light = false;
+    std::string opening;                               // that is being read; empty: none
+    double opening_since_s = 0.0, opening_share = 0.0; // of its voxels; 0: its headers are read
 
     glm::dvec2 pointer_px{-1.0};
     std::optional<Panel> under; // the view that the pointer is in
@@ -138,6 +152,9 @@ struct Subject {
     ViewState home; // as it was opened
     // What a ray of the 3D view meets first, if anything: for Shift and a move.
     std::function<std::optional<glm::dvec3>(const Ray&)> pick{};
+    // Where a ray meets the mesh that is pulled, and its place near a point; empty: there is none.
+    std::function<std::optional<glm::dvec3>(const Ray&)> mesh_met{};
+    std::function<std::optional<glm::dvec3>(glm::dvec3 point_mm, double within_mm)> mesh_near{};
     // The path along edges between two samples of a slice across an axis, both included.
     std::function<std::vector<glm::uvec3>(glm::uvec3 from, glm::uvec3 to, int axis)> path{};
 };
@@ -153,6 +170,8 @@ struct Order {
         redo,
         save,
         open,
+        close,
+        leave, // what waits is done, and edits that are not saved are lost
         export_measures,
         cancel_opening,
         picture, // of the window, to a file
@@ -161,14 +180,21 @@ struct Order {
         stop_segmenting,
         clear_seeds,
         fill_wire, // the contour that was closed, with the label that is drawn
-        tell,      // a person, in words
+        mesh_make, // of the label that is drawn
+        mesh_apply,
+        mesh_drop, // or what makes it
+        pull_down,
+        pull_move,
+        pull_up,
+        pull_cancel,
+        tell, // a person, in words
         hand_start,
         hand_stop,
         hand_arm,
         hand_disarm
     };
     Kind kind;
-    glm::dvec3 at_mm{0.0}; // of strokes
+    glm::dvec3 at_mm{0.0}; // of strokes and pulls
     double time_s = 0.0;
     // path: of open; of save the folder of a new project, or empty; of exports and figures; of
     // hand_start the device, or empty: the last one; of tell the words.

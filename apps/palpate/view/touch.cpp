@@ -56,7 +56,7 @@ Touch::~Touch() {
 
 std::vector<std::string> Touch::devices() const {
     std::vector<std::string> names{kMouse};
-    for (const DeviceEntry& entry : list_devices())
+    for (const DeviceEntry& entry : options_.list())
         if (entry.driver == std::string_view("simulated") ||
             (entry.driver == std::string_view("exact") && options_.path) ||
             (!entry.node.empty() && entry.refusal.empty()))

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "engine/session/session.h"
 #include "haptics/device/hand_path.h"
 #include "haptics/device/pointer_hand.h"
+#include "haptics/device/registry.h"
 
 namespace palpate::view {
 
@@ -20,6 +22,8 @@ struct HandOptions {
     std::string device;
     std::optional<haptics::HandPath> path; // of a simulated hand; none: the pointer moves it
     std::string algorithm = "swept-tool";
+    // The devices of the machine.
+    std::function<std::vector<haptics::DeviceEntry>()> list = haptics::list_devices;
 };
 constexpr const char* kMouse = "mouse";
 

@@ -1,36 +1,12 @@
 #include "apps/palpate/view/viewer.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/interaction.h"
-#include "engine/base/log.h"
-#include "engine/base/memory.h"
 #include "engine/base/profile.h"
-#include "engine/image/png.h"
 
 namespace palpate::view {
-
-namespace {
-
-// "NAME-N.png" from the number on, or "NAME.png" for 0: the first that replaces no picture.
-std::filesystem::path free_name(const std::filesystem::path& name, uint32_t number) {
-    std::filesystem::path path = name;
-    do {
-        if (number > 0)
-            path.replace_filename(
-                fmt::format("{}-{}{}", name.stem().string(), number, name.extension().string()));
-        ++number;
-    } while (std::filesystem::exists(path));
-    return path;
-}
-
-std::string written(const std::filesystem::path& path) {
-    return fmt::format("picture written: {}", std::filesystem::absolute(path).string());
-}
-
-} // namespace
 
 Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Source source,
                glm::uvec2 size_px, double text_scale, ViewerOptions options)
@@ -58,6 +34,8 @@ void Viewer::begin(Source source) {
     new_pictures_.clear();
     drawing_->drop_pictures();
     pictures_.reset(); // before the session that it looks at
+    previews_.reset();
+    interface_->show_previews(nullptr);
     pictures_with_ = {.renderer = options_.renderer,
                       .frame_ms = options_.frame_ms,
                       .meshes = source.scene.loaded.data.meshes,
@@ -92,57 +70,6 @@ Viewer::~Viewer() {
     stop_opening_.request_stop();
 }
 
-void Viewer::open(const std::string& path, const std::string& series) {
-    if (!options_.open || opening_.valid())
-        return;
-    stop_opening_ = std::stop_source();
-    state_.opening = path;
-    state_.opening_since_s = time_s_;
-    opening_ = std::async(options_.threaded ? std::launch::async : std::launch::deferred,
-                          [open = options_.open, path, series, stop = stop_opening_.get_token()] {
-                              return open(path, series, stop);
-                          });
-    if (!options_.threaded)
-        take_opened(opening_.get());
-}
-
-void Viewer::open_unless_edits_are_lost(const Order& order) {
-    const std::string asked = order.path + "\n" + order.series;
-    if (work_->closing_loses_steps() && asked != asked_to_open_) {
-        asked_to_open_ = asked;
-        work_->tell(
-            "There are edits that are not saved: Ctrl+S saves them, opening again loses them.");
-        return;
-    }
-    open(order.path, order.series);
-}
-
-void Viewer::poll_opening() {
-    if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
-        take_opened(opening_.get());
-}
-
-void Viewer::take_opened(Result<Source> opened) {
-    const std::string path = std::exchange(state_.opening, {});
-    asked_to_open_.clear();
-    if (!opened) {
-        const bool cancelled = stop_opening_.stop_requested();
-        if (!cancelled)
-            log::error("{}", opened.error().message);
-        work_->tell(cancelled ? "opening was cancelled" : opened.error().message);
-        return;
-    }
-    const ViewState before = state_;
-    begin(std::move(*opened));
-    return_free_memory_now(); // of the document that was open
-    state_.names_hidden = before.names_hidden;
-    state_.light = before.light;
-    state_.text_scale = before.text_scale;
-    state_.tab = before.tab;
-    if (options_.recent)
-        interface_->set_recent(options_.recent(path));
-}
-
 // Letters are drawn sharp at each size: the interface is made anew.
 void Viewer::follow_text_scale() {
     if (interface_scale_ == state_.text_scale)
@@ -175,7 +102,11 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     const auto obey = [&](const std::vector<Order>& all) {
         for (const Order& order : all)
             if (order.kind == Order::Kind::open)
-                open_unless_edits_are_lost(order);
+                ask_to_leave({.path = order.path, .series = order.series});
+            else if (order.kind == Order::Kind::close)
+                ask_to_leave({.closes = true});
+            else if (order.kind == Order::Kind::leave && state_.leaving)
+                leave();
             else if (order.kind == Order::Kind::picture)
                 wants_picture = true; // with this frame's interface
             else if (order.kind == Order::Kind::figure)
@@ -190,8 +121,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     obey(orders);
     poll_opening();
     follow_text_scale();
-    if (const auto printed = pictures_->take_printed())
-        work_->tell(*printed ? written(**printed) : printed->error().message);
+    tell_of_figure();
     for (Picture& picture : pictures_->take()) {
         ++looks_;
         if (saw_picture)
@@ -203,9 +133,11 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
             true, picture.complete, picture.ms, picture.error_estimate};
     work_->follow_hand(state_, time_s);
     work_->poll();
+    leave_when_saved();
     if (const std::string made = work_->take_new_project(); !made.empty() && options_.recent)
         interface_->set_recent(options_.recent(made));
     work_->watch(state_);
+    follow_previews();
     const Settings before{state_.light, state_.text_scale};
     obey(interface_->frame(events, time_s, state_, *work_, state_of_pictures_));
     if (const Settings now{state_.light, state_.text_scale};
@@ -217,13 +149,6 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     wish();
     if (wants_picture)
         save_picture();
-}
-
-bool Viewer::may_close() {
-    if (!work_->closing_loses_steps() || state_.closing_open)
-        return true; // asked twice
-    state_.closing_open = true;
-    return false;
 }
 
 void Viewer::wish() {
@@ -263,6 +188,10 @@ void Viewer::record(Commands& commands, GpuImage& target) {
         drawing_->set_picture(number, std::move(picture.image));
     }
     new_pictures_.clear();
+    if (previews_ && (std::exchange(new_previews_, false) ||
+                      !drawing_->has_picture(Interface::kPreviewsTexture)))
+        drawing_->set_picture(commands, Interface::kPreviewsTexture, previews_->size_px(),
+                              previews_->rgba());
     drawing_->record(commands, target, interface_->lists());
 }
 
@@ -296,57 +225,6 @@ Image Viewer::capture() {
             image.samples[3 * i + c] =
                 static_cast<float>(from[4 * i + (swapped ? 2 - c : c)]) / 255.0f;
     return image;
-}
-
-std::string Viewer::file_name() const {
-    return state_.names_hidden || is_synthetic(work_->title())
-               ? "palpate"
-               : std::filesystem::path(work_->title()).stem().string();
-}
-
-// Of the window, in the current folder.
-void Viewer::save_picture() {
-    if (!options_.threaded) {
-        work_->tell("a script saves nothing");
-        return;
-    }
-    const std::filesystem::path path = free_name(file_name() + ".png", 1);
-    const Result<void> saved = save_png(path, capture());
-    work_->tell(saved ? written(path) : saved.error().message);
-}
-
-// Of a view, for print: without what belongs to the window alone, as the tool of a hand.
-void Viewer::print_figure(const std::string& file) {
-    if (!options_.threaded) {
-        work_->tell("a script saves nothing");
-        return;
-    }
-    const std::filesystem::path path(file);
-    if (path.extension() != ".png") {
-        work_->tell(fmt::format("expected a name ending in .png, found '{}'", file));
-        return;
-    }
-    const FigureSetup& figure = state_.figure;
-    const Grid& grid = work_->subject().grid;
-    Scene scene =
-        scene_of(state_, grid, figure.panel, work_->session().scene(), work_->has_labels());
-    scene.size_px = glm::uvec2(figure.size_px);
-    if (is_slice(figure.panel))
-        scene.camera = camera_of(state_.slices[static_cast<size_t>(figure.panel)],
-                                 state_.crosshair_mm, grid, figure.size_px);
-    scene.background = glm::dvec3(figure.paper == Paper::white ? 1.0 : 0.0);
-    const bool transparent = figure.paper == Paper::transparent;
-    Figure marks{.letters = figure.letters,
-                 .scale_bar = figure.scale_bar,
-                 .color_bar = figure.color_bar,
-                 .unit = work_->unit(),
-                 .transparent = transparent};
-    if (figure.note)
-        marks.note = note_of(scene, grid, file_name(), work_->unit());
-    pictures_->print({{figure.panel, std::move(scene), {}},
-                      {.transparent = transparent, .figure = std::move(marks)},
-                      free_name(path, 0)});
-    work_->tell("drawing the figure ..");
 }
 
 Json Viewer::dump() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <future>
 #include <memory>
@@ -25,8 +26,10 @@ struct ViewerOptions {
     // Opens another file by its name, for files that are dropped on the window.
     // From a thread of its own, where threaded. `series`: of a DICOM folder; empty: the largest.
     std::function<Result<Source>(const std::string& path, const std::string& series,
-                                 const std::stop_token& stop)>
+                                 const std::stop_token& stop,
+                                 const std::function<void(double share)>& progress)>
         open;
+    SeriesPreviews::Read preview{}; // of a DICOM folder; empty: its series have no pictures
     // What was opened last, and a word to it that `path` has been opened; may be empty.
     std::function<std::vector<std::string>(const std::string& path)> recent;
     bool asks_for_file = false; // what is open at first is there to try: a list of files is open
@@ -75,18 +78,22 @@ class Viewer {
     bool hides_pointer() const { return state_.cursor_mm && state_.under == Panel::volume; }
     // Every picture that frame() takes, for measurements.
     std::function<void(const Picture&)> saw_picture{};
-    // Whether the window may close; else the interface asks a person first.
-    bool may_close();
+    // The window is to close: it was asked to, and no edits are lost that a person wants to keep.
+    bool is_done() const { return done_; }
 
  private:
     void open(const std::string& path, const std::string& series);
-    // The same where nothing is lost; else it asks, and the same order again opens.
-    void open_unless_edits_are_lost(const Order& order);
+    // Closes or opens where no edits are lost; else a person is asked first.
+    void ask_to_leave(Leaving leaving);
+    void leave();
+    void leave_when_saved();
     void take_opened(Result<Source> opened);
     void poll_opening();
+    void follow_previews();
     void follow_text_scale();
     void save_picture();
     void print_figure(const std::string& file);
+    void tell_of_figure();         // that it is written
     std::string file_name() const; // of pictures
     void begin(Source source);
     void make_pictures(); // of the session's; the textures are there when they are
@@ -109,7 +116,11 @@ class Viewer {
     std::array<PictureState, kPanels.size()> state_of_pictures_{};
     double interface_scale_ = 1.0; // that interface_ is made for
     std::stop_source stop_opening_;
-    std::string asked_to_open_;
+    bool done_ = false;
+    std::unique_ptr<SeriesPreviews> previews_;
+    bool new_previews_ = false;  // since record()
+    bool offers_series_ = false; // of the folder that is being opened
+    std::shared_ptr<std::atomic<double>> opening_share_;
     std::future<Result<Source>> opening_; // last: its thread ends before the rest goes
 };
 

@@ -193,6 +193,10 @@ void Window::listen() {
         of(window).events_.push(std::move(event));
     });
     glfwSetWindowRefreshCallback(window_, [](GLFWwindow* window) { of(window).damaged_ = true; });
+    glfwSetWindowCloseCallback(window_, [](GLFWwindow* window) {
+        glfwSetWindowShouldClose(window, GLFW_FALSE); // a person may be asked first
+        of(window).events_.push(of(window).event(Event::Kind::close));
+    });
     glfwSetDropCallback(window_, [](GLFWwindow* window, int count, const char** paths) {
         Event event = of(window).event(Event::Kind::drop);
         event.paths.assign(paths, paths + count);
@@ -226,14 +230,6 @@ void Window::wait(double most_s) {
 
 void Window::wake() {
     glfwPostEmptyEvent();
-}
-
-bool Window::should_close() const {
-    return glfwWindowShouldClose(window_) == GLFW_TRUE;
-}
-
-void Window::stay_open() {
-    glfwSetWindowShouldClose(window_, GLFW_FALSE);
 }
 
 glm::uvec2 Window::size_px() const {

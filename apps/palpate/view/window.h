@@ -36,8 +36,6 @@ class Window {
     EventQueue& events() { return events_; }
     // Whether the system has lost what was shown, since this was last asked.
     bool take_damage() { return std::exchange(damaged_, false); }
-    bool should_close() const;
-    void stay_open();            // after should_close()
     glm::uvec2 size_px() const;  // in pixels; 0 while it is an icon
     glm::ivec2 place_px() const; // of its first pixel on the screen; 0 where that is unknown
     void hide_pointer(bool hidden);

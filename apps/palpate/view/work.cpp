@@ -5,7 +5,6 @@
 #include "apps/palpate/view/dump.h"
 #include "apps/palpate/view/pick.h"
 #include "engine/base/json.h"
-#include "engine/base/profile.h"
 #include "engine/scene/scene_names.h"
 #include "engine/session/default_scene.h"
 #include "engine/session/feel.h"
@@ -14,8 +13,6 @@
 namespace palpate::view {
 
 namespace {
-
-constexpr std::chrono::minutes kAutosave(5); // of the volumes; steps are kept at once
 
 // What the views stand on: rays or meshes in 3D, colours for labels that a person may draw.
 Scene base_of(const OpenedScene& opened) {
@@ -137,6 +134,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
       file_(source.scene.file),
       loaded_(source.scene.loaded),
       unit_(value_unit(loaded_)),
+      zero_hu_(palpate::zero_hu(loaded_)),
       series_(series_in(loaded_.notes)),
       session_(setup_of(source, threaded)),
       figures_(threaded),
@@ -150,8 +148,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         if (const size_t steps = source.project->unsaved)
             message_ += fmt::format("{}{} unsaved step{} recovered", message_.empty() ? "" : "; ",
                                     steps, steps == 1 ? "" : "s");
-        project_.emplace(std::move(source.project->project));
-        project_->autosave_every(kAutosave);
+        take_project(std::move(source.project->project));
     }
     const std::string stem = std::filesystem::path(title_).stem().string();
     new_folder_ = std::filesystem::absolute(
@@ -185,7 +182,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     const TransferFunction& grey = session_.scene().slice_transfer;
     home.window =
         window_of(grey.colors.empty() ? default_slice_transfer(loaded_) : grey, subject_.range);
-    home.measuring.measures = session_.kept().measures;
+    home.measuring.measures = measures_saved_ = session_.kept().measures;
     home.clipping.planes = session_.scene().clip_planes;
     for (ClipPlane& plane : home.clipping.planes)
         plane.normal = glm::normalize(plane.normal);
@@ -194,6 +191,10 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         loaded_.label_names = session_.kept().label_names;
     subject_.path = [this](glm::uvec3 from, glm::uvec3 to, int axis) {
         return wire_path(from, to, axis);
+    };
+    subject_.mesh_met = [this](const Ray& ray) { return mesh_ ? mesh_->met(ray) : std::nullopt; };
+    subject_.mesh_near = [this](glm::dvec3 point_mm, double within_mm) {
+        return mesh_ ? mesh_->near(point_mm, within_mm) : std::nullopt;
     };
     subject_.pick = [this](const Ray& ray) {
         const EditState state = session_.state();
@@ -272,6 +273,8 @@ void Work::obey(const Order& order, const ViewState& state) {
             export_measures(state, order.path);
             break;
         case Order::Kind::open:
+        case Order::Kind::close:
+        case Order::Kind::leave:
         case Order::Kind::cancel_opening:
         case Order::Kind::picture:
         case Order::Kind::figure:
@@ -289,6 +292,15 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::fill_wire:
             fill_wire(state);
             break;
+        case Order::Kind::mesh_make:
+        case Order::Kind::mesh_apply:
+        case Order::Kind::mesh_drop:
+        case Order::Kind::pull_down:
+        case Order::Kind::pull_move:
+        case Order::Kind::pull_up:
+        case Order::Kind::pull_cancel:
+            obey_mesh(order, state);
+            break;
         case Order::Kind::tell:
             message_ = order.path;
             break;
@@ -298,55 +310,6 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::hand_disarm:
             obey_hand(order, state);
     }
-}
-
-void Work::save(const ViewState& state, const std::string& folder) {
-    if (!threaded_) {
-        message_ = "a script saves nothing";
-        return;
-    }
-    Scene scene = session_.scene();
-    scene.camera = state.camera;
-    scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
-    session_.show(std::move(scene));
-    Kept kept = session_.kept();
-    kept.crosshair_mm = state.crosshair_mm;
-    session_.keep(kept);
-    if (project_) {
-        if (Result<void> begun = project_->begin_save(session_); !begun)
-            message_ = begun.error().message;
-        return;
-    }
-    if (creation_) {
-        message_ = "saving; one save at a time";
-        return;
-    }
-    put_labels(); // a project names the labels that may be drawn
-    session_.settle();
-    creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
-}
-
-void Work::poll() {
-    poll_segmenting();
-    if (creation_)
-        if (std::optional<Result<Project>> made = creation_->poll(session_)) {
-            creation_.reset();
-            if (!*made) {
-                message_ = made->error().message;
-                return;
-            }
-            project_.emplace(std::move(**made));
-            project_->autosave_every(kAutosave);
-            title_ = project_->folder().filename().string();
-            new_project_ = project_->folder().string();
-            message_ = fmt::format("saved to {}; every step is kept there from now on",
-                                   project_->folder().string());
-        }
-    if (!project_)
-        return;
-    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns()))
-        message_ = *ended ? fmt::format("saved to {}", project_->folder().string())
-                          : ended->error().message;
 }
 
 std::string Work::take_message() {
@@ -421,6 +384,8 @@ Json Work::dump(const ViewState& state) {
                         {"overlay_opacity", state.overlay_opacity},
                         {"outline_px", state.outline_px}};
     json["segment"] = dump_segmenting(state);
+    json["mesh"] = {{"vertices", mesh_ ? mesh_->mesh().positions.size() : 0},
+                    {"label", mesh_ ? mesh_->label() : 0}};
     json["stroke_is_down"] = down_;
     json["hand"] = dump_hand(state);
     json["seen_as"] = name_of(state.seen_as);

@@ -9,7 +9,9 @@
 #include "apps/palpate/open_scene.h"
 #include "apps/palpate/view/figures.h"
 #include "apps/palpate/view/hand_tool.h"
+#include "apps/palpate/view/mesh_run.h"
 #include "apps/palpate/view/palette.h"
+#include "apps/palpate/view/pulled_mesh.h"
 #include "apps/palpate/view/segment_run.h"
 #include "apps/palpate/view/state.h"
 #include "apps/palpate/view/touch.h"
@@ -85,10 +87,14 @@ class Work {
     std::string take_new_project() { return std::exchange(new_project_, {}); }
     // The folder that a new project is offered.
     std::string new_folder() const { return new_folder_; }
-    // Whether closing loses steps: a project has each of them.
-    bool closing_loses_steps() { return !project_ && edited().undo_steps > 0; }
+    bool is_saving() const;
+    // Whether steps are lost that no project has, or measures that were made since the last save.
+    bool leaving_loses_edits();
     // What a segmentation is at: none under way, or its share, 0 .. 1.
     std::optional<double> segmenting() const;
+    // The mesh that is pulled; and how far its making, or its end as labels, is: none under way.
+    const std::optional<PulledMesh>& mesh() const { return mesh_; }
+    std::optional<double> meshing() const;
     // What the last one left behind, if it is that of the method: whose samples are bounded by a
     // threshold that a person may move.
     struct Strength {
@@ -120,6 +126,7 @@ class Work {
     // "(12, 40, 7)  143 HU  kidney"; empty outside the volume.
     std::string text_at(glm::dvec3 point_mm);
     const std::string& unit() const { return unit_; }
+    double zero_hu() const { return zero_hu_; } // the value that stands for 0 HU in a CT
 
     // Everything that a test or a report of a fault wants to know.
     Json dump(const ViewState& state);
@@ -130,6 +137,7 @@ class Work {
     static constexpr uint16_t kOutside = 255;      // the seed of what is no object
 
  private:
+    void take_project(Project project);
     bool take_tool(const ViewState& state);
     bool take_seed_brush(const ViewState& state);
     // Of an operation on labels: the ones that it may change; nothing where none is locked.
@@ -146,6 +154,10 @@ class Work {
     bool put_labels();
     bool put_seeds();
     void show_seeds(const ViewState& state); // and the result's preview, over slices
+    void obey_mesh(const Order& order, const ViewState& state);
+    template <class Make>
+    void run_mesh(uint16_t label, Make make);
+    void poll_mesh();
     void begin_segmenting(const ViewState& state);
     void poll_segmenting();
     std::vector<glm::uvec3> wire_path(glm::uvec3 from, glm::uvec3 to, int axis); // Subject::path
@@ -156,6 +168,7 @@ class Work {
     SceneFile file_;
     LoadedScene loaded_;
     std::string unit_; // of the values
+    double zero_hu_;
     std::vector<SeriesLine> series_;
     Subject subject_;
     Session session_;
@@ -169,7 +182,10 @@ class Work {
     std::optional<Strength> strength_;
     std::optional<FusionLayer> fusion_; // of the file
     std::unique_ptr<SegmentRun> segmenting_;
-    struct WireSlice { // of which volume
+    std::optional<PulledMesh> mesh_;
+    std::unique_ptr<MeshRun> meshing_;
+    std::optional<Volume> segment_look_; // what it has come to
+    struct WireSlice {                   // of which volume
         uint64_t version;
         int axis;
         uint32_t layer;
@@ -184,14 +200,19 @@ class Work {
     haptics::PlateTouch pressed_;   // of it, as drawn
     std::shared_ptr<const Mesh> palette_mesh_;
     bool widget_down_ = false;
-    uint32_t pressed_buttons_ = 0;     // of the pointer's hand, in the last frame
-    std::optional<RayCastLayer> rays_; // that the scene has no more
-    std::optional<Project> project_;   // after the session that its saves look at
+    uint32_t pressed_buttons_ = 0;        // of the pointer's hand, in the last frame
+    std::optional<RayCastLayer> rays_;    // that the scene has no more
+    std::vector<Measure> measures_saved_; // by the last save
+    std::optional<Project> project_;      // after the session that its saves look at
     std::optional<Project::Creation> creation_;
 };
 
 // A map on which nothing is drawn yet.
 Volume empty_labels(const Grid& grid);
+
+// Maps that a person may draw on are no edits: a project that lacks them gets empty ones, where it
+// has no unsaved steps.
+Result<void> add_maps(Project::Opened& project);
 
 // Whether a person has locked a label: no tool takes samples away from it.
 bool is_locked(const ViewState& state, uint16_t label);

@@ -154,6 +154,9 @@ std::vector<Work::HandSurface> Work::hand_surfaces(const ViewState& state) {
     if (touch_.running() && now)
         surfaces.push_back({{.style = {.color = {0.25, 0.8, 1.0}}},
                             tip_.at(state.stylus.shape, state.radius_mm, now->proxy)});
+    if (mesh_ && state.hand == Hand::pull)
+        surfaces.push_back({{.style = {.color = {1.0, 0.7, 0.25}, .opacity = 0.7}, .smooth = false},
+                            mesh_->surface()});
     if (!palette_.empty())
         surfaces.push_back({palette_layer(palette_, pressed_), palette_mesh_});
     return surfaces;

@@ -18,13 +18,19 @@ bool Work::put_seeds() {
 
 void Work::show_seeds(const ViewState& state) {
     SessionSources sources = session_.sources();
-    const bool previews = state.segmenting.preview && strength_;
+    // Seen in yellow: what a method has come to, or what the bound that is dragged would give.
+    const bool previews = segment_look_ || (state.segmenting.preview && strength_);
+    std::optional<Volume> shown;
+    if (previews)
+        shown = segment_look_ ? *segment_look_ : strength_->volume;
     const EditState now = edited();
     const Volume* seeds = now.document.find(kSeeds);
     const bool has_seeds = seeds && seeds->range().max > 0.0f;
-    if ((sources.overlay == kSeeds) != has_seeds || sources.fused.has_value() != previews) {
+    const bool same_fused =
+        sources.fused.has_value() == previews && (!previews || sources.fused->is_same_as(*shown));
+    if ((sources.overlay == kSeeds) != has_seeds || !same_fused) {
         sources.overlay = has_seeds ? kSeeds : "";
-        sources.fused = previews ? std::optional(strength_->volume) : std::nullopt;
+        sources.fused = shown;
         session_.choose(std::move(sources));
     }
     Scene scene = session_.scene();
@@ -33,8 +39,8 @@ void Work::show_seeds(const ViewState& state) {
     if (!previews) {
         scene.fusion = fusion_;
     } else {
-        const double at = *state.segmenting.preview;
-        const bool below = is_object_below(*strength_->method);
+        const double at = segment_look_ ? 0.5 : *state.segmenting.preview;
+        const bool below = !segment_look_ && is_object_below(*strength_->method);
         TransferFunction step;
         step.colors = {{at, {1.0, 0.8, 0.1}}};
         step.opacities = {{at, below ? 1.0 : 0.0}, {at, below ? 0.0 : 1.0}};
@@ -76,10 +82,13 @@ void Work::begin_segmenting(const ViewState& state) {
 void Work::poll_segmenting() {
     if (!segmenting_ || down_)
         return;
+    if (std::optional<Volume> look = segmenting_->take_look(); look && !touch_.running())
+        segment_look_ = std::move(look); // what is chosen to be seen is chosen anew to be felt
     std::optional<Result<SegmentDone>> taken = segmenting_->take();
     if (!taken)
         return;
     const std::unique_ptr<SegmentRun> run = std::move(segmenting_);
+    segment_look_.reset();
     const SegmentJob& job = run->job();
     if (!*taken) {
         message_ = taken->error().message;

@@ -216,6 +216,12 @@ class Person:
         left, top, width, height = self.boxes()[name]
         self.click(left + (min(8, width // 2) if x is None else x), top + height // 2)
 
+    def last_click(self, name):
+        """A click on a widget that ends the program."""
+        left, top, width, height = self.boxes()[name]
+        self.at(left + width // 2, top + height // 2)
+        self.screen.xdo("click", 1)
+
     def shot(self, keep=True):
         """The window's picture, looked at: it is kept where PALPATE_WINDOW_SHOTS names a folder."""
         geometry = dict(line.split("=") for line in self.screen.xdo(
@@ -241,22 +247,19 @@ class Person:
         self.boxes()
         return self.replayed
 
-    def close(self, insists=False):
-        """Closes the window as a person does, and returns the state then. insists: once more where
-        the program asks, which it must."""
+    def close(self, discards=False):
+        """Closes the window as a person does, and returns the state then. discards: edits that are not
+        saved, when the program asks, which it must."""
         self.screen.xdo("windowactivate", "--sync", self.window)
         self.screen.xdo("key", "alt+F4")
-        if insists:
+        if discards:
             time.sleep(0.7)
             assert self.process.poll() is None, "the program lost edits without a question"
-        end = time.time() + LONGEST_S
-        while self.process.poll() is None and time.time() < end:
-            if insists:  # a manager that is busy with the window may miss a key
-                self.screen.xdo("key", "alt+F4")
-            try:
-                self.process.wait(timeout=2)
-            except subprocess.TimeoutExpired:
-                pass
+            self.last_click("leave/discard")
+        try:
+            self.process.wait(timeout=LONGEST_S)
+        except subprocess.TimeoutExpired:
+            pass
         code = self.process.poll()
         assert code is not None, f"{self.name}: the window did not close"
         assert code == 0, f"ended with {code}: {self.said()}"

@@ -2,6 +2,7 @@
 0..266 x 0..287, 3D 269..535 x 0..287, coronal below axial, sagittal below 3D; tools at the right."""
 import json
 import os
+import struct
 import subprocess
 import time
 
@@ -157,7 +158,7 @@ def paints_erases_and_undoes(start):
     p.key("ctrl+z")
     painted = p.state_of_replay()["label_counts"]
     p.key("ctrl+z", "ctrl+z", "ctrl+y")
-    state = p.close(insists=True)
+    state = p.close(discards=True)
     assert 0 < erased["1"] < painted["1"], (erased, painted)
     assert (state["undo_steps"], state["redo_steps"]) == (1, 1)
 
@@ -176,7 +177,7 @@ def drills_with_the_mouse_as_a_hand(start):
     p.do("mouseup", 1)
     time.sleep(0.5)
     p.looks_right()
-    state = p.close(insists=True)
+    state = p.close(discards=True)
     assert state["hand"]["armed"] and state["hand"]["first"] == "cut", state["hand"]
     assert state["undo_steps"] >= 1, "the hand cut nothing"
 
@@ -207,7 +208,7 @@ def measures(start):
     p.drag(340, 480, (20, 0))
     p.looks_right()
     p.key("Delete")
-    found = p.close()["measures"]
+    found = p.close(discards=True)["measures"]
     assert [m["kind"] for m in found] == ["ruler", "angle"], found
     mm_per_px = 2.08 * 16 * 200 / 31 / 267
     assert near(found[0]["length_mm"], 80 * mm_per_px, 1e-6), found[0]
@@ -234,9 +235,7 @@ def saves_and_goes_on(start):
     p.key("ctrl+s")
     p.key("Return")
     project = os.path.join(p.folder, "work.palpate")
-    deadline = time.time() + 30
-    while not os.path.exists(os.path.join(project, "project.json")) and time.time() < deadline:
-        time.sleep(0.05)
+    until("the project", lambda: os.path.exists(os.path.join(project, "project.json")))
     time.sleep(0.5)
     recent = os.path.join(p.folder, ".local/state/palpate/recent.json")
 
@@ -256,17 +255,20 @@ def saves_and_goes_on(start):
     assert state["crosshair_sample"] == saved["crosshair_sample"] != [16, 16, 16]
 
 
+def size_of_png(path):
+    """Of one that the program writes: read when it is there."""
+    until(path, lambda: os.path.exists(path))
+    with open(path, "rb") as file:
+        head = file.read(24)
+    return struct.unpack(">2I", head[16:24])
+
+
 def takes_a_picture(start):
     p = start()
     p.key("ctrl+p")
-    path = os.path.join(p.folder, "palpate-1.png")
-    deadline = time.time() + 30
-    while not os.path.exists(path) and time.time() < deadline:
-        time.sleep(0.05)
+    size = size_of_png(os.path.join(p.folder, "palpate-1.png"))
     p.close()
-    with open(path, "rb") as file:
-        head = file.read(24)
-    assert head[16:24] == (800).to_bytes(4, "big") + (600).to_bytes(4, "big"), head
+    assert size == (800, 600), size
 
 
 def writes_a_figure(start):
@@ -274,14 +276,9 @@ def writes_a_figure(start):
     p.widget("tab/file")
     p.widget("file/figure")
     p.widget("figure/write")
-    path = os.path.join(p.folder, "figure.png")
-    deadline = time.time() + 60
-    while not os.path.exists(path) and time.time() < deadline:
-        time.sleep(0.05)
+    size = size_of_png(os.path.join(p.folder, "figure.png"))
     p.close()
-    with open(path, "rb") as file:
-        head = file.read(24)
-    assert head[16:24] == (1600).to_bytes(4, "big") + (1200).to_bytes(4, "big"), head
+    assert size == (1600, 1200), size
 
 
 def fills_the_screen(start):
@@ -309,17 +306,24 @@ def stays_when_it_is_asked(start):
     time.sleep(0.7)
     assert p.process.poll() is None, "the program lost edits without a question"
     p.shot()
-    # "stay" is in the middle of the window; what a person closes is not in a recording.
-    p.click(*stay_button(p))
+    p.widget("leave/cancel")
     time.sleep(0.3)
-    state = p.close(insists=True)
+    state = p.close(discards=True)
     assert state["undo_steps"] == 1
 
 
-def stay_button(p):
-    """Where the question has its second button: in the middle of the window, in its last line."""
-    x, y = p.state_of_replay()["size"]
-    return x // 2 - 180, y // 2 + 14
+def saves_when_it_is_asked(start):
+    p = start()
+    p.key("b")
+    p.drag(100, 120, (40, 0))
+    p.screen.xdo("key", "alt+F4")
+    p.widget("leave/save")
+    p.last_click("save/save")
+    p.process.wait(timeout=60)  # it closes when all is saved
+    with open(p.state_file) as file:
+        state = json.load(file)
+    again = start(volume=os.path.join(p.folder, "work.palpate"), name="goes_on_after_closing")
+    assert again.close()["document"] == state["document"]
 
 
 def types_into_a_field(start):
@@ -391,7 +395,7 @@ def works_undoes_and_asks(start):
     time.sleep(0.3)
     p.screen.xdo("windowactivate", "--sync", p.window)
     p.key("question")
-    state = p.close(insists=True)  # there are edits: the program asks, and a second time means it
+    state = p.close(discards=True)
     assert state["size"] == [900, 650], state["size"]
     assert (state["undo_steps"], state["redo_steps"]) == (1, 1)
     assert state["tool"]["hand"] == "cut" and state["help_open"] and state["refusal"] == ""
@@ -409,9 +413,7 @@ def loses_no_step_when_it_is_killed(start):
     p.key("ctrl+s")
     p.key("Return")
     project = os.path.join(p.folder, "work.palpate")
-    deadline = time.time() + 30
-    while not os.path.exists(os.path.join(project, "project.json")) and time.time() < deadline:
-        time.sleep(0.05)
+    until("the project", lambda: os.path.exists(os.path.join(project, "project.json")))
     time.sleep(0.5)
 
     def look():
@@ -435,6 +437,7 @@ def loses_no_step_when_it_is_killed(start):
 
 
 SESSIONS = [
+    saves_when_it_is_asked,
     loses_no_step_when_it_is_killed, works_undoes_and_asks, saves_and_goes_on,
     drills_with_the_mouse_as_a_hand, measures, paints_erases_and_undoes, keeps_how_it_looks,
     browser_opens_a_typed_file, opens_without_a_file, writes_a_figure, pages_slices, window_by_w_and_drag, zooms_pans_and_resets,

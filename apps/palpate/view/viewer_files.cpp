@@ -1,0 +1,175 @@
+// The part of the viewer that opens, leaves and writes files.
+
+#include <filesystem>
+
+#include "apps/palpate/view/viewer.h"
+#include "engine/base/log.h"
+#include "engine/base/memory.h"
+#include "engine/image/png.h"
+
+namespace palpate::view {
+
+namespace {
+
+// "NAME-N.png" from the number on, or "NAME.png" for 0: the first that replaces no picture.
+std::filesystem::path free_name(const std::filesystem::path& name, uint32_t number) {
+    std::filesystem::path path = name;
+    do {
+        if (number > 0)
+            path.replace_filename(
+                fmt::format("{}-{}{}", name.stem().string(), number, name.extension().string()));
+        ++number;
+    } while (std::filesystem::exists(path));
+    return path;
+}
+
+std::string written(const std::filesystem::path& path) {
+    return fmt::format("picture written: {}", std::filesystem::absolute(path).string());
+}
+
+} // namespace
+
+void Viewer::open(const std::string& path, const std::string& series) {
+    if (!options_.open || opening_.valid())
+        return;
+    stop_opening_ = std::stop_source();
+    state_.opening = path;
+    state_.opening_since_s = time_s_;
+    state_.opening_share = 0.0;
+    offers_series_ = series.empty();
+    opening_share_ = std::make_shared<std::atomic<double>>(0.0);
+    opening_ = std::async(options_.threaded ? std::launch::async : std::launch::deferred,
+                          [open = options_.open, path, series, stop = stop_opening_.get_token(),
+                           share = opening_share_] {
+                              return open(path, series, stop, [share](double s) { *share = s; });
+                          });
+    if (!options_.threaded)
+        take_opened(opening_.get());
+}
+
+void Viewer::ask_to_leave(Leaving leaving) {
+    state_.leaving = std::move(leaving);
+    if (!work_->leaving_loses_edits())
+        leave();
+}
+
+void Viewer::leave() {
+    const Leaving leaving = *std::exchange(state_.leaving, std::nullopt);
+    if (leaving.closes)
+        done_ = true;
+    else
+        open(leaving.path, leaving.series);
+}
+
+void Viewer::leave_when_saved() {
+    if (!state_.leaving || !state_.leaving->saving || state_.saving_open || work_->is_saving())
+        return;
+    if (work_->leaving_loses_edits())
+        state_.leaving.reset(); // the save was cancelled, or failed and says why
+    else
+        leave();
+}
+
+// Pictures of series are made while the chooser is open.
+void Viewer::follow_previews() {
+    if (!state_.series_open || !options_.preview) {
+        previews_.reset();
+    } else if (!previews_) {
+        std::vector<uint32_t> numbers;
+        for (const SeriesLine& line : work_->series())
+            numbers.push_back(line.number);
+        previews_ = std::make_unique<SeriesPreviews>(options_.preview, work_->path(), numbers,
+                                                     options_.threaded);
+    }
+    if (previews_ && previews_->poll()) {
+        new_previews_ = true;
+        ++looks_;
+    }
+    interface_->show_previews(previews_.get());
+}
+
+void Viewer::poll_opening() {
+    if (opening_.valid())
+        state_.opening_share = *opening_share_;
+    if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+        take_opened(opening_.get());
+}
+
+void Viewer::take_opened(Result<Source> opened) {
+    const std::string path = std::exchange(state_.opening, {});
+    if (!opened) {
+        const bool cancelled = stop_opening_.stop_requested();
+        if (!cancelled)
+            log::error("{}", opened.error().message);
+        work_->tell(cancelled ? "opening was cancelled" : opened.error().message);
+        return;
+    }
+    const ViewState before = state_;
+    begin(std::move(*opened));
+    return_free_memory_now(); // of the document that was open
+    state_.names_hidden = before.names_hidden;
+    state_.light = before.light;
+    state_.text_scale = before.text_scale;
+    state_.tab = before.tab;
+    state_.series_open = offers_series_ && work_->series().size() > 1;
+    if (options_.recent)
+        interface_->set_recent(options_.recent(path));
+}
+
+std::string Viewer::file_name() const {
+    return state_.names_hidden || is_synthetic(work_->title())
+               ? "palpate"
+               : std::filesystem::path(work_->title()).stem().string();
+}
+
+// Of the window, in the current folder.
+void Viewer::save_picture() {
+    if (!options_.threaded) {
+        work_->tell("a script saves nothing");
+        return;
+    }
+    const std::filesystem::path path = free_name(file_name() + ".png", 1);
+    const Result<void> saved = save_png(path, capture());
+    work_->tell(saved ? written(path) : saved.error().message);
+}
+
+// Of a view, for print: without what belongs to the window alone, as the tool of a hand.
+void Viewer::print_figure(const std::string& file) {
+    if (!options_.threaded) {
+        work_->tell("a script saves nothing");
+        return;
+    }
+    const std::filesystem::path path(file);
+    if (path.extension() != ".png") {
+        work_->tell(fmt::format("expected a name ending in .png, found '{}'", file));
+        return;
+    }
+    const FigureSetup& figure = state_.figure;
+    const Grid& grid = work_->subject().grid;
+    Scene scene =
+        scene_of(state_, grid, figure.panel, work_->session().scene(), work_->has_labels());
+    scene.size_px = glm::uvec2(figure.size_px);
+    if (is_slice(figure.panel))
+        scene.camera = camera_of(state_.slices[static_cast<size_t>(figure.panel)],
+                                 state_.crosshair_mm, grid, figure.size_px);
+    scene.background = glm::dvec3(figure.paper == Paper::white ? 1.0 : 0.0);
+    const bool transparent = figure.paper == Paper::transparent;
+    Figure marks{.letters = figure.letters,
+                 .scale_bar = figure.scale_bar,
+                 .color_bar = figure.color_bar,
+                 .unit = work_->unit(),
+                 .transparent = transparent};
+    if (figure.note)
+        marks.note = note_of(scene, grid, file_name(), work_->unit());
+    pictures_->print({{figure.panel, std::move(scene), {}},
+                      {.transparent = transparent, .figure = std::move(marks)},
+                      free_name(path, 0)});
+    work_->tell("drawing the figure ..");
+}
+
+void Viewer::tell_of_figure() {
+    if (const auto printed = pictures_->take_printed())
+        work_->tell(*printed ? written(**printed) : printed->error().message);
+}
+
+} // namespace palpate::view

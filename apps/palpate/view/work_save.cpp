@@ -1,0 +1,90 @@
+// The part of a document's work that keeps it in a project.
+
+#include "apps/palpate/view/work.h"
+#include "engine/base/profile.h"
+
+namespace palpate::view {
+
+namespace {
+constexpr std::chrono::minutes kAutosave(5); // of the volumes; steps are kept at once
+} // namespace
+
+Result<void> add_maps(Project::Opened& project) {
+    if (project.unsaved > 0)
+        return {};
+    const SessionSetup& setup = project.setup;
+    const Volume* grey = setup.document.find(setup.grey);
+    const Grid grid = (grey ? *grey : setup.document.first()).grid();
+    for (const std::string& name :
+         {setup.labels.empty() ? Work::kLabels : setup.labels, std::string(Work::kSeeds)})
+        if (!setup.document.find(name))
+            PALPATE_TRY(project.add({name, VolumeKind::labels, empty_labels(grid)}));
+    return {};
+}
+
+void Work::take_project(Project project) {
+    project_.emplace(std::move(project));
+    project_->autosave_every(kAutosave);
+}
+
+bool Work::leaving_loses_edits() {
+    const bool loses_steps = !project_ && edited().undo_steps > 0;
+    return loses_steps || session_.kept().measures != measures_saved_;
+}
+
+bool Work::is_saving() const {
+    return creation_ || (project_ && project_->is_saving());
+}
+
+void Work::save(const ViewState& state, const std::string& folder) {
+    if (!threaded_) {
+        message_ = "a script saves nothing";
+        return;
+    }
+    Scene scene = session_.scene();
+    scene.camera = state.camera;
+    scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
+    session_.show(std::move(scene));
+    Kept kept = session_.kept();
+    kept.crosshair_mm = state.crosshair_mm;
+    session_.keep(kept);
+    if (project_) {
+        if (Result<void> begun = project_->begin_save(session_); !begun)
+            message_ = begun.error().message;
+        else
+            measures_saved_ = kept.measures;
+        return;
+    }
+    if (creation_) {
+        message_ = "saving; one save at a time";
+        return;
+    }
+    session_.settle();
+    measures_saved_ = kept.measures;
+    creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
+}
+
+void Work::poll() {
+    poll_segmenting();
+    poll_mesh();
+    if (creation_)
+        if (std::optional<Result<Project>> made = creation_->poll(session_)) {
+            creation_.reset();
+            if (!*made) {
+                message_ = made->error().message;
+                return;
+            }
+            take_project(std::move(**made));
+            title_ = project_->folder().filename().string();
+            new_project_ = project_->folder().string();
+            message_ = fmt::format("saved to {}; later steps are kept there as they are done",
+                                   project_->folder().string());
+        }
+    if (!project_)
+        return;
+    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns()))
+        message_ = *ended ? fmt::format("saved to {}", project_->folder().string())
+                          : ended->error().message;
+}
+
+} // namespace palpate::view

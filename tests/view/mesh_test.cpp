@@ -1,0 +1,155 @@
+// The mesh of a label, whose faces are pulled.
+
+#include "apps/palpate/view/pulled_mesh.h"
+#include "engine/volume/content_hash.h"
+#include "tests/view/viewer_fixture.h"
+
+namespace palpate::view {
+namespace {
+
+constexpr double kRadius_mm = 20.0;
+
+PulledMesh ball() {
+    return {simplex_ellipsoid(glm::dvec3(0.0), glm::dvec3(kRadius_mm), 4), 3};
+}
+
+TEST(PulledMesh, IsMetByRaysAndCutByPlanes) {
+    const PulledMesh mesh = ball();
+    // A face of 2562 on the ball is some 1.4 mm across: its flat triangles lie 0.05 mm within it.
+    const auto met = mesh.met({{100.0, 3.0, -4.0}, {-1.0, 0.0, 0.0}});
+    ASSERT_TRUE(met);
+    EXPECT_NEAR(met->x, std::sqrt(400.0 - 25.0), 0.1);
+    EXPECT_NEAR(met->y, 3.0, 1e-9);
+    EXPECT_FALSE(mesh.met({{100.0, 30.0, 0.0}, {-1.0, 0.0, 0.0}}));
+    EXPECT_FALSE(mesh.met({{100.0, 0.0, 0.0}, {1.0, 0.0, 0.0}})); // it lies behind
+    ASSERT_TRUE(mesh.near({0.0, 21.0, 0.0}, 2.5));
+    EXPECT_FALSE(mesh.near({0.0, 25.0, 0.0}, 2.5));
+    double around_mm = 0.0;
+    for (const auto& [from, to] : mesh.cut({0.0, 0.0, 12.0}, {0.0, 0.0, 1.0})) {
+        EXPECT_NEAR(from.z, 12.0, 1e-9);
+        EXPECT_NEAR(glm::length(glm::dvec2(from)), 16.0, 0.1);
+        around_mm += glm::distance(from, to);
+    }
+    EXPECT_NEAR(around_mm, 2.0 * 3.14159265 * 16.0, 0.5); // a closed curve
+}
+
+// What is held goes where it is pulled, what is far from it stays, and it can be taken back.
+TEST(PulledMesh, FacesFollowThePull) {
+    PulledMesh mesh = ball();
+    const std::vector<glm::dvec3> before = mesh.mesh().positions;
+    mesh.hold({kRadius_mm, 0.0, 0.0}, 3);
+    for (double x = 20.5; x <= 26.0; x += 0.5)
+        mesh.pull({x, 0.0, 0.0});
+    const auto met = mesh.met({{100.0, 0.0, 0.0}, {-1.0, 0.0, 0.0}});
+    ASSERT_TRUE(met);
+    EXPECT_NEAR(met->x, 26.0, 0.3);
+    for (size_t v = 0; v < before.size(); ++v)
+        if (before[v].x < 0.0) {
+            EXPECT_EQ(mesh.mesh().positions[v], before[v]) << v;
+        }
+    EXPECT_EQ(euler_number(mesh.mesh()), 2);
+    mesh.let_go(false);
+    EXPECT_EQ(mesh.mesh().positions, before);
+    mesh.hold({kRadius_mm, 0.0, 0.0}, 3);
+    mesh.pull({22.0, 0.0, 0.0});
+    const std::vector<glm::dvec3> pulled = mesh.mesh().positions;
+    mesh.let_go(true);
+    EXPECT_EQ(mesh.mesh().positions, pulled);
+    mesh.pull({30.0, 0.0, 0.0}); // nothing is held
+    EXPECT_EQ(mesh.mesh().positions, pulled);
+}
+
+class MeshPulling : public ViewerTest {
+ protected:
+    // A ball of label 1 about the crosshair, and its mesh.
+    void begin() {
+        open("synthetic:phantom?size=24", {900, 1000});
+        for (int i = 0; i < 12; ++i)
+            key("=");
+        key("b");
+        click(middle(Panel::axial));
+        click_widget("tab/segment");
+        click_widget("mesh/make");
+        frame({});
+        ASSERT_TRUE(viewer().work().mesh());
+        EXPECT_EQ(state().hand, Hand::pull);
+    }
+    uint64_t labels() { return content_hash(*volume(Work::kLabels)); }
+    // Where the mesh is farthest to the right in the axial slice.
+    glm::dvec2 right_edge() {
+        const glm::dvec3 right = state().slices[0].right;
+        glm::dvec3 best = state().crosshair_mm;
+        for (const auto& [from, to] :
+             viewer().work().mesh()->cut(state().crosshair_mm, state().slices[0].towards))
+            if (glm::dot(from - best, right) > 0.0)
+                best = from;
+        return pixel_of(state(), grid(), Panel::axial, best).value();
+    }
+};
+
+TEST_F(MeshPulling, BecomesTheLabelInOneStep) {
+    begin();
+    const uint64_t before = labels();
+    const size_t steps = viewer().work().edited().undo_steps;
+    move(right_edge());
+    button(true);
+    for (int i = 1; i <= 6; ++i)
+        move(right_edge() + glm::dvec2(8.0, 0.0));
+    button(false);
+    EXPECT_EQ(labels(), before); // until it is asked for
+    click_widget("mesh/apply");
+    frame({});
+    EXPECT_NE(labels(), before);
+    EXPECT_EQ(viewer().work().edited().undo_steps, steps + 1);
+    EXPECT_FALSE(viewer().work().mesh());
+    key("z", {.ctrl = true});
+    frame({});
+    EXPECT_EQ(labels(), before);
+}
+
+TEST_F(MeshPulling, IsPulledIn3dAndTakenBack) {
+    begin();
+    const Camera camera = state().camera;
+    const std::vector<glm::dvec3> before = viewer().work().mesh()->mesh().positions;
+    const glm::dvec2 at = middle(Panel::volume);
+    ASSERT_TRUE(viewer().work().mesh()->met(ray_under(state(), at)));
+    move(at);
+    button(true);
+    move(at + glm::dvec2(25.0, 0.0));
+    const glm::dvec3 held = state().pulling.held_mm;
+    const glm::dvec3 now = viewer().work().mesh()->near(held, 1e9).value();
+    EXPECT_NE(viewer().work().mesh()->mesh().positions, before);
+    // What was held is seen under the pointer: within two pixels.
+    double nearest = 1e9;
+    for (const glm::dvec3 place : viewer().work().mesh()->mesh().positions)
+        nearest =
+            std::min(nearest, glm::distance(pixel_of(state(), grid(), Panel::volume, place).value(),
+                                            at + glm::dvec2(25.0, 0.0)));
+    EXPECT_LT(nearest, 6.0) << glm::distance(now, held);
+    key("escape");
+    EXPECT_EQ(viewer().work().mesh()->mesh().positions, before);
+    button(false);
+    // The camera stays where the mesh is pulled, and turns beside it.
+    EXPECT_EQ(state().camera.eye_mm, camera.eye_mm);
+    move(middle(Panel::volume) + glm::dvec2(-100.0, -100.0));
+    button(true);
+    move(middle(Panel::volume) + glm::dvec2(-60.0, -100.0));
+    button(false);
+    EXPECT_NE(state().camera.eye_mm, camera.eye_mm);
+    EXPECT_EQ(viewer().work().mesh()->mesh().positions, before);
+}
+
+TEST_F(MeshPulling, OfNoSampleIsRefusedAndDropped) {
+    open("synthetic:phantom?size=24", {900, 1000});
+    click_widget("tab/segment");
+    click_widget("mesh/make");
+    frame({});
+    EXPECT_FALSE(viewer().work().mesh());
+    begin();
+    click_widget("mesh/drop");
+    frame({});
+    EXPECT_FALSE(viewer().work().mesh());
+}
+
+} // namespace
+} // namespace palpate::view
