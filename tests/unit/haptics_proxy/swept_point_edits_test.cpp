@@ -146,8 +146,8 @@ TEST(Edits, ElsewhereLeaveWhatIsFelt) {
 
 // A ball of material that comes or goes under, over and beside what touches, at once or growing.
 // Force changes by no more than 90 N/s, also in the ticks after an edit, in which geometry may
-// still come to rest: until these counted as the edit's, by 0.87 N for a point, 0.66 for a local
-// surface and 0.5 for a tool.
+// still come to rest: until these counted as the edit's, by 0.87 N for a point and 0.66 for a local
+// surface.
 TEST(Edits, BesideWhatTouchesAreFeltGentlyUntilAllRests) {
     for (const char* name : {"swept-point", "swept-tool", "swept-local"}) {
         const double radius = name == std::string_view("swept-tool") ? 1.0 : 0.0;

@@ -294,6 +294,7 @@ TEST(TickTime, OfALocalSurfaceMadeAnew) {
     const auto patch = std::make_unique<Patch>(Patch::kMostSide);
     FineSamples samples(FineSamples::kMostFiner);
     samples.follow(place.volume, parameters);
+    const RigidSpace space = rigid_space(world_from_mesh(place.volume.grid()));
     Histogram cpu;
     uint64_t triangles = 0;
     const uint64_t count = ticks_wanted(10);
@@ -303,7 +304,7 @@ TEST(TickTime, OfALocalSurfaceMadeAnew) {
             place.at_mm +
             glm::dvec3(15.0 * std::sin(angle), std::cos(7.0 * angle), 15.0 * std::cos(1.7 * angle));
         const int64_t before = thread_cpu_ns();
-        patch->extract(samples, place.volume, at);
+        patch->extract(samples, place.volume, at, space);
         cpu.add(static_cast<uint64_t>(thread_cpu_ns() - before));
         triangles += patch->span().triangles.size();
     }
