@@ -12,12 +12,12 @@
 
 namespace palpate {
 
-// The options of `palpate touch`.
 inline const char* default_touch_algorithm() {
     const haptics::AlgorithmEntry* entry = haptics::find_algorithm("swept-point");
     return (entry ? *entry : haptics::algorithms().back()).name;
 }
 
+// The options of `palpate touch`.
 struct TouchOptions {
     std::string scene, labels, algorithm = default_touch_algorithm(), device = "falcon";
     std::string report, page, record, sound, output;

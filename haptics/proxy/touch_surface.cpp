@@ -140,13 +140,13 @@ class FineLattice {
 // opacity table.)
 void take_smooth_normals(Field& field, const glm::dmat4& world_from_mesh,
                          std::span<const glm::vec3> positions, std::span<glm::vec3> normals) {
-    // Gradients are covectors: they take the inverse transpose.
-    const glm::dmat3 mesh_from_world = glm::transpose(glm::dmat3(world_from_mesh));
+    // Gradients are covectors: they take the inverse transpose of the way from world to mesh.
+    const glm::dmat3 mesh_from_gradient = glm::transpose(glm::dmat3(world_from_mesh));
     for (size_t i = 0; i < positions.size(); ++i) {
         const glm::dvec3 at(world_from_mesh * glm::dvec4(positions[i], 1.0));
         const glm::dvec3 down = field.smooth(at).gradient;
         if (glm::length(down) > 0.0)
-            normals[i] = glm::vec3(-glm::normalize(mesh_from_world * down));
+            normals[i] = glm::vec3(-glm::normalize(mesh_from_gradient * down));
     }
 }
 

@@ -29,7 +29,8 @@ struct Milling {
 };
 
 // How strong sound and vibration are: 0 exactly where nothing is removed, then rising with the
-// rate and with hardness to below 1. At kHalf_mm3_per_s it is half of its limit.
+// rate and with hardness to below 1. At kHalf_mm3_per_s it is half of its limit. The numbers are
+// our choice: the paper states none.
 double milling_level(const Milling& milling) noexcept;
 constexpr double kHalf_mm3_per_s = 100.0; // a burr of 3 mm radius that moves by 3.5 mm/s
 

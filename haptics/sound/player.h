@@ -12,8 +12,8 @@ namespace palpate::haptics {
 //     auto player = SoundPlayer::open();       // once
 //     (*player)->set(session.milling());       // each frame; never waits
 //
-// The sound lies at most kBuffers buffers, 46 ms, behind set(); where set() is not called for
-// kForget_s it falls silent.
+// The buffers hold 46 ms of sound; what OpenAL and the output add comes on top. Where set() is not
+// called for kForget_s it falls silent.
 class SoundPlayer {
  public:
     static constexpr int kBuffers = 4;

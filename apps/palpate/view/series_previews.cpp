@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/percentile.h"
 #include "engine/session/default_scene.h"
 
 namespace palpate::view {
@@ -23,13 +24,7 @@ Window window_of(const LoadedVolume& loaded, std::vector<double> values) {
     std::erase_if(values, [](double value) { return std::isnan(value); });
     if (values.empty())
         return {0.0, 1.0};
-    const auto at = [&](double share) {
-        const auto place =
-            values.begin() + static_cast<ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-        std::nth_element(values.begin(), place, values.end());
-        return *place;
-    };
-    const double low = at(0.01), high = at(0.99);
+    const double low = percentile(values, 0.01), high = percentile(values, 0.99);
     return {low, low < high ? high : low + 1.0};
 }
 
