@@ -178,12 +178,7 @@ Multigrid::Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> u,
                        std::move(right), BrickArray<uint16_t>(whole_size)});
     set_factors(levels_.back());
     if (packed)
-        for_bricks(whole_size, [&](glm::uvec3 at, size_t) {
-            Level& level = levels_.front();
-            std::transform(level.weight.find(at), level.weight.find(at) + kBrickSamples,
-                           level.packed_weight.write(at), packed_float);
-            level.weight.clear(at);
-        });
+        pack_weights(levels_.back());
     while (glm::any(glm::greaterThan(levels_.back().size, glm::uvec3(3)))) {
         const Level& fine = levels_.back();
         double least = 1e300;
@@ -201,6 +196,8 @@ Multigrid::Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> u,
             add_means(weights(fine, at), at, valid_of(fine.size, at), by, coarse.weight);
         });
         set_factors(coarse);
+        if (packed)
+            pack_weights(coarse);
         levels_.push_back(std::move(coarse));
     }
 }
@@ -209,6 +206,14 @@ void Multigrid::set_factors(Level& level) const {
     for (int a = 0; a < 3; ++a)
         level.over_square[size_t(a)] =
             level.size[a] > 1 ? float(mu_ / (level.spacing_mm[a] * level.spacing_mm[a])) : 0.0f;
+}
+
+void Multigrid::pack_weights(Level& level) {
+    for_bricks(level.size, [&](glm::uvec3 at, size_t) {
+        std::transform(level.weight.find(at), level.weight.find(at) + kBrickSamples,
+                       level.packed_weight.write(at), packed_float);
+        level.weight.clear(at);
+    });
 }
 
 const float* Multigrid::weights(const Level& level, glm::uvec3 brick) {

@@ -39,6 +39,7 @@ class Multigrid {
     void restrict_to(const Level& fine, Level& coarse) const;
     void correct(Level& fine, const Level& coarse) const;
     void set_factors(Level& level) const;
+    static void pack_weights(Level& level);
     static const float* weights(const Level& level, glm::uvec3 brick);
 
     double mu_;
