@@ -13,6 +13,7 @@
 #include "engine/base/timer.h"
 #include "engine/edit/journal.h"
 #include "engine/session/feel.h"
+#include "engine/session/starter.h"
 
 namespace palpate {
 
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 struct EditOptions {
     ReadFlags read;
-    std::string strokes, out, guide, report, history_folder;
+    std::string strokes, out, guide, report, history_folder, write_strokes;
     double history_memory_mib = 512;
     uint32_t undo = 0;
     bool recover = false, discard = false;
@@ -43,7 +44,9 @@ std::vector<NamedFile> files_of(const EditOptions& o) {
     files.push_back({"STROKES", o.strokes});
     append_volume(files, "--guide", o.guide);
     append_volume(files, "-o", o.out, FileUse::write);
-    files.push_back({"the journal of -o", o.out + ".journal", FileUse::write});
+    if (!o.out.empty())
+        files.push_back({"the journal of -o", o.out + ".journal", FileUse::write});
+    files.push_back({"--write-strokes", o.write_strokes, FileUse::write_text});
     files.push_back({"--report", o.report, FileUse::write_text});
     return files;
 }
@@ -177,6 +180,23 @@ Result<Input> load_input(const EditOptions& options, bool labels, const char* ki
     return input;
 }
 
+// Strokes for a first edit of V, instead of an edit.
+Result<void> write_starter(const EditOptions& options, const CLI::App& app) {
+    const IdleOptions idle[] = {{true,
+                                 {"--guide", "--undo", "--history-memory", "--history-folder",
+                                  "--report", "-o", "--recover", "--discard"},
+                                 "with --write-strokes"}};
+    warn_of_idle(app, idle);
+    const Interrupt interrupt;
+    PALPATE_TRY(const LoadedVolume loaded, load(options.read, false, interrupt));
+    const double iso = solid_from(options, loaded, false);
+    const Result<Landing> landing = find_landing(loaded.volume, iso);
+    if (!landing)
+        return fail("{}: {}; --iso names another value", options.read.path,
+                    landing.error().message);
+    return write_text(options.write_strokes, starter_strokes(*landing, loaded.volume, iso));
+}
+
 Result<void> run_edit(const EditOptions& options) {
     const fs::path journal_path = options.out + ".journal";
     const Interrupt interrupt;
@@ -269,15 +289,20 @@ Result<void> run_edit(const EditOptions& options) {
 Command add_edit(CLI::App& app) {
     auto options = std::make_shared<EditOptions>();
     add_read_flags(app, options->read);
-    app.add_option("STROKES", options->strokes,
-                   "Strokes, JSON lines (docs/reference/strokes.md); positions in mm (LPS), times "
-                   "in s; cut and "
-                   "mill without to_value leave V's lowest value");
+    auto* strokes = app.add_option(
+        "STROKES", options->strokes,
+        "Strokes, JSON lines (docs/reference/strokes.md); positions in mm (LPS), times "
+        "in s; cut and "
+        "mill without to_value leave V's lowest value");
     app.add_option("-o,--output", options->out,
                    "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv. During the "
                    "edit, FILE.journal keeps its strokes")
-        ->required()
         ->type_name("FILE");
+    app.add_option("--write-strokes", options->write_strokes,
+                   "Write strokes to begin with, a cut and a groove at V's surface at --iso, as a "
+                   "STROKES file, and do not edit (default: none)")
+        ->type_name("FILE")
+        ->excludes(strokes);
     app.add_option("--guide", options->guide,
                    "Grey values for only_values of strokes on labels; of V's size (default: none)")
         ->type_name("VOLUME");
@@ -297,19 +322,27 @@ Command add_edit(CLI::App& app) {
         ->type_name("FILE");
     app.add_option(
         "--iso", options->iso,
-        "With --report, of grey values: samples at or above it are material (default: 300 "
-        "HU for CT, else half of the range)");
+        "With --report or --write-strokes, of grey values: samples at or above it are material "
+        "(default: 300 HU for CT, else half of the range)");
     auto* recover = app.add_flag("--recover", options->recover,
                                  "Continue an interrupted edit from FILE.journal; STROKES, if "
                                  "given, must begin with its strokes");
     app.add_flag("--discard", options->discard, "Drop the strokes in FILE.journal")
         ->excludes(recover);
     refuse_where_wrong(app, [options]() -> Result<void> {
+        if (!options->write_strokes.empty())
+            return {};
         if (options->strokes.empty() && !options->recover)
-            return fail("edit: expected STROKES, or --recover");
+            return fail("edit: expected STROKES, or --recover; --write-strokes FILE makes some");
+        if (options->out.empty())
+            return fail("edit: expected -o FILE");
         return {};
     });
-    return {[options] { return run_edit(*options); }, [options] { return files_of(*options); }};
+    return {[options, &app] {
+                return options->write_strokes.empty() ? run_edit(*options)
+                                                      : write_starter(*options, app);
+            },
+            [options] { return files_of(*options); }};
 }
 
 } // namespace palpate

@@ -1,5 +1,7 @@
 #include "apps/palpate/edit_replay.h"
 
+#include <cmath>
+
 #include "engine/base/timer.h"
 #include "engine/edit/replay.h"
 #include "engine/measure/label_statistics.h"
@@ -11,12 +13,13 @@ namespace palpate {
 
 namespace {
 
-// Adds the volume of the samples that were material and are none after, and the other way round.
-void add_material(Json& to, const Volume& before, const Volume& after, double solid) {
+// Adds how many samples changed, and the volume of those that were material and are none after,
+// and the other way round.
+void add_changes(Json& to, const Volume& before, const Volume& after, double solid) {
     constexpr auto kCount = size_t{kBrickSide} * kBrickSide * kBrickSide;
     const glm::ivec3 side(kBrickSide);
     std::vector<float> was(kCount), is(kCount);
-    uint64_t removed = 0, added = 0;
+    uint64_t changed = 0, removed = 0, added = 0;
     for (const ChangedBrick& brick : changed_bricks(before, after)) {
         const glm::ivec3 first = glm::ivec3(brick.position) * side;
         const glm::ivec3 size = glm::min(side, glm::ivec3(after.size()) - first);
@@ -24,12 +27,15 @@ void add_material(Json& to, const Volume& before, const Volume& after, double so
         read_box(before, first, size, strides, was.data());
         read_box(after, first, size, strides, is.data());
         for (size_t i = 0; i < strides.plane * size_t(size.z); ++i) {
+            // Samples without data are NaN before and after.
+            changed += was[i] != is[i] && !(std::isnan(was[i]) && std::isnan(is[i]));
             const bool before_solid = was[i] >= solid, after_solid = is[i] >= solid;
             removed += before_solid && !after_solid;
             added += after_solid && !before_solid;
         }
     }
     const double each_mm3 = sample_mm3(after.grid());
+    to["changed_samples"] = changed;
     to["removed_mm3"] = static_cast<double>(removed) * each_mm3;
     to["added_mm3"] = static_cast<double>(added) * each_mm3;
 }
@@ -59,7 +65,7 @@ Result<void> Replay::apply(const JournalEntry& entry, const std::stop_token& sto
     line["ms"] = timer.ms();
     line["changed_bricks"] = changed;
     line["volume_version"] = volume().version();
-    add_material(line, before, volume(), solid_);
+    add_changes(line, before, volume(), solid_);
     steps_.push_back(line);
     if (is_stroke) {
         ++strokes_;
@@ -74,7 +80,7 @@ Json Replay::report() {
     history_.settle();
     const History::Stats stats = history_.stats();
     Json report{{"steps", steps_}, {"solid", solid_}};
-    add_material(report, first_, volume(), solid_);
+    add_changes(report, first_, volume(), solid_);
     report["content_hash"] = fmt::format("{:016x}", content_hash(volume()));
     report["history"] = {
         {"undo_steps", stats.undo_steps},       {"redo_steps", stats.redo_steps},

@@ -20,8 +20,8 @@ class Replay {
 
     const Volume& volume() const { return now_.first(); }
 
-    // The keys "steps", "solid", "removed_mm3" and "added_mm3" from the first step to now,
-    // "content_hash" and "history".
+    // The keys "steps" and "solid"; from the first step to now "changed_samples", "removed_mm3" and
+    // "added_mm3"; and "content_hash" and "history".
     Json report();
 
     // One sentence about the strokes that changed no sample, and why the first of them did not;

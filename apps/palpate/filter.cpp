@@ -171,7 +171,7 @@ Command add_filter(CLI::App& app) {
     CLI::Option* volume = app.get_option("V")->required(false);
     app.add_flag("--list", o->list, "List the filters with their ranges and memory, and exit");
     CLI::Option* out =
-        app.add_option("-o,--out", o->out,
+        app.add_option("-o,--output", o->out,
                        "File to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk or .pbv (packed "
                        "bricks: with V a .pbv too, results larger than memory)");
     app.add_flag("--labels", o->labels,

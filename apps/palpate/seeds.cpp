@@ -67,7 +67,7 @@ Command add_seeds(CLI::App& app) {
                    "0.05)")
         ->check(within(0.0, 1.0));
     app.add_option("--random", o->how.random, "Number that chooses the seeds (default: 1)");
-    app.add_option("-o", o->out, "Seed file to write (.json), or - (default: -)")
+    app.add_option("-o,--output", o->out, "Seed file to write (.json), or - (default: -)")
         ->type_name("FILE");
     refuse_where_wrong(app, [o]() -> Result<void> {
         if (o->background != 0 && std::ranges::find(o->labels, o->background) == o->labels.end())

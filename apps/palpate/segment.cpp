@@ -193,7 +193,8 @@ Command add_segment(CLI::App& app) {
            "Label of the seeds that stands for outside all objects, and becomes 0 (default: "
            "none, or that of a .json file)")
         ->check(CLI::Range(1u, 65535u));
-    app.add_option("-o", o->out, "Label map to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk, .pbv")
+    app.add_option("-o,--output", o->out,
+                   "Label map to write: .nii, .nii.gz, .nrrd, .mha, .mhd, .vtk, .pbv")
         ->type_name("FILE");
     app.add_option("--cost", o->cost, "Write the cost of fast marching, of the first object")
         ->type_name("FILE");

@@ -360,7 +360,8 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
 Command add_surface(CLI::App& app) {
     auto o = std::make_shared<SurfaceCommand>();
     add_read_flags(app, o->read);
-    app.add_option("-o,--out", o->out, "Mesh to write, in world mm (LPS): .ply, .stl, .obj or .vtp")
+    app.add_option("-o,--output", o->out,
+                   "Mesh to write, in world mm (LPS): .ply, .stl, .obj or .vtp")
         ->required();
     CLI::Option_group* what = app.add_option_group("what", "One of these");
     what->add_option("--iso", o->iso,

@@ -24,6 +24,7 @@
 #include "engine/io/scene_data.h"
 #include "engine/io/volume_io.h"
 #include "engine/session/project_description.h"
+#include "engine/session/starter.h"
 #include "engine/session/touch_json.h"
 #include "haptics/servo/touch_log.h"
 #include "haptics/sound/wav.h"
@@ -115,6 +116,7 @@ std::vector<NamedFile> files_of(const TouchOptions& o) {
     append_volume(files, "SCENE", o.scene);
     append_volume(files, "--labels", o.labels);
     files.insert(files.end(), {{"--path", o.motion.path},
+                               {"--write-path", o.motion.write, FileUse::write_text},
                                {"--report", o.report, FileUse::write_text},
                                {"--page", o.page, FileUse::write},
                                {"--record", o.record, FileUse::write},
@@ -177,11 +179,28 @@ Result<void> check_together(const TouchOptions& o) {
     return check_together(o.feel, o.algorithm);
 }
 
+// A path for a first touch of SCENE, instead of a touch.
+Result<void> write_starter(const TouchOptions& o, const CLI::App& app) {
+    std::string idle;
+    for (const CLI::Option* option : app.get_options())
+        if (const std::string name = option->get_name(); option->count() > 0 &&
+                                                         name.starts_with("-") && name != "--iso" &&
+                                                         name != "--write-path")
+            idle += fmt::format("{}{}", idle.empty() ? "" : ", ", name);
+    if (!idle.empty())
+        log::warning("without effect here: {} (with --write-path)", idle);
+    const Interrupt interrupt;
+    PALPATE_TRY(const LoadedScene scene, load_touched(o, interrupt));
+    PALPATE_TRY(const TouchParameters parameters, parameters_of(o, scene, app));
+    const Result<Landing> landing = find_landing(scene.data.volume, parameters.iso);
+    if (!landing)
+        return fail("{}: {}; --iso names another value", o.scene, landing.error().message);
+    return write_text(o.motion.write, starter_path(*landing, scene.data.volume));
+}
+
 Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     if (!o.output.empty())
         PALPATE_TRY(expect_volume_name(o.output));
-    for (const std::string& volume : {o.scene, o.labels})
-        PALPATE_TRY(expect_no_mesh(volume));
     const AlgorithmEntry* algorithm = haptics::find_algorithm(o.algorithm);
     const Result<haptics::DeviceEntry> device = haptics::find_device(o.device); // was checked
     const Interrupt interrupt;
@@ -353,7 +372,12 @@ Command add_touch(CLI::App& app) {
             o->algorithm = algorithm_of_guide(o->feel.guide);
         return check_together(*o);
     });
-    return {[o, &app] { return run_touch(*o, app); }, [o] { return files_of(*o); }};
+    return {[o, &app]() -> Result<void> {
+                for (const std::string& volume : {o->scene, o->labels})
+                    PALPATE_TRY(expect_no_mesh(volume));
+                return o->motion.write.empty() ? run_touch(*o, app) : write_starter(*o, app);
+            },
+            [o] { return files_of(*o); }};
 }
 
 } // namespace palpate

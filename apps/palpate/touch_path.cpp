@@ -85,6 +85,11 @@ void add_path_options(CLI::App& app, PathOptions& o) {
         ->add_option("--trajectory", o.trajectory,
                      fmt::format("A motion by name: {}", fmt::join(names, ", ")))
         ->check(one_of(names));
+    motion
+        ->add_option("--write-path", o.write,
+                     "Write a path to begin with, onto the surface at --iso and back, as a file "
+                     "for --path, and touch nothing")
+        ->type_name("FILE.csv");
     motion->add_flag("--live", o.live, "A person moves the device; Enter switches force on");
     const CLI::Validator place = within(-haptics::kFarthestHand_mm, haptics::kFarthestHand_mm);
     app.add_option(

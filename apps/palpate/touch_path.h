@@ -14,10 +14,10 @@ class App;
 namespace palpate {
 
 // Where the hand of `palpate touch` means to be: a file, a motion by name, or where a person moves
-// it.
+// it; or which file to write for a first try.
 struct PathOptions {
-    std::string path, trajectory; // one of them,
-    bool live = false;            // or neither: a person moves the device
+    std::string path, trajectory, write; // one of them,
+    bool live = false;                   // or none: a person moves the device
     haptics::TrajectoryShape shape;
     std::vector<double> at, direction;
 };
