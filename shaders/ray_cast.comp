@@ -40,6 +40,10 @@ layout(constant_id = 6) const uint kCount = 0u;       // write how many samples 
 layout(constant_id = 7) const uint kRays = kRaysAll;
 layout(constant_id = 8) const uint kManual = 0u;      // interpolate by hand, in fp32
 layout(constant_id = 9) const uint kStored = 0u;      // gradients are stored
+layout(constant_id = 11) const uint kLight = 0u;      // it is not at the eye
+#if IS_ISO
+layout(constant_id = 12) const uint kOcclusion = 0u;  // ambient occlusion
+#endif
 #if HAS_LAYERS
 layout(constant_id = 10) const uint kLayerCount = 1u;  // see-through triangles a pixel, at most
 #endif
@@ -101,6 +105,9 @@ layout(binding = kRayCarry, rgba32f) uniform image2DArray carry_image;
 
 uint samples_taken = 0u;
 uint slab_words = 0u; // MIP: of the ray's tile
+#if IS_ISO
+vec3 cut_normal = vec3(0.0); // of the clip plane that the ray starts on, if any; mm per index
+#endif
 #if HAS_FIRST_HITS
 float likely_start = 0.0; // mm from where the lattice begins: a listed ray is taken to meet nothing nearer
 #endif
@@ -179,6 +186,9 @@ void main() {
         const float before = t.x;
         t = clip_to_plane(ray, t, frame.clips[i]);
         cut = t.x > before ? abs(dot(frame.clips[i].normal, ray.direction)) : cut;
+#if IS_ISO
+        cut_normal = t.x > before ? frame.clips[i].normal : cut_normal;
+#endif
     }
     vec4 behind = vec4(frame.background, 0.0);
 #if HAS_SLICES

@@ -72,7 +72,9 @@ Command add_bench_suites(CLI::App& app) {
     auto* brief = app.add_flag("--short", o->brief, "About 10 minutes on 2 cores (default)");
     auto* full =
         app.add_flag("--full", o->full, "Hours: finer, larger, more frames")->excludes(brief);
-    app.add_flag("--tiny", o->tiny, "Seconds: small sizes that test only that the bench works")
+    app.add_flag("--tiny", o->tiny,
+                 "Small sizes that test only that the bench works: 1 to 10 s a suite on 2 cores, "
+                 "touch and stability half a minute")
         ->excludes(brief)
         ->excludes(full);
     app.add_option("--ct", o->head_ct, "The head CT: any volume in HU")

@@ -5,6 +5,7 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
 #include "apps/palpate/option_checks.h"
+#include "apps/palpate/output.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
 #include "engine/base/log.h"
@@ -100,9 +101,13 @@ Result<void> convert_to_bricks(const ConvertOptions& options, const Interrupt& i
         stream.labels = options.labels;
     }
     Progress progress("writing " + options.out);
-    return save_brick_file(options.out, stream, {interrupt.token(), [&progress](double share) {
-                                                     progress.show(share);
-                                                 }});
+    PALPATE_TRY(save_brick_file(options.out, stream, {interrupt.token(), [&progress](double share) {
+                                                          progress.show(share);
+                                                      }}));
+    const glm::uvec3 size = stream.grid.size;
+    tell_made(options.out, fmt::format("{} x {} x {} samples of {}", size.x, size.y, size.z,
+                                       name_of(stream.type)));
+    return {};
 }
 
 Result<void> run_convert(const ConvertOptions& options) {
@@ -112,7 +117,9 @@ Result<void> run_convert(const ConvertOptions& options) {
         return convert_to_bricks(options, interrupt);
     PALPATE_TRY(const LoadedVolume loaded, load_changed(options, interrupt));
     warn_of_lost_names(options, loaded);
-    return save_volume(options.out, loaded.volume, interrupt.token());
+    PALPATE_TRY(save_volume(options.out, loaded.volume, interrupt.token(), loaded.modality));
+    tell_made(options.out, loaded.volume);
+    return {};
 }
 
 } // namespace

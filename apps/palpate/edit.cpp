@@ -272,10 +272,12 @@ Result<void> run_edit(const EditOptions& options) {
     const double edit_ms = timer.ms();
     if (const std::string idle = replay.what_was_idle(); !idle.empty())
         log::warning("{}", idle);
-    if (const Result<void> saved = save_volume(options.out, replay.volume(), interrupt.token());
+    if (const Result<void> saved = save_volume(options.out, replay.volume(), interrupt.token(),
+                                               labels ? "" : input.volume.modality);
         !saved)
         return keep_journal(saved.error());
     found.journal.remove();
+    tell_made(options.out, replay.volume());
     if (options.report.empty())
         return {};
     Json report = replay.report();

@@ -1,5 +1,6 @@
 // palpate filter: filters of engine/segment/filters.h, one after the other.
 
+#include <algorithm>
 #include <filesystem>
 
 #include "apps/palpate/command.h"
@@ -85,6 +86,18 @@ Result<std::map<std::string, Volume>> others_of(const FilterOptions& o,
     return others;
 }
 
+// Whether all steps leave values in the unit they had, so that those of a CT are Hounsfield units
+// still and its modality is kept.
+bool keep_unit(const std::vector<Step>& steps) {
+    constexpr std::string_view kKeeping[] = {
+        "gaussian", "median", "median-samples", "bilateral", "clamp",    "mask",
+        "crop",     "pad",    "flip",           "reorient",  "resample", "resample-like"};
+    return std::all_of(steps.begin(), steps.end(), [&](const Step& step) {
+        return std::find(std::begin(kKeeping), std::end(kKeeping), step.filter->name) !=
+               std::end(kKeeping);
+    });
+}
+
 // A file that is gone when this is.
 struct TemporaryFile {
     std::filesystem::path path;
@@ -104,6 +117,7 @@ Result<void> run_filters(const FilterOptions& o) {
     PALPATE_TRY(LoadedVolume loaded, load(o.read, is_labels, interrupt));
     PALPATE_TRY(const auto others, others_of(o, interrupt));
     Volume volume = std::move(loaded.volume);
+    const std::string modality = !is_labels && keep_unit(steps) ? loaded.modality : "";
     const ScalarType given_type = volume.type();
     const auto task_of = [&](Progress& progress) {
         return Task{interrupt.token(), [&progress](double share) { progress.show(share); }};
@@ -147,19 +161,26 @@ Result<void> run_filters(const FilterOptions& o) {
         if (const std::string lost = what_type_loses(volume, type); !lost.empty())
             log::warning("--type {}: {}", o.type, lost);
         const BrickMaker maker = converted_bricks(volume, type);
-        if (o.out.ends_with(".pbv"))
-            return save_brick_file(o.out,
-                                   {maker.grid, type, is_labels, loaded.modality, maker.brick},
-                                   {interrupt.token(), {}});
+        if (o.out.ends_with(".pbv")) {
+            PALPATE_TRY(save_brick_file(o.out, {maker.grid, type, is_labels, modality, maker.brick},
+                                        {interrupt.token(), {}}));
+            const glm::uvec3 size = maker.grid.size;
+            tell_made(o.out, fmt::format("{} x {} x {} samples of {}", size.x, size.y, size.z,
+                                         name_of(type)));
+            return {};
+        }
         PALPATE_TRY(volume, make_bricks(maker, {interrupt.token(), {}}));
     }
     if (o.out.ends_with(".pbv")) {
         BrickStream stream = stream_of(volume);
-        stream.modality = loaded.modality;
+        stream.modality = modality;
         stream.labels = is_labels;
-        return save_brick_file(o.out, stream, {interrupt.token(), {}});
+        PALPATE_TRY(save_brick_file(o.out, stream, {interrupt.token(), {}}));
+    } else {
+        PALPATE_TRY(save_volume(o.out, volume, interrupt.token(), modality));
     }
-    return save_volume(o.out, volume, interrupt.token());
+    tell_made(o.out, volume);
+    return {};
 }
 
 } // namespace

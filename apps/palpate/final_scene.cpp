@@ -135,6 +135,10 @@ Result<void> apply_ray_cast(const SceneOptions& options, const LoadedScene& load
         layer.shading = Shading{};
     if (options.no_shade)
         layer.shading.reset();
+    if (!options.light.empty())
+        layer.light = Light{options.light[0], options.light[1]};
+    if (options.occlusion_mm)
+        layer.occlusion_mm = *options.occlusion_mm;
     return {};
 }
 
@@ -220,27 +224,17 @@ Result<void> hide_other_labels(const SceneOptions& options, SceneFile& file,
         return fail("--only-label: expected a label map (--labels), found none");
     const std::map<uint16_t, uint64_t> counts = count_labels(*loaded.data.labels);
     std::set<uint32_t> shown;
-    for (const std::string& text : options.only_labels) {
-        const std::optional<std::vector<double>> number = numbers_of(text, ',');
-        const auto named = std::find_if(loaded.label_names.begin(), loaded.label_names.end(),
-                                        [&](const LabelName& l) { return l.name == text; });
-        const bool by_name = named != loaded.label_names.end();
-        const double label = by_name ? named->label : number ? number->front() : 0.0;
-        if (!by_name && !number) {
-            std::vector<std::string> names;
-            for (const LabelName& known : loaded.label_names)
-                names.push_back(known.name);
-            return fail("--only-label: expected {}, found '{}'",
-                        names.empty()
-                            ? "a number, because the label map names no labels"
-                            : fmt::format("a number or one of {}", fmt::join(names, ", ")),
-                        text);
-        }
-        if (label < 1.0 || label > 65535.0 || label != std::floor(label) ||
-            !counts.contains(static_cast<uint16_t>(label)))
-            return fail("--only-label {}: no sample of the label map has the label {:g}", text,
-                        label);
-        shown.insert(static_cast<uint32_t>(label));
+    PALPATE_TRY(const std::vector<uint16_t> labels, [&]() -> Result<std::vector<uint16_t>> {
+        Result<std::vector<uint16_t>> named = labels_named(options.only_labels, loaded.label_names);
+        if (!named)
+            return fail("--only-label: {}", named.error().message);
+        return named;
+    }());
+    for (size_t i = 0; i < labels.size(); ++i) {
+        if (labels[i] == 0 || !counts.contains(labels[i]))
+            return fail("--only-label {}: no sample of the label map has the label {}",
+                        options.only_labels[i], labels[i]);
+        shown.insert(labels[i]);
     }
     const uint32_t last = counts.rbegin()->first;
     std::vector<LabelStyle>& styles = file.scene.labels->styles;

@@ -1,9 +1,11 @@
 #include "apps/palpate/output.h"
 
+#include <filesystem>
 #include <iostream>
 #include <span>
 
 #include "engine/base/file.h"
+#include "engine/base/log.h"
 #include "engine/base/printable.h"
 
 namespace palpate {
@@ -34,6 +36,27 @@ Result<void> write_text(const std::string& path, const std::string& text) {
     if (path.empty())
         return {};
     return path == "-" ? print_report(text) : save_bytes(path, std::as_bytes(std::span(text)));
+}
+
+void tell_made(const std::string& path, const std::string& what) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    double bytes = static_cast<double>(fs::file_size(path, error));
+    if (fs::path(path).extension() == ".mhd")
+        bytes +=
+            static_cast<double>(fs::file_size(fs::path(path).replace_extension(".raw"), error));
+    if (error)
+        return;
+    log::info("{}: {}, {}", path, what,
+              bytes < 1e3   ? fmt::format("{:.0f} bytes", bytes)
+              : bytes < 1e6 ? fmt::format("{:.1f} kB", bytes / 1e3)
+                            : fmt::format("{:.1f} MB", bytes / 1e6));
+}
+
+void tell_made(const std::string& path, const Volume& volume) {
+    const glm::uvec3 size = volume.size();
+    tell_made(path, fmt::format("{} x {} x {} samples of {}", size.x, size.y, size.z,
+                                name_of(volume.type())));
 }
 
 } // namespace palpate

@@ -5,6 +5,7 @@
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/volume/volume.h"
 
 namespace palpate {
 
@@ -21,5 +22,10 @@ Result<void> print_report(std::string_view json);
 
 // Text for programs to a file, or to standard output where the path is "-"; nothing where it is "".
 Result<void> write_text(const std::string& path, const std::string& text);
+
+// One line about a file that was made, for commands that say nothing else: "PATH: WHAT, 1.2 MB". Of
+// an .mhd with the size of the .raw beside it. --quiet drops it.
+void tell_made(const std::string& path, const std::string& what);
+void tell_made(const std::string& path, const Volume& volume); // its size and type
 
 } // namespace palpate

@@ -196,7 +196,8 @@ Result<void> run_project(const ProjectOptions& o, const CLI::App& app) {
         return describe(o, seen);
     if (Result<void> there = expect_volume(seen.contents.document, o.exported); !there)
         return fail("--export: {}", there.error().message);
-    return save_volume(o.out, *seen.contents.document.find(o.exported), interrupt.token());
+    return save_volume(o.out, *seen.contents.document.find(o.exported), interrupt.token(),
+                       o.exported == seen.contents.grey ? seen.contents.modality : "");
 }
 
 } // namespace

@@ -9,9 +9,11 @@
 #include "apps/palpate/render_report.h"
 #include "apps/palpate/render_warnings.h"
 #include "apps/palpate/turntable.h"
+#include "apps/palpate/written_scene.h"
 #include "engine/base/log.h"
 #include "engine/base/percentile.h"
 #include "engine/base/profile.h"
+#include "engine/render/display_layout.h"
 
 namespace palpate {
 
@@ -107,7 +109,8 @@ Result<void> draw_pictures(const RenderOptions& options, const SceneData& data, 
         return save_frame(file, look, drawn.scene, renderer.read_back(),
                           metadata_of(device, drawn));
     };
-    PALPATE_TRY(draw_turntable(options.turntable, drawn.scene.camera, options.output, draw, stop));
+    PALPATE_TRY(draw_turntable(options.turntable, drawn.scene.camera, data.volume.grid(),
+                               options.output, draw, stop));
     return expect_valid(device);
 }
 
@@ -130,7 +133,9 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     PALPATE_TRY(meet_error(options, device, renderer_options, loaded.data, scene));
     const SceneFile drawn = drawn_file(file, scene);
     if (!options.write_scene.empty())
-        PALPATE_TRY(write_text(options.write_scene, write_scene(drawn)));
+        PALPATE_TRY(write_text(
+            options.write_scene,
+            write_scene(scene_to_write(drawn, file, options.scene, options.write_scene))));
 
     log::debug("drawing on {}, {}", device.info().name, device.info().driver);
     const PictureLook look = look_of(options, opened, options.turntable.frames > 0);
@@ -165,6 +170,11 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     say_residency(timing->first);
     const std::vector<Image> eyes = renderer.read_back();
     PALPATE_TRY(save_frame(options.output, look, scene, eyes, metadata_of(device, drawn)));
+    const DisplayLayout display = display_layout(scene);
+    if (display.layout != StereoLayout::separate) { // which has two files
+        const glm::uvec2 size_px = display_size_px(scene.size_px, display.layout);
+        tell_made(options.output, fmt::format("{} x {} pixels", size_px.x, size_px.y));
+    }
     if (empty.empty() && is_one_color(eyes))
         log::warning(
             "{}: the picture has one colour: this camera, mode and transfer function show nothing "
@@ -197,8 +207,10 @@ Command add_render(CLI::App& app) {
         ->capture_default_str();
     app.add_option("--stats", o->stats,
                    "Write times, passes and resources as JSON to a file, or - (default: none)");
-    app.add_option("--write-scene", o->write_scene,
-                   "Write the scene with all options applied to a file, or - (default: none)");
+    app.add_option(
+        "--write-scene", o->write_scene,
+        "Write the scene with all options applied to a file, or - (default: none); files "
+        "near it are named relative to it, and a camera of --view stays that view");
     app.add_option("--preview", o->preview,
                    "Brick files: first draw a coarse level of the volume to this picture (default: "
                    "none)");

@@ -1,6 +1,7 @@
 #include "apps/palpate/scene_options.h"
 
 #include <fmt/ranges.h>
+#include <cmath>
 
 #include <algorithm>
 #include <filesystem>
@@ -79,6 +80,9 @@ Result<void> check_together(const SceneOptions& o) {
             o.window[0], o.window[1]);
     if (!o.window_level.empty() && !(o.window_level[1] > 0.0))
         return fail("--window-level: expected a WIDTH above 0, found {:g}", o.window_level[1]);
+    if (!o.light.empty() && std::abs(o.light[1]) > 90.0)
+        return fail("--light: expected an elevation from -90 to 90 degrees, found {:g}",
+                    o.light[1]);
     const auto& v = o.camera;
     if (!v.empty() && v.size() != 6 && v.size() != 9)
         return fail("--camera: expected 6 or 9 numbers, found {}", v.size());
@@ -186,6 +190,20 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
     CLI::Option* shade =
         app.add_flag("--shade", o.shade, "Shade by the gradient (default: on for alpha and iso)");
     app.add_flag("--no-shade", o.no_shade, "Alpha: no gradient shading")->excludes(shade);
+    app.add_option(
+           "--light", o.light,
+           "Alpha and iso: light from azimuth (to the right) and elevation (up), in degrees "
+           "in the camera's frame, such as -30,45; it casts no shadows (default: at the "
+           "eye)")
+        ->delimiter(',')
+        ->expected(2)
+        ->type_name("AZIMUTH,ELEVATION")
+        ->check(CLI::Range(-180.0, 180.0));
+    app.add_option("--ambient-occlusion", o.occlusion_mm,
+                   "Iso: darken what lies in hollows of up to this radius, in mm, by 192 more "
+                   "samples a hit; a cue to depth, not a simulation of light (default: 0, none)")
+        ->check(within(0.0, 1e6))
+        ->type_name("MM");
     app.add_option("--min-transmittance", o.min_transmittance,
                    "Transmittance below which a ray stops, 0 .. 1 (default: 1/1024)")
         ->check(CLI::Range(0.0, 1.0));

@@ -31,12 +31,12 @@ struct SceneOptions {
     std::optional<SlabMode> slab_mode;
     std::optional<Projection> projection;
     std::string transfer, window_preset, fused_transfer, view, background;
-    std::vector<double> window, window_level, isos, camera;
+    std::vector<double> window, window_level, isos, camera, light;
     std::vector<std::string> slices, clips, surfaces, surface_colors;
     std::vector<double> surface_opacities;
     std::vector<uint32_t> size_px;
     double step_mm = -1, slab_mm = 0;
-    std::optional<double> fill, view_angle_deg;
+    std::optional<double> fill, view_angle_deg, occlusion_mm;
     double eye_separation_mm = -1, convergence_mm = -1, min_transmittance = -1;
     uint32_t sub_steps = 0, surface_depth = 0;
     std::optional<uint32_t> jitter_seed;

@@ -144,6 +144,7 @@ Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
     if (!o.cost.empty() && !made.cost)
         return fail("--cost: {} has no cost", method.name);
     PALPATE_TRY(save_volume(o.out, made.labels, interrupt.token()));
+    tell_made(o.out, made.labels);
     if (!o.cost.empty())
         PALPATE_TRY(save_volume(o.cost, *made.cost, interrupt.token()));
     if (!o.distance.empty())

@@ -19,6 +19,7 @@
 #include "engine/base/log.h"
 #include "engine/base/profile.h"
 #include "engine/base/timer.h"
+#include "engine/io/label_names.h"
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/decimate.h"
 #include "engine/mesh/smooth.h"
@@ -38,8 +39,9 @@ struct SurfaceCommand {
     ReadFlags read;
     std::string out, report;
     std::optional<double> iso;
-    std::string label_text; // of --labels: "true", or labels apart by commas; empty: not given
-    std::vector<uint16_t> only_labels; // of it; empty: all
+    std::string label_names; // a table of labels
+    std::string label_text;  // of --labels: "true", or labels apart by commas; empty: not given
+    std::vector<std::string> only_labels; // of it, by number or name; empty: all
     bool labels = false, closed = false, ascii = false;
     SurfaceTopology topology = SurfaceTopology::classic;
     SurfaceNormals normals = SurfaceNormals::gradient;
@@ -242,6 +244,7 @@ void warn_of_idle_options(const SurfaceCommand& o, const CLI::App& app) {
         {o.labels, {"--topology", "--normals", "--closed"}, "with --labels"},
         {o.labels && o.on != ExtractOn::gpu, {"--device"}, "with --labels, unless --on gpu"},
         {!o.labels, {"--walls"}, "with --iso"},
+        {o.only_labels.empty(), {"--label-names"}, "without --labels=NAME"},
         {!o.labels && o.on == ExtractOn::cpu, {"--device"}, "with --on cpu"},
         {o.smoothing == Smoothing::none, {"--passes"}, "without --smooth"},
         {extension != ".ply" && extension != ".stl", {"--ascii"}, "of .ply and .stl alone"}};
@@ -256,10 +259,16 @@ std::string read_labels(const std::string& text, SurfaceCommand& options) {
         return {};
     for (size_t at = 0; at <= text.size();) {
         const size_t end = std::min(text.find(',', at), text.size());
-        uint16_t label = 0;
-        const auto [rest, error] = std::from_chars(text.data() + at, text.data() + end, label);
-        if (error != std::errc() || rest != text.data() + end || label == 0)
-            return fmt::format("expected labels from 1 to 65535 apart by commas, found '{}'", text);
+        const std::string label = text.substr(at, end - at);
+        const bool is_number = label.find_first_not_of("0123456789.+-") == std::string::npos;
+        uint16_t number = 0;
+        const auto [rest, error] =
+            std::from_chars(label.data(), label.data() + label.size(), number);
+        if (is_number &&
+            (error != std::errc() || rest != label.data() + label.size() || number == 0))
+            return fmt::format(
+                "expected labels from 1 to 65535, or names of them, apart by commas, found '{}'",
+                text);
         options.only_labels.push_back(label);
         at = end + 1;
     }
@@ -298,7 +307,13 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         loaded.emplace(std::move(read));
         if (options.only_labels.empty())
             return {};
-        Result<Volume> kept = with_labels(loaded->volume, options.only_labels);
+        if (!options.label_names.empty()) {
+            PALPATE_TRY(loaded->labels, load_label_table(options.label_names));
+        }
+        Result<std::vector<uint16_t>> labels = labels_named(options.only_labels, loaded->labels);
+        if (!labels)
+            return fail("--labels: {}", labels.error().message);
+        Result<Volume> kept = with_labels(loaded->volume, *labels);
         if (!kept)
             return fail("{}: {}", options.read.path, kept.error().message);
         loaded->volume = std::move(*kept);
@@ -343,7 +358,7 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
     if (!done)
         return done;
     // The mesh takes its name when the report has been written, so that neither is there alone.
-    return write_atomically(options.out, [&](const std::filesystem::path& unnamed) -> Result<void> {
+    done = write_atomically(options.out, [&](const std::filesystem::path& unnamed) -> Result<void> {
         Result<void> saved = stages.run("write", 0.9, [&]() -> Result<void> {
             return save_mesh(unnamed, mesh, {.ascii = options.ascii, .stop = interrupt.token()});
         });
@@ -353,6 +368,10 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         report.update(extra);
         return write_text(options.report, report_text(report));
     });
+    if (done)
+        tell_made(options.out, fmt::format("{} triangles, {} vertices", mesh.triangles.size(),
+                                           mesh.positions.size()));
+    return done;
 }
 
 } // namespace
@@ -367,10 +386,14 @@ Command add_surface(CLI::App& app) {
     what->add_option("--iso", o->iso,
                      "Iso-value of the surface, in the volume's units, HU for CT (default: none)");
     what->add_flag("--labels", o->label_text,
-                   "Surfaces of all labels of a label map (0 is background), or of some: "
-                   "--labels=5,7 treats all others as background (default: no)")
+                   "Surfaces of all labels of a label map (0 is background), or of some, by number "
+                   "or name: --labels=5,Liver treats all others as background (default: no)")
         ->check([o](const std::string& text) { return read_labels(text, *o); }, "");
     what->require_option(1);
+    app.add_option("--label-names", o->label_names,
+                   "With --labels=NAME: a table of labels and their names, of ITK-SNAP, 3D Slicer "
+                   "or FreeSurfer (default: the names in the label map's file)")
+        ->type_name("FILE");
     app.add_option("--topology", o->topology,
                    "With --iso, topology of ambiguous cells: classic, or correct (that of the "
                    "trilinear interpolant) (default: classic)")
@@ -426,6 +449,7 @@ Command add_surface(CLI::App& app) {
             [o] {
                 std::vector<NamedFile> files;
                 append_volume(files, "V", o->read.path);
+                files.push_back({"--label-names", o->label_names});
                 files.push_back({"-o", o->out, FileUse::write});
                 files.push_back({"--report", o->report, FileUse::write_text});
                 return files;

@@ -1,6 +1,9 @@
 #include "apps/palpate/surface_labels.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <vector>
 
@@ -20,6 +23,30 @@ std::map<uint16_t, uint64_t> count_labels(const Volume& volume) {
                 ++voxels[static_cast<uint16_t>(value)];
         }
     return voxels;
+}
+
+Result<std::vector<uint16_t>> labels_named(std::span<const std::string> texts,
+                                           std::span<const LabelName> names) {
+    std::vector<uint16_t> labels;
+    for (const std::string& text : texts) {
+        const auto named = std::find_if(names.begin(), names.end(),
+                                        [&](const LabelName& known) { return known.name == text; });
+        uint16_t number = 0;
+        const auto [rest, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+        const bool is_number = error == std::errc() && rest == text.data() + text.size();
+        if (named == names.end() && !is_number) {
+            std::vector<std::string> known;
+            for (const LabelName& name : names)
+                known.push_back(name.name);
+            return fail("expected {}, found '{}'",
+                        known.empty()
+                            ? "a number, because the label map names no labels"
+                            : fmt::format("a number or one of {}", fmt::join(known, ", ")),
+                        text);
+        }
+        labels.push_back(named != names.end() ? static_cast<uint16_t>(named->label) : number);
+    }
+    return labels;
 }
 
 Result<Volume> with_labels(const Volume& volume, std::span<const uint16_t> labels) {

@@ -4,9 +4,12 @@
 #include <map>
 #include <optional>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/json.h"
+#include "engine/io/label_names.h"
 #include "engine/mesh/mesh.h"
 #include "engine/mesh/topology.h"
 #include "engine/volume/volume.h"
@@ -15,6 +18,10 @@ namespace palpate {
 
 // How many samples have each value of a label map, 0 among them.
 std::map<uint16_t, uint64_t> count_labels(const Volume& volume);
+
+// Labels by number or name, as typed. An error says which is neither a number nor one of `names`.
+Result<std::vector<uint16_t>> labels_named(std::span<const std::string> texts,
+                                           std::span<const LabelName> names);
 
 // A label map in which all labels but these are background. An error where it holds one of them
 // nowhere.

@@ -148,7 +148,9 @@ Result<void> say(const haptics::TouchSummary& s, double removed_mm3, const Json&
     return print_report(json_text(json));
 }
 
-Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::stop_token& stop) {
+// `modality` is that of the volume of -o.
+Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::string& modality,
+                       const std::stop_token& stop) {
     const std::string title =
         fmt::format("{} touched with {} on {}", o.scene, o.algorithm, o.device);
     Result<void> done = write_text(o.report, haptics::touch_csv(run.ticks, run.start_ns));
@@ -162,7 +164,7 @@ Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::st
             haptics::sound_of(run.milling,
                               1e-9 * static_cast<double>(run.ticks.back().now_ns - run.start_ns)));
     if (done && !o.output.empty())
-        done = save_volume(o.output, run.volume, stop);
+        done = save_volume(o.output, run.volume, stop, modality);
     return done;
 }
 
@@ -224,6 +226,8 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
         feel.edit ? *session.document.find(feel.edit->on) : session.document.first();
     if (!o.output.empty())
         PALPATE_TRY(expect_format_holds(o.output, before.grid()));
+    const bool saves_labels = feel.edit && feel.edit->operation.on_labels();
+    const std::string modality = saves_labels ? "" : scene.modality;
     PALPATE_TRY(std::optional<Journal> journal, begin_journal(strokes, session.document));
     const bool journalled = journal.has_value();
     if (journalled)
@@ -245,7 +249,8 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
     Result<TouchRun> run =
         o.motion.live ? run_touch_live(std::move(setup), grid, live_s, interrupt.token(), show)
                       : run_touch_loop(std::move(setup), interrupt.token(), show);
-    Result<void> done = run ? write_all(o, *run, interrupt.token()) : Result<void>(pass_on(run));
+    Result<void> done =
+        run ? write_all(o, *run, modality, interrupt.token()) : Result<void>(pass_on(run));
     if (journalled)
         done = end_journal(strokes, std::move(done));
     if (!done && project)

@@ -213,6 +213,16 @@ void warn_of_absent_labels(const Feel& feel) {
         log::warning("--label-feel: no sample has label {}", fmt::join(absent, ", "));
 }
 
+// What `read` makes of an option's text; an error names the option. The command line has refused
+// what cannot be read; Python has not.
+template <class Read>
+auto read_option(const char* option, Read read, const std::string& text) -> decltype(read(text)) {
+    auto value = read(text);
+    if (!value)
+        return fail("{}: {}", option, value.error().message);
+    return value;
+}
+
 struct TextOption {
     const char* name;
     std::string FeelOptions::*value;
@@ -335,8 +345,10 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
     }
     if (!o.label_feel.empty())
         feel.parameters.label_count = 0;
-    for (const std::string& text : o.label_feel)
-        feel.parameters.labels[feel.parameters.label_count++] = read_label(text).value();
+    for (const std::string& text : o.label_feel) {
+        PALPATE_TRY(feel.parameters.labels[feel.parameters.label_count++],
+                    read_option("--label-feel", read_label, text));
+    }
     if (!o.source.empty() || feel.parameters.source == TouchSource::grey)
         feel.parameters.source = o.source.empty()       ? default_source(feel)
                                  : o.source == "labels" ? TouchSource::labels
@@ -361,13 +373,17 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
                                      feel.parameters.free_value, feel.parameters.solid_value));
     }
 
-    if (!o.transfer.empty())
-        feel.parameters.transfer[0] = read_force(o.transfer).value();
-    if (!o.transfer_across.empty())
-        feel.parameters.transfer[1] = feel.parameters.transfer[2] =
-            read_force(o.transfer_across).value();
-    if (!o.opacity.empty())
-        feel.parameters.opacity = read_opacity(o.opacity).value();
+    if (!o.transfer.empty()) {
+        PALPATE_TRY(feel.parameters.transfer[0], read_option("--transfer", read_force, o.transfer));
+    }
+    if (!o.transfer_across.empty()) {
+        PALPATE_TRY(feel.parameters.transfer[1],
+                    read_option("--transfer-across", read_force, o.transfer_across));
+        feel.parameters.transfer[2] = feel.parameters.transfer[1];
+    }
+    if (!o.opacity.empty()) {
+        PALPATE_TRY(feel.parameters.opacity, read_option("--opacity", read_opacity, o.opacity));
+    }
 
     for (size_t axis = 0; axis < o.field.size(); ++axis) {
         PALPATE_TRY(feel.scene.field[axis], load_component(o.field[axis], stop));

@@ -49,8 +49,10 @@ std::string numbered(std::string name, size_t number) {
     return name.replace(place.begin, place.length, fmt::format("{:0{}}", number, place.digits));
 }
 
-// The cameras of the way: the scene's own, then those of the path.
-Result<std::vector<Camera>> cameras_of(const TurntableOptions& options, const Camera& first) {
+// The cameras of the way: the scene's own, then those of the path; cameras that a volume decides by
+// the one that is drawn.
+Result<std::vector<Camera>> cameras_of(const TurntableOptions& options, const Camera& first,
+                                       const Grid& grid) {
     std::vector<Camera> cameras{first};
     for (const std::string& name : options.path) {
         if (!has_scene(name))
@@ -59,12 +61,7 @@ Result<std::vector<Camera>> cameras_of(const TurntableOptions& options, const Ca
         const Result<SceneFile> scene = scene_file_of(name);
         if (!scene)
             return fail("--camera-path: {}", scene.error().message);
-        if (scene->framing)
-            return fail(
-                "--camera-path: {}: expected a camera with eye and target; --write-scene writes "
-                "scenes that have one",
-                name);
-        cameras.push_back(scene->scene.camera);
+        cameras.push_back(resolved_scene(*scene, grid).camera);
     }
     return cameras;
 }
@@ -138,10 +135,10 @@ std::vector<std::string> frame_names(const TurntableOptions& o, const std::strin
 }
 
 Result<void> draw_turntable(
-    const TurntableOptions& o, const Camera& first, const std::string& output,
+    const TurntableOptions& o, const Camera& first, const Grid& grid, const std::string& output,
     const std::function<Result<void>(const Camera&, const std::string& file)>& draw,
     const std::stop_token& stop) {
-    PALPATE_TRY(const std::vector<Camera> cameras, cameras_of(o, first));
+    PALPATE_TRY(const std::vector<Camera> cameras, cameras_of(o, first, grid));
     TemporaryFolder folder; // of a movie's frames, beside it
     std::string names = output;
     if (is_movie(output)) {

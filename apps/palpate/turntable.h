@@ -30,9 +30,10 @@ Result<void> check_together(const TurntableOptions& options, const std::string& 
 std::vector<std::string> frame_names(const TurntableOptions& options, const std::string& output);
 
 // Draws all frames: `draw(camera, file)` writes one, whole. Interrupted, it leaves the whole frames
-// before that; of an .mp4 nothing.
+// before that; of an .mp4 nothing. `grid` is the volume's.
 Result<void> draw_turntable(
-    const TurntableOptions& options, const Camera& first, const std::string& output,
+    const TurntableOptions& options, const Camera& first, const Grid& grid,
+    const std::string& output,
     const std::function<Result<void>(const Camera&, const std::string& file)>& draw,
     const std::stop_token& stop);
 

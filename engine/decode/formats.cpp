@@ -57,8 +57,11 @@ bool is_not_read(const FileHead& head) {
 FileHead head_of(const fs::path& path);
 
 // A DICOM series or slices, by what lies in the folder.
+bool is_volume_file(const FileHead& head);
+
 Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
     bool has_pictures = false;
+    std::string volume; // the first by name
     for (const fs::directory_entry& entry : fs::directory_iterator(request.path)) {
         if (!entry.is_regular_file())
             continue;
@@ -68,6 +71,9 @@ Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
         has_pictures = has_pictures || is_picture(head.extension);
         if (is_dicom(head))
             return decode_dicom(request, sink);
+        if (const std::string name = entry.path().filename().string();
+            is_volume_file(head) && (volume.empty() || name < volume))
+            volume = name;
     }
     if (has_pictures)
         return decode_slices(request, sink);
@@ -75,8 +81,11 @@ Result<Decoded> decode_folder(const DecodeRequest& request, VoxelSink& sink) {
         return decode_dicom(request, sink);
     return fail(
         "{}: expected a folder of DICOM files, of pictures (PNG, TIFF, JPEG, BMP) or of "
-        "slices described by {}",
-        request.path.string(), kSidecarName);
+        "slices described by {}{}",
+        request.path.string(), kSidecarName,
+        volume.empty() ? ""
+                       : fmt::format("; to read the volume in it, name its file: {}",
+                                     (request.path / volume).string()));
 }
 
 Result<Decoded> refuse_by_name(const DecodeRequest& request, VoxelSink&) {
@@ -98,6 +107,11 @@ constexpr Format kFormats[] = {
     {"VTI", is_vti, decode_vti},
     {"a kind that is not read", is_not_read, refuse_by_name},
 };
+
+bool is_volume_file(const FileHead& head) {
+    return is_nifti(head) || is_nrrd(head) || is_meta_image(head) || is_mgh(head) ||
+           is_invesalius(head) || is_vtk(head) || is_vti(head) || head.extension == ".pbv";
+}
 
 std::string lower_extension(const fs::path& path) {
     const fs::path name = lower_case(path.filename().string());

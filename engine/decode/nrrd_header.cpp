@@ -323,6 +323,8 @@ Result<NrrdHeader> parse_nrrd_header(const std::string& name, std::string_view t
     Keys keys;
     PALPATE_TRY(header.bytes, split(name, text, fields, keys));
     header.labels = segments_of(keys);
+    if (const auto modality = keys.find("modality"); modality != keys.end())
+        header.modality = modality->second;
     PALPATE_TRY(read_payload_fields(name, fields, header));
     PALPATE_TRY(read_axes(name, fields, header));
     PALPATE_TRY(read_units(name, fields, header, warnings));

@@ -38,6 +38,7 @@ struct NrrdHeader {
     // Of a segmentation of 3D Slicer (.seg.nrrd), whose keys are Segment0_Name, Segment0_Color and
     // Segment0_LabelValue: its segments that have a value, by their number.
     std::vector<LabelName> labels;
+    std::string modality; // the key "modality", as DICOM names it
 };
 
 // From the beginning of a file. An error begins with `name` and names the field; warnings are

@@ -158,6 +158,7 @@ Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink) {
     Decoded decoded;
     PALPATE_TRY(const NrrdHeader header, parse_nrrd_header(name, text, decoded.warnings));
     decoded.labels = header.labels;
+    decoded.modality = header.modality;
     Payload payload;
     payload.type = header.type;
     payload.big_endian = header.big_endian;

@@ -46,7 +46,7 @@ Result<LoadedVolume> load(const std::filesystem::path& path, const ReadOptions& 
 Result<LoadedVolume> load_volume(const std::filesystem::path& path, const ReadOptions& options) {
     PALPATE_TRY(LoadedVolume loaded, load(path, options, io::VolumeKind::values));
     if (lacks_ct_offset(loaded.modality, loaded.volume, loaded.coarser))
-        loaded.notes.push_back(
+        loaded.warnings.push_back(
             fmt::format("{}: a CT without values below -200, so its values are taken as HU + {:g}: "
                         "bone at 300 HU is at {:g} here",
                         path.string(), kLostCtOffset, 300.0 + kLostCtOffset));

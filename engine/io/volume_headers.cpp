@@ -187,7 +187,7 @@ VolumeHeader nifti_volume_header(const Grid& grid, ScalarType type) {
     return header;
 }
 
-VolumeHeader nrrd_volume_header(const Grid& grid, ScalarType type) {
+VolumeHeader nrrd_volume_header(const Grid& grid, ScalarType type, const std::string& modality) {
     const glm::dmat4& m = grid.world_from_index;
     VolumeHeader header;
     header.packed = VolumeHeader::Packed::voxels;
@@ -202,15 +202,17 @@ VolumeHeader nrrd_volume_header(const Grid& grid, ScalarType type) {
         "endian: little\n"
         "encoding: gzip\n"
         "space origin: ({})\n"
-        "\n",
+        "{}\n",
         names_of(type).nrrd, size_text(grid), text_of(glm::dvec3(m[0]), ","),
         text_of(glm::dvec3(m[1]), ","), text_of(glm::dvec3(m[2]), ","),
-        text_of(glm::dvec3(m[3]), ","));
+        text_of(glm::dvec3(m[3]), ","),
+        modality.empty() ? "" : fmt::format("modality:={}\n", modality));
     return header;
 }
 
 Result<VolumeHeader> meta_image_volume_header(const std::string& name, const Grid& grid,
-                                              ScalarType type, const std::string& data_file) {
+                                              ScalarType type, const std::string& data_file,
+                                              const std::string& modality) {
     if (const double found = shear(grid); found > kSquare)
         return fail(
             "{}: MetaImage holds only axes at right angles, these have a cosine of {:.3g} "
@@ -230,10 +232,11 @@ Result<VolumeHeader> meta_image_volume_header(const std::string& name, const Gri
         "ElementSpacing = {}\n"
         "DimSize = {}\n"
         "ElementType = {}\n"
-        "ElementDataFile = {}\n",
+        "{}ElementDataFile = {}\n",
         text_of(unit[0], " "), text_of(unit[1], " "), text_of(unit[2], " "),
         text_of(glm::dvec3(grid.world_from_index[3]), " "), text_of(spacing_mm(grid), " "),
-        size_text(grid), names_of(type).meta_image, data_file);
+        size_text(grid), names_of(type).meta_image,
+        modality.empty() ? "" : fmt::format("Modality = MET_MOD_{}\n", modality), data_file);
     return header;
 }
 

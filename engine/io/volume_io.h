@@ -83,9 +83,11 @@ Result<LoadedVolume> load_labels(const std::filesystem::path& path,
 // beside it), .vtk (structured points) or .pbv (brick file). The voxels keep their order and type;
 // no-data is NaN. What a format cannot hold is refused: shear by MetaImage, turned axes by VTK.
 //
-// The file appears whole or not at all, also when `stop` asks to end early.
+// The file appears whole or not at all, also when `stop` asks to end early. `modality`, as of
+// LoadedVolume, is kept by .nrrd (key "modality"), .mha, .mhd and .pbv; the others have no place
+// for it. One of other characters than capitals, digits and _ is left out.
 Result<void> save_volume(const std::filesystem::path& path, const Volume& volume,
-                         const std::stop_token& stop = {});
+                         const std::stop_token& stop = {}, const std::string& modality = {});
 // The same errors before long work: whether there is a format of that name, and whether it holds
 // volumes that lie on a grid.
 Result<void> expect_volume_name(const std::filesystem::path& path);

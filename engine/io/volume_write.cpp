@@ -75,11 +75,12 @@ Result<void> save_single(const fs::path& path, const Volume& volume, const Volum
 
 // A header and a file of voxels beside it. At no moment does a header lie beside voxels that are
 // not its own: an old header goes before its voxels do, and the new one comes last.
-Result<void> save_pair(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
+Result<void> save_pair(const fs::path& path, const Volume& volume, const std::stop_token& stop,
+                       const std::string& modality) {
     const fs::path raw = fs::path(path).replace_extension(".raw");
     PALPATE_TRY(const VolumeHeader header,
                 io::meta_image_volume_header(path.string(), volume.grid(), volume.type(),
-                                             raw.filename().string()));
+                                             raw.filename().string(), modality));
     return write_atomically(path, [&](const fs::path& temporary) -> Result<void> {
         PALPATE_TRY(OutputFile text, OutputFile::create(temporary, path.string()));
         PALPATE_TRY(text.write(header.bytes));
@@ -95,6 +96,13 @@ Result<void> save_pair(const fs::path& path, const Volume& volume, const std::st
             return {};
         });
     });
+}
+
+// Of capitals, digits and _, as modalities are: a header's line that nothing can break.
+bool is_plain_word(const std::string& text) {
+    return text.size() <= 16 && std::all_of(text.begin(), text.end(), [](unsigned char c) {
+               return std::isupper(c) || std::isdigit(c) || c == '_';
+           });
 }
 
 std::string lower_name(const fs::path& path) {
@@ -122,16 +130,18 @@ Result<void> expect_format_holds(const fs::path& path, const Grid& grid) {
     const std::string name = lower_name(path);
     // The scalar type changes only the size of a header, not whether there is one.
     if (name.ends_with(".mha") || name.ends_with(".mhd"))
-        PALPATE_TRY(io::meta_image_volume_header(path.string(), grid, ScalarType::u8, "LOCAL"));
+        PALPATE_TRY(io::meta_image_volume_header(path.string(), grid, ScalarType::u8, "LOCAL", {}));
     else if (name.ends_with(".vtk"))
         PALPATE_TRY(io::vtk_volume_header(path.string(), grid, ScalarType::u8));
     return {};
 }
 
-Result<void> save_volume(const fs::path& path, const Volume& volume, const std::stop_token& stop) {
+Result<void> save_volume(const fs::path& path, const Volume& volume, const std::stop_token& stop,
+                         const std::string& given_modality) {
     PALPATE_TRY(expect_volume_name(path));
     const std::string name = lower_name(path);
     const Grid& grid = volume.grid();
+    const std::string modality = is_plain_word(given_modality) ? given_modality : "";
     if (name.ends_with(".nii") || name.ends_with(".nii.gz")) {
         VolumeHeader header = io::nifti_volume_header(grid, volume.type());
         if (name.ends_with(".gz"))
@@ -139,15 +149,19 @@ Result<void> save_volume(const fs::path& path, const Volume& volume, const std::
         return save_single(path, volume, header, stop);
     }
     if (name.ends_with(".nrrd"))
-        return save_single(path, volume, io::nrrd_volume_header(grid, volume.type()), stop);
+        return save_single(path, volume, io::nrrd_volume_header(grid, volume.type(), modality),
+                           stop);
     if (name.ends_with(".mhd"))
-        return save_pair(path, volume, stop);
-    if (name.ends_with(".pbv"))
-        return save_brick_file(path, stream_of(volume), {stop, {}});
+        return save_pair(path, volume, stop, modality);
+    if (name.ends_with(".pbv")) {
+        BrickStream stream = stream_of(volume);
+        stream.modality = modality;
+        return save_brick_file(path, stream, {stop, {}});
+    }
     PALPATE_TRY(const VolumeHeader header,
-                name.ends_with(".mha")
-                    ? io::meta_image_volume_header(path.string(), grid, volume.type(), "LOCAL")
-                    : io::vtk_volume_header(path.string(), grid, volume.type()));
+                name.ends_with(".mha") ? io::meta_image_volume_header(
+                                             path.string(), grid, volume.type(), "LOCAL", modality)
+                                       : io::vtk_volume_header(path.string(), grid, volume.type()));
     return save_single(path, volume, header, stop);
 }
 

@@ -154,8 +154,8 @@ Marched ExactMarcher::march_alpha(const LocalRay& ray, Stretch t) {
             }
             glm::dvec3 color = glm::mix(span.color, piece->tint.color, piece->tint.weight);
             if (layer_.shading && span.opacity > 0.0)
-                color = Sampler::lit(*layer_.shading, color,
-                                     sampler_.facing(ray, piece->t(i / n + share * span.seen_at)));
+                color = sampler_.lit_at(*layer_.shading, color, ray,
+                                        piece->t(i / n + share * span.seen_at));
             result.add(color, span.opacity);
             if (error < tolerance / 16.0)
                 width = std::min(2.0 * width, 1.0);
@@ -211,9 +211,9 @@ Marched ExactMarcher::march_iso(const LocalRay& ray, Stretch t) {
                     continue;
                 const double hit = piece->t(root_between(piece->value, surface.value, a, b));
                 result.add(
-                    Sampler::lit(shading,
-                                 glm::mix(surface.color, piece->tint.color, piece->tint.weight),
-                                 sampler_.facing(ray, hit)),
+                    sampler_.lit_surface(
+                        shading, glm::mix(surface.color, piece->tint.color, piece->tint.weight),
+                        ray, hit, surface.value),
                     surface.opacity);
                 if (std::isnan(result.depth)) {
                     result.depth = hit;

@@ -113,7 +113,7 @@ Marched Marcher::march_alpha(const LocalRay& ray, Stretch t) {
             return true;
         glm::dvec3 color = glm::mix(glm::dvec3(mean), tint.color, tint.weight);
         if (layer_.shading)
-            color = Sampler::lit(*layer_.shading, color, sampler_.facing(ray, segment.middle));
+            color = sampler_.lit_at(*layer_.shading, color, ray, segment.middle);
         result.color += result.transmittance * -std::expm1(-depth) * color;
         result.transmittance *= std::exp(-depth);
         return result.transmittance >= layer_.min_transmittance;
@@ -173,7 +173,7 @@ Marched Marcher::march_iso(const LocalRay& ray, Stretch t) {
             const Tint tint = sampler_.tint(ray, hit);
             if (tint.visible) {
                 const glm::dvec3 color = glm::mix(iso.color, tint.color, tint.weight);
-                result.add(Sampler::lit(shading, color, sampler_.facing(ray, hit)), iso.opacity);
+                result.add(sampler_.lit_surface(shading, color, ray, hit, iso.value), iso.opacity);
                 if (std::isnan(result.depth)) {
                     result.depth = hit;
                     result.value = iso.value;

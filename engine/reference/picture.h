@@ -105,7 +105,8 @@ class Picture {
             double from = t.from;
             // Marches on to a distance, from where the last march has ended.
             const auto march_to = [&](double to) {
-                const Stretch part{from, std::min(to, t.to), from == t.from ? t.cut : 0.0};
+                const Stretch part{from, std::min(to, t.to), from == t.from ? t.cut : 0.0,
+                                   t.cut_normal};
                 from = std::max(from, to);
                 if (scene_.ray_cast && !part.empty() && seen.transmittance > 0.0)
                     seen.then(marched(sampler, march, ray, part, jitter_mm(pixel)));
@@ -138,7 +139,7 @@ class Picture {
                     double before) const {
         const LocalRay moved{ray.origin_mm - before * ray.direction, ray.direction,
                              ray.origin - before * ray.step, ray.step};
-        t = {t.from + before, t.to + before, t.cut};
+        t = {t.from + before, t.to + before, t.cut, t.cut_normal};
         Marched seen = cap(sampler, moved, t);
         if (seen.transmittance > 0.0)
             seen.then(march(moved, t));
@@ -169,7 +170,8 @@ class Picture {
             return seen;
         const IsoSurface& surface = layer.isos[level - 1];
         const glm::dvec3 color = glm::mix(surface.color, tint.color, tint.weight);
-        seen.add(Sampler::lit(layer.shading.value_or(Shading{}), color, t.cut), surface.opacity);
+        seen.add(sampler.lit_cut(layer.shading.value_or(Shading{}), color, ray, t),
+                 surface.opacity);
         seen.value = surface.value;
         seen.depth = t.from;
         return seen;

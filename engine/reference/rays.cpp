@@ -50,6 +50,7 @@ Stretch Rays::inside(const LocalRay& ray) const {
         if (rate > 0.0 && -at_start / rate > t.from) {
             t.from = -at_start / rate;
             t.cut = rate / glm::length(clip.normal);
+            t.cut_normal = clip.normal;
         } else if (rate > 0.0)
             continue;
         else if (rate < 0.0)

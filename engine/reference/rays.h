@@ -22,6 +22,7 @@ struct Stretch {
     double from = 0.0, to = 0.0;
     // |cosine| between the ray and the normal of the clip plane that `from` lies on; 0 for none.
     double cut = 0.0;
+    glm::dvec3 cut_normal{0.0}; // of that plane, local, of any length
     bool empty() const { return !(from < to); }
 };
 

@@ -102,7 +102,7 @@ class TruthMarcher {
                 glm::dvec3 color =
                     glm::mix(color_at(layer_.transfer, value), piece.tint.color, piece.tint.weight);
                 if (layer_.shading)
-                    color = Sampler::lit(*layer_.shading, color, sampler_.facing(ray, at));
+                    color = sampler_.lit_at(*layer_.shading, color, ray, at);
                 return glm::dvec4(color, tau_per_mm_at(layer_.transfer, value));
             };
             // Smooth between turning points of the cubic and its crossings of knots.
@@ -202,7 +202,7 @@ class TruthMarcher {
                         continue;
                     const glm::dvec3 color =
                         glm::mix(surface.color, piece.tint.color, piece.tint.weight);
-                    result.add(Sampler::lit(shading, color, sampler_.facing(ray, hit)),
+                    result.add(sampler_.lit_surface(shading, color, ray, hit, surface.value),
                                surface.opacity);
                     if (std::isnan(result.depth)) {
                         result.depth = hit;

@@ -106,6 +106,17 @@ gpu::FrameEye make_eye(const View& view, const IndexSpace& space) {
     return eye;
 }
 
+void fill_light(gpu::Frame& frame, const RayCastLayer& layer, const Camera& camera,
+                const IndexSpace& space) {
+    frame.index_from_world = glm::mat3(space.index_from_world);
+    frame.occlusion_mm = static_cast<float>(layer.occlusion_mm);
+    if (!layer.light)
+        return;
+    const glm::dvec3 light = towards(*layer.light, camera);
+    frame.light_index = glm::vec3(space.direction(light));
+    frame.light_covector = glm::vec3(glm::transpose(space.world_from_index) * light);
+}
+
 void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& grid,
                    double values_per_entry) {
     RayCastLayer stepped = layer;
@@ -180,9 +191,11 @@ gpu::Frame make_frame_block(const Scene& scene, const SceneData& data, std::span
     };
     frame.table_first = weighted(inputs.table_first);
     frame.table_last = weighted(inputs.table_last);
-    if (scene.ray_cast)
+    if (scene.ray_cast) {
         fill_ray_cast(frame, *scene.ray_cast, grid,
                       (inputs.table_high - inputs.table_low) / (kTransferTableSize - 1.0));
+        fill_light(frame, *scene.ray_cast, scene.camera, space);
+    }
     if (scene.labels) {
         frame.label_weight = static_cast<float>(scene.labels->ray_cast_weight);
         frame.label_opacity = static_cast<float>(scene.labels->slice_opacity);

@@ -78,6 +78,8 @@ RayCastVariant variant_of(const Scene& scene, const Volume& volume, bool among_l
     variant.preintegrated = alpha && layer.integrator == Integrator::preintegrated;
     variant.exact = layer.integrator == Integrator::exact;
     variant.shaded = alpha && layer.shading.has_value();
+    variant.light = layer.mode != RayMode::mip && layer.light.has_value();
+    variant.occlusion = layer.mode == RayMode::iso && layer.occlusion_mm > 0.0;
     variant.labels = scene.labels.has_value();
     variant.slices = !scene.slices.empty() || !scene.surfaces.empty();
     variant.values = scene.value_and_depth;
@@ -220,6 +222,10 @@ RayCastPass::Rays RayCastPass::all_rays(const ViewFrame& frame) {
 
 Result<size_t> RayCastPass::record(const ViewFrame& frame) {
     const Rays rays = all_rays(frame);
+    if (variant_.atlas && variant_.occlusion) // whose bricks are those that rays from the eye need
+        return fail(
+            "ambient occlusion: expected a volume that lies in one image of the device, found one "
+            "that is kept in bricks (--residency)");
     const size_t parts = frame.voxels.part_count();
     size_t uploaded = 0;
     for (size_t part = 0; part < parts; ++part) {

@@ -20,6 +20,8 @@ RayCastVariant::operator Shader() const {
         shader.mode = mode;
         shader.preintegrated = preintegrated;
         shader.shaded = shaded;
+        shader.light = light;
+        shader.occlusion = occlusion;
         shader.has_no_data = no_data;
         shader.iso_count = iso_count;
         shader.skip = skip;

@@ -10,6 +10,8 @@ namespace palpate {
 struct RayCastVariant {
     uint32_t mode = 0; // gpu::kMode...
     bool preintegrated = false, exact = false, shaded = false;
+    bool light = false;     // it is not at the eye
+    bool occlusion = false; // iso: ambient occlusion
     bool labels = false, slices = false, values = false, no_data = false;
     uint32_t iso_count = 1;
     bool skip = true;     // jump over empty space

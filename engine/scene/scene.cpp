@@ -7,6 +7,15 @@
 
 namespace palpate {
 
+glm::dvec3 towards(const Light& light, const Camera& camera) {
+    const View view = make_view(camera, {1, 1});
+    const double azimuth = glm::radians(light.azimuth_deg);
+    const double elevation = glm::radians(light.elevation_deg);
+    return std::cos(elevation) *
+               (std::sin(azimuth) * view.right - std::cos(azimuth) * view.forward) +
+           std::sin(elevation) * view.up;
+}
+
 LabelStyle style_of(const LabelLayer& layer, uint32_t label) {
     if (label < layer.styles.size())
         return layer.styles[label];

@@ -38,13 +38,22 @@ struct IsoSurface {
     friend bool operator==(const IsoSurface&, const IsoSurface&) = default;
 };
 
-// Blinn-Phong with a light at the eye; the weights of ambient, diffuse and specular light. Their
-// sum is 1 by default, so that white that faces the eye is white, and nothing is clipped.
+// Blinn-Phong with a light at the eye, or from a RayCastLayer's own direction; the weights of
+// ambient, diffuse and specular light. Their sum is 1 by default, so that white that faces the eye
+// is white, and nothing is clipped.
 struct Shading {
     double ambient = 0.2, diffuse = 0.65, specular = 0.15;
     double shininess = 10.0;
 
     friend bool operator==(const Shading&, const Shading&) = default;
+};
+
+// A light far away, by its direction in the camera's frame; both 0 is along the view direction.
+struct Light {
+    double azimuth_deg = 0.0;   // to the viewer's right, -180 .. 180
+    double elevation_deg = 0.0; // up, -90 .. 90
+
+    friend bool operator==(const Light&, const Light&) = default;
 };
 
 // Ray casting. Samples lie on one lattice: segment k of a ray covers the distances [k, k + 1) *
@@ -63,6 +72,17 @@ struct RayCastLayer {
     TransferFunction transfer;
     std::vector<IsoSurface> isos;   // mode iso: 1 .. 8, sorted by value
     std::optional<Shading> shading; // alpha: unshaded if absent; iso always shades, with defaults
+    // Of shaded alpha and iso, caps included; absent: at the eye. Sides turned away from it have
+    // ambient light alone. Nothing casts shadows.
+    std::optional<Light> light{};
+    // Iso: ambient occlusion, a cue to depth and not a simulation of light: what is lit is
+    // multiplied by how open the surface is. That is the mean, over 24 fixed directions and their
+    // opposites on the side of the ray, weighted with the cosine to the normal, of the share of 8
+    // places up to so many mm away that no place before them, nor they themselves, bring to the
+    // surface's value. 0 is none. The share falls from 1 to 0 over a sixteenth of the radius, by
+    // the slope at the surface, and the places begin that far before it. What clip planes cut away
+    // is free.
+    double occlusion_mm = 0.0;
     // Moves each ray's lattice by a share of a step, which a hash of its pixel and this seed gives:
     // the rings of a coarse step become noise. Not used by `exact`.
     std::optional<uint32_t> jitter_seed;
@@ -206,6 +226,9 @@ struct SceneData {
 // How far a jittered ray's lattice begins before its start, in steps: 0 <= share < 1, a multiple of
 // 2^-24. eye is 0, or 1 for the right one.
 double jitter_share(uint32_t seed, glm::uvec2 pixel, uint32_t eye);
+
+// From the volume to a light: a unit vector in the world's axes.
+glm::dvec3 towards(const Light& light, const Camera& camera);
 
 // The style of a label: the scene's own, or a generated colour that differs from its neighbours'.
 LabelStyle style_of(const LabelLayer& layer, uint32_t label);

@@ -87,6 +87,9 @@ Result<void> check_drawable(const Scene& scene, const SceneData& data) {
     if (!scene.ray_cast)
         return {};
     const RayCastLayer& layer = *scene.ray_cast;
+    if (!(layer.occlusion_mm >= 0.0 && std::isfinite(layer.occlusion_mm)))
+        return fail("a scene: expected a radius of ambient occlusion of 0 mm or more, found {}",
+                    layer.occlusion_mm);
     for (size_t i = 1; i < layer.isos.size(); ++i)
         if (!(layer.isos[i - 1].value < layer.isos[i].value))
             return fail("a scene: expected iso-values that rise, found {} after {}",

@@ -112,10 +112,18 @@ Shading read_shading(const JsonValue& in) {
     return shading;
 }
 
+Light read_light(const JsonValue& in) {
+    Light light;
+    in.only_keys({"azimuth_deg", "elevation_deg"});
+    in.take("azimuth_deg", light.azimuth_deg, -180.0, 180.0);
+    in.take("elevation_deg", light.elevation_deg, -90.0, 90.0);
+    return light;
+}
+
 RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& folder) {
     RayCastLayer layer;
     if (!in.only_keys({"mode", "integrator", "step_mm", "sub_steps", "jitter", "transfer", "isos",
-                       "shading", "min_transmittance"}))
+                       "shading", "light", "ambient_occlusion_mm", "min_transmittance"}))
         return layer;
     read_choice(in, "mode", layer.mode);
     read_choice(in, "integrator", layer.integrator);
@@ -140,6 +148,9 @@ RayCastLayer read_ray_cast(const JsonValue& in, const std::filesystem::path& fol
         else if (shading->boolean())
             layer.shading = Shading{};
     }
+    if (const auto light = in.find("light"))
+        layer.light = read_light(*light);
+    in.take("ambient_occlusion_mm", layer.occlusion_mm, 0.0, 1e6);
     return layer;
 }
 

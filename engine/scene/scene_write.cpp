@@ -62,6 +62,11 @@ Json ray_cast_json(const RayCastLayer& layer) {
     }
     if (layer.shading)
         out["shading"] = shading_json(*layer.shading);
+    if (layer.light)
+        out["light"] = {{"azimuth_deg", layer.light->azimuth_deg},
+                        {"elevation_deg", layer.light->elevation_deg}};
+    if (layer.occlusion_mm > 0.0)
+        out["ambient_occlusion_mm"] = layer.occlusion_mm;
     out["min_transmittance"] = layer.min_transmittance;
     return out;
 }

@@ -8,12 +8,14 @@ from typing import Any, Callable, Dict, List, NamedTuple, Optional, Protocol, Se
 import numpy as np
 
 from . import _core, _words
+from .picture import TransferFunction
 from .volume import Progress, Volume, as_volume
 
 CONTACTS = ("free", "touching", "yielding", "submerged", "unknown")
 """Names of the numbers in `Touched.contact`."""
 
 _TEXTS = ("algorithm", "source", "mesh", "felt_tool", "tool", "edit")
+_CURVES = ("transfer", "transfer_across", "opacity")
 
 
 class Touched(NamedTuple):
@@ -59,6 +61,21 @@ def touch_devices() -> List[str]:
     return list(_core.touch_devices())
 
 
+def _curve(value: Any) -> str:
+    """A text as on the command line; or pairs (value, force or opacity) as VALUE:FORCE,..."""
+    if isinstance(value, TransferFunction):
+        value = value.opacities
+    if isinstance(value, (str, int, float)):
+        return value if isinstance(value, str) else _words.number(value)
+    return ",".join(f"{_words.number(at)}:{_words.number(then)}" for at, then in value)
+
+
+def _label_feel(value: Any) -> str:
+    """Rows (label, stiffness[, friction[, T0]]), or one, or texts as on the command line."""
+    rows = [value] if isinstance(value, str) or not hasattr(next(iter(value)), "__iter__") else list(value)
+    return ";".join(row if isinstance(row, str) else ",".join(map(_words.number, row)) for row in rows)
+
+
 def _split(options: Dict[str, Any]) -> Tuple[Dict[str, float], Dict[str, str]]:
     numbers: Dict[str, float] = {}
     texts: Dict[str, str] = {}
@@ -67,6 +84,12 @@ def _split(options: Dict[str, Any]) -> Tuple[Dict[str, float], Dict[str, str]]:
             continue
         if name in _TEXTS:
             texts[name] = json.dumps(value) if isinstance(value, dict) else os.fspath(value)
+            continue
+        if name in _CURVES or name == "label_feel":
+            try:
+                texts[name] = _label_feel(value) if name == "label_feel" else _curve(value)
+            except (TypeError, ValueError, StopIteration) as error:
+                raise _core.Error(f"{name}: expected numbers, pairs or rows of them, found {value!r}") from error
             continue
         try:
             numbers[name] = float(value)
@@ -98,6 +121,10 @@ def touch(
     friction, friction_dynamic, yield_force (N), viscosity, rate (Hz), scale, delay (ticks), grip, source
     ("grey" or "labels"), mesh (a file), felt_tool (a shape). With button 0 pressed, `drill` (mm) cuts with
     a ball, or `tool` (a shape) does the operation `edit`; shapes and operations are dicts as in stroke files.
+
+    label_feel: rows (label, stiffness[, friction[, T0]]) of labels that feel otherwise. transfer and
+    transfer_across (of wish-2008-*): pairs (value, force in N), a number, or a text as on the command line.
+    opacity (of koerner-1999, swept-local and swept-mesh): pairs (value, opacity), or a TransferFunction.
     """
     try:
         rows = np.ascontiguousarray(path, dtype=float)

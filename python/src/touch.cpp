@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <mutex>
+#include <sstream>
 
 #include "apps/palpate/touch_feel.h"
 #include "apps/palpate/touch_run.h"
@@ -73,9 +74,22 @@ Result<Asked> asked_for(const Numbers& numbers, const Texts& texts) {
         *entry->to = value;
     }
     const std::pair<const char*, std::string*> words[] = {
-        {"algorithm", &a.algorithm},      {"source", &a.feel.source}, {"mesh", &a.feel.mesh},
-        {"felt_tool", &a.feel.felt_tool}, {"tool", &a.feel.tool},     {"edit", &a.feel.edit}};
+        {"algorithm", &a.algorithm},
+        {"source", &a.feel.source},
+        {"mesh", &a.feel.mesh},
+        {"felt_tool", &a.feel.felt_tool},
+        {"tool", &a.feel.tool},
+        {"edit", &a.feel.edit},
+        {"transfer", &a.feel.transfer},
+        {"opacity", &a.feel.opacity},
+        {"transfer_across", &a.feel.transfer_across}};
     for (const auto& [name, value] : texts) {
+        if (name == "label_feel") { // apart by semicolons
+            std::istringstream rest(value);
+            for (std::string one; std::getline(rest, one, ';');)
+                a.feel.label_feel.push_back(one);
+            continue;
+        }
         const auto entry = std::find_if(std::begin(words), std::end(words),
                                         [&, n = name](const auto& k) { return k.first == n; });
         if (entry == std::end(words))

@@ -179,7 +179,7 @@ void bind_volume(py::module_& module) {
     module.def("save",
                [](const std::string& path, const LoadedVolume& loaded, const py::object& progress) {
                    run<void>(progress, [&](const Report& report) {
-                       return save_volume(path, loaded.volume, report.stop);
+                       return save_volume(path, loaded.volume, report.stop, loaded.modality);
                    });
                });
 }

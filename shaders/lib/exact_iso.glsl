@@ -81,7 +81,7 @@ Marched march_iso_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
             color.a = tint.a < 0.0 ? 0.0 : color.a;
 #endif
             color.a = hit ? color.a : 0.0;
-            add_piece(a, color.a * vec4(shade(color.rgb, s, at), 1.0));
+            add_piece(a, color.a * vec4(shade_surface(color.rgb, s, at, iso), 1.0));
             const bool first = color.a > 0.0 && isnan(result.depth);
             result.depth = first ? at : result.depth;
             result.value = first ? iso * frame.value_scale + frame.value_bias : result.value;

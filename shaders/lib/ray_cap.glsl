@@ -14,7 +14,9 @@ Marched cap_of(RaySampler s, float t, float cut) {
         color.rgb = mix(color.rgb, tint.rgb, max(tint.a, 0.0));
         color.a = tint.a < 0.0 ? 0.0 : color.a;
 #endif
-        cap.color = color.a * vec4(lit(color.rgb, cut), 1.0);
+        const vec3 seen = kLight != 0u ? lit_from_light(color.rgb, cut_normal, 1.0, s.ray.direction)
+                                       : lit(color.rgb, cut);
+        cap.color = color.a * vec4(seen, 1.0);
         cap.depth = color.a > 0.0 ? t : kNaN;
         cap.value = color.a > 0.0 ? frame.iso_texels[i] * frame.value_scale + frame.value_bias
                                   : kNaN;

@@ -365,7 +365,7 @@ Marched march_iso(RaySampler s, vec2 t, vec2 span, bool inside) {
                     color.rgb = mix(color.rgb, tint.rgb, max(tint.a, 0.0));
                     color.a = tint.a < 0.0 ? 0.0 : color.a;
 #endif
-                    composite(a, shade(color.rgb, s, at), color.a);
+                    composite(a, shade_surface(color.rgb, s, at, iso), color.a);
                     const bool first = color.a > 0.0 && isnan(result.depth);
                     result.depth = first ? at : result.depth;
                     result.value =

@@ -115,6 +115,24 @@ vec3 lit(vec3 color, float facing) {
     return clamp(color * (frame.shading.x + frame.shading.y * facing) + spec, 0.0, 1.0);
 }
 
+// The same with a light elsewhere. `normal` is any covector of this size, in index space; the side
+// that the ray comes from is seen. Highlights fade out before the side turned away begins.
+vec3 lit_from_light(vec3 color, vec3 normal, float size, vec3 direction) {
+    const float along = dot(normal, direction);
+    const float to_eye = along > 0.0 ? -1.0 : 1.0;
+    const float light_along = dot(frame.light_covector, direction);
+    const float half_size = sqrt(max(2.0 - 2.0 * light_along, 1e-12));
+    const bool has_normal = size > 0.0; // else it faces the eye
+    const float scale = has_normal ? to_eye / size : 0.0;
+    const float light = dot(normal, frame.light_index);
+    const float to_light = has_normal ? min(scale * light, 1.0) : -light_along;
+    const float to_half = has_normal ? scale * (light - along) / half_size : 0.5 * half_size;
+    const float spec = frame.shading.z * clamp(kHighlightFade * to_light, 0.0, 1.0) *
+                       pow(clamp(to_half, 0.0, 1.0), frame.shading.w);
+    const float diffuse = frame.shading.x + frame.shading.y * max(to_light, 0.0);
+    return clamp(color * diffuse + spec, 0.0, 1.0);
+}
+
 // The colour lit by the gradient at distance t.
 // The product of a covector and a direction is the same in index space and in world; only the
 // covector's length needs the world.
@@ -122,6 +140,20 @@ vec3 shade(vec3 color, RaySampler s, float t) {
     const vec3 g = gradient_index_at(s, t);
     const vec3 g_world = frame.world_from_index_covector * g;
     const float size = length(g_world);
+    if (kLight != 0u)
+        return lit_from_light(color, g, size, s.ray.direction);
     float facing = abs(dot(g, s.ray.direction)) / (size > 0.0 ? size : 1.0);
     return lit(color, size > 0.0 ? min(facing, 1.0) : 1.0); // also where a neighbour has no data
 }
+
+#if IS_ISO
+#include "shaders/lib/occlusion.glsl"
+
+// The same on an iso-surface.
+vec3 shade_surface(vec3 color, RaySampler s, float t, float iso) {
+    const vec3 seen = shade(color, s, t);
+    if (kOcclusion != 0u)
+        return openness(s, t, iso) * seen;
+    return seen;
+}
+#endif

@@ -58,6 +58,12 @@ struct Frame {
     float label_weight;     // how far labels tint the ray-cast colour
     float label_opacity;    // of the fill on slices
     float outline_px;
+    // The light, where it is not at the eye: its direction per mm in index space; and what gives its
+    // cosine with a direction of 1 mm there.
+    vec3 light_index;
+    vec3 light_covector;
+    mat3 index_from_world;  // of directions
+    float occlusion_mm;     // radius of ambient occlusion
     vec4 shading;           // ambient, diffuse, specular, shininess
     float iso_texels[kMaxIsoValues];
     vec4 iso_colors[kMaxIsoValues]; // rgb, opacity

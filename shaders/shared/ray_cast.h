@@ -38,6 +38,12 @@ const uint kModeMip = 0u;
 const uint kModeAlpha = 1u;
 const uint kModeIso = 2u;
 
+const float kHighlightFade = 8.0f; // of a light that is not at the eye: one over the cosine
+// Ambient occlusion (lib/occlusion.glsl).
+const uint kOcclusionAxes = 24u;
+const uint kOcclusionSteps = 8u;   // places on each
+const float kOcclusionFall = 16.0f; // the radius by the distance over which a place becomes hidden
+
 const uint kTableEntries = 4096u;
 const uint kTableRowStep = 0u;      // rgb, opacity of one whole step
 const uint kTableRowTau = 1u;       // rgb, tau per mm

@@ -359,7 +359,18 @@ TEST_F(BenchCommand, TouchGivesTheWholeGridAndTheMetricsOfThePlan) {
     ASSERT_EQ(touch["z_width"].size(), 6u); // three devices, with and without a tick of delay
     for (const json& map : touch["z_width"])
         EXPECT_TRUE(std::filesystem::exists(file("out") / map["png"].get<std::string>()));
-    EXPECT_THAT(bytes_of("out/index.html"), HasSubstr("data:image/png;base64,"));
+    const std::string page = bytes_of("out/index.html");
+    EXPECT_THAT(page, HasSubstr("data:image/png;base64,"));
+    for (const std::string& id : ids) // the page says what each kind of scene is
+        EXPECT_THAT(page, testing::ContainsRegex("Scenes: .*" + id + " [a-z]")) << id;
+    std::set<std::string> kinds;
+    for (const json& row : touch["grid"])
+        kinds.insert(row["trajectory"].get<std::string>().substr(0, 2));
+    EXPECT_TRUE(kinds.contains("T3"));
+    for (const std::string& kind : kinds)
+        EXPECT_THAT(page, HasSubstr(kind + " "));
+    EXPECT_THAT(page, HasSubstr("T3 crossing"));
+    EXPECT_THAT(page, HasSubstr("Red does not hold"));
 }
 
 TEST_F(BenchCommand, TouchDoesWhatIsNamed) {

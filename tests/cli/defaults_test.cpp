@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/image/exr.h"
+#include "engine/io/volume_io.h"
+#include "engine/volume/builder.h"
 #include "tests/support/program.h"
 
 namespace palpate {
@@ -222,6 +224,89 @@ TEST_F(DefaultPicture, OneValueEverywhereIsSaid) {
     const auto flat = [](glm::dvec3) { return 7.0; };
     EXPECT_THAT(draw({write_volume("flat.nrrd", glm::uvec3(9), cubic(2), flat)}).messages,
                 HasSubstr("all samples are 7, so there is nothing to see"));
+}
+
+// A ball of two fifths of the volume's side, beside its middle: the camera comes to it. What it
+// fits are boxes of cells of 8 samples, here of 48 samples at most about the ball's 33, of which
+// the ball's disc is (33 / 48)^2 pi / 4; the box's corners seen obliquely make it up to half as
+// small.
+TEST_F(DefaultPicture, TheCameraFitsWhatCanBeSeenAndNotTheBox) {
+    const auto body = [](glm::dvec3 at) {
+        const double depth = 16.0 - glm::length(at - glm::dvec3(28, 52, 40));
+        return -1000.0 + 1600.0 * std::clamp(0.5 + 0.5 * depth, 0.0, 1.0);
+    };
+    const std::string volume = write_volume("corner.nrrd", glm::uvec3(80), cubic(2), body);
+    for (const std::vector<std::string>& how : {std::vector<std::string>{volume, "--iso", "300"},
+                                                {volume, "--mode", "alpha", "--tf", "ct-bone"}}) {
+        const Picture fitted = draw(how);
+        std::vector<std::string> box = how;
+        box.insert(box.end(), {"--view", "oblique"}); // which looks at the whole box
+        EXPECT_GT(fitted.share(seen), 2.0 * draw(box).share(seen));
+        EXPECT_GT(fitted.share(seen), 0.18);
+        for (uint32_t i = 0; i < 64; ++i) // whole, with a margin on every side
+            for (const glm::uvec2 at : {glm::uvec2(i, 0), {i, 63}, {0, i}, {63, i}})
+                ASSERT_FALSE(seen({fitted.at(at.x, at.y, "R"), fitted.at(at.x, at.y, "G"),
+                                   fitted.at(at.x, at.y, "B")}));
+    }
+}
+
+// A CT whose file lacks the rescale of its values, HU + 1024 as they are stored: at 300 skin would
+// be drawn as bone.
+TEST_F(DefaultPicture, ACtWithoutRescaleIsSaid) {
+    const auto head = [](double offset) {
+        return make_volume(make_grid(glm::uvec3(40), glm::dvec3(3.0)), ScalarType::i16,
+                           [=](glm::uvec3 i) {
+                               const double r = glm::length(glm::dvec3(i) - 19.5);
+                               return offset + (r > 19.0 ? -1000 : r > 15 ? 900 : 40);
+                           });
+    };
+    for (const char* name : {"ct.nrrd", "ct.mha", "ct.pbv"}) {
+        ASSERT_TRUE(save_volume(file(name), head(1024), {}, "CT"));
+        const ProgramRun info = run({"info", file(name).string()});
+        EXPECT_EQ(info.exit_code, 0);
+        EXPECT_THAT(info.messages, HasSubstr("taken as HU + 1024: bone at 300 HU is at 1324 here"))
+            << name;
+        ASSERT_TRUE(save_volume(file(name), head(0), {}, "CT"));
+        EXPECT_THAT(run({"info", file(name).string()}).messages,
+                    Not(HasSubstr("taken as HU + 1024: bone at 300 HU is at 1324 here")));
+    }
+}
+
+// What commands write of a CT is a CT again, in formats with a place for it; of labels it is not.
+TEST_F(DefaultPicture, AVolumeThatIsWrittenKeepsItsModality) {
+    ASSERT_TRUE(save_volume(file("ct.nrrd"),
+                            make_volume(make_grid(glm::uvec3(16), glm::dvec3(2.0)), ScalarType::i16,
+                                        [](glm::uvec3 i) { return i.x < 8 ? -1000.0 : 700.0; }),
+                            {}, "CT"));
+    const std::string ct = file("ct.nrrd").string();
+    const auto modality = [&](const std::string& name) {
+        const std::string text = run({"info", "--json", file(name).string()}).output;
+        return nlohmann::json::parse(text).value("modality", "");
+    };
+    EXPECT_EQ(modality("ct.nrrd"), "CT");
+    ASSERT_EQ(run({"edit", ct, "--write-strokes", file("s.jsonl").string()}).exit_code, 0);
+    ASSERT_EQ(run({"touch", ct, "--write-path", file("p.csv").string()}).exit_code, 0);
+    for (const char* out : {"o.nrrd", "o.mha", "o.mhd", "o.pbv"}) {
+        const std::string path = file(out).string();
+        for (const std::vector<std::string>& words :
+             {std::vector<std::string>{"convert", ct, path},
+              {"filter", ct, "--gaussian", "2", "-o", path},
+              {"filter", ct, "--type", "f32", "-o", path},
+              {"edit", ct, file("s.jsonl").string(), "-o", path},
+              {"touch", ct, "--path", file("p.csv").string(), "--drill", "3", "-o", path}}) {
+            const ProgramRun ran = run(words);
+            ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+            EXPECT_EQ(modality(out), "CT") << words[0] << " " << out;
+        }
+        ASSERT_EQ(run({"filter", ct, "--threshold", "300", "-o", path}).exit_code, 0);
+        EXPECT_EQ(modality(out), "") << out;
+    }
+    // A modality that would break a header's line is left out.
+    ASSERT_TRUE(save_volume(file("odd.nrrd"),
+                            make_volume(make_grid(glm::uvec3(4), glm::dvec3(2.0)), ScalarType::u8,
+                                        [](glm::uvec3 i) { return double(i.x); }),
+                            {}, "CT\nencoding: hex"));
+    EXPECT_EQ(modality("odd.nrrd"), "");
 }
 
 TEST_F(DefaultPicture, ALabelMapIsDrawnAsTheSurfacesOfItsLabels) {

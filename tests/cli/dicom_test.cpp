@@ -136,7 +136,8 @@ TEST_F(DicomCommands, AWrittenSceneKeepsThatSlicesAreResampled) {
           file("a.exr").string(), "--write-scene", scene});
     EXPECT_EQ(Json::parse(bytes_of("scene.json"))["resample_slices"], true);
     draw({scene, "-o", file("b.exr").string()});
-    EXPECT_TRUE(bytes_of("a.exr") == bytes_of("b.exr"));
+    // The files name their scenes, which name the folder differently.
+    EXPECT_EQ(load_exr(file("a.exr"))->image.samples, load_exr(file("b.exr"))->image.samples);
 }
 
 TEST_F(DicomCommands, ResamplingOfOtherVolumesIsSaidToDoNothing) {

@@ -40,6 +40,18 @@ TEST_F(EveryCommand, HelpIsPrintableText) {
     EXPECT_THAT(wrong.messages, HasSubstr("expected one of gradient,none,triangles, found '1'"));
 }
 
+TEST_F(EveryCommand, NamesTheVolumeInAFolderThatIsNoSeries) {
+    std::filesystem::create_directories(file("study"));
+    for (const char* name : {"study/b.nii", "study/a.nii.gz"})
+        ASSERT_EQ(run({"convert", "synthetic:ball?size=8", file(name).string()}).exit_code, 0);
+    write("study/notes.txt", "a\n");
+    const ProgramRun ran = run({"info", file("study").string()});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("expected a folder of DICOM files"));
+    EXPECT_THAT(ran.messages, HasSubstr("to read the volume in it, name its file: " +
+                                        file("study/a.nii.gz").string()));
+}
+
 TEST_F(EveryCommand, TellsItsVersion) {
     const ProgramRun told = run({"--version"});
     EXPECT_EQ(told.exit_code, 0) << told.messages;

@@ -1,5 +1,6 @@
 // What the program says where a picture would silently be empty, or an option change nothing.
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,12 +34,18 @@ class Said : public ProgramTest {
         ProgramTest::SetUp();
         ASSERT_TRUE(save_volume(file("v.nrrd"), body()));
     }
+    // What a run says but for the line that a file was made.
+    std::string but_made(std::string messages, const char* made) const {
+        const size_t line = messages.find("palpate: info: " + file(made).string() + ": ");
+        EXPECT_NE(line, std::string::npos) << messages;
+        return messages.erase(line, messages.find('\n', line) + 1 - line);
+    }
     std::string drawn(std::vector<std::string> more, const char* volume = "v.nrrd") const {
         more.insert(more.begin(), {"render", file(volume).string(), "--size", "24,24", "-o",
                                    file("p.png").string()});
         const ProgramRun ran = run(more);
         EXPECT_EQ(ran.exit_code, 0) << ran.messages;
-        return ran.messages;
+        return but_made(ran.messages, "p.png");
     }
     bool is_black() const {
         const Result<Image> picture = load_png(file("p.png"));
@@ -228,7 +235,7 @@ TEST_F(Said, StrokesThatChangeNothing) {
         const ProgramRun ran = run({"edit", file("v.nrrd").string(), file("s.jsonl").string(), "-o",
                                     file("o.nrrd").string()});
         EXPECT_EQ(ran.exit_code, 0) << ran.messages;
-        return ran.messages;
+        return but_made(ran.messages, "o.nrrd");
     };
     EXPECT_EQ(edited(stroke(cut, 0)), "");
     EXPECT_THAT(edited(stroke(cut, 0) + stroke(cut, 500)),
@@ -274,8 +281,49 @@ TEST_F(Said, SurfacesOfSomeLabels) {
         return ran.messages;
     };
     EXPECT_THAT(refused("--labels=6", 1), HasSubstr("no sample has label 6"));
-    for (const char* wrong : {"--labels=bone", "--labels=5,", "--labels=0", "--labels=65536"})
+    EXPECT_THAT(refused("--labels=bone", 1),
+                HasSubstr("--labels: expected a number, because the label map names no labels, "
+                          "found 'bone'"));
+    for (const char* wrong : {"--labels=5,", "--labels=0", "--labels=65536"})
         EXPECT_THAT(refused(wrong, 2), HasSubstr("expected labels from 1 to 65535"));
+}
+
+// Commands that print nothing else say in one line what they made; --quiet drops it.
+TEST_F(Said, OneLineSaysWhatWasMade) {
+    const std::string ball = "synthetic:ball?size=24";
+    write("s.jsonl",
+          "{\"stroke\": 1, \"units\": \"mm\", \"shape\": {\"kind\": \"ball\", \"radius_mm\": 9}, "
+          "\"operation\": {\"kind\": \"cut\"}}\n{\"p_mm\": [0, 0, 0]}\n");
+    const struct {
+        std::vector<std::string> words;
+        const char *out, *what;
+    } cases[] = {
+        {{"convert", ball, file("c.nrrd").string()}, "c.nrrd", "24 x 24 x 24 samples of [a-z0-9]+"},
+        {{"convert", ball, file("c.pbv").string()}, "c.pbv", "24 x 24 x 24 samples of [a-z0-9]+"},
+        {{"filter", ball, "--gaussian", "1", "-o", file("f.nii").string()},
+         "f.nii",
+         "24 x 24 x 24 samples of f32"},
+        {{"edit", ball, file("s.jsonl").string(), "-o", file("e.mha").string()},
+         "e.mha",
+         "24 x 24 x 24 samples of [a-z0-9]+"},
+        {{"surface", ball, "--iso", "500", "-o", file("s.stl").string()},
+         "s.stl",
+         "[0-9]+ triangles, [0-9]+ vertices"},
+        {{"render", ball, "--size", "40,30", "-o", file("r.png").string()},
+         "r.png",
+         "40 x 30 pixels"},
+    };
+    for (const auto& [words, out, what] : cases) {
+        const ProgramRun ran = run(words);
+        ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+        EXPECT_EQ(ran.output, "");
+        EXPECT_THAT(ran.messages,
+                    testing::MatchesRegex(fmt::format(
+                        "palpate: info: .*{}: {}, [0-9.]+ (bytes|kB|MB)\n", out, what)));
+        std::vector<std::string> quiet = words;
+        quiet.insert(quiet.begin(), "--quiet");
+        EXPECT_EQ(run(quiet).messages, "") << words[0];
+    }
 }
 
 } // namespace

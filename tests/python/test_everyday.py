@@ -173,6 +173,21 @@ def test_one_label_by_name_or_number(labelled):
                                        "--only-label", "spleen", "-o", labelled / "x.png").stderr  # fmt: skip
 
 
+def test_a_surface_of_labels_by_name_or_number(labelled):
+    def surface(which, *more):
+        made = run("surface", labelled / "labels.seg.nrrd", f"--labels={which}", *more, "-o", labelled / "s.ply")
+        assert made.returncode == 0, made.stderr
+        return (labelled / "s.ply").read_bytes()
+
+    assert surface("liver") == surface("7") != surface("left kidney")
+    assert surface("7,left kidney") == surface("true")
+    (labelled / "t.txt").write_text("7 the_liver 204 26 26\n")
+    assert surface("the_liver", "--label-names", labelled / "t.txt") == surface("7")
+    wrong = run("surface", labelled / "labels.seg.nrrd", "--labels=spleen", "-o", labelled / "n.ply")
+    assert wrong.returncode == 1 and "expected a number or one of left kidney, liver, nowhere, found 'spleen'" in wrong.stderr
+    assert not (labelled / "n.ply").exists()
+
+
 def test_windows_by_name_and_presets_in_any_case(tmp_path):
     ct = tmp_path / "ct.pbv"
     palpate.save(ct, palpate.Volume.from_numpy(palpate.load(BALL).to_numpy(), spacing=(1, 1, 1), modality="CT"))

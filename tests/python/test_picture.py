@@ -20,6 +20,7 @@ SMALL = dict(size=(96, 80))
         (dict(iso=100, background="transparent", stereo="anaglyph"), "--iso 100 --background transparent --stereo anaglyph".split()),
         (dict(mode="alpha", clip=[(0, 0, 0, 1, 0, 0), (0, 0, 0, 0, 1, 0)]), "--mode alpha --clip 0,0,0,1,0,0 --clip 0,0,0,0,1,0".split()),
         (dict(iso=100, error=0.02), "--iso 100 --error 0.02".split()),
+        (dict(iso=100, light=(-50, 30), ambient_occlusion=8), "--iso 100 --light=-50,30 --ambient-occlusion 8".split()),
     ],
 )
 def test_files_are_those_of_the_command_line(ball, command, tmp_path, options, words):

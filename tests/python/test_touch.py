@@ -64,6 +64,42 @@ def test_labels_are_felt(ball):
     assert felt.depth[-1] > 0.5 and felt.force[-1, 2] > 0.1
 
 
+def test_labels_functions_and_opacities_are_those_of_the_command_line(ball, command, tmp_path):
+    """Each option changes what is felt, and feels as on the command line."""
+    palpate.save(tmp_path / "ball.nrrd", ball)
+    halves = (ball.to_numpy() > 100).astype(np.uint8)
+    halves[: halves.shape[0] // 2] *= 2
+    parts = palpate.Volume.from_numpy(halves, ball.affine)
+    palpate.save(tmp_path / "parts.nrrd", parts)
+    rows = [(0.0, 3, 0, 20), (1.0, 3, 0, 5), (1.2, 3, 0, 5)]
+    with open(tmp_path / "hand.csv", "w") as out:
+        out.write("time_s,x_mm,y_mm,z_mm\n" + "".join(",".join(map(str, row)) + "\n" for row in rows))
+    cases = [
+        ({"label_feel": [(1, 200), (2, 900, 0.3)]}, ["--label-feel=1,200", "--label-feel=2,900,0.3"], {"labels": parts}),
+        ({"algorithm": "wish-2008-potential", "transfer": 0.5}, ["--transfer=0.5"], {}),
+        ({"algorithm": "wish-2008-potential", "transfer": [(0, 0), (150, 0.7)]}, ["--transfer=0:0,150:0.7"], {}),
+        ({"algorithm": "swept-local", "opacity": [(0, 0), (200, 1)]}, ["--opacity=0:0,200:1"], {}),
+    ]
+    for options, words, more in cases:
+        if "algorithm" in options:
+            words = words + [f"--algorithm={options['algorithm']}"]
+        if more:
+            words = words + ["--labels", tmp_path / "parts.nrrd"]
+        command("touch", tmp_path / "ball.nrrd", "--path", tmp_path / "hand.csv", "--iso=100", *words, "--report", tmp_path / "t.csv")
+        felt = palpate.touch(palpate.load(tmp_path / "ball.nrrd"), rows, iso=100, **options, **more)
+        said = list(csv.DictReader(open(tmp_path / "t.csv")))
+        there = np.array([[float(row[f"force_{axis}_n"]) for axis in "xyz"] for row in said])
+        assert np.abs(there - felt.force).max() < 1e-5, options  # the report has six decimals
+        plain = palpate.touch(ball, rows, iso=100, **{k: v for k, v in options.items() if k == "algorithm"})
+        assert not np.allclose(plain.force, felt.force, atol=1e-3), options
+
+
+@pytest.mark.parametrize("options", [{"label_feel": [(1,)]}, {"label_feel": 3}, {"transfer": "x"}, {"opacity": [(1, 2, 3)]}])
+def test_what_cannot_be_felt_is_an_error_that_names_the_option(ball, options):
+    with pytest.raises(palpate.Error, match=next(iter(options))):
+        palpate.touch(ball, press(), **options)
+
+
 @pytest.mark.parametrize(
     "path, options, words",
     [
