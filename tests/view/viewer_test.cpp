@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 
 #include "engine/image/png.h"
 #include "engine/volume/builder.h"
@@ -249,6 +250,39 @@ TEST_F(ViewerTest, SeriesOfAFolderHavePictures) {
     click_widget("series/1", 0.5);
     EXPECT_FALSE(state().series_open);
     EXPECT_EQ(viewer().work().title(), "synthetic:ball?size=24");
+}
+
+// Descriptions of series may hold names: while names are hidden a window looks the same whatever
+// they are.
+TEST_F(ViewerTest, DescriptionsOfSeriesAreHiddenWithTheNames) {
+    const auto shot = [&](const std::string& description, bool hidden, const char* list) {
+        Source source{open_synthetic("synthetic:ball?size=24")};
+        source.scene.loaded.notes = {
+            "f: series 1 of 2: CT '" + description + "', 9 images of 8 x 8 axial, 1.2.3 (read)",
+            "f: series 2 of 2: CT 'leg', 7 images of 8 x 8 axial, 1.2.4"};
+        open_scene(std::move(source), {800, 600});
+        click_widget("tab/file");
+        if (hidden)
+            click_widget("file/hide");
+        click_widget(list);
+        frame({});
+        return viewer().shot().value().samples;
+    };
+    for (const char* list : {"file/pictures", "tab/file"}) {
+        EXPECT_EQ(shot("Doe, John", true, list), shot("o' brain', 2 images of", true, list));
+        EXPECT_NE(shot("Doe, John", false, list), shot("o' brain', 2 images of", false, list));
+    }
+    EXPECT_EQ(viewer().work().series()[0].nameless, "CT, 9 images of 8 x 8 axial");
+}
+
+// Nor do messages or offered folders tell names.
+TEST_F(ViewerTest, MessagesTellNoHiddenNames) {
+    open("synthetic:ball?size=24");
+    const Work& work = viewer().work();
+    EXPECT_EQ(work.without_names("synthetic:ball?size=24: no"), "(name hidden): no");
+    EXPECT_EQ(work.without_names("nothing"), "nothing");
+    EXPECT_EQ(without_name("a.a.b", "a", "aa"), "aa.aa.b");
+    EXPECT_EQ(work.new_folder(true), (std::filesystem::current_path() / "work.palpate").string());
 }
 
 // A picture of the whole window, kept beside this file. PALPATE_BLESS=1 writes it anew: the commit

@@ -208,7 +208,7 @@ void Interface::draw_status(const ViewState& state, Work& work) {
                 text.empty() ? "outside" : text.c_str());
     const EditState edit = work.edited();
     if (std::string message = work.take_message(); !message.empty()) {
-        message_ = std::move(message);
+        message_ = state.names_hidden ? work.without_names(std::move(message)) : message;
         told_s_ = time_s_;
     }
     if (const double behind_s = work.backlog().seconds; behind_s > Work::kFarBehind_s) {
@@ -265,7 +265,7 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
     if (state.saving_open) {
         begin("Save to a new project folder", state.saving_open);
         if (folder_[0] == '\0') {
-            const std::string offered = work.new_folder();
+            const std::string offered = work.new_folder(state.names_hidden);
             std::copy_n(offered.begin(), std::min(offered.size(), folder_.size() - 1),
                         folder_.begin());
             ImGui::SetKeyboardFocusHere();

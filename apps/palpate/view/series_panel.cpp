@@ -19,7 +19,7 @@ void Interface::draw_series(ViewState& state, Work& work, std::vector<Order>& or
     note("file/pictures");
     for (const SeriesLine& line : series) {
         ImGui::PushID(static_cast<int>(line.number));
-        if (ImGui::Selectable(wrapped(line.text).c_str(), line.is_open))
+        if (ImGui::Selectable(wrapped(line.shown(state.names_hidden)).c_str(), line.is_open))
             orders.push_back(
                 {Order::Kind::open, {}, time_s_, work.path(), std::to_string(line.number)});
         note(fmt::format("file/series/{}", line.number).c_str());
@@ -68,7 +68,7 @@ void Interface::draw_series_chooser(ViewState& state, Work& work, std::vector<Or
         }
         ImGui::SameLine();
         ImGui::BeginGroup();
-        ImGui::TextUnformatted(wrapped(series[i].text).c_str());
+        ImGui::TextUnformatted(wrapped(series[i].shown(state.names_hidden)).c_str());
         if (series[i].is_open)
             ImGui::TextDisabled("open");
         ImGui::EndGroup();

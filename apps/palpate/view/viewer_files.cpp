@@ -101,7 +101,10 @@ void Viewer::take_opened(Result<Source> opened) {
         const bool cancelled = stop_opening_.stop_requested();
         if (!cancelled)
             log::error("{}", opened.error().message);
-        work_->tell(cancelled ? "opening was cancelled" : opened.error().message);
+        work_->tell(cancelled ? "opening was cancelled"
+                    : state_.names_hidden
+                        ? without_name(opened.error().message, path, "(name hidden)")
+                        : opened.error().message);
         return;
     }
     const ViewState before = state_;

@@ -40,6 +40,13 @@ void Work::watch(const ViewState& state) {
     figures_.want(std::move(wish));
 }
 
+std::string without_name(std::string text, const std::string& name, const std::string& instead) {
+    if (!name.empty())
+        for (size_t at = 0; (at = text.find(name, at)) != text.npos; at += instead.size())
+            text.replace(at, name.size(), instead);
+    return text;
+}
+
 std::vector<SeriesLine> series_in(const std::vector<std::string>& notes) {
     std::vector<SeriesLine> all;
     for (const std::string& note : notes) {
@@ -53,7 +60,12 @@ std::vector<SeriesLine> series_in(const std::vector<std::string>& notes) {
         std::string text = note.substr(at + static_cast<size_t>(length));
         const bool is_open = text.ends_with(" (read)");
         text.resize(std::min(text.rfind(", "), text.size())); // without the UID
-        all.push_back({number, std::move(text), is_open});
+        // The description stands between quotation marks, and may hold others.
+        std::string nameless = text;
+        const size_t begin = text.find(" '"), end = text.rfind("', ");
+        if (begin != text.npos && end != text.npos && begin < end)
+            nameless.erase(begin, end + 1 - begin);
+        all.push_back({number, std::move(text), std::move(nameless), is_open});
     }
     return all;
 }

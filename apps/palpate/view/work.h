@@ -30,9 +30,12 @@ struct Source {
 
 // A series of a DICOM folder.
 struct SeriesLine {
-    uint32_t number = 0; // from 1, as --series takes it
-    std::string text;
+    uint32_t number = 0;  // from 1, as --series takes it
+    std::string text;     // "CT 'head', 30 images of 512 x 512 axial"
+    std::string nameless; // the same without the description, which may hold a patient's name
     bool is_open = false;
+
+    const std::string& shown(bool names_hidden) const { return names_hidden ? nameless : text; }
 };
 // Those that the reader's messages list: "series 1 of 3: CT 'head', 30 images of .., UID (read)".
 std::vector<SeriesLine> series_in(const std::vector<std::string>& notes);
@@ -85,8 +88,11 @@ class Work {
     bool has_project() const { return project_.has_value(); }
     // The folder of a project that a save has made: once.
     std::string take_new_project() { return std::exchange(new_project_, {}); }
-    // The folder that a new project is offered.
-    std::string new_folder() const { return new_folder_; }
+    // The folder that a new project is offered: named after the file, or, where names are hidden,
+    // not.
+    std::string new_folder(bool names_hidden) const;
+    // A message without the names of the file and of the project that are open.
+    std::string without_names(std::string message) const;
     bool is_saving() const;
     // Whether steps are lost that no project has, or measures that were made since the last save.
     bool leaving_loses_edits();
@@ -213,6 +219,9 @@ Volume empty_labels(const Grid& grid);
 // Maps that a person may draw on are no edits: a project that lacks them gets empty ones, where it
 // has no unsaved steps.
 Result<void> add_maps(Project::Opened& project);
+
+// A text with another in the place of a name, wherever it stands there. An empty name: the text.
+std::string without_name(std::string text, const std::string& name, const std::string& instead);
 
 // Whether a person has locked a label: no tool takes samples away from it.
 bool is_locked(const ViewState& state, uint16_t label);

@@ -27,6 +27,19 @@ void Work::take_project(Project project) {
     project_->autosave_every(kAutosave);
 }
 
+std::string Work::new_folder(bool names_hidden) const {
+    const std::filesystem::path folder(new_folder_);
+    return names_hidden ? (folder.parent_path() / "work.palpate").string() : new_folder_;
+}
+
+std::string Work::without_names(std::string message) const {
+    // The longest come first: a path holds the name of its file.
+    for (const std::string& name :
+         {project_ ? project_->folder().string() : "", path(), new_folder_, title_})
+        message = without_name(std::move(message), name, "(name hidden)");
+    return message;
+}
+
 bool Work::leaving_loses_edits() {
     const bool loses_steps = !project_ && edited().undo_steps > 0;
     return loses_steps || session_.kept().measures != measures_saved_;
