@@ -107,6 +107,47 @@ TEST_F(MeshPulling, BecomesTheLabelInOneStep) {
     EXPECT_EQ(labels(), before);
 }
 
+// A mesh that was pulled is no step, and is asked for all the same: it goes into its label first.
+TEST_F(MeshPulling, IsAskedForBeforeItIsLost) {
+    begin();
+    key("z", {.ctrl = true}); // the brush's step: nothing else is asked for
+    frame({});
+    ASSERT_EQ(viewer().work().edited().undo_steps, 0u);
+    EXPECT_FALSE(viewer().work().leaving_loses_edits()); // it is as it was made
+    const auto pull = [&](double by_px) {
+        move(right_edge());
+        button(true);
+        move(right_edge() + glm::dvec2(by_px, 0.0));
+    };
+    pull(20.0);
+    key("escape"); // taken back
+    button(false);
+    EXPECT_FALSE(viewer().work().leaving_loses_edits());
+    pull(20.0);
+    button(false);
+    const auto close = [&] {
+        frame({{.kind = Event::Kind::close}});
+        frame({});
+    };
+    close();
+    ASSERT_TRUE(state().leaving);
+    EXPECT_FALSE(viewer().is_done());
+    click_widget("leave/cancel");
+    EXPECT_TRUE(viewer().work().mesh());
+    close();
+    click_widget("leave/save"); // which asks for a folder
+    frame({});
+    EXPECT_FALSE(viewer().work().mesh());
+    EXPECT_EQ(viewer().work().edited().undo_steps, 1u);
+    EXPECT_TRUE(state().saving_open);
+    click_widget("save/cancel");
+    EXPECT_FALSE(viewer().is_done());
+    EXPECT_FALSE(state().leaving);
+    close();
+    click_widget("leave/discard");
+    EXPECT_TRUE(viewer().is_done());
+}
+
 TEST_F(MeshPulling, IsPulledIn3dAndTakenBack) {
     begin();
     const Camera camera = state().camera;

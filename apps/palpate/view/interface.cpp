@@ -246,9 +246,15 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
                                  : state.names_hidden  ? "another file opens"
                                                        : state.leaving->path + " opens";
         ImGui::TextUnformatted(fmt::format("Save them before {}?", next).c_str());
+        const bool pulled = work.mesh_is_pulled();
+        if (pulled)
+            ImGui::TextUnformatted(
+                fmt::format("The pulled mesh is put into label {} first.", work.mesh()->label())
+                    .c_str());
         if (ImGui::Button("save")) {
             state.leaving->saving = true;
-            orders.push_back({Order::Kind::save, {}, time_s_});
+            state.leaving->applying = pulled;
+            orders.push_back({pulled ? Order::Kind::mesh_apply : Order::Kind::save, {}, time_s_});
         }
         note("leave/save");
         ImGui::SameLine();

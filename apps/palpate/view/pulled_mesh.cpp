@@ -130,6 +130,7 @@ void PulledMesh::let_go(bool keep) {
         return;
     if (!keep)
         mesh_.positions = held_->positions;
+    is_pulled_ |= mesh_.positions != held_->positions;
     mesh_.before = mesh_.positions; // at rest
     held_.reset();
     show();

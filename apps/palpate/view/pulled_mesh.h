@@ -37,6 +37,10 @@ class PulledMesh {
     void pull(glm::dvec3 goal_mm);
     void let_go(bool keep); // false: it is again as it was before hold()
 
+    // Whether a pull has moved it that was kept, since it was made or since mark_applied().
+    bool is_pulled() const { return is_pulled_; }
+    void mark_applied() { is_pulled_ = false; }
+
  private:
     glm::dvec3 middle_of(uint32_t face) const;
     uint32_t nearest_face(glm::dvec3 point_mm) const;
@@ -44,6 +48,7 @@ class PulledMesh {
 
     SimplexMesh mesh_;
     uint16_t label_;
+    bool is_pulled_ = false;
     std::shared_ptr<const Mesh> surface_;
     struct Held {
         SimplexPull patch;

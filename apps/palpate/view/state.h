@@ -81,6 +81,7 @@ struct Leaving {
     bool closes = false;          // the window; else a file is opened
     std::string path{}, series{}; // of it, as of Order
     bool saving = false;          // they are being saved, or it is asked where
+    bool applying = false;        // first a pulled mesh is put into its label
 
     friend bool operator==(const Leaving&, const Leaving&) = default;
 };

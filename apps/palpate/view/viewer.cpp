@@ -113,8 +113,8 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
                 print_figure(order.path);
             else if (order.kind == Order::Kind::cancel_opening)
                 stop_opening_.request_stop();
-            else if (order.kind == Order::Kind::save && order.path.empty() && !work_->has_project())
-                state_.saving_open = true; // asks where
+            else if (order.kind == Order::Kind::save)
+                save(order);
             else
                 work_->obey(order, state_);
     };

@@ -86,6 +86,7 @@ class Viewer {
     // Closes or opens where no edits are lost; else a person is asked first.
     void ask_to_leave(Leaving leaving);
     void leave();
+    void save(const Order& order);
     void leave_when_saved();
     void take_opened(Result<Source> opened);
     void poll_opening();

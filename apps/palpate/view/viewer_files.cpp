@@ -61,10 +61,21 @@ void Viewer::leave() {
         open(leaving.path, leaving.series);
 }
 
+// A session without a project is asked for a folder first.
+void Viewer::save(const Order& order) {
+    if (order.path.empty() && !work_->has_project())
+        state_.saving_open = true;
+    else
+        work_->obey(order, state_);
+}
+
 void Viewer::leave_when_saved() {
-    if (!state_.leaving || !state_.leaving->saving || state_.saving_open || work_->is_saving())
+    if (!state_.leaving || !state_.leaving->saving || state_.saving_open || work_->is_saving() ||
+        (state_.leaving->applying && work_->meshing()))
         return;
-    if (work_->leaving_loses_edits())
+    if (std::exchange(state_.leaving->applying, false) && !work_->mesh_is_pulled())
+        save({Order::Kind::save, {}, time_s_});
+    else if (work_->leaving_loses_edits())
         state_.leaving.reset(); // the save was cancelled, or failed and says why
     else
         leave();

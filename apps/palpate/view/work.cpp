@@ -385,6 +385,7 @@ Json Work::dump(const ViewState& state) {
                         {"outline_px", state.outline_px}};
     json["segment"] = dump_segmenting(state);
     json["mesh"] = {{"vertices", mesh_ ? mesh_->mesh().positions.size() : 0},
+                    {"pulled", mesh_is_pulled()},
                     {"label", mesh_ ? mesh_->label() : 0}};
     json["stroke_is_down"] = down_;
     json["hand"] = dump_hand(state);

@@ -94,8 +94,10 @@ class Work {
     // A message without the names of the file and of the project that are open.
     std::string without_names(std::string message) const;
     bool is_saving() const;
-    // Whether steps are lost that no project has, or measures that were made since the last save.
+    // Whether steps are lost that no project has, measures that no save has written yet, or a mesh
+    // that was pulled and is not in its label.
     bool leaving_loses_edits();
+    bool mesh_is_pulled() const { return mesh_ && mesh_->is_pulled(); }
     // What a segmentation is at: none under way, or its share, 0 .. 1.
     std::optional<double> segmenting() const;
     // The mesh that is pulled; and how far its making, or its end as labels, is: none under way.
@@ -144,6 +146,7 @@ class Work {
 
  private:
     void take_project(Project project);
+    void end_save(bool succeeded);
     bool take_tool(const ViewState& state);
     bool take_seed_brush(const ViewState& state);
     // Of an operation on labels: the ones that it may change; nothing where none is locked.
@@ -208,20 +211,21 @@ class Work {
     bool widget_down_ = false;
     uint32_t pressed_buttons_ = 0;        // of the pointer's hand, in the last frame
     std::optional<RayCastLayer> rays_;    // that the scene has no more
-    std::vector<Measure> measures_saved_; // by the last save
-    std::optional<Project> project_;      // after the session that its saves look at
+    std::vector<Measure> measures_saved_; // by the last save that succeeded
+    std::optional<std::vector<Measure>> measures_saving_; // by the save under way
+    std::optional<Project> project_; // after the session that its saves look at
     std::optional<Project::Creation> creation_;
 };
 
 // A map on which nothing is drawn yet.
 Volume empty_labels(const Grid& grid);
 
+// A text with another in the place of a name, wherever it stands there. An empty name: the text.
+std::string without_name(std::string text, const std::string& name, const std::string& instead);
+
 // Maps that a person may draw on are no edits: a project that lacks them gets empty ones, where it
 // has no unsaved steps.
 Result<void> add_maps(Project::Opened& project);
-
-// A text with another in the place of a name, wherever it stands there. An empty name: the text.
-std::string without_name(std::string text, const std::string& name, const std::string& instead);
 
 // Whether a person has locked a label: no tool takes samples away from it.
 bool is_locked(const ViewState& state, uint16_t label);

@@ -84,12 +84,16 @@ void Work::poll_mesh() {
     }
     const EditState now = edited();
     const Volume* labels = now.document.find(labels_);
-    if (labels && !labels->is_same_as(run->before))
+    if (labels && !labels->is_same_as(run->before)) {
         message_ = "the labels have changed meanwhile: try again";
-    else if (done->labels->is_same_as(run->before))
+    } else if (done->labels->is_same_as(run->before)) {
         message_ = "the mesh changes no sample";
-    else if (session_.put({labels_, VolumeKind::labels, std::move(*done->labels)}, "pulled mesh"))
+        if (mesh_)
+            mesh_->mark_applied();
+    } else if (session_.put({labels_, VolumeKind::labels, std::move(*done->labels)},
+                            "pulled mesh")) {
         mesh_.reset();
+    }
 }
 
 } // namespace palpate::view

@@ -42,7 +42,7 @@ std::string Work::without_names(std::string message) const {
 
 bool Work::leaving_loses_edits() {
     const bool loses_steps = !project_ && edited().undo_steps > 0;
-    return loses_steps || session_.kept().measures != measures_saved_;
+    return loses_steps || mesh_is_pulled() || session_.kept().measures != measures_saved_;
 }
 
 bool Work::is_saving() const {
@@ -65,7 +65,7 @@ void Work::save(const ViewState& state, const std::string& folder) {
         if (Result<void> begun = project_->begin_save(session_); !begun)
             message_ = begun.error().message;
         else
-            measures_saved_ = kept.measures;
+            measures_saving_ = kept.measures;
         return;
     }
     if (creation_) {
@@ -73,8 +73,14 @@ void Work::save(const ViewState& state, const std::string& folder) {
         return;
     }
     session_.settle();
-    measures_saved_ = kept.measures;
+    measures_saving_ = kept.measures;
     creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
+}
+
+void Work::end_save(bool succeeded) {
+    if (succeeded && measures_saving_)
+        measures_saved_ = std::move(*measures_saving_);
+    measures_saving_.reset();
 }
 
 void Work::poll() {
@@ -83,6 +89,7 @@ void Work::poll() {
     if (creation_)
         if (std::optional<Result<Project>> made = creation_->poll(session_)) {
             creation_.reset();
+            end_save(made->has_value());
             if (!*made) {
                 message_ = made->error().message;
                 return;
@@ -95,9 +102,13 @@ void Work::poll() {
         }
     if (!project_)
         return;
-    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns()))
+    if (const std::optional<Result<void>> ended = project_->poll(session_, profile::now_ns())) {
+        end_save(ended->has_value());
         message_ = *ended ? fmt::format("saved to {}", project_->folder().string())
                           : ended->error().message;
+    }
+    if (project_->is_saving() && !measures_saving_) // an autosave has begun
+        measures_saving_ = session_.kept().measures;
 }
 
 } // namespace palpate::view
