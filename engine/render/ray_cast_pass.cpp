@@ -327,18 +327,20 @@ void RayCastPass::cast(const ViewFrame& frame, const Rays& rays) {
         bound.push_back(bind_sampled(gpu::kRayBehind, *targets.behind, nearest));
         bound.push_back(bind_sampled(gpu::kRayBehindValues, *targets.behind_values, nearest));
     }
-    if (rays.variant.has_first_hits()) {
-        const bool leaves = rays.variant.rays == gpu::kRaysEverySecond;
-        bound.push_back(bind_storage(gpu::kRayFirstHits,
-                                     rays.first_hits ? *rays.first_hits : *rays.groups,
-                                     leaves ? Use::storage_write : Use::storage_read));
-    }
     bound.push_back(bind_storage_image(gpu::kRayColor, *rays.color));
     if (rays.variant.values)
         bound.push_back(bind_storage_image(gpu::kRayValues, *rays.values));
     bound.push_back(bind_sampled(gpu::kRayCells, voxels.cells().image(), nearest));
     bound.push_back(bind_storage(gpu::kRayTiles, *rays.list,
                                  rays.variant.count ? Use::storage_write : Use::storage_read));
+    if (rays.variant.has_first_hits()) {
+        // The pipeline may write there. Where there are no first hits it does not; what stands in
+        // their place is bound last of its uses here, and treated as if it did.
+        const bool leaves = rays.variant.rays == gpu::kRaysEverySecond || !rays.first_hits;
+        bound.push_back(bind_storage(gpu::kRayFirstHits,
+                                     rays.first_hits ? *rays.first_hits : *rays.list,
+                                     leaves ? Use::storage_write : Use::storage_read));
+    }
     bound.push_back(bind_storage(gpu::kRayTileGroups, *rays.groups));
     bound.push_back(bind_storage(gpu::kRaySpans, rays.spans ? *rays.spans : *rays.groups));
     voxels.bind_atlas(bound, gpu::kRayPages, gpu::kRayAtlas, nearest);
