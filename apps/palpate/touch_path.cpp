@@ -12,7 +12,7 @@ namespace palpate {
 
 namespace {
 
-constexpr double kLongest_s = 3600.0;
+constexpr double kLongestPath_s = 3600.0;
 
 using haptics::HandPath;
 using haptics::HandPose;
@@ -119,7 +119,7 @@ void add_path_options(CLI::App& app, PathOptions& o) {
         ->capture_default_str();
     app.add_option("--duration", o.shape.duration_s,
                    "Duration of a trajectory, or of --live (default there: 60), s")
-        ->check(CLI::Range(0.001, kLongest_s))
+        ->check(CLI::Range(0.001, kLongestPath_s))
         ->capture_default_str();
     app.add_option("--seed", o.shape.seed, "Trajectory: seed of random motion")
         ->capture_default_str();
@@ -154,9 +154,9 @@ Result<HandPath> hand_path(const CLI::App& app, const PathOptions& o, const Grid
     }
     Result<HandPath> path = o.path.empty() ? haptics::find_trajectory(o.trajectory)->make(shape)
                                            : haptics::load_hand_path(o.path);
-    if (path && path->end_s() - path->poses().front().time_s > kLongest_s)
+    if (path && path->end_s() - path->poses().front().time_s > kLongestPath_s)
         return fail("{}: expected a path of at most {:g} s, found {:g} s; its times are in seconds",
-                    o.path.empty() ? "--trajectory " + o.trajectory : o.path, kLongest_s,
+                    o.path.empty() ? "--trajectory " + o.trajectory : o.path, kLongestPath_s,
                     path->end_s() - path->poses().front().time_s);
     if (path)
         warn_of_idle_shape(app, o, shape, *path);

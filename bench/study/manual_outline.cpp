@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kTurn_rad = 0.8; // by which a wave's phase moves from slice to slice
 
-struct Wave {
+struct OutlineWave {
     glm::dvec2 per_mm;
     double phase;
 };
@@ -29,8 +29,8 @@ Result<Outlined> outline_by_hand(const Volume& truth, uint64_t seed, const Outli
     const glm::dvec3 spacing = spacing_mm(grid);
     PALPATE_TRY(const Volume distance, signed_distance(truth, {}, task));
     Draw draw(seed);
-    std::array<Wave, 12> waves;
-    for (Wave& wave : waves) {
+    std::array<OutlineWave, 12> waves;
+    for (OutlineWave& wave : waves) {
         const double angle = draw.between(0.0, 2.0 * std::numbers::pi);
         const double length_mm = draw.between(20.0, 60.0);
         wave = {2.0 * std::numbers::pi / length_mm * glm::dvec2(std::cos(angle), std::sin(angle)),
@@ -49,7 +49,7 @@ Result<Outlined> outline_by_hand(const Volume& truth, uint64_t seed, const Outli
             for (uint32_t x = 0; x < n.x; ++x) {
                 const glm::dvec2 at = glm::dvec2(x, y) * glm::dvec2(spacing);
                 double off_mm = 0.0;
-                for (const Wave& wave : waves)
+                for (const OutlineWave& wave : waves)
                     off_mm += amplitude_mm * std::sin(glm::dot(wave.per_mm, at) + wave.phase);
                 uint8_t& here = inside[x + row * y + plane * z];
                 // Between samples that differ the surface lies half-way.
@@ -60,7 +60,7 @@ Result<Outlined> outline_by_hand(const Volume& truth, uint64_t seed, const Outli
                 if (y > 0 && here != *(&here - row))
                     edges_mm += spacing.x;
             }
-        for (Wave& wave : waves)
+        for (OutlineWave& wave : waves)
             wave.phase += kTurn_rad * draw.normal();
         if (edges_mm == 0.0)
             continue;

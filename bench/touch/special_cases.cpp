@@ -11,20 +11,20 @@ namespace {
 
 using glm::dvec3;
 
-const dvec3 kTilted = glm::normalize(dvec3(0.31, 0.43, 0.85));
-const dvec3 kAlong = glm::normalize(glm::cross(kTilted, dvec3(1, 0, 0)));
+const dvec3 kTiltedNormal = glm::normalize(dvec3(0.31, 0.43, 0.85));
+const dvec3 kAlong = glm::normalize(glm::cross(kTiltedNormal, dvec3(1, 0, 0)));
 
 TouchCase case_of(const char* id, const char* name, Solid solid) {
     return {.id = id,
             .name = name,
             .solid = std::move(solid),
-            .normal = kTilted,
+            .normal = kTiltedNormal,
             .along = kAlong,
             .deepest_mm = 4.0};
 }
 
 Solid tilted_plane(double height_mm = 0.0) {
-    return plane(height_mm * kTilted, kTilted);
+    return plane(height_mm * kTiltedNormal, kTiltedNormal);
 }
 
 using Value = std::function<double(glm::uvec3 index, dvec3 mm)>;
@@ -71,7 +71,7 @@ std::vector<TouchCase> cases_of_no_surface(const Storage& storage) {
     cases.push_back(all);
     TouchCase half = case_of("A12", "no-data/half", nothing());
     half.store =
-        store_values([](glm::uvec3, dvec3 mm) { return glm::dot(mm, kTilted) < 0.0 ? kNaN : 0.0; });
+        store_values([](glm::uvec3, dvec3 mm) { return glm::dot(mm, kTiltedNormal) < 0.0 ? kNaN : 0.0; });
     half.why_not = whole;
     cases.push_back(half);
     TouchCase holes = case_of("A12", "no-data/holes", nothing());
@@ -154,7 +154,7 @@ std::vector<TouchCase> cases_of_fields(const Storage& storage) {
     constexpr double kSteps = 1000.0;
     std::vector<TouchCase> cases;
     const bool labels = storage.form == Form::labels;
-    const auto ramp = [](dvec3 mm) { return 500.0 + kSteps * glm::dot(mm, kTilted); };
+    const auto ramp = [](dvec3 mm) { return 500.0 + kSteps * glm::dot(mm, kTiltedNormal); };
     using Field = std::function<dvec3(dvec3 mm)>;
     const auto add = [&](const char* name, std::optional<Field> field, bool is_step) {
         TouchCase made = case_of("A14", name, nothing());
@@ -172,14 +172,14 @@ std::vector<TouchCase> cases_of_fields(const Storage& storage) {
         made.transfer = transfer;
         // Trilinear interpolation is exact for what is linear, so the field is known exactly.
         made.force_n = [=](dvec3, dvec3 last_proxy) -> std::optional<dvec3> {
-            const dvec3 v = field ? (*field)(last_proxy) : kTilted;
+            const dvec3 v = field ? (*field)(last_proxy) : kTiltedNormal;
             if (glm::length(v) < 2.0) // near a zero line directions are not in the samples
                 return {};
             return strength_n(transfer, ramp(last_proxy)) * glm::normalize(v);
         };
         if (!field)
             made.force_n = [=](dvec3, dvec3 last_proxy) -> std::optional<dvec3> {
-                return strength_n(transfer, ramp(last_proxy)) * kTilted;
+                return strength_n(transfer, ramp(last_proxy)) * kTiltedNormal;
             };
         made.store = [=](const TouchCase&, const Storage& s, haptics::TouchScene& touch, double&) {
             const Grid grid = scene_grid(s);
@@ -197,10 +197,10 @@ std::vector<TouchCase> cases_of_fields(const Storage& storage) {
         };
         cases.push_back(std::move(made));
     };
-    const dvec3 across = glm::cross(kTilted, kAlong);
+    const dvec3 across = glm::cross(kTiltedNormal, kAlong);
     add(
         "field/uniform", [=](dvec3) { return 8.0 * kAlong; }, false);
-    const auto vortex = [=](dvec3 mm) { return glm::cross(kTilted, mm); };
+    const auto vortex = [=](dvec3 mm) { return glm::cross(kTiltedNormal, mm); };
     add(
         "field/vortex", [=](dvec3 mm) { return vortex(mm - 7.0 * kAlong); }, false);
     add(
@@ -209,7 +209,7 @@ std::vector<TouchCase> cases_of_fields(const Storage& storage) {
         false);
     add("field/zero-line", vortex, false);
     add(
-        "transfer/step", [=](dvec3) { return 8.0 * kTilted; }, true);
+        "transfer/step", [=](dvec3) { return 8.0 * kTiltedNormal; }, true);
     add("potential/ramp", {}, true);
     return cases;
 }

@@ -16,16 +16,16 @@ namespace {
 
 using gdcm::Tag;
 
-constexpr int kMostDepth = 16;
+constexpr int kMostFolders = 16;
 constexpr size_t kMostFiles = 200000;
 constexpr size_t kMostWarnings = 8;
-constexpr size_t kHeadBytes = 132;
+constexpr size_t kPreambleBytes = 132;
 constexpr const char* kDirectoryClass = "1.2.840.10008.1.3.10";
 
 bool looks_like_dicom_file(const fs::path& path) {
-    std::string head(kHeadBytes, '\0');
+    std::string head(kPreambleBytes, '\0');
     std::ifstream in(path, std::ios::binary);
-    in.read(head.data(), kHeadBytes);
+    in.read(head.data(), kPreambleBytes);
     head.resize(static_cast<size_t>(in.gcount()));
     return looks_like_dicom(head, lower_case(path.extension().string()));
 }
@@ -41,8 +41,8 @@ std::string walk(const fs::path& folder, const VoxelSink& sink, const Take& take
                                         error);
     for (; !error && at != fs::recursive_directory_iterator(); at.increment(error)) {
         std::error_code ignored;
-        if (at.depth() >= kMostDepth && at->is_directory(ignored)) {
-            limited = fmt::format("folders more than {} deep are left out", kMostDepth);
+        if (at.depth() >= kMostFolders && at->is_directory(ignored)) {
+            limited = fmt::format("folders more than {} deep are left out", kMostFolders);
             at.disable_recursion_pending();
         }
         if (!at->is_regular_file(ignored))

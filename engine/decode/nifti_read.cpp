@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Result<ComponentType> component_type(const std::string& name, int datatype) {
+Result<ComponentType> nifti_component_type(const std::string& name, int datatype) {
     constexpr TypeKey<int> types[] = {{2, ComponentType::u8},     {4, ComponentType::i16},
                                       {8, ComponentType::i32},    {16, ComponentType::f32},
                                       {64, ComponentType::f64},   {256, ComponentType::i8},
@@ -128,7 +128,7 @@ Result<Decoded> decode_nifti(const DecodeRequest& request, VoxelSink& sink) {
     Payload payload;
     payload.file = header_path;
     payload.big_endian = header.big_endian;
-    PALPATE_TRY(payload.type, component_type(name, header.datatype));
+    PALPATE_TRY(payload.type, nifti_component_type(name, header.datatype));
     PALPATE_TRY(const Shape shape, shape_of(name, header));
     payload.size = shape.size;
     payload.frames = shape.frames;

@@ -18,7 +18,7 @@ constexpr TypeKey<std::string_view> kTypes[] = {
     {"float", ComponentType::f32},          {"double", ComponentType::f64},
 };
 
-struct Header {
+struct VtkHeader {
     bool ascii = false;
     glm::uvec3 size{};
     glm::dvec3 spacing{1.0}, origin{};
@@ -40,7 +40,7 @@ Result<glm::dvec3> three_numbers(std::string_view line) {
     return numbers;
 }
 
-Result<void> take_scalars(const std::vector<std::string_view>& words, Header& header) {
+Result<void> take_scalars(const std::vector<std::string_view>& words, VtkHeader& header) {
     if (words.size() < 3 || words.size() > 4)
         return fail("expected SCALARS with a name and a type");
     header.type = find_type(kTypes, std::string_view(lower_case(words[2])));
@@ -56,7 +56,7 @@ Result<void> take_scalars(const std::vector<std::string_view>& words, Header& he
 }
 
 // Takes in one line that starts with a keyword; the error has no file name yet.
-Result<void> take_keyword(std::string_view line, Header& header) {
+Result<void> take_keyword(std::string_view line, VtkHeader& header) {
     const auto words = words_of(line);
     const std::string keyword = lower_case(words[0]);
     if (keyword == "dimensions") {
@@ -82,9 +82,9 @@ Result<void> take_keyword(std::string_view line, Header& header) {
     return {};
 }
 
-Result<Header> parse(std::string_view all) {
+Result<VtkHeader> parse(std::string_view all) {
     std::string_view text = all;
-    Header header;
+    VtkHeader header;
     const auto line = [&] { return take_line(text).value_or(std::string_view()); };
     if (!lower_case(line()).starts_with("# vtk datafile"))
         return fail("is no VTK legacy file");
@@ -126,7 +126,7 @@ Result<Header> parse(std::string_view all) {
 Result<Decoded> decode_vtk(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
     PALPATE_TRY(const std::string beginning, load_beginning(name));
-    const Result<Header> header = parse(beginning);
+    const Result<VtkHeader> header = parse(beginning);
     if (!header)
         return fail("{}: {}", name, header.error().message);
     const uint64_t samples = uint64_t{header->size.x} * header->size.y * header->size.z;

@@ -5,7 +5,7 @@ namespace palpate {
 namespace {
 
 constexpr double kAirEnds_hu = -200.0; // air, lung and the bed lie below
-constexpr uint64_t kMostSamples = 256ull * 256 * 256;
+constexpr uint64_t kMostSamplesLookedAt = 256ull * 256 * 256;
 
 bool may_lack_it(const std::string& modality, const Volume& volume) {
     return modality == "CT" && volume.range().min >= kAirEnds_hu;
@@ -14,9 +14,9 @@ bool may_lack_it(const std::string& modality, const Volume& volume) {
 } // namespace
 
 ValueSurvey survey_of(const Volume& volume, const std::vector<Volume>& coarser) {
-    if (sample_count(volume.grid()) > kMostSamples)
+    if (sample_count(volume.grid()) > kMostSamplesLookedAt)
         for (const Volume& level : coarser)
-            if (sample_count(level.grid()) <= kMostSamples)
+            if (sample_count(level.grid()) <= kMostSamplesLookedAt)
                 return survey_values(level);
     return survey_values(volume);
 }

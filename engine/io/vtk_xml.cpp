@@ -12,7 +12,7 @@ namespace palpate::io {
 
 namespace {
 
-constexpr TypeKey<std::string_view> kTypes[] = {
+constexpr TypeKey<std::string_view> kVtkTypes[] = {
     {"UInt8", ComponentType::u8},    {"Int8", ComponentType::i8},
     {"UInt16", ComponentType::u16},  {"Int16", ComponentType::i16},
     {"UInt32", ComponentType::u32},  {"Int32", ComponentType::i32},
@@ -102,7 +102,7 @@ Result<void> unpack(VtkSource source, const VtkLayout& layout, std::span<std::by
 } // namespace
 
 std::optional<ComponentType> vtk_type(std::string_view name) {
-    return find_type(kTypes, name);
+    return find_type(kVtkTypes, name);
 }
 
 VtkXml split_appended(std::string_view text) {

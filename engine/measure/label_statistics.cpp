@@ -27,7 +27,7 @@ bool lie_alike(const Grid& a, const Grid& b) {
     return true;
 }
 
-struct Found {
+struct LabelFound {
     LabelStatistics figures;
     // Of indices less the first sample's: whole numbers, exact in double.
     glm::dvec3 first{0.0}, sum{0.0};
@@ -63,7 +63,7 @@ std::optional<std::vector<LabelStatistics>> label_statistics(const Volume& label
     std::optional<SampleCursor> cursor;
     if (grey && !alike)
         cursor.emplace(*grey);
-    std::map<uint32_t, Found> found;
+    std::map<uint32_t, LabelFound> found;
     std::vector<float> row(grid.size.x), values(grid.size.x);
     for (uint32_t z = 0; z < grid.size.z; ++z)
         for (uint32_t y = 0; y < grid.size.y; ++y) {
@@ -71,7 +71,7 @@ std::optional<std::vector<LabelStatistics>> label_statistics(const Volume& label
                 return std::nullopt;
             read_row(labels, {0, y, z}, grid.size.x, row.data());
             bool has_values = false;
-            Found* last = nullptr;
+            LabelFound* last = nullptr;
             for (uint32_t x = 0; x < grid.size.x; ++x) {
                 const auto label = row[x] > 0.0f ? static_cast<uint32_t>(row[x]) : 0u;
                 if (label == 0)

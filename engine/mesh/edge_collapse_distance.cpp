@@ -10,7 +10,7 @@ namespace palpate {
 
 namespace {
 
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kNotReached = std::numeric_limits<double>::infinity();
 
 } // namespace
 
@@ -48,7 +48,7 @@ double EdgeCollapse::error_of_attached() {
     const auto attach = [&](uint32_t n) {
         for (uint32_t w = first_witness_[n]; w != kNone; w = witnesses_[w].next) {
             const glm::dvec3 point = source_.points[witnesses_[w].vertex];
-            double best = kInfinite;
+            double best = kNotReached;
             uint32_t taker = kNone;
             for (const Changed& changed : changed_) {
                 if (source_.patch[changed.triangle] != source_.patch[n])
@@ -102,7 +102,7 @@ EdgeCollapse::Found EdgeCollapse::nearest_of(const std::vector<Candidate>& candi
 // Of the originals near the edge where one is near enough, of all where none is.
 EdgeCollapse::Found EdgeCollapse::nearest_original(glm::dvec3 point, uint32_t patch,
                                                    std::span<const uint32_t> hints) const {
-    Found found{kNone, kInfinite};
+    Found found{kNone, kNotReached};
     for (size_t k = 0; k < hints.size(); ++k)
         if (const uint32_t n = hints[k]; n != kNone && (k == 0 || n != hints[k - 1]))
             if (const double d = distance_to(original(n), point); d < found.distance_mm)
@@ -222,7 +222,7 @@ double EdgeCollapse::error_of_original() {
         const double error = proof_.prove(
             whole, level_, [&](uint32_t t) { return current(t); },
             [&](glm::dvec3 point, const std::array<uint32_t, 3>& near) {
-                Found found{kNone, kInfinite};
+                Found found{kNone, kNotReached};
                 for (const uint32_t t : near)
                     if (t != kNone)
                         if (const double d = distance_to(current(t), point); d < found.distance_mm)

@@ -14,7 +14,7 @@ namespace {
 constexpr double kPull = 1e-3;   // to the middle of the edge, beside the planes' pull
 constexpr double kFold = 0.1;    // cosine between a triangle's normals before and after
 constexpr double kSliver = 0.02; // twice the area over the sum of the squared sides
-constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kNeverCollapsed = std::numeric_limits<double>::infinity();
 
 double roundness(const Corners& c) {
     const glm::dvec3 u = c[1] - c[0], v = c[2] - c[1], w = c[0] - c[2];
@@ -203,7 +203,7 @@ bool EdgeCollapse::keeps_topology() {
 }
 
 bool EdgeCollapse::keeps_shape() {
-    double worst_before = kInfinite;
+    double worst_before = kNeverCollapsed;
     const auto points_of = [&](uint32_t n) {
         const glm::uvec3 t = triangles_[n];
         return Corners{points_[t.x], points_[t.y], points_[t.z]};

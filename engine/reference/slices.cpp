@@ -10,7 +10,7 @@ namespace palpate::reference {
 
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNoValue = std::numeric_limits<double>::quiet_NaN();
 
 // A plane through the outermost samples is met although rounding leaves the point beside the box.
 constexpr double kSlack = 1e-4; // samples
@@ -73,7 +73,7 @@ double Slices::slab_value(const SliceLayer& slice, glm::dvec3 normal, glm::dvec3
     const double finest = smallest_spacing_mm(data_.volume.grid());
     const double samples = std::max(1.0, std::ceil(slice.slab_mm / finest));
     const glm::dvec3 step = rays_.index_from_local() * normal * (slice.slab_mm / samples);
-    double sum = 0.0, count = 0.0, maximum = kNaN, minimum = kNaN;
+    double sum = 0.0, count = 0.0, maximum = kNoValue, minimum = kNoValue;
     for (double i = 0.0; i < samples; i += 1.0) {
         const glm::dvec3 at = index + (i + 0.5 - 0.5 * samples) * step;
         if (!within(at, rays_.last(), 0.0))
@@ -90,7 +90,7 @@ double Slices::slab_value(const SliceLayer& slice, glm::dvec3 normal, glm::dvec3
         return minimum;
     if (slice.slab_mode == SlabMode::maximum)
         return maximum;
-    return count > 0.0 ? sum / count : kNaN;
+    return count > 0.0 ? sum / count : kNoValue;
 }
 
 glm::dvec3 Slices::with_fusion(glm::dvec3 local_mm, glm::dvec3 color) {

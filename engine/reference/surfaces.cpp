@@ -12,7 +12,7 @@ namespace palpate::reference {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 
 bool comes_before(glm::dvec3 a, glm::dvec3 b) {
     return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z};
@@ -129,7 +129,7 @@ SurfaceHit Surfaces::seen(const LocalRay& ray, const Crossing& crossing) const {
     const SurfaceStyle seen_in = style(triangle.mesh, label);
     const double facing = std::min(1.0, std::abs(glm::dot(glm::normalize(normal), ray.direction)));
     return {crossing.t, Sampler::lit(layer.shading, seen_in.color, facing), seen_in.opacity,
-            labelled_[triangle.mesh] ? label : kNaN};
+            labelled_[triangle.mesh] ? label : kNothing};
 }
 
 // A cap at distance t, of the last mesh that encloses the point there: behind it, a ray leaves what
@@ -153,7 +153,7 @@ void Surfaces::add_cap(const LocalRay& ray, double t, glm::dvec3 normal,
             style(static_cast<uint32_t>(mesh), labelled ? static_cast<uint32_t>(inside) : 0);
         const double facing = std::abs(glm::dot(glm::normalize(normal), ray.direction));
         hits.push_back({t, Sampler::lit(layer.shading, shown.color, facing), shown.opacity,
-                        labelled ? static_cast<double>(inside) : kNaN});
+                        labelled ? static_cast<double>(inside) : kNothing});
         return;
     }
 }

@@ -11,7 +11,7 @@ namespace {
 
 // Calls use(picture) with the twin's picture of a scene.
 template <class Use>
-auto with_picture(const Scene& scene, const SceneData& data, int eye, const Use& use) {
+auto with_twin_picture(const Scene& scene, const SceneData& data, int eye, const Use& use) {
     TransferTable table, slice_table;
     RayCastLayer layer;
     if (scene.ray_cast) {
@@ -42,12 +42,12 @@ auto with_picture(const Scene& scene, const SceneData& data, int eye, const Use&
 } // namespace
 
 Image render_twin(const Scene& scene, const SceneData& data, int eye, PixelStride pixels) {
-    return with_picture(scene, data, eye,
+    return with_twin_picture(scene, data, eye,
                         [&](const auto& picture) { return picture.image(pixels); });
 }
 
 PixelSample twin_pixel(const Scene& scene, const SceneData& data, glm::dvec2 pixel, int eye) {
-    return with_picture(scene, data, eye,
+    return with_twin_picture(scene, data, eye,
                         [&](const auto& picture) { return picture.pixel(pixel); });
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 constexpr VkFormat kFormat = VK_FORMAT_R16G16B16A16_SFLOAT;
 constexpr size_t kBytesPerTexel = 8;
-constexpr size_t kBricksPerBatch = 16;     // what Commands::upload() sends at once
+constexpr size_t kGradientBricksPerBatch = 16;     // what Commands::upload() sends at once
 constexpr uint32_t kSide = kBrickSide + 2; // samples, with one to either side
 // What the largest difference is scaled to: half of the largest half, and so far above the
 // smallest that a difference 2^-29 of it still counts.
@@ -67,7 +67,7 @@ GradientImage::GradientImage(GpuDevice& device, const Volume& volume)
 
 uint64_t GradientImage::bytes_for(const Volume& volume) {
     return kBytesPerTexel *
-           (sample_count(volume.grid()) + uint64_t{2} * kBricksPerBatch * kBrickSamples);
+           (sample_count(volume.grid()) + uint64_t{2} * kGradientBricksPerBatch * kBrickSamples);
 }
 
 void GradientImage::update(const Volume& next, std::span<const ChangedBrick> changed) {

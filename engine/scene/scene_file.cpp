@@ -12,7 +12,7 @@ namespace palpate {
 namespace {
 
 constexpr double kLargestMm = 1e9;
-constexpr double kLargestValue = 1e30;
+constexpr double kLargestNumber = 1e30;
 constexpr uint32_t kLargestLabel = 65535;
 
 // read_x(object, "key", target) leaves the target as it is where there is no key.
@@ -91,7 +91,7 @@ std::vector<IsoSurface> read_isos(const JsonValue& in) {
             continue;
         if (!item.find("value"))
             item.complain("expected the key \"value\", found none");
-        item.take("value", iso.value, -kLargestValue, kLargestValue);
+        item.take("value", iso.value, -kLargestNumber, kLargestNumber);
         read_color(item, "color", iso.color);
         read_above(item, "opacity", 0.0, 1.0, iso.opacity);
         if (!isos.empty() && !(isos.back().value < iso.value))
@@ -246,7 +246,7 @@ void read_surfaces(const JsonValue& in, SceneFile& file) {
         SurfaceLayer layer;
         item.take("mesh", source.mesh);
         if (const auto iso = item.find("iso"))
-            source.iso = iso->number(-kLargestValue, kLargestValue);
+            source.iso = iso->number(-kLargestNumber, kLargestNumber);
         item.take("labels", source.labels);
         const int sources = !source.mesh.empty() + source.iso.has_value() + source.labels;
         if (sources != 1)

@@ -8,11 +8,11 @@ namespace palpate {
 
 namespace {
 
-constexpr float kNone = std::numeric_limits<float>::infinity();
+constexpr float kFarthest = std::numeric_limits<float>::infinity();
 
 } // namespace
 
-SimplexDistance::SimplexDistance(const Grid& grid) : least_(kNone) {
+SimplexDistance::SimplexDistance(const Grid& grid) : least_(kFarthest) {
     const glm::dmat3 axes(grid.world_from_index);
     for (unsigned taken = 1; taken < 8; ++taken)
         for (unsigned low = 0; low < 8; ++low) {
@@ -39,7 +39,7 @@ SimplexDistance::SimplexDistance(const Grid& grid) : least_(kNone) {
 SimplexDistance::Solution SimplexDistance::solve(const std::array<Neighbour, 3>& axes) const {
     unsigned present = 0, low = 0;
     glm::vec3 one(0.0f), value(0.0f);
-    float base = kNone; // distances relative to it, so that nothing is lost
+    float base = kFarthest; // distances relative to it, so that nothing is lost
     for (unsigned i = 0; i < 3; ++i)
         if (axes[i].side != 0)
             base = std::min(base, axes[i].value);
@@ -57,16 +57,16 @@ SimplexDistance::Solution SimplexDistance::solve(const std::array<Neighbour, 3>&
         const float a = glm::dot(one, f), b = glm::dot(one, v);
         const float root = b * b - a * (glm::dot(value, v) - 1.0f);
         if (!(root >= 0.0f))
-            return {kNone, {}};
+            return {kFarthest, {}};
         const float u = (b + std::sqrt(root)) / a;
         const glm::vec3 way = u * f - v; // its parts along the edges, up to a factor
         for (int i = 0; i < 3; ++i)
             if ((taken >> i & 1u) != 0 && way[i] < 0.0f)
-                return {kNone, {}};
+                return {kFarthest, {}};
         return {u, way / (way.x + way.y + way.z)};
     };
     Solution found = with(present);
-    if (found.u == kNone)
+    if (found.u == kFarthest)
         for (unsigned taken = 1; taken < 7; ++taken)
             if ((taken & ~present) == 0)
                 if (const Solution part = with(taken); part.u < found.u)

@@ -98,7 +98,7 @@ Result<Curve> evened(const Grid& grid, const WireCurve& curve, size_t number) {
 }
 
 // Where two curves cross.
-struct Crossing {
+struct CurveCrossing {
     std::array<size_t, 2> curve, place; // of each, the curve in the list and the point on it
     glm::dvec3 normal;                  // of either sign
 };
@@ -127,7 +127,7 @@ Nearest nearest(const Curve& of, const Curve& to) {
 
 // Once for every stretch of one curve that is near the other.
 void find_crossings(const std::vector<Curve>& curves, size_t a, size_t b, double near_mm,
-                    std::vector<Crossing>& out, double& least_mm) {
+                    std::vector<CurveCrossing>& out, double& least_mm) {
     const Nearest found = nearest(curves[a], curves[b]);
     const size_t count = found.away.size();
     least_mm = *std::min_element(found.away.begin(), found.away.end());
@@ -164,7 +164,7 @@ struct Pass {
     double angle;
 };
 std::vector<std::vector<Pass>> passes_of(const std::vector<Curve>& curves,
-                                         const std::vector<Crossing>& crossings) {
+                                         const std::vector<CurveCrossing>& crossings) {
     std::vector<std::vector<Pass>> out(curves.size());
     for (size_t c = 0; c < crossings.size(); ++c)
         for (size_t side = 0; side < 2; ++side) {
@@ -236,7 +236,7 @@ std::vector<SurfacePoint> with_normals(const Curve& curve, const std::vector<Pas
 }
 
 WireBody body_of(uint16_t label, const std::vector<Curve>& curves,
-                 const std::vector<Crossing>& crossings) {
+                 const std::vector<CurveCrossing>& crossings) {
     const std::vector<std::vector<Pass>> passes = passes_of(curves, crossings);
     std::vector<bool> turned(crossings.size(), false);
     choose_signs(passes, turned);
@@ -261,7 +261,7 @@ WireBody body_of(uint16_t label, const std::vector<Curve>& curves,
 // The bodies of one label.
 Result<void> add_bodies(uint16_t label, const std::vector<Curve>& curves, double near_mm,
                         std::vector<WireBody>& out) {
-    std::vector<Crossing> crossings;
+    std::vector<CurveCrossing> crossings;
     std::vector<size_t> parents(curves.size());
     std::iota(parents.begin(), parents.end(), size_t{0});
     std::vector<std::pair<double, size_t>> other(curves.size(), {INFINITY, 0}); // the nearest one
@@ -301,8 +301,8 @@ Result<void> add_bodies(uint16_t label, const std::vector<Curve>& curves, double
             place[c] = own.size();
             own.push_back(curves[c]);
         }
-        std::vector<Crossing> inside;
-        for (Crossing crossing : crossings)
+        std::vector<CurveCrossing> inside;
+        for (CurveCrossing crossing : crossings)
             if (root_of(parents, crossing.curve[0]) == root) {
                 crossing.curve = {place[crossing.curve[0]], place[crossing.curve[1]]};
                 inside.push_back(crossing);

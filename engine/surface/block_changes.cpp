@@ -12,7 +12,7 @@ namespace palpate::block {
 
 namespace {
 
-constexpr int kBlocks = static_cast<int>(kBlocksPerSide);
+constexpr int kBlocksInBrick = static_cast<int>(kBlocksPerSide);
 
 // Which samples of a block differ: bit x of row[z][y].
 using Differences = std::array<std::array<uint8_t, kSide>, kSide>;
@@ -59,7 +59,7 @@ uint32_t readers(const Differences& differ, int head, int tail) {
 } // namespace
 
 glm::ivec3 block_in_brick(int number) {
-    return {number % kBlocks, number / kBlocks % kBlocks, number / (kBlocks * kBlocks)};
+    return {number % kBlocksInBrick, number / kBlocksInBrick % kBlocksInBrick, number / (kBlocksInBrick * kBlocksInBrick)};
 }
 
 std::vector<glm::ivec3> blocks_that_read(const Volume& before, const Volume& after,
@@ -76,7 +76,7 @@ std::vector<glm::ivec3> blocks_that_read(const Volume& before, const Volume& aft
             const glm::ivec3 local = block_in_brick(std::countr_zero(left));
             const Differences differ = visit_scalar(
                 is.type(), [&](auto t) { return differences<decltype(t)>(was, is, local); });
-            const glm::ivec3 at = glm::ivec3(brick.position) * kBlocks + local;
+            const glm::ivec3 at = glm::ivec3(brick.position) * kBlocksInBrick + local;
             for (uint32_t n = readers(differ, head, tail); n != 0; n &= n - 1) {
                 const int i = std::countr_zero(n);
                 const glm::ivec3 reader = at + glm::ivec3(i % 3, i / 3 % 3, i / 9) - 1;
@@ -101,8 +101,8 @@ bool is_on_one_side(const Volume& volume, float iso, glm::ivec3 block) {
         const glm::ivec3 at = block + glm::ivec3(n & 1, n >> 1 & 1, n >> 2);
         if (glm::any(glm::greaterThan(at, last)))
             continue;
-        const Brick& brick = volume.brick(glm::uvec3(at / kBlocks));
-        const ValueRange of_block = brick.block_range(block_of(glm::uvec3(at % kBlocks * kSide)));
+        const Brick& brick = volume.brick(glm::uvec3(at / kBlocksInBrick));
+        const ValueRange of_block = brick.block_range(block_of(glm::uvec3(at % kBlocksInBrick * kSide)));
         gaps = gaps || brick.no_data_count() > 0;
         data = data || !of_block.empty();
         range.include(of_block);

@@ -18,7 +18,7 @@ namespace {
 
 using namespace block;
 
-constexpr int kBlocks = static_cast<int>(kBlocksPerSide);
+constexpr int kBlocksAcross = static_cast<int>(kBlocksPerSide);
 constexpr size_t kWorthThreads = 8; // blocks; fewer are done sooner than threads wake up
 
 } // namespace
@@ -40,7 +40,7 @@ BlockSurface::BlockSurface(const Volume& volume, float iso, const SurfaceOptions
         for (int y = first.y; y < end.y; ++y)
             for (int x = first.x; x < end.x; ++x)
                 for (uint64_t left = field.crossed_blocks({x, y, z}); left != 0; left &= left - 1)
-                    crossed.push_back(glm::ivec3(x, y, z) * kBlocks +
+                    crossed.push_back(glm::ivec3(x, y, z) * kBlocksAcross +
                                       block_in_brick(std::countr_zero(left)));
     remesh(crossed);
 }
@@ -152,7 +152,7 @@ std::vector<glm::ivec3> BlockSurface::blocks() const {
     const glm::ivec3 end = count_ - lead_;
     const auto bricks = [&](int a, int& first, int& last) {
         first = -lead_;
-        last = (end[a] - 1 + kBlocks) / kBlocks - 1;
+        last = (end[a] - 1 + kBlocksAcross) / kBlocksAcross - 1;
     };
     glm::ivec3 first, last;
     for (int a = 0; a < 3; ++a)
@@ -161,7 +161,7 @@ std::vector<glm::ivec3> BlockSurface::blocks() const {
         for (int y = first.y; y <= last.y; ++y)
             for (int x = first.x; x <= last.x; ++x)
                 for (int n = 0; n < static_cast<int>(kBlocksPerBrick); ++n) {
-                    const glm::ivec3 at = glm::ivec3(x, y, z) * kBlocks + block_in_brick(n);
+                    const glm::ivec3 at = glm::ivec3(x, y, z) * kBlocksAcross + block_in_brick(n);
                     if (block(at))
                         found.push_back(at);
                 }

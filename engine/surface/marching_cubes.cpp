@@ -23,7 +23,7 @@ namespace {
 
 using namespace block;
 
-constexpr int kBlocks = static_cast<int>(kBlocksPerSide);
+constexpr int kBlocksOnSide = static_cast<int>(kBlocksPerSide);
 
 struct CrossedBlock {
     uint32_t number; // in its brick, as block_of()
@@ -43,7 +43,7 @@ struct CrossedBrick {
 };
 
 glm::ivec3 block_in_brick(uint32_t number) {
-    return {number % kBlocks, number / kBlocks % kBlocks, number / (kBlocks * kBlocks)};
+    return {number % kBlocksOnSide, number / kBlocksOnSide % kBlocksOnSide, number / (kBlocksOnSide * kBlocksOnSide)};
 }
 
 // What a thread needs for one block.
@@ -125,13 +125,13 @@ class Extraction {
     }
 
     const CrossedBlock* find(glm::ivec3 block) const {
-        const glm::ivec3 from_first = block - field_.first_brick() * kBlocks;
-        const glm::ivec3 brick = from_first / kBlocks, local = from_first % kBlocks;
+        const glm::ivec3 from_first = block - field_.first_brick() * kBlocksOnSide;
+        const glm::ivec3 brick = from_first / kBlocksOnSide, local = from_first % kBlocksOnSide;
         return crossed_[static_cast<size_t>(brick.x) +
                         static_cast<size_t>(bricks_.x) *
                             (static_cast<size_t>(brick.y) +
                              static_cast<size_t>(bricks_.y) * static_cast<size_t>(brick.z))]
-            .find(static_cast<uint32_t>(local.x + kBlocks * (local.y + kBlocks * local.z)));
+            .find(static_cast<uint32_t>(local.x + kBlocksOnSide * (local.y + kBlocksOnSide * local.z)));
     }
 
     void count_brick(size_t i) {
@@ -146,7 +146,7 @@ class Extraction {
         Cells cells;
         for (; candidates != 0; candidates &= candidates - 1) {
             CrossedBlock b{static_cast<uint32_t>(std::countr_zero(candidates)), {}};
-            const glm::ivec3 at = position * kBlocks + block_in_brick(b.number);
+            const glm::ivec3 at = position * kBlocksOnSide + block_in_brick(b.number);
             const Signs signs = field_.signs_of(at);
             const Last last = field_.last_of(at);
             count_edges(signs, last, b.count);
@@ -168,7 +168,7 @@ class Extraction {
         BlockReader reader(volume_, options_.closed_at_border);
         Place place{{}, glm::vec3(spacing_mm(volume_.grid()))};
         for (const CrossedBlock& b : crossed_[i].blocks) {
-            const glm::ivec3 at = position * kBlocks + block_in_brick(b.number);
+            const glm::ivec3 at = position * kBlocksOnSide + block_in_brick(b.number);
             const Signs signs = field_.signs_of(at);
             const Last last = field_.last_of(at);
             find_cells(signs, last, s.cells);

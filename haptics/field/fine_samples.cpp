@@ -46,7 +46,7 @@ PALPATE_CLONES void convolve(const float* in, int read, int run, int outer, cons
         }
 }
 
-bool is_same_grid(const Grid& a, const Grid& b) {
+bool has_same_grid(const Grid& a, const Grid& b) {
     return a.size == b.size && a.world_from_index == b.world_from_index;
 }
 
@@ -91,7 +91,7 @@ void FineSamples::follow(const Volume& volume, const TouchParameters& p) {
         labels || range.empty() ? 0.0f : std::min(range.min, static_cast<float>(iso) - 1.0f);
     if (settings_ != 0 && labels == labels_ && has_table == has_table_ && iso == iso_ &&
         blur == blur_ && plateaus == plateaus_ && lowest == lowest_ &&
-        (!has_table || p.opacity == table_) && is_same_grid(volume.grid(), grid_))
+        (!has_table || p.opacity == table_) && has_same_grid(volume.grid(), grid_))
         return;
     ++settings_;
     labels_ = labels;

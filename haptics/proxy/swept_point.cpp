@@ -13,8 +13,8 @@ namespace {
 
 using glm::dvec3;
 
-constexpr uint32_t kMostIterations = 16;
-constexpr double kConverged_mm = 1e-4;
+constexpr uint32_t kMostSteps = 16;
+constexpr double kPointConverged_mm = 1e-4;
 // Below this slope across a sample, as a share of the contrast, a normal is doubtful.
 constexpr double kFlat = 0.004;
 
@@ -110,7 +110,7 @@ bool SweptPoint::pass_bump(dvec3 goal, dvec3 normal, bool& on_surface) {
         step *= most / length;
     bool lands = true;
     const dvec3 next = slide(state_.proxy, normal, step, lands);
-    if (glm::distance(next, goal) > glm::length(d) - kConverged_mm)
+    if (glm::distance(next, goal) > glm::length(d) - kPointConverged_mm)
         return false;
     state_.proxy = next;
     on_surface = lands;
@@ -128,7 +128,7 @@ uint32_t SweptPoint::settle(dvec3 goal) {
     dvec3 last_residual(0.0), last_step(0.0);
     double gain = 1.0;
     uint32_t i = 0;
-    for (; i < kMostIterations; ++i) {
+    for (; i < kMostSteps; ++i) {
         const dvec3 d = goal - s.proxy;
         const double depth = -glm::dot(d, normal.direction);
         if (!on_surface || depth <= 0.0) {
@@ -155,7 +155,7 @@ uint32_t SweptPoint::settle(dvec3 goal) {
         const double across = glm::length(residual);
         const double held = friction * depth;
         residual *= across > held ? 1.0 - held / across : 0.0;
-        if (glm::length(residual) < kConverged_mm)
+        if (glm::length(residual) < kPointConverged_mm)
             break;
         // The step that the last one's success suggests: in a hollow less than the residual, on a
         // bulge more (Barzilai & Borwein 1988).
@@ -177,7 +177,7 @@ uint32_t SweptPoint::settle(dvec3 goal) {
         last_step = s.proxy - before;
         if (on_surface) {
             normal = normal_at(s.proxy);
-            if (glm::length(last_step) < 0.1 * kConverged_mm)
+            if (glm::length(last_step) < 0.1 * kPointConverged_mm)
                 break;
         }
     }

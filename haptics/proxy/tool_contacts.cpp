@@ -29,7 +29,7 @@ constexpr uint32_t kContactWork = 4, kSamplesOfWork = 40, kPointsOfWork = 40, kL
 constexpr double kDeep = 0.025, kDeepInNoise = 0.15, kSunk = 0.5;
 // In noise: so much of the sharp value, for each sample of blur, is the smooth one instead.
 constexpr double kSmoothShare = 0.5;
-constexpr double kFlat = 0.004; // slope across a sample, as a share of the contrast
+constexpr double kFlatSlope = 0.004; // slope across a sample, as a share of the contrast
 // How far a ball's contact turns towards where it faces the surface, at its first look. On a body
 // that bends by 1/r all of it is 1 / (1 + R/r) of what its normal says: 1 on a plane, 0.6 on the
 // edges of a body that R has two thirds of, more in hollows. So a contact that had to turn back
@@ -212,7 +212,7 @@ void ToolContacts::face(Hold& found) const {
 }
 
 double ToolContacts::least_slope() const {
-    return kFlat * field_.contrast() / field_.voxel_mm();
+    return kFlatSlope * field_.contrast() / field_.voxel_mm();
 }
 
 Field::Both ToolContacts::felt_at(dvec3 at) {

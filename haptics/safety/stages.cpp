@@ -7,19 +7,19 @@ namespace palpate::haptics {
 
 namespace {
 
-constexpr double kNsPerS = 1e9;
+constexpr double kNsPerSecond = 1e9;
 
-bool finite(glm::dvec3 v) {
+bool is_finite(glm::dvec3 v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-bool finite(glm::dquat q) {
+bool is_finite(glm::dquat q) {
     return std::isfinite(q.w) && std::isfinite(q.x) && std::isfinite(q.y) && std::isfinite(q.z);
 }
 
 // A rotation whose length says that it is one.
 bool is_unit(glm::dquat q) {
-    return finite(q) && std::abs(glm::dot(q, q) - 1.0) < 1e-3;
+    return is_finite(q) && std::abs(glm::dot(q, q) - 1.0) < 1e-3;
 }
 
 } // namespace
@@ -41,17 +41,17 @@ InputCheck::Verdict InputCheck::check(const SafetyLimits& limits, const DeviceCa
         }
         return hold(now_ns, sample);
     }
-    const auto period_ns = static_cast<int64_t>(kNsPerS / device.rate_hz);
+    const auto period_ns = static_cast<int64_t>(kNsPerSecond / device.rate_hz);
     const bool is_new = sample.time_ns >= now_ns - limits.hold_ns - period_ns &&
                         sample.time_ns <= now_ns + limits.hold_ns;
-    bool good = status == DeviceStatus::ok && is_new && finite(sample.position_m) &&
-                finite(sample.velocity_m_per_s) && is_unit(sample.rotation);
+    bool good = status == DeviceStatus::ok && is_new && is_finite(sample.position_m) &&
+                is_finite(sample.velocity_m_per_s) && is_unit(sample.rotation);
     for (int axis = 0; good && axis < 3; ++axis)
         good = std::abs(sample.position_m[axis]) <= device.workspace_m[axis] + limits.outside_m;
     good = good && glm::length(sample.velocity_m_per_s) <= limits.most_speed_m_per_s;
     // A sample of the same time as the last may differ from it by nothing.
     const double since_s =
-        has_good_ && good ? static_cast<double>(sample.time_ns - good_.time_ns) / kNsPerS : 0.0;
+        has_good_ && good ? static_cast<double>(sample.time_ns - good_.time_ns) / kNsPerSecond : 0.0;
     const glm::dvec3 way_m = sample.position_m - good_.position_m;
     if (good && has_good_)
         good = since_s >= 0.0 &&
@@ -81,7 +81,7 @@ InputCheck::Verdict InputCheck::hold(int64_t now_ns, DeviceSample& sample) const
 }
 
 int64_t InputCheck::silence_ns(const DeviceCapabilities& device, int64_t now_ns) const noexcept {
-    const auto period_ns = static_cast<int64_t>(kNsPerS / device.rate_hz);
+    const auto period_ns = static_cast<int64_t>(kNsPerSecond / device.rate_hz);
     return has_good_ ? std::max<int64_t>(0, now_ns - good_.time_ns - period_ns) : 0;
 }
 
@@ -137,7 +137,7 @@ bool Shaking::shakes(const SafetyLimits& limits, glm::dvec3 velocity_m_per_s, gl
 }
 
 glm::dvec3 limit_magnitude(glm::dvec3 vector, double most) noexcept {
-    if (!finite(vector))
+    if (!is_finite(vector))
         return glm::dvec3(0.0);
     // Divided first, so that squares of the largest doubles do not overflow.
     const double largest = std::max({std::abs(vector.x), std::abs(vector.y), std::abs(vector.z)});

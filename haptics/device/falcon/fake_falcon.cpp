@@ -9,7 +9,7 @@ namespace palpate::haptics::falcon {
 
 namespace {
 
-constexpr glm::dvec3 kMiddle_m{0.0, 0.0, kCentre_m};
+constexpr glm::dvec3 kCentreOfWork_m{0.0, 0.0, kCentre_m};
 constexpr int64_t kAnswers_ns = 20'000; // of the firmware, from a command to its answer
 constexpr size_t kLineBuffer = 384;     // bytes on their way to the device
 constexpr std::array kHello{std::byte{0x0A}, std::byte{0x43}, std::byte{0x0D}};
@@ -183,7 +183,7 @@ void FakeFalcon::run_command(const Packet& packet, int64_t at_ns) {
 }
 
 Counts FakeFalcon::encoders() {
-    if (const std::optional<Angles> angles = inverse(plant_.true_position_m() + kMiddle_m))
+    if (const std::optional<Angles> angles = inverse(plant_.true_position_m() + kCentreOfWork_m))
         angles_ = *angles;
     if (!encoders_stuck)
         for (size_t axis = 0; axis < 3; ++axis)
@@ -194,7 +194,7 @@ Counts FakeFalcon::encoders() {
 
 // Torques that are held push the grip, wherever it is by now.
 void FakeFalcon::apply_motors() {
-    const glm::dvec3 place = plant_.true_position_m() + kMiddle_m;
+    const glm::dvec3 place = plant_.true_position_m() + kCentreOfWork_m;
     const glm::dvec3 torque_nm =
         glm::dvec3(command_.motors[0], command_.motors[1], command_.motors[2]) /
         FalconDevice::kCountsPerNm;

@@ -10,7 +10,7 @@ namespace {
 constexpr double kArm_m = 0.060, kForearm_m = 0.1025, kOffset_m = 0.01443, kEnds_m = 2 * 0.01125,
                  kSide_m = -0.025, kBase_m = 0.040, kShift_m = -0.02309; // a, b, c, d + e, f, r, s
 constexpr double kDegree = std::numbers::pi / 180.0;
-constexpr double kZero = 35.0 * kDegree;
+constexpr double kArmZero = 35.0 * kDegree;
 // 320 slots of 4 edges a turn of a motor, whose shaft of 14.25 mm drives a drum of 110 mm.
 constexpr double kCount = 2.0 * std::numbers::pi / 1280.0 * 14.25 / 110.0;
 
@@ -50,11 +50,11 @@ double square(double x) {
 } // namespace
 
 double angle_of_count(int count) noexcept {
-    return kZero + kCount * count;
+    return kArmZero + kCount * count;
 }
 
 double count_of_angle(double angle) noexcept {
-    return (angle - kZero) / kCount;
+    return (angle - kArmZero) / kCount;
 }
 
 glm::dvec3 loop_error(const Angles& angles, glm::dvec3 position_m) noexcept {
