@@ -45,5 +45,7 @@ function(palpate_embed_shader target shader id)
         COMMAND embed_spirv ${source} ${PROJECT_SOURCE_DIR} ${out_dir} ${id} ${ARGN}
         DEPENDS ${all_spv} embed_spirv COMMENT "Embedding ${id}" VERBATIM)
     target_sources(${target} PRIVATE ${out_dir}/${id}.cpp ${out_dir}/${id}.h)
+    # all of them use the same names
+    set_source_files_properties(${out_dir}/${id}.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     target_include_directories(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR})
 endfunction()

@@ -70,8 +70,8 @@ std::vector<TouchCase> cases_of_no_surface(const Storage& storage) {
     all.why_not = whole;
     cases.push_back(all);
     TouchCase half = case_of("A12", "no-data/half", nothing());
-    half.store =
-        store_values([](glm::uvec3, dvec3 mm) { return glm::dot(mm, kTiltedNormal) < 0.0 ? kNaN : 0.0; });
+    half.store = store_values(
+        [](glm::uvec3, dvec3 mm) { return glm::dot(mm, kTiltedNormal) < 0.0 ? kNaN : 0.0; });
     half.why_not = whole;
     cases.push_back(half);
     TouchCase holes = case_of("A12", "no-data/holes", nothing());

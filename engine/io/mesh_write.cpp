@@ -20,7 +20,7 @@ namespace {
 
 using io::OutputFile;
 
-constexpr double kFloatsAreWritten_mm = 1e-4;
+constexpr double kFloatSuffices_mm = 1e-4;
 constexpr double kMostStlRounding_mm = 0.01;
 constexpr size_t kFlushBytes = 1 << 20;
 
@@ -49,7 +49,7 @@ struct WorldMesh {
         const glm::uvec3 t = mesh.triangles[n];
         return turn ? glm::uvec3(t.x, t.z, t.y) : t;
     }
-    bool needs_double() const { return rounding_mm > kFloatsAreWritten_mm; }
+    bool needs_double() const { return rounding_mm > kFloatSuffices_mm; }
 };
 
 // Collects what is written, and hands it to the file in large parts.

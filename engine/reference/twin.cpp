@@ -43,12 +43,12 @@ auto with_twin_picture(const Scene& scene, const SceneData& data, int eye, const
 
 Image render_twin(const Scene& scene, const SceneData& data, int eye, PixelStride pixels) {
     return with_twin_picture(scene, data, eye,
-                        [&](const auto& picture) { return picture.image(pixels); });
+                             [&](const auto& picture) { return picture.image(pixels); });
 }
 
 PixelSample twin_pixel(const Scene& scene, const SceneData& data, glm::dvec2 pixel, int eye) {
     return with_twin_picture(scene, data, eye,
-                        [&](const auto& picture) { return picture.pixel(pixel); });
+                             [&](const auto& picture) { return picture.pixel(pixel); });
 }
 
 } // namespace palpate

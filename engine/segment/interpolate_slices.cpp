@@ -19,9 +19,9 @@ struct Between {
     std::vector<uint16_t> label;
 };
 
-class Interpolation {
+class BetweenSlices {
  public:
-    Interpolation(const Volume& labels, int axis) : labels_(labels), axis_(axis) {
+    BetweenSlices(const Volume& labels, int axis) : labels_(labels), axis_(axis) {
         plane_ = labels.size();
         plane_[axis] = 1;
         samples_ = size_t{plane_.x} * plane_.y * plane_.z;
@@ -131,7 +131,7 @@ Result<Volume> interpolate_slices(const Volume& labels, int axis, const Task& ta
     PALPATE_TRY(check_labels(labels, "interpolation between slices"));
     if (axis < 0 || axis > 2)
         return fail("interpolation between slices: expected an axis 0, 1 or 2, found {}", axis);
-    return Interpolation(labels, axis).run(task);
+    return BetweenSlices(labels, axis).run(task);
 }
 
 } // namespace palpate

@@ -59,7 +59,8 @@ uint32_t readers(const Differences& differ, int head, int tail) {
 } // namespace
 
 glm::ivec3 block_in_brick(int number) {
-    return {number % kBlocksInBrick, number / kBlocksInBrick % kBlocksInBrick, number / (kBlocksInBrick * kBlocksInBrick)};
+    return {number % kBlocksInBrick, number / kBlocksInBrick % kBlocksInBrick,
+            number / (kBlocksInBrick * kBlocksInBrick)};
 }
 
 std::vector<glm::ivec3> blocks_that_read(const Volume& before, const Volume& after,
@@ -102,7 +103,8 @@ bool is_on_one_side(const Volume& volume, float iso, glm::ivec3 block) {
         if (glm::any(glm::greaterThan(at, last)))
             continue;
         const Brick& brick = volume.brick(glm::uvec3(at / kBlocksInBrick));
-        const ValueRange of_block = brick.block_range(block_of(glm::uvec3(at % kBlocksInBrick * kSide)));
+        const ValueRange of_block =
+            brick.block_range(block_of(glm::uvec3(at % kBlocksInBrick * kSide)));
         gaps = gaps || brick.no_data_count() > 0;
         data = data || !of_block.empty();
         range.include(of_block);

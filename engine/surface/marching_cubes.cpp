@@ -43,7 +43,8 @@ struct CrossedBrick {
 };
 
 glm::ivec3 block_in_brick(uint32_t number) {
-    return {number % kBlocksOnSide, number / kBlocksOnSide % kBlocksOnSide, number / (kBlocksOnSide * kBlocksOnSide)};
+    return {number % kBlocksOnSide, number / kBlocksOnSide % kBlocksOnSide,
+            number / (kBlocksOnSide * kBlocksOnSide)};
 }
 
 // What a thread needs for one block.
@@ -131,7 +132,8 @@ class Extraction {
                         static_cast<size_t>(bricks_.x) *
                             (static_cast<size_t>(brick.y) +
                              static_cast<size_t>(bricks_.y) * static_cast<size_t>(brick.z))]
-            .find(static_cast<uint32_t>(local.x + kBlocksOnSide * (local.y + kBlocksOnSide * local.z)));
+            .find(static_cast<uint32_t>(local.x +
+                                        kBlocksOnSide * (local.y + kBlocksOnSide * local.z)));
     }
 
     void count_brick(size_t i) {

@@ -19,9 +19,9 @@ namespace palpate {
 namespace {
 
 constexpr float kLambda = 0.5f, kMu = -0.53f; // as surface_nets()
-constexpr uint32_t kVertexQuantum = 16, kTriangleQuantum = 8;
+constexpr uint32_t kNetVertexQuantum = 16, kNetTriangleQuantum = 8;
 
-glm::uvec3 groups_for(size_t items) {
+glm::uvec3 net_groups_for(size_t items) {
     const size_t most = gpu::kNetMostGroups;
     return {std::min(items, most), (items + most - 1) / most, 1};
 }
@@ -74,15 +74,15 @@ Result<void> GpuNets::make_arrays(const std::vector<NetCounter::Count>& counts) 
     uint64_t slots = 0, vertices = 0, triangles = 0;
     for (const NetCounter::Count& count : counts) {
         slots += count.vertices > 0;
-        vertices += rounded(count.vertices + count.more_vertices, kVertexQuantum);
-        triangles += rounded(count.triangles, kTriangleQuantum);
+        vertices += rounded(count.vertices + count.more_vertices, kNetVertexQuantum);
+        triangles += rounded(count.triangles, kNetTriangleQuantum);
     }
     const auto roomy = [](uint64_t count, uint64_t quantum) {
         return (count + count / 5 + 1024) / quantum * quantum;
     };
     slots = roomy(slots, 1);
-    vertices = roomy(vertices, kVertexQuantum);
-    triangles = roomy(triangles, kTriangleQuantum);
+    vertices = roomy(vertices, kNetVertexQuantum);
+    triangles = roomy(triangles, kNetTriangleQuantum);
     const uint64_t most = device_->limits().maxStorageBufferRange;
     const uint64_t largest =
         std::max({slots * 512 * sizeof(glm::uvec2), triangles * sizeof(glm::uvec3),
@@ -107,8 +107,8 @@ Result<void> GpuNets::make_arrays(const std::vector<NetCounter::Count>& counts) 
             ? std::optional(buffer("net links", vertices * gpu::kNetMostLinks, sizeof(uint32_t)))
             : std::nullopt,
         RangeAllocator(static_cast<uint32_t>(slots), 1),
-        RangeAllocator(static_cast<uint32_t>(vertices), kVertexQuantum),
-        RangeAllocator(static_cast<uint32_t>(triangles), kTriangleQuantum)});
+        RangeAllocator(static_cast<uint32_t>(vertices), kNetVertexQuantum),
+        RangeAllocator(static_cast<uint32_t>(triangles), kNetTriangleQuantum)});
     return {};
 }
 
@@ -227,7 +227,7 @@ void GpuNets::record_blocks(Commands& commands, const Blocks& cells, const Block
     commands.begin_pass("nets");
     if (!cells.empty()) {
         const Bound jobs = bind_storage(gpu::kNetJobs, jobs_of(commands, cells));
-        const glm::uvec3 groups = groups_for(cells.size());
+        const glm::uvec3 groups = net_groups_for(cells.size());
         const Bound find[] = {uniform(),
                               samples,
                               jobs,
@@ -268,7 +268,7 @@ void GpuNets::record_blocks(Commands& commands, const Blocks& cells, const Block
                               bind_storage(gpu::kNetPositions, arrays.positions, writes),
                               bind_storage(gpu::kNetTriangles, arrays.triangles, writes),
                               bind_storage(gpu::kNetLabels, arrays.labels, writes)};
-        commands.dispatch(pipelines_->get(spirv::NetEmit{}), emit, groups_for(emitted.size()));
+        commands.dispatch(pipelines_->get(spirv::NetEmit{}), emit, net_groups_for(emitted.size()));
     }
     commands.end_pass();
 }

@@ -50,8 +50,9 @@ InputCheck::Verdict InputCheck::check(const SafetyLimits& limits, const DeviceCa
         good = std::abs(sample.position_m[axis]) <= device.workspace_m[axis] + limits.outside_m;
     good = good && glm::length(sample.velocity_m_per_s) <= limits.most_speed_m_per_s;
     // A sample of the same time as the last may differ from it by nothing.
-    const double since_s =
-        has_good_ && good ? static_cast<double>(sample.time_ns - good_.time_ns) / kNsPerSecond : 0.0;
+    const double since_s = has_good_ && good
+                               ? static_cast<double>(sample.time_ns - good_.time_ns) / kNsPerSecond
+                               : 0.0;
     const glm::dvec3 way_m = sample.position_m - good_.position_m;
     if (good && has_good_)
         good = since_s >= 0.0 &&

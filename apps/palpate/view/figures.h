@@ -50,7 +50,7 @@ class Figures {
 
     const bool threaded_;
     // The maker's own.
-    std::optional<Histogram> histogram_, label_counts_;
+    std::optional<palpate::Histogram> histogram_, label_counts_;
     Known made_;
     uint64_t measured_version_ = 0; // of the grey volume that made_.measured is about
 

@@ -10,11 +10,11 @@ namespace palpate::view {
 
 namespace {
 
-struct Window {
+struct GreyRange {
     double low, high;
 };
 
-Window window_of(const LoadedVolume& loaded, std::vector<double> values) {
+GreyRange window_of(const LoadedVolume& loaded, std::vector<double> values) {
     if (loaded.modality == "CT") {
         const LoadedScene scene{{loaded.volume, std::nullopt, {}}, loaded.modality, {}, {}, {}, {}};
         const TransferFunction grey = default_slice_transfer(scene);
@@ -45,7 +45,7 @@ std::vector<std::byte> preview_of(const LoadedVolume& loaded, uint32_t side_px) 
                 values[size_t{y} * side_px + x] =
                     double{volume.value(glm::uvec3(at, grid.size.z / 2))};
         }
-    const Window window = window_of(loaded, values);
+    const GreyRange window = window_of(loaded, values);
     std::vector<std::byte> rgba;
     for (const double value : values) {
         const double share =
