@@ -207,6 +207,10 @@ void Session::stop() {
         else
             editor_.settle();
     }
+    if (!threaded_) { // time does not go on, so the meter cannot say it
+        milling_.rate_mm3_per_s.store(0.0, std::memory_order_relaxed);
+        removal_.store(0.0f, std::memory_order_relaxed);
+    }
 }
 
 void Session::arm() {

@@ -54,12 +54,26 @@ void draw_names(ImDrawList& list, const ViewState& state, const Grid& grid) {
     }
 }
 
+// Over the picture, so also where something lies before it.
+void draw_dust(ImDrawList& list, const ViewState& state, const Work& work, const Box& box) {
+    const glm::dvec2 low(box.low_px);
+    list.PushClipRect(to_im(low), to_im(low + glm::dvec2(box.size_px)), true);
+    for (const DustCloud::Grain& grain : work.dust().grains())
+        if (const auto at = pixel_of(state, work.subject().grid, Panel::volume, grain.place_mm))
+            list.AddRectFilled(
+                to_im(*at), to_im(*at + 2.0),
+                IM_COL32(235, 225, 205, static_cast<int>(200.0 * (1.0 - grain.age))));
+    list.PopClipRect();
+}
+
 } // namespace
 
 void draw_hand_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel,
                      const Box& box) {
     if (panel == Panel::volume && work.touch().running())
         draw_names(list, state, work.subject().grid);
+    if (panel == Panel::volume && state.stylus.dust_shown && !state.stereo.on)
+        draw_dust(list, state, work, box);
     const std::optional<TouchSample>& now = work.touch().now();
     if (!work.touch().running() || !now)
         return;

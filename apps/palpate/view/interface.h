@@ -90,7 +90,7 @@ class Interface {
     void draw_questions(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_touch(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_touch_device(ViewState& state, Work& work, std::vector<Order>& orders);
-    void draw_touch_buttons(ViewState& state);
+    void draw_touch_buttons(ViewState& state, const Work& work);
     void draw_touch_feel(Work& work);
     void draw_touch_plots(const ViewState& state, Work& work);
     void note(const char* id); // where the last widget lies

@@ -30,6 +30,7 @@ struct Stylus {
     TipShape shape = TipShape::ball;
     double rate_per_s = 5.0;  // of drill and add: the range of the grey values, so often a second
     bool arrow_shown = false; // the force
+    bool sound_on = true, dust_shown = true; // of material that is removed
 
     // Of a pointer. In slices it is on the plane. In 3D it is on a plane across the view: depth_mm
     // from the eye along the view, or where on_surface as deep as what is seen under the pointer,

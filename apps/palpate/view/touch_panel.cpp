@@ -85,7 +85,7 @@ void Interface::draw_touch(ViewState& state, Work& work, std::vector<Order>& ord
                          ImGuiWindowFlags_NoFocusOnAppearing)) {
         ImGui::PushItemWidth(width - 9.0f * ImGui::GetFontSize());
         draw_touch_device(state, work, orders);
-        draw_touch_buttons(state);
+        draw_touch_buttons(state, work);
         draw_touch_feel(work);
         draw_touch_plots(state, work);
         ImGui::PopItemWidth();
@@ -177,7 +177,7 @@ void Interface::draw_touch_device(ViewState& state, Work& work, std::vector<Orde
     }
 }
 
-void Interface::draw_touch_buttons(ViewState& state) {
+void Interface::draw_touch_buttons(ViewState& state, const Work& work) {
     ImGui::Separator();
     Stylus& stylus = state.stylus;
     const bool is_mouse = stylus.by_pointer || !stylus.on;
@@ -196,6 +196,15 @@ void Interface::draw_touch_buttons(ViewState& state) {
     }
     ImGui::Checkbox("force as an arrow", &stylus.arrow_shown);
     note("touch/arrow");
+    ImGui::Checkbox("sound", &stylus.sound_on);
+    note("touch/sound");
+    if (stylus.sound_on && !work.sound().why_silent().empty() && ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s", work.sound().why_silent().c_str());
+    ImGui::SameLine();
+    ImGui::Checkbox("dust", &stylus.dust_shown);
+    note("touch/dust");
+    if (stylus.sound_on && !work.sound().why_silent().empty())
+        hint("no sound: point at the box to see why");
     choose_named("3D by", state.seen_as, kSeenAs);
     note("touch/seen_as");
     ImGui::Checkbox("widgets in 3D", &state.palette_shown);

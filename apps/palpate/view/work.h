@@ -7,9 +7,11 @@
 #include <utility>
 
 #include "apps/palpate/open_scene.h"
+#include "apps/palpate/view/dust_cloud.h"
 #include "apps/palpate/view/figures.h"
 #include "apps/palpate/view/hand_tool.h"
 #include "apps/palpate/view/mesh_run.h"
+#include "apps/palpate/view/milling_sound_output.h"
 #include "apps/palpate/view/palette.h"
 #include "apps/palpate/view/pulled_mesh.h"
 #include "apps/palpate/view/segment_run.h"
@@ -64,6 +66,8 @@ class Work {
     // where nothing is threaded, and notes in the state what it has become.
     void follow_hand(ViewState& state, double time_s);
     Touch& touch() { return touch_; }
+    const DustCloud& dust() const { return dust_; }
+    const MillingSoundOutput& sound() const { return sound_; }
     // How far the document is behind the hand: inputs that it does not have yet, and for how long
     // the oldest of them has waited, to a frame. None is dropped.
     struct Backlog {
@@ -156,6 +160,7 @@ class Work {
     void hold_tools(const ViewState& state);
     void measure_backlog(double time_s);
     void press_widgets(ViewState& state);
+    void follow_milling(const ViewState& state, double time_s);
     void obey_hand(const Order& order, const ViewState& state);
     Json dump_hand(const ViewState& state);
     Json dump_segmenting(const ViewState& state) const;
@@ -205,6 +210,8 @@ class Work {
     std::optional<glm::uvec3> wire_anchor_;
     Touch touch_; // after the session that it stops
     TipMesh tip_;
+    DustCloud dust_;
+    MillingSoundOutput sound_;
     std::vector<Widget3d> palette_; // that is felt and drawn
     haptics::PlateTouch pressed_;   // of it, as drawn
     std::shared_ptr<const Mesh> palette_mesh_;

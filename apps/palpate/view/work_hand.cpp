@@ -80,6 +80,7 @@ void Work::follow_hand(ViewState& state, double time_s) {
     if (edited().document.find(labels_))
         labels_asked_ = false;
     touch_.frame(state.stylus, time_s);
+    follow_milling(state, time_s);
     const Carve carves[] = {state.stylus.first, state.stylus.second};
     for (size_t i = 0; i < 2; ++i)
         if ((state.stylus.buttons & ~pressed_buttons_ & (1u << i)) && carves[i] == Carve::nothing)
@@ -90,6 +91,14 @@ void Work::follow_hand(ViewState& state, double time_s) {
     state.stylus.by_pointer = touch_.by_pointer();
     if (!state.stylus.by_pointer)
         state.stylus.buttons = 0;
+}
+
+void Work::follow_milling(const ViewState& state, double time_s) {
+    const haptics::Milling milling = session_.milling();
+    const std::optional<TouchSample>& now = touch_.now();
+    dust_.frame(milling.removed_mm3, now ? now->proxy.position_mm : glm::dvec3(0.0), time_s);
+    if (threaded_) // a script plays nothing
+        sound_.frame(milling, touch_.running() && state.stylus.sound_on);
 }
 
 void Work::show_as_wanted(ViewState& state) {
@@ -180,7 +189,12 @@ Json Work::dump_hand(const ViewState& state) {
               {"first", name_of(stylus.first)},
               {"second", name_of(stylus.second)},
               {"shape", name_of(stylus.shape)},
-              {"push_mm", stylus.push_mm}};
+              {"push_mm", stylus.push_mm},
+              {"sound_on", stylus.sound_on},
+              {"dust_shown", stylus.dust_shown},
+              {"removed_mm3", session_.milling().removed_mm3},
+              {"grains", dust_.made()},
+              {"sound_level", milling_level(session_.milling())}};
     if (stylus.by_pointer)
         json["meant_mm"] = json_of(stylus.meant.position_mm);
     if (now) {

@@ -1,0 +1,116 @@
+// What a person sees and hears of milling in the window.
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "haptics/sound/milling.h"
+#include "tests/view/viewer_fixture.h"
+
+namespace palpate::view {
+namespace {
+
+// A hand that goes down the axis of synthetic:ball, with its first button pressed all the way.
+HandOptions drilling_hand() {
+    HandOptions hand{.device = "exact", .algorithm = "swept-point"};
+    std::vector<haptics::HandPose> poses;
+    for (int i = 0; i < 300; ++i)
+        poses.push_back({.time_s = 0.02 * i,
+                         .tool = {.position_mm = {0.0, 0.0, 45.0 - 0.1 * i}},
+                         .buttons = i > 60 ? 1u : 0u});
+    hand.path = haptics::HandPath(poses);
+    return hand;
+}
+
+class MillingTest : public ViewerTest {
+ protected:
+    void wait(double seconds) {
+        for (; seconds > 1e-9; seconds -= 0.1)
+            frame({}, 0.1);
+    }
+    haptics::Milling milling() { return viewer().work().session().milling(); }
+    const DustCloud& dust() { return viewer().work().dust(); }
+    // Pixels of the view in 3D that differ between two pictures of the window.
+    size_t changed(const Image& a, const Image& b) {
+        const Box box = box_of(state(), Panel::volume).value();
+        size_t count = 0;
+        const glm::uvec2 low(box.low_px), size(box.size_px);
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x) {
+                const size_t i = 3 * (size_t{low.y + y} * state().size_px.x + low.x + x);
+                count += a.samples[i] != b.samples[i];
+            }
+        return count;
+    }
+};
+
+TEST_F(MillingTest, ADrillMakesDustForWhatItRemovesAndItsEndEndsBoth) {
+    open("synthetic:ball?size=64", {800, 600}, drilling_hand());
+    EXPECT_EQ(dust().made(), 0u);
+    EXPECT_EQ(haptics::milling_level(milling()), 0.0);
+    const Volume before = *volume(Work::kGrey);
+    key("x");
+    wait(1.5);
+    ASSERT_TRUE(viewer().work().touch().running());
+    const double removed_mm3 = milling().removed_mm3;
+    EXPECT_GT(removed_mm3, 1.0);
+    EXPECT_EQ(dust().made(), static_cast<uint64_t>(removed_mm3 / haptics::Dust::kGrain_mm3));
+    EXPECT_GT(haptics::milling_level(milling()), 0.0);
+    EXPECT_FALSE(dust().grains().empty());
+    const double iso = viewer().work().session().parameters().iso;
+    wait(5.0);
+    EXPECT_FALSE(viewer().work().touch().running()) << "the path is over";
+    EXPECT_TRUE(dust().grains().empty()) << "dust settles";
+    EXPECT_EQ(haptics::milling_level(milling()), 0.0);
+    // Of the document itself, by another way: all that is not solid any more.
+    const Volume after = *volume(Work::kGrey);
+    size_t gone = 0;
+    for (uint32_t z = 0; z < grid().size.z; ++z)
+        for (uint32_t y = 0; y < grid().size.y; ++y)
+            for (uint32_t x = 0; x < grid().size.x; ++x)
+                gone += before.value({x, y, z}) >= iso && after.value({x, y, z}) < iso;
+    const glm::dvec3 spacing = spacing_mm(grid());
+    const double gone_mm3 = static_cast<double>(gone) * spacing.x * spacing.y * spacing.z;
+    EXPECT_NEAR(milling().removed_mm3, gone_mm3, 1e-9 * gone_mm3);
+}
+
+TEST_F(MillingTest, DustIsSeenWhereItIsWanted) {
+    open("synthetic:ball?size=64", {800, 600}, drilling_hand());
+    key("x");
+    wait(1.5);
+    ASSERT_FALSE(dust().grains().empty());
+    ASSERT_TRUE(viewer().draw_pictures());
+    frame({}, 0.0);
+    ASSERT_FALSE(dust().grains().empty());
+    const Image with = viewer().capture();
+    const size_t at_rest = changed(with, viewer().capture());
+    EXPECT_EQ(at_rest, 0u);
+    click_widget("touch/dust");
+    EXPECT_FALSE(state().stylus.dust_shown);
+    ASSERT_FALSE(dust().grains().empty());
+    EXPECT_GT(changed(with, viewer().capture()), 0u);
+    click_widget("touch/sound");
+    EXPECT_FALSE(state().stylus.sound_on);
+}
+
+// A machine without a sound output, or with one: the window says why, or is not silent.
+TEST(MillingSoundOutput, OpensWhenWantedAndSaysWhyItIsSilent) {
+    MillingSoundOutput output;
+    output.frame({}, false);
+    EXPECT_TRUE(output.why_silent().empty());
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    const auto settled = [&] { return output.is_open() || !output.why_silent().empty(); };
+    while (!settled() && std::chrono::steady_clock::now() < end) {
+        output.frame({}, true);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    EXPECT_TRUE(settled());
+    EXPECT_NE(output.is_open(), !output.why_silent().empty());
+    output.frame({}, false);
+    EXPECT_FALSE(output.is_open());
+    EXPECT_TRUE(output.why_silent().empty());
+}
+
+} // namespace
+} // namespace palpate::view
