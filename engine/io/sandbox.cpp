@@ -39,8 +39,8 @@ namespace {
 
 constexpr int kPollMs = 20;
 constexpr size_t kMostReportBytes = 64 << 20;
-constexpr size_t kMostStarts = 9;    // of readers for one volume, each without a file more
-constexpr double kWallPerCpu = 30.0; // a disc or network may stall for this long
+constexpr size_t kMostStarts = 9; // of readers for one volume, each without a file more
+constexpr double kWallPerCpu = 10.0;
 constexpr double kSlowestBytesPerSecond = 4e6;      // decoded
 constexpr double kSlowestFileBytesPerSecond = 20e6; // read, and unpacked to be counted
 

@@ -30,7 +30,7 @@ struct ReadOptions {
     bool resample_slices = false;
 
     // Seconds of processor time that reading may take without progress, beside 1 s for each 20 MB
-    // of the file and, once their number is known, 1 s for each 4 MB of voxels. Thirty times as much
+    // of the file and, once their number is known, 1 s for each 4 MB of voxels. Ten times as much
     // wall clock is allowed.
     double max_quiet_s = 1.0;
 

@@ -11,7 +11,7 @@
 namespace palpate::view {
 namespace {
 
-// A hand that goes down the axis of synthetic:ball, with its first button pressed all the way.
+// A hand that goes down the axis of synthetic:ball, with its first button pressed from 1.2 s on.
 HandOptions drilling_hand() {
     HandOptions hand{.device = "exact", .algorithm = "swept-point"};
     std::vector<haptics::HandPose> poses;
@@ -58,6 +58,7 @@ TEST_F(MillingTest, ADrillMakesDustForWhatItRemovesAndItsEndEndsBoth) {
     EXPECT_EQ(dust().made(), static_cast<uint64_t>(removed_mm3 / haptics::Dust::kGrain_mm3));
     EXPECT_GT(haptics::milling_level(milling()), 0.0);
     EXPECT_FALSE(dust().grains().empty());
+    EXPECT_EQ(viewer().dump()["hand"]["grains"], dust().made());
     const double iso = viewer().work().session().parameters().iso;
     wait(5.0);
     EXPECT_FALSE(viewer().work().touch().running()) << "the path is over";
@@ -80,16 +81,32 @@ TEST_F(MillingTest, DustIsSeenWhereItIsWanted) {
     key("x");
     wait(1.5);
     ASSERT_FALSE(dust().grains().empty());
+    // No time passes: what differs is the dust alone, and not the tool or older grains.
+    const Box box = viewer().interface().widgets().at("touch/dust");
+    const glm::dvec2 at = glm::dvec2(box.low_px) + glm::dvec2(8.0, 0.5 * box.size_px.y);
+    const auto press = [&] {
+        for (const bool down : {true, false})
+            frame({{.kind = Event::Kind::button, .button = Button::left, .down = down}}, 0.0);
+        frame({}, 0.0);
+    };
+    frame({{.kind = Event::Kind::move, .at_px = at}}, 0.0);
+    frame({}, 0.0);
     ASSERT_TRUE(viewer().draw_pictures());
     frame({}, 0.0);
     ASSERT_FALSE(dust().grains().empty());
     const Image with = viewer().capture();
-    const size_t at_rest = changed(with, viewer().capture());
-    EXPECT_EQ(at_rest, 0u);
-    click_widget("touch/dust");
+    EXPECT_EQ(changed(with, viewer().capture()), 0u);
+    press();
     EXPECT_FALSE(state().stylus.dust_shown);
-    ASSERT_FALSE(dust().grains().empty());
     EXPECT_GT(changed(with, viewer().capture()), 0u);
+    press();
+    EXPECT_TRUE(state().stylus.dust_shown);
+    EXPECT_EQ(changed(with, viewer().capture()), 0u);
+}
+
+TEST_F(MillingTest, SoundIsSwitchedInThePanel) {
+    open("synthetic:ball?size=32", {800, 600}, drilling_hand());
+    EXPECT_TRUE(state().stylus.sound_on);
     click_widget("touch/sound");
     EXPECT_FALSE(state().stylus.sound_on);
 }
