@@ -4,6 +4,10 @@
 
 namespace palpate::view {
 
+inline Json json_of(glm::dvec3 v) {
+    return {v.x, v.y, v.z};
+}
+
 // What the panels show, for Work::dump().
 void dump_panels(Work& work, const ViewState& state, Json& json);
 

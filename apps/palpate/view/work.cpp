@@ -66,9 +66,6 @@ std::string title_of(const SceneFile& file) {
                                      : std::filesystem::path(file.volume).filename().string();
 }
 
-Json json_of(glm::dvec3 v) {
-    return {v.x, v.y, v.z};
-}
 const char* slab_name(SlabMode mode) {
     for (const auto& [name, one] : Names<SlabMode>::list)
         if (one == mode)
@@ -96,7 +93,7 @@ glm::dvec3 half_size_mm(const Grid& grid) {
         size += glm::abs(glm::dvec3(grid.world_from_index[axis])) * double(grid.size[axis]);
     return 0.5 * size;
 }
-Json json_of(const Box& box) {
+Json box_json(const Box& box) {
     return {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
 }
 
@@ -351,7 +348,7 @@ Json Work::dump(const ViewState& state) {
     json["layout"] = name_of(state.layout);
     json["alone"] = state.alone ? name_of(*state.alone) : "";
     for (const Places::View& view : places_of(state).views)
-        json["panels"][name_of(view.panel)] = json_of(view.box);
+        json["panels"][name_of(view.panel)] = box_json(view.box);
     json["tools_open"] = state.tools_open;
     json["help_open"] = state.help_open;
     json["crosshair_mm"] = json_of(state.crosshair_mm);

@@ -1,5 +1,6 @@
 // The hand of a window, beside its document.
 
+#include "apps/palpate/view/dump.h"
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/work.h"
 
@@ -170,14 +171,6 @@ std::vector<Work::HandSurface> Work::hand_surfaces(const ViewState& state) {
         surfaces.push_back({palette_layer(palette_, pressed_), palette_mesh_});
     return surfaces;
 }
-
-namespace {
-
-Json json_of(glm::dvec3 v) {
-    return {v.x, v.y, v.z};
-}
-
-} // namespace
 
 Json Work::dump_hand(const ViewState& state) {
     const Stylus& stylus = state.stylus;
