@@ -25,7 +25,7 @@ target_compile_options(palpate_warnings INTERFACE -Wall -Wextra -Wpedantic -Wsha
                        -Wnon-virtual-dtor -Wno-missing-field-initializers
                        $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>
                        # sources that are compiled together see each other's unnamed namespaces
-                       $<$<BOOL:${CMAKE_UNITY_BUILD}>:-Wno-shadow;-Wno-subobject-linkage>
+                       $<$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>:-Wno-shadow;-Wno-subobject-linkage$<$<CXX_COMPILER_ID:GNU>:;-Wshadow=local>>
                        $<$<BOOL:${PALPATE_WERROR}>:-Werror>)
 if(PALPATE_SANITIZE)
     add_compile_options(-fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
