@@ -10,6 +10,8 @@ set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1 -DNDEBUG") # lines in traces; compiles faster than -g
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+# Assertions name files from the root, wherever that lies: the same object from every checkout, so that ccache finds it.
+add_compile_options(-fmacro-prefix-map=${PROJECT_SOURCE_DIR}/=)
 
 add_library(palpate_options INTERFACE)
 set_target_properties(palpate_options PROPERTIES EXPORT_NAME options)
