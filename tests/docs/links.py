@@ -5,7 +5,8 @@
 
 Every relative link leads to a file, and where it has one, to a heading of it. Every file that a text
 or an example names by its path from the checkout exists, as does every page that a source names, and every
-page is reached by links from README.md. Files named in docs/decisions and docs/log may be gone: those pages say how things were.
+page is reached by links from README.md. Every picture of docs/pictures is shown on a page and drawn by scripts/pictures
+or scripts/plots. Files named in docs/decisions and docs/log may be gone: those pages say how things were.
 --self-test: finds one fault of each kind in pages made for it.
 """
 
@@ -18,6 +19,7 @@ import tempfile
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 FOLDERS = "apps|bench|cmake|docs|engine|examples|golden|haptics|python|scripts|shaders|tests"
 SOURCES = "apps|bench|cmake|engine|examples|haptics|python|scripts|shaders|tests"
+BY_HAND = {"space.svg"}  # a diagram
 NAMED = re.compile(r"(?<![\w./-])((?:\.ci|%s)/[\w.*?/{},-]*[\w*}])" % FOLDERS)
 
 
@@ -82,6 +84,15 @@ def faults_of(root):
             reached.add(page)
             left += linked[page]
     faults += [f"{page}: no link from README.md leads here" for page in pages if page not in reached]
+    shown = set().union(*linked.values())
+    drawn = "".join(open(path, encoding="utf-8").read() for path in sorted(glob.glob(f"{root}/scripts/p*")) if os.path.isfile(path))
+    for path in sorted(glob.glob("docs/pictures/*", root_dir=root)):
+        stem, end = os.path.splitext(os.path.basename(path))
+        if path not in shown:
+            faults.append(f"{path}: no page shows it")
+        # "draw NAME", "overlay NAME", FOLDER/NAME.png, a word of a list of FILE:NAME, or a name in quotes
+        if stem + end not in BY_HAND and not re.search(rf"(draw |overlay |[/:\"]){stem}(\{end}|[\s\";])", drawn):
+            faults.append(f"{path}: drawn neither by scripts/pictures nor by scripts/plots")
     return faults
 
 
@@ -90,9 +101,12 @@ def self_test():
         "README.md": "[a](docs/a.md#no-heading) [b](CONTRIBUTING.md) [c](docs/gone.md)\n"
         "```\n[code](is/not/followed)\n```\n",
         "CONTRIBUTING.md": "# A: heading\n[here](#a-heading) see engine/x.{h,cpp}\n",
-        "docs/a.md": "# Some heading\n`scripts/y` [r](../README.md)\n",
+        "docs/a.md": "# Some heading\n`scripts/y` [r](../README.md) ![n](pictures/new.png)\n",
         "docs/alone.md": "",
         "engine/x.h": "// docs/a.md, docs/b.md",
+        "docs/pictures/old.png": "",
+        "docs/pictures/new.png": "",
+        "scripts/pictures": "draw new 384\n",
     }
     with tempfile.TemporaryDirectory() as root:
         for name, text in pages.items():
@@ -106,6 +120,8 @@ def self_test():
         "docs/a.md: names scripts/y, which is not there",
         "engine/x.h: names docs/b.md, which is not there",
         "docs/alone.md: no link from README.md leads here",
+        "docs/pictures/old.png: no page shows it",
+        "docs/pictures/old.png: drawn neither by scripts/pictures nor by scripts/plots",
     ]
     return [] if found == expected else [f"expected {expected}, found {found}"]
 
