@@ -14,7 +14,7 @@ namespace palpate::bench {
 namespace {
 
 constexpr int64_t kTick_ns = 1'000'000;
-constexpr double kAir = -1000.0 + 1024.0;
+constexpr double kAirValue = -1000.0 + 1024.0;
 
 // A hand that follows the path in so many seconds, with the button pressed.
 haptics::HandPath pressed_path(const std::vector<glm::dvec3>& path_mm, double seconds) {
@@ -42,7 +42,7 @@ Result<Json> edit_live(Bench& bench, const Volume& volume, const Scene& scene,
     using Clock = std::chrono::steady_clock;
     Operation cut;
     cut.kind = OperationKind::cut;
-    cut.to_value = kAir;
+    cut.to_value = kAirValue;
     const double radius_mm = 10.0 * smallest_spacing_mm(volume.grid());
     const Json ball = Json{{"kind", "ball"}, {"radius_mm", radius_mm}};
     const Stroke stroke = *make_stroke(ball, cut, {{}});

@@ -21,14 +21,14 @@ constexpr double kEdge = 10.0; // samples over which values rise
 constexpr double kDab_mm = 5.0;
 constexpr double kAskedRatio = 1.3, kMovingTarget_ms = 0.3, kDabTarget_ms = 1.0;
 
-struct Plan {
+struct FramePlan {
     std::vector<uint32_t> sides;
     uint64_t limit_bytes; // of the device's memory: the largest volume does not fit it whole
     int frames;
 };
 
-Result<Plan> plan_of(const Options& options) {
-    Plan plan{{128, 512, 1024}, uint64_t{1} << 30, options.full ? 400 : 100};
+Result<FramePlan> frame_plan_of(const Options& options) {
+    FramePlan plan{{128, 512, 1024}, uint64_t{1} << 30, options.full ? 400 : 100};
     if (options.tiny)
         plan = {{64, 256}, uint64_t{30} << 20, 3};
     if (options.only.empty())
@@ -234,7 +234,7 @@ Json row_of(const Look& look, const Sample& sample, bool atlas, const char* fram
 } // namespace
 
 Result<Report> run_frame(Bench& bench) {
-    PALPATE_TRY(const Plan plan, plan_of(bench.options()));
+    PALPATE_TRY(const FramePlan plan, frame_plan_of(bench.options()));
     // What frames hand to other threads is done by this one, so that its time holds all of it.
     const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
     Report report;

@@ -37,14 +37,14 @@ std::shared_ptr<const Mesh> mesh_of(const Volume& volume) {
     return std::make_shared<const Mesh>(marching_cubes(volume, kIso, {.closed_at_border = true}));
 }
 
-struct Keeper {
+struct LiveKeeper {
     const char* who;
     std::optional<BlockMaker> maker; // none: a mesh
 };
-constexpr Keeper kKeepers[] = {
+constexpr LiveKeeper kLiveKeepers[] = {
     {"device", BlockMaker::device}, {"cpu", BlockMaker::cpu}, {"mesh", std::nullopt}};
 
-Scene scene_of(const Volume& volume, const Keeper& keeper, uint32_t size_px) {
+Scene scene_of(const Volume& volume, const LiveKeeper& keeper, uint32_t size_px) {
     Scene scene;
     scene.size_px = glm::uvec2(size_px);
     scene.camera = peer_camera(volume);
@@ -107,12 +107,12 @@ Result<Json> measure_live(Bench& bench, std::vector<std::string>& failures) {
                    glm::dvec3(first_mesh->positions[random() % first_mesh->positions.size()])));
 
     Renderer afresh(bench.device());
-    const Scene of_mesh = scene_of(whole, kKeepers[2], size_px);
+    const Scene of_mesh = scene_of(whole, kLiveKeepers[2], size_px);
     PALPATE_TRY(const Frame truth,
                 afresh.render(of_mesh, {after.back(), {}, {mesh_of(after.back())}}));
 
     Json rows = Json::array();
-    for (const Keeper& keeper : kKeepers) {
+    for (const LiveKeeper& keeper : kLiveKeepers) {
         const Scene scene = scene_of(whole, keeper, size_px);
         Renderer renderer(bench.device(), {.block_maker = keeper.maker});
         std::optional<BlockSurface> blocks;
