@@ -109,8 +109,8 @@ LoadedVolume volume_from_array(const py::array& array, const Matrix& affine,
 }
 
 // A box of samples in the volume's own type, (x, y, z), column-major. No data is NaN.
-py::array array_of(const LoadedVolume& loaded, std::array<uint32_t, 3> first,
-                   std::array<uint32_t, 3> size) {
+py::array samples_of(const LoadedVolume& loaded, std::array<uint32_t, 3> first,
+                     std::array<uint32_t, 3> size) {
     const Volume& volume = loaded.volume;
     const glm::uvec3 begin(first[0], first[1], first[2]), count(size[0], size[1], size[2]);
     for (int axis = 0; axis < 3; ++axis)
@@ -146,7 +146,7 @@ void bind_volume(py::module_& module) {
     using Bound = py::class_<LoadedVolume, std::shared_ptr<LoadedVolume>>;
     Bound(module, "Volume")
         .def_static("from_array", volume_from_array)
-        .def("array", array_of)
+        .def("array", samples_of)
         .def_property_readonly("affine", affine_of)
         .def_property_readonly("shape",
                                [](const LoadedVolume& v) {
