@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <unordered_map>
 #include <utility>
@@ -60,6 +61,14 @@ BrickPtr fine_brick(FineSamples& samples, const Grid& grid, glm::uvec3 position,
     return Brick::make(std::span<const float>(staged), valid);
 }
 
+template <class Visit>
+void for_range(glm::ivec3 from, glm::ivec3 to, const Visit& visit) { // both inclusive
+    for (int z = from.z; z <= to.z; ++z)
+        for (int y = from.y; y <= to.y; ++y)
+            for (int x = from.x; x <= to.x; ++x)
+                visit(glm::ivec3(x, y, z));
+}
+
 // The finer lattice: bricks of it as a volume.
 class FineLattice {
  public:
@@ -78,35 +87,44 @@ class FineLattice {
     Volume make() {
         return made([&](glm::uvec3) { return true; }, nullptr);
     }
-    // What `before` was, but for the bricks that read what differs between two snapshots; all of it
-    // where the range of values makes every point another.
-    Volume make_again(const Volume& before, const Volume& after,
-                      std::span<const ChangedBrick> changed) {
+    // A box of points, both ends inclusive.
+    struct Box {
+        glm::ivec3 low, high;
+    };
+    // The points that read a sample that differs between two snapshots, in either view; none where
+    // the range of values makes every point another.
+    std::optional<std::vector<Box>> follow(const Volume& after,
+                                           std::span<const ChangedBrick> changed) {
         samples_.follow(after, parameters_);
         if (std::exchange(settings_, samples_.settings()) != settings_)
-            return make();
+            return {};
         // A point reads samples within kReads of it.
         constexpr int kReads = Filter::kMostReach + 3;
-        std::vector<bool> again(size_t(grid_.size.x / kBrickSide + 1) *
-                                (grid_.size.y / kBrickSide + 1) * (grid_.size.z / kBrickSide + 1));
-        const glm::uvec3 count = grid_.size / kBrickSide + 1u;
-        const auto at = [&](glm::uvec3 p) { return p.x + count.x * (p.y + size_t(count.y) * p.z); };
+        const auto point_of = [&](glm::ivec3 sample) {
+            return glm::clamp((sample + kBorder) * samples_.finer(), glm::ivec3(0),
+                              glm::ivec3(grid_.size) - 1);
+        };
+        std::vector<Box> boxes;
         for (const ChangedBrick& brick : changed) {
             const auto [low, high] = changed_samples(brick);
             const glm::ivec3 start(brick.position * kBrickSide);
-            const auto brick_of = [&](glm::ivec3 sample) {
-                const glm::ivec3 point = (sample + kBorder) * samples_.finer();
-                return glm::uvec3(glm::clamp(point, glm::ivec3(0), glm::ivec3(grid_.size) - 1)) /
-                       kBrickSide;
-            };
-            const glm::uvec3 from = brick_of(start + glm::ivec3(low) - kReads),
-                             to = brick_of(start + glm::ivec3(high) + kReads);
-            for (uint32_t z = from.z; z <= to.z; ++z)
-                for (uint32_t y = from.y; y <= to.y; ++y)
-                    for (uint32_t x = from.x; x <= to.x; ++x)
-                        again[at({x, y, z})] = true;
+            boxes.push_back({point_of(start + glm::ivec3(low) - kReads),
+                             point_of(start + glm::ivec3(high) + kReads)});
         }
-        return made([&](glm::uvec3 position) { return bool(again[at(position)]); }, &before);
+        return boxes;
+    }
+    // What `before` was, but for the bricks that hold points of the boxes.
+    Volume make_again(const Volume& before, std::span<const Box> boxes) {
+        const glm::ivec3 count = glm::ivec3(grid_.size / kBrickSide) + 1;
+        std::vector<bool> again(size_t(count.x) * size_t(count.y) * size_t(count.z));
+        const auto at = [&](glm::ivec3 p) {
+            return size_t(p.x) + size_t(count.x) * (size_t(p.y) + size_t(count.y) * size_t(p.z));
+        };
+        for (const Box& box : boxes)
+            for_range(box.low / int(kBrickSide), box.high / int(kBrickSide),
+                      [&](glm::ivec3 brick) { again[at(brick)] = true; });
+        return made([&](glm::uvec3 position) { return bool(again[at(glm::ivec3(position))]); },
+                    &before);
     }
 
  private:
@@ -173,7 +191,7 @@ struct TouchSurface::State {
     TouchParameters parameters;
     FineLattice lattice;
     BlockSurface surface;
-    std::unique_ptr<Field> field = std::make_unique<Field>();     // null with an opacity table
+    std::unique_ptr<Field> field;                                 // null with an opacity table
     std::unordered_map<uint64_t, std::vector<glm::vec3>> normals; // of blocks
 
     State(const Volume& first, const TouchParameters& p)
@@ -181,13 +199,16 @@ struct TouchSurface::State {
           parameters(p),
           lattice(first, p),
           surface(lattice.make(), lattice.threshold()) {
-        if (p.opacity.point_count > 0)
-            field.reset();
-        take_normals(surface.blocks());
+        take_all_normals();
     }
     static uint64_t key(glm::ivec3 block) {
         return uint64_t(uint32_t(block.x)) | uint64_t(uint32_t(block.y)) << 21 |
                uint64_t(uint32_t(block.z)) << 42;
+    }
+    void take_all_normals() {
+        field = parameters.opacity.point_count > 0 ? nullptr : std::make_unique<Field>();
+        normals.clear();
+        take_normals(surface.blocks());
     }
     void take_normals(std::span<const glm::ivec3> blocks) {
         if (field)
@@ -217,16 +238,28 @@ const Volume& TouchSurface::volume() const {
 size_t TouchSurface::follow(const Volume& after) {
     State& s = *state_;
     const std::vector<ChangedBrick> changed = changed_bricks(s.volume, after);
-    const Volume fine = s.lattice.make_again(s.surface.volume(), after, changed);
+    const auto boxes = s.lattice.follow(after, changed);
     s.volume = after;
-    if (s.lattice.threshold() != s.surface.iso()) {
-        s.surface = BlockSurface(fine, s.lattice.threshold());
-        s.normals.clear();
-        s.take_normals(s.surface.blocks());
+    if (!boxes) {
+        s.surface = BlockSurface(s.lattice.make(), s.lattice.threshold());
+        s.take_all_normals();
         return s.surface.blocks().size();
     }
-    const BlockSurface::Update update = s.surface.update(fine);
-    s.take_normals(update.blocks);
+    const BlockSurface::Update update =
+        s.surface.update(s.lattice.make_again(s.surface.volume(), *boxes));
+    // The smooth view reaches farther than the sharp one: beside the blocks that were made again
+    // lie blocks of which only the normals change.
+    constexpr int kSide = static_cast<int>(kBlockSide);
+    std::vector<glm::ivec3> blocks = update.blocks;
+    for (const FineLattice::Box& box : *boxes)
+        for_range(glm::max(box.low - 1, 0) / kSide, box.high / kSide, [&](glm::ivec3 block) {
+            if (s.surface.block(block))
+                blocks.push_back(block);
+        });
+    std::sort(blocks.begin(), blocks.end(),
+              [](glm::ivec3 a, glm::ivec3 b) { return State::key(a) < State::key(b); });
+    blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+    s.take_normals(blocks);
     return update.blocks.size();
 }
 

@@ -52,5 +52,29 @@ TEST(TouchSurface, FollowsEditsAsIfMadeFromScratch) {
     }
 }
 
+// Normals come from samples blurred over five to either side where spacing is uneven, farther than
+// those that triangles are made of.
+TEST(TouchSurface, TakesNormalsAnewAsFarAsTheyAreBlurred) {
+    for (const dvec3 spacing : {dvec3(0.5), kUneven_mm})
+        for (const double blur : {0.6, 1.0}) {
+            TouchCase body = flat_plane();
+            body.reach_mm = 8.0;
+            const Scene scene = make_scene(body, {.spacing_mm = spacing});
+            haptics::TouchParameters parameters = settings(scene);
+            parameters.normal_blur_samples = blur;
+            Volume volume = *scene.touch.grey;
+            haptics::TouchSurface followed(volume, parameters);
+            for (const dvec3 at : {dvec3(0.0), dvec3(1.3, -0.4, 0.2)}) {
+                volume = dented(volume, at, 1.0);
+                followed.follow(volume);
+                const auto mesh = followed.mesh();
+                const auto scratch = haptics::TouchSurface(volume, parameters).mesh();
+                ASSERT_EQ(mesh->mesh->positions, scratch->mesh->positions);
+                EXPECT_EQ(mesh->mesh->normals, scratch->mesh->normals)
+                    << "spacing " << spacing.z << ", blur " << blur;
+            }
+        }
+}
+
 } // namespace
 } // namespace palpate::touch
