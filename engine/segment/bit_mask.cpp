@@ -1,5 +1,8 @@
 #include "engine/segment/bit_mask.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "engine/segment/label_samples.h"
 #include "engine/segment/rows.h"
 
@@ -7,46 +10,44 @@ namespace palpate {
 
 namespace {
 
-// All words of rows about (y, z) joined: `wide` those whose left and right neighbours count too.
-struct Joined {
-    std::vector<uint64_t> wide, plain;
-};
-
 // flip: all ones to work on the complement.
-void join_rows(const BitMask& mask, size_t y, size_t z, int reach, uint64_t flip, Joined& out) {
-    const size_t words = mask.words();
-    out.wide.assign(words, 0);
-    out.plain.assign(words, 0);
-    for (int dz = -1; dz <= 1; ++dz)
-        for (int dy = -1; dy <= 1; ++dy) {
-            const int apart = std::abs(dy) + std::abs(dz);
-            const size_t ny = y + size_t(dy), nz = z + size_t(dz); // wraps round below 0
-            if (apart > reach || ny >= mask.size().y || nz >= mask.size().z)
-                continue;
-            const uint64_t* row = mask.row(ny, nz);
-            std::vector<uint64_t>& to = apart < reach ? out.wide : out.plain;
-            for (size_t w = 0; w < words; ++w)
-                to[w] |= row[w] ^ flip;
-        }
-    out.wide[words - 1] &= mask.last_word(); // the complement ends with the row
-}
-
-std::optional<BitMask> grown(const BitMask& mask, Neighbours neighbours, uint64_t flip,
-                             const Task& task) {
-    const int reach = neighbours == Neighbours::faces ? 1 : neighbours == Neighbours::edges ? 2 : 3;
+std::optional<BitMask> grown(const BitMask& mask, std::span<const ElementRow> element,
+                             uint64_t flip, const Task& task) {
+    int widest = 0;
+    for (const ElementRow& row : element)
+        widest = std::max(widest, row.half);
     BitMask out(mask.size());
     const size_t words = mask.words();
     const bool all = run_all(mask.size().z, task, [&](size_t z) {
-        Joined joined;
+        // Rows of the element that are as wide, joined; the widest ones first.
+        std::vector<uint64_t> joined(words * size_t(widest + 1));
+        const auto of = [&](int half) { return joined.data() + words * size_t(widest - half); };
         for (size_t y = 0; y < mask.size().y; ++y) {
-            join_rows(mask, y, z, reach, flip, joined);
-            uint64_t* to = out.row(y, z);
-            for (size_t w = 0; w < words; ++w) {
-                const uint64_t own = joined.wide[w];
-                const uint64_t before = w > 0 ? joined.wide[w - 1] >> 63 : 0;
-                const uint64_t after = w + 1 < words ? joined.wide[w + 1] << 63 : 0;
-                to[w] = (own | own << 1 | own >> 1 | before | after | joined.plain[w]) ^ flip;
+            std::fill(joined.begin(), joined.end(), 0);
+            for (const ElementRow& row : element) {
+                const size_t ny = y + size_t(row.y), nz = z + size_t(row.z); // wraps round below 0
+                if (ny >= mask.size().y || nz >= mask.size().z)
+                    continue;
+                const uint64_t* from = mask.row(ny, nz);
+                uint64_t* to = of(row.half);
+                for (size_t w = 0; w < words; ++w)
+                    to[w] |= from[w] ^ flip;
             }
+            // All rows that are wider than `half` are grown by a sample to each side.
+            for (int half = widest; half > 0; --half) {
+                uint64_t* from = of(half);
+                uint64_t* to = of(half - 1);
+                from[words - 1] &= mask.last_word(); // the complement ends with the row
+                uint64_t before = 0;
+                for (size_t w = 0; w < words; ++w) {
+                    const uint64_t own = from[w], after = w + 1 < words ? from[w + 1] : 0;
+                    to[w] |= own | own << 1 | own >> 1 | before >> 63 | after << 63;
+                    before = own;
+                }
+            }
+            uint64_t* to = out.row(y, z);
+            for (size_t w = 0; w < words; ++w)
+                to[w] = of(0)[w] ^ flip;
             to[words - 1] &= mask.last_word();
         }
     });
@@ -81,12 +82,41 @@ std::optional<BitMask> mask_of(const Volume& labels, std::optional<uint16_t> lab
     return all ? std::optional(std::move(out)) : std::nullopt;
 }
 
-std::optional<BitMask> dilated(const BitMask& mask, Neighbours neighbours, const Task& task) {
-    return grown(mask, neighbours, 0, task);
+std::vector<ElementRow> element_of(Neighbours neighbours) {
+    const int reach = neighbours == Neighbours::faces ? 1 : neighbours == Neighbours::edges ? 2 : 3;
+    std::vector<ElementRow> rows;
+    for (int z = -1; z <= 1; ++z)
+        for (int y = -1; y <= 1; ++y)
+            if (const int apart = std::abs(y) + std::abs(z); apart <= reach)
+                rows.push_back({y, z, apart < reach ? 1 : 0});
+    return rows;
 }
 
-std::optional<BitMask> eroded(const BitMask& mask, Neighbours neighbours, const Task& task) {
-    return grown(mask, neighbours, ~uint64_t{0}, task);
+std::vector<ElementRow> ball_of(glm::dvec3 spacing_mm, double reach_mm) {
+    const glm::ivec3 most(reach_mm / spacing_mm);
+    std::vector<ElementRow> rows;
+    for (int z = -most.z; z <= most.z; ++z)
+        for (int y = -most.y; y <= most.y; ++y) {
+            const auto is_in = [&](int x) {
+                return glm::length(glm::dvec3(x, y, z) * spacing_mm) <= reach_mm;
+            };
+            int half = -1;
+            while (is_in(half + 1))
+                ++half;
+            if (half >= 0)
+                rows.push_back({y, z, half});
+        }
+    return rows;
+}
+
+std::optional<BitMask> dilated(const BitMask& mask, std::span<const ElementRow> element,
+                               const Task& task) {
+    return grown(mask, element, 0, task);
+}
+
+std::optional<BitMask> eroded(const BitMask& mask, std::span<const ElementRow> element,
+                              const Task& task) {
+    return grown(mask, element, ~uint64_t{0}, task);
 }
 
 Result<Volume> volume_of(const BitMask& mask, const Grid& grid, const Task& task) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "engine/segment/task.h"
@@ -41,10 +42,21 @@ class BitMask {
 std::optional<BitMask> mask_of(const Volume& labels, std::optional<uint16_t> label,
                                const Task& task);
 
-// Grows a set by the neighbours of its samples, or takes those away that have a neighbour outside.
-// Beyond the volume there is nothing to grow from, and nothing that erodes.
-std::optional<BitMask> dilated(const BitMask& mask, Neighbours neighbours, const Task& task);
-std::optional<BitMask> eroded(const BitMask& mask, Neighbours neighbours, const Task& task);
+// A row of a structuring element: the samples -half .. half along x, at (y, z) from the middle.
+struct ElementRow {
+    int y, z, half;
+};
+// A sample and its neighbours; and the samples whose centres are at most reach_mm from its own.
+std::vector<ElementRow> element_of(Neighbours neighbours);
+std::vector<ElementRow> ball_of(glm::dvec3 spacing_mm, double reach_mm);
+
+// Grows a set by an element about each of its samples, or takes those away whose element leaves the
+// set. The element is symmetric. Beyond the volume there is nothing to grow from, and nothing that
+// erodes. 64 samples at once; time grows with the element's rows.
+std::optional<BitMask> dilated(const BitMask& mask, std::span<const ElementRow> element,
+                               const Task& task);
+std::optional<BitMask> eroded(const BitMask& mask, std::span<const ElementRow> element,
+                              const Task& task);
 
 // The set as a volume of 0 and 1.
 Result<Volume> volume_of(const BitMask& mask, const Grid& grid, const Task& task);

@@ -90,7 +90,7 @@ Filter morphology_filter(const char* name, const char* purpose,
              label(),
              {"over", "", 0, 1, 0.0, "background|all"}},
             "u8; of a label the type of the input",
-            "2 bits a sample; a ball: 9 bytes a sample",
+            "2 bits a sample; a ball of more than 10 samples: 9 bytes a sample",
             nullptr,
             run,
             true};

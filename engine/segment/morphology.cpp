@@ -9,10 +9,12 @@ namespace palpate {
 namespace {
 
 constexpr double kOnTheBall = 1.0 + 1e-6;
+// Rows of a ball, and steps along them; larger balls are thresholds of a distance, which is as fast
+// for any radius.
+constexpr double kMostRows = 512.0;
 
-Result<BitMask> by_ball(const BitMask& mask, const Grid& grid, double radius_mm, bool grow,
-                        const Task& task) {
-    const double reach = radius_mm * kOnTheBall;
+Result<BitMask> by_distance(const BitMask& mask, const Grid& grid, double reach, bool grow,
+                            const Task& task) {
     PALPATE_TRY(const Volume object, volume_of(mask, grid, task.part(0.0, 0.1)));
     // Farther than the limit is beyond reach: the value there need not be exact.
     PALPATE_TRY(const Volume away,
@@ -36,12 +38,19 @@ Result<BitMask> by_ball(const BitMask& mask, const Grid& grid, double radius_mm,
 
 Result<BitMask> steps(BitMask mask, const Grid& grid, const MorphologyOptions& options, bool grow,
                       const Task& task) {
-    if (options.radius_mm)
-        return by_ball(mask, grid, *options.radius_mm, grow, task);
-    for (uint32_t i = 0; i < options.times; ++i) {
-        const Task part = task.part(double(i) / options.times, double(i + 1) / options.times);
+    std::vector<ElementRow> element = element_of(options.neighbours);
+    if (options.radius_mm) {
+        const double reach = *options.radius_mm * kOnTheBall;
+        const glm::dvec3 wide = reach / spacing_mm(grid);
+        if (wide.x + 3.0 * wide.y * wide.z > kMostRows)
+            return by_distance(mask, grid, reach, grow, task);
+        element = ball_of(spacing_mm(grid), reach);
+    }
+    const uint32_t times = options.radius_mm ? 1 : options.times;
+    for (uint32_t i = 0; i < times; ++i) {
+        const Task part = task.part(double(i) / times, double(i + 1) / times);
         std::optional<BitMask> next =
-            grow ? dilated(mask, options.neighbours, part) : eroded(mask, options.neighbours, part);
+            grow ? dilated(mask, element, part) : eroded(mask, element, part);
         if (!next)
             return stopped();
         mask = std::move(*next);

@@ -95,6 +95,29 @@ TEST(Morphology, BallsAreThoseOfTheirDefinitionOnUnevenSpacing) {
         }
 }
 
+// Of more rows than are joined: a threshold of the distance.
+TEST(Morphology, SoAreLargeBalls) {
+    const glm::dvec3 spacing(0.5, 0.8, 2.0);
+    const glm::uvec3 size(70, 6, 4);
+    for (const double radius : {8.0, 15.0}) // 3 * 10 * 4 + 16 and 3 * 18.75 * 7.5 + 30 steps
+        for (const bool grow : {false, true}) {
+            const Volume labels = // two samples, or all but them
+                make_volume(make_grid(size, spacing), ScalarType::u8, [&](glm::uvec3 i) {
+                    const bool is_one = i == glm::uvec3(40, 4, 2) || i == glm::uvec3(69, 0, 3);
+                    return is_one == grow ? 1.0 : 0.0;
+                });
+            const auto element = [&](glm::ivec3 d) {
+                return glm::length(glm::dvec3(d) * spacing) <= radius + 1e-9;
+            };
+            const std::vector<bool> expected =
+                brute_force(set_of(labels), size, {32, 5, 3}, grow, element); // none is farther
+            EXPECT_EQ(
+                set_of(made(labels, {.step = grow ? MorphologyStep::dilate : MorphologyStep::erode,
+                                     .radius_mm = radius})),
+                expected);
+        }
+}
+
 TEST(Morphology, OpeningAndClosingAreIdempotentAndOrdered) {
     const Volume labels = random_labels(make_grid({70, 30, 12}, {1, 1, 2}), 2, 0.95, 9);
     const std::vector<bool> before = set_of(labels);
