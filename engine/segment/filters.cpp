@@ -128,8 +128,7 @@ Result<Volume> flow(const Volume& volume, const FilterValues& v, const Task& tas
     const VectorFlowOptions options{v.numbers[1], v.numbers[2]};
     if (v.numbers[0] < 3)
         return vector_flow(volume, int(v.numbers[0]), options, task);
-    PALPATE_TRY(const VectorField field, vector_flow(volume, options, task.part(0.0, 0.95)));
-    return length(field, task.part(0.95, 1.0));
+    return vector_flow_length(volume, options, task);
 }
 
 FilterParameter value(const char* name, std::optional<double> preset = {}) {
@@ -214,7 +213,7 @@ const std::vector<Filter>& table() {
           {"mu", "", 1e-6, 1e6, 0.2},
           {"residual", "", 1e-6, 1.0, 1e-4}},
          "f32",
-         "2.5 volumes of floats; length: 2 more",
+         "2.5 volumes of floats; length: 3",
          nullptr,
          flow},
         // Sample by sample

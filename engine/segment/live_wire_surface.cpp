@@ -201,18 +201,21 @@ class Tracker {
         out.samples.assign(size_t(out.size.x) * size_t(out.size.y) * size_t(out.size.z), kInner);
         for (const glm::ivec3 at : surface_)
             out.samples[out.number(at)] = kSurface;
-        std::vector<glm::ivec3> queue{out.first};
+        std::vector<glm::ivec3> wave{out.first}, next;
         out.samples[0] = kOuter;
         size_t outer = 0;
-        for (; outer < queue.size(); ++outer)
-            for (size_t n = 0; n < kFaces; ++n) {
-                const glm::ivec3 to = queue[outer] + steps_[n], p = to - out.first;
-                if (glm::any(glm::lessThan(p, glm::ivec3(0))) ||
-                    glm::any(glm::greaterThanEqual(p, out.size)) ||
-                    out.samples[out.number(to)] != kInner)
-                    continue;
-                out.samples[out.number(to)] = kOuter;
-                queue.push_back(to);
+        for (; !wave.empty(); wave.swap(next), next.clear())
+            for (const glm::ivec3 at : wave) {
+                ++outer;
+                for (size_t n = 0; n < kFaces; ++n) {
+                    const glm::ivec3 to = at + steps_[n], p = to - out.first;
+                    if (glm::any(glm::lessThan(p, glm::ivec3(0))) ||
+                        glm::any(glm::greaterThanEqual(p, out.size)) ||
+                        out.samples[out.number(to)] != kInner)
+                        continue;
+                    out.samples[out.number(to)] = kOuter;
+                    next.push_back(to);
+                }
             }
         if (outer + surface_.size() == out.samples.size())
             return fail("the surface through the curves of label {} encloses no sample",

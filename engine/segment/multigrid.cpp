@@ -5,7 +5,6 @@
 #include <cstring>
 
 #include "engine/base/clones.h"
-#include "engine/segment/packed_floats.h"
 
 namespace palpate {
 
@@ -170,14 +169,15 @@ void add_means(const float* values, glm::uvec3 brick, glm::uvec3 valid, glm::uve
 
 } // namespace
 
-Multigrid::Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> u,
-                     BrickArray<float> weight, BrickArray<float> right, bool packed)
-    : mu_(mu) {
-    const glm::uvec3 whole_size = u.size();
-    levels_.push_back({whole_size, spacing_mm, glm::uvec3(1), std::move(u), std::move(weight),
-                       std::move(right), BrickArray<uint16_t>(whole_size)});
+Multigrid::Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> weight,
+                     std::optional<PackedWeights> packed)
+    : mu_(mu), packed_(packed) {
+    const glm::uvec3 whole_size = weight.size();
+    levels_.push_back({whole_size, spacing_mm, glm::uvec3(1), BrickArray<float>(whole_size),
+                       std::move(weight), BrickArray<float>(whole_size),
+                       BrickArray<uint16_t>(whole_size)});
     set_factors(levels_.back());
-    if (packed)
+    if (packed_)
         pack_weights(levels_.back());
     while (glm::any(glm::greaterThan(levels_.back().size, glm::uvec3(3)))) {
         const Level& fine = levels_.back();
@@ -196,7 +196,7 @@ Multigrid::Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> u,
             add_means(weights(fine, at), at, valid_of(fine.size, at), by, coarse.weight);
         });
         set_factors(coarse);
-        if (packed)
+        if (packed_)
             pack_weights(coarse);
         levels_.push_back(std::move(coarse));
     }
@@ -208,20 +208,21 @@ void Multigrid::set_factors(Level& level) const {
             level.size[a] > 1 ? float(mu_ / (level.spacing_mm[a] * level.spacing_mm[a])) : 0.0f;
 }
 
-void Multigrid::pack_weights(Level& level) {
+void Multigrid::pack_weights(Level& level) const {
     for_bricks(level.size, [&](glm::uvec3 at, size_t) {
         std::transform(level.weight.find(at), level.weight.find(at) + kBrickSamples,
-                       level.packed_weight.write(at), packed_float);
+                       level.packed_weight.write(at), [&](float v) { return packed_->pack(v); });
         level.weight.clear(at);
     });
 }
 
-const float* Multigrid::weights(const Level& level, glm::uvec3 brick) {
+const float* Multigrid::weights(const Level& level, glm::uvec3 brick) const {
     const uint16_t* packed = level.packed_weight.find(brick);
     if (!packed)
         return level.weight.find(brick);
     std::vector<float>& own = scratch().weights;
-    std::transform(packed, packed + kBrickSamples, own.begin(), unpacked_float);
+    std::transform(packed, packed + kBrickSamples, own.begin(),
+                   [&](uint16_t code) { return packed_->unpack(code); });
     return own.data();
 }
 
@@ -304,6 +305,26 @@ void Multigrid::solve(size_t level) {
     solve(level + 1);
     correct(fine, coarse);
     relax(fine, 1);
+}
+
+BrickArray<float> Multigrid::weighted(const BrickArray<float>& values) const {
+    BrickArray<float> out = whole(values.size());
+    for_bricks(values.size(), [&](glm::uvec3 at, size_t) {
+        const float *of = values.find(at), *by = weights(levels_[0], at);
+        float* to = out.find(at);
+        for (size_t k = 0; k < kBrickSamples; ++k)
+            to[k] = of[k] * by[k];
+    });
+    return out;
+}
+
+void Multigrid::start(BrickArray<float> u, BrickArray<float> right) {
+    levels_[0].u = std::move(u);
+    levels_[0].right = std::move(right);
+}
+
+void Multigrid::smooth() {
+    relax(levels_[0], 1);
 }
 
 void Multigrid::cycle() {

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "engine/segment/brick_array.h"
+#include "engine/segment/packed_floats.h"
 
 namespace palpate {
 
@@ -14,15 +16,17 @@ namespace palpate {
 // bit.
 class Multigrid {
  public:
-    // weight >= 0, and above 0 somewhere. spacing_mm: of perpendicular axes. The arrays hold every
-    // brick. `u` starts as the first guess. `packed`: keeps the weights as packed_floats.h does, in
-    // half of the memory, and rounds them so.
-    Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> u, BrickArray<float> weight,
-              BrickArray<float> right, bool packed = false);
+    // weight >= 0, and above 0 somewhere. spacing_mm: of perpendicular axes. Arrays hold every
+    // brick, here and below. `packed`: keeps the weights so, in half of the memory.
+    Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> weight,
+              std::optional<PackedWeights> packed = {});
 
+    BrickArray<float> weighted(const BrickArray<float>& values) const; // weight values
+    void start(BrickArray<float> u, BrickArray<float> right);          // u: the first guess
+    void smooth();                                               // a relaxation of the finest grid
     void cycle();                                                // one V-cycle
     double residual() const;                                     // root of the sum of squares
-    BrickArray<float> take() { return std::move(levels_[0].u); } // ends its use
+    BrickArray<float> take() { return std::move(levels_[0].u); } // start() comes next
 
  private:
     struct Level {
@@ -39,10 +43,11 @@ class Multigrid {
     void restrict_to(const Level& fine, Level& coarse) const;
     void correct(Level& fine, const Level& coarse) const;
     void set_factors(Level& level) const;
-    static void pack_weights(Level& level);
-    static const float* weights(const Level& level, glm::uvec3 brick);
+    void pack_weights(Level& level) const;
+    const float* weights(const Level& level, glm::uvec3 brick) const;
 
     double mu_;
+    std::optional<PackedWeights> packed_;
     std::vector<Level> levels_;
 };
 

@@ -13,6 +13,10 @@ namespace palpate {
 
 namespace {
 
+// The first guess, the gradient, is off mostly between neighbours, which one relaxation mends. To
+// residuals from here on it is tried before a cycle.
+constexpr double kCoarse = 0.1;
+
 // Samples of the bricks, scaled, as an array that holds every brick; no data is 0.
 BrickArray<float> array_of(const BrickMaker& maker, float scale, const Task& task) {
     BrickArray<float> array(maker.grid.size, 0.0f);
@@ -27,42 +31,40 @@ BrickArray<float> array_of(const BrickMaker& maker, float scale, const Task& tas
     return array;
 }
 
-// A copy, every brick of it written.
-BrickArray<float> copy_of(const BrickArray<float>& from) {
-    BrickArray<float> array(from.size(), 0.0f);
-    const glm::uvec3 count = array.brick_count();
-    run_all(size_t{count.x} * count.y * count.z, {}, [&](size_t i) {
-        const glm::uvec3 at(i % count.x, i / count.x % count.y, i / (size_t{count.x} * count.y));
-        std::copy_n(from.find(at), kBrickSamples, array.write(at));
-    });
-    return array;
-}
-
-// Takes from every value what packed_float() would.
-void round_off(BrickArray<float>& a) {
+glm::uvec3 brick_at(const BrickArray<float>& a, size_t i) {
     const glm::uvec3 count = a.brick_count();
-    run_all(size_t{count.x} * count.y * count.z, {}, [&](size_t i) {
-        float* to = a.find({i % count.x, i / count.x % count.y, i / (size_t{count.x} * count.y)});
-        for (size_t k = 0; k < kBrickSamples; ++k)
-            to[k] = unpacked_float(packed_float(to[k]));
-    });
+    return {i % count.x, i / count.x % count.y, i / (size_t{count.x} * count.y)};
 }
 
-// a[i] *= b[i] over all bricks; the root of the sum of squares of the results within the volume.
-double multiply(BrickArray<float>& a, const BrickArray<float>& b) {
+// Calls work(samples of a brick, number of the brick), all at once.
+template <class Work>
+void for_bricks(BrickArray<float>& a, const Work& work) {
+    const glm::uvec3 count = a.brick_count();
+    run_all(size_t{count.x} * count.y * count.z, {},
+            [&](size_t i) { work(a.find(brick_at(a, i)), i); });
+}
+
+PackedWeights code_of(BrickArray<float>& weight) {
+    const glm::uvec3 count = weight.brick_count();
+    std::vector<float> largest(size_t{count.x} * count.y * count.z);
+    for_bricks(weight, [&](const float* of, size_t i) {
+        largest[i] = *std::max_element(of, of + kBrickSamples);
+    });
+    return PackedWeights(*std::max_element(largest.begin(), largest.end()));
+}
+
+// The root of the sum of squares within the volume.
+double norm(const BrickArray<float>& a) {
     const glm::uvec3 count = a.brick_count();
     std::vector<double> squares(size_t{count.x} * count.y * count.z, 0.0);
     run_all(squares.size(), {}, [&](size_t i) {
-        const glm::uvec3 at(i % count.x, i / count.x % count.y, i / (size_t{count.x} * count.y));
+        const glm::uvec3 at = brick_at(a, i);
         const glm::uvec3 valid = glm::min(glm::uvec3(kBrickSide), a.size() - at * kBrickSide);
-        float* to = a.find(at);
-        const float* by = b.find(at);
-        for (size_t k = 0; k < kBrickSamples; ++k)
-            to[k] *= by[k];
+        const float* of = a.find(at);
         for (uint32_t z = 0; z < valid.z; ++z)
             for (uint32_t y = 0; y < valid.y; ++y)
                 for (uint32_t x = 0; x < valid.x; ++x) {
-                    const double v = to[offset_in_brick({x, y, z})];
+                    const double v = of[offset_in_brick({x, y, z})];
                     squares[i] += v * v;
                 }
     });
@@ -93,54 +95,46 @@ Result<Volume> packed_of(BrickArray<float> u, const Grid& grid, const Task& task
     });
 }
 
-} // namespace
-
-Result<Volume> vector_flow(Volume given, int axis, const VectorFlowOptions& o, const Task& task,
-                           VectorFlowReport* report) {
-    std::optional<Volume> edges(std::move(given)); // until it is read
-    const Grid grid = edges->grid();
-    PALPATE_TRY(check_perpendicular(grid, "the edge map"));
+Result<void> check(const Volume& edges, const VectorFlowOptions& o) {
+    PALPATE_TRY(check_perpendicular(edges.grid(), "the edge map"));
     if (!(o.mu > 0.0) || !std::isfinite(o.mu))
         return fail("mu: expected a number above 0, found {:g}", o.mu);
     if (!(o.residual >= 1e-6 && o.residual <= 1.0))
         return fail("residual: expected 1e-06 .. 1, found {:g}", o.residual);
-    const ValueRange range = edges->range();
+    return {};
+}
+
+// Derivatives of the edge map that is rescaled to 0 .. 1.
+Result<BrickArray<float>> read(const Volume& edges, Result<BrickMaker> maker, const Task& task) {
+    if (!maker)
+        return pass_on(maker);
+    const ValueRange range = edges.range();
     const float scale =
         range.empty() || range.max == range.min ? 0.0f : 1.0f / (range.max - range.min);
-    std::optional<Volume> mask;
-    if (!o.packed && edges->no_data_count() > 0)
-        mask = edges;
-    const auto read = [&](Result<BrickMaker> maker, const Task& part) -> Result<BrickArray<float>> {
-        if (!maker)
-            return pass_on(maker);
-        return array_of(*maker, scale, part);
-    };
-    PALPATE_TRY(BrickArray<float> weight,
-                read(gradient_magnitude_bricks(*edges, {0.0}), task.part(0.0, 0.1)));
-    multiply(weight, weight);
-    if (o.packed)
-        round_off(weight);
-    PALPATE_TRY(BrickArray<float> u,
-                read(derivative_bricks(*edges, {0.0, axis, {}}), task.part(0.1, 0.2)));
-    edges.reset();
+    BrickArray<float> array = array_of(*maker, scale, task);
     if (task.stop.stop_requested())
         return stopped();
-    BrickArray<float> right = copy_of(u);
-    const double whole = multiply(right, weight);
-    const auto made = [&](BrickArray<float> field, const Task& part) {
-        return o.packed ? packed_of(std::move(field), grid, part)
-                        : made_of(std::move(field), grid, mask, part);
-    };
+    return array;
+}
+
+// What the flow of a component that begins as u comes to.
+Result<BrickArray<float>> solved(Multigrid& grids, BrickArray<float> u, const VectorFlowOptions& o,
+                                 const Task& task, VectorFlowReport* report) {
+    BrickArray<float> right = grids.weighted(u);
+    const double whole = norm(right);
     if (whole == 0.0) { // no edge along this axis: nothing drives the flow
         if (report)
             *report = {};
-        return made(std::move(u), task.part(0.2, 1.0));
+        return u;
     }
-    Multigrid grids(spacing_mm(grid), o.mu, std::move(u), std::move(weight), std::move(right),
-                    o.packed);
+    grids.start(std::move(u), std::move(right));
     const double first = std::max(grids.residual() / whole, o.residual);
     double share = first;
     int cycles = 0;
+    if (share > o.residual && o.residual >= kCoarse) {
+        grids.smooth();
+        share = grids.residual() / whole;
+    }
     while (share > o.residual) {
         if (task.stop.stop_requested())
             return stopped();
@@ -151,30 +145,112 @@ Result<Volume> vector_flow(Volume given, int axis, const VectorFlowOptions& o, c
         ++cycles;
         share = grids.residual() / whole;
         if (task.progress && first > o.residual)
-            task.progress(0.2 + 0.7 * std::clamp(std::log(first / std::max(share, 1e-30)) /
-                                                     std::log(first / o.residual),
-                                                 0.0, 1.0));
+            task.progress(std::clamp(
+                std::log(first / std::max(share, 1e-30)) / std::log(first / o.residual), 0.0, 1.0));
     }
     if (report)
         *report = {share, cycles};
-    return made(grids.take(), task.part(0.9, 1.0));
+    return grids.take();
 }
 
-Result<VectorField> vector_flow(const Volume& edges, const VectorFlowOptions& options,
-                                const Task& task) {
-    std::vector<Volume> parts;
+// One component alone. `edges` is freed once it is read; `packed`: |g|^2 is kept in 16 bits.
+Result<BrickArray<float>> component(std::optional<Volume>& edges, int axis,
+                                    const VectorFlowOptions& o, bool packed, const Task& task,
+                                    VectorFlowReport* report) {
+    PALPATE_TRY(check(*edges, o));
+    const Grid grid = edges->grid();
+    PALPATE_TRY(BrickArray<float> weight,
+                read(*edges, gradient_magnitude_bricks(*edges, {0.0}), task.part(0.0, 0.1)));
+    for_bricks(weight, [](float* of, size_t) {
+        for (size_t k = 0; k < kBrickSamples; ++k)
+            of[k] *= of[k];
+    });
+    std::optional<PackedWeights> code;
+    if (packed)
+        code = code_of(weight);
+    PALPATE_TRY(BrickArray<float> u,
+                read(*edges, derivative_bricks(*edges, {0.0, axis, {}}), task.part(0.1, 0.2)));
+    edges.reset();
+    Multigrid grids(spacing_mm(grid), o.mu, std::move(weight), code);
+    return solved(grids, std::move(u), o, task.part(0.2, 0.9), report);
+}
+
+// An edge map, where it has places without data.
+std::optional<Volume> mask_of(const Volume& edges) {
+    return edges.no_data_count() > 0 ? std::optional(edges) : std::nullopt;
+}
+
+} // namespace
+
+Result<Volume> vector_flow(Volume given, int axis, const VectorFlowOptions& o, const Task& task,
+                           VectorFlowReport* report) {
+    const Grid grid = given.grid();
+    const std::optional<Volume> mask = o.packed ? std::nullopt : mask_of(given);
+    std::optional<Volume> edges(std::move(given));
+    PALPATE_TRY(BrickArray<float> u, component(edges, axis, o, o.packed, task, report));
+    return o.packed ? packed_of(std::move(u), grid, task.part(0.9, 1.0))
+                    : made_of(std::move(u), grid, mask, task.part(0.9, 1.0));
+}
+
+Result<VectorField> vector_flow(const Volume& edges, const VectorFlowOptions& o, const Task& task) {
+    if (o.packed) { // one at a time, as little memory as that needs
+        std::vector<Volume> parts;
+        for (int axis = 0; axis < 3; ++axis) {
+            PALPATE_TRY(Volume part,
+                        vector_flow(edges, axis, o, task.part(axis / 3.0, (axis + 1) / 3.0)));
+            parts.push_back(std::move(part));
+        }
+        return VectorField{parts[0], parts[1], parts[2]};
+    }
+    PALPATE_TRY(check(edges, o));
+    std::vector<BrickArray<float>> fields;
     for (int axis = 0; axis < 3; ++axis) {
+        PALPATE_TRY(BrickArray<float> g,
+                    read(edges, derivative_bricks(edges, {0.0, axis, {}}), {task.stop, {}}));
+        fields.push_back(std::move(g));
+    }
+    BrickArray<float> weight(edges.size());
+    for_bricks(weight, [&](float*, size_t i) {
+        const glm::uvec3 at = brick_at(weight, i);
+        const float *x = fields[0].find(at), *y = fields[1].find(at), *z = fields[2].find(at);
+        float* to = weight.write(at);
+        for (size_t k = 0; k < kBrickSamples; ++k)
+            to[k] = x[k] * x[k] + y[k] * y[k] + z[k] * z[k];
+    });
+    Multigrid grids(spacing_mm(edges.grid()), o.mu, std::move(weight));
+    const std::optional<Volume> mask = mask_of(edges);
+    std::vector<Volume> parts;
+    for (size_t axis = 0; axis < 3; ++axis) {
+        const double from = 0.1 + 0.3 * double(axis);
+        PALPATE_TRY(BrickArray<float> v, solved(grids, std::move(fields[axis]), o,
+                                                task.part(from, from + 0.25), nullptr));
         PALPATE_TRY(Volume part,
-                    vector_flow(edges, axis, options, task.part(axis / 3.0, (axis + 1) / 3.0)));
+                    made_of(std::move(v), edges.grid(), mask, task.part(from + 0.25, from + 0.3)));
         parts.push_back(std::move(part));
     }
     return VectorField{parts[0], parts[1], parts[2]};
 }
 
-Result<Volume> length(const VectorField& field, const Task& task) {
-    PALPATE_TRY(const BrickMaker maker, expression_bricks(field[0], "sqrt(a*a + b*b + c*c)",
-                                                          {{"b", field[1]}, {"c", field[2]}}));
-    return make_bricks(maker, task);
+Result<Volume> vector_flow_length(const Volume& edges, const VectorFlowOptions& options,
+                                  const Task& task) {
+    BrickArray<float> sum(edges.size());
+    for (int axis = 0; axis < 3; ++axis) {
+        std::optional<Volume> read(edges);
+        PALPATE_TRY(
+            BrickArray<float> v,
+            component(read, axis, options, true, task.part(0.3 * axis, 0.3 * (axis + 1)), nullptr));
+        for_bricks(v, [&](float* of, size_t i) {
+            float* to = sum.write(brick_at(sum, i));
+            for (size_t k = 0; k < kBrickSamples; ++k)
+                to[k] += of[k] * of[k];
+            v.clear(brick_at(v, i));
+        });
+    }
+    for_bricks(sum, [](float* of, size_t) {
+        for (size_t k = 0; k < kBrickSamples; ++k)
+            of[k] = std::sqrt(of[k]);
+    });
+    return made_of(std::move(sum), edges.grid(), mask_of(edges), task.part(0.9, 1.0));
 }
 
 } // namespace palpate

@@ -28,7 +28,7 @@ struct VectorFlowOptions {
     double residual = 1e-4; // to end at: |residual| / ||g|^2 g|, root mean square; 1e-6 .. 1
     int most_cycles = 60;   // an error after so many
     // The result is a u16 volume of packed floats (packed_floats.h), without places of no data, and
-    // |g|^2 is rounded to such: half a volume less while it is computed.
+    // |g|^2 is kept in 16 bits: half a volume less while it is computed.
     bool packed = false;
 };
 
@@ -45,7 +45,11 @@ Result<Volume> vector_flow(Volume edges, int axis, const VectorFlowOptions& opti
 Result<VectorField> vector_flow(const Volume& edges, const VectorFlowOptions& options,
                                 const Task& task);
 
-// Length of a field's vectors.
-Result<Volume> length(const VectorField& field, const Task& task);
+// The length of all three: f32. |g|^2 is kept as PackedWeights, which changes no component by more
+// than 2^-12 of the largest |v - g|: a weight off by e W moves the solution of (W + L) v = W g by
+// (W + L)^-1 e W (g - v), and (W + L)^-1 W is a mean. Memory: 3 volumes of floats beside the edge
+// map and the result.
+Result<Volume> vector_flow_length(const Volume& edges, const VectorFlowOptions& options,
+                                  const Task& task);
 
 } // namespace palpate

@@ -33,9 +33,9 @@ void expect_solved(uint32_t n, double share, int most_cycles) {
     double operation = 1.0;
     for (int a = 0; a < 3; ++a)
         operation += mu * std::pow(2.0 * std::sin(waves[a] * M_PI * h[a] / 2.0) / h[a], 2);
-    Multigrid grids(h, mu, array_of(size, [](glm::dvec3) { return 0; }),
-                    array_of(size, [](glm::dvec3) { return 1; }),
-                    array_of(size, [&](glm::dvec3 i) { return operation * u(i); }));
+    Multigrid grids(h, mu, array_of(size, [](glm::dvec3) { return 1; }));
+    grids.start(array_of(size, [](glm::dvec3) { return 0; }),
+                array_of(size, [&](glm::dvec3 i) { return operation * u(i); }));
     const double first = grids.residual();
     int cycles = 0;
     while (grids.residual() > share * first && cycles < 30) {
@@ -288,9 +288,10 @@ TEST(VectorFlow, FlipsWithItsInputAndThreadsChangeNoBit) {
     }
 }
 
-// Weights W that are off by a share e of at most 1/256 change v by the solution of (W - mu laplace)
-// d = e W (g - v): by the maximum principle at most e times the largest |g - v|, with |v| at most
-// the largest |g|. Packing v adds e |v|, and the two ends of the solver 1e-5 of the field each.
+// Weights W that are off by a share e of at most 1/4096 change v by the solution of (W - mu
+// laplace) d = e W (g - v): by the maximum principle at most e times the largest |g - v|, with |v|
+// at most the largest |g|. Packing v adds |v| / 256, and the two ends of the solver 1e-5 of the
+// field each.
 TEST(VectorFlow, PackedFloatsAreWithinTheirRounding) {
     const Volume edges = twin::noise(make_grid({40, 33, 12}, {1, 1, 2}), ScalarType::i16);
     const VectorFlowOptions options{.mu = 0.2, .residual = 1e-6};
@@ -306,8 +307,45 @@ TEST(VectorFlow, PackedFloatsAreWithinTheirRounding) {
         for (const glm::ivec3 i : twin::indices(glm::ivec3(edges.size()))) {
             const double exact = v.value(glm::uvec3(i));
             ASSERT_NEAR(unpacked_float(uint16_t(packed.value(glm::uvec3(i)))), exact,
-                        (2 * most + std::abs(exact)) / 256 + 1e-4 * most);
+                        2 * most / 4096 + std::abs(exact) / 256 + 1e-4 * most);
         }
+    }
+}
+
+// Each component is off by as much as above, but for the packing of v, so their length by at most
+// the root of the sum of the squares; and where the edge map has no data, it has none.
+TEST(VectorFlow, ItsLengthIsThatOfTheComponents) {
+    const Volume edges = twin::noise(make_grid({40, 33, 12}, {1, 1, 2}), ScalarType::f32, 9);
+    ASSERT_GT(edges.no_data_count(), 0u);
+    const VectorFlowOptions options{.mu = 0.2, .residual = 1e-6};
+    const VectorField v = vector_flow(edges, options, {}).value();
+    const Volume length = vector_flow_length(edges, options, {}).value();
+    double squares = 0.0;
+    for (int axis = 0; axis < 3; ++axis) {
+        const ValueRange g = derivative(edges, {0.0, axis, {}}, {}).value().range();
+        const double most =
+            double(std::max(-g.min, g.max)) / (edges.range().max - edges.range().min);
+        squares += std::pow((2.0 / 4096 + 1e-4) * most, 2);
+    }
+    for (const glm::ivec3 i : twin::indices(glm::ivec3(edges.size()))) {
+        const glm::uvec3 at(i);
+        const glm::dvec3 exact(v[0].value(at), v[1].value(at), v[2].value(at));
+        ASSERT_EQ(std::isnan(length.value(at)), std::isnan(edges.value(at)));
+        if (!std::isnan(edges.value(at))) {
+            ASSERT_NEAR(length.value(at), glm::length(exact), std::sqrt(squares));
+        }
+    }
+}
+
+TEST(PackedWeights, AreWithinTheirRounding) {
+    for (const float largest : {1.0f, 0.37f, 3e-30f, 2e20f}) {
+        const PackedWeights code(largest);
+        for (float v = largest; v > 1e-12f * largest; v *= 0.9f) {
+            const float kept = code.unpack(code.pack(v));
+            ASSERT_LE(std::abs(double{kept} - v), std::max(0x1p-12 * v, 0x1p-31 * largest));
+            ASSERT_EQ(code.pack(kept), code.pack(v));
+        }
+        EXPECT_EQ(code.unpack(code.pack(0.0f)), 0.0f);
     }
 }
 
