@@ -19,7 +19,7 @@ namespace {
 
 struct SegmentOptions {
     ReadFlags read;
-    std::string method, seeds, start, out, cost, strength, distance;
+    std::string method, seeds, start, out, cost, strength, distance, curves;
     uint32_t background = 0;
     bool list = false;
     std::map<std::string, double> values; // one for each parameter of any method
@@ -34,6 +34,7 @@ std::vector<NamedFile> files_of(const SegmentOptions& o) {
     append_volume(files, "--cost", o.cost, FileUse::write);
     append_volume(files, "--arrival", o.strength, FileUse::write);
     append_volume(files, "--distance", o.distance, FileUse::write);
+    files.push_back({"--curves", o.curves, FileUse::write});
     return files;
 }
 
@@ -119,6 +120,8 @@ Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
         return fail("--arrival: {} has no arrival times or strengths", method.name);
     if (!method.has_distance && !o.distance.empty())
         return fail("--distance: {} moves no surface whose distance it knows", method.name);
+    if (!method.takes_curves && !o.curves.empty())
+        return fail("--curves: {} takes no curves", method.name);
     const ParameterValues values = values_of(o, app, method);
     const Interrupt interrupt;
     PALPATE_TRY(const LoadedVolume loaded, load(o.read, false, interrupt));
@@ -149,6 +152,11 @@ Result<void> run_segment(const SegmentOptions& o, const CLI::App& app) {
         PALPATE_TRY(save_volume(o.cost, *made.cost, interrupt.token()));
     if (!o.distance.empty())
         PALPATE_TRY(save_volume(o.distance, *made.distance, interrupt.token()));
+    if (!o.curves.empty()) {
+        SeedFile file;
+        file.curves = made.curves;
+        PALPATE_TRY(write_text(o.curves, seeds_text(file)));
+    }
     return o.strength.empty() ? Result<void>()
                               : save_volume(o.strength, *made.strength, interrupt.token());
 }
@@ -206,6 +214,10 @@ Command add_segment(CLI::App& app) {
     app.add_option("--distance", o->distance,
                    "Write the signed distance in mm from the surface of a level set, negative "
                    "inside, near the surface")
+        ->type_name("FILE");
+    app.add_option("--curves", o->curves,
+                   "Write the curves of live-wire-surface as they follow edges (.json), to go on "
+                   "with or to draw")
         ->type_name("FILE");
     app.add_flag("--list", o->list, "List methods with their parameters, and exit");
     add_parameters(app, *o);

@@ -298,7 +298,7 @@ Result<Segmented> run_wires(const SegmentInput& input, const ParameterValues& va
     }
     PALPATE_TRY(LiveWireSurface made,
                 live_wire_surface(input.volume.grid(), curves, task.part(0.5, 1.0)));
-    return Segmented{std::move(made.labels), {}, {}, {}};
+    return Segmented{std::move(made.labels), {}, {}, {}, {}, std::move(curves)};
 }
 
 } // namespace palpate

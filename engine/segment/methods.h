@@ -39,6 +39,7 @@ struct Segmented {
     std::vector<std::string> notes; // what was found from the data, for people
     // f32, mm, negative inside: of level sets, the least of all objects. See LevelSetResult.
     std::optional<Volume> distance{};
+    std::vector<WireCurve> curves{}; // as they follow edges: of methods that take curves
 };
 
 using ParameterValues = std::map<std::string, double, std::less<>>;

@@ -183,12 +183,32 @@ TEST_F(SegmentCommand, ClosedCurvesEncloseABall) {
         curves += std::string(axis ? ", " : "") + "{\"label\": 3, \"points_mm\": [" + points + "]}";
     }
     write("curves.json", "{\"seeds\": 1, \"units\": \"mm\", \"curves\": [" + curves + "]}");
-    const ProgramRun ran = segment(
-        {"--method", "live-wire-surface", "--seeds", path("curves.json"), "-o", path("a.nrrd")});
+    const ProgramRun ran = segment({"--method", "live-wire-surface", "--seeds", path("curves.json"),
+                                    "--curves", path("along.json"), "-o", path("a.nrrd")});
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     // The surface's own samples belong to the body: half a sample more or less on each side, of
     // 1 to 2 mm, is 20 % of a ball of 15 mm.
     EXPECT_NEAR(volume_mm3("a.nrrd", 3), kBall_mm3, 0.2 * kBall_mm3);
+
+    // The same curves, with the live-wires between their points.
+    const Result<SeedFile> along = parse_seeds(bytes_of("along.json"), "along.json");
+    ASSERT_TRUE(along) << along.error().message;
+    ASSERT_EQ(along->curves.size(), 3u);
+    for (const WireCurve& curve : along->curves) {
+        EXPECT_EQ(curve.label, 3);
+        EXPECT_GT(curve.points_mm.size(), 25u);
+        EXPECT_EQ(curve.points_mm.front(), curve.points_mm.back());
+    }
+    // Straight lines between them are the same surface.
+    const ProgramRun again =
+        segment({"--method", "live-wire-surface", "--seeds", path("along.json"), "--follow", "0",
+                 "-o", path("again.nrrd")});
+    ASSERT_EQ(again.exit_code, 0) << again.messages;
+    EXPECT_EQ(volume_mm3("again.nrrd", 3), volume_mm3("a.nrrd", 3));
+    EXPECT_EQ(segment({"--method", "threshold", "--low", "50", "--curves", path("c.json"), "-o",
+                       path("b.nrrd")})
+                  .exit_code,
+              1);
 
     write("open.json", R"({"seeds": 1, "units": "mm", "curves": [
         {"label": 3, "points_mm": [[15, 0, 0], [0, 15, 0], [-15, 0, 0]]}]})");
