@@ -8,7 +8,9 @@
 #include "apps/palpate/output.h"
 #include "apps/palpate/project_input.h"
 #include "apps/palpate/read_options.h"
+#include "engine/base/log.h"
 #include "engine/base/printable.h"
+#include "engine/io/label_names.h"
 #include "engine/measure/measure_report.h"
 #include "engine/session/project_description.h"
 
@@ -18,7 +20,7 @@ namespace {
 
 struct MeasureOptions {
     ReadFlags read;
-    std::string labels, project, csv, json;
+    std::string labels, label_names, project, csv, json;
     std::vector<std::string> rulers, angles, polygons, spheres;
     uint32_t histogram = 0;
 };
@@ -27,8 +29,9 @@ std::vector<NamedFile> files_of(const MeasureOptions& o) {
     std::vector<NamedFile> files;
     append_volume(files, "V", o.read.path);
     append_volume(files, "--labels", o.labels);
-    files.insert(files.end(),
-                 {{"--csv", o.csv, FileUse::write_text}, {"--json", o.json, FileUse::write_text}});
+    files.insert(files.end(), {{"--label-names", o.label_names},
+                               {"--csv", o.csv, FileUse::write_text},
+                               {"--json", o.json, FileUse::write_text}});
     return files;
 }
 
@@ -144,7 +147,14 @@ Result<void> run_measure(const MeasureOptions& o) {
     const Interrupt interrupt;
     PALPATE_TRY(std::vector<Measure> measures, measures_of(o));
     PALPATE_TRY(const LoadedVolume loaded, load(o.read, false, interrupt));
-    PALPATE_TRY(const std::optional<LoadedVolume> labels, labels_of(o, interrupt));
+    PALPATE_TRY(std::optional<LoadedVolume> labels, labels_of(o, interrupt));
+    if (!o.label_names.empty()) {
+        PALPATE_TRY(std::vector<LabelName> names, load_label_table(o.label_names));
+        if (labels)
+            labels->labels = std::move(names);
+        else
+            log::warning("--label-names: without effect, because there is no label map (--labels)");
+    }
     MeasureReport report;
     for (Measure& one : measures) {
         std::optional<Measured> measured = measure(one, loaded.volume, interrupt.token());
@@ -171,6 +181,10 @@ Command add_measure(CLI::App& app) {
     app.add_option("--labels", o->labels,
                    "Label map: count, volume, area, shape, values, box and centroid of each label "
                    "(default: that of a project)")
+        ->type_name("FILE");
+    app.add_option("--label-names", o->label_names,
+                   "Names of the labels: a table of ITK-SNAP, 3D Slicer or FreeSurfer (default: "
+                   "those in the label map's file)")
         ->type_name("FILE");
     app.add_option(
            "--histogram", o->histogram,

@@ -111,6 +111,11 @@ Result<void> check_together(const TurntableOptions& o, const std::string& output
     if (o.frames == 0) {
         if (is_movie(output))
             return fail("{}: a movie needs --turntable, its number of pictures", output);
+        if (number_place(output).length > 1)
+            return fail(
+                "{}: numbered pictures need --turntable, how many; --frames times frames and "
+                "writes the last",
+                output);
         return {};
     }
     if (!is_movie(output) && number_place(output).digits == 0)

@@ -145,6 +145,25 @@ def test_names_come_from_tables_of_other_programs(labelled):
     assert bad.returncode == 1 and "bad.txt:2: expected a label's number and name" in bad.stderr
 
 
+def test_statistics_of_labels_have_their_names(labelled):
+    def measure(*more):
+        return run("measure", labelled / "grey.nrrd", *more)
+
+    labels = ("--labels", labelled / "labels.seg.nrrd")
+    own = measure(*labels)
+    assert own.returncode == 0 and "label 7 liver  " in own.stdout and "label 2 left kidney  " in own.stdout
+    (labelled / "snap.label").write_text('7 255 128 0 1 1 1 "the liver"\n')
+    of_table = measure(*labels, "--label-names", labelled / "snap.label", "--json", "-")
+    assert of_table.returncode == 0, of_table.stderr
+    names = {label["label"]: label.get("name") for label in json.loads(of_table.stdout)["labels"]}
+    assert names[7] == "the liver" and names[2] in (None, "")
+    (labelled / "bad.txt").write_text("liver 7\n")
+    bad = measure(*labels, "--label-names", labelled / "bad.txt")
+    assert bad.returncode == 1 and "bad.txt:1: expected a label's number and name" in bad.stderr
+    alone = measure("--label-names", labelled / "snap.label", "--ruler", "0,0,0,3,4,0")
+    assert alone.returncode == 0 and "--label-names: without effect" in alone.stderr
+
+
 def test_one_label_by_name_or_number(labelled):
     def draw(name, *more):
         made = run("render", labelled / "grey.nrrd", "--labels", labelled / "labels.seg.nrrd", "--slice", "axial:20",
@@ -211,6 +230,10 @@ def test_pictures_of_a_turntable_are_numbered_as_other_programs_do(tmp_path):
     made = run("render", BALL, "--size", "32,32", "--turntable", 3, "-o", tmp_path / "tt_%03d.png")
     assert made.returncode == 0, made.stderr
     assert sorted(p.name for p in tmp_path.glob("tt*")) == ["tt_000.png", "tt_001.png", "tt_002.png"]
+    for name in ("n_%03d.png", "n_###.png"):
+        refused = run("render", BALL, "--size", "32,32", "--frames", 3, "-o", tmp_path / name)
+        assert refused.returncode == 1 and "numbered pictures need --turntable" in refused.stderr
+        assert not list(tmp_path.glob("n_*"))
 
 
 def test_a_scene_of_one_patient_serves_another(tmp_path):
