@@ -47,7 +47,8 @@ Passivity::Settings passivity_settings(const SafetyLimits& limits,
                                        const DeviceCapabilities& device) noexcept {
     return {.most_damping_n_s_per_m = most_damping(limits, device),
             .leak_s = limits.passivity_leak_s,
-            .slew_n_per_s = limits.passivity_slew_n_per_s};
+            .slew_n_per_s = limits.passivity_slew_n_per_s,
+            .delay_s = std::max(0.0, device.delay_s)};
 }
 
 std::string fault_text(uint32_t faults) {
@@ -138,6 +139,7 @@ SafetyChain::Begun SafetyChain::begin(int64_t now_ns, int64_t due_ns, DeviceStat
     const bool pressed = begun.usable && (begun.sample.buttons >> limits_.dead_man_button & 1) != 0;
     ready_ = begun.usable && (pressed || !limits_.needs_dead_man);
     usable_ = begun.usable;
+    is_fresh_ = begun.fresh;
     used_ = begun.sample;
     return begun;
 }
@@ -171,7 +173,8 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
                 ? stored_energy_j(now_.share * rendered_n, now_.share * stiffness_n_per_m, most_n_)
                 : 0.0;
         sent.force_n = passivity_.limit(used_.position_m, used_.velocity_m_per_s, sent.force_n,
-                                        {stored_j, now_.share * stiffness_n_per_m}, dt_s_); // 4
+                                        {stored_j, now_.share * stiffness_n_per_m}, dt_s_,
+                                        is_fresh_); // 4
         damping_n_ = glm::length(sent.force_n - proxy_n);
         sent.force_n =
             limit_magnitude(sent.force_n, std::min(most_n_, heat_.most(limits_, most_n_)));

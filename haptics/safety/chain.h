@@ -119,7 +119,7 @@ class SafetyChain {
     double fade_ = 1.0;      // of a late tick, and of samples that do not come
     int64_t silence_ns_ = 0; // of a device that sets the pace: the next sample was due so long ago
     double damping_n_ = 0.0;
-    bool ready_ = false, usable_ = false;
+    bool ready_ = false, usable_ = false, is_fresh_ = false;
     double dt_s_;
     int64_t period_ns_;
     int64_t last_ns_ = 0, taken_ns_ = 0; // the last tick; the last one whose wrench was taken

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <glm/glm.hpp>
 
 namespace palpate::haptics {
@@ -17,6 +19,13 @@ namespace palpate::haptics {
 // no impact itself. Where it would push, at a reversal, it is released at once; force that does not
 // oppose the motion fades within some 10 ms.
 //
+// Behind a cable a sample is old and a force acts later: together by delay_s, what a device states
+// as its delay. The force over the way between two samples is then the one that was sent delay_s
+// before; where delay_s is no whole tick, the mean of the two that shared that time. W is again
+// exact for held forces and even motion within a tick. A spring whose force comes late by D makes
+// k v^2 T D a tick more, and what the controller sends acts late, too: damping that is on its way
+// counts as done at the speed of now, so that the same energy is not dissipated twice.
+//
 // Dissipated energy (below 0) is forgotten with the time constant leak_s, so that long motion in
 // viscous material does not hide energy generated later. Sources: B. Hannaford, J.-H. Ryu,
 // Time-domain passivity control of haptic interfaces, IEEE Trans. Robotics and Automation 18(1),
@@ -29,7 +38,12 @@ class Passivity {
         double slew_n_per_s = 20.0;
         // Lost is what the controller cannot get back soon: E is kept at or below it.
         double most_j = 0.05;
+        // From the moment a sample was taken until the force of the tick that reads it acts, beyond
+        // that tick; >= 0. Forces are remembered for kMostSent ticks: a longer delay counts as
+        // that.
+        double delay_s = 0.0;
     };
+    static constexpr uint32_t kMostSent = 32;
     explicit Passivity(const Settings& settings) : settings_(settings) {}
 
     void reset() noexcept { *this = Passivity(settings_); }
@@ -38,15 +52,16 @@ class Passivity {
     struct Spring {
         double stored_j = 0.0, stiffness_n_per_m = 0.0;
     };
-    // The force to send in place of `force_n`. `position_m` is where the device is now. dt_s > 0,
-    // all finite.
+    // The force to send in place of `force_n`. `position_m` is where the sample says that the
+    // device is; is_fresh false: a sample that stands in for one that did not come, and nothing is
+    // observed until the next. dt_s > 0 since the last call, all finite.
     //
     // Damping acts on the velocity that the device's driver estimates, not on the way of one tick:
     // one encoder step of 50 um in a tick would read as 50 mm/s, and cause an impact.
     glm::dvec3 limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, glm::dvec3 force_n,
-                     Spring spring, double dt_s) noexcept;
+                     Spring spring, double dt_s, bool is_fresh = true) noexcept;
     // The force sent after the later stages; work is counted with it.
-    void sent(glm::dvec3 force_n) noexcept { sent_n_ = force_n; }
+    void sent(glm::dvec3 force_n) noexcept { sent_[next_].force_n = force_n; }
 
     double made_j() const noexcept { return made_j_; }   // E, see above
     double work_j() const noexcept { return work_j_; }   // W since the reset, without leak
@@ -54,8 +69,24 @@ class Passivity {
 
  private:
     Settings settings_;
+    struct Sent {
+        glm::dvec3 force_n{0.0};
+        double damping_n_s_per_m = 0.0; // within it
+        double dt_s = 0.0;              // that it was held for
+    };
+    // Means of what was sent from to_s to from_s before now.
+    struct Held {
+        glm::dvec3 force_n{0.0};
+        double damping_n_s_per_m = 0.0;
+    };
+    Held mean(double from_s, double to_s) const noexcept;
+    void observe(glm::dvec3 position_m, double stored_j) noexcept;
+
     bool has_last_ = false;
-    glm::dvec3 last_m_{0.0}, sent_n_{0.0};
+    glm::dvec3 last_m_{0.0};
+    double unseen_s_ = 0.0;              // since the last fresh sample
+    std::array<Sent, kMostSent> sent_{}; // a ring; next_: the newest
+    uint32_t next_ = 0;
     double last_stored_j_ = 0.0;
     double made_j_ = 0.0, work_j_ = 0.0, damping_ = 0.0;
     double steady_ = 0.0; // N s/m

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "haptics/device/simulated.h"
 
@@ -25,21 +26,26 @@ TEST(StoredEnergy, IsTheIntegralOfTheCutForce) {
         }
 }
 
-// A held spring pressed at even speed and left again by a hand that nothing turns.
+// A held spring pressed at even speed and left again by a hand that nothing turns, on a device
+// whose forces act `delay_ticks` later and which says so.
 struct Press {
     double work_j = 0.0, most_damping = 0.0;
+    double observed_j = 0.0; // by the observer
+    double settled = 0.0;    // damping when nine tenths of the press were done, N s/m
 };
-Press press(double k, double v, double depth, bool controlled) {
+Press press(double k, double v, double depth, bool controlled, uint32_t delay_ticks = 0) {
     const double way_s = depth / v;
+    DevicePreset preset = *find_device_preset("ideal");
+    preset.plant.delay_ticks = delay_ticks;
     SimulatedDevice device(
-        *find_device_preset("ideal"),
-        {.mass_kg = 1.0, .damping_n_s_per_m = 1e15, .stiffness_n_per_m = 0.0},
+        preset, {.mass_kg = 1.0, .damping_n_s_per_m = 1e15, .stiffness_n_per_m = 0.0},
         HandPath({{.time_s = 0},
                   {.time_s = way_s, .tool = {.position_mm = {1e3 * depth, 0, 0}}},
                   {.time_s = 2 * way_s},
                   {.time_s = 2.5 * way_s, .tool = {.position_mm = {-5, 0, 0}}}}),
         Workspace({0, 0, 0}, 1.0));
-    Passivity passivity({.most_damping_n_s_per_m = 1000.0, .leak_s = 1e9});
+    Passivity passivity(
+        {.most_damping_n_s_per_m = 1000.0, .leak_s = 1e9, .delay_s = delay_ticks * kT});
     Press result;
     DeviceSample sample;
     for (int64_t now = 0; now <= std::llround(2.4 * way_s * 1e9); now += 1'000'000) {
@@ -50,6 +56,9 @@ Press press(double k, double v, double depth, bool controlled) {
             force =
                 passivity.limit(sample.position_m, sample.velocity_m_per_s, force, {stored, k}, kT);
             result.most_damping = std::max(result.most_damping, passivity.damping());
+            if (now <= std::llround(0.9 * way_s * 1e9))
+                result.settled = passivity.damping();
+            result.observed_j = passivity.work_j();
             passivity.sent(force);
         }
         device.write(now, {force, {}});
@@ -71,6 +80,100 @@ TEST(Passivity, ObservesAndTakesAwayWhatASampledSpringMakes) {
             // old way, a whole k d v T has been made within one tick, so that there it may be more.
             EXPECT_GE(controlled.most_damping, 0.5 * k * kT * (1 - 1e-6));
         }
+}
+
+// Late by D the spring makes k v d (T + 2 D) on the way in and out, and what keeps it from that is
+// damping of k (T / 2 + D).
+TEST(Passivity, KnowsThatForcesActLater) {
+    for (const uint32_t delay : {1u, 2u})
+        for (const double k : {300.0, 1000.0, 3000.0})
+            for (const double v : {0.05, 0.2}) {
+                SCOPED_TRACE(testing::Message() << delay << ' ' << k << ' ' << v);
+                // Less what late force gives back at the turn, where it pushes the old way: k v T
+                // for each tick, for as many ticks as it is late.
+                const double turn = 0.5 * delay * (delay + 1) * k * std::pow(v * kT, 2);
+                const double made = k * v * kT * 0.005 * (1 + 2 * delay) - turn;
+                EXPECT_NEAR(press(k, v, 0.005, false, delay).work_j, made, 1e-3 * made);
+                const Press controlled = press(k, v, 0.005, true, delay);
+                EXPECT_LE(controlled.work_j, 0.001 * made);
+                EXPECT_GE(controlled.work_j, -1.1 * made);
+                // The observer's account is the motors', but for what acts after the last sample:
+                // nothing, as the hand is in the air by then.
+                EXPECT_NEAR(controlled.observed_j, controlled.work_j, 1e-3 * made);
+                // After 90 ticks of even speed it stands where it takes what the spring makes.
+                if (v == 0.05) {
+                    EXPECT_NEAR(controlled.settled, k * kT * (0.5 + delay), 0.02 * k * kT);
+                }
+            }
+}
+
+TEST(Passivity, AFractionOfATickIsAMean) {
+    // Forces of 1 and 3 N in two ticks, a quarter of a tick late: over the second tick's way 1 N
+    // acted for a quarter of the time and 3 N for the rest.
+    Passivity passivity({.leak_s = 1e9, .delay_s = 0.25 * kT});
+    double x = 0.0;
+    for (const double force_n : {1.0, 3.0, 0.0}) {
+        passivity.limit({x, 0, 0}, {}, {}, {}, kT);
+        passivity.sent({force_n, 0, 0});
+        x += 1e-3;
+    }
+    // 0.75 of 1 N over the first mm, (0.25 * 1 + 0.75 * 3) N over the second.
+    EXPECT_NEAR(passivity.work_j(), 0.75e-3 + 2.5e-3, 1e-15);
+    // A sample that stands in for one that did not come says nothing; the next tells of both ticks.
+    const double before_j = passivity.work_j();
+    passivity.limit({x - 1e-3, 0, 0}, {}, {}, {}, kT, false);
+    passivity.sent({5.0, 0, 0});
+    EXPECT_EQ(passivity.work_j(), before_j);
+    passivity.limit({x, 0, 0}, {}, {}, {}, kT);
+    // Back from now: 0.25 ticks of 5 N have not acted yet; of the two ticks before, 5 N had 0.75,
+    // 0 N a whole one and 3 N a quarter.
+    EXPECT_NEAR(passivity.work_j() - before_j, (0.75 * 5.0 + 0.25 * 3.0) / 2 * 1e-3, 1e-15);
+}
+
+// A hand that wanders through a wall by random, on a device with encoders. At no moment has it been
+// given more than what a late spring makes before the damping against it acts.
+TEST(Passivity, NoHandIsGivenMoreThanIsMadeBeforeDampingActs) {
+    for (const char* name : {"ideal", "falcon", "omega"})
+        for (const uint32_t delay : {0u, 1u, 2u})
+            for (uint64_t seed = 1; seed <= 10; ++seed) {
+                SCOPED_TRACE(testing::Message() << name << ' ' << delay << ' ' << seed);
+                std::mt19937_64 random(seed);
+                std::uniform_real_distribution<double> place_mm(-5.0, 4.0), way_s(0.03, 0.3);
+                std::vector<HandPose> poses{{.tool = {.position_mm = {5, 0, 0}}}};
+                while (poses.back().time_s < 3.0)
+                    poses.push_back({.time_s = poses.back().time_s + way_s(random),
+                                     .tool = {.position_mm = {place_mm(random), 0, 0}}});
+                DevicePreset preset = *find_device_preset(name);
+                preset.plant.delay_ticks = delay;
+                SimulatedDevice device(preset, {}, HandPath(poses), Workspace({0, 0, 0}, 1.0));
+                const double k = 500.0, late_s = delay * kT;
+                Passivity passivity({.delay_s = late_s});
+                DeviceSample sample;
+                double most_j = -1.0, most_speed = 0.0, most_n = 0.0;
+                for (int64_t now = 0; now < 3'000'000'000; now += 1'000'000) {
+                    device.read(now, sample);
+                    const double true_m = std::max(0.0, -device.true_position_m().x);
+                    // What the wall has still to give back is the hand's.
+                    most_j = std::max(most_j, device.motor_work_j() + 0.5 * k * true_m * true_m);
+                    if (true_m > 0.0)
+                        most_speed =
+                            std::max(most_speed, std::abs(device.true_velocity_m_per_s().x));
+                    glm::dvec3 force(k * std::max(-sample.position_m.x, 0.0), 0, 0);
+                    const double stored_j = stored_energy_j(force.x, k, 1e9);
+                    force = passivity.limit(sample.position_m, sample.velocity_m_per_s, force,
+                                            {stored_j, k}, kT);
+                    most_n = std::max(most_n, glm::length(force));
+                    passivity.sent(force);
+                    device.write(now, {force, {}});
+                }
+                // A tick makes k v^2 T (T / 2 + D). The damping against it is noticed after a tick
+                // and D, acts D later, and is whole after (1 / 2 + D / T) / 0.2 ticks, half of it
+                // in the mean.
+                const double a_tick_j = k * most_speed * most_speed * kT * (0.5 * kT + late_s);
+                const double ticks = 1.0 + 2.0 * delay + 0.5 * (0.5 + delay) / 0.2;
+                const double steps_j = 2.0 * preset.plant.encoder_step_m * most_n;
+                EXPECT_LE(most_j, a_tick_j * ticks + steps_j) << a_tick_j * ticks << ' ' << steps_j;
+            }
 }
 
 TEST(Passivity, PaysNothingForASpringThatWasPressedLongAgo) {
