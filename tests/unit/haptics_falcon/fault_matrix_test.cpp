@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -143,6 +144,17 @@ std::vector<Row> rows() {
                                t.moved = 2;
                        };
                    }});
+    // Nine of ten rounds in which a message could go out, it does not.
+    all.push_back({.name = "EAGAIN storm",
+                   .fault =
+                       [] {
+                           return [round = 0](Transfer& t, int64_t) mutable {
+                               if (t.kind == TransferKind::bulk && !t.is_in() && ++round % 10 != 0)
+                                   t.status = TransferStatus::pending;
+                           };
+                       },
+                   .device = nullptr,
+                   .ends_force = false});
     for (const int64_t late_ms : {1, 2, 5, 10, 20, 50})
         all.push_back({.name = "answers " + std::to_string(late_ms) + " ms late",
                        .fault =
@@ -172,9 +184,12 @@ std::vector<Row> rows() {
                    .fault = nullptr,
                    .device = [](FakeFalcon& f, bool begins) { f.encoders_stuck = begins; },
                    .ends_force = false});
+    // By 16 bits and more than the arms can turn: no place belongs to the angles.
     for (const int shift : {32767, -32768, 3000, -2500, 700, -700})
         all.push_back(
-            {.name = "encoder jump of " + std::to_string(shift),
+            {.name = (std::abs(shift) > kMostCounts ? "no place: encoders off by "
+                                                    : "encoder jump of ") +
+                     std::to_string(shift),
              .fault = nullptr,
              .device = [shift](FakeFalcon& f, bool begins) {
                  f.encoder_shift = {begins ? static_cast<int16_t>(shift) : int16_t{0}, 0, 0};
@@ -194,6 +209,46 @@ std::vector<Row> rows() {
                    .clock_jump_ns = 1'000 * kMs,
                    .lasts = 3});
     return all;
+}
+
+// The faults of the plan, and which rows are of one.
+struct Kind {
+    const char* what;
+    std::vector<const char*> names; // how theirs begin
+};
+const std::vector<Kind>& kinds() {
+    static const std::vector<Kind> all{
+        {"short read", {"short read"}},
+        {"read of 0 bytes", {"empty read"}},
+        {"status bytes alone", {"status alone"}},
+        {"packet split at every offset", {"split at "}},
+        {"packets that come together", {"two packets"}},
+        {"flipped byte, each; flipped bits", {"flipped byte", "one bit in"}},
+        {"dropped byte, each", {"dropped byte"}},
+        {"inserted byte, each", {"inserted byte"}},
+        {"stall", {"reads: refused by the device", "everything: refused by the device"}},
+        {"overflow", {"reads: more bytes", "everything: more bytes"}},
+        {"timeout",
+         {"reads: timed", "everything: timed", "reads hang", "writes hang", "firmware hangs"}},
+        {"EAGAIN storm", {"EAGAIN"}},
+        {"refused, as where another process claims it",
+         {"reads: refused by the system", "everything: refused by the system"}},
+        {"gone, at each call; plugged in again", {"gone at"}},
+        {"power lost and back", {"power"}},
+        {"encoder stuck", {"encoders stuck"}},
+        {"encoder jump", {"encoder jump"}},
+        {"encoder wrap; angles of no place", {"no place"}},
+        {"answers 1 to 50 ms late", {"answers "}},
+        {"clock jump", {"clock"}},
+    };
+    return all;
+}
+size_t kind_of(const Row& row) {
+    for (size_t i = 0; i < kinds().size(); ++i)
+        for (const char* name : kinds()[i].names)
+            if (row.name.starts_with(name))
+                return i;
+    return kinds().size();
 }
 
 enum class Phase { homing, idle, contact, drilling };
@@ -362,26 +417,60 @@ class Run {
     int64_t silent_ = 0; // since when there is no sample
 };
 
-void run_phase(Phase phase) {
+// How many rows of each kind hold in a phase.
+class Cells {
+ public:
+    void add(const Row& row, bool holds) {
+        Cell& cell = cells_.at(kind_of(row));
+        ++cell.all;
+        cell.hold += holds;
+    }
+    void print(const char* phase) const {
+        for (size_t i = 0; i < cells_.size(); ++i)
+            fmt::print("| {} | {} | {} of {} |\n", kinds()[i].what, phase, cells_[i].hold,
+                       cells_[i].all);
+    }
+
+ private:
+    struct Cell {
+        int all = 0, hold = 0;
+    };
+    std::vector<Cell> cells_ = std::vector<Cell>(kinds().size());
+};
+
+void run_phase(Phase phase, const char* name) {
     const std::vector<Row> all = rows();
     ASSERT_GT(all.size(), 80u);
+    Cells cells;
     for (const Row& row : all) {
         SCOPED_TRACE(row.name);
         Run(row, phase).run();
+        cells.add(row, !testing::Test::HasFailure());
     }
+    cells.print(name);
+}
+
+TEST(FalconFaults, EveryFaultOfThePlanHasRows) {
+    std::vector<size_t> count(kinds().size());
+    for (const Row& row : rows()) {
+        ASSERT_LT(kind_of(row), kinds().size()) << row.name;
+        ++count[kind_of(row)];
+    }
+    for (size_t i = 0; i < count.size(); ++i)
+        EXPECT_GT(count[i], 0u) << kinds()[i].what;
 }
 
 TEST(FalconFaults, WhileHoming) {
-    run_phase(Phase::homing);
+    run_phase(Phase::homing, "homing");
 }
 TEST(FalconFaults, WhileIdle) {
-    run_phase(Phase::idle);
+    run_phase(Phase::idle, "idle");
 }
 TEST(FalconFaults, InContact) {
-    run_phase(Phase::contact);
+    run_phase(Phase::contact, "contact");
 }
 TEST(FalconFaults, WhileDrilling) {
-    run_phase(Phase::drilling);
+    run_phase(Phase::drilling, "drilling");
 }
 
 // While firmware is loaded: it starts, or says in a sentence why not; in either case soon, and a
@@ -405,12 +494,34 @@ TEST(FalconFaults, WhileStarting) {
         EXPECT_TRUE(again) << again.error().message;
         return !device;
     };
+    Cells cells;
     for (const Row& row : rows()) {
         SCOPED_TRACE(row.name);
         if (row.fault)
             check(row.fault(), nullptr);
         if (row.device)
             check(nullptr, [&](FalconBench& bench) { row.device(bench.model, true); });
+        if (row.clock_jump_ns) { // at its 100th transfer
+            VirtualClock* clock = nullptr;
+            int calls = 0;
+            const auto jump = [&](Transfer&, int64_t now_ns) {
+                if (++calls == 100)
+                    clock->sleep_until(now_ns + row.clock_jump_ns);
+            };
+            check(jump, [&](FalconBench& bench) { clock = &bench.clock; });
+        }
+        if (row.unplugs) { // at the same call, counted from the first; others are below
+            FalconBench* one = nullptr;
+            int calls = 0;
+            const auto unplug = [&](Transfer& t, int64_t) {
+                if (++calls == row.lasts) {
+                    one->transport->unplug();
+                    t.status = TransferStatus::gone;
+                }
+            };
+            EXPECT_TRUE(check(unplug, [&](FalconBench& bench) { one = &bench; }));
+        }
+        cells.add(row, !testing::Test::HasFailure());
     }
     // Unplugged at each of its transfers, of which there are about 300.
     int refused = 0;
@@ -432,6 +543,7 @@ TEST(FalconFaults, WhileStarting) {
         ASSERT_TRUE(bench.open(image));
     }
     EXPECT_EQ(refused, 100);
+    cells.print("boot");
 }
 
 } // namespace

@@ -3,11 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <deque>
 #include <random>
 
 #include "haptics/device/simulated.h"
-#include "haptics/device/transport/fake_transport.h"
+#include "tests/unit/haptics_hands/fake_wooden.h"
 
 namespace palpate::haptics {
 namespace {
@@ -121,57 +120,6 @@ TEST(WoodenKinematics, NoForceAsksForMoreThanTheMotorsHave) {
     EXPECT_EQ(WoodenDevice::motor_currents(kPolhem, angles, {0, INFINITY, 0}),
               (std::array<int16_t, 3>{}));
 }
-
-// The firmware: answers each report by one, and ends the current where nothing came for 0.5 s.
-class FakeWooden final : public FakePeer {
- public:
-    explicit FakeWooden(const Geometry& geometry) : geometry_(geometry) {}
-    glm::dvec3 place_m{0.0};
-    Command command;
-    Counts zero{};
-    bool silent = false;
-    size_t cut = 64; // of its reports
-    std::vector<std::vector<std::byte>> sent;
-
-    void advance(int64_t to_ns) override {
-        now_ns_ = to_ns;
-        if (now_ns_ - heard_ns_ >= 500 * kMs)
-            command.motors_ma = {};
-    }
-    bool control(const UsbSetup&, std::span<const std::byte>) override { return false; }
-    bool out(uint8_t, std::span<const std::byte> report) override {
-        sent.emplace_back(report.begin(), report.end());
-        if (report.empty() || report[0] != std::byte{0} || !decode(report.subspan(1), command))
-            return true;
-        heard_ns_ = now_ns_;
-        const auto counts = counts_of(geometry_, *inverse(geometry_, place_m));
-        if (command.order == kSetEncoders)
-            for (size_t i = 0; i < 3; ++i)
-                zero[i] = (*counts)[i] - command.encoders[i];
-        if (!silent)
-            answers_.push_back({.encoders = {static_cast<int16_t>((*counts)[0] - zero[0]),
-                                             static_cast<int16_t>((*counts)[1] - zero[1]),
-                                             static_cast<int16_t>((*counts)[2] - zero[2])}});
-        return true;
-    }
-    int in(uint8_t, std::span<std::byte> room) override {
-        if (answers_.empty())
-            return -1;
-        std::array<std::byte, 64> report{};
-        const auto bytes = encode(answers_.front());
-        answers_.pop_front();
-        std::copy(bytes.begin(), bytes.end(), report.begin());
-        const size_t size = std::min(cut, room.size());
-        std::copy_n(report.begin(), size, room.begin());
-        return static_cast<int>(size);
-    }
-    void plugged() override { answers_.clear(); }
-
- private:
-    const Geometry& geometry_;
-    int64_t now_ns_ = 0, heard_ns_ = 0;
-    std::deque<State> answers_;
-};
 
 struct Bench {
     VirtualClock clock;
