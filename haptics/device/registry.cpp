@@ -211,6 +211,30 @@ const DeviceDriver kDrivers[] = {
     {"gamepad", "gamepads, without force", "", list_gamepads, open_gamepad},
 };
 
+// Devices that are listed while they are plugged in only.
+constexpr struct {
+    const char *name, *driver, *what;
+} kPluggedIn[] = {{"novint-falcon", "novint", "a Novint Falcon that is plugged in"},
+                  {"spacemouse", "3dconnexion", "a SpaceMouse that is plugged in"},
+                  {"woodenhaptics", "wooden", "a WoodenHaptics that is plugged in"},
+                  {"polhem", "wooden", "a Polhem that is plugged in"},
+                  {"spacenav", "spacenavd", "the daemon spacenavd, running"},
+                  {"gamepad", "gamepad", "a gamepad that is plugged in"}};
+
+// Why a device of that name is not in the list; empty: no device has such a name.
+std::string why_absent(std::string_view name) {
+    for (const auto& plugged : kPluggedIn)
+        if (name.starts_with(plugged.name))
+            for (const DeviceDriver& driver : kDrivers)
+                if (std::string_view(driver.name) == plugged.driver)
+                    return driver.refusal ? fmt::format("{}: {}", name, driver.refusal)
+                                          : fmt::format(
+                                                "{}: expected {}, found none; check its cable and "
+                                                "power, and see `palpate devices`",
+                                                name, plugged.what);
+    return {};
+}
+
 // Null where there is none.
 const DeviceDriver* driver_of(const DeviceEntry& entry) {
     const auto* found = std::find_if(
@@ -258,6 +282,8 @@ Result<DeviceEntry> find_device(std::string_view text) {
             all[i].node = all[i].argument; // a person moves it
         return all[i];
     }
+    if (const std::string why = why_absent(name); !why.empty())
+        return fail("{}", why);
     return fail("expected a device, one of {} or its number, found '{}'", fmt::join(names, ", "),
                 text);
 }

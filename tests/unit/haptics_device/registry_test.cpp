@@ -49,6 +49,11 @@ TEST(Devices, WhatIsNoDeviceIsRefusedByName) {
     for (const char* name : {"recorded", "recorded:"})
         EXPECT_THAT(find_device(name).error().message,
                     HasSubstr("expected the device recorded:FILE"));
+    for (const char* name : {"novint-falcon", "spacemouse-7", "polhem"})
+        if (const Result<DeviceEntry> found = find_device(name); !found) { // whoever owns one
+            EXPECT_THAT(found.error().message, HasSubstr(std::string(name) + ": expected a "));
+            EXPECT_THAT(found.error().message, HasSubstr("plugged in, found none"));
+        }
     const Result<DeviceEntry> file = find_device("recorded:a:b.log");
     ASSERT_TRUE(file);
     EXPECT_EQ(file->argument, "a:b.log");
