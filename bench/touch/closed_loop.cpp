@@ -42,8 +42,8 @@ LoopResult closed_loop(haptics::Algorithm& algorithm, const Scene& scene, const 
     const haptics::SimulatedDevice& plant = held->plant();
 
     const haptics::SafetyLimits limits;
-    const double most_n = most_force_n(limits, loop.device->capabilities);
-    haptics::Passivity passivity(passivity_settings(limits, loop.device->capabilities));
+    const double most_n = most_force_n(limits, device.capabilities());
+    haptics::Passivity passivity(passivity_settings(limits, device.capabilities()));
     double stored_j = 0.0;
     const auto controlled = [&](const haptics::DeviceSample& sample, dvec3 rendered_n) {
         // What is no number is nothing, as in the chain.

@@ -43,6 +43,7 @@ TEST(FalconGrid, TheDriverKeepsTheBoundsOfTheLoopWithoutIt) {
     const DevicePreset& preset = *find_device_preset("falcon");
     DevicePreset late = preset; // forces that act a tick later, as the cable makes them
     late.plant.delay_ticks = 1;
+    late.capabilities.delay_s = touch::kTick_s;
     for (const char* name : {"swept-point", "swept-tool", "swept-local"}) {
         Sums plain, delayed, driver;
         const AlgorithmEntry* entry = find_algorithm(name);
@@ -96,8 +97,9 @@ TEST(FalconGrid, TheDriverKeepsTheBoundsOfTheLoopWithoutIt) {
         // Where the hand gets by one tick more of delay and two steps of the encoders.
         const double step_n = 500.0 * 2.0 * preset.capabilities.resolution_m;
         EXPECT_LE(driver.force_n, 1.1 * plain.force_n + step_n);
-        // Energy is shown and not judged: samples and forces that are late by the cable give the
-        // hand more of it than the observer of passivity sees (docs/log/touch.md).
+        // Energy: as the suite judges it without a cable, two steps of the encoder.
+        EXPECT_LE(plain.made_steps, 2.0);
+        EXPECT_LE(driver.made_steps, 2.0);
         EXPECT_LE(driver.limit_cycle_mm,
                   std::max(0.05, plain.limit_cycle_mm + 2e3 * preset.capabilities.resolution_m));
     }

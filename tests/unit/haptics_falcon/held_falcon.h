@@ -13,7 +13,10 @@ class HeldFalcon final : public touch::HeldDevice {
         : bench_({.path = path, .hand = hand}), device_(std::move(bench_.open().value())) {
         begin_ns_ = bench_.clock.now_ns();
     }
+    // The host carries bytes meanwhile, as the servo's pace lets it: a host that slept until the
+    // tick would send the force of the tick before only then, and samples would be a tick older.
     void wait(int64_t until_ns) override {
+        device_->wait(begin_ns_ + until_ns);
         bench_.clock.sleep_until(begin_ns_ + until_ns);
         device_->wait(bench_.clock.now_ns());
     }
