@@ -292,9 +292,18 @@ bool Editor::keep(JournalEntry entry) {
     if (!options_.journal)
         return true;
     const Result<void> written = options_.journal->append(entry);
-    if (!written)
+    if (written)
+        return true;
+    if (options_.journal_may_end)
+        end_journal(written.error().message);
+    else
         refuse(written.error().message);
-    return written.has_value();
+    return options_.journal_may_end;
+}
+
+void Editor::end_journal(const std::string& why) {
+    options_.journal.reset();
+    refuse(fmt::format("{}; steps are not kept on disk any more until they are saved", why));
 }
 
 void Editor::find_edited() {
@@ -316,10 +325,13 @@ void Editor::change_to(Document next, std::string title, Json parameters) {
     JournalEntry entry{.kind = JournalEntry::Kind::change};
     if (options_.journal) {
         entry.change = {title, std::move(parameters), pack_step(step_between(now_, next))};
-        if (entry.change.packed.empty())
-            refuse("the journal's entry needs more memory than there is; nothing is changed");
+        const std::string why = "the journal's entry needs more memory than there is";
+        if (entry.change.packed.empty() && options_.journal_may_end)
+            end_journal(why);
+        else if (entry.change.packed.empty())
+            refuse(why + "; nothing is changed");
     }
-    if (refusal_.empty() && keep(std::move(entry))) {
+    if ((refusal_.empty() || !options_.journal) && keep(std::move(entry))) {
         history_->record(now_, next, std::move(title));
         now_ = std::move(next);
         find_edited();
@@ -359,6 +371,7 @@ Result<Document> Editor::change_to(ChangeJournal& change) {
         PALPATE_TRY(change.journal.append(entry));
     }
     options_.journal.emplace(std::move(change.journal));
+    options_.journal_may_end = false;
     undos_in_journal_ = redos_in_journal_ = 0;
     return now_;
 }

@@ -61,6 +61,9 @@ struct EditorOptions {
     // written, to a full disk say, is taken back and reported in `refusal`; the next is tried
     // again. So the published state between strokes always equals the journal.
     std::optional<Journal> journal;
+    // Of a journal that is a help and no promise: where a step cannot be written, the step stays,
+    // a refusal says so once, and the journal ends with the step before.
+    bool journal_may_end = false;
     // Without a thread, work happens in settle() only, and the result is a function of the inputs
     // and commands.
     bool threaded = true;
@@ -198,6 +201,7 @@ class Editor {
     void step(bool back);
     void change_to(Document next, std::string title, Json parameters);
     bool keep(JournalEntry entry); // in the journal, if there is one; false: refused
+    void end_journal(const std::string& why);
     std::optional<EditSetup>& setup() { return setups_[tool_]; }
     Volume& edited() { return now_.volumes[edited_].volume; }
     void find_edited(); // after volumes came or went

@@ -280,6 +280,46 @@ TEST_F(JournalledEditor, WhatCannotBeKeptIsTakenBack) {
                   std::vector<StrokePose>(2, strokes[size_t(2 * i)].poses[0]));
 }
 
+// A journal that is a help and no promise: steps stay where the disk is full, which is said once,
+// and the journal ends with the step before.
+TEST_F(JournalledEditor, StepsOutliveAJournalThatMayEnd) {
+    const Volume first = make_volume(make_grid(glm::uvec3(40), glm::dvec3(1)), ScalarType::u8,
+                                     [](glm::uvec3) { return 0.0; });
+    Editor editor(first, {.journal = *Journal::create(file("j"), Journal::base_of(first)),
+                          .journal_may_end = true,
+                          .threaded = false});
+    auto reader = editor.add_reader();
+    const Json ball = *parse_json(R"({"kind": "ball", "radius_mm": 6})", "");
+    const Stroke stroke = *make_stroke(ball, {}, {{0, {glm::dvec3(20), kUpright}}});
+    ASSERT_TRUE(editor.use(ball, stroke.tool, {}));
+    uint64_t number = 0;
+    const auto dab = [&](double x) {
+        const StrokePose pose{0, {{x, 20, 20}, kUpright}};
+        for (const auto kind : {EditInput::Kind::down, EditInput::Kind::up})
+            ASSERT_TRUE(editor.push({kind, pose, ++number, 0}));
+        editor.settle();
+    };
+    dab(10);
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit old{};
+    ::getrlimit(RLIMIT_FSIZE, &old);
+    const rlimit little{bytes_of("j").size() + 5, old.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &little);
+    dab(20);
+    ::setrlimit(RLIMIT_FSIZE, &old);
+    EXPECT_THAT(editor.take_refusal(), testing::HasSubstr("steps are not kept on disk any more"));
+    EXPECT_EQ(reader.pin()->undo_steps, 2u);
+    dab(30);
+    ASSERT_TRUE(editor.undo());
+    editor.settle();
+    EXPECT_EQ(editor.take_refusal(), "");
+    EXPECT_EQ(reader.pin()->undo_steps, 2u);
+    const auto kept = Journal::peek(file("j"));
+    ASSERT_TRUE(kept);
+    EXPECT_EQ(kept->entries.size(), 1u);
+    EXPECT_TRUE(Journal::expect_ended(file("j"))) << "it is closed";
+}
+
 // The second brick is in no file any more: strokes that meet it are refused, others are done.
 TEST(Editor, OutlivesSamplesThatCannotBeRead) {
     const Volume first = unreadable_volume();
