@@ -52,14 +52,17 @@ TEST(MillingMeter, SumsLooksAndFallsToZeroExactly) {
     const Volume first = now;
     Milling milling = meter.look(0.0, now, 300.0, false, true, 5.0);
     EXPECT_EQ(milling.rate_mm3_per_s, 0.0);
+    double recent_mm3 = 0.0; // within the window of the last look
     for (int i = 1; i <= 20; ++i) {
+        const Volume before = now;
         now = cut(now, {{-14 + 0.5 * i, 0, 0}});
         milling = meter.look(0.01 * i, now, 300.0, false, true, 5.0);
         EXPECT_GT(milling.rate_mm3_per_s, 0.0);
+        if (0.01 * 20 - 0.01 * i < MillingMeter::kWindow_s)
+            recent_mm3 += removed_between(before, now, 300.0, first).mm3;
     }
     EXPECT_NEAR(milling.removed_mm3, removed_between(first, now, 300.0, first).mm3, 1e-9);
-    // The ball sweeps its disc along 0.5 mm every 10 ms; samples of 0.5 mm along the way.
-    EXPECT_NEAR(milling.rate_mm3_per_s, M_PI * 9.0 * 50.0, 0.15 * M_PI * 9.0 * 50.0);
+    EXPECT_NEAR(milling.rate_mm3_per_s, recent_mm3 / MillingMeter::kWindow_s, 1e-6);
     EXPECT_DOUBLE_EQ(milling.hardness, 1.0); // nothing harder is in the volume
     milling = meter.look(0.201 + MillingMeter::kWindow_s, now, 300.0, false, true, 0.0);
     EXPECT_EQ(milling.rate_mm3_per_s, 0.0);
@@ -85,14 +88,22 @@ TEST(MillingMeter, ReadsNoMoreOftenThanItsWindowHasPlaces) {
     Volume now = block();
     Milling a, b;
     slow.look(0.0, now, 300.0, false, true, 0.0);
+    std::vector<double> removed_mm3; // so far, after each millisecond
     for (int i = 0; i <= 100; ++i) { // 1 kHz
         now = cut(now, {{-15 + 0.1 * i, 0, 0}});
         a = fast.look(0.001 * i, now, 300.0, false, true, 0.0);
+        removed_mm3.push_back(a.removed_mm3);
         if (i % 10 == 0)
             b = slow.look(0.001 * i, now, 300.0, false, true, 0.0);
     }
-    // Places of 7.1 ms: each end of the window is known to a place.
-    EXPECT_NEAR(a.rate_mm3_per_s, b.rate_mm3_per_s, 0.35 * b.rate_mm3_per_s);
+    // The window holds what came after 50 ms. A place of 50 ms / 7 takes the looks of 8 ms; one
+    // that began before the window is left out whole, and with it at most those until 57 ms.
+    const double in_window_mm3 = removed_mm3[100] - removed_mm3[50];
+    EXPECT_GT(in_window_mm3, 0.0);
+    EXPECT_NEAR(b.rate_mm3_per_s * MillingMeter::kWindow_s, in_window_mm3, 1e-6);
+    EXPECT_LE(a.rate_mm3_per_s * MillingMeter::kWindow_s, in_window_mm3 + 1e-6);
+    EXPECT_GE(a.rate_mm3_per_s * MillingMeter::kWindow_s,
+              removed_mm3[100] - removed_mm3[57] - 1e-6);
 }
 
 TEST(MillingLevel, RisesWithRateAndHardnessBelowOne) {
