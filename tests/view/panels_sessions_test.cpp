@@ -138,6 +138,12 @@ const RecordedSteps kSessions[] = {
      R"({"tab": "labels", "tool": {"hand": "draw"}})"},
     {"outline_in_the_labels_tab", "widget tab/labels; widget labels/outline",
      R"({"overlays": {"outline_px": 0}})"},
+    {"values_that_the_brush_is_confined_to", "widget tab/labels; widget labels/only",
+     R"({"tool": {"only_values": [-160, 240]}})"},
+    {"values_of_the_brush_are_dragged",
+     "widget tab/labels; widget labels/only; at labels/to 20 8; drag left 100 0; widget "
+     "labels/only",
+     R"({"tool": {"only_values": null}})"},
     {"figure_setup",
      "widget tab/file; widget file/figure; idle; widget figure/letters; widget figure/note; widget "
      "figure/color_bar",
@@ -147,6 +153,10 @@ const RecordedSteps kSessions[] = {
      "widget tab/file; widget file/figure; idle; at figure/size 12 8; double left; "
      "hold ctrl; key a; let ctrl; type 800; key enter",
      R"({"figure": {"size": [800, 1200]}})"},
+    {"figure_that_goes_round",
+     "widget tab/file; widget file/figure; idle; at figure/pictures 12 8; double left; "
+     "hold ctrl; key a; let ctrl; type 36; key enter",
+     R"({"figure": {"pictures": 36}})"},
     {"a_script_writes_no_figure", "widget tab/file; widget file/figure; idle; widget figure/write",
      R"({"tab": "file", "undo_steps": 0})"},
 

@@ -2,6 +2,7 @@
 // which no view waits for long.
 
 #include <chrono>
+#include <future>
 #include <thread>
 
 #include "apps/palpate/view/pictures.h"
@@ -227,23 +228,20 @@ TEST_F(PicturesTest, AFigureForPrintIsTheRenderersPictureWithItsMarks) {
                                .figure = {.letters = true, .transparent = transparent}};
         Pictures pictures(device(), work_.session(), {});
         pictures.want(wishes());
-        pictures.print({wish, look, path});
-        std::optional<Result<std::filesystem::path>> printed;
-        const auto end = Clock::now() + std::chrono::seconds(60);
-        while (!printed && !pictures.failure() && Clock::now() < end)
-            printed = pictures.take_printed();
-        ASSERT_TRUE(printed && *printed);
+        const auto printed = [&](const std::filesystem::path& to) {
+            std::promise<Result<void>> outcome;
+            pictures.print(
+                {wish, look, to, [&](Result<void> result) { outcome.set_value(result); }});
+            return outcome.get_future().get();
+        };
+        ASSERT_TRUE(printed(path));
         const Image seen = load_png(path).value();
         Renderer renderer(device());
         Frame frame = renderer.render(wish.scene, {work_.loaded().data.volume, {}, {}}).value();
         ASSERT_TRUE(save_png(path, shown_picture(look, wish.scene, frame.eyes, true)));
         EXPECT_EQ(seen.samples, load_png(path).value().samples);
         EXPECT_EQ(seen.channels.size(), transparent ? 4u : 3u);
-        pictures.print({wish, look, "/nonexistent/figure.png"});
-        printed.reset();
-        while (!printed && !pictures.failure() && Clock::now() < end)
-            printed = pictures.take_printed();
-        EXPECT_TRUE(printed && !*printed) << "a refusal, and the thread goes on";
+        EXPECT_FALSE(printed("/nonexistent/figure.png")) << "a refusal, and the thread goes on";
     }
 }
 

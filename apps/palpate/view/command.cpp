@@ -98,7 +98,9 @@ void warn_of_idle_options(const CLI::App& app, const ViewOptions& o) {
 }
 
 // `keeps`: a project is opened so that it keeps what is done from now on; else it is only read.
+// steps_folder: of what is no project; empty: its steps are not kept.
 Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& read, bool keeps,
+                                 const std::filesystem::path& steps_folder,
                                  const std::stop_token& stop) {
     PALPATE_TRY(OpenedScene scene, open_scene(options, read, stop));
     view::Source source{std::move(scene)};
@@ -106,6 +108,9 @@ Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& r
         PALPATE_TRY(Project::Opened project, Project::open(options.input));
         PALPATE_TRY(view::add_maps(project));
         source.project.emplace(std::move(project));
+    } else if (!steps_folder.empty() && !is_synthetic(options.input)) {
+        source.steps.emplace(
+            view::keep_steps(view::fresh_document(source.scene.loaded.data), steps_folder, stop));
     }
     return source;
 }
@@ -142,6 +147,11 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
         PALPATE_TRY(loop.viewer.hand.path, haptics::load_hand_path(options.hand_path));
     }
     loop.viewer.threaded = !options.headless;
+    // A recording begins with what is in the files, and is one of the steps.
+    const std::filesystem::path steps_folder =
+        options.headless || !options.record.empty() || !options.latency.empty()
+            ? std::filesystem::path()
+            : view::state_file("steps");
     loop.viewer.open = [&](const std::string& path, const std::string& series,
                            const std::stop_token& stop,
                            const std::function<void(double)>& progress) {
@@ -151,7 +161,7 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
         ReadFlags read = options.read;
         read.series = series;
         read.progress = progress;
-        return open_source(dropped, read, !options.headless, stop);
+        return open_source(dropped, read, !options.headless, steps_folder, stop);
     };
     loop.viewer.preview = [&](const std::string& path, uint32_t series,
                               const std::stop_token& stop) {
@@ -194,8 +204,8 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
     first.size_px = script.size_px;
     const glm::uvec2 room = view::volume_size_px(first);
     scene.size_px = {room.x, room.y};
-    PALPATE_TRY(view::Source opened,
-                open_source(scene, options.read, !options.headless, interrupt.token()));
+    PALPATE_TRY(view::Source opened, open_source(scene, options.read, !options.headless,
+                                                 steps_folder, interrupt.token()));
     if (!options.latency.empty()) {
         loop.viewer.threaded = true;
         PALPATE_TRY(const Json found,

@@ -34,7 +34,8 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
     json["figure"] = {
         {"panel", name_of(figure.panel)}, {"size", {figure.size_px.x, figure.size_px.y}},
         {"letters", figure.letters},      {"scale_bar", figure.scale_bar},
-        {"color_bar", figure.color_bar},  {"note", figure.note}};
+        {"color_bar", figure.color_bar},  {"note", figure.note},
+        {"pictures", figure.pictures}};
     for (const auto& [name, paper] : kPapers)
         if (paper == figure.paper)
             json["figure"]["paper"] = name;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <glm/glm.hpp>
+#include <optional>
 #include <utility>
 
 #include "apps/palpate/view/panel.h"
@@ -20,6 +21,9 @@ struct FigureSetup {
     Panel panel = Panel::volume;
     glm::ivec2 size_px{1600, 1200}; // 16 .. kMost_px
     Paper paper = Paper::white;
+    static constexpr int kMostPictures = 10'000;
+    int pictures = 1;            // of 3D: of a camera that goes round once; 1: as the view is
+    std::optional<double> share; // of those that are being drawn; none: none are
     bool letters = true, scale_bar = true, color_bar = false, note = false;
 
     friend bool operator==(const FigureSetup&, const FigureSetup&) = default;

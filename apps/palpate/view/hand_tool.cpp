@@ -54,6 +54,9 @@ OperationKind kind_of(Carve carve) {
             return OperationKind::mill;
         case Carve::nothing:
         case Carve::draw:
+        case Carve::seed:
+        case Carve::pull:
+        case Carve::crosshair:
             break;
     }
     return OperationKind::draw;

@@ -19,7 +19,8 @@ struct ToolFor {
 };
 
 // The tool of a hand. A ball of labels between samples still draws the one that its middle is in;
-// cuts are by the tool's surface. carve is not Carve::nothing.
+// cuts are by the tool's surface. carve is_stroke(), and not
+// Carve::seed, which is to draw or to erase.
 EditSetup make_tool(Carve carve, TipShape shape, double radius_mm, uint16_t label,
                     double rate_per_s, const ToolFor& made_for);
 

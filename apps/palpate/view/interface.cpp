@@ -49,6 +49,17 @@ ImVec4 accent(const ViewState& state) {
     return state.light ? ImVec4(0.62f, 0.3f, 0.0f, 1.0f) : ImVec4(1.0f, 0.8f, 0.45f, 1.0f);
 }
 
+void use_looks(bool light) {
+    ImGuiStyle& style = ImGui::GetStyle();
+    // White boxes on a light panel are not seen without a rim, and grey words hardly.
+    style.FrameBorderSize = light ? 1.0f : 0.0f;
+    if (!light)
+        return ImGui::StyleColorsDark();
+    ImGui::StyleColorsLight();
+    style.Colors[ImGuiCol_Border] = ImVec4(0.0f, 0.0f, 0.0f, 0.35f);
+    style.Colors[ImGuiCol_TextDisabled] = ImVec4(0.38f, 0.38f, 0.38f, 1.0f);
+}
+
 } // namespace
 
 Interface::Interface(double text_scale) {
@@ -148,12 +159,8 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
         ImVec2(static_cast<float>(state.size_px.x), static_cast<float>(state.size_px.y));
     io.DeltaTime = static_cast<float>(std::clamp(time_s - time_s_, 1e-3, 1.0));
     time_s_ = time_s;
-    if (std::exchange(is_light_, state.light) != state.light) {
-        if (state.light)
-            ImGui::StyleColorsLight();
-        else
-            ImGui::StyleColorsDark();
-    }
+    if (std::exchange(is_light_, state.light) != state.light)
+        use_looks(state.light);
     ImGui::NewFrame();
     widgets_.clear();
     std::vector<Order> orders;
@@ -267,6 +274,28 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
         ImGui::End();
         if (!open)
             state.leaving.reset();
+    }
+    if (state.recovered_steps > 0 && !state.leaving && state.opening.empty()) {
+        bool open = true;
+        begin("Steps were recovered", open);
+        const size_t steps = state.recovered_steps;
+        ImGui::TextUnformatted(fmt::format("{} step{} of a window that ended before {} saved.",
+                                           steps, steps == 1 ? "" : "s",
+                                           steps == 1 ? "it was" : "they were")
+                                   .c_str());
+        if (ImGui::Button("keep"))
+            open = false;
+        note("recovered/keep");
+        ImGui::SameLine();
+        if (ImGui::Button("undo them")) {
+            for (size_t i = 0; i < steps; ++i)
+                orders.push_back({Order::Kind::undo, {}, time_s_});
+            open = false;
+        }
+        note("recovered/undo");
+        ImGui::End();
+        if (!open)
+            state.recovered_steps = 0;
     }
     if (state.saving_open) {
         begin("Save to a new project folder", state.saving_open);

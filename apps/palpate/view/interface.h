@@ -81,6 +81,7 @@ class Interface {
     void draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_method(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_labels_panel(ViewState& state, Work& work);
+    void draw_only_values(ViewState& state, const Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work);
     void draw_slices(ViewState& state, Work& work);

@@ -147,7 +147,8 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
                  !cancel_wire(state) && !std::exchange(state.saving_open, false) &&
                  !std::exchange(state.browser_open, false) &&
                  !std::exchange(state.series_open, false) &&
-                 !std::exchange(state.leaving, std::nullopt))
+                 !std::exchange(state.leaving, std::nullopt) &&
+                 !std::exchange(state.recovered_steps, 0))
             state.alone.reset();
         state.drag.reset();
         state.measuring.held.reset();

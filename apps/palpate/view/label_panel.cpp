@@ -58,6 +58,7 @@ LabelStyle& own_style(LabelLayer& layer, uint32_t label) {
 void Interface::draw_labels_panel(ViewState& state, Work& work) {
     Scene scene = work.session().scene();
     draw_hands(state);
+    draw_only_values(state, work);
     ImGui::Separator();
     draw_labels(state);
     if (!scene.labels)
@@ -118,6 +119,27 @@ void Interface::draw_labels_panel(ViewState& state, Work& work) {
     draw_label_figures(state, work);
     if (changed)
         work.session().show(std::move(scene));
+}
+
+// The values that tools on labels are confined to: at first those of the window.
+void Interface::draw_only_values(ViewState& state, const Work& work) {
+    bool only = state.only_values.has_value();
+    if (ImGui::Checkbox("only where values are", &only))
+        state.only_values = only ? std::optional(state.window) : std::nullopt;
+    note("labels/only");
+    if (!state.only_values)
+        return;
+    GreyWindow& values = *state.only_values;
+    const ValueRange range = work.subject().range;
+    const double low = range.min, high = std::max(low + 1e-3, double{range.max});
+    const auto drag = [&](const char* name, double& value, double least, double most) {
+        ImGui::DragScalar(name, ImGuiDataType_Double, &value,
+                          static_cast<float>((high - low) / 2000.0), &least, &most,
+                          are_whole_enough(range) ? "%.0f" : "%.5g", ImGuiSliderFlags_AlwaysClamp);
+        note(fmt::format("labels/{}", name).c_str());
+    };
+    drag("from", values.low, low, values.high);
+    drag("to", values.high, values.low, high);
 }
 
 // Whether its style has changed.

@@ -11,6 +11,12 @@
 
 namespace palpate::view {
 
+// Both with the decimals of two digits of the deviation.
+static std::string mean_text(double mean, double sd) {
+    const int decimals = static_cast<int>(std::clamp(1.0 - std::floor(std::log10(sd)), 0.0, 9.0));
+    return fmt::format("{:.{}f} \u00b1 {:.{}f}", mean, decimals, sd, decimals);
+}
+
 void draw_values(const ValueStatistics& values, const std::string& unit) {
     if (values.count == 0)
         return;
@@ -23,9 +29,8 @@ void draw_values(const ValueStatistics& values, const std::string& unit) {
         ImGui::TextUnformatted(text.c_str());
     };
     const std::string u = unit.empty() ? "" : " " + unit;
-    line("mean", std::isnan(values.sd)
-                     ? fmt::format("{:.5g}{}", values.mean, u)
-                     : fmt::format("{:.5g} \u00b1 {:.4g}{}", values.mean, values.sd, u));
+    line("mean", values.sd > 0.0 ? mean_text(values.mean, values.sd) + u
+                                 : fmt::format("{:.5g}{}", values.mean, u));
     line("median", fmt::format("{:.5g}{}", values.median, u));
     line("range", fmt::format("{:.5g} .. {:.5g}{}", values.min, values.max, u));
     line("5 %, 95 %", fmt::format("{:.5g}, {:.5g}", values.p5, values.p95));

@@ -7,7 +7,8 @@ namespace palpate::view {
 
 void draw_mesh(ImDrawList& list, const ViewState& state, const Work& work, Panel panel,
                const Box& box) {
-    if (state.hand != Hand::pull || !work.mesh() || !is_slice(panel))
+    if (!(state.hand == Hand::pull || state.stylus.can(Carve::pull)) || !work.mesh() ||
+        !is_slice(panel))
         return;
     const glm::dvec2 low(box.low_px), high = low + glm::dvec2(box.size_px);
     list.PushClipRect(to_im(low), to_im(high), true);

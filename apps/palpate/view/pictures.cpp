@@ -72,25 +72,20 @@ std::vector<Picture> Pictures::take() {
 
 void Pictures::print(Print print) {
     const std::scoped_lock held(mutex_);
+    if (failure_)
+        return; // who waits for it is told so by its end
     print_ = std::move(print);
     wake_.notify_one();
 }
 
-std::optional<Result<std::filesystem::path>> Pictures::take_printed() {
-    const std::scoped_lock held(mutex_);
-    return std::exchange(printed_, std::nullopt);
-}
-
 // With a renderer of its own, beside what lies on the device: those of the views keep their
 // pictures.
-Result<std::filesystem::path> Pictures::draw_print(const Print& print) {
+Result<void> Pictures::draw_print(const Print& print) {
     sight_ = eye_.look();
     const Scene scene = made_of(print.wish).scene;
     Renderer renderer(volume_.store());
     PALPATE_TRY(Frame frame, renderer.render(scene, data_for(print.wish, scene)));
-    PALPATE_TRY(
-        save_png(print.path, shown_picture(print.look, scene, std::move(frame.eyes), true)));
-    return print.path;
+    return save_png(print.path, shown_picture(print.look, scene, std::move(frame.eyes), true));
 }
 
 std::optional<std::string> Pictures::failure() {
@@ -112,11 +107,7 @@ void Pictures::run(const std::stop_token& stop) {
                 print = std::exchange(print_, std::nullopt);
             }
             if (print) {
-                Result<std::filesystem::path> printed = draw_print(*print);
-                {
-                    const std::scoped_lock held(mutex_);
-                    printed_ = std::move(printed);
-                }
+                print->done(draw_print(*print));
                 if (options_.on_picture)
                     options_.on_picture();
             }
@@ -129,6 +120,7 @@ void Pictures::run(const std::stop_token& stop) {
     } catch (const std::exception& error) { // of the device
         const std::scoped_lock held(mutex_);
         failure_ = error.what();
+        print_.reset();
     }
     if (options_.on_picture)
         options_.on_picture();

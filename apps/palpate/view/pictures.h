@@ -67,9 +67,10 @@ class Pictures {
         Wish wish;
         PictureLook look;
         std::filesystem::path path; // .png
+        // Called on the thread, with the outcome; not where the thread ends before.
+        std::function<void(Result<void>)> done;
     };
     void print(Print print);
-    std::optional<Result<std::filesystem::path>> take_printed();
     // Why the thread has ended, if it has.
     std::optional<std::string> failure();
 
@@ -107,7 +108,7 @@ class Pictures {
     };
     using Wishes = std::vector<Drawn>;
     void run(const std::stop_token& stop);
-    Result<std::filesystem::path> draw_print(const Print& print);
+    Result<void> draw_print(const Print& print);
     bool go_on(const std::vector<Wish>& wishes); // false: there was nothing to do
     void keep(const Wish& wish, Picture picture);
     const std::optional<Volume>& fused() const; // of the session, else of the file
@@ -141,7 +142,6 @@ class Pictures {
     uint64_t wished_ = 0;
     std::array<std::optional<Picture>, kPanels.size()> done_;
     std::optional<Print> print_;
-    std::optional<Result<std::filesystem::path>> printed_;
     std::optional<std::string> failure_;
 
     std::jthread thread_; // last: ends before the rest goes

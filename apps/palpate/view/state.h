@@ -116,6 +116,8 @@ struct ViewState {
     Hand hand = Hand::crosshair;
     double radius_mm = 3.0;
     uint16_t label = 1; // that is drawn
+    // Values of the samples that tools on labels change; none: all.
+    std::optional<GreyWindow> only_values;
     bool labels_shown = true;
     double label_opacity = 0.4;
     SeenAs seen_as = SeenAs::rays; // of the volume in 3D
@@ -131,7 +133,8 @@ struct ViewState {
     Clipping clipping;
     FigureSetup figure;
     bool browser_open = false, series_open = false, names_hidden = false, light = false;
-    std::string opening;                               // that is being read; empty: none
+    size_t recovered_steps = 0; // a person is asked whether these are wanted; 0: is not asked
+    std::string opening;        // that is being read; empty: none
     double opening_since_s = 0.0, opening_share = 0.0; // of its voxels; 0: its headers are read
 
     glm::dvec2 pointer_px{-1.0};
@@ -177,6 +180,7 @@ struct Order {
         cancel_opening,
         picture, // of the window, to a file
         figure,  // of a view, for print
+        stop_figure,
         segment,
         stop_segmenting,
         clear_seeds,

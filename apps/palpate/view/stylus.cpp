@@ -5,8 +5,8 @@
 namespace palpate::view {
 
 const char* name_of(Carve carve) {
-    constexpr const char* names[] = {"nothing", "draw", "erase", "erode", "dilate",
-                                     "smooth",  "cut",  "drill", "add"};
+    constexpr const char* names[] = {"nothing", "draw",  "erase", "erode", "dilate", "smooth",
+                                     "cut",     "drill", "add",   "seed",  "pull",   "crosshair"};
     return names[static_cast<size_t>(carve)];
 }
 

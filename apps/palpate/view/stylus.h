@@ -8,10 +8,27 @@
 namespace palpate::view {
 
 // What a button of the hand does with its tool.
-enum class Carve { nothing, draw, erase, erode, dilate, smooth, cut, drill, add };
-constexpr Carve kCarves[] = {Carve::nothing, Carve::draw, Carve::erase, Carve::erode, Carve::dilate,
-                             Carve::smooth,  Carve::cut,  Carve::drill, Carve::add};
+enum class Carve {
+    nothing,
+    draw,
+    erase,
+    erode,
+    dilate,
+    smooth,
+    cut,
+    drill,
+    add,
+    seed,     // with the brush of the segmentation
+    pull,     // the mesh of a label
+    crosshair // goes where the tool is
+};
+constexpr Carve kCarves[] = {Carve::nothing, Carve::draw,   Carve::erase, Carve::erode,
+                             Carve::dilate,  Carve::smooth, Carve::cut,   Carve::drill,
+                             Carve::add,     Carve::seed,   Carve::pull,  Carve::crosshair};
 const char* name_of(Carve carve);
+constexpr bool is_stroke(Carve carve) { // of the editor
+    return carve != Carve::nothing && carve != Carve::pull && carve != Carve::crosshair;
+}
 constexpr bool is_on_labels(Carve carve) {
     return carve >= Carve::draw && carve <= Carve::smooth;
 }
@@ -41,6 +58,8 @@ struct Stylus {
     bool on_surface = true;
     uint32_t buttons = 0;        // that are pressed
     bool presses_widget = false; // the left button does, over a widget in 3D
+
+    bool can(Carve carve) const { return on && (first == carve || second == carve); }
 
     friend bool operator==(const Stylus&, const Stylus&) = default;
 };

@@ -33,6 +33,7 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
 void Viewer::begin(Source source) {
     new_pictures_.clear();
     drawing_->drop_pictures();
+    end_figure();
     pictures_.reset(); // before the session that it looks at
     previews_.reset();
     interface_->show_previews(nullptr);
@@ -48,6 +49,7 @@ void Viewer::begin(Source source) {
                                    options_.threaded);
     work_->touch().set_up(options_.hand);
     state_ = work_->subject().home;
+    state_.recovered_steps = work_->recovered_steps();
     if (options_.display)
         use_profile(state_.stereo, *options_.display);
     if (options_.volume_alone) {
@@ -68,6 +70,7 @@ void Viewer::make_pictures() {
 
 Viewer::~Viewer() {
     stop_opening_.request_stop();
+    end_figure();
 }
 
 // Letters are drawn sharp at each size: the interface is made anew.
@@ -77,6 +80,7 @@ void Viewer::follow_text_scale() {
     interface_scale_ = state_.text_scale;
     new_pictures_.clear();
     drawing_->drop_pictures();
+    end_figure();
     pictures_.reset();
     drawing_.reset(); // waits for the device
     interface_.reset();
@@ -111,6 +115,8 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
                 wants_picture = true; // with this frame's interface
             else if (order.kind == Order::Kind::figure)
                 print_figure(order.path);
+            else if (order.kind == Order::Kind::stop_figure && figure_)
+                figure_->stop.request_stop();
             else if (order.kind == Order::Kind::cancel_opening)
                 stop_opening_.request_stop();
             else if (order.kind == Order::Kind::save)
@@ -121,7 +127,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     obey(orders);
     poll_opening();
     follow_text_scale();
-    tell_of_figure();
+    follow_figure();
     for (Picture& picture : pictures_->take()) {
         ++looks_;
         if (saw_picture)

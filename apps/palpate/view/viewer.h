@@ -94,7 +94,8 @@ class Viewer {
     void follow_text_scale();
     void save_picture();
     void print_figure(const std::string& file);
-    void tell_of_figure();         // that it is written
+    void follow_figure();          // how far it is, and that it is written
+    void end_figure();             // stops what is being drawn, and waits for it
     std::string file_name() const; // of pictures
     void begin(Source source);
     void make_pictures(); // of the session's; the textures are there when they are
@@ -122,6 +123,14 @@ class Viewer {
     bool new_previews_ = false;  // since record()
     bool offers_series_ = false; // of the folder that is being opened
     std::shared_ptr<std::atomic<double>> opening_share_;
+    struct FigureRun {
+        std::stop_source stop;
+        std::atomic<uint32_t> drawn{0};
+        uint32_t pictures = 1;
+        std::function<void()> on_drawn;           // may be empty
+        std::future<Result<std::string>> written; // what is told
+    };
+    std::unique_ptr<FigureRun> figure_;
     std::future<Result<Source>> opening_; // last: its thread ends before the rest goes
 };
 

@@ -1,7 +1,9 @@
 // The part of the viewer that opens, leaves and writes files.
 
+#include <algorithm>
 #include <filesystem>
 
+#include "apps/palpate/turntable.h"
 #include "apps/palpate/view/viewer.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
@@ -55,10 +57,12 @@ void Viewer::ask_to_leave(Leaving leaving) {
 
 void Viewer::leave() {
     const Leaving leaving = *std::exchange(state_.leaving, std::nullopt);
-    if (leaving.closes)
+    if (leaving.closes) {
+        work_->drop_steps();
         done_ = true;
-    else
+    } else {
         open(leaving.path, leaving.series);
+    }
 }
 
 // A session without a project is asked for a folder first.
@@ -119,6 +123,7 @@ void Viewer::take_opened(Result<Source> opened) {
         return;
     }
     const ViewState before = state_;
+    work_->drop_steps();
     begin(std::move(*opened));
     return_free_memory_now(); // of the document that was open
     state_.names_hidden = before.names_hidden;
@@ -147,18 +152,42 @@ void Viewer::save_picture() {
     work_->tell(saved ? written(path) : saved.error().message);
 }
 
-// Of a view, for print: without what belongs to the window alone, as the tool of a hand.
+// Of a view, for print: without what belongs to the window alone, as the tool of a hand. A thread
+// of its own asks for one picture after the other, and the views are drawn between them.
 void Viewer::print_figure(const std::string& file) {
     if (!options_.threaded) {
         work_->tell("a script saves nothing");
         return;
     }
-    const std::filesystem::path path(file);
-    if (path.extension() != ".png") {
-        work_->tell(fmt::format("expected a name ending in .png, found '{}'", file));
+    if (figure_) {
+        work_->tell("a figure is being drawn; one at a time");
         return;
     }
     const FigureSetup& figure = state_.figure;
+    TurntableOptions turn;
+    if (figure.panel == Panel::volume && figure.pictures > 1)
+        turn.frames = static_cast<uint32_t>(figure.pictures);
+    std::filesystem::path path(file);
+    const bool is_movie = turn.frames > 0 && path.extension() == ".mp4";
+    if (!is_movie && path.extension() != ".png") {
+        work_->tell(fmt::format("expected a name ending in .png{}, found '{}'",
+                                turn.frames > 0 ? " or .mp4" : "", file));
+        return;
+    }
+    if (turn.frames > 0 && !is_movie && file.find_first_of("#%") == file.npos)
+        path.replace_filename(path.stem().string() + "-####.png");
+    const Result<void> named = check_together(turn, path.string());
+    const std::vector<std::string> names = frame_names(turn, path.string());
+    const auto there = std::find_if(names.begin(), names.end(), [](const std::string& name) {
+        return std::filesystem::exists(name);
+    });
+    if (!named || there != names.end()) {
+        work_->tell(named ? fmt::format("{} is there already: choose another name", *there)
+                          : named.error().message);
+        return;
+    }
+    if (names.empty())
+        path = free_name(path, 0);
     const Grid& grid = work_->subject().grid;
     Scene scene =
         scene_of(state_, grid, figure.panel, work_->session().scene(), work_->has_labels());
@@ -167,7 +196,7 @@ void Viewer::print_figure(const std::string& file) {
         scene.camera = camera_of(state_.slices[static_cast<size_t>(figure.panel)],
                                  state_.crosshair_mm, grid, figure.size_px);
     scene.background = glm::dvec3(figure.paper == Paper::white ? 1.0 : 0.0);
-    const bool transparent = figure.paper == Paper::transparent;
+    const bool transparent = figure.paper == Paper::transparent && !is_movie;
     Figure marks{.letters = figure.letters,
                  .scale_bar = figure.scale_bar,
                  .color_bar = figure.color_bar,
@@ -175,15 +204,64 @@ void Viewer::print_figure(const std::string& file) {
                  .transparent = transparent};
     if (figure.note)
         marks.note = note_of(scene, grid, file_name(), work_->unit());
-    pictures_->print({{figure.panel, std::move(scene), {}},
-                      {.transparent = transparent, .figure = std::move(marks)},
-                      free_name(path, 0)});
-    work_->tell("drawing the figure ..");
+    figure_ = std::make_unique<FigureRun>();
+    figure_->pictures = std::max(1u, turn.frames);
+    const auto draw = [pictures = pictures_.get(), run = figure_.get(), panel = figure.panel, scene,
+                       look = PictureLook{.transparent = transparent, .figure = marks}](
+                          const Camera& camera, const std::string& to) -> Result<void> {
+        const auto outcome = std::make_shared<std::promise<Result<void>>>();
+        std::future<Result<void>> drawn = outcome->get_future();
+        Pictures::Print print{{panel, scene, {}}, look, to, [outcome](Result<void> result) {
+                                  outcome->set_value(std::move(result));
+                              }};
+        print.wish.scene.camera = camera;
+        pictures->print(std::move(print));
+        Result<void> result = drawn.get();
+        ++run->drawn;
+        if (run->on_drawn)
+            run->on_drawn();
+        return result;
+    };
+    figure_->on_drawn = options_.on_picture;
+    figure_->written = std::async(
+        std::launch::async,
+        [draw, turn, path, grid, camera = scene.camera,
+         stop = figure_->stop.get_token()]() -> Result<std::string> {
+            try {
+                if (turn.frames == 0) {
+                    PALPATE_TRY(draw(camera, path.string()));
+                    return written(path);
+                }
+                PALPATE_TRY(draw_turntable(turn, camera, grid, path.string(), draw, stop));
+            } catch (const std::future_error&) { // the thread of pictures has ended
+                return fail("the figure was given up");
+            }
+            return fmt::format("{} pictures written: {}", turn.frames,
+                               std::filesystem::absolute(path).string());
+        });
+    work_->tell(turn.frames == 0 ? "drawing the figure .."
+                                 : fmt::format("drawing {} pictures ..", turn.frames));
 }
 
-void Viewer::tell_of_figure() {
-    if (const auto printed = pictures_->take_printed())
-        work_->tell(*printed ? written(**printed) : printed->error().message);
+void Viewer::follow_figure() {
+    state_.figure.share.reset();
+    if (!figure_)
+        return;
+    if (figure_->written.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+        const Result<std::string> told = figure_->written.get();
+        work_->tell(told ? *told : told.error().message);
+        figure_.reset();
+    } else {
+        state_.figure.share = static_cast<double>(figure_->drawn) / figure_->pictures;
+    }
+}
+
+void Viewer::end_figure() {
+    if (!figure_)
+        return;
+    figure_->stop.request_stop();
+    figure_->written.wait();
+    figure_.reset();
 }
 
 } // namespace palpate::view

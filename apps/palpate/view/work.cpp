@@ -40,17 +40,18 @@ SessionSetup setup_of(Source& source, bool threaded) {
         setup.edit.threaded = threaded;
         return setup;
     }
-    std::vector<NamedVolume> volumes{{Work::kGrey, VolumeKind::grey, data.volume}};
-    // Maps that a person may draw on are no edits: they are there from the start.
-    volumes.push_back({Work::kLabels, VolumeKind::labels,
-                       data.labels ? *data.labels : empty_labels(data.volume.grid())});
-    volumes.push_back({Work::kSeeds, VolumeKind::labels, empty_labels(data.volume.grid())});
-    SessionSetup setup{.document = *make_document(std::move(volumes)), // of names that differ
-                       .grey = Work::kGrey,
-                       .labels = Work::kLabels,
-                       .scene = base_of(opened)};
+    SessionSetup setup{
+        .document = source.steps ? std::move(source.steps->document) : fresh_document(data),
+        .grey = Work::kGrey,
+        .labels = Work::kLabels,
+        .scene = base_of(opened)};
     setup.parameters.iso = default_iso(opened.loaded); // where the walls of cuts are smooth
     setup.edit.threaded = threaded;
+    if (source.steps && source.steps->journal) {
+        setup.edit.journal.emplace(std::move(*source.steps->journal));
+        setup.edit.journal_may_end = true;
+        setup.edit.begun = std::move(source.steps->history);
+    }
     return setup;
 }
 
@@ -133,6 +134,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
       unit_(value_unit(loaded_)),
       zero_hu_(palpate::zero_hu(loaded_)),
       series_(series_in(loaded_.notes)),
+      steps_file_(source.steps ? source.steps->path : std::filesystem::path()),
+      recovered_steps_(source.steps ? source.steps->recovered : 0),
       session_(setup_of(source, threaded)),
       figures_(threaded),
       touch_(session_, threaded, center_mm(loaded_.data.volume.grid()),
@@ -147,6 +150,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
                                     steps, steps == 1 ? "" : "s");
         take_project(std::move(source.project->project));
     }
+    if (source.steps)
+        message_ = source.steps->note;
     const std::string stem = std::filesystem::path(title_).stem().string();
     new_folder_ = std::filesystem::absolute(
                       stem.empty() || is_synthetic(title_) ? "work.palpate" : stem + ".palpate")
@@ -214,8 +219,10 @@ bool Work::has_labels() {
 
 // Gives the session the tool of the hand.
 bool Work::take_tool(const ViewState& state) {
-    if (state.hand == Hand::seed)
-        return take_seed_brush(state);
+    if (state.hand == Hand::seed) {
+        std::optional<EditSetup> setup = seed_brush(state, TipShape::ball);
+        return setup && rack_.hold(session_, std::move(*setup));
+    }
     const bool on_labels = state.hand != Hand::cut;
     if (on_labels && !put_labels())
         return false;
@@ -225,8 +232,16 @@ bool Work::take_tool(const ViewState& state) {
     EditSetup setup =
         make_tool(carve, TipShape::ball, state.radius_mm, state.label, 0.0, tool_for());
     if (on_labels)
-        setup.operation.over = free_labels(state);
+        confine(setup, state);
     return rack_.hold(session_, std::move(setup));
+}
+
+void Work::confine(EditSetup& setup, const ViewState& state) {
+    setup.operation.over = free_labels(state);
+    if (!state.only_values)
+        return;
+    setup.operation.only_values = {state.only_values->low, state.only_values->high};
+    setup.guide = grey_;
 }
 
 void Work::obey(const Order& order, const ViewState& state) {
@@ -257,10 +272,16 @@ void Work::obey(const Order& order, const ViewState& state) {
             break;
         }
         case Order::Kind::undo:
-            session_.undo();
+            if (!session_.undo()) { // a long way back: the editor comes after
+                session_.settle();
+                session_.undo();
+            }
             break;
         case Order::Kind::redo:
-            session_.redo();
+            if (!session_.redo()) {
+                session_.settle();
+                session_.redo();
+            }
             break;
         case Order::Kind::save:
             if (project_ || !order.path.empty())
@@ -275,6 +296,7 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::cancel_opening:
         case Order::Kind::picture:
         case Order::Kind::figure:
+        case Order::Kind::stop_figure:
             break;
         case Order::Kind::segment:
             begin_segmenting(state);
@@ -373,6 +395,9 @@ Json Work::dump(const ViewState& state) {
     json["window"] = {state.window.low, state.window.high};
     json["tool"] = {
         {"hand", name_of(state.hand)}, {"radius_mm", state.radius_mm}, {"label", state.label}};
+    if (state.only_values)
+        json["tool"]["only_values"] = {state.only_values->low, state.only_values->high};
+    json["recovered_steps"] = state.recovered_steps;
     json["labels"] = {{"shown", state.labels_shown}, {"opacity", state.label_opacity}};
     dump_panels(*this, state, json);
     json["slab"] = {{"mm", state.slab_mm}, {"mode", slab_name(state.slab_mode)}};

@@ -10,6 +10,7 @@
 #include "apps/palpate/view/dust_cloud.h"
 #include "apps/palpate/view/figures.h"
 #include "apps/palpate/view/hand_tool.h"
+#include "apps/palpate/view/kept_steps.h"
 #include "apps/palpate/view/mesh_run.h"
 #include "apps/palpate/view/milling_sound_output.h"
 #include "apps/palpate/view/palette.h"
@@ -28,6 +29,7 @@ namespace palpate::view {
 struct Source {
     OpenedScene scene;
     std::optional<Project::Opened> project{}; // whose volumes the scene shows
+    std::optional<KeptSteps> steps{};         // of what is no project
 };
 
 // A series of a DICOM folder.
@@ -101,6 +103,10 @@ class Work {
     // Whether steps are lost that no project has, measures that no save has written yet, or a mesh
     // that was pulled and is not in its label.
     bool leaving_loses_edits();
+    // How many steps of a window that ended without a word came back.
+    size_t recovered_steps() const { return recovered_steps_; }
+    // What a project does not have of them is not wanted any more, from the end of this on.
+    void drop_steps() { steps_file_.drop(); }
     bool mesh_is_pulled() const { return mesh_ && mesh_->is_pulled(); }
     // What a segmentation is at: none under way, or its share, 0 .. 1.
     std::optional<double> segmenting() const;
@@ -152,7 +158,10 @@ class Work {
     void take_project(Project project);
     void end_save(bool succeeded);
     bool take_tool(const ViewState& state);
-    bool take_seed_brush(const ViewState& state);
+    // None where there are no seeds to paint on yet, or of the label.
+    std::optional<EditSetup> seed_brush(const ViewState& state, TipShape shape);
+    // An operation on labels: to those, and to the values, that a person lets it change.
+    void confine(EditSetup& setup, const ViewState& state);
     // Of an operation on labels: the ones that it may change; nothing where none is locked.
     std::optional<std::vector<uint16_t>> free_labels(const ViewState& state);
     void export_measures(const ViewState& state, const std::string& path);
@@ -160,6 +169,7 @@ class Work {
     void hold_tools(const ViewState& state);
     void measure_backlog(double time_s);
     void press_widgets(ViewState& state);
+    void move_by_hand(ViewState& state);
     void follow_milling(const ViewState& state, double time_s);
     void obey_hand(const Order& order, const ViewState& state);
     Json dump_hand(const ViewState& state);
@@ -184,6 +194,8 @@ class Work {
     std::string unit_; // of the values
     double zero_hu_;
     std::vector<SeriesLine> series_;
+    StepsFile steps_file_; // outlives the session
+    size_t recovered_steps_ = 0;
     Subject subject_;
     Session session_;
     Figures figures_;
@@ -191,8 +203,8 @@ class Work {
     StrokePose last_;
     ToolRack rack_;
     Backlog backlog_;
-    std::deque<std::pair<uint64_t, double>> given_; // inputs by a frame's time, not all done
-    bool labels_asked_ = false;                     // an empty label map is on its way
+    std::deque<std::pair<uint64_t, double>> given_;   // inputs by a frame's time, not all done
+    bool labels_asked_ = false, seeds_asked_ = false; // an empty map is on its way
     std::optional<Strength> strength_;
     std::optional<FusionLayer> fusion_; // of the file
     std::unique_ptr<SegmentRun> segmenting_;
@@ -216,9 +228,13 @@ class Work {
     haptics::PlateTouch pressed_;   // of it, as drawn
     std::shared_ptr<const Mesh> palette_mesh_;
     bool widget_down_ = false;
-    uint32_t pressed_buttons_ = 0;        // of the pointer's hand, in the last frame
-    std::optional<RayCastLayer> rays_;    // that the scene has no more
-    std::vector<Measure> measures_saved_; // by the last save that succeeded
+    uint32_t pressed_buttons_ = 0; // of the pointer's hand, in the last frame
+    struct HandPull {              // of the mesh, by the hand's button
+        glm::dvec3 held_mm, from_mm;
+    };
+    std::optional<HandPull> hand_pull_;
+    std::optional<RayCastLayer> rays_;                    // that the scene has no more
+    std::vector<Measure> measures_saved_;                 // by the last save that succeeded
     std::optional<std::vector<Measure>> measures_saving_; // by the save under way
     std::optional<Project> project_; // after the session that its saves look at
     std::optional<Project::Creation> creation_;

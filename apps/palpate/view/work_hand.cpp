@@ -14,8 +14,19 @@ ToolFor Work::tool_for() const {
 void Work::hold_tools(const ViewState& state) {
     const Carve carves[] = {state.stylus.first, state.stylus.second};
     for (uint8_t tool = 0; tool < Editor::kTools; ++tool) {
-        if (carves[tool] == Carve::nothing) {
+        if (!is_stroke(carves[tool])) {
             rack_.lay_down(session_, tool);
+            continue;
+        }
+        if (carves[tool] == Carve::seed) {
+            const bool are_there = edited().document.find(kSeeds) != nullptr;
+            if (!are_there && seeds_asked_)
+                continue; // they come with one of the next frames
+            seeds_asked_ = !are_there;
+            if (std::optional<EditSetup> setup = seed_brush(state, state.stylus.shape))
+                rack_.hold(session_, std::move(*setup), tool);
+            else
+                rack_.lay_down(session_, tool);
             continue;
         }
         if (is_on_labels(carves[tool]) && !edited().document.find(labels_)) {
@@ -26,7 +37,7 @@ void Work::hold_tools(const ViewState& state) {
         EditSetup setup = make_tool(carves[tool], state.stylus.shape, state.radius_mm, state.label,
                                     state.stylus.rate_per_s, tool_for());
         if (is_on_labels(carves[tool]))
-            setup.operation.over = free_labels(state);
+            confine(setup, state);
         rack_.hold(session_, std::move(setup), tool);
     }
     haptics::TouchParameters parameters = session_.parameters();
@@ -88,10 +99,37 @@ void Work::follow_hand(ViewState& state, double time_s) {
             message_ = "this button does nothing yet: the touch window (Y) gives it a tool";
     pressed_buttons_ = state.stylus.buttons;
     press_widgets(state);
+    move_by_hand(state);
     state.stylus.on = touch_.running();
     state.stylus.by_pointer = touch_.by_pointer();
     if (!state.stylus.by_pointer)
         state.stylus.buttons = 0;
+}
+
+// What a pressed button moves that is no stroke: a face of the mesh, by as much as the hand moves
+// from where the tool has met it; the crosshair.
+void Work::move_by_hand(ViewState& state) {
+    const std::optional<TouchSample>& now = touch_.now();
+    const auto presses = [&](Carve carve) {
+        return touch_.running() && now &&
+               (((now->buttons & 1u) && state.stylus.first == carve) ||
+                ((now->buttons & 2u) && state.stylus.second == carve));
+    };
+    if (presses(Carve::crosshair))
+        move_crosshair(state, subject_.grid, now->proxy.position_mm);
+    if (!presses(Carve::pull)) {
+        if (std::exchange(hand_pull_, std::nullopt) && mesh_)
+            mesh_->let_go(true);
+        return;
+    }
+    if (!mesh_) {
+        message_ = "there is no mesh to pull: the tab segment makes one of a label";
+    } else if (hand_pull_) {
+        mesh_->pull(hand_pull_->held_mm + now->probe.position_mm - hand_pull_->from_mm);
+    } else if (const auto met = mesh_->near(now->proxy.position_mm, state.radius_mm)) {
+        mesh_->hold(*met, state.pulling.reach);
+        hand_pull_ = {*met, now->probe.position_mm};
+    }
 }
 
 void Work::follow_milling(const ViewState& state, double time_s) {
@@ -164,7 +202,7 @@ std::vector<Work::HandSurface> Work::hand_surfaces(const ViewState& state) {
     if (touch_.running() && now)
         surfaces.push_back({{.style = {.color = {0.25, 0.8, 1.0}}},
                             tip_.at(state.stylus.shape, state.radius_mm, now->proxy)});
-    if (mesh_ && state.hand == Hand::pull)
+    if (mesh_ && (state.hand == Hand::pull || state.stylus.can(Carve::pull)))
         surfaces.push_back({{.style = {.color = {1.0, 0.7, 0.25}, .opacity = 0.7}, .smooth = false},
                             mesh_->surface()});
     if (!palette_.empty())

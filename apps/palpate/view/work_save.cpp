@@ -95,6 +95,7 @@ void Work::poll() {
                 return;
             }
             take_project(std::move(**made));
+            steps_file_.discard(); // it has them
             title_ = project_->folder().filename().string();
             new_project_ = project_->folder().string();
             message_ = fmt::format("saved to {}; later steps are kept there as they are done",

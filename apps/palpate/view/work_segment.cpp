@@ -129,19 +129,19 @@ Json Work::dump_segmenting(const ViewState& state) const {
     return json;
 }
 
-bool Work::take_seed_brush(const ViewState& state) {
-    if (!put_seeds())
-        return false;
+std::optional<EditSetup> Work::seed_brush(const ViewState& state, TipShape shape) {
     const SeedBrush brush = state.segmenting.brush;
     if (brush == SeedBrush::inside && state.label >= kOutside) {
         message_ = fmt::format("seeds are of labels 1 .. {}, found {}", kOutside - 1, state.label);
-        return false;
+        return std::nullopt;
     }
+    if (!put_seeds())
+        return std::nullopt;
     ToolFor made_for = tool_for();
     made_for.labels = kSeeds;
     const uint16_t label = brush == SeedBrush::inside ? state.label : kOutside;
-    return rack_.hold(session_, make_tool(brush == SeedBrush::erase ? Carve::erase : Carve::draw,
-                                          TipShape::ball, state.radius_mm, label, 0.0, made_for));
+    return make_tool(brush == SeedBrush::erase ? Carve::erase : Carve::draw, shape, state.radius_mm,
+                     label, 0.0, made_for);
 }
 
 } // namespace palpate::view

@@ -281,6 +281,25 @@ def writes_a_figure(start):
     assert size == (1600, 1200), size
 
 
+def writes_pictures_round_the_head(start):
+    p = start()
+    p.widget("tab/file")
+    p.widget("file/figure")
+    for widget, typed in (("figure/pictures", "3"), ("figure/size", "64")):
+        left, top, _, height = p.boxes()[widget]
+        p.click(left + 12, top + height // 2)
+        p.key("ctrl+a")
+        p.type(typed)
+        p.key("Return")
+    p.widget("figure/write")
+    names = [os.path.join(p.folder, f"figure-{i:04}.png") for i in range(3)]
+    until("three pictures", lambda: all(os.path.exists(name) for name in names))
+    p.close()
+    pictures = [open(name, "rb").read() for name in names]
+    assert len(set(pictures)) == 3, "the camera goes round"
+    assert size_of_png(names[0]) == (64, 1200)
+
+
 def fills_the_screen(start):
     p = start(options=["--full-screen", "0"])
     time.sleep(0.5)
@@ -440,7 +459,7 @@ SESSIONS = [
     saves_when_it_is_asked,
     loses_no_step_when_it_is_killed, works_undoes_and_asks, saves_and_goes_on,
     drills_with_the_mouse_as_a_hand, measures, paints_erases_and_undoes, keeps_how_it_looks,
-    browser_opens_a_typed_file, opens_without_a_file, writes_a_figure, pages_slices, window_by_w_and_drag, zooms_pans_and_resets,
+    browser_opens_a_typed_file, opens_without_a_file, writes_a_figure, writes_pictures_round_the_head, pages_slices, window_by_w_and_drag, zooms_pans_and_resets,
     maximises_by_double_click, crosshair_by_shift_and_move, turns_a_plane_by_its_handle,
     drags_points_of_the_transfer_function, drags_an_iso_value, arms_and_disarms, clips_by_a_handle,
     takes_a_picture, fills_the_screen, resizes, stays_when_it_is_asked, types_into_a_field,
