@@ -140,6 +140,8 @@ TEST_F(RecoveredSteps, AreAskedFor) {
         open("synthetic:ball?size=8"); // the viewer before is gone as if it had been killed
         open_scene(source(), {800, 600});
         ASSERT_EQ(state().recovered_steps, 1u);
+        frame({}); // the question has its size and place from its second frame on
+        frame({});
         click_widget(keeps ? "recovered/keep" : "recovered/undo");
         frame({});
         EXPECT_EQ(state().recovered_steps, 0u);
