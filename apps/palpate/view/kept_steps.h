@@ -31,7 +31,7 @@ struct KeptSteps {
 Document fresh_document(const SceneData& data);
 
 // Of a fresh document. No journal where the folder cannot be written, and where the document's
-// samples are more than kMost_bytes, which it would read all.
+// samples are more than kMostKept_bytes, which it would read all.
 constexpr uint64_t kMostKept_bytes = uint64_t{4} << 30;
 KeptSteps keep_steps(Document document, const std::filesystem::path& folder,
                      const std::stop_token& stop = {});
