@@ -177,8 +177,13 @@ Multigrid::Multigrid(glm::dvec3 spacing_mm, double mu, BrickArray<float> weight,
                        std::move(weight), BrickArray<float>(whole_size),
                        BrickArray<uint16_t>(whole_size)});
     set_factors(levels_.back());
-    if (packed_)
+    if (packed_) {
         pack_weights(levels_.back());
+        coarsen(); // now, as floats of a level are held before they are packed
+    }
+}
+
+void Multigrid::coarsen() {
     while (glm::any(glm::greaterThan(levels_.back().size, glm::uvec3(3)))) {
         const Level& fine = levels_.back();
         double least = 1e300;
@@ -328,6 +333,8 @@ void Multigrid::smooth() {
 }
 
 void Multigrid::cycle() {
+    if (levels_.size() == 1)
+        coarsen();
     solve(0);
 }
 

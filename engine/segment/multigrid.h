@@ -38,6 +38,7 @@ class Multigrid {
         std::array<float, 3> over_square{}; // mu / spacing^2; 0 along axes of one sample
     };
 
+    void coarsen(); // makes the coarse levels, which a relaxation alone does not need
     void solve(size_t level);
     void relax(Level& level, int sweeps);
     void restrict_to(const Level& fine, Level& coarse) const;

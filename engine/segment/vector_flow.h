@@ -47,8 +47,9 @@ Result<VectorField> vector_flow(const Volume& edges, const VectorFlowOptions& op
 
 // The length of all three: f32. |g|^2 is kept as PackedWeights, which changes no component by more
 // than 2^-12 of the largest |v - g|: a weight off by e W moves the solution of (W + L) v = W g by
-// (W + L)^-1 e W (g - v), and (W + L)^-1 W is a mean. Memory: 3 volumes of floats beside the edge
-// map and the result.
+// (W + L)^-1 e W (g - v), and (W + L)^-1 W is a mean. Memory: 2.9 volumes of floats beside the edge
+// map and the result; 3.2 where the first coarse grid has a quarter of the samples, as one axis is
+// coarser.
 Result<Volume> vector_flow_length(const Volume& edges, const VectorFlowOptions& options,
                                   const Task& task);
 
