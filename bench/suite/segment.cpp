@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "bench/segment/cases.h"
 #include "bench/segment/live_cases.h"
@@ -146,10 +148,29 @@ Result<void> add_live_case(const LiveCase& one, const Options& options, Json& js
     return {};
 }
 
+// Refuses parts that the suite does not have.
+Result<void> check_parts(const Options& options) {
+    std::vector<std::string> known{kStudy, kGuidance};
+    const auto add = [&](const std::string& name) {
+        if (std::ranges::find(known, name) == known.end()) // some have a row for each setting
+            known.push_back(name);
+    };
+    for (const LiveCase& one : live_cases())
+        add(one.name);
+    for (const SegmentCase& one : segment_cases())
+        add(one.name);
+    for (const std::string& part : options.only)
+        if (std::ranges::find(known, part) == known.end())
+            return fail("--only: expected parts of segment ({}), found '{}'",
+                        fmt::join(known, ", "), part);
+    return {};
+}
+
 } // namespace
 
 Result<Report> run_segment(Bench& bench) {
     const Options& options = bench.options();
+    PALPATE_TRY(check_parts(options));
     Report report;
     report.json["filters"] = Json::array();
     report.json["aims"] = Json::array();

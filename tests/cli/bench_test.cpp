@@ -95,7 +95,7 @@ TEST_F(BenchCommand, IsAProgramOfItsOwnAndTheProgramSaysWhereItIsMissing) {
 }
 
 TEST_F(BenchCommand, SegmentGivesTimesAndErrorsBesideItk) {
-    const ProgramRun ran = run(
+    ProgramRun ran = run(
         {"bench", "segment", "--tiny", "--only", "gaussian,median", "--out", file("out").string()});
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     const json v = result("segment");
@@ -109,6 +109,9 @@ TEST_F(BenchCommand, SegmentGivesTimesAndErrorsBesideItk) {
             EXPECT_LT(row["itk_error"]["rms"], 20.0);
         }
     }
+    ran = run({"bench", "segment", "--only", "gaussian,gauss", "--out", file("out").string()});
+    EXPECT_EQ(ran.exit_code, 1);
+    EXPECT_THAT(ran.messages, HasSubstr("found 'gauss'"));
 }
 
 TEST_F(BenchCommand, QualityGivesFrontsOrdersMapsAndFactors) {
