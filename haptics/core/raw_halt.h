@@ -18,7 +18,7 @@ namespace palpate::haptics {
 // order, so that a message sent after a write has returned takes that write back.
 class RawHalt {
  public:
-    static constexpr size_t kMost = 64;           // bytes of a message
+    static constexpr size_t kMost = 65;           // bytes of a message: a HID report and its number
     static constexpr uint32_t kUsbTimeout_ms = 5; // the longest that send() waits by USB
 
     // For hidraw and serial lines: the message is written to a copy of `fd` where that takes it

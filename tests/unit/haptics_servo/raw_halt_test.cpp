@@ -125,8 +125,8 @@ TEST(RawHalt, ByUsbIsOneTransferToItsEndpoint) {
 TEST(RawHalt, RefusesWhatItCannotSend) {
     RawHalt halt;
     EXPECT_THAT(halt.by_write(1, {}).error().message, HasSubstr("found 0"));
-    EXPECT_THAT(halt.by_write(1, std::vector<std::byte>(65)).error().message,
-                HasSubstr("found 65"));
+    EXPECT_THAT(halt.by_write(1, std::vector<std::byte>(66)).error().message,
+                HasSubstr("found 66"));
     EXPECT_THAT(halt.by_write(-1, bytes_of("x")).error().message, HasSubstr("Bad file descriptor"));
     EXPECT_FALSE(halt.send());
 }

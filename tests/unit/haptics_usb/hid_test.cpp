@@ -4,14 +4,19 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <linux/hidraw.h>
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <umockdev.h>
 
+#include <thread>
+
 #include "engine/base/fd.h"
 #include "haptics/device/registry.h"
 #include "haptics/device/spacemouse/spacemouse.h"
+#include "haptics/device/wooden/wooden.h"
 #include "tests/support/with_umockdev.h"
+#include "tests/unit/haptics_hands/fake_wooden.h"
 
 // hidapi on a kernel that is imitated. The node is a terminal, whose other end is the device: it
 // keeps bytes and their order, and reports apart where one is read before the next is sent.
@@ -191,6 +196,107 @@ TEST_F(HidTest, WithoutPermissionItIsListedAndSaysWhatHelps) {
     const Result<std::unique_ptr<HapticDevice>> device = open_device(*entry, {});
     ASSERT_FALSE(device);
     EXPECT_EQ(device.error().message, entry->refusal);
+}
+
+// A model of WoodenHaptics that keeps what passes it, and whose grip moves with the reports.
+class Moving final : public FakePeer {
+ public:
+    FakeWooden model{wooden::kWoodenHaptics};
+    std::vector<std::vector<std::byte>> came; // from it
+
+    void advance(int64_t) override {} // no time: its own watchdog sleeps
+    bool control(const UsbSetup&, std::span<const std::byte>) override { return false; }
+    bool out(uint8_t endpoint, std::span<const std::byte> report) override {
+        const double turn = 0.02 * static_cast<double>(model.sent.size());
+        model.place_m = 0.03 * glm::dvec3(std::sin(turn), std::cos(turn), std::sin(0.3 * turn));
+        return model.out(endpoint, report);
+    }
+    int in(uint8_t endpoint, std::span<std::byte> room) override {
+        const int size = model.in(endpoint, room);
+        if (size > 0)
+            came.emplace_back(room.begin(), room.begin() + size);
+        return size;
+    }
+    void plugged() override {}
+};
+
+// One driver on one model, by hidapi and on the fake: the same reports in the same order both ways.
+TEST_F(HidTest, TheSameBytesPassHidapiAndTheFake) {
+    constexpr int kReports = 500;
+    // Each command is sent when the answer to the one before has been read.
+    const auto run = [&](WoodenDevice& device, const std::function<bool()>& pass) {
+        std::vector<glm::dvec3> places;
+        DeviceSample sample;
+        for (int i = 0; i < kReports; ++i) {
+            device.write(i * kMs, {{0.002 * i, -0.5, 1.0}});
+            while (device.read(i * kMs, sample) != DeviceStatus::ok)
+                if (!pass())
+                    return places;
+            places.push_back(sample.position_m);
+        }
+        return places;
+    };
+    Moving faked;
+    VirtualClock clock;
+    std::unique_ptr<WoodenDevice> by_fake =
+        std::move(WoodenDevice::open(std::make_unique<FakeTransport>(faked, clock),
+                                     wooden::kWoodenHaptics, 64)
+                      .value());
+    ASSERT_EQ(faked.model.sent.size(), 1u);
+    const std::vector<glm::dvec3> expected = run(*by_fake, [&] {
+        clock.sleep_until(clock.now_ns() + kMs);
+        return clock.now_ns() < 5000 * kMs;
+    });
+    ASSERT_EQ(expected.size(), size_t{kReports});
+
+    // The other end of the node: answers what comes until it is closed. A machine that is busy lets
+    // the driver ask again while it is opened, so both count from the first command after that.
+    Moving plugged;
+    std::mutex mutex;
+    std::jthread firmware([&](const std::stop_token& stop) {
+        std::array<std::byte, 65> report;
+        while (!stop.stop_requested()) {
+            pollfd ready{.fd = device_, .events = POLLIN, .revents = 0};
+            if (::poll(&ready, 1, 5) != 1)
+                continue;
+            const std::lock_guard lock(mutex);
+            const ssize_t size = ::read(device_, report.data(), report.size());
+            if (size <= 0 || !plugged.out(0x02, std::span(report).first(size_t(size))))
+                continue;
+            std::array<std::byte, 64> answer;
+            const int count = plugged.in(0x81, answer);
+            ASSERT_GT(count, 0);
+            EXPECT_EQ(::write(device_, answer.data(), size_t(count)), count);
+        }
+    });
+    Result<std::unique_ptr<Transport>> opened = open_hid(kNode);
+    ASSERT_TRUE(opened) << opened.error().message;
+    Result<std::unique_ptr<WoodenDevice>> by_hidapi =
+        WoodenDevice::open(std::move(*opened), wooden::kWoodenHaptics, 64);
+    ASSERT_TRUE(by_hidapi) << by_hidapi.error().message;
+    const int64_t until_ns = monotonic_ns() + 60'000 * kMs;
+    for (bool is_answered = false; !is_answered;) {
+        ASSERT_LT(monotonic_ns(), until_ns);
+        const std::lock_guard lock(mutex);
+        pollfd unread{.fd = device_, .events = POLLIN, .revents = 0};
+        is_answered = ::poll(&unread, 1, 0) == 0;
+        if (!is_answered)
+            continue;
+        DeviceSample sample;
+        (*by_hidapi)->read(0, sample); // what is left of the answers
+        plugged.model.sent.resize(1);
+        plugged.came.resize(1);
+    }
+    const std::vector<glm::dvec3> places =
+        run(**by_hidapi, [&] { return monotonic_ns() < until_ns; });
+    firmware.request_stop();
+    firmware.join();
+    EXPECT_EQ(places, expected);
+    EXPECT_EQ(plugged.came, faked.came);
+    ASSERT_EQ(plugged.model.sent.size(), faked.model.sent.size());
+    for (size_t i = 0; i < faked.model.sent.size(); ++i)
+        ASSERT_EQ(plugged.model.sent[i], faked.model.sent[i]) << "report " << i;
+    EXPECT_EQ(faked.model.sent.back().size(), 65u);
 }
 
 } // namespace
