@@ -27,6 +27,22 @@ class UsbBed {
     // `now_ns` is the time of the model; asked at every request.
     UsbBed(FakePeer& peer, std::function<int64_t()> now_ns)
         : peer_(peer), now_ns_(std::move(now_ns)), bed_(umockdev_testbed_new()) {
+        handler_ = umockdev_ioctl_base_new();
+        g_signal_connect(handler_, "handle-ioctl", G_CALLBACK(on_ioctl), this);
+        plug(4);
+    }
+    ~UsbBed() {
+        umockdev_testbed_detach_ioctl(bed_, node_.c_str(), nullptr);
+        forget();
+        g_object_unref(handler_);
+        g_object_unref(bed_);
+    }
+
+    // At this address of the bus, kNode's being 4; not while it is plugged in.
+    void plug(int address) {
+        if (!node_.empty())
+            umockdev_testbed_detach_ioctl(bed_, node_.c_str(), nullptr);
+        node_ = "/dev/bus/usb/001/00" + std::to_string(address);
         // A full-speed device of one configuration, one vendor interface and two bulk endpoints.
         const std::string descriptors =
             "1201000200000040030448CB000401020301" // vendor 0403, product cb48
@@ -36,34 +52,33 @@ class UsbBed {
             "07050202400000";
         const std::string device =
             "P: /devices/pci0000:00/0000:00:14.0/usb1/1-4\n"
-            "N: bus/usb/001/004=" +
-            descriptors +
+            "N: bus/usb/001/00" +
+            std::to_string(address) + "=" + descriptors +
             "\n"
-            "E: DEVNAME=/dev/bus/usb/001/004\n"
+            "E: DEVNAME=" +
+            node_ +
+            "\n"
             "E: DEVTYPE=usb_device\n"
             "E: SUBSYSTEM=usb\n"
             "E: BUSNUM=001\n"
-            "E: DEVNUM=004\n"
+            "E: DEVNUM=00" +
+            std::to_string(address) +
+            "\n"
             "A: busnum=1\\n\n"
-            "A: devnum=4\\n\n"
+            "A: devnum=" +
+            std::to_string(address) +
+            "\\n\n"
             "A: speed=12\\n\n"
             "A: bConfigurationValue=1\\n\n"
             "A: idVendor=0403\\n\n"
             "A: idProduct=cb48\\n\n"
             "H: descriptors=" +
             descriptors + "\n";
-        handler_ = umockdev_ioctl_base_new();
-        g_signal_connect(handler_, "handle-ioctl", G_CALLBACK(on_ioctl), this);
         GError* error = nullptr;
-        if (!umockdev_testbed_attach_ioctl(bed_, kNode, handler_, &error) ||
+        if (!umockdev_testbed_attach_ioctl(bed_, node_.c_str(), handler_, &error) ||
             !umockdev_testbed_add_from_string(bed_, device.c_str(), &error))
             throw std::runtime_error(error ? error->message : "umockdev");
-    }
-    ~UsbBed() {
-        umockdev_testbed_detach_ioctl(bed_, kNode, nullptr);
-        forget();
-        g_object_unref(handler_);
-        g_object_unref(bed_);
+        address_ = static_cast<unsigned>(address);
     }
 
     // Whoever looks at the model holds it.
@@ -77,8 +92,8 @@ class UsbBed {
     void forbid() {
         gchar* const root = umockdev_testbed_get_root_dir(bed_);
         ::chmod(root, 0777); // sockets of umockdev's own are made and found there
-        ::chmod((std::string(root) + "/ioctl" + kNode).c_str(), 0777);
-        ::chmod((std::string(root) + kNode).c_str(), 0);
+        ::chmod((std::string(root) + "/ioctl" + node_).c_str(), 0777);
+        ::chmod((std::string(root) + node_).c_str(), 0);
         g_free(root);
     }
     // It vanishes from sysfs too.
@@ -114,7 +129,7 @@ class UsbBed {
         UMockdevIoctlData* const first = umockdev_ioctl_client_get_arg(client);
         switch (umockdev_ioctl_client_get_request(client)) {
             case USBDEVFS_CONNECTINFO:
-                argument<usbdevfs_connectinfo>(client) = {.devnum = 4, .slow = 0};
+                argument<usbdevfs_connectinfo>(client) = {.devnum = address_, .slow = 0};
                 return end(0);
             case USBDEVFS_GET_CAPABILITIES:
                 argument<uint32_t>(client) = USBDEVFS_CAP_REAP_AFTER_DISCONNECT;
@@ -260,6 +275,8 @@ class UsbBed {
     std::function<int64_t()> now_ns_;
     UMockdevTestbed* bed_;
     UMockdevIoctlBase* handler_ = nullptr;
+    std::string node_;
+    unsigned address_ = 0;
     std::mutex mutex_;
     std::deque<UMockdevIoctlData*> flying_, done_;
 };

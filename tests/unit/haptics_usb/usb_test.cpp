@@ -147,6 +147,28 @@ TEST_F(UsbTest, UnpluggedItIsGoneAtOnceAndBackAgain) {
     EXPECT_TRUE(open());
 }
 
+TEST_F(UsbTest, PluggedInAgainItIsFoundAtAnotherAddress) {
+    std::unique_ptr<HapticDevice> device = std::move(open().value());
+    bed.is_unplugged = true;
+    DeviceSample sample;
+    device->write(monotonic_ns(), {});
+    device->read(monotonic_ns(), sample);
+    EXPECT_EQ(device->read(monotonic_ns(), sample), DeviceStatus::gone);
+    device.reset();
+    bed.remove();
+    EXPECT_FALSE(find_device("novint-falcon"));
+    bed.plug(7);
+    bed.is_unplugged = false;
+    const Result<DeviceEntry> entry = find_device("novint-falcon");
+    ASSERT_TRUE(entry);
+    EXPECT_EQ(entry->node, "/dev/bus/usb/001/007");
+    const Result<std::unique_ptr<HapticDevice>> again = open();
+    ASSERT_TRUE(again) << again.error().message;
+    (*again)->write(monotonic_ns(), {});
+    EXPECT_TRUE((*again)->wait(monotonic_ns() + 5000 * kMs));
+    EXPECT_EQ((*again)->read(monotonic_ns(), sample), DeviceStatus::ok);
+}
+
 TEST_F(UsbTest, WhyItCannotBeOpenedIsSaid) {
     const DeviceEntry entry = *find_device("novint-falcon");
     const auto why = [&] {
