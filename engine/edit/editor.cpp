@@ -226,6 +226,7 @@ bool Editor::do_commands() {
             return any;
         const std::unique_ptr<Order> order(std::exchange(command_, std::nullopt)->order);
         ++commands_done_;
+        before_command_.reset();
         std::visit([&](auto& what) { obey(std::move(what)); }, *order);
     }
 }
@@ -384,6 +385,7 @@ void Editor::obey(ChangeJournal change) {
 }
 
 void Editor::step(bool back) {
+    before_command_ = edited();
     refusal_.clear();
     const auto take = [&](bool backwards) {
         return backwards ? history_->undo(now_) : history_->redo(now_);
@@ -433,7 +435,7 @@ void Editor::publish() {
     const History::Stats history = history_->stats();
     states_.publish(std::make_unique<EditState>(
         EditState{now_, edited_, last_done_.number, last_done_.pushed_ns, profile::now_ns(),
-                  ++published_, commands_done_, strokes_done_, history.undo_steps,
+                  ++published_, commands_done_, before_command_, strokes_done_, history.undo_steps,
                   history.redo_steps, refusals_, refusal_}));
 }
 

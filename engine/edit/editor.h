@@ -41,6 +41,9 @@ struct EditState {
     int64_t published_ns = 0;
     uint64_t snapshot = 0; // how many were published before this
     uint64_t commands_done = 0;
+    // The edited volume as strokes had left it, where the last command was an undo or a redo: what
+    // they did can be told from what it did.
+    std::optional<Volume> before_command;
     size_t strokes_done = 0; // and other changes, and not undone
     size_t undo_steps = 0, redo_steps = 0;
     size_t refusals = 0; // so far
@@ -228,6 +231,7 @@ class Editor {
     bool lifted_ = false;
     EditInput last_fed_, last_done_;
     uint64_t published_ = 0, commands_done_ = 0;
+    std::optional<Volume> before_command_; // EditState
     size_t strokes_done_ = 0;
     // How many of the next undo and redo steps equal those of replaying the journal; others are
     // kept as differences.

@@ -365,7 +365,7 @@ bool Session::publish_felt() {
     TouchScene next = felt_scene(*sources, sources.epoch() - 1, pin->document, pin->snapshot);
     if (felt_surface_ && next.touch_mesh == first_felt_mesh_) {
         const std::optional<Volume>& volume =
-            parameters_.latest().source == TouchSource::labels ? next.labels : next.grey;
+            bridge_parameters_.pin()->source == TouchSource::labels ? next.labels : next.grey;
         if (volume && volume->version() != felt_surface_->volume().version()) {
             felt_surface_->follow(*volume);
             felt_mesh_ = felt_surface_->mesh();
@@ -386,14 +386,20 @@ void Session::measure_milling(int64_t now_ns) {
     const EditState state = *bridge_states_.pin();
     const NamedVolume& edited = state.document.volumes[state.edited];
     const bool is_labels = edited.kind == VolumeKind::labels;
-    // Undo and filters change samples, too.
-    const bool by_hand =
-        std::exchange(measured_commands_, state.commands_done) == state.commands_done;
+    // Undo and filters change samples, too; up to the one command since the last look it was the
+    // hand.
+    const uint64_t commands =
+        state.commands_done - std::exchange(measured_commands_, state.commands_done);
+    const auto look = [&](const Volume& volume, bool by_hand) {
+        return meter_.look(1e-9 * static_cast<double>(now_ns), volume,
+                           is_labels ? 0.5 : bridge_parameters_.pin()->iso, is_labels, by_hand,
+                           speed_mm_per_s_.load(std::memory_order_relaxed));
+    };
     Milling now;
     try {
-        now = meter_.look(1e-9 * static_cast<double>(now_ns), edited.volume,
-                          is_labels ? 0.5 : bridge_parameters_.pin()->iso, is_labels, by_hand,
-                          speed_mm_per_s_.load(std::memory_order_relaxed));
+        if (commands == 1 && state.before_command)
+            look(*state.before_command, true);
+        now = look(edited.volume, commands == 0);
     } catch (const std::exception&) { // samples that cannot be read: the editor says so
         return;
     }

@@ -34,9 +34,11 @@ struct Felt {
     std::vector<double> rates, removed_mm3;
 };
 
-// The hand rests above for 0.2 s, presses 0.5 mm deep and moves along x at 20 mm/s for 0.5 s with
+// The hand rests above for 0.2 s, presses 0.5 mm deep and moves along x at 20 mm/s until up_s with
 // the button down, and goes up again.
-Felt mill(Session& session, double to_value, bool is_pressed) {
+// `undone_at`: the tick before which somebody takes the last stroke back; below 0: nobody.
+Felt mill(Session& session, double to_value, bool is_pressed, double up_s = 0.901,
+          int64_t undone_at = -1) {
     Operation operation{.kind = OperationKind::cut, .to_value = to_value};
     session.use({Json{{"kind", "ball"}, {"radius_mm", kTool_mm}},
                  {make_ball(kTool_mm)},
@@ -48,8 +50,9 @@ Felt mill(Session& session, double to_value, bool is_pressed) {
             .time_s = time_s, .tool = {.position_mm = at}, .buttons = down && is_pressed ? 1u : 0u};
     };
     const haptics::HandPath path({pose(0.0, {-5, 0, 4}, false), pose(0.2, {-5, 0, 4}, false),
-                                  pose(0.4, {-5, 0, -0.5}, true), pose(0.9, {5, 0, -0.5}, true),
-                                  pose(0.901, {5, 0, -0.5}, false), pose(1.1, {5, 0, 4}, false)});
+                                  pose(0.4, {-5, 0, -0.5}, true),
+                                  pose(up_s - 0.001, {5, 0, -0.5}, true),
+                                  pose(up_s, {5, 0, -0.5}, false), pose(1.1, {5, 0, 4}, false)});
     const haptics::Workspace workspace({0, 0, 0}, 1.0);
     haptics::RecordedDevice device({.workspace_m = glm::dvec3(0.1), .max_force_n = 10.0},
                                    records_of_path(path, workspace, 1'000'000));
@@ -59,6 +62,8 @@ Felt mill(Session& session, double to_value, bool is_pressed) {
         {device, *haptics::find_algorithm("swept-point"), workspace, options, {}, {}}));
     Felt made;
     for (int64_t i = 0; i < 1200; ++i) {
+        if (i == undone_at)
+            session.undo();
         made.ticks.push_back(session.tick(i * 1'000'000, i * 1'000'000));
         made.rates.push_back(session.milling().rate_mm3_per_s);
         made.removed_mm3.push_back(session.milling().removed_mm3);
@@ -93,6 +98,15 @@ TEST(SessionMilling, CountsWhatTheStrokeTookAway) {
     session.redo();
     const Felt after_redo = mill(session, -1000.0, false);
     EXPECT_EQ(after_redo.removed_mm3.back(), made.removed_mm3.back());
+}
+
+// The stroke ends between two measurements, at 0.9 and 0.91 s, and is taken back before the second.
+TEST(SessionMilling, AnUndoHidesNothingOfTheStrokeBeforeIt) {
+    Session kept(block_setup(0.0)), undone(block_setup(0.0));
+    const Felt a = mill(kept, -1000.0, true, 0.907), b = mill(undone, -1000.0, true, 0.907, 908);
+    ASSERT_EQ(undone.state().strokes_done, 0u);
+    ASSERT_GT(a.removed_mm3[915], a.removed_mm3[900]); // there was something to hide
+    EXPECT_EQ(a.removed_mm3.back(), b.removed_mm3.back());
 }
 
 // The vibration is the difference to the same run without it, and never above its amplitude.
