@@ -17,6 +17,7 @@
 #include "engine/edit/replay.h"
 #include "engine/session/project.h"
 #include "engine/volume/content_hash.h"
+#include "tests/support/flat_memory.h"
 #include "tests/support/kill.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/viewer_fixture.h"
@@ -47,13 +48,6 @@ haptics::HandPath drilling(uint64_t seed) {
                          .buttons = t < 3.0 ? 0u : static_cast<uint32_t>(random() % 4)});
     }
     return haptics::HandPath(std::move(poses));
-}
-
-double resident_mib() {
-    std::ifstream file("/proc/self/statm");
-    double all = 0, resident = 0;
-    file >> all >> resident;
-    return resident * static_cast<double>(::sysconf(_SC_PAGESIZE)) * 0x1p-20;
 }
 
 class Soak : public TemporaryFolder {
@@ -174,18 +168,6 @@ class Soak : public TemporaryFolder {
     bool down_ = false;
 };
 
-// The slope of a line through values that are one apart, by Theil and Sen: half of the slopes
-// between pairs lie below. At least two values.
-double slope(const std::vector<double>& values) {
-    std::vector<double> slopes;
-    for (size_t i = 0; i < values.size(); ++i)
-        for (size_t j = i + 1; j < values.size(); ++j)
-            slopes.push_back((values[j] - values[i]) / static_cast<double>(j - i));
-    std::nth_element(slopes.begin(), slopes.begin() + static_cast<long>(slopes.size() / 2),
-                     slopes.end());
-    return slopes[slopes.size() / 2];
-}
-
 TEST_F(Soak, MemoryIsFlatAndNoTickIsMissedByOurDoing) {
     const double seconds = given("PALPATE_SECONDS", PALPATE_SECONDS);
     return_freed_memory(); // as the program
@@ -211,22 +193,7 @@ TEST_F(Soak, MemoryIsFlatAndNoTickIsMissedByOurDoing) {
     std::printf("    %.0f s: %zu ticks, %zu not in time, p99.9 %.0f us; %zu strokes; %.1f MiB\n",
                 seconds, size_t(ticks_), size_t(skipped_), worst_us_, state.strokes_done,
                 resident_mib());
-    // The first third warms up: pipelines, caches. What grows afterwards would be there at the end
-    // of a day: 1 MiB a minute is 1.4 GiB. The minutes scatter by 5 MiB (standard deviation), which
-    // makes n of them a slope that is uncertain by 5 sqrt(12 / n^3): twice that is less than the
-    // limit from n = 11 on, in a run of 17 minutes.
-    constexpr size_t kMinutes = 11;
-    lowest_mib.pop_back(); // may be part of one
-    lowest_mib.erase(lowest_mib.begin(), lowest_mib.begin() + ptrdiff_t(lowest_mib.size() / 3));
-    if (lowest_mib.size() < 2)
-        return;
-    for (const double lowest : lowest_mib)
-        std::printf("    %.1f", lowest);
-    std::printf(" MiB at least in each minute after the first third, %+.2f MiB a minute\n",
-                slope(lowest_mib));
-    if (lowest_mib.size() >= kMinutes) {
-        EXPECT_LT(slope(lowest_mib), 1.0);
-    }
+    expect_flat_memory(std::move(lowest_mib));
 }
 
 // How many steps can be taken back and done again: what a process saw, and what its project leads
