@@ -179,6 +179,7 @@ Result<TouchRun> run_touch_live(TouchRunSetup setup, const Grid& grid, double du
         if (!is_gone || over.stop_requested() || live.done + 1 >= run.ticks.size())
             break;
         log::warning("{} is gone; plug it in again, or press Ctrl-C to end", setup.device.name);
+        std::string told; // why it cannot be used, once it is plugged in
         for (Result<std::unique_ptr<HapticDevice>> again = fail("");;) {
             for (int i = 0; i < 50 && !over.stop_requested(); ++i, watched(0.0))
                 live.lines.next(milliseconds(20));
@@ -188,6 +189,8 @@ Result<TouchRun> run_touch_live(TouchRunSetup setup, const Grid& grid, double du
                 device = std::move(*again);
                 break;
             }
+            if (find_device(setup.device.name) && again.error().message != told)
+                log::warning("{}", told = again.error().message);
         }
         if (over.stop_requested())
             break;
