@@ -238,8 +238,9 @@ TouchCase draw_body(Draw& draw, double voxel) {
         }
         case 3: {
             const double tube = draw.within(3.0 * voxel, 4.0), ring = tube + draw.within(2.0, 4.0);
-            set("torus", torus(-(ring + tube) * up, ring, tube), true);
-            on_surface(-1.0, 3.0);
+            // Touched where its normal is `up`; it lies about z.
+            const dvec3 out = glm::normalize(dvec3(up.x, up.y, 0.0));
+            set("torus", torus(-ring * out - tube * up, ring, tube), true);
             made.deepest_mm = 0.5 * tube;
             break;
         }

@@ -17,7 +17,8 @@ namespace {
 // along the normal they fall through the iso-value near the touched point, by less than the edge is
 // wide.
 TEST(Family, VolumesHoldTheirBodies) {
-    for (uint64_t seed = 1; seed <= 12; ++seed) {
+    // Two tori last: none of the first twelve is one.
+    for (const uint64_t seed : {1u, 2u, 3u, 4u, 5u, 6u, 7u, 8u, 9u, 10u, 11u, 12u, 3001u, 3002u}) {
         const Edge edge = static_cast<Edge>(seed % kEdges);
         const FamilyScene made = family_scene(seed, edge, {Noise::none, 0.0});
         const TouchCase& body = made.scene.body;
