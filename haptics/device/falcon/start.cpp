@@ -210,8 +210,8 @@ Result<Started> start(Transport& transport, std::span<const std::byte> firmware,
         return Started::was_running;
     if (firmware.empty())
         return fail(
-            "{}: no firmware is loaded in it, or its power supply is off; name the maker's "
-            "firmware file with --firmware",
+            "{}: no firmware is loaded in it, or its power supply is off; `palpate devices "
+            "novint-falcon --firmware FILE` loads the maker's",
             kName);
     PALPATE_TRY(load(line, firmware));
     PALPATE_TRY(const bool runs, answers(line));
