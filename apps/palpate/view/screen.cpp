@@ -14,6 +14,8 @@ namespace palpate::view {
 namespace {
 
 constexpr size_t kFrames = 2; // that may wait for an image
+constexpr VkImageUsageFlags kUsage =
+    VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT;
 
 VkSemaphore make_semaphore(GpuDevice& device) {
     const VkSemaphoreCreateInfo create{.sType = VK_STRUCTURE_TYPE_SEMAPHORE_CREATE_INFO};
@@ -64,6 +66,8 @@ void Screen::make(glm::uvec2 size_px) {
     VkSurfaceCapabilitiesKHR can{};
     check(vkGetPhysicalDeviceSurfaceCapabilitiesKHR(device_->physical(), surface_, &can),
           "asking for the window's size");
+    if ((can.supportedUsageFlags & kUsage) != kUsage)
+        throw GpuError("expected a window whose images can be copied to, found one without");
     glm::uvec2 size = size_px;
     if (can.currentExtent.width != UINT32_MAX) // else the chain decides
         size = {can.currentExtent.width, can.currentExtent.height};
@@ -77,7 +81,7 @@ void Screen::make(glm::uvec2 size_px) {
                                           .imageColorSpace = VK_COLOR_SPACE_SRGB_NONLINEAR_KHR,
                                           .imageExtent = {size.x, size.y},
                                           .imageArrayLayers = 1,
-                                          .imageUsage = VK_IMAGE_USAGE_COLOR_ATTACHMENT_BIT,
+                                          .imageUsage = kUsage,
                                           .imageSharingMode = VK_SHARING_MODE_EXCLUSIVE,
                                           .preTransform = can.currentTransform,
                                           .compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR,

@@ -18,6 +18,11 @@ namespace {
 
 constexpr uint32_t kMostPictures = 256; // with those that the device may still read
 
+VkRect2D rectangle(glm::ivec2 low, glm::ivec2 high) {
+    return {{low.x, low.y},
+            {static_cast<uint32_t>(high.x - low.x), static_cast<uint32_t>(high.y - low.y)}};
+}
+
 VkShaderModule module_of(GpuDevice& device, const Shader& shader) {
     const std::span<const uint32_t> words = shader.code->words;
     const VkShaderModuleCreateInfo create{.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO,
@@ -119,7 +124,8 @@ VkPipeline make_pipeline(GpuDevice& device, VkPipelineLayout layout, VkFormat fo
 UiDrawing::UiDrawing(GpuDevice& device, VkFormat format)
     : device_(&device),
       linear_(device, SampleFilter::linear, Edge::clamp),
-      nearest_(device, SampleFilter::nearest, Edge::clamp) {
+      nearest_(device, SampleFilter::nearest, Edge::clamp),
+      format_(format) {
     const VkDescriptorSetLayoutBinding binding{
         .binding = 0,
         .descriptorType = VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER,
@@ -206,7 +212,7 @@ void UiDrawing::drop(uint32_t number) {
 
 void UiDrawing::set_picture(uint32_t number, std::shared_ptr<GpuImage> image) {
     drop(number);
-    Picture picture{std::move(image), VK_NULL_HANDLE};
+    Picture picture{std::move(image), VK_NULL_HANDLE, ++last_version_};
     const VkDescriptorSetAllocateInfo allocate{
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
         .descriptorPool = pool_,
@@ -241,6 +247,7 @@ void UiDrawing::set_picture(Commands& commands, uint32_t number, glm::uvec2 size
                                 *device_, fmt::format("interface picture {}", number),
                                 ImageShape{.format = VK_FORMAT_R8G8B8A8_UNORM,
                                            .size = glm::uvec3(size_px, 1)}));
+    pictures_.at(number).version = ++last_version_;
     const BufferSlice staged = commands.upload(rgba);
     const Commands::Region all{0, glm::uvec3(0), glm::uvec3(size_px, 1)};
     commands.copy(staged, *pictures_.at(number).image, std::span(&all, 1));
@@ -258,25 +265,90 @@ UiDrawing::Slot& UiDrawing::next_slot() {
     return slot;
 }
 
+// What the kept image lacks of the lists.
+std::vector<Box> UiDrawing::find_changes(const ImDrawData& data, glm::uvec2 size_px) {
+    if (!kept_ || glm::uvec2(kept_->shape().size) != size_px) {
+        kept_.reset();
+        kept_.emplace(
+            *device_, "interface",
+            ImageShape{.format = format_, .size = glm::uvec3(size_px, 1), .attachment = true});
+        tiles_ = {};
+    }
+    UiTiles tiles = tiles_of(data, [this](uint32_t number) {
+        const auto found = pictures_.find(number);
+        return found == pictures_.end() ? 0 : found->second.version;
+    });
+    const UiTiles before = std::exchange(tiles_, std::move(tiles));
+    if (tiles_.size_px == glm::ivec2(size_px))
+        return changes(before, tiles_);
+    forget(); // laid out for another size: drawn as large as the target is
+    return {{glm::ivec2(0), glm::ivec2(size_px)}};
+}
+
 void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& data) {
+    const glm::uvec2 size(target.shape().size);
+    const std::vector<Box> boxes = find_changes(data, size);
+    if (!boxes.empty()) {
+        const Triangles triangles = upload(commands, data);
+        for (auto& [number, picture] : pictures_)
+            commands.use(*picture.image, Use::sampled);
+        commands.use(*kept_, Use::color_attachment);
+        commands.flush();
+        draw(triangles, data, boxes);
+    }
+    commands.copy(*kept_, target);
+}
+
+UiDrawing::Triangles UiDrawing::upload(Commands& commands, const ImDrawData& data) {
     const auto vertex_bytes = static_cast<uint64_t>(data.TotalVtxCount) * sizeof(ImDrawVert);
     const auto index_bytes = static_cast<uint64_t>(data.TotalIdxCount) * sizeof(ImDrawIdx);
-    const BufferSlice vertices = commands.staging(std::max<uint64_t>(vertex_bytes, 4));
-    const BufferSlice indices = commands.staging(std::max<uint64_t>(index_bytes, 4));
-    std::byte *to_vertices = vertices.mapped().data(), *to_indices = indices.mapped().data();
+    Triangles all{commands.staging(std::max<uint64_t>(vertex_bytes, 4)),
+                  commands.staging(std::max<uint64_t>(index_bytes, 4))};
+    std::byte *vertices = all.vertices.mapped().data(), *indices = all.indices.mapped().data();
+    const auto add = [](std::byte*& to, const void* from, size_t bytes) {
+        std::memcpy(to, from, bytes);
+        to += bytes;
+    };
     for (int i = 0; i < data.CmdListsCount; ++i) {
         const ImDrawList& list = *data.CmdLists[i];
-        std::memcpy(to_vertices, list.VtxBuffer.Data,
-                    static_cast<size_t>(list.VtxBuffer.size_in_bytes()));
-        std::memcpy(to_indices, list.IdxBuffer.Data,
-                    static_cast<size_t>(list.IdxBuffer.size_in_bytes()));
-        to_vertices += list.VtxBuffer.size_in_bytes();
-        to_indices += list.IdxBuffer.size_in_bytes();
+        add(vertices, list.VtxBuffer.Data, static_cast<size_t>(list.VtxBuffer.size_in_bytes()));
+        add(indices, list.IdxBuffer.Data, static_cast<size_t>(list.IdxBuffer.size_in_bytes()));
     }
-    for (auto& [number, picture] : pictures_)
-        commands.use(*picture.image, Use::sampled);
-    commands.use(target, Use::color_attachment);
-    commands.flush();
+    return all;
+}
+
+// Records what is drawn within one rectangle of the target.
+void UiDrawing::draw_within(const Box& box, VkCommandBuffer to, const ImDrawData& data) {
+    const auto draw = [&](uint32_t number, const ImVec4& clip, uint32_t count, uint32_t first,
+                          int32_t vertex) {
+        const auto found = pictures_.find(number);
+        const glm::ivec2 box_high = box.low_px + box.size_px;
+        const glm::ivec2 low = glm::clamp(glm::ivec2(clip.x, clip.y), box.low_px, box_high);
+        const glm::ivec2 high = glm::clamp(glm::ivec2(clip.z, clip.w), low, box_high);
+        if (found == pictures_.end() || low.x == high.x || low.y == high.y)
+            return;
+        const VkRect2D scissor = rectangle(low, high);
+        vkCmdSetScissor(to, 0, 1, &scissor);
+        vkCmdBindDescriptorSets(to, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1,
+                                &found->second.set, 0, nullptr);
+        vkCmdDrawIndexed(to, count, 1, first, vertex, 0);
+    };
+    int32_t first_vertex = 0;
+    uint32_t first_index = 0;
+    for (int i = 0; i < data.CmdListsCount; ++i) {
+        const ImDrawList& list = *data.CmdLists[i];
+        for (const ImDrawCmd& command : list.CmdBuffer)
+            draw(static_cast<uint32_t>(reinterpret_cast<uintptr_t>(command.GetTexID())),
+                 command.ClipRect, command.ElemCount, first_index + command.IdxOffset,
+                 first_vertex + static_cast<int32_t>(command.VtxOffset));
+        first_vertex += list.VtxBuffer.Size;
+        first_index += static_cast<uint32_t>(list.IdxBuffer.Size);
+    }
+}
+
+// Draws upon the kept image, in a submission of its own.
+void UiDrawing::draw(const Triangles& triangles, const ImDrawData& data,
+                     std::span<const Box> boxes) {
     const Slot& slot = next_slot();
     const VkCommandBuffer to = slot.commands;
     // Pictures were made ready for compute shaders; here fragments read them.
@@ -290,14 +362,12 @@ void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& d
                                       .memoryBarrierCount = 1,
                                       .pMemoryBarriers = &ready};
     vkCmdPipelineBarrier2(to, &dependency);
-    const glm::uvec2 size(target.shape().size);
-    const VkRenderingAttachmentInfo color{
-        .sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
-        .imageView = target.view(),
-        .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
-        .loadOp = VK_ATTACHMENT_LOAD_OP_CLEAR,
-        .storeOp = VK_ATTACHMENT_STORE_OP_STORE,
-        .clearValue = {.color = {.float32 = {0.0f, 0.0f, 0.0f, 1.0f}}}};
+    const glm::uvec2 size(kept_->shape().size);
+    const VkRenderingAttachmentInfo color{.sType = VK_STRUCTURE_TYPE_RENDERING_ATTACHMENT_INFO,
+                                          .imageView = kept_->view(),
+                                          .imageLayout = VK_IMAGE_LAYOUT_COLOR_ATTACHMENT_OPTIMAL,
+                                          .loadOp = VK_ATTACHMENT_LOAD_OP_LOAD,
+                                          .storeOp = VK_ATTACHMENT_STORE_OP_STORE};
     const VkRenderingInfo rendering{.sType = VK_STRUCTURE_TYPE_RENDERING_INFO,
                                     .renderArea = {{0, 0}, {size.x, size.y}},
                                     .layerCount = 1,
@@ -305,41 +375,26 @@ void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& d
                                     .pColorAttachments = &color};
     vkCmdBeginRendering(to, &rendering);
     vkCmdBindPipeline(to, VK_PIPELINE_BIND_POINT_GRAPHICS, pipeline_);
-    const VkBuffer vertex_buffer = vertices.buffer->handle();
-    const VkDeviceSize vertex_offset = vertices.offset;
+    const VkBuffer vertex_buffer = triangles.vertices.buffer->handle();
+    const VkDeviceSize vertex_offset = triangles.vertices.offset;
     vkCmdBindVertexBuffers(to, 0, 1, &vertex_buffer, &vertex_offset);
-    vkCmdBindIndexBuffer(to, indices.buffer->handle(), indices.offset,
+    vkCmdBindIndexBuffer(to, triangles.indices.buffer->handle(), triangles.indices.offset,
                          sizeof(ImDrawIdx) == 2 ? VK_INDEX_TYPE_UINT16 : VK_INDEX_TYPE_UINT32);
     const VkViewport viewport{0.0f, 0.0f, static_cast<float>(size.x), static_cast<float>(size.y),
                               0.0f, 1.0f};
     vkCmdSetViewport(to, 0, 1, &viewport);
     const glm::vec2 pixels(data.DisplaySize.x, data.DisplaySize.y);
     vkCmdPushConstants(to, layout_, VK_SHADER_STAGE_VERTEX_BIT, 0, sizeof(pixels), &pixels);
-    int32_t first_vertex = 0;
-    uint32_t first_index = 0;
-    for (int i = 0; i < data.CmdListsCount; ++i) {
-        const ImDrawList& list = *data.CmdLists[i];
-        for (const ImDrawCmd& command : list.CmdBuffer) {
-            const auto found = pictures_.find(
-                static_cast<uint32_t>(reinterpret_cast<uintptr_t>(command.GetTexID())));
-            const glm::ivec2 low = glm::clamp(glm::ivec2(command.ClipRect.x, command.ClipRect.y),
-                                              glm::ivec2(0), glm::ivec2(size));
-            const glm::ivec2 high = glm::clamp(glm::ivec2(command.ClipRect.z, command.ClipRect.w),
-                                               low, glm::ivec2(size));
-            if (found == pictures_.end() || low.x == high.x || low.y == high.y)
-                continue;
-            const VkRect2D scissor{
-                {low.x, low.y},
-                {static_cast<uint32_t>(high.x - low.x), static_cast<uint32_t>(high.y - low.y)}};
-            vkCmdSetScissor(to, 0, 1, &scissor);
-            vkCmdBindDescriptorSets(to, VK_PIPELINE_BIND_POINT_GRAPHICS, layout_, 0, 1,
-                                    &found->second.set, 0, nullptr);
-            vkCmdDrawIndexed(to, command.ElemCount, 1, first_index + command.IdxOffset,
-                             first_vertex + static_cast<int32_t>(command.VtxOffset), 0);
-        }
-        first_vertex += list.VtxBuffer.Size;
-        first_index += static_cast<uint32_t>(list.IdxBuffer.Size);
-    }
+    constexpr VkClearAttachment kBlack{
+        .aspectMask = VK_IMAGE_ASPECT_COLOR_BIT,
+        .colorAttachment = 0,
+        .clearValue = {.color = {.float32 = {0.0f, 0.0f, 0.0f, 1.0f}}}};
+    std::vector<VkClearRect> clears;
+    for (const Box& box : boxes)
+        clears.push_back({rectangle(box.low_px, box.low_px + box.size_px), 0, 1});
+    vkCmdClearAttachments(to, 1, &kBlack, static_cast<uint32_t>(clears.size()), clears.data());
+    for (const Box& box : boxes)
+        draw_within(box, to, data);
     vkCmdEndRendering(to);
     // What overwrites a picture later waits for compute shaders, as Commands knows; so does this.
     const VkMemoryBarrier2 read{.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER_2,
@@ -357,28 +412,6 @@ void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& d
                                .pCommandBufferInfos = &submitted};
     const auto turn = device_->queue_turn();
     check(vkQueueSubmit2(device_->queue(), 1, &submit, slot.done), "drawing the interface");
-}
-
-std::vector<std::byte> drawing_of(const ImDrawData& data) {
-    std::vector<std::byte> bytes;
-    const auto add = [&](const auto* from, int count) {
-        const auto all = std::as_bytes(std::span(from, static_cast<size_t>(count)));
-        bytes.insert(bytes.end(), all.begin(), all.end());
-    };
-    const float size[] = {data.DisplaySize.x, data.DisplaySize.y};
-    add(size, 2);
-    for (int i = 0; i < data.CmdListsCount; ++i) {
-        const ImDrawList& list = *data.CmdLists[i];
-        add(list.VtxBuffer.Data, list.VtxBuffer.Size);
-        add(list.IdxBuffer.Data, list.IdxBuffer.Size);
-        for (const ImDrawCmd& command : list.CmdBuffer) {
-            add(&command.ClipRect, 1);
-            const uint64_t numbers[] = {reinterpret_cast<uintptr_t>(command.GetTexID()),
-                                        command.VtxOffset, command.IdxOffset, command.ElemCount};
-            add(numbers, 4);
-        }
-    }
-    return bytes;
 }
 
 } // namespace palpate::view

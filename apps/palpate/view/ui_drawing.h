@@ -5,9 +5,11 @@
 #include <array>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "apps/palpate/view/ui_tiles.h"
 #include "engine/gpu/commands.h"
 
 struct ImDrawData;
@@ -34,21 +36,32 @@ class UiDrawing {
     void drop_pictures();
     bool has_picture(uint32_t number) const { return pictures_.count(number) > 0; }
 
-    // Clears the target to black and draws on it. Submits `commands` so far, and then the
+    // Draws the lists upon black. Of the frame before only the tiles that differ are drawn anew,
+    // on an image that is kept and copied to the target. Submits `commands` so far, and then the
     // triangles; what is recorded later comes after them.
     void record(Commands& commands, GpuImage& target, const ImDrawData& data);
+    // The next record() draws all tiles.
+    void forget() { tiles_ = {}; }
 
  private:
     struct Picture {
         std::shared_ptr<GpuImage> image;
         VkDescriptorSet set;
+        uint64_t version; // of what it holds
     };
     struct Slot { // what a frame's triangles are recorded into
         VkCommandBuffer commands = VK_NULL_HANDLE;
         VkFence done = VK_NULL_HANDLE;
     };
+    struct Triangles {
+        BufferSlice vertices, indices;
+    };
     void drop(uint32_t number);
     Slot& next_slot();
+    std::vector<Box> find_changes(const ImDrawData& data, glm::uvec2 size_px);
+    Triangles upload(Commands& commands, const ImDrawData& data);
+    void draw_within(const Box& box, VkCommandBuffer to, const ImDrawData& data);
+    void draw(const Triangles& triangles, const ImDrawData& data, std::span<const Box> boxes);
 
     GpuDevice* device_;
     Sampler linear_, nearest_; // for letters and lines; for pictures, pixel by pixel
@@ -60,9 +73,10 @@ class UiDrawing {
     std::array<Slot, 3> slots_;
     size_t slot_ = 0;
     std::map<uint32_t, Picture> pictures_;
+    uint64_t last_version_ = 0;
+    VkFormat format_;
+    std::optional<GpuImage> kept_; // the frame before
+    UiTiles tiles_;                // of it
 };
-
-// All that record() reads of the lists: equal bytes draw the same, from the same pictures.
-std::vector<std::byte> drawing_of(const ImDrawData& data);
 
 } // namespace palpate::view

@@ -176,10 +176,10 @@ void Viewer::wish() {
 }
 
 uint64_t Viewer::looks() {
-    std::vector<std::byte> seen = drawing_of(interface_->lists());
-    if (seen != drawing_seen_)
+    UiTiles seen = tiles_of(interface_->lists());
+    if (seen != tiles_seen_)
         ++looks_;
-    drawing_seen_ = std::move(seen);
+    tiles_seen_ = std::move(seen);
     return looks_;
 }
 

@@ -63,6 +63,9 @@ class Viewer {
     // The window as it is now.
     Image capture();
 
+    // The next record() draws all of the window, not only what has changed.
+    void forget_drawing() { drawing_->forget(); }
+
     // Rises when what record() draws is another than before.
     uint64_t looks();
 
@@ -113,7 +116,7 @@ class Viewer {
     double time_s_ = 0; // of the last frame
     glm::ivec2 screen_px_{0};
     std::vector<Picture> new_pictures_;
-    std::vector<std::byte> drawing_seen_; // by looks()
+    UiTiles tiles_seen_; // by looks()
     uint64_t looks_ = 0;
     std::array<PictureState, kPanels.size()> state_of_pictures_{};
     double interface_scale_ = 1.0; // that interface_ is made for
