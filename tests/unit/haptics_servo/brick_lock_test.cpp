@@ -15,6 +15,12 @@ Volume gyroid() {
                              make_grid(glm::uvec3(128), glm::dvec3(1, 1, 2)), ScalarType::u8);
 }
 
+#ifdef __SANITIZE_THREAD__ // which takes mlock() away from the program
+constexpr uint64_t kLeastLocked_kib = 0;
+#else
+constexpr uint64_t kLeastLocked_kib = 32;
+#endif
+
 uint64_t locked_kib() { // of this process, as the kernel counts
     std::ifstream status("/proc/self/status");
     for (std::string line; std::getline(status, line);)
@@ -32,7 +38,7 @@ TEST(BrickLock, HoldsTheBricksRoundTheToolAndLetsGoOfOthers) {
         EXPECT_EQ(lock.bricks(), 1u);
         ASSERT_EQ(lock.refused(), 0u) << "this needs RLIMIT_MEMLOCK of 1 MiB";
         EXPECT_EQ(lock.locked_bytes(), size_t{kBrickSamples});
-        EXPECT_GE(locked_kib(), before + 32);
+        EXPECT_GE(locked_kib(), before + kLeastLocked_kib);
         lock.update(volume, {32, 32, 64}, 5.0); // the corner of eight
         EXPECT_EQ(lock.bricks(), 8u);
         lock.update(volume, {32, 16, 32}, 5.0); // a face between two
