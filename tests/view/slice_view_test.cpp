@@ -74,6 +74,26 @@ TEST(SliceView, APixelsPointIsWhereTheCamerasRayMeetsThePlane) {
     }
 }
 
+// So a slice is not drawn anew while the crosshair moves in it.
+TEST(SliceView, ACrosshairThatMovesInAPlaneLeavesItsSliceTheSame) {
+    std::mt19937 random(9);
+    std::uniform_real_distribution<double> mm(-40.0, 40.0);
+    for (int i = 0; i < 100; ++i) {
+        ViewState state = subject_of(random_grid(random)).home;
+        const Grid grid = random_grid(random);
+        state.slices = slice_views(grid);
+        const Panel panel = kSlices[random() % 3];
+        const SliceView& view = state.slices[static_cast<size_t>(panel)];
+        state.crosshair_mm = {mm(random), mm(random), mm(random)};
+        const Scene before = scene_of(state, grid, panel, Scene{}, false);
+        const glm::dvec3 from = state.crosshair_mm;
+        state.crosshair_mm = from + mm(random) * view.right + mm(random) * view.up;
+        EXPECT_TRUE(scene_of(state, grid, panel, Scene{}, false) == before) << i;
+        state.crosshair_mm = from + 1e-6 * view.towards;
+        EXPECT_FALSE(scene_of(state, grid, panel, Scene{}, false) == before) << i;
+    }
+}
+
 TEST(SliceView, TheWholeVolumeFitsAtZoomOneAndTouchesTheRoom) {
     std::mt19937 random(4);
     for (int i = 0; i < 100; ++i) {

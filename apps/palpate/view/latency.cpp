@@ -235,8 +235,8 @@ class Rehearsal {
     }
 
     Json wander() {
-        slice_ = Panel::axial;
-        const glm::dvec2 at = middle(slice_);
+        const glm::dvec2 at = middle(Panel::axial);
+        slice_ = Panel::coronal; // which follows; the slice in which the crosshair moves stays
         begin();
         for (int i = 0; task_.timer.ms() < 1000.0 * kWandering_s; ++i)
             move(at + 70.0 * glm::dvec2(std::sin(0.07 * i), std::sin(0.045 * i)), true);

@@ -56,6 +56,12 @@ std::array<SliceView, kSlicePanels> slice_views(const Grid& grid) {
             SliceView{posterior, superior, left, center, 1.0}};
 }
 
+glm::dvec3 point_of_plane(const SliceView& view, glm::dvec3 crosshair_mm) {
+    constexpr double kSteps_per_mm = 1 << 30;
+    const double depth_mm = glm::dot(crosshair_mm - view.center_mm, view.towards);
+    return view.center_mm + std::round(depth_mm * kSteps_per_mm) / kSteps_per_mm * view.towards;
+}
+
 Camera camera_of(const SliceView& view, glm::dvec3 crosshair_mm, const Grid& grid,
                  glm::ivec2 size_px) {
     const double reach =
@@ -63,8 +69,7 @@ Camera camera_of(const SliceView& view, glm::dvec3 crosshair_mm, const Grid& gri
                                      half_extent(grid, {0, 0, 1})));
     Camera camera;
     camera.projection = Projection::orthographic;
-    camera.target_mm =
-        view.center_mm + glm::dot(crosshair_mm - view.center_mm, view.towards) * view.towards;
+    camera.target_mm = point_of_plane(view, crosshair_mm);
     camera.eye_mm = camera.target_mm + 2.0 * reach * view.towards;
     camera.up = view.up;
     camera.view_height_mm = mm_per_px(view, grid, size_px) * std::max(size_px.y, 1);
@@ -81,8 +86,7 @@ glm::dvec3 point_under(const SliceView& view, glm::dvec3 crosshair_mm, const Gri
                        glm::ivec2 size_px, glm::dvec2 pixel) {
     const glm::dvec2 off =
         (pixel + 0.5 - 0.5 * glm::dvec2(size_px)) * mm_per_px(view, grid, size_px);
-    return view.center_mm + glm::dot(crosshair_mm - view.center_mm, view.towards) * view.towards +
-           off.x * view.right - off.y * view.up;
+    return point_of_plane(view, crosshair_mm) + off.x * view.right - off.y * view.up;
 }
 
 glm::dvec2 pixel_of(const SliceView& view, const Grid& grid, glm::ivec2 size_px,

@@ -27,6 +27,10 @@ struct SliceView {
 // ones from the front, sagittal ones from the left.
 std::array<SliceView, kSlicePanels> slice_views(const Grid& grid);
 
+// The point of the view's plane through the crosshair that lies before the view's middle, to 1e-9
+// mm: one and the same wherever in the plane the crosshair is, so that a slice is not drawn anew.
+glm::dvec3 point_of_plane(const SliceView& view, glm::dvec3 crosshair_mm);
+
 // An orthographic camera on the plane through the crosshair, for a panel of this size.
 Camera camera_of(const SliceView& view, glm::dvec3 crosshair_mm, const Grid& grid,
                  glm::ivec2 size_px);

@@ -129,7 +129,7 @@ Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scen
     scene.stereo.reset();
     scene.mirror = false;
     const auto plane = [&](const SliceView& slice) {
-        return SliceLayer{.point_mm = state.crosshair_mm,
+        return SliceLayer{.point_mm = point_of_plane(slice, state.crosshair_mm),
                           .normal = slice.towards,
                           .slab_mm = state.slab_mm,
                           .slab_mode = state.slab_mode};
