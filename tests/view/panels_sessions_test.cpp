@@ -65,6 +65,9 @@ const RecordedSteps kSessions[] = {
     {"measure_exports_nothing_in_a_script", "widget tab/measure; widget measure/export",
      R"({"tab": "measure"})"},
 
+    {"labels_export_nothing_in_a_script",
+     "key b; at axial 10 20; click left; widget tab/labels; widget labels/export",
+     R"({"tab": "labels", "label_counts": {"1": 1}})"},
     {"labels_listed", "widget tab/labels", R"({"tab": "labels", "label_counts": {}})"},
     {"label_counted", "key b; at axial 10 20; click left; widget tab/labels",
      R"({"label_counts": {"1": 1}})"},

@@ -80,7 +80,8 @@ class Interface {
     void draw_strength(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_method(ViewState& state, Work& work, std::vector<Order>& orders);
-    void draw_labels_panel(ViewState& state, Work& work);
+    void draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders);
+    void draw_label_export(std::vector<Order>& orders);
     void draw_only_values(ViewState& state, const Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work);
@@ -100,8 +101,9 @@ class Interface {
     bool is_light_ = false;
     std::map<std::string, Box> widgets_;
     std::string message_;
-    double told_s_ = -1e9;                                                 // when it came
-    std::array<char, 1024> folder_{}, export_{}, figure_file_{}, typed_{}; // that are typed
+    double told_s_ = -1e9; // when it came
+    std::array<char, 1024> folder_{}, export_{}, labels_file_{}, figure_file_{},
+        typed_{};                         // that are typed
     std::string browsed_, browser_error_; // the folder that is shown
     std::vector<BrowserEntry> entries_;   // of it
     std::vector<std::string> recent_;

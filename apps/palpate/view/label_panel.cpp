@@ -55,7 +55,7 @@ LabelStyle& own_style(LabelLayer& layer, uint32_t label) {
 
 } // namespace
 
-void Interface::draw_labels_panel(ViewState& state, Work& work) {
+void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
     Scene scene = work.session().scene();
     draw_hands(state);
     draw_only_values(state, work);
@@ -117,8 +117,27 @@ void Interface::draw_labels_panel(ViewState& state, Work& work) {
         ImGui::EndTable();
     }
     draw_label_figures(state, work);
+    draw_label_export(orders);
     if (changed)
         work.session().show(std::move(scene));
+}
+
+// To a file whose name says what: all labels, or the surface of the one that is chosen.
+void Interface::draw_label_export(std::vector<Order>& orders) {
+    ImGui::Separator();
+    if (labels_file_[0] == '\0')
+        std::string("labels.nii.gz").copy(labels_file_.data(), labels_file_.size() - 1);
+    ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export__").x);
+    ImGui::InputText("##labels", labels_file_.data(), labels_file_.size());
+    note("labels/file");
+    ImGui::SameLine();
+    if (ImGui::Button("export"))
+        orders.push_back({Order::Kind::export_labels, {}, time_s_, labels_file_.data()});
+    if (ImGui::IsItemHovered())
+        ImGui::SetTooltip("%s",
+                          ".nii.gz, .nrrd, .mha: all labels\n"
+                          ".stl, .ply, .obj, .vtp: the surface of the label that is chosen");
+    note("labels/export");
 }
 
 // The values that tools on labels are confined to: at first those of the window.

@@ -12,7 +12,8 @@ namespace palpate::view {
 struct MeshRun {
     struct Done { // one of the two
         std::optional<SimplexMesh> mesh;
-        std::optional<Volume> labels; // with the mesh in them
+        std::optional<Volume> labels;         // with the mesh in them
+        uint64_t count_before = 0, count = 0; // of the label's samples
     };
     ~MeshRun() { stop.request_stop(); }
     Task task() {

@@ -65,7 +65,7 @@ void Interface::draw_tools(ViewState& state, Work& work, std::vector<Order>& ord
             draw_transfer(state, work);
             break;
         case Tab::labels:
-            draw_labels_panel(state, work);
+            draw_labels_panel(state, work, orders);
             break;
         case Tab::segment:
             draw_segment_panel(state, work, orders);

@@ -177,6 +177,7 @@ struct Order {
         close,
         leave, // what waits is done, and edits that are not saved are lost
         export_measures,
+        export_labels, // all of them, or the surface of the one that is drawn
         cancel_opening,
         picture, // of the window, to a file
         figure,  // of a view, for print

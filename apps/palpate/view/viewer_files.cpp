@@ -110,6 +110,19 @@ void Viewer::poll_opening() {
         take_opened(opening_.get());
 }
 
+// How many files of a DICOM file's kind lie in its folder, itself among them; 0: it is none.
+static size_t images_beside(const std::filesystem::path& path) {
+    std::error_code ignored;
+    const std::string kind = path.extension().string();
+    if (!std::filesystem::is_regular_file(path, ignored) ||
+        (!kind.empty() && kind != ".dcm" && kind != ".DCM" && kind != ".IMA"))
+        return 0;
+    size_t images = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(path.parent_path(), ignored))
+        images += entry.path().extension() == kind && entry.is_regular_file(ignored);
+    return images;
+}
+
 void Viewer::take_opened(Result<Source> opened) {
     const std::string path = std::exchange(state_.opening, {});
     if (!opened) {
@@ -131,6 +144,8 @@ void Viewer::take_opened(Result<Source> opened) {
     state_.text_scale = before.text_scale;
     state_.tab = before.tab;
     state_.series_open = offers_series_ && work_->series().size() > 1;
+    if (const size_t images = images_beside(path); images > 1 && work_->subject().grid.size.z == 1)
+        work_->tell(fmt::format("one image of {} files: open their folder for the series", images));
     if (options_.recent)
         interface_->set_recent(options_.recent(path));
 }

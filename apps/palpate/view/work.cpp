@@ -290,6 +290,9 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::export_measures:
             export_measures(state, order.path);
             break;
+        case Order::Kind::export_labels:
+            begin_export(state, order.path);
+            break;
         case Order::Kind::open:
         case Order::Kind::close:
         case Order::Kind::leave:

@@ -11,6 +11,7 @@
 #include "apps/palpate/view/figures.h"
 #include "apps/palpate/view/hand_tool.h"
 #include "apps/palpate/view/kept_steps.h"
+#include "apps/palpate/view/label_export.h"
 #include "apps/palpate/view/mesh_run.h"
 #include "apps/palpate/view/milling_sound_output.h"
 #include "apps/palpate/view/palette.h"
@@ -165,6 +166,8 @@ class Work {
     // Of an operation on labels: the ones that it may change; nothing where none is locked.
     std::optional<std::vector<uint16_t>> free_labels(const ViewState& state);
     void export_measures(const ViewState& state, const std::string& path);
+    void begin_export(const ViewState& state, const std::string& path); // of labels
+    void poll_export();
     ToolFor tool_for() const;
     void hold_tools(const ViewState& state);
     void measure_backlog(double time_s);
@@ -210,6 +213,7 @@ class Work {
     std::unique_ptr<SegmentRun> segmenting_;
     std::optional<PulledMesh> mesh_;
     std::unique_ptr<MeshRun> meshing_;
+    std::unique_ptr<LabelExport> exporting_;
     std::optional<Volume> segment_look_; // what it has come to
     struct WireSlice {                   // of which volume
         uint64_t version;

@@ -37,17 +37,20 @@ void Work::obey_mesh(const Order& order, const ViewState& state) {
             break;
         case Order::Kind::mesh_apply:
             if (!meshing_ && mesh_)
-                run_mesh(mesh_->label(),
-                         [mesh = mesh_->mesh(),
-                          locked = state.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
-                             PALPATE_TRY(const Volume found,
-                                         rasterised(mesh, run.before.grid(), run.label,
-                                                    run.task().part(0.0, 0.8)));
-                             const uint16_t of[] = {run.label};
-                             PALPATE_TRY(Volume labels, with_labels(run.before, found, of, locked,
-                                                                    run.task().part(0.8, 1.0)));
-                             return MeshRun::Done{{}, std::move(labels)};
-                         });
+                run_mesh(
+                    mesh_->label(),
+                    [mesh = mesh_->mesh(),
+                     locked = state.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
+                        PALPATE_TRY(const Volume found,
+                                    rasterised(mesh, run.before.grid(), run.label,
+                                               run.task().part(0.0, 0.8)));
+                        const uint16_t of[] = {run.label};
+                        PALPATE_TRY(Volume labels, with_labels(run.before, found, of, locked,
+                                                               run.task().part(0.8, 1.0)));
+                        const uint64_t count = count_of_label(labels, run.label);
+                        return MeshRun::Done{
+                            {}, std::move(labels), count_of_label(run.before, run.label), count};
+                    });
             break;
         case Order::Kind::mesh_drop:
             if (meshing_)
@@ -93,6 +96,10 @@ void Work::poll_mesh() {
     } else if (session_.put({labels_, VolumeKind::labels, std::move(*done->labels)},
                             "pulled mesh")) {
         mesh_.reset();
+        const double ml = 1e-3 * label_sample_mm3().value_or(0.0);
+        message_ = fmt::format("label {}: {:.1f} ml by the mesh, {:.1f} ml before", run->label,
+                               ml * static_cast<double>(done->count),
+                               ml * static_cast<double>(done->count_before));
     }
 }
 

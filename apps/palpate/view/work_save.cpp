@@ -77,6 +77,39 @@ void Work::save(const ViewState& state, const std::string& folder) {
     creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
 }
 
+void Work::begin_export(const ViewState& state, const std::string& path) {
+    if (!threaded_) {
+        message_ = "a script saves nothing";
+        return;
+    }
+    if (exporting_) {
+        message_ = "writing; one file at a time";
+        return;
+    }
+    session_.settle(); // strokes under way are in it
+    const EditState now = edited();
+    const Volume* labels = now.document.find(labels_);
+    if (!labels) {
+        message_ = "there are no labels to write: draw or segment first";
+        return;
+    }
+    exporting_ = std::make_unique<LabelExport>();
+    exporting_->done = std::async(std::launch::async, [labels = *labels, label = state.label, path,
+                                                       stop = exporting_->stop.get_token()] {
+        return export_labels(labels, label, path, stop);
+    });
+    message_ = fmt::format("writing {} ..", path);
+}
+
+void Work::poll_export() {
+    if (!exporting_ ||
+        exporting_->done.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+        return;
+    const Result<std::string> done = exporting_->done.get();
+    exporting_.reset();
+    message_ = done ? *done : done.error().message;
+}
+
 void Work::end_save(bool succeeded) {
     if (succeeded && measures_saving_)
         measures_saved_ = std::move(*measures_saving_);
@@ -86,6 +119,7 @@ void Work::end_save(bool succeeded) {
 void Work::poll() {
     poll_segmenting();
     poll_mesh();
+    poll_export();
     if (creation_)
         if (std::optional<Result<Project>> made = creation_->poll(session_)) {
             creation_.reset();
