@@ -22,7 +22,7 @@ int main() {
     hp::TouchParameters parameters;
     parameters.iso = 500.0;
     parameters.stiffness_n_per_m = 600.0;
-    hp::tune(parameters, *scene.grey); // noise and plateaus, measured once
+    hp::tune(parameters, *scene.grey); // its noise, measured once
 
     // Where the hand means to be: it rests above the ball while the force fades in, then presses
     // down to 5 mm below the surface.

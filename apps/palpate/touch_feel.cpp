@@ -366,11 +366,8 @@ Result<Feel> make_feel(const FeelOptions& o, const LoadedScene& loaded,
                 "--iso {:g}: {:.0f} % of its surface belongs to grains of up to three samples, as "
                 "in noise; the hand feels these grains",
                 feel.parameters.iso, 100.0 * tuning.grains);
-        log::debug("normals blurred by {} samples{}", feel.parameters.normal_blur_samples,
-                   feel.parameters.free_value == feel.parameters.solid_value
-                       ? ""
-                       : fmt::format("; steps straightened between {:.5g} and {:.5g}",
-                                     feel.parameters.free_value, feel.parameters.solid_value));
+        log::debug("normals blurred against noise by {} samples; an edge of {:.2f} samples",
+                   feel.parameters.normal_blur_samples, feel.parameters.edge_samples);
     }
 
     if (!o.transfer.empty()) {

@@ -24,8 +24,7 @@ constexpr Amount kAmounts[] = {
     {"viscosity_n_s_per_m", &TouchParameters::viscosity_n_s_per_m, 0, MostTouch::damping_n_s_per_m},
     {"vibration_n", &TouchParameters::vibration_n, 0, MostTouch::force_n},
     {"normal_blur_samples", &TouchParameters::normal_blur_samples, 0, 1},
-    {"free_value", &TouchParameters::free_value, -MostTouch::value, MostTouch::value},
-    {"solid_value", &TouchParameters::solid_value, -MostTouch::value, MostTouch::value},
+    {"edge_samples", &TouchParameters::edge_samples, 0, 1},
     {"surface_delay_s", &TouchParameters::surface_delay_s, 0, MostTouch::delay_s},
     {"drill_threshold_mm", &TouchParameters::drill_threshold_mm, 0, MostTouch::drill_mm},
 };
@@ -122,7 +121,7 @@ TouchParameters read_touch_parameters(const JsonValue& in) {
         else if (named("labels"))
             for (const JsonValue& label : member.items(0, TouchParameters::kMostLabels))
                 out.labels[out.label_count++] = read_label(label);
-        else
+        else if (!named("free_value") && !named("solid_value")) // files of before have these
             member.complain("expected no other key than those of haptic parameters");
     }
     return out;

@@ -81,13 +81,11 @@ struct TouchParameters {
     double viscosity_n_s_per_m = 0.0; // inside of what can be entered
     double vibration_n = 0.0;         // amplitude at a removal of 1
     TouchSource source = TouchSource::grey;
-    // Normals are taken from samples blurred by this many samples: 1 for noise of 10 % of the
-    // contrast, 0.6 for 5 %, 0 for clean data. See tune() in field.h.
-    double normal_blur_samples = 1.0;
-    // Grey values far from the surface on its free and its solid side, for data without noise: the
-    // blurred step between them is straightened before it is interpolated. Equal: not known. See
-    // tune().
-    double free_value = 0.0, solid_value = 0.0;
+    // Normals are taken from samples blurred by this many samples against noise: 1 for noise of
+    // 10 % of the contrast, 0.6 for 2 %, 0 for clean data. How wide the edge is that the surface
+    // lies in, a standard deviation in spacings of the coarsest axis, up to 1: the narrower it is,
+    // the more are they blurred without noise. See tune() in field.h.
+    double normal_blur_samples = 1.0, edge_samples = 0.0;
     std::array<HapticTransfer, 3> transfer{}; // of the axes of the local frame, for motion rules
     HapticTransfer opacity{};        // of local surfaces: applied to samples where it is a table
     double surface_delay_s = 0.03;   // of a local surface that another thread makes

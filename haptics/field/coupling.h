@@ -44,8 +44,7 @@ inline bool is_sane(const TouchParameters& p) {
                 within(p.friction_dynamic, Most::friction) && within(p.yield_n, Most::force_n) &&
                 within(p.viscosity_n_s_per_m, Most::damping_n_s_per_m) &&
                 within(p.vibration_n, Most::force_n) && within(p.normal_blur_samples, 1.0) &&
-                std::abs(p.free_value) <= Most::value && std::abs(p.solid_value) <= Most::value &&
-                within(p.surface_delay_s, Most::delay_s) &&
+                within(p.edge_samples, 1.0) && within(p.surface_delay_s, Most::delay_s) &&
                 within(p.drill_threshold_mm, Most::drill_mm);
     for (const HapticTransfer& t : {p.transfer[0], p.transfer[1], p.transfer[2], p.opacity})
         sane = sane && is_sane(t);

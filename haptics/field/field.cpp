@@ -23,8 +23,7 @@ bool Field::is_far(glm::dvec3 index) const {
     return false;
 }
 
-void Field::follow(const Volume& volume, TouchSource source, double iso, double blur,
-                   Plateaus plateaus) {
+void Field::follow(const Volume& volume, TouchSource source, double iso, double blur, double edge) {
     volume_ = &volume;
     lacked_brick_ = false;
     filtered_samples_ = 0;
@@ -33,9 +32,8 @@ void Field::follow(const Volume& volume, TouchSource source, double iso, double 
         iso = 0.5;
         blur = 1.0;
     }
-    plateaus = labels ? Plateaus{} : usable_plateaus(plateaus, iso, blur);
     const bool same_settings =
-        settings_ != 0 && source == source_ && blur == blur_ && plateaus == plateaus_;
+        settings_ != 0 && source == source_ && blur == blur_ && edge == edge_;
     if (same_settings && iso == iso_ && volume.version() == version_)
         return;
     const ValueRange range = volume.range();
@@ -46,11 +44,11 @@ void Field::follow(const Volume& volume, TouchSource source, double iso, double 
         source_ = source;
         base_ = double{static_cast<float>(iso)};
         blur_ = blur;
-        plateaus_ = plateaus;
+        edge_ = edge;
         lowest_ = plain ? 0.0f : std::min(range.min, static_cast<float>(iso) - 1.0f);
         grid_ = volume.grid();
-        stored_.set(labels, base_, plateaus);
-        filters_ = make_filters(grid_, blur, labels, stored_.straightened());
+        stored_.set(labels, base_);
+        filters_ = make_filters(grid_, blur, edge, labels);
         index_from_world_ = index_from_world(grid_);
         gradient_to_world_ = glm::transpose(glm::dmat3(index_from_world_));
         smallest_mm_ = smallest_spacing_mm(grid_);
@@ -93,10 +91,6 @@ Field::Both Field::both(glm::dvec3 world_mm, bool sharp, bool smooth) {
                 {base_ + double{stored_.of(lowest_)}, {}}};
     const SplinePlace place(index);
     Both found;
-    if (filters_.is_one_view) {
-        found.sharp = found.smooth = evaluate(place, kSharpPart);
-        return found;
-    }
     if (sharp)
         found.sharp = evaluate(place, kSharpPart);
     if (smooth)

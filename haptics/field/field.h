@@ -27,18 +27,14 @@ struct FieldSample {
 // plane where trilinear interpolation errs by 0.02, and within 0.03 on a ball of 6 samples where
 // trilinear errs by 0.07 (measured).
 //
-// Where spacing is uneven and the blur is not 0, the finer axes take a Gaussian of up to 1.3
-// samples times a parabola instead of that sharpening, which is as exact and has less noise.
+// Where spacing is uneven, the finer axes take a Gaussian of up to 1.3 samples times a parabola
+// instead of that sharpening, which is as exact and has less noise.
 //
-// Steps that are straightened (stored_samples.h) are sharpened by five taps along the coarsest
-// axes, in both views; where spacing is uneven, in the sharp one by seven.
-//
-// smooth(): the cubic B-spline on samples blurred by a Gaussian of `blur` (0 .. 1) of the coarsest
-// spacing, though of at most 1.9 samples on any axis. Normals
-// come from here: noise of 10 % of the contrast turns them by 4 degrees (p99), those of the sharp
-// view by 23. Thin walls fade in it, so it decides nothing. A blur of 0 sharpens by half instead,
-// by (-1/12, 7/6, -1/12): on clean data the sharp view's normals waver with the lattice, and those
-// of the plain spline round corners off.
+// smooth(): the cubic B-spline on samples blurred by a Gaussian of `blur` (0.6 .. 1; less is as
+// 0.6) of the coarsest spacing, though of at most 1.9 samples on any axis. Normals come from here:
+// noise of 10 % of the contrast turns them by 4 degrees (p99), those of the sharp view by 23, and
+// where an edge is narrow, those waver with the lattice without any noise. Thin walls fade in it,
+// so it decides nothing.
 //
 // Where labels are felt, samples are 1 in a label and 0 outside, and both views are blurred, by 0.5
 // and 1 sample: their values rise across the border like a smoothed signed distance. Walls of one
@@ -57,9 +53,9 @@ class Field {
     // To be called at the start of a tick; `volume` must live until its end. Cheap where nothing
     // changed.
     void follow(const Volume& volume, TouchSource source, double iso, double blur_samples,
-                Plateaus plateaus = {});
+                double edge_samples = 0.0);
     void follow(const Volume& volume, const TouchParameters& p) {
-        follow(volume, p.source, p.iso, p.normal_blur_samples, {p.free_value, p.solid_value});
+        follow(volume, p.source, p.iso, p.normal_blur_samples, p.edge_samples);
     }
     // No volume is followed: everything is free.
     bool is_empty() const { return volume_ == nullptr; }
@@ -106,14 +102,9 @@ class Field {
         return glm::vec3(glm::dmat3(index_from_world_) * mm);
     }
 
-    // The threshold for value(): the iso-value, straightened where samples are.
+    // The threshold for value(): the iso-value, and 0.5 where labels are felt.
     double iso() const { return base_ + double{threshold_}; }
-    double contrast() const { return contrast_; } // highest less lowest value
-    // Of straightened steps: a value so far in material that samples no longer tell how far, nor
-    // where it ends.
-    bool is_buried(double value) const {
-        return stored_.straightened() && value - base_ > double{stored_.buried()};
-    }
+    double contrast() const { return contrast_; }    // highest less lowest value
     double voxel_mm() const { return smallest_mm_; } // smallest spacing
     double coarsest_mm() const { return coarsest_mm_; }
 
@@ -175,8 +166,7 @@ class Field {
     uint64_t version_ = 0;
     TouchSource source_ = TouchSource::grey;
     double iso_ = 0.5, base_ = 0.5, contrast_ = 1.0, smallest_mm_ = 1.0, coarsest_mm_ = 1.0,
-           blur_ = -1.0;
-    Plateaus plateaus_;
+           blur_ = -1.0, edge_ = 0.0;
     StoredSamples stored_;
     FieldFilters filters_;
     float threshold_ = 0.0f; // the iso-value as samples are stored
@@ -197,11 +187,11 @@ struct Tuning {
     // From its noise on the noisier side of the surface, as a share of the contrast about the
     // iso-value.
     double normal_blur_samples = 1.0;
+    double edge_samples = 0.0; // as TouchParameters::edge_samples
     // Of the places where lines along the axes cross the surface, the share that cross back within
     // three samples: 0 on bodies that are thicker, a half on a plate that is not, 0.9 where the
     // iso-value lies amid noise, which is no surface.
     double grains = 0.0;
-    Plateaus plateaus;
 };
 Tuning tuning_for(const Volume& volume, double iso);
 // Sets in `parameters` what a volume that is felt at parameters.iso tells, and returns it.

@@ -13,19 +13,22 @@ struct Filter {
     std::array<std::array<float, 2 * kMostReach + 1>, 3> taps{}; // the first 2 reach + 1 of each
 };
 
+// What makes the normals of a spline waver with the lattice is how narrow the edge is that it is
+// made of; what turns them where a surface bends is how wide all blur is. So edge and filter
+// together are blurred by this, whatever share of it the edge has itself. Of the family of scenes,
+// directions err least at about this (docs/log/touch.md).
+constexpr double kEdgeBlur_samples = 0.6;
+
 struct FieldFilters {
     Filter sharp, smooth;
-    bool is_one_view = false; // both are the same
     // How far the sharp view may leave its samples' range, as a share of it, and how far from a
     // point the samples lie that it is made of.
     double overshoot = 0.0;
     int sharp_reach = 4;
 };
 
-// blur: of the smooth view, in coarsest spacings; 0 for data without noise. Labels are felt with
-// filters of their own, and steps that are straightened nearly with one for both views: what is
-// sharpened more follows kinks more closely, and rings more where a flat flank begins to bend; so
-// where spacing is uneven, matter is decided by seven taps and normals by five.
-FieldFilters make_filters(const Grid& grid, double blur, bool labels, bool straightened);
+// blur: of the smooth view against noise, in coarsest spacings; edge: standard deviation of the
+// edge, likewise. Labels are felt with a sharp filter of their own.
+FieldFilters make_filters(const Grid& grid, double blur, double edge, bool labels);
 
 } // namespace palpate::haptics

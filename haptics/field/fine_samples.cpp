@@ -82,15 +82,13 @@ void FineSamples::follow(const Volume& volume, const TouchParameters& p) {
     volume_ = &volume;
     const bool labels = p.source == TouchSource::labels;
     const bool has_table = !labels && p.opacity.point_count > 0;
-    const double iso = labels ? 0.5 : p.iso, blur = labels ? 1.0 : p.normal_blur_samples;
-    const Plateaus plateaus = labels || has_table
-                                  ? Plateaus{}
-                                  : usable_plateaus({p.free_value, p.solid_value}, iso, blur);
+    const double iso = labels ? 0.5 : p.iso, blur = labels ? 1.0 : p.normal_blur_samples,
+                 edge = p.edge_samples;
     const ValueRange range = volume.range();
     const float lowest =
         labels || range.empty() ? 0.0f : std::min(range.min, static_cast<float>(iso) - 1.0f);
     if (settings_ != 0 && labels == labels_ && has_table == has_table_ && iso == iso_ &&
-        blur == blur_ && plateaus == plateaus_ && lowest == lowest_ &&
+        blur == blur_ && edge == edge_ && lowest == lowest_ &&
         (!has_table || p.opacity == table_) && has_same_grid(volume.grid(), grid_))
         return;
     ++settings_;
@@ -98,15 +96,15 @@ void FineSamples::follow(const Volume& volume, const TouchParameters& p) {
     has_table_ = has_table;
     iso_ = iso;
     blur_ = blur;
-    plateaus_ = plateaus;
+    edge_ = edge;
     lowest_ = lowest;
     table_ = p.opacity;
     grid_ = volume.grid();
-    stored_.set(labels, double{static_cast<float>(iso)}, plateaus);
+    stored_.set(labels, iso);
     threshold_ = labels ? 0.0f : stored_.of(static_cast<float>(iso));
     free_value_ =
         stored_.of(has_table ? static_cast<float>(strength_n(table_, double{lowest})) : lowest);
-    filters_ = make_filters(grid_, blur, labels, stored_.straightened());
+    filters_ = make_filters(grid_, blur, edge, labels);
     sharp_view_ = make_view(filters_.sharp);
     smooth_view_ = make_view(filters_.smooth);
 }

@@ -13,8 +13,7 @@ namespace palpate::haptics {
 // The two views of a Field (field.h) at the points of a lattice that is a whole number of times as
 // fine as the samples, box by box: what marching cubes make triangles of that are to be felt. Point
 // i of the lattice lies at sample i / finer, on each axis. The same point has the same bits in
-// every box. Where the parameters have an opacity table, samples go through it first, and nothing
-// is straightened.
+// every box. Where the parameters have an opacity table, samples go through it first.
 //
 // All memory is there from the start, and nothing is fetched: for the servo thread. 10 to 30 us for
 // a box.
@@ -29,8 +28,7 @@ class FineSamples {
     void follow(const Volume& volume, const TouchParameters& parameters);
 
     // side^3 points from `first` on, x fastest, side 8 .. kMostSide; good until the same is asked
-    // for again. What is solid is decided by the sharp view, and normals are the smooth one's;
-    // where steps are straightened, the two are nearly one.
+    // for again. What is solid is decided by the sharp view, and normals are the smooth one's.
     struct Box {
         const float* values;
         bool lacks_brick;
@@ -72,8 +70,7 @@ class FineSamples {
     float threshold_ = 0.0f, lowest_ = 0.0f, free_value_ = 0.0f;
     uint64_t settings_ = 0;
     Grid grid_;
-    double iso_ = 0.0, blur_ = -1.0;
-    Plateaus plateaus_;
+    double iso_ = 0.0, blur_ = -1.0, edge_ = 0.0;
     std::vector<float> samples_, z_, zy_, turned_, sharp_, smooth_;
 };
 

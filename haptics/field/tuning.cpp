@@ -15,33 +15,25 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-// Samples' differences across a sample, in values a mm of the world.
+// Samples' differences across a sample, in values a mm of the world. Those along an axis blur it by
+// a third of its spacing's square, so the others are blurred as much: else an edge that is narrower
+// than a sample were turned away from the axis that is nearest to its normal.
 dvec3 slope_at(const Volume& volume, ivec3 at) {
     const ivec3 last = ivec3(volume.size()) - 1;
-    dvec3 slope;
-    for (int axis = 0; axis < 3; ++axis) {
-        ivec3 low = at, high = at;
-        low[axis] = std::max(at[axis] - 1, 0);
-        high[axis] = std::min(at[axis] + 1, last[axis]);
-        slope[axis] =
-            (double{volume.value(glm::uvec3(high))} - double{volume.value(glm::uvec3(low))}) /
-            std::max(1, high[axis] - low[axis]);
-    }
+    dvec3 slope(0);
+    ivec3 off;
+    for (off.z = -1; off.z <= 1; ++off.z)
+        for (off.y = -1; off.y <= 1; ++off.y)
+            for (off.x = -1; off.x <= 1; ++off.x) {
+                const double value = volume.value(glm::uvec3(glm::clamp(at + off, ivec3(0), last)));
+                const dvec3 blur = glm::mix(dvec3(2.0 / 3.0), dvec3(1.0 / 6.0), dvec3(off * off));
+                slope += 0.5 * dvec3(off) * value *
+                         dvec3(blur.y * blur.z, blur.z * blur.x, blur.x * blur.y);
+            }
     return world_gradient(volume.grid(), slope);
 }
 
-// The highest sample on a way from one, in steps of the world; `sign` -1: the lowest.
-float most_along(const Volume& volume, dvec3 from, dvec3 step, int steps, float sign) {
-    float most = -INFINITY;
-    for (int i = 0; i <= steps; ++i) {
-        const dvec3 at = glm::round(from + double(i) * step);
-        if (glm::any(glm::lessThan(at, dvec3(0.0))) ||
-            glm::any(glm::greaterThanEqual(at, dvec3(volume.size()))))
-            break;
-        most = std::max(most, sign * volume.value(glm::uvec3(at)));
-    }
-    return sign * most;
-}
+constexpr double kEdgeReach_samples = 2.5; // to either side
 
 // Calls crossing(axis, at) for each sample of lines along the axes, some 64 by 64 of them, that
 // lies on another side of the iso-value than the one before it; in order along each line.
@@ -77,32 +69,79 @@ double grains_about(const Volume& volume, double iso) {
     return crossings > 0 ? static_cast<double>(grains) / static_cast<double>(crossings) : 0.0;
 }
 
-// How low and how high samples get within five of the coarsest spacings of the surface: looked for
-// along its normals, for a body may be smaller than that across other ways, and from where the axes
-// cross it. Quarters of all, for some normals are wrong.
-Plateaus plateaus_about(const Volume& volume, double iso) {
-    const double step_mm = 0.5 * smallest_spacing_mm(volume.grid());
-    const int steps =
-        static_cast<int>(std::ceil(5.0 * largest_spacing_mm(volume.grid()) / step_mm));
-    const glm::dmat3 to_index(index_from_world(volume.grid()));
-    std::vector<float> lows, highs;
-    for_crossings(volume, iso, [&](int, ivec3 at) {
-        const dvec3 slope = slope_at(volume, at);
-        const double steepness = glm::length(slope);
-        if (!(steepness > 0.0))
+// Of where along a line values rise or fall: its differences, each in the middle between its
+// samples.
+struct Rise {
+    double all = 0.0, first = 0.0, second = 0.0;
+
+    void add(double difference, double place) {
+        all += difference;
+        first += difference * place;
+        second += difference * place * place;
+    }
+    // Of the edge itself: a difference of samples is a mean over one of them, a twelfth wider.
+    double variance() const { return second / all - first * first / (all * all) - 1.0 / 12.0; }
+};
+
+// Adds up to `most` differences on one side of the crossing, of which `from` is the nearest sample.
+// Of a body so thin that values come back to iso, those up to its middle; an overshoot is the
+// edge's own.
+void add_side(Rise& rise, const Volume& volume, double iso, ivec3 from, ivec3 way, int most) {
+    const auto value = [&](ivec3 at) { return double{volume.value(glm::uvec3(at))}; };
+    const int sign = way.x + way.y + way.z;
+    const bool is_solid = value(from) >= iso;
+    double last = value(from), farthest = last;
+    Rise until_middle = rise;
+    for (int i = 1; i <= most; ++i) {
+        from += way;
+        if (glm::any(glm::lessThan(from, ivec3(0))) ||
+            glm::any(glm::greaterThanEqual(from, ivec3(volume.size()))))
             return;
-        const dvec3 step = to_index * (step_mm / steepness * slope);
-        lows.push_back(most_along(volume, dvec3(at), -step, steps, -1.0f));
-        highs.push_back(most_along(volume, dvec3(at), step, steps, 1.0f));
+        const double next = value(from);
+        if ((next >= iso) != is_solid || next != next) {
+            rise = until_middle;
+            return;
+        }
+        rise.add(sign * (next - last), sign * i);
+        last = next;
+        if (is_solid ? next > farthest : next < farthest) {
+            farthest = next;
+            until_middle = rise;
+        }
+    }
+}
+
+// How wide the edge is, as TouchParameters::edge_samples, whatever its shape: the median over where
+// lines along the axes cross the surface nearly along its normal. A line at a slant crosses an edge
+// that is longer by 1 / along, among samples that are as far apart as always: so what samples add
+// to the variance is taken off along the line, and the rest is turned to the normal.
+double edge_about(const Volume& volume, double iso) {
+    const double coarsest = largest_spacing_mm(volume.grid());
+    std::vector<double> variances;
+    for_crossings(volume, iso, [&](int axis, ivec3 at) {
+        const dvec3 slope = slope_at(volume, at),
+                    step(glm::dmat3(volume.grid().world_from_index)[axis]);
+        const double spacing = glm::length(step) / coarsest,
+                     along =
+                         std::abs(glm::dot(slope, step)) / (glm::length(slope) * glm::length(step));
+        if (!(3.0 * along * along >= 1.0)) // some axis is that near to every normal
+            return;
+        ivec3 way{};
+        way[axis] = 1;
+        const int most = static_cast<int>(std::lround(kEdgeReach_samples / (spacing * along)));
+        Rise rise;
+        rise.add(double{volume.value(glm::uvec3(at))} - double{volume.value(glm::uvec3(at - way))},
+                 0.0);
+        add_side(rise, volume, iso, at, way, most);
+        add_side(rise, volume, iso, at - way, -way, most);
+        const double square = spacing * along * spacing * along;
+        variances.push_back(std::max(0.0, rise.variance()) * square);
     });
-    if (lows.empty())
-        return {};
-    const auto quarter = [](std::vector<float>& values, size_t of_four) {
-        const auto at = values.begin() + static_cast<long>((values.size() - 1) * of_four / 4);
-        std::nth_element(values.begin(), at, values.end());
-        return double{*at};
-    };
-    return {quarter(lows, 1), quarter(highs, 3)};
+    if (variances.empty())
+        return 0.0;
+    const auto middle = variances.begin() + static_cast<long>(variances.size() / 2);
+    std::nth_element(variances.begin(), middle, variances.end());
+    return std::min(1.0, std::sqrt(*middle));
 }
 
 } // namespace
@@ -147,21 +186,17 @@ Tuning tuning_for(const Volume& volume, double iso) {
     };
     const double sigma = std::max(sigma_of(free_bends), sigma_of(solid_bends));
     const double share = sigma / (mean(solid) - mean(free));
-    Tuning tuning{.normal_blur_samples = share < 0.01   ? 0.0
-                                         : share < 0.04 ? 0.6
-                                                        : 1.0,
-                  .grains = grains_about(volume, iso)};
-    // Straightening raises noise by seven where a step has risen by 2 %, and more beyond.
-    if (share < 0.002)
-        tuning.plateaus = plateaus_about(volume, iso);
-    return tuning;
+    return {.normal_blur_samples = share < 0.01   ? 0.0
+                                   : share < 0.04 ? 0.6
+                                                  : 1.0,
+            .edge_samples = edge_about(volume, iso),
+            .grains = grains_about(volume, iso)};
 }
 
 Tuning tune(TouchParameters& parameters, const Volume& volume) {
     const Tuning tuning = tuning_for(volume, parameters.iso);
     parameters.normal_blur_samples = tuning.normal_blur_samples;
-    parameters.free_value = tuning.plateaus.free;
-    parameters.solid_value = tuning.plateaus.solid;
+    parameters.edge_samples = tuning.edge_samples;
     return tuning;
 }
 

@@ -98,12 +98,14 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
         settle(c, geometry);
     }
 
-    // Where work ends among contacts that only rearrange, the spring hardly changes: that is no
-    // lag.
+    // Where work ends among contacts that only rearrange, the spring hardly changes, or they hold
+    // it where it is: that is no lag.
     const double length_mm = glm::distance(s.proxy, hand), doubt_mm = contacts_.doubt_mm();
     const bool falls_behind = length_mm > length_before_mm + doubt_mm;
     const bool comes_closer = length_mm < glm::distance(start, hand) - doubt_mm;
-    s.is_behind = !is_catching_up && c.is_spent && (falls_behind || (s.is_behind && comes_closer));
+    const bool is_held = c.rest && glm::distance(*c.rest, s.proxy) < c.half_sample_mm;
+    s.is_behind = !is_catching_up && c.is_spent && !is_held &&
+                  (falls_behind || (s.is_behind && comes_closer));
     geometry.is_behind = s.is_behind;
     s.is_sunk = is_catching_up && !c.is_out && (geometry.was_replaced || s.is_sunk);
     s.catching_up_s = c.has_settled           ? 0.0

@@ -11,12 +11,12 @@ namespace palpate::haptics {
 // tool_radius_mm. It moves in steps of at most half the smallest spacing, so no sample can jump a
 // wall of 1.5 voxels, and leaps over what block ranges call clear. A sample that is in material or
 // nearly so, or a place that held the tool a moment ago, is a contact: its clearance is (iso -
-// value) / slope along the smoothed normal there, at both of which the sharp field is asked; on
-// data without noise its straightened steps, in noise half of it the smooth field. On a sphere a
-// contact is no sample but a place: it follows the surface to where it faces it, as long as no
-// other is there. Contacts are reduced to the deepest of each of 24 directions. Where a ball is
-// pushed is one, too, and in noise the one that holds it: bumps beside it do only where they are
-// deep, so that the force does not jump from one to the next. The tool's next place is the one
+// value) / slope along the smoothed normal there, at both of which the sharp field is asked; in
+// noise half of it is the smooth field. On a sphere a contact is no sample but a place: it follows
+// the surface to where it faces it, as long as no other is there. Contacts are reduced to the
+// deepest of each of 24 directions. Where a ball is pushed on grey values is one, too, and the one
+// that holds it: what lies beside it does only where it is deep, so that the force does not jump
+// from one to the next. The tool's next place is the one
 // nearest to the hand that all of them leave free: a quadratic program in three unknowns
 // (planes.h), solved to convergence within the tick; along the surface it goes as far as the last
 // steps there have shown to be worth going. So samples that press against each other in a groove

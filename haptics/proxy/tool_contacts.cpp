@@ -24,10 +24,11 @@ constexpr double kNear = 0.09;
 // Work, in tenths of a microsecond: of each contact that is looked at, of the samples that have to
 // be filtered for it, of the points that are scanned and of a leap.
 constexpr uint32_t kContactWork = 4, kSamplesOfWork = 40, kPointsOfWork = 40, kLeapWork = 5;
-// In samples: a place is deep where a contact is so far in material, and farther in noise: for each
-// sample that normals are blurred by.
-constexpr double kDeep = 0.025, kDeepInNoise = 0.15, kSunk = 0.5;
-// In noise: so much of the sharp value, for each sample of blur, is the smooth one instead.
+// In samples: a place is deep where a contact is so far in material, and farther for each sample
+// that normals are blurred by.
+constexpr double kDeep = 0.025, kDeepForBlur = 0.15, kSunk = 0.5;
+// In noise: so much of the sharp value, for each sample of blur against it, is the smooth one
+// instead.
 constexpr double kSmoothShare = 0.5;
 constexpr double kFlatSlope = 0.004; // slope across a sample, as a share of the contrast
 // How far a ball's contact turns towards where it faces the surface, at its first look. On a body
@@ -35,11 +36,11 @@ constexpr double kFlatSlope = 0.004; // slope across a sample, as a share of the
 // edges of a body that R has two thirds of, more in hollows. So a contact that had to turn back
 // turns by half the share at the next look, else by twice as much, up to this.
 constexpr double kTurn = 0.7;
-// In noise a ball is held where it is pushed. Its other contacts may be in material by so much, in
-// samples for each sample of blur, so that bumps do not hold it; by less where they face the
-// surface to within 8 degrees (of which the second is 1 - cosine), and not at all where they face
-// it.
-constexpr double kSlackInNoise = 0.25, kSlackFacing = 0.01;
+// On grey values a ball is held where it is pushed. Its other contacts may be in
+// material by so much, in samples for each sample of blur, so that neither bumps of noise nor what
+// blur does to normals in a hollow hold it in turn; by less where they face the surface to within 8
+// degrees (of which the second is 1 - cosine), and not at all where they face it.
+constexpr double kSlackForBlur = 0.25, kSlackFacing = 0.01;
 // Places within 0.3 of the coarsest sample of where it is pushed, and within 16 degrees, have
 // nothing to add.
 constexpr double kBesidePushed_samples = 0.3, kBesidePushed = 0.96;
@@ -53,8 +54,9 @@ bool is_inside(const Field::Inside& sample) {
 void ToolContacts::follow(const TickInput& input, const Volume& volume) {
     const TouchParameters& q = *input.parameters;
     field_.follow(volume, q);
-    blur_samples_ = q.normal_blur_samples;
+    noise_samples_ = q.normal_blur_samples;
     is_labels_ = q.source == TouchSource::labels;
+    blur_samples_ = std::max(noise_samples_, is_labels_ ? 0.0 : kEdgeBlur_samples);
     place_points(input);
     considered_ = scanned_ = leaps_ = 0;
 }
@@ -158,12 +160,12 @@ bool ToolContacts::is_as_free(dvec3 at, dvec3 other) {
     const float deepest = deepest_value(at);
     // An edge rises by about half of the contrast in a sample.
     const double bump =
-        0.5 * (is_ball_in_noise() ? kSlackInNoise * blur_samples_ : kDeep) * field_.contrast();
+        0.5 * (is_held_where_pushed() ? kSlackForBlur * blur_samples_ : kDeep) * field_.contrast();
     return deepest < bump || deepest <= deepest_value(other) + bump;
 }
 
 double ToolContacts::doubt_mm() const {
-    const double noise = is_labels_ ? 0.0 : kSlackInNoise * blur_samples_;
+    const double noise = is_labels_ ? 0.0 : kSlackForBlur * blur_samples_;
     return 2.0 * (kDeep + noise) * field_.voxel_mm();
 }
 
@@ -175,7 +177,7 @@ double ToolContacts::deepest_mm() const {
 }
 
 bool ToolContacts::is_deep() const {
-    return deepest_mm() > (kDeep + kDeepInNoise * blur_samples_) * field_.voxel_mm();
+    return deepest_mm() > (kDeep + kDeepForBlur * blur_samples_) * field_.voxel_mm();
 }
 
 bool ToolContacts::is_sunk() const {
@@ -218,7 +220,7 @@ double ToolContacts::least_slope() const {
 Field::Both ToolContacts::felt_at(dvec3 at) {
     auto [sharp, smooth] = field_.both(at);
     if (!is_labels_) { // a tool of samples rests on bumps, and noise is half of them in the mean
-        const double share = kSmoothShare * blur_samples_;
+        const double share = kSmoothShare * noise_samples_;
         sharp.value += share * (smooth.value - sharp.value);
         sharp.gradient += share * (smooth.gradient - sharp.gradient);
     }
@@ -238,7 +240,7 @@ bool ToolContacts::consider(dvec3 at, Touch touch, Turn turn) {
     const auto [sharp, smooth] = felt_at(at + arm_of(touch));
     Hold found{.touch = touch};
     const double slope = glm::length(smooth.gradient), floor = least_slope();
-    if (slope < floor || field_.is_buried(sharp.value))
+    if (slope < floor)
         return false;
     found.normal = -smooth.gradient / slope;
     found.clearance_mm = clearance_of(sharp, slope, found.normal);
@@ -247,12 +249,12 @@ bool ToolContacts::consider(dvec3 at, Touch touch, Turn turn) {
     const double facing = is_ball_ ? -glm::dot(found.normal, touch.way) : 1.0;
     if (is_ball_ && turn == Turn::faces)
         face(found);
-    if (is_ball_in_noise()) {
+    if (is_held_where_pushed()) {
         found.is_pushed = turn == Turn::stays;
         if (found.is_pushed && found.clearance_mm > field_.voxel_mm())
             return true; // in the air, noise has slopes, too
         const double slack = found.is_pushed ? 0.0 : std::min(1.0, (1.0 - facing) / kSlackFacing);
-        const double slack_mm = slack * kSlackInNoise * blur_samples_ * field_.voxel_mm();
+        const double slack_mm = slack * kSlackForBlur * blur_samples_ * field_.voxel_mm();
         found.clearance_mm += slack_mm;
         found.seen_mm += slack_mm;
     }
@@ -287,7 +289,7 @@ void ToolContacts::find(dvec3 at, const Asked& asked) {
     count_ = 0;
     look_ = {};
     const dvec3 pushed = unit_or_zero(asked.goal_mm - at);
-    if (is_ball_in_noise())
+    if (is_held_where_pushed())
         look_where_pushed(at, pushed);
     for (const Touch& touch : asked.held)
         if (has(touch) && !is_beside_pushed(touch.way))
@@ -297,7 +299,7 @@ void ToolContacts::find(dvec3 at, const Asked& asked) {
         is_ball_ && std::any_of(holds_.begin(), holds_.begin() + count_, [&](const Hold& hold) {
             return glm::dot(hold.normal, pushed) < 0.0;
         });
-    if (is_held && !is_ball_in_noise())
+    if (is_held && !is_held_where_pushed())
         look_where_pushed(at, pushed);
     if (asked.all)
         consider_deepest(at);

@@ -63,8 +63,8 @@ class ToolContacts {
         return field_.stamps_about(at_mm, reach_samples_);
     }
 
-    // Whether no sample is in material there, or none deeper than at `other_mm`; in noise, not by
-    // more than bumps are.
+    // Whether no sample is in material there, or none deeper than at `other_mm`, by more than bumps
+    // are.
     bool is_as_free(glm::dvec3 at_mm, glm::dvec3 other_mm);
     // Whether no sample is in material there; whether there is nothing on the way, at a glance.
     bool is_free(glm::dvec3 at_mm);
@@ -86,11 +86,11 @@ class ToolContacts {
     enum class Turn { stays, faces };
     bool consider(glm::dvec3 at, Touch touch, Turn turn = Turn::faces); // false: it has no slope
     void look_where_pushed(glm::dvec3 at, glm::dvec3 pushed);
-    bool is_beside_pushed(glm::dvec3 way) const; // in noise
+    bool is_beside_pushed(glm::dvec3 way) const;
     Field::Both felt_at(glm::dvec3 at);
     double least_slope() const; // value units per mm: below it a place is flat
     double clearance_of(const FieldSample& sharp, double slope, glm::dvec3 normal) const;
-    bool is_ball_in_noise() const { return is_ball_ && !is_labels_ && blur_samples_ > 0.0; }
+    bool is_held_where_pushed() const { return is_ball_ && !is_labels_; }
     void face(Hold& found) const;
     void keep(const Hold& found);
     Touch touch_of(uint32_t sample) const {
@@ -99,7 +99,8 @@ class ToolContacts {
     uint32_t work() const;
 
     Field field_;
-    double blur_samples_ = 0.0; // of normals, against noise
+    double noise_samples_ = 0.0; // of normals' blur, against noise
+    double blur_samples_ = 0.0;  // likewise, and of edge and normals on grey values
     bool is_labels_ = false;
 
     uint32_t point_count_ = 0;

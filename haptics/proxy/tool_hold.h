@@ -22,7 +22,7 @@ struct Hold {
     double clearance_mm = 0.0; // negative: in material
     double seen_mm = 0.0;      // the same before a ball turned its place to face the surface
     double confidence = 1.0;   // 0 .. 1
-    bool is_pushed = false;    // in noise: where the hand pushes a ball, for this look alone
+    bool is_pushed = false;    // where the hand pushes a ball on grey values, for this look
 };
 
 } // namespace palpate::haptics

@@ -66,15 +66,14 @@ TEST_F(TouchCommand, TellsWhatTheSafetyChainAdds) {
     EXPECT_LT(most_step, 0.029);
 }
 
-// Noise and plateaus are measured from the grey values that are felt, and from nothing else.
+// Noise is measured from the grey values that are felt, and from nothing else.
 TEST_F(TouchCommand, TunesItselfToTheSamples) {
     write_path();
     std::vector<std::string> words = arguments("swept-point");
     words.insert(words.begin(), "--verbose");
     const ProgramRun grey = run(words);
     ASSERT_EQ(grey.exit_code, 0) << grey.messages;
-    EXPECT_THAT(grey.messages,
-                HasSubstr("normals blurred by 0 samples; steps straightened between 0 and 1000"));
+    EXPECT_THAT(grey.messages, HasSubstr("normals blurred against noise by 0 samples"));
     // A press at the pole: the proxy rests on the sphere of 35 mm, within 0.005 of the spacing of
     // 1.587 mm, as sharp edges are met.
     const auto t = table("r.csv");

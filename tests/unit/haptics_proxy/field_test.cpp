@@ -249,9 +249,13 @@ TEST(Field, PointsThatAreNotNearStayFree) {
     }
 }
 
-// A blurred step that is straightened tells of a distance: the surface of a plane and its normal
-// are those of the truth at any angle, and a monotone map moves no surface.
-TEST(Field, StraightenedStepsAreDistances) {
+// What a spline makes of an edge, an erf of 0.7 samples, differs from it by what samples alias. In
+// doubles, over 60000 planes and places: the spline sharpened by five taps meets 1/2 up to 0.01354
+// samples off, the worst along an axis; normals of the one that is blurred by 0.36 - 0.49 samples^2
+// err by up to 0.913 degrees, at a slant. tune() measures the edge within 1 % here, and an edge of
+// 0.707 samples is blurred by 0.01 less: 0.01 / 0.82 of the error, which goes with the blur's
+// exponent, is within a twentieth of it.
+TEST(Field, PlanesAreWhereAnEdgeIsHalf) {
     Random random(9);
     for (int trial = 0; trial < 12; ++trial) {
         const dvec3 n = glm::normalize(random.in(dvec3(-1), dvec3(1)));
@@ -261,46 +265,70 @@ TEST(Field, StraightenedStepsAreDistances) {
         TouchParameters parameters{.iso = scene.iso};
         tune(parameters, *scene.touch.grey);
         ASSERT_EQ(parameters.normal_blur_samples, 0.0);
-        // A step runs from 0 to 1000; within 5 samples it has come within 1 of both.
-        ASSERT_NEAR(parameters.free_value, 0.0, 1.0);
-        ASSERT_NEAR(parameters.solid_value, 1000.0, 1.0);
+        ASSERT_NEAR(parameters.edge_samples, 0.7, 0.007);
         field->follow(*scene.touch.grey, parameters);
         for (int i = 0; i < 100; ++i) {
             dvec3 p = random.in(dvec3(-5), dvec3(5));
             p -= glm::dot(p, n) * n;
-            const FieldSample s = field->sharp(p);
-            // The quantile is cut off at 1/2000 and read from a table: 0.002 samples, 0.001 mm, and
-            // a quarter of a degree are measured to be left.
-            ASSERT_LE(std::abs(s.value - field->iso()) / glm::length(s.gradient), 0.0015);
-            ASSERT_GE(glm::dot(-glm::normalize(s.gradient), n), std::cos(glm::radians(0.3)));
+            const auto [sharp, smooth] = field->both(p);
+            ASSERT_LE(std::abs(sharp.value - field->iso()) / glm::length(sharp.gradient),
+                      0.0136 * field->voxel_mm());
+            ASSERT_GE(glm::dot(-glm::normalize(smooth.gradient), n), std::cos(glm::radians(0.96)));
         }
     }
 }
 
-// Quadratics come back as they are: the spline adds a third to the second moment, the taps take it.
+double moment(const Filter& filter, size_t axis, int power) {
+    double sum = 0.0;
+    for (int k = -filter.reach; k <= filter.reach; ++k)
+        sum += filter.taps[axis][static_cast<size_t>(k + filter.reach)] * std::pow(k, power);
+    return sum;
+}
+
+// Quadratics come back as they are: the spline's samples, 1/6, 2/3 and 1/6, add a third to the
+// second moment, the taps take it. Without noise the fourth, a third of theirs, is taken, too.
 TEST(FieldFilters, UndoTheSpline) {
-    for (const dvec3 spacing : {dvec3(0.5), dvec3(0.4, 0.4, 1.2), dvec3(1.0, 0.3, 0.5)}) {
-        const FieldFilters made =
-            make_filters(make_grid({8, 8, 8}, spacing, {0, 0, 0}), 0.0, false, true);
-        for (const Filter* filter : {&made.sharp, &made.smooth})
-            for (const auto& axis : filter->taps) {
-                double sum = 0.0, first = 0.0, second = 0.0;
-                for (int k = -filter->reach; k <= filter->reach; ++k) {
-                    const double tap = axis[static_cast<size_t>(k + filter->reach)];
-                    sum += tap;
-                    first += tap * k;
-                    second += tap * k * k;
+    for (const dvec3 spacing : {dvec3(0.5), dvec3(0.4, 0.4, 1.2), dvec3(1.0, 0.3, 0.5)})
+        for (const double blur : {0.0, 0.6}) {
+            const Filter sharp =
+                make_filters(make_grid({8, 8, 8}, spacing, {0, 0, 0}), blur, 0.7, false).sharp;
+            for (size_t axis = 0; axis < 3; ++axis) {
+                EXPECT_NEAR(moment(sharp, axis, 0), 1.0, 1e-6); // a few roundings of floats
+                EXPECT_NEAR(moment(sharp, axis, 1), 0.0, 1e-6);
+                EXPECT_NEAR(moment(sharp, axis, 2), -1.0 / 3.0, 2e-6);
+                if (blur == 0.0) {
+                    EXPECT_NEAR(
+                        1.0 / 3.0 + 6.0 / 3.0 * moment(sharp, axis, 2) + moment(sharp, axis, 4),
+                        0.0, 4e-6);
                 }
-                EXPECT_NEAR(sum, 1.0, 1e-6); // a few roundings of floats
-                EXPECT_NEAR(first, 0.0, 1e-6);
-                EXPECT_NEAR(second, -1.0 / 3.0, 2e-6);
             }
-    }
+        }
+}
+
+// Normals are blurred as much in mm on every axis: the edge, the taps and the spline's third of a
+// sample make 0.36 + 1/3 of the coarsest spacing's square, or of noise's blur. The widest
+// here has 1.75 samples on the fine axes and is cut off at 5.5, z = 3.13 deviations: it lacks
+// 2 z phi(z), 1.9 %.
+TEST(FieldFilters, BlurAnEdgeToOneWidth) {
+    const dvec3 spacing(0.5, 0.5, 0.8);
+    const Grid grid = make_grid({8, 8, 8}, spacing, {0, 0, 0});
+    for (const double edge : {0.0, 0.3, 0.5, 0.7})
+        for (const double blur : {0.0, 1.0}) {
+            const FieldFilters made = make_filters(grid, blur, edge, false);
+            const double all = blur > 0.0 ? 1.0 : 0.36 - edge * edge;
+            for (size_t axis = 0; axis < 3; ++axis) {
+                const double share = spacing[static_cast<int>(axis)] / 0.8;
+                const double variance = (moment(made.smooth, axis, 2) + 1.0 / 3.0) * share * share;
+                EXPECT_NEAR(moment(made.smooth, axis, 0), 1.0, 1e-6);
+                EXPECT_NEAR(variance, all + 1.0 / 3.0, 0.019 * (all + 1.0 / 3.0))
+                    << edge << ", blur " << blur << ", axis " << axis;
+            }
+        }
 }
 
 // How deep, as a share of the coarsest spacing, the surface lies at most below that of a ball whose
-// radius is 0.83 of that spacing, wherever samples lie in it: the kink in its middle is near. Over
-// 100 balls, 0.072 was measured while steps were straightened to ramps, and 0.083 with five taps.
+// radius is 0.83 of that spacing, wherever samples lie in it: the kink in its middle is near. No
+// more is asked than of all bodies, a tenth.
 TEST(Field, SmallBallsKeepTheirSize) {
     const touch::Storage storage{.spacing_mm = touch::kUneven_mm, .form = touch::Form::grey_i16};
     Random random(4);
@@ -323,31 +351,8 @@ TEST(Field, SmallBallsKeepTheirSize) {
             most_mm = std::max(most_mm, 1.0 - in);
         }
     }
-    EXPECT_LT(most_mm / touch::kUneven_mm.z, 0.06);
+    EXPECT_LT(most_mm / touch::kUneven_mm.z, 0.1);
     RecordProperty("deepest", std::to_string(most_mm / touch::kUneven_mm.z));
-}
-
-// Few lines along the axes reach the middle of a small body, but every normal does.
-TEST(Field, PlateausOfSmallBodiesAreFound) {
-    constexpr double kRadius_mm = 3.0;
-    for (const touch::Storage& storage :
-         {touch::Storage{},
-          touch::Storage{.spacing_mm = touch::kUneven_mm, .form = touch::Form::grey_i16}}) {
-        // The sample nearest to the middle lies within half a cell's diagonal of it; there the step
-        // has come as near to its plateau as this.
-        const double deep = kRadius_mm - 0.5 * glm::length(storage.spacing_mm);
-        const double left =
-            500.0 * std::erfc(deep / touch::edge_mm(storage) / std::sqrt(2.0)) + 0.5; // rounded
-        touch::TouchCase body{.solid = touch::ball({1, 2, 3}, kRadius_mm)};
-        TouchParameters parameters{.iso = 500.0};
-        tune(parameters, *touch::make_scene(body, storage).touch.grey);
-        EXPECT_NEAR(parameters.free_value, 0.0, 1e-6); // five samples away: 7 deviations
-        EXPECT_NEAR(parameters.solid_value, 1000.0, left);
-        body.solid = touch::cavity({1, 2, 3}, kRadius_mm);
-        tune(parameters, *touch::make_scene(body, storage).touch.grey);
-        EXPECT_NEAR(parameters.free_value, 0.0, left);
-        EXPECT_NEAR(parameters.solid_value, 1000.0, 1e-6);
-    }
 }
 
 // An iso-value amid noise has no surface but that of grains: a run of equally likely sides is at

@@ -17,7 +17,7 @@ using glm::ivec3;
 
 // ---- samples of a finer lattice -----------------------------------------------------------------
 
-// Both views are a Field's, for straightened steps, noise and labels, on both spacings, within the
+// Both views are a Field's, without noise, with it and of labels, on both spacings, within the
 // volume and about its border. Sums of floats: some 3 x 12 terms of up to 1.4^3 times the largest
 // sample, each rounded by 2^-24, in either of the two.
 TEST(FineSamples, AreAFieldsViewsAtThePointsOfTheLattice) {

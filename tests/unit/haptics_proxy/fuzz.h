@@ -120,8 +120,6 @@ inline void fuzz_algorithm(const AlgorithmEntry& entry, const FuzzScenes& scenes
                                  &used.tool_radius_mm,
                                  &used.vibration_n,
                                  &used.normal_blur_samples,
-                                 &used.free_value,
-                                 &used.solid_value,
                                  &used.surface_delay_s,
                                  &used.drill_threshold_mm,
                                  &used.transfer[0].strength_n,

@@ -240,11 +240,15 @@ TEST(SweptMesh, HoldsAClosedMeshFromOutsideAtAnySpeed) {
     }
     const Trace slid = run_named("swept-mesh", scene, slide(body, 1.5, 2.0, 1.0), parameters);
     EXPECT_EQ(slid.figures.pop_throughs, 0u);
-    EXPECT_LE(slid.figures.direction_deg.percentile(0.99), 0.5);
+    // A normal that errs by 0.92 degrees (field_test.cpp) turns the force at depth d in a ball of R
+    // by R / (R - d) as much, and a bin of the histogram is 0.05.
+    EXPECT_LE(slid.figures.direction_deg.percentile(0.99), 0.92 * 6.0 / 4.5 + 0.05);
 }
 
-// The mesh lies where the field's own surface does: what is left is the straight line between two
-// points of the lattice, h / 4 of a sample apart: (h / 2)^2 / 8r of a ball.
+// The mesh lies where the field's own surface does, 0.0136 samples off at most (field_test.cpp):
+// what is left is the straight line between two points of the lattice, h / 4 apart: (h / 4)^2 / 8r
+// of a ball, 0.0016 samples of 1.2 mm. Normals err as there, by 0.92 degrees, and by as much again,
+// as floats of a lattice.
 TEST(SweptMesh, SurfaceIsThatOfTheFieldAndClosed) {
     TouchCase body{.id = "A2", .name = "ball", .solid = ball({0, 0, -6.0}, 6.0)};
     for (const dvec3 spacing : {dvec3(0.5), kUneven_mm}) {
@@ -252,12 +256,10 @@ TEST(SweptMesh, SurfaceIsThatOfTheFieldAndClosed) {
         const haptics::TouchParameters parameters = settings(scene);
         const Mesh mesh = haptics::touch_surface(*scene.touch.grey, parameters);
         ASSERT_GT(mesh.positions.size(), 1000u);
-        // Steps are straightened: values are distances, to 0.01 samples on such a ball (field.h),
-        // and normals turn by no more than that over a sample.
         const double voxel = std::max({spacing.x, spacing.y, spacing.z});
         for (size_t i = 0; i < mesh.positions.size(); i += 7) {
             const dvec3 at(mesh.world_from_mesh * glm::dvec4(dvec3(mesh.positions[i]), 1.0));
-            EXPECT_NEAR(body.solid.distance_mm(at), 0.0, 0.01 * voxel);
+            EXPECT_NEAR(body.solid.distance_mm(at), 0.0, 0.0152 * voxel);
             const dvec3 normal = glm::dmat3(mesh.world_from_mesh) * dvec3(mesh.normals[i]);
             EXPECT_GE(glm::dot(normal, glm::normalize(at - dvec3(0, 0, -6.0))),
                       std::cos(glm::radians(1.0)));

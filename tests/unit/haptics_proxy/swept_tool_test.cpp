@@ -43,7 +43,7 @@ TEST(SweptTool, HoldsAPlaneAtItsRadius) {
         const Trace run = run_named("swept-tool", scene, slide(grown(scene.body), 2.0, 3.0, 1.0),
                                     sphere(scene, samples));
         // It touches where it faces the plane, wherever its samples lie: what is left is the
-        // straightened step's error, 0.005 samples, and where the way ends.
+        // spline's error, 0.0136 samples of 0.5 mm (field_test.cpp), and where the way ends.
         const double gap = 0.01;
         double worst = 0.0;
         for (size_t i = 1; i < run.ticks.size(); ++i) {
@@ -68,8 +68,10 @@ TEST(SweptTool, ABallTouchesBetweenItsSamples) {
     const haptics::TouchParameters parameters = sphere(scene);
     const Trace run =
         run_named("swept-tool", scene, slide(grown(scene.body), 0.75, 3.0, 2.0), parameters);
-    // 0.005 samples, a straightened step's error, turn the force by 0.7 degrees at 0.2 mm.
-    EXPECT_LE(run.figures.direction_deg.percentile(0.99), 0.75);
+    // A normal that errs by e on a bulge of radius R turns the force at depth d by e R / (R - d):
+    // here by 0.92 degrees, a plane's (field_test.cpp), at 5.5 and 0.75 mm, and a bin of the
+    // histogram.
+    EXPECT_LE(run.figures.direction_deg.percentile(0.99), 0.92 * 5.5 / 4.75 + 0.05);
     EXPECT_LE(run.figures.penetration_voxels, 0.05);
     EXPECT_LE(run.figures.excess_jump_n, 0.02);
     EXPECT_GT(run.figures.direction_deg.count(), 500u);
@@ -95,9 +97,10 @@ TEST(SweptTool, StaysSpreadOverAHollowThatItFits) {
     }
 }
 
-// A ball of a groove's own rounding touches it all across: what two nearly opposite flanks err by
-// raises it by up to 11 times as much (in one of 10 degrees), and it slides into the next dip.
-// Twice the 1.5 degrees asked of all bodies together.
+// A ball of a groove's own rounding touches it all across, also where its bend ends: there the
+// surface's normal turns by 1 / 1.5 a sample on one side and not at all on the other, and a
+// Gaussian of s samples, s^2 = 0.36 - 0.49 + 1/3 of the blur and the spline, turns it by 0.4 s
+// / 1.5, 6.9 degrees; a lattice by another 0.92 (field_test.cpp).
 TEST(SweptTool, FitsAGroove) {
     for (const dvec3 spacing : {dvec3(0.5), kUneven_mm}) {
         const Storage storage{.spacing_mm = spacing};
@@ -111,7 +114,7 @@ TEST(SweptTool, FitsAGroove) {
             for (dvec3& x : path)
                 x += parameters.tool_radius_mm * body.normal;
             const Trace run = run_named("swept-tool", scene, path, parameters);
-            EXPECT_LE(run.figures.direction_deg.percentile(0.99), 3.1) << body.name;
+            EXPECT_LE(run.figures.direction_deg.percentile(0.99), 6.9 + 0.92) << body.name;
         }
     }
 }
