@@ -282,8 +282,9 @@ TEST(WoodenFaults, WhileStarting) {
         const auto open = [&](FakeTransport::Fault fault) {
             auto made = std::make_unique<FakeTransport>(model, clock);
             FakeTransport* const transport = made.get();
-            int calls = 0;
-            transport->set_fault([&, fault = std::move(fault)](Transfer& t, int64_t now_ns) {
+            // It lives as long as the device.
+            transport->set_fault([&row, &clock, transport, calls = 0, fault = std::move(fault)](
+                                     Transfer& t, int64_t now_ns) mutable {
                 if (++calls == row.unplugs_at) {
                     transport->unplug();
                     t.status = TransferStatus::gone;

@@ -15,7 +15,8 @@ Volume gyroid() {
                              make_grid(glm::uvec3(128), glm::dvec3(1, 1, 2)), ScalarType::u8);
 }
 
-#ifdef __SANITIZE_THREAD__ // which takes mlock() away from the program
+// These sanitizers take mlock() away from the program.
+#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
 constexpr uint64_t kLeastLocked_kib = 0;
 #else
 constexpr uint64_t kLeastLocked_kib = 32;
