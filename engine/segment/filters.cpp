@@ -213,7 +213,7 @@ const std::vector<Filter>& table() {
           {"mu", "", 1e-6, 1e6, 0.2},
           {"residual", "", 1e-6, 1.0, 1e-4}},
          "f32",
-         "2.5 volumes of floats; length: 3",
+         "2.5 volumes of floats; 3 where one axis is coarser",
          nullptr,
          flow},
         // Sample by sample

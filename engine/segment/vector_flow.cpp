@@ -233,24 +233,33 @@ Result<VectorField> vector_flow(const Volume& edges, const VectorFlowOptions& o,
 
 Result<Volume> vector_flow_length(const Volume& edges, const VectorFlowOptions& options,
                                   const Task& task) {
-    BrickArray<float> sum(edges.size());
-    for (int axis = 0; axis < 3; ++axis) {
+    // The edge map is in 0 .. 1, so that none of its gradients, and no flow, is longer than this.
+    const double longest = glm::length(1.0 / spacing_mm(edges.grid()));
+    const PackedWeights code(2.0f * float(longest));
+    BrickArray<uint16_t> before(edges.size()); // the length of the components before
+    for (int axis = 0;; ++axis) {
         std::optional<Volume> read(edges);
         PALPATE_TRY(
             BrickArray<float> v,
             component(read, axis, options, true, task.part(0.3 * axis, 0.3 * (axis + 1)), nullptr));
         for_bricks(v, [&](float* of, size_t i) {
-            float* to = sum.write(brick_at(sum, i));
-            for (size_t k = 0; k < kBrickSamples; ++k)
-                to[k] += of[k] * of[k];
+            if (const uint16_t* so_far = before.find(brick_at(v, i)))
+                for (size_t k = 0; k < kBrickSamples; ++k) {
+                    const float length = code.unpack(so_far[k]);
+                    of[k] = std::sqrt(length * length + of[k] * of[k]);
+                }
+            else // the first
+                for (size_t k = 0; k < kBrickSamples; ++k)
+                    of[k] = std::abs(of[k]);
+        });
+        if (axis == 2)
+            return made_of(std::move(v), edges.grid(), mask_of(edges), task.part(0.9, 1.0));
+        for_bricks(v, [&](float* of, size_t i) {
+            std::transform(of, of + kBrickSamples, before.write(brick_at(v, i)),
+                           [&](float length) { return code.pack(length); });
             v.clear(brick_at(v, i));
         });
     }
-    for_bricks(sum, [](float* of, size_t) {
-        for (size_t k = 0; k < kBrickSamples; ++k)
-            of[k] = std::sqrt(of[k]);
-    });
-    return made_of(std::move(sum), edges.grid(), mask_of(edges), task.part(0.9, 1.0));
 }
 
 } // namespace palpate

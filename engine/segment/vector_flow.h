@@ -21,8 +21,9 @@ namespace palpate {
 // Where the edge map has no data, g is 0 and so does not draw the field; the result has no data
 // there. The same bits for any number of threads.
 //
-// Memory: 2.5 volumes of floats beside the edge map and the result, for one component at a time; an
-// edge map that nobody else holds is freed before (but for one with places without data).
+// Memory: 2.5 volumes of floats beside the edge map and the result, for one component at a time (3
+// where the first coarse grid has a quarter of the samples, as one axis is coarser); an edge map
+// that nobody else holds is freed before (but for one with places without data).
 struct VectorFlowOptions {
     double mu = 0.2;        // > 0
     double residual = 1e-4; // to end at: |residual| / ||g|^2 g|, root mean square; 1e-6 .. 1
@@ -47,9 +48,8 @@ Result<VectorField> vector_flow(const Volume& edges, const VectorFlowOptions& op
 
 // The length of all three: f32. |g|^2 is kept as PackedWeights, which changes no component by more
 // than 2^-12 of the largest |v - g|: a weight off by e W moves the solution of (W + L) v = W g by
-// (W + L)^-1 e W (g - v), and (W + L)^-1 W is a mean. Memory: 2.9 volumes of floats beside the edge
-// map and the result; 3.2 where the first coarse grid has a quarter of the samples, as one axis is
-// coarser.
+// (W + L)^-1 e W (g - v), and (W + L)^-1 W is a mean. The length of the first components is kept so
+// too while the next is solved, which adds twice 2^-12 of it. Memory: as above.
 Result<Volume> vector_flow_length(const Volume& edges, const VectorFlowOptions& options,
                                   const Task& task);
 
