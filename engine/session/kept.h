@@ -14,7 +14,7 @@ namespace palpate {
 // The notes of a person beside the document; a part of the project.
 struct Kept {
     std::vector<Measure> measures;
-    std::vector<LabelName> label_names;       // as files gave them
+    std::vector<LabelName> label_names;       // as files gave them or a person typed them
     std::vector<uint16_t> locked_labels;      // that no tool changes; ascending
     std::optional<glm::dvec3> crosshair_mm{}; // where slices were at the last save; world
 

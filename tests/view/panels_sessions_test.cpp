@@ -101,6 +101,34 @@ const RecordedSteps kSessions[] = {
     {"unlocked_label_is_painted_over",
      "key b; at axial 10 20; click left; widget tool/label 0.8; at axial 10 20; click left",
      R"({"label_counts": {"2": 1}})"},
+    {"label_named",
+     "key b; at axial 10 20; click left; widget tab/labels; widget labels/name; type Liver",
+     R"({"label_names": {"1": "Liver"}, "label_counts": {"1": 1}, "tool": {"hand": "draw"}})"},
+    {"label_named_and_found_by_it",
+     "key b; at axial 10 20; click left; widget tool/label 0.8; at axial 40 20; click left; widget "
+     "tab/labels; widget labels/name; type spleen; widget labels/find; type SPL",
+     R"({"widgets": {"labels/row/1": null}, "label_names": {"2": "spleen"}})"},
+    {"label_in_its_largest_piece",
+     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; widget tab/labels; widget "
+     "labels/largest",
+     R"({"label_counts": {"1": 5}, "undo_steps": 3})"},
+    {"label_in_its_largest_piece_and_back",
+     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; widget tab/labels; widget "
+     "labels/largest; hold ctrl; key z; let ctrl",
+     R"({"label_counts": {"1": 6}, "undo_steps": 2})"},
+    {"locked_label_keeps_its_pieces",
+     "key b; at axial 10 20; click left; at axial 40 20; drag left 40 0; widget tab/labels; widget "
+     "labels/lock/1; widget labels/largest",
+     R"({"label_counts": {"1": 6}, "undo_steps": 2})"},
+    {"label_with_a_hole",
+     "key b; key =; key =; key =; key =; key =; key =; key =; key =; at axial 10 20; click left; "
+     "key e; key -; key -; key -; key -; key -; key -; key -; key -; click left; widget tab/labels",
+     R"({"label_counts": {"1": 36}, "undo_steps": 2})"},
+    {"label_with_its_hole_filled",
+     "key b; key =; key =; key =; key =; key =; key =; key =; key =; at axial 10 20; click left; "
+     "key e; key -; key -; key -; key -; key -; key -; key -; key -; click left; widget "
+     "tab/labels; widget labels/fill",
+     R"({"label_counts": {"1": 37}, "undo_steps": 3})"},
     {"label_counts_follow_undo",
      "key b; at axial 10 20; click left; hold ctrl; key z; let ctrl; widget tab/labels",
      R"({"label_counts": {}})"},

@@ -22,6 +22,9 @@ void dump_panels(Work& work, const ViewState& state, Json& json) {
     for (size_t label = 1; label < known->label_counts.size(); ++label)
         if (known->label_counts[label] > 0)
             json["label_counts"][std::to_string(label)] = known->label_counts[label];
+    json["label_names"] = Json::object();
+    for (const LabelName& name : work.label_names())
+        json["label_names"][std::to_string(name.label)] = name.name;
     json["locked_labels"] = Json::array();
     for (const uint16_t label : state.locked_labels)
         json["locked_labels"].push_back(label);

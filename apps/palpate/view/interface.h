@@ -84,7 +84,7 @@ class Interface {
     void draw_label_export(std::vector<Order>& orders);
     void draw_only_values(ViewState& state, const Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
-    void draw_label_figures(ViewState& state, Work& work);
+    void draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_slices(ViewState& state, Work& work);
     void draw_stereo(ViewState& state);
     void draw_status(const ViewState& state, Work& work);

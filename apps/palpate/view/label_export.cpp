@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
-#include <vector>
 
+#include "apps/palpate/surface_labels.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
 #include "engine/surface/surface_nets.h"
@@ -20,18 +20,6 @@ constexpr uint32_t kPasses = 10; // of smoothing, as `palpate surface --smooth b
 
 } // namespace
 
-uint64_t count_of_label(const Volume& labels, uint16_t label) {
-    uint64_t count = 0;
-    const glm::uvec3 size = labels.size();
-    std::vector<float> row(size.x);
-    for (uint32_t z = 0; z < size.z; ++z)
-        for (uint32_t y = 0; y < size.y; ++y) {
-            read_row(labels, {0, y, z}, size.x, row.data());
-            count += static_cast<uint64_t>(std::ranges::count(row, static_cast<float>(label)));
-        }
-    return count;
-}
-
 Result<std::string> export_labels(const Volume& labels, uint16_t label,
                                   const std::filesystem::path& path, const std::stop_token& stop) {
     if (std::ranges::find(kMeshes, path.extension().string()) == kMeshes.end()) {
@@ -39,7 +27,7 @@ Result<std::string> export_labels(const Volume& labels, uint16_t label,
         PALPATE_TRY(save_volume(path, labels, stop));
         return fmt::format("all labels written to {}", path.string());
     }
-    if (count_of_label(labels, label) == 0)
+    if (!count_labels(labels).contains(label))
         return fail("{}: expected samples of label {}, found none", path.string(), label);
     const Mesh all = surface_nets(labels, {.passes = kPasses, .stop = stop});
     const Mesh mesh = surface_of_label(all, label);

@@ -17,9 +17,6 @@ namespace palpate::view {
 Result<std::string> export_labels(const Volume& labels, uint16_t label,
                                   const std::filesystem::path& path, const std::stop_token& stop);
 
-// How many samples have a label.
-uint64_t count_of_label(const Volume& labels, uint16_t label);
-
 // Under way on a thread of its own.
 struct LabelExport {
     ~LabelExport() { stop.request_stop(); }

@@ -3,6 +3,7 @@
 #include <imgui/imgui.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <set>
 #include <string_view>
@@ -116,7 +117,7 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
                     draw_label_row(state, work, *scene.labels, found[static_cast<size_t>(i)]);
         ImGui::EndTable();
     }
-    draw_label_figures(state, work);
+    draw_label_figures(state, work, orders);
     draw_label_export(orders);
     if (changed)
         work.session().show(std::move(scene));
@@ -213,18 +214,37 @@ bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, 
 }
 
 // Of the label that is chosen.
-void Interface::draw_label_figures(ViewState& state, Work& work) {
+void Interface::draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders) {
     const auto known = work.figures().known();
     const uint64_t count =
         state.label < known->label_counts.size() ? known->label_counts[state.label] : 0;
     ImGui::Separator();
-    ImGui::Text("%s", work.name_of_label(state.label).c_str());
+    ImGui::PushID(state.label);
+    ImGui::Text("label %u", unsigned{state.label});
+    ImGui::SameLine();
+    std::array<char, 128> name{};
+    work.own_name_of_label(state.label).copy(name.data(), name.size() - 1);
+    ImGui::SetNextItemWidth(-1.0f);
+    if (ImGui::InputTextWithHint("##name", "name", name.data(), name.size()))
+        work.name_label(state.label, name.data());
+    ImGui::PopID();
+    note("labels/name");
     if (count == 0) {
         ImGui::TextDisabled("no sample carries it");
         return;
     }
+    const auto button = [&](const char* text, const char* id, Order::Kind kind) {
+        if (ImGui::Button(text))
+            orders.push_back({kind, {}, time_s_});
+        note(id);
+    };
     const double mm3 = static_cast<double>(count) * work.label_sample_mm3().value_or(0.0);
     ImGui::Text("%s, %llu samples", ml_text(mm3).c_str(), static_cast<unsigned long long>(count));
+    ImGui::BeginDisabled(work.meshing().has_value());
+    button("largest piece", "labels/largest", Order::Kind::keep_largest);
+    ImGui::SameLine();
+    button("fill holes", "labels/fill", Order::Kind::fill_holes);
+    ImGui::EndDisabled();
     for (const LabelStatistics& one : known->labels) {
         if (one.label != state.label)
             continue;

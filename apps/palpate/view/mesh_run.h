@@ -8,12 +8,15 @@
 
 namespace palpate::view {
 
-// A mesh at its making from a label, or on its way back into the labels.
+// A mesh at its making from a label, or labels at a change that takes a while.
 struct MeshRun {
     struct Done { // one of the two
         std::optional<SimplexMesh> mesh;
-        std::optional<Volume> labels;         // with the mesh in them
-        uint64_t count_before = 0, count = 0; // of the label's samples
+        std::optional<Volume> labels{}; // as they become
+        // Of the labels: the step's name in the list of edits, and what a person is told after the
+        // label's new volume.
+        const char *step = "", *told = "";
+        bool is_of_mesh = false; // that is pulled, and then is done with
     };
     ~MeshRun() { stop.request_stop(); }
     Task task() {

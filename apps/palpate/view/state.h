@@ -185,7 +185,9 @@ struct Order {
         segment,
         stop_segmenting,
         clear_seeds,
-        fill_wire, // the contour that was closed, with the label that is drawn
+        fill_wire,    // the contour that was closed, with the label that is drawn
+        keep_largest, // piece of the label that is drawn
+        fill_holes,
         mesh_make, // of the label that is drawn
         mesh_apply,
         mesh_drop, // or what makes it

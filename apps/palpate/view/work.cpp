@@ -98,15 +98,24 @@ Json box_json(const Box& box) {
     return {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
 }
 
+// Whether values may be those of a CT in HU: from air to bone at least.
+bool seems_hu(const ValueRange& range) {
+    return range.min <= -900.0f && range.max >= 300.0f;
+}
+
 } // namespace
 
 void add_windows(Subject& subject, const LoadedScene& loaded) {
-    const auto add = [&](const char* name, double low, double high) {
+    const auto add = [&](const std::string& name, double low, double high) {
         subject.windows.push_back({low, high});
-        subject.window_names.emplace_back(name);
+        subject.window_names.push_back(name);
+    };
+    const auto add_all = [&] {
+        const GreyWindow all = window_of({}, subject.range);
+        add("all values", all.low, all.high);
     };
     const auto usual = window_of(default_slice_transfer(loaded), subject.range);
-    if (loaded.modality == "CT") {
+    const auto add_usual = [&](const std::string& before) {
         const double zero = zero_hu(loaded);
         struct Usual {
             const char* name;
@@ -117,12 +126,17 @@ void add_windows(Subject& subject, const LoadedScene& loaded) {
                                {"liver", 90, 150},
                                {"bone", 480, 2500},
                                {"brain", 40, 80}})
-            add(w.name, zero + w.level - 0.5 * w.width, zero + w.level + 0.5 * w.width);
+            add(before + w.name, zero + w.level - 0.5 * w.width, zero + w.level + 0.5 * w.width);
+    };
+    if (loaded.modality == "CT") {
+        add_usual("");
+        add_all();
     } else {
         add("default", usual.low, usual.high);
+        add_all();
+        if (loaded.modality.empty() && seems_hu(subject.range))
+            add_usual("CT ");
     }
-    const GreyWindow all = window_of({}, subject.range);
-    add("all values", all.low, all.high);
 }
 
 Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded)
@@ -189,7 +203,7 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     for (ClipPlane& plane : home.clipping.planes)
         plane.normal = glm::normalize(plane.normal);
     home.locked_labels = session_.kept().locked_labels;
-    if (loaded_.label_names.empty()) // a project has its own
+    if (!session_.kept().label_names.empty()) // a project has its own
         loaded_.label_names = session_.kept().label_names;
     subject_.path = [this](glm::uvec3 from, glm::uvec3 to, int axis) {
         return wire_path(from, to, axis);
@@ -314,6 +328,10 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::fill_wire:
             fill_wire(state);
             break;
+        case Order::Kind::keep_largest:
+        case Order::Kind::fill_holes:
+            clean_label(order, state);
+            break;
         case Order::Kind::mesh_make:
         case Order::Kind::mesh_apply:
         case Order::Kind::mesh_drop:
@@ -346,6 +364,24 @@ std::string Work::name_of_label(uint32_t label) const {
         if (name.label == label && !name.name.empty())
             return fmt::format("{} {}", label, name.name);
     return std::to_string(label);
+}
+
+std::string Work::own_name_of_label(uint32_t label) const {
+    for (const LabelName& name : loaded_.label_names)
+        if (name.label == label)
+            return name.name;
+    return {};
+}
+
+void Work::name_label(uint32_t label, const std::string& name) {
+    auto& names = loaded_.label_names;
+    const auto known = std::ranges::find(names, label, &LabelName::label);
+    if (known == names.end())
+        names.push_back({label, name, {}});
+    else if (name.empty() && !known->color)
+        names.erase(known);
+    else
+        known->name = name;
 }
 
 std::string Work::text_at(glm::dvec3 point_mm) {

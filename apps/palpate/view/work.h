@@ -136,8 +136,10 @@ class Work {
 
     // The newest of what is edited.
     EditState edited() { return session_.state(); }
-    bool has_labels();                               // any samples of a label
-    std::string name_of_label(uint32_t label) const; // "7", or "7 kidney" where the file names it
+    bool has_labels();                                   // any samples of a label
+    std::string name_of_label(uint32_t label) const;     // "7", or "7 kidney" where it has a name
+    std::string own_name_of_label(uint32_t label) const; // "kidney", or ""
+    void name_label(uint32_t label, const std::string& name);
 
     const std::vector<LabelName>& label_names() const { return loaded_.label_names; }
     std::optional<double> label_sample_mm3(); // that a sample of labels stands for
@@ -181,6 +183,7 @@ class Work {
     bool put_labels();
     bool put_seeds();
     void show_seeds(const ViewState& state); // and the result's preview, over slices
+    void clean_label(const Order& order, const ViewState& state);
     void obey_mesh(const Order& order, const ViewState& state);
     template <class Make>
     void run_mesh(uint16_t label, Make make);
@@ -257,7 +260,8 @@ Result<void> add_maps(Project::Opened& project);
 // Whether a person has locked a label: no tool takes samples away from it.
 bool is_locked(const ViewState& state, uint16_t label);
 
-// 1 .. 9: for a CT its usual windows, for others the default one; then all values.
+// 1 .. 9: for a CT its usual windows, for others the default one; then all values; then the usual
+// ones of a CT where no file says what the values are and they may be HU.
 void add_windows(Subject& subject, const LoadedScene& loaded);
 
 } // namespace palpate::view

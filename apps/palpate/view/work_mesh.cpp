@@ -1,6 +1,8 @@
-// The part of a document's work that pulls the mesh of a label.
+// The part of a document's work that pulls the mesh of a label, and cleans a label.
 
+#include "apps/palpate/surface_labels.h"
 #include "apps/palpate/view/work.h"
+#include "engine/segment/components.h"
 #include "engine/segment/label_merge.h"
 #include "engine/segment/mesh_fit.h"
 
@@ -32,25 +34,23 @@ void Work::obey_mesh(const Order& order, const ViewState& state) {
                              MeshRun& run) -> Result<MeshRun::Done> {
                              PALPATE_TRY(MeshFit fit, fit_mesh(volume, run.before,
                                                                {.label = run.label}, run.task()));
-                             return MeshRun::Done{std::move(fit.mesh), {}};
+                             return MeshRun::Done{std::move(fit.mesh)};
                          });
             break;
         case Order::Kind::mesh_apply:
             if (!meshing_ && mesh_)
-                run_mesh(
-                    mesh_->label(),
-                    [mesh = mesh_->mesh(),
-                     locked = state.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
-                        PALPATE_TRY(const Volume found,
-                                    rasterised(mesh, run.before.grid(), run.label,
-                                               run.task().part(0.0, 0.8)));
-                        const uint16_t of[] = {run.label};
-                        PALPATE_TRY(Volume labels, with_labels(run.before, found, of, locked,
-                                                               run.task().part(0.8, 1.0)));
-                        const uint64_t count = count_of_label(labels, run.label);
-                        return MeshRun::Done{
-                            {}, std::move(labels), count_of_label(run.before, run.label), count};
-                    });
+                run_mesh(mesh_->label(),
+                         [mesh = mesh_->mesh(),
+                          locked = state.locked_labels](MeshRun& run) -> Result<MeshRun::Done> {
+                             PALPATE_TRY(const Volume found,
+                                         rasterised(mesh, run.before.grid(), run.label,
+                                                    run.task().part(0.0, 0.8)));
+                             const uint16_t of[] = {run.label};
+                             PALPATE_TRY(Volume labels, with_labels(run.before, found, of, locked,
+                                                                    run.task().part(0.8, 1.0)));
+                             return MeshRun::Done{
+                                 {}, std::move(labels), "pulled mesh", "by the mesh", true};
+                         });
             break;
         case Order::Kind::mesh_drop:
             if (meshing_)
@@ -90,17 +90,40 @@ void Work::poll_mesh() {
     if (labels && !labels->is_same_as(run->before)) {
         message_ = "the labels have changed meanwhile: try again";
     } else if (done->labels->is_same_as(run->before)) {
-        message_ = "the mesh changes no sample";
-        if (mesh_)
+        message_ = fmt::format("label {} {}: no sample changes", run->label, done->told);
+        if (mesh_ && done->is_of_mesh)
             mesh_->mark_applied();
-    } else if (session_.put({labels_, VolumeKind::labels, std::move(*done->labels)},
-                            "pulled mesh")) {
-        mesh_.reset();
-        const double ml = 1e-3 * label_sample_mm3().value_or(0.0);
-        message_ = fmt::format("label {}: {:.1f} ml by the mesh, {:.1f} ml before", run->label,
-                               ml * static_cast<double>(done->count),
-                               ml * static_cast<double>(done->count_before));
+    } else {
+        const auto ml = [&, sample_ml = 1e-3 * label_sample_mm3().value_or(0.0)](const Volume& of) {
+            return sample_ml * static_cast<double>(count_labels(of)[run->label]);
+        };
+        std::string told = fmt::format("label {}: {:.1f} ml {}, {:.1f} ml before", run->label,
+                                       ml(*done->labels), done->told, ml(run->before));
+        if (!session_.put({labels_, VolumeKind::labels, std::move(*done->labels)}, done->step))
+            return;
+        message_ = std::move(told);
+        if (done->is_of_mesh)
+            mesh_.reset();
     }
+}
+
+void Work::clean_label(const Order& order, const ViewState& state) {
+    if (meshing_)
+        return;
+    if (is_locked(state, state.label)) {
+        message_ = fmt::format("label {} is locked", state.label);
+        return;
+    }
+    const bool fills = order.kind == Order::Kind::fill_holes;
+    run_mesh(state.label, [fills](MeshRun& run) -> Result<MeshRun::Done> {
+        PALPATE_TRY(Volume labels,
+                    fills ? fill_holes(run.before, {.label = run.label}, run.task())
+                          : remove_islands(run.before, {.label = run.label, .largest_alone = true},
+                                           run.task()));
+        if (fills)
+            return MeshRun::Done{{}, std::move(labels), "fill holes", "with its holes filled"};
+        return MeshRun::Done{{}, std::move(labels), "largest piece", "in its largest piece"};
+    });
 }
 
 } // namespace palpate::view
