@@ -45,8 +45,8 @@ float byte_share(float value) {
 }
 
 void main() {
-    uvec2 pixel = gl_GlobalInvocationID.xy;
-    if (any(greaterThanEqual(pixel, block.joint_px)))
+    uvec2 pixel = gl_GlobalInvocationID.xy + block.first_px;
+    if (any(greaterThanEqual(pixel, block.end_px)))
         return;
     const ivec3 at = ivec3(pixel + block.corner_px, 0);
     const uvec2 on_screen = uvec2(ivec2(pixel) + block.origin_px);

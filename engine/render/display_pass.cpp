@@ -42,8 +42,11 @@ void DisplayPass::record(Commands& commands, GpuImage& picture, const DisplayLay
     PALPATE_ASSERT(shape.format == VK_FORMAT_R8G8B8A8_UNORM && shape.storage);
     PALPATE_ASSERT(
         glm::all(glm::lessThanEqual(target.corner_px + joint_px, glm::uvec2(shape.size))));
+    const PixelBox box = target.only.value_or(PixelBox{glm::uvec2(0), joint_px});
+    PALPATE_ASSERT(!box.empty() && glm::all(glm::lessThanEqual(box.high, joint_px)));
     gpu::DisplayBlock block{.eye_px = eye_px,
-                            .joint_px = joint_px,
+                            .first_px = box.low,
+                            .end_px = box.high,
                             .origin_px = display.origin_px,
                             .corner_px = target.corner_px,
                             .form = static_cast<uint32_t>(display.layout),
@@ -61,7 +64,7 @@ void DisplayPass::record(Commands& commands, GpuImage& picture, const DisplayLay
         with_marks_.emplace(*device_, spirv::Display{.has_marks = true});
     commands.begin_pass("display");
     commands.dispatch(display.marks.empty() ? pipeline_ : *with_marks_, bound,
-                      {(joint_px + (gpu::kDisplayGroup - 1)) / gpu::kDisplayGroup, 1});
+                      {(box.high - box.low + (gpu::kDisplayGroup - 1)) / gpu::kDisplayGroup, 1});
     commands.end_pass();
 }
 

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "engine/gpu/commands.h"
+#include "engine/render/changed_pixels.h"
 #include "engine/render/display_layout.h"
 
 namespace palpate {
@@ -20,9 +21,11 @@ class DisplayPass {
         GpuImage& image;
         glm::uvec2 corner_px{0}; // where the joint picture's top left pixel goes; all of it fits
         bool bgra = false;       // red and blue change places, for a window of format BGRA
+        std::optional<PixelBox> only{}; // of the joint picture, within it; none: all of it
     };
     // `picture` is the renderer's: RGBA in display values, a layer an eye, one or two. The target
-    // is written where the joint picture lies, with alpha 1, and elsewhere kept.
+    // is written where the joint picture, or `only` that part of it, lies, with alpha 1, and
+    // elsewhere kept.
     void record(Commands& commands, GpuImage& picture, const DisplayLayout& display,
                 const Target& target);
 

@@ -45,6 +45,16 @@ constexpr double kComfortable = 0.9;
 // is below the aim by this factor: a level and the next are less far apart.
 constexpr double kFarBetter = 0.3;
 
+// A better level that is not known is tried where frames take less than this share of the room.
+constexpr double kTried = 0.6;
+
+// What is known of a level's time fades by this factor a frame: of one that took a tenth too long,
+// within 40 frames.
+constexpr double kForgotten = 0.995;
+
+// A frame that takes so much longer than those before is of another view, and not averaged.
+constexpr double kSudden = 1.5;
+
 // The part of a frame's time that its rays take: what changes with their number.
 double ray_ms_of(const FrameStats& frame) {
     double sum = 0.0;
@@ -60,6 +70,12 @@ uint32_t tiles_of(const PixelBox& box) {
         return 0;
     const glm::uvec2 count = tile_count(box.high) - box.low / gpu::kTileSide;
     return count.x * count.y;
+}
+
+// The pixels of the tiles that a box touches.
+PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px) {
+    const uint32_t side = gpu::kTileSide;
+    return {box.low / side * side, glm::min((box.high + (side - 1)) / side * side, size_px)};
 }
 
 uint64_t version_of(const std::optional<Volume>& volume) {
@@ -98,7 +114,7 @@ double Interactive::expected_ms(const PixelBox& changed, uint32_t columns) const
 // The state of the picture that is there. Rows that are not refined are those of the last moving
 // frame.
 InteractiveFrame Interactive::unchanged() const {
-    InteractiveFrame frame;
+    InteractiveFrame frame{.changed = PixelBox{}};
     frame.complete = next_row_ == Renderer::tile_rows(*last_);
     frame.error_estimate = frame.complete ? 0.0 : last_error_;
     return frame;
@@ -116,6 +132,7 @@ Result<InteractiveFrame> Interactive::draw_changed(const Scene& scene, const Sce
     tile_ms_ = ray_ms_of(*drawn) / tiles_of(changed);
     InteractiveFrame frame = unchanged();
     frame.frame = std::move(*drawn);
+    frame.changed = of_whole_tiles(changed, scene.size_px);
     return frame;
 }
 
@@ -147,15 +164,26 @@ Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const Scen
 
 // That of the next moving frame.
 void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
+    static_assert(kLevels.size() == kLevelCount);
     const Level level = kLevels[level_];
     const bool has_steps = scene.ray_cast->integrator != Integrator::exact;
-    const double wall_ms = drawn.frame.wall_ms, ray_ms = ray_ms_of(drawn.frame);
+    const double ray_ms = ray_ms_of(drawn.frame);
+    const double longest_ms = std::max(budget_ms_, longest_ms_);
+    for (double& known_ms : level_ms_)
+        known_ms *= kForgotten; // so that it is tried again
+    double& own_ms = level_ms_[level_];
+    const bool is_alike = own_ms > 0.0 && drawn.frame.wall_ms < kSudden * own_ms;
+    own_ms = is_alike ? 0.5 * (own_ms + drawn.frame.wall_ms) : drawn.frame.wall_ms;
+    const double wall_ms = own_ms;
+    // Of a level that is not known it is guessed from its samples, which is too much for a better
+    // one: rays that lie far apart take longer each.
     const auto expected_ms = [&](size_t other) {
+        if (level_ms_[other] > 0.0)
+            return level_ms_[other];
         return wall_ms - ray_ms +
                ray_ms * samples_of(kLevels[other], has_steps, listed_share_) /
                    samples_of(level, has_steps, listed_share_);
     };
-    const double longest_ms = std::max(budget_ms_, longest_ms_);
     const bool is_good = drawn.error_estimate <= aim_;
     // A good frame may take less than its time, and one that is far better than it need be should.
     const bool is_too_good = drawn.error_estimate <= kFarBetter * aim_;
@@ -164,9 +192,11 @@ void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
             ++level_;
     } else if (wall_ms > budget_ms_ && is_too_good) {
         level_ = std::min(level_ + 1, kLevels.size() - 1);
-    } else if (level_ > 0 &&
-               expected_ms(level_ - 1) < kComfortable * (is_good ? budget_ms_ : longest_ms)) {
-        --level_;
+    } else if (level_ > 0) {
+        const double room_ms = kComfortable * (is_good ? budget_ms_ : longest_ms);
+        const bool is_unknown = level_ms_[level_ - 1] == 0.0;
+        if (expected_ms(level_ - 1) < room_ms || (is_unknown && wall_ms < kTried * room_ms))
+            --level_;
     }
 }
 
@@ -180,9 +210,12 @@ Result<InteractiveFrame> Interactive::draw_resting(const Scene& scene, const Sce
         static_cast<uint32_t>(std::clamp(room, 1.0, static_cast<double>(all - next_row_)));
     PALPATE_TRY(FrameStats drawn, renderer_->refine(scene, data, next_row_, rows));
     row_ms_ = drawn.wall_ms / rows;
+    const uint32_t side = gpu::kTileSide;
+    const PixelBox drawn_box{{0, next_row_ * side}, {scene.size_px.x, (next_row_ + rows) * side}};
     next_row_ += rows;
     InteractiveFrame frame = unchanged();
     frame.frame = std::move(drawn);
+    frame.changed = of_whole_tiles(drawn_box, scene.size_px);
     return frame;
 }
 

@@ -21,6 +21,8 @@ struct InteractiveFrame {
     uint32_t px_per_ray = 1; // CoarseSettings; 1 at rest
     bool coarsest = false;   // there are no fewer rays to be had
     bool complete = false;   // full quality everywhere
+    // Outside of these pixels the picture is the last frame's; none: unknown.
+    std::optional<PixelBox> changed{};
 };
 
 // Draws for a moving hand: holds a budget of milliseconds a frame by drawing fewer rays, down to
@@ -56,7 +58,9 @@ class Interactive {
     Renderer* renderer_;
     double budget_ms_;
     double aim_ = std::numeric_limits<double>::infinity(), longest_ms_ = 0;
-    size_t level_ = 0;          // of quality: the next frame's steps and rays
+    static constexpr size_t kLevelCount = 9;
+    size_t level_ = 0;                           // of quality: the next frame's steps and rays
+    std::array<double, kLevelCount> level_ms_{}; // what its frames took lately; 0: not known
     double listed_share_ = 1;   // traced_share of the last frame with px_per_ray of 2
     double last_error_ = 0;     // of the last moving frame
     std::optional<Scene> last_; // what was drawn last

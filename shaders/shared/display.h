@@ -27,7 +27,7 @@ struct DisplayMark {
 
 struct DisplayBlock {
     uvec2 eye_px;                 // size of an eye's picture
-    uvec2 joint_px;               // size of the layout
+    uvec2 first_px, end_px;       // of the layout, that are written
     ivec2 origin_px;              // of its first pixel on the screen
     uvec2 corner_px;              // of its first pixel in the target
     uint form;                    // one of the above

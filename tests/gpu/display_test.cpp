@@ -195,6 +195,45 @@ TEST_F(DisplayTest, BytesOnTheDeviceAreThoseOfTheCpu) {
     }
 }
 
+// Of two pictures the target shows the second within the box and the first outside.
+TEST_F(DisplayTest, ABoxIsWrittenAlone) {
+    DisplayPass pass(device());
+    const glm::uvec2 size(83, 61), corner(2, 1);
+    const std::vector<Image> before = hard_eyes(size, 1), after = hard_eyes(size, 2);
+    for (const PixelBox& box : {PixelBox{{5, 3}, {22, 9}}, PixelBox{{0, 0}, {1, 1}},
+                                PixelBox{{80, 60}, {83, 61}}, PixelBox{{0, 0}, size}}) {
+        Commands commands(device());
+        GpuImage first = uploaded(commands, before),
+                 second = uploaded(commands, std::span(after).subspan(1));
+        GpuImage target = DisplayPass::make_target(device(), "shown", size + 2u * corner);
+        commands.clear(target, glm::vec4(0.2f)); // 51 of 255
+        pass.record(commands, first, {}, {target, corner});
+        pass.record(commands, second, {}, {target, corner, false, box});
+        const BufferSlice bytes = read(commands, target);
+        commands.submit();
+        commands.finish();
+        size_t wrong = 0;
+        for (uint32_t y = 0; y < target.shape().size.y; ++y)
+            for (uint32_t x = 0; x < target.shape().size.x; ++x) {
+                const glm::uvec2 at = glm::uvec2(x, y) - corner; // wraps outside
+                const auto is_in = [&](glm::uvec2 low, glm::uvec2 high) {
+                    return glm::all(glm::greaterThanEqual(at, low)) &&
+                           glm::all(glm::lessThan(at, high));
+                };
+                for (size_t c = 0; c < 3; ++c) {
+                    const uint8_t expected =
+                        is_in(box.low, box.high) ? display_byte(after[1].at(at.x, at.y, c))
+                        : is_in({0, 0}, size)    ? display_byte(before[0].at(at.x, at.y, c))
+                                                 : uint8_t{51};
+                    wrong +=
+                        std::to_integer<uint8_t>(
+                            bytes.mapped()[4 * (y * target.shape().size.x + x) + c]) != expected;
+                }
+            }
+        EXPECT_EQ(wrong, 0u) << "box from " << box.low.x << " to " << box.high.x;
+    }
+}
+
 // What a window gives has its own channel order: vkCmdCopyImage copies bits.
 TEST_F(DisplayTest, IsCopiedToAWindowsFormatByBits) {
     DisplayPass pass(device());

@@ -136,50 +136,55 @@ TEST_F(PicturesTest, NoViewWaitsForAnother) {
 // A stroke in one slice: the slices that it does not reach are not drawn, rays where it can be seen
 // alone, and all views show what they would show of it from nothing.
 TEST_F(PicturesTest, OfAnEditWhatItChangedIsDrawn) {
-    Pictures pictures(device(), work_.session(), {.frame_ms = 1e6});
-    pictures.want(wishes());
-    std::vector<Picture> last(kPanels.size());
-    const auto keep = [&](std::vector<Picture> came) {
-        for (Picture& picture : came)
-            last[static_cast<size_t>(picture.panel)] = std::move(picture);
-    };
-    keep(until_complete(pictures, 4));
-    // Away from the crosshair, which the other two slices run through.
-    const glm::dvec3 center = state_.crosshair_mm;
-    const SliceView& axial = state_.slices[0];
-    const Grid& grid = work_.subject().grid;
-    const double sample_mm = smallest_spacing_mm(grid);
-    const double away_mm = kBlockSide * sample_mm; // a block of samples, which changes are told of
-    for (int i = 0; i < 3; ++i) {
-        state_.hand = Hand::cut;
-        state_.radius_mm = 1.5 * sample_mm;
-        const glm::dvec3 at = center + (away_mm + 3.0 * sample_mm) * axial.right +
-                              (away_mm + 3.0 * sample_mm + i * sample_mm) * axial.up;
-        work_.obey({Order::Kind::stroke_down, at, double(i), {}}, state_);
-        work_.obey({Order::Kind::stroke_up, at, double(i) + 0.5, {}}, state_);
-        const uint64_t before = work_.edited().snapshot;
-        work_.session().settle();
-        ASSERT_GT(work_.edited().snapshot, before);
-        std::array<size_t, kPanels.size()> made{};
-        const auto end = Clock::now() + std::chrono::seconds(60);
-        while ((made[0] == 0 || made[3] == 0) && Clock::now() < end) {
-            for (Picture& picture : pictures.take()) {
-                ++made[static_cast<size_t>(picture.panel)];
-                EXPECT_TRUE(picture.complete) << name_of(picture.panel);
+    for (const bool stay : {false, true}) {
+        SCOPED_TRACE(stay);
+        Pictures pictures(device(), work_.session(), {.frame_ms = 1e6, .stay = stay});
+        pictures.want(wishes());
+        std::vector<Picture> last(kPanels.size());
+        const auto keep = [&](std::vector<Picture> came) {
+            for (Picture& picture : came)
                 last[static_cast<size_t>(picture.panel)] = std::move(picture);
+        };
+        keep(until_complete(pictures, 4));
+        // Away from the crosshair, which the other two slices run through.
+        const glm::dvec3 center = state_.crosshair_mm;
+        const SliceView& axial = state_.slices[0];
+        const Grid& grid = work_.subject().grid;
+        const double sample_mm = smallest_spacing_mm(grid);
+        const double away_mm =
+            kBlockSide * sample_mm; // a block of samples, which changes are told of
+        for (int i = stay ? 3 : 0; i < (stay ? 6 : 3); ++i) {
+            state_.hand = Hand::cut;
+            state_.radius_mm = 1.5 * sample_mm;
+            const glm::dvec3 at = center + (away_mm + 3.0 * sample_mm) * axial.right +
+                                  (away_mm + 3.0 * sample_mm + i * sample_mm) * axial.up;
+            work_.obey({Order::Kind::stroke_down, at, double(i), {}}, state_);
+            work_.obey({Order::Kind::stroke_up, at, double(i) + 0.5, {}}, state_);
+            const uint64_t before = work_.edited().snapshot;
+            work_.session().settle();
+            ASSERT_GT(work_.edited().snapshot, before);
+            std::array<size_t, kPanels.size()> made{};
+            const auto end = Clock::now() + std::chrono::seconds(60);
+            while ((made[0] == 0 || made[3] == 0) && Clock::now() < end) {
+                for (Picture& picture : pictures.take()) {
+                    ++made[static_cast<size_t>(picture.panel)];
+                    EXPECT_TRUE(picture.complete) << name_of(picture.panel);
+                    last[static_cast<size_t>(picture.panel)] = std::move(picture);
+                }
+                std::this_thread::yield();
             }
-            std::this_thread::yield();
+            EXPECT_EQ(made[0], 1u);
+            EXPECT_EQ(made[1], 0u);
+            EXPECT_EQ(made[2], 0u);
+            EXPECT_EQ(made[3], 1u);
+            Pictures anew(device(), work_.session(), {.threaded = false});
+            anew.want(wishes());
+            const std::vector<Picture> expected = anew.draw().value();
+            for (const Picture& picture : expected)
+                EXPECT_EQ(bytes_of(last[static_cast<size_t>(picture.panel)], device()),
+                          picture.rgba)
+                    << name_of(picture.panel);
         }
-        EXPECT_EQ(made[0], 1u);
-        EXPECT_EQ(made[1], 0u);
-        EXPECT_EQ(made[2], 0u);
-        EXPECT_EQ(made[3], 1u);
-        Pictures anew(device(), work_.session(), {.threaded = false});
-        anew.want(wishes());
-        const std::vector<Picture> expected = anew.draw().value();
-        for (const Picture& picture : expected)
-            EXPECT_EQ(last[static_cast<size_t>(picture.panel)].rgba, picture.rgba)
-                << name_of(picture.panel);
     }
 }
 

@@ -25,7 +25,8 @@ struct Picture {
 };
 
 // Renderers' pictures laid out for the screen, into images that are used again as soon as nobody
-// holds them, or as bytes.
+// holds them, or as bytes. Of an image that is used again only the pixels are written that have
+// changed since, where a pixel of the screen is one of an eye's picture.
 class PictureImages {
  public:
     // stay: on the device.
@@ -38,17 +39,25 @@ class PictureImages {
         GpuImage* eyes; // RecordedFrame::picture
         const DisplayLayout& display;
     };
+    // The renderer's picture has changed in these pixels, or in none that is known. Said before
+    // finish(), for each picture that a panel had since.
+    void changed(Panel panel, const std::optional<PixelBox>& pixels = {});
     // Records their layouts, submits the commands, waits for them and returns the pictures.
     std::vector<Picture> finish(Commands& commands, std::span<const Frame> frames);
 
  private:
-    std::shared_ptr<GpuImage> image_for(Panel panel, glm::uvec2 size_px);
+    struct Held {
+        std::shared_ptr<GpuImage> image;
+        DisplayLayout display; // that it shows
+        PixelBox stale;        // where it shows an older picture
+    };
+    Held& image_for(Panel panel, glm::uvec2 size_px);
 
     GpuDevice* device_;
     DisplayPass pass_;
     bool stay_;
     // Of each panel. They go on this thread: another one's reference is never the last.
-    std::array<std::vector<std::shared_ptr<GpuImage>>, kPanels.size()> images_;
+    std::array<std::vector<Held>, kPanels.size()> images_;
 };
 
 } // namespace palpate::view

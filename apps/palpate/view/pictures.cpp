@@ -186,6 +186,7 @@ Result<std::vector<Picture>> Pictures::draw_full(const Wishes& wishes) {
         Renderer& renderer = renderer_of(wish->panel);
         auto recorded = changed ? renderer.record_changed(commands, scene, data, *changed)
                                 : renderer.record(commands, scene, data);
+        images_.changed(wish->panel, recorded ? changed : std::nullopt);
         if (!recorded) {
             commands.submit(); // images are as tracked
             return pass_on(recorded);
@@ -218,12 +219,16 @@ Result<std::optional<Picture>> Pictures::draw_volume(const Wish& wish, double bu
     if (coarse_ && wanted.scene.ray_cast) {
         const SceneData data = data_for(wish, wanted.scene);
         interactive_.set_budget_ms(shows_it ? kLook_ms : budget_ms);
-        auto drawn = interactive_.draw(wanted.scene, data,
-                                       made ? made->pixels_changed_to(wanted) : std::nullopt);
+        const auto draw = [&](const std::optional<PixelBox>& changed) {
+            auto frame = interactive_.draw(wanted.scene, data, changed);
+            images_.changed(wish.panel, frame ? frame->changed : std::nullopt);
+            return frame;
+        };
+        auto drawn = draw(made ? made->pixels_changed_to(wanted) : std::nullopt);
         while (shows_it && drawn && !drawn->complete && timer.ms() < budget_ms) {
             if (is_outdated())
                 return std::nullopt; // what is refined stays so
-            drawn = interactive_.draw(wanted.scene, data);
+            drawn = draw({});
         }
         if (drawn) {
             last_error_ = drawn->error_estimate;
