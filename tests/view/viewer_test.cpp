@@ -202,6 +202,25 @@ TEST_F(ViewerTest, ACtThatIsStoredWithAnOffsetIsTold) {
     EXPECT_TRUE(viewer().interface().widgets().count("file/zero_hu"));
 }
 
+// Where no file says what the values are, and they run from air to bone at least.
+TEST_F(ViewerTest, WindowsOfACtAreOfferedWhereValuesMayBeHu) {
+    const auto names_of = [&](double low, double high, const char* modality) {
+        Source source{open_synthetic("synthetic:ball?size=24")};
+        source.scene.loaded.modality = modality;
+        source.scene.loaded.data.volume =
+            make_volume(make_grid({24, 24, 24}, {1, 1, 1}), ScalarType::f32,
+                        [=](glm::uvec3 i) { return i.x < 12 ? low : high; });
+        open_scene(std::move(source), {800, 600});
+        return viewer().work().subject().window_names;
+    };
+    EXPECT_EQ(names_of(-1000, 700, "").size(), 7u);
+    EXPECT_EQ(names_of(-1000, 700, "")[2], "CT soft tissue");
+    EXPECT_EQ(names_of(-1000, 700, "MR").size(), 2u);
+    EXPECT_EQ(names_of(-1000, 200, "").size(), 2u);
+    EXPECT_EQ(names_of(0, 3000, "").size(), 2u);
+    EXPECT_EQ(names_of(0, 3000, "CT").size(), 6u);
+}
+
 TEST(SeriesPreviews, APreviewIsFittedByItsSizeInMm) {
     // 40 mm across and 20 mm down: values rise from left to right.
     const Grid grid = make_grid({20, 40, 3}, {2.0, 0.5, 1.0});
