@@ -129,6 +129,10 @@ const RecordedSteps kSessions[] = {
      "key e; key -; key -; key -; key -; key -; key -; key -; key -; click left; widget "
      "tab/labels; widget labels/fill",
      R"({"label_counts": {"1": 37}, "undo_steps": 3})"},
+    {"label_without_a_hole_stays",
+     "key b; at axial 10 20; click left; widget tab/labels; widget labels/fill; widget "
+     "labels/largest",
+     R"({"label_counts": {"1": 1}, "undo_steps": 1})"},
     {"label_counts_follow_undo",
      "key b; at axial 10 20; click left; hold ctrl; key z; let ctrl; widget tab/labels",
      R"({"label_counts": {}})"},

@@ -16,7 +16,8 @@ struct MeshRun {
         // Of the labels: the step's name in the list of edits, and what a person is told after the
         // label's new volume.
         const char *step = "", *told = "";
-        bool is_of_mesh = false; // that is pulled, and then is done with
+        bool is_of_mesh = false;              // that is pulled, and then is done with
+        uint64_t count_before = 0, count = 0; // of the label's samples; run_mesh() counts
     };
     ~MeshRun() { stop.request_stop(); }
     Task task() {

@@ -19,7 +19,14 @@ void Work::run_mesh(uint16_t label, Make make) {
     const Volume* labels = now.document.find(labels_);
     meshing_.reset(new MeshRun{label, labels ? *labels : empty_labels(subject_.grid)});
     meshing_->done = std::async(threaded_ ? std::launch::async : std::launch::deferred,
-                                [run = meshing_.get(), make] { return make(*run); });
+                                [run = meshing_.get(), make] {
+                                    Result<MeshRun::Done> done = make(*run);
+                                    if (done && done->labels) {
+                                        done->count_before = count_labels(run->before)[run->label];
+                                        done->count = count_labels(*done->labels)[run->label];
+                                    }
+                                    return done;
+                                });
     if (!threaded_)
         meshing_->done.wait();
     poll_mesh();
@@ -87,21 +94,21 @@ void Work::poll_mesh() {
     }
     const EditState now = edited();
     const Volume* labels = now.document.find(labels_);
+    const bool is_unchanged = done->is_of_mesh ? done->labels->is_same_as(run->before)
+                                               : done->count == done->count_before;
     if (labels && !labels->is_same_as(run->before)) {
         message_ = "the labels have changed meanwhile: try again";
-    } else if (done->labels->is_same_as(run->before)) {
+    } else if (is_unchanged) {
         message_ = fmt::format("label {} {}: no sample changes", run->label, done->told);
         if (mesh_ && done->is_of_mesh)
             mesh_->mark_applied();
     } else {
-        const auto ml = [&, sample_ml = 1e-3 * label_sample_mm3().value_or(0.0)](const Volume& of) {
-            return sample_ml * static_cast<double>(count_labels(of)[run->label]);
-        };
-        std::string told = fmt::format("label {}: {:.1f} ml {}, {:.1f} ml before", run->label,
-                                       ml(*done->labels), done->told, ml(run->before));
         if (!session_.put({labels_, VolumeKind::labels, std::move(*done->labels)}, done->step))
             return;
-        message_ = std::move(told);
+        const double ml = 1e-3 * label_sample_mm3().value_or(0.0);
+        message_ = fmt::format("label {}: {:.1f} ml {}, {:.1f} ml before", run->label,
+                               ml * static_cast<double>(done->count), done->told,
+                               ml * static_cast<double>(done->count_before));
         if (done->is_of_mesh)
             mesh_.reset();
     }
