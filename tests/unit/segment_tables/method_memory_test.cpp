@@ -84,9 +84,9 @@ TEST_P(MethodMemory, IsAtMostThreeVolumesOfFloats) {
 }
 
 // The filter that holds most. A sample takes 2 bytes of the length so far and, on each grid, 4 of
-// the flow, 4 of its right side and 2 of a packed weight; the flow becomes the result. The coarse grids have 2/7 of the samples, as
-// the axis of 1.5 mm is left out of the first halving (1/4, then 1/8 of it, ..). Bricks of 128 KiB
-// take a page more here, as blocks of their own: 1/32.
+// the flow, 4 of its right side and 2 of a packed weight; the flow becomes the result. The coarse
+// grids have 2/7 of the samples, as the axis of 1.5 mm is left out of the first halving (1/4, then
+// 1/8 of it, ..). Bricks of 128 KiB take a page more here, as blocks of their own: 1/32.
 TEST(FilterMemory, TheLengthOfAFlowHoldsWhatItsGridsNeed) {
     const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
     const Volume edges =
