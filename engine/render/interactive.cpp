@@ -13,21 +13,23 @@ namespace palpate {
 namespace {
 
 // From the best to the coarsest: the front of error against time, for MIP, iso and alpha alike.
-// Longer steps are worth it only with fewer rays (docs/log/rendering.md).
+// Longer steps take off little time beside rays that are few (docs/log/rendering.md).
 struct Level {
-    double step_factor;     // each at most 1.5 times the one before, where rays are as dense
+    double step_factor;
     double contrast_factor; // of the mode's contrast; for two pixels a ray
     uint32_t px_per_ray;
 };
-constexpr std::array<Level, 9> kLevels{{{1.0, 1.0, 2},
-                                        {1.0, 1.5, 2},
-                                        {1.0, 2.0, 2},
-                                        {1.5, 2.0, 2},
-                                        {1.5, 3.0, 2},
-                                        {2.0, 4.0, 2},
-                                        {1.0, 1.0, 4},
-                                        {2.0, 1.0, 8},
-                                        {2.0, 1.0, 16}}};
+constexpr double kNoneBetween = 1e9; // of the rays of every second pixel
+constexpr std::array<Level, 10> kLevels{{{1.0, 1.0, 2},
+                                         {1.0, 1.5, 2},
+                                         {1.0, 2.0, 2},
+                                         {1.0, 3.0, 2},
+                                         {1.0, 4.0, 2},
+                                         {1.0, 6.0, 2},
+                                         {1.0, kNoneBetween, 2},
+                                         {1.0, 1.0, 4},
+                                         {2.0, 1.0, 8},
+                                         {2.0, 1.0, 16}}};
 
 // How many samples a level takes, beside one step and one ray a pixel, where one in two pixels both
 // ways and those listed are `listed_share` of all.

@@ -58,7 +58,7 @@ class Interactive {
     Renderer* renderer_;
     double budget_ms_;
     double aim_ = std::numeric_limits<double>::infinity(), longest_ms_ = 0;
-    static constexpr size_t kLevelCount = 9;
+    static constexpr size_t kLevelCount = 10;
     size_t level_ = 0;                           // of quality: the next frame's steps and rays
     std::array<double, kLevelCount> level_ms_{}; // what its frames took lately; 0: not known
     double listed_share_ = 1;   // traced_share of the last frame with px_per_ray of 2

@@ -152,34 +152,20 @@ Marched march_alpha(RaySampler s, vec2 t, vec2 span, bool inside) {
     add_segment(a, s, segment(k, t), state);
     k = max(k + 1.0, floor(span.x / h));
     bool going = k < end;
-    if (kShaded != 0u && kStored != 0u && kPreintegrated == 0u) {
+    if (kShaded != 0u) {
         do {
             if (going) {
-                const vec4 entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
-                composite(a, shade(entry.rgb, s, (k + 0.5) * h), entry.a);
-                k = segment_after(s, k);
-                going = k < end && a.sum.a <= opaque;
-            }
-        } while (subgroupAny(going));
-    } else if (kShaded != 0u) {
-        do {
-            if (going) {
-                float found = k;
-                bool seeks = true;
-                do { // to the next segment that is not transparent
-                    if (seeks) {
-                        if (kPreintegrated != 0u)
-                            state = table_state(texel_at(s, k * h));
-                        const vec2 ends = vec2(k * h, (k + 1.0) * h);
-                        const bool seen = segment_color(s, ends, true, state).a > 0.0;
-                        found = seen ? k : found;
-                        k = segment_after(s, k);
-                        seeks = !seen && k < end;
-                    }
-                } while (subgroupAny(seeks));
-                if (kPreintegrated != 0u)
-                    state = table_state(texel_at(s, found * h));
-                const vec4 entry = segment_color(s, vec2(found * h, (found + 1.0) * h), true, state);
+                float found;
+                vec4 entry;
+                bool meets;
+                do { // until one lane meets something: shading it takes longest
+                    if (kPreintegrated != 0u)
+                        state = table_state(texel_at(s, k * h));
+                    entry = segment_color(s, vec2(k * h, (k + 1.0) * h), true, state);
+                    found = k;
+                    k = segment_after(s, k);
+                    meets = entry.a > 0.0 || k >= end;
+                } while (!subgroupAny(meets));
                 composite(a, shade(entry.rgb, s, (found + 0.5) * h), entry.a);
                 going = k < end && a.sum.a <= opaque;
             }

@@ -4,6 +4,7 @@
 #include <deque>
 #include <random>
 #include <thread>
+#include <utility>
 
 #include "apps/palpate/view/pacing.h"
 #include "engine/base/percentile.h"
@@ -140,9 +141,11 @@ class Rehearsal {
         for (Event& event : events)
             event.time_s = seconds();
         viewer_.frame(std::move(events), seconds());
-        if (!draws || viewer_.looks() == looks_)
+        if (!draws)
             return;
-        looks_ = viewer_.looks();
+        const uint64_t looks = viewer_.looks();
+        if (std::exchange(looks_, looks) == looks)
+            return;
         if (const std::optional<Ticket> done = show_()) {
             under_way_.add(*done);
             frames_.push_back({begun_ns, *done});

@@ -199,7 +199,7 @@ Result<Json> run_window(Source source, LoopOptions options) {
     int frames_to_go = kSettling;
     Pacing pacing;
     FramesUnderWay under_way;
-    uint64_t looks = 0;
+    uint64_t shown_looks = 0;
     glm::uvec2 shown_px(0);
     for (uint64_t frame = 0; !options.stop.stop_requested(); ++frame) {
         wait_for_turn(window, pacing, frames_to_go > 0);
@@ -223,8 +223,9 @@ Result<Json> run_window(Source source, LoopOptions options) {
         }
         if (size_px.x == 0)
             continue;
-        if (window.take_damage() || size_px != shown_px || viewer.looks() != looks) {
-            looks = viewer.looks();
+        const uint64_t looks = viewer.looks();
+        if (window.take_damage() || size_px != shown_px || looks != shown_looks) {
+            shown_looks = looks;
             shown_px = size_px;
             const auto record = [&](Commands& commands, GpuImage& target) {
                 viewer.record(commands, target);
