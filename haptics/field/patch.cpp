@@ -41,8 +41,8 @@ void Patch::extract(const Volume& volume, glm::dvec3 world_mm, const TouchParame
     is_solid_amid_ = samples_[count / 2] >= (labels ? 0.5f : static_cast<float>(p.iso));
 }
 
-void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm,
-                    const RigidSpace& space) {
+int64_t Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm,
+                       const RigidSpace& space) {
     const double finer = samples.finer();
     const glm::dvec3 index = glm::clamp(index_point(volume.grid(), world_mm), -1e6, 1e6) * finer;
     const glm::ivec3 first = glm::ivec3(glm::round(index - 0.5 * (side_ - 1.0)));
@@ -54,7 +54,7 @@ void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world
     const FineSamples::Matter matter = samples.matter(first, first + side_ - 1);
     is_solid_amid_ = matter == FineSamples::Matter::solid;
     if (matter != FineSamples::Matter::unknown)
-        return;
+        return 0;
     const size_t count = size_t(side_) * size_t(side_) * size_t(side_);
     const FineSamples::Box sharp = samples.sharp(first, side_);
     lacked_brick_ = sharp.lacks_brick;
@@ -65,7 +65,7 @@ void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world
     span_ = {made.positions, made.normals, made.triangles,
              kBulge * std::max({spacing.x, spacing.y, spacing.z})};
     if (made.positions.empty())
-        return;
+        return static_cast<int64_t>(count);
     const int read = side_ + 4; // two points more on every side
     const FineSamples::Box smooth = samples.smooth(first - 2, read);
     // Every vertex lies on an edge of the lattice: means of the differences at its ends, which are
@@ -89,6 +89,8 @@ void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world
         const float length = glm::length(mean);
         normals_[i] = length > 0.0f ? -mean / length : made.normals[i]; // a NaN is not above 0
     }
+    span_.cells = sort_into_cells(made.positions, spacing, glm::inverse(space.from_mesh));
+    span_.triangles = {sorted_.data(), made.triangles.size()};
     const size_t vertices = made.positions.size();
     if (!space.is_mesh_space) {
         const glm::mat3 from_mesh(space.from_mesh), normal_from_mesh(space.normal_from_mesh);
@@ -99,6 +101,38 @@ void Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 world
         span_.positions = {filtered_.data(), vertices};
     }
     span_.normals = {normals_.data(), vertices};
+    return static_cast<int64_t>(count) + int64_t{read} * read * read;
+}
+
+TriangleCells Patch::sort_into_cells(std::span<const glm::vec3> positions, glm::dvec3 spacing,
+                                     const glm::dmat3& mesh_from) {
+    const int last = side_ - 2;
+    const size_t cells = size_t(side_ - 1) * size_t(side_ - 1) * size_t(side_ - 1);
+    const glm::vec3 per_mm(1.0 / (3.0 * spacing)), low(3.0 * low_);
+    std::fill_n(first_.begin(), cells + 1, 0u);
+    for (size_t i = 0; i < span_.triangles.size(); ++i) {
+        const glm::uvec3 t = span_.triangles[i];
+        const glm::vec3 sum = positions[t.x] + positions[t.y] + positions[t.z];
+        const glm::ivec3 at =
+            glm::clamp(glm::ivec3((sum - low) * per_mm), glm::ivec3(0), glm::ivec3(last));
+        cell_[i] = static_cast<uint16_t>(at.x + (side_ - 1) * (at.y + (side_ - 1) * at.z));
+        ++first_[cell_[i] + size_t{1}];
+    }
+    for (size_t c = 0; c < cells; ++c)
+        first_[c + 1] += first_[c];
+    // Filled from the end of each cell, which becomes its beginning.
+    for (size_t i = span_.triangles.size(); i-- > 0;)
+        sorted_[--first_[cell_[i] + size_t{1}]] = span_.triangles[i];
+    std::copy_n(first_.begin() + 1, cells, first_.begin());
+    first_[cells] = static_cast<uint32_t>(span_.triangles.size());
+    TriangleCells made;
+    for (int column = 0; column < 3; ++column)
+        made.cells_from_mm[column] = mesh_from[column] / spacing;
+    made.offset = -low_ / spacing;
+    made.count = glm::ivec3(side_ - 1);
+    made.to = glm::ivec3(last);
+    made.first = {first_.data(), cells + 1};
+    return made;
 }
 
 void Patch::mean_filter() {

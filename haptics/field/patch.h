@@ -22,9 +22,10 @@ class Patch {
     void extract(const Volume& volume, glm::dvec3 world_mm, const TouchParameters& parameters);
 
     // The same with the points of a finer lattice for samples, and as many of these; normals are
-    // those of the smooth view, triangles bulge, and all of them lie in `space`. side >= 6.
-    void extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm,
-                 const RigidSpace& space);
+    // those of the smooth view, triangles bulge, and all of them lie in `space`. side >= 6. Returns
+    // how many points of both views it took.
+    int64_t extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm,
+                    const RigidSpace& space);
 
     bool is_empty() const { return span_.triangles.empty(); }
     const TriangleSpan& span() const { return span_; }
@@ -39,6 +40,8 @@ class Patch {
     void mean_filter();
 
  private:
+    TriangleCells sort_into_cells(std::span<const glm::vec3> positions, glm::dvec3 spacing,
+                                  const glm::dmat3& mesh_from);
     static constexpr size_t kMostPositions = 3 * kMostSide * kMostSide * (kMostSide - 1); // edges
     int side_;
     LocalSurface surface_;
@@ -48,6 +51,11 @@ class Patch {
     std::array<float, kMostSide * kMostSide * kMostSide> samples_;
     std::array<glm::vec3, kMostPositions> filtered_, normals_;
     std::array<float, kMostPositions> weights_;
+    // Triangles in the order of the cells that they lie in.
+    static constexpr int kMostCells = (kMostSide - 1) * (kMostSide - 1) * (kMostSide - 1);
+    std::array<uint32_t, kMostCells + 1> first_;
+    std::array<glm::uvec3, 5 * kMostCells> sorted_; // marching cubes makes five of a cell at most
+    std::array<uint16_t, 5 * kMostCells> cell_;
 };
 
 } // namespace palpate::haptics

@@ -13,6 +13,8 @@ using glm::dvec3;
 
 // Squares of distances that differ by less are the same, but for rounding.
 constexpr double kSameDistance = 1e-9;
+// A place may be found so far off by the floats of a mesh: then it is looked for next door, too.
+constexpr double kRounding_mm = 1e-3;
 
 struct Corners {
     dvec3 a, b, c;
@@ -58,7 +60,7 @@ dvec3 nearest_weights(const Corners& k, dvec3 p) {
 }
 
 SurfacePoint point_on(const TriangleSpan& s, uint32_t t, const Corners& k, dvec3 w) {
-    SurfacePoint found{.point = w.x * k.a + w.y * k.b + w.z * k.c, .triangle = t, .found = true};
+    SurfacePoint found{.point = w.x * k.a + w.y * k.b + w.z * k.c, .found = true};
     found.face_normal = unit_or_zero(glm::cross(k.b - k.a, k.c - k.a));
     found.curved = found.point;
     found.shaded_normal = found.face_normal;
@@ -82,10 +84,92 @@ SurfacePoint point_on(const TriangleSpan& s, uint32_t t, const Corners& k, dvec3
     return found;
 }
 
+void count_looks(const TriangleSpan& s, uint32_t begin, uint32_t end) {
+    if (s.looks_left)
+        *s.looks_left -= end - begin;
+}
+
+dvec3 cell_of(const TriangleCells& c, dvec3 p) {
+    return c.cells_from_mm * p + c.offset;
+}
+
+// How far a place moves across the cells of each axis at most, moved by a millimetre.
+dvec3 cells_per_mm(const TriangleCells& c) {
+    const glm::dmat3 rows = glm::transpose(c.cells_from_mm);
+    return {glm::length(rows[0]), glm::length(rows[1]), glm::length(rows[2])};
+}
+
+// Calls look(begin, end) for the triangles of a row of cells, both ends inclusive.
+template <class Look>
+void look_into(const TriangleCells& c, int x_from, int x_to, int y, int z, const Look& look) {
+    const size_t row = size_t(c.count.x) * (size_t(y) + size_t(c.count.y) * size_t(z));
+    look(c.first[row + size_t(x_from)], c.first[row + size_t(x_to) + 1]);
+}
+
+// The cells that a segment passes, piece by piece from its start on, or from a cell before it,
+// until a share of it has been looked along that is `enough`.
+template <class Look>
+void look_along(const TriangleCells& c, dvec3 from, dvec3 to, bool starts_before,
+                const double& enough, const Look& look) {
+    const dvec3 start = cell_of(c, from), way = cell_of(c, to) - start, size = glm::abs(way);
+    const dvec3 margin = kRounding_mm * cells_per_mm(c);
+    const glm::ivec3 range = c.to - c.from + 1;
+    const double most = std::max({1, range.x, range.y, range.z});
+    const double length = std::max({size.x, size.y, size.z, 1e-12});
+    const double pieces = std::clamp(std::ceil(length), 1.0, most);
+    for (double i = 0.0; i < pieces && i / pieces < enough; ++i) {
+        const double first = i == 0.0 && starts_before ? -1.0 / length : i / pieces;
+        const dvec3 a = start + first * way, b = start + (i + 1.0) / pieces * way;
+        const dvec3 low = glm::max(glm::floor(glm::min(a, b) - margin), dvec3(c.from));
+        const dvec3 high = glm::min(glm::floor(glm::max(a, b) + margin), dvec3(c.to));
+        if (glm::all(glm::lessThanEqual(low, high))) {
+            const glm::ivec3 l(low), h(high);
+            for (int z = l.z; z <= h.z; ++z)
+                for (int y = l.y; y <= h.y; ++y)
+                    look_into(c, l.x, h.x, y, z, look);
+        }
+    }
+}
+
+// Cells in shells about a place, while they are within reach_mm, which may become less.
+template <class Look>
+void look_around(const TriangleCells& c, dvec3 p, const double& reach_mm, const Look& look) {
+    const dvec3 place = cell_of(c, p), per_mm = cells_per_mm(c);
+    const dvec3 middle = glm::clamp(glm::floor(place), dvec3(c.from), dvec3(c.to));
+    const glm::ivec3 m(middle);
+    const glm::ivec3 farthest = glm::max(m - c.from, c.to - m);
+    const int last = std::max({farthest.x, farthest.y, farthest.z});
+    // Cells between p and another one along an axis.
+    const auto is_near = [&](int axis, int at) {
+        const double off = std::max(double(at) - place[axis], place[axis] - double(at) - 1.0);
+        return off <= (reach_mm + kRounding_mm) * per_mm[axis];
+    };
+    for (int r = 0; r <= last; ++r) {
+        const glm::ivec3 low = glm::max(m - r, c.from), high = glm::min(m + r, c.to);
+        bool any = false;
+        for (int z = low.z; z <= high.z; ++z) {
+            if (!is_near(2, z))
+                continue;
+            for (int y = low.y; y <= high.y; ++y) {
+                if (!is_near(1, y))
+                    continue;
+                const bool is_side = std::abs(z - m.z) == r || std::abs(y - m.y) == r;
+                for (int x = is_side ? low.x : m.x - r; x <= high.x; x += is_side ? 1 : 2 * r)
+                    if (x >= low.x && is_near(0, x)) {
+                        any = true;
+                        look_into(c, x, x, y, z, look);
+                    }
+            }
+        }
+        if (!any)
+            return;
+    }
+}
+
 } // namespace
 
-SurfacePoint nearest_point(const TriangleSpan& s, dvec3 p) {
-    double best = INFINITY, best_square_on = 0.0;
+SurfacePoint nearest_point(const TriangleSpan& s, dvec3 p, double within_mm) {
+    double best = INFINITY, best_square_on = 0.0, reach_mm = within_mm;
     uint32_t which = 0;
     dvec3 weights{};
     // On an edge or a vertex triangles are equally near: the one that is seen most squarely tells
@@ -93,22 +177,30 @@ SurfacePoint nearest_point(const TriangleSpan& s, dvec3 p) {
     const auto square_on = [&](const Corners& k, dvec3 away) {
         return std::abs(glm::dot(unit_or_zero(glm::cross(k.b - k.a, k.c - k.a)), away));
     };
-    for (uint32_t t = 0; t < s.triangles.size(); ++t) {
-        const Corners k = corners_of(s, t);
-        const dvec3 w = nearest_weights(k, p);
-        const dvec3 away = w.x * k.a + w.y * k.b + w.z * k.c - p;
-        const double square = glm::dot(away, away);
-        if (square > (1.0 + kSameDistance) * best)
-            continue;
-        const double seen = square_on(k, away);
-        if (square >= (1.0 - kSameDistance) * best && seen <= best_square_on)
-            continue;
-        best = square;
-        best_square_on = seen;
-        which = t;
-        weights = w;
-    }
-    if (!std::isfinite(best))
+    const auto look = [&](uint32_t begin, uint32_t end) {
+        count_looks(s, begin, end);
+        for (uint32_t t = begin; t < end; ++t) {
+            const Corners k = corners_of(s, t);
+            const dvec3 w = nearest_weights(k, p);
+            const dvec3 away = w.x * k.a + w.y * k.b + w.z * k.c - p;
+            const double square = glm::dot(away, away);
+            if (square > (1.0 + kSameDistance) * best)
+                continue;
+            const double seen = square_on(k, away);
+            if (square >= (1.0 - kSameDistance) * best && seen <= best_square_on)
+                continue;
+            best = square;
+            best_square_on = seen;
+            reach_mm = std::min(within_mm, std::sqrt(best));
+            which = t;
+            weights = w;
+        }
+    };
+    if (s.cells.count.x == 0)
+        look(0, static_cast<uint32_t>(s.triangles.size()));
+    else
+        look_around(s.cells, p, reach_mm, look);
+    if (!(best < INFINITY && std::sqrt(best) <= within_mm))
         return {};
     SurfacePoint found = point_on(s, which, corners_of(s, which), weights);
     found.distance = std::sqrt(best);
@@ -135,31 +227,38 @@ SurfacePoint first_crossing(const TriangleSpan& s, dvec3 from, dvec3 to, double 
     bool found = false;
     uint32_t which = 0;
     dvec3 weights{};
-    for (uint32_t t = 0; t < s.triangles.size(); ++t) {
-        const glm::uvec3 v = s.triangles[t];
-        const dvec3 a = dvec3(s.positions[v.x]) - from, b = dvec3(s.positions[v.y]) - from;
-        const glm::dvec2 at_a = seen(a), at_b = seen(b);
-        const double wc = side(at_a, at_b);
-        if (wc > 0.0) // from inside, or past
-            continue;
-        const dvec3 c = dvec3(s.positions[v.z]) - from;
-        const glm::dvec2 at_c = seen(c);
-        const double wa = side(at_b, at_c), wb = side(at_c, at_a);
-        const double sum = wa + wb + wc;
-        if (wa > 0.0 || wb > 0.0 || !(sum < 0.0))
-            continue;
-        // A mean of the corners, which no rounding takes out of the triangle.
-        const dvec3 at = (wa * a + wb * b + wc * c) / sum;
-        const double share = glm::dot(at, d) / length_square;
-        if (share > best)
-            continue;
-        if (share < 0.0 && glm::dot(unit_or_zero(glm::cross(b - a, c - a)), at) > behind)
-            continue;
-        best = share;
-        which = t;
-        weights = dvec3(wa, wb, wc) / sum;
-        found = true;
-    }
+    const auto look = [&](uint32_t begin, uint32_t end) {
+        count_looks(s, begin, end);
+        for (uint32_t t = begin; t < end; ++t) {
+            const glm::uvec3 v = s.triangles[t];
+            const dvec3 a = dvec3(s.positions[v.x]) - from, b = dvec3(s.positions[v.y]) - from;
+            const glm::dvec2 at_a = seen(a), at_b = seen(b);
+            const double wc = side(at_a, at_b);
+            if (wc > 0.0) // from inside, or past
+                continue;
+            const dvec3 c = dvec3(s.positions[v.z]) - from;
+            const glm::dvec2 at_c = seen(c);
+            const double wa = side(at_b, at_c), wb = side(at_c, at_a);
+            const double sum = wa + wb + wc;
+            if (wa > 0.0 || wb > 0.0 || !(sum < 0.0))
+                continue;
+            // A mean of the corners, which no rounding takes out of the triangle.
+            const dvec3 at = (wa * a + wb * b + wc * c) / sum;
+            const double share = glm::dot(at, d) / length_square;
+            if (share > best)
+                continue;
+            if (share < 0.0 && glm::dot(unit_or_zero(glm::cross(b - a, c - a)), at) > behind)
+                continue;
+            best = share;
+            which = t;
+            weights = dvec3(wa, wb, wc) / sum;
+            found = true;
+        }
+    };
+    if (s.cells.count.x == 0)
+        look(0, static_cast<uint32_t>(s.triangles.size()));
+    else
+        look_along(s.cells, from, to, behind > 0.0, best, look);
     if (!found)
         return {};
     SurfacePoint hit = point_on(s, which, corners_of(s, which), weights);

@@ -49,68 +49,6 @@ Rest touching_at(dvec3 point, const SurfacePoint& face) {
             .touching = face.found};
 }
 
-// Those of a surface's triangles that a box about a place meets.
-class Nearby {
- public:
-    Nearby(const TriangleSpan& all, dvec3 lowest, dvec3 highest)
-        : all_(all), low_(lowest), high_(highest) {}
-
-    // The box reaches as far as asked for, less where there are too many triangles; where many meet
-    // in one place, it is all of them.
-    void take(dvec3 at, double reach_mm) {
-        at_ = at;
-        reach_ = reach_mm;
-        takes_all_ = false;
-        for (int i = 0; i < 8; ++i, reach_ *= 0.7) {
-            low = glm::max(low_, at - reach_);
-            high = glm::min(high_, at + reach_);
-            if (fill())
-                return;
-        }
-        reach_ = reach_mm;
-        low = glm::max(low_, at - reach_);
-        high = glm::min(high_, at + reach_);
-        takes_all_ = true;
-    }
-    // Whether a step of that length from p stays inside.
-    bool holds(dvec3 p, double step_mm) const {
-        const dvec3 off = glm::abs(p - at_);
-        return std::max({off.x, off.y, off.z}) + step_mm < reach_;
-    }
-    TriangleSpan span() const {
-        if (takes_all_)
-            return all_;
-        return {all_.positions, all_.normals, {taken_.data(), count_}, all_.bulge_mm};
-    }
-    dvec3 low{0.0}, high{0.0};
-
- private:
-    bool fill() {
-        // Floats of the box, and a little beyond it, so that none is lost by rounding.
-        const glm::vec3 a = glm::vec3(low) - 1e-3f, b = glm::vec3(high) + 1e-3f;
-        count_ = 0;
-        for (const glm::uvec3 t : all_.triangles) {
-            const glm::vec3 p = all_.positions[t.x], q = all_.positions[t.y],
-                            r = all_.positions[t.z];
-            const glm::vec3 least = glm::min(glm::min(p, q), r), most = glm::max(glm::max(p, q), r);
-            if (least.x > b.x || least.y > b.y || least.z > b.z || most.x < a.x || most.y < a.y ||
-                most.z < a.z)
-                continue;
-            if (count_ == taken_.size())
-                return false;
-            taken_[count_++] = t;
-        }
-        return true;
-    }
-
-    const TriangleSpan& all_;
-    dvec3 low_, high_, at_{0.0};
-    double reach_ = 0.0;
-    bool takes_all_ = false;
-    size_t count_ = 0;
-    std::array<glm::uvec3, 512> taken_;
-};
-
 } // namespace
 
 Rest come_to_rest(const TriangleSpan& surface, dvec3 from, dvec3 goal, dvec3 low, dvec3 high) {
@@ -118,7 +56,7 @@ Rest come_to_rest(const TriangleSpan& surface, dvec3 from, dvec3 goal, dvec3 low
     std::array<Plane, 3> planes;
     uint32_t count = 0, oldest = 0;
     dvec3 settled = from; // where it was when it last looked straight at the goal
-    for (; rest.iterations < 48; ++rest.iterations) {
+    for (int i = 0; i < 48 && !surface.is_spent(); ++i) {
         const Projection way = project_to_planes(goal, {planes.data(), count});
         dvec3 target = way.is_feasible ? way.point : rest.point;
         const double share = share_within(rest.point, target, low, high);
@@ -154,47 +92,33 @@ Rest come_to_rest(const TriangleSpan& surface, dvec3 from, dvec3 goal, dvec3 low
         settled = rest.point;
         count = oldest = 0;
     }
+    rest.reached_side = surface.is_spent(); // it is on its way still
     return felt_where_it_is(rest);
 }
 
 dvec3 off_the_faces(const TriangleSpan& surface, dvec3 point) {
-    constexpr double kAbout_mm = 10.0 * kSkin_mm;
-    Nearby nearby(surface, point - kAbout_mm, point + kAbout_mm);
-    nearby.take(point, kAbout_mm);
-    const SurfacePoint near = nearest_point(nearby.span(), point);
-    if (!near.found || near.distance > 0.9 * kSkin_mm)
+    const SurfacePoint near = nearest_point(surface, point, 0.9 * kSkin_mm);
+    if (!near.found)
         return point;
     const double above = glm::dot(point - near.point, near.face_normal);
     const dvec3 way = (kSkin_mm - above) * near.face_normal;
-    const SurfacePoint hit = first_crossing(nearby.span(), point, point + way);
+    const SurfacePoint hit = first_crossing(surface, point, point + way);
     return hit.found ? point + 0.5 * hit.distance * near.face_normal : point + way;
 }
 
 Rest rest_at(const TriangleSpan& surface, dvec3 point, double within_mm) {
-    // Next to the point, if it is there; else wherever.
-    constexpr double kAbout_mm = 100.0 * kSkin_mm;
-    Nearby nearby(surface, point - kAbout_mm, point + kAbout_mm);
-    nearby.take(point, kAbout_mm);
-    SurfacePoint near = nearest_point(nearby.span(), point);
-    if (!near.found || near.distance > kAbout_mm)
-        near = within_mm > kAbout_mm ? nearest_point(surface, point) : SurfacePoint{};
-    if (near.distance > within_mm)
-        near = {};
-    return touching_at(point, near);
+    return touching_at(point, nearest_point(surface, point, within_mm));
 }
 
 Rest rest_under_bulge(const TriangleSpan& surface, dvec3 goal) {
     const double reach = 2.0 * surface.bulge_mm;
     if (reach > 0.0) {
-        Nearby nearby(surface, goal - reach, goal + reach);
-        nearby.take(goal, reach);
-        const SurfacePoint near = nearest_point(nearby.span(), goal);
-        if (near.found && near.distance < reach &&
-            glm::dot(goal - near.point, near.face_normal) > 0.0 &&
+        const SurfacePoint near = nearest_point(surface, goal, reach);
+        if (near.found && glm::dot(goal - near.point, near.face_normal) > 0.0 &&
             glm::dot(goal - near.curved, near.shaded_normal) < 0.0) {
             // Down to it, and off it again on that way.
             const SurfacePoint hit =
-                first_crossing(nearby.span(), goal, goal + 1.5 * (near.point - goal), kBehind_mm);
+                first_crossing(surface, goal, goal + 1.5 * (near.point - goal), kBehind_mm);
             if (hit.found)
                 return touching_at(off_the_face(hit, goal, unit_or_zero(near.point - goal)), hit);
         }
@@ -205,22 +129,20 @@ Rest rest_under_bulge(const TriangleSpan& surface, dvec3 goal) {
 Rest settle(const TriangleSpan& surface, Rest rest, dvec3 goal, dvec3 low, dvec3 high,
             double grain_mm) {
     constexpr int kMostSteps = 16;
-    Nearby near(surface, low, high);
-    near.take(rest.point, 2.0 * grain_mm);
     // Along a way until something is met.
     struct Leg {
         dvec3 end;
         SurfacePoint hit;
     };
     const auto leg = [&](dvec3 from, dvec3 way) -> Leg {
-        const double share = share_within(from, from + way, near.low, near.high);
-        const SurfacePoint hit = first_crossing(near.span(), from, from + share * way, kBehind_mm);
+        const double share = share_within(from, from + way, low, high);
+        const SurfacePoint hit = first_crossing(surface, from, from + share * way, kBehind_mm);
         rest.reached_side |= share < 1.0 && !hit.found;
         return {hit.found ? off_the_face(hit, from, unit_or_zero(way)) : from + share * way, hit};
     };
     rest.settled = rest.reached_side = false;
     dvec3 last_residual(0.0), last_step(0.0);
-    for (int i = 0; i < kMostSteps && rest.touching; ++i, ++rest.iterations) {
+    for (int i = 0; i < kMostSteps && rest.touching && !surface.is_spent(); ++i) {
         const dvec3 n = rest.shaded_normal, d = goal - rest.curved;
         const double depth = -glm::dot(d, n);
         const dvec3 residual = d + depth * n;
@@ -247,8 +169,6 @@ Rest settle(const TriangleSpan& surface, Rest rest, dvec3 goal, dvec3 low, dvec3
         step *= std::min(1.0, 0.5 * grain_mm / glm::length(step));
         // Up, along and down again: what is in the way of a leg ends it.
         const double length = glm::length(step), lift = 0.5 * length;
-        if (!near.holds(rest.point, lift + length))
-            near.take(rest.point, 2.0 * grain_mm);
         const dvec3 raised = leg(rest.point, lift * n).end;
         const dvec3 along = leg(raised, step).end;
         const Leg down = leg(along, -(lift + length) * n);

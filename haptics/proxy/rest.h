@@ -18,13 +18,13 @@ struct Rest {
     glm::dvec3 face_normal{0.0}, shaded_normal{0.0};
     bool touching = false, reached_side = false;
     bool settled = false; // settle() found what it looks for
-    uint32_t iterations = 0;
 };
 
 // Where a point moved towards `goal` comes to rest: swept from triangle to triangle (front sides
 // alone hold), on each slid along up to three planes at once (planes.h), until it moves by less
 // than 1e-7 mm. It stays up to 1e-4 mm off the faces, and never goes but where the way is free.
-// Triangles are known within the box only; at its side the point stops and `reached_side` is set.
+// Triangles are known within the box only; at its side, and where looks end, the point stops and
+// `reached_side` is set.
 Rest come_to_rest(const TriangleSpan& surface, glm::dvec3 from, glm::dvec3 goal, glm::dvec3 low,
                   glm::dvec3 high);
 

@@ -18,8 +18,6 @@ using glm::dvec3;
 
 // How far from a proxy a face may lie after an edit for it to be the one that was touched.
 constexpr double kSame_mm = 0.01;
-// Of all loops of a tick: each looks at some hundred triangles.
-constexpr uint32_t kMostIterations = 64;
 
 dvec3 moved(const glm::dmat4& m, dvec3 p) {
     return dvec3(m * glm::dvec4(p, 1.0));
@@ -41,6 +39,7 @@ class SweptTriangles final : public Algorithm {
 
     TickOutput tick(const TickInput& input) noexcept override {
         const TouchParameters& q = *input.parameters;
+        looks_left_ = kMostLooks;
         if (!is_sane(input) || !surface_.follow(input))
             return coupler_.unknown();
         const dvec3 x = coupler_.hand(input, surface_.grain_mm(),
@@ -58,6 +57,7 @@ class SweptTriangles final : public Algorithm {
         if (!coupler_.is_inside())
             move(x, is_first, geometry);
         geometry.lacks_data = surface_.lacks_data();
+        geometry.iterations = static_cast<uint32_t>(kMostLooks - looks_left_);
         const std::optional<Volume>& volume = Felt::volume_of(input);
         return coupler_.couple(
             input, geometry,
@@ -65,6 +65,12 @@ class SweptTriangles final : public Algorithm {
     }
 
  private:
+    void gather(dvec3 at, double way_mm) { looks_left_ -= surface_.gather(at, way_mm); }
+    TriangleSpan span() {
+        TriangleSpan span = surface_.span();
+        span.looks_left = &looks_left_;
+        return span;
+    }
     // Geometry's part of a tick, for a hand at x.
     void move(dvec3 x, bool is_first, Geometry& geometry) {
         if (geometry.was_replaced && !is_first)
@@ -88,13 +94,15 @@ class SweptTriangles final : public Algorithm {
         geometry.touching = touching_;
         geometry.normal = surface_.turn_to_world(rest.shaded_normal);
         geometry.contacts = touching_;
+        // Where it rests on a face, or slid to, work that ends says enough of what is touched.
+        geometry.is_behind = looks_left_ <= 0 && rest.reached_side;
     }
 
     // Outside of the nearest face, and of the blended normals there: of two faces that meet in an
     // edge one alone may see a place from the wrong side. Where no face is near, the surface knows.
     bool is_free(dvec3 p) {
-        surface_.gather(p, 0.0);
-        const SurfacePoint near = nearest_point(surface_.span(), p);
+        gather(p, 0.0);
+        const SurfacePoint near = nearest_point(span(), p);
         if (!near.found)
             return surface_.is_free_amid();
         const dvec3 off = p - near.point;
@@ -102,22 +110,20 @@ class SweptTriangles final : public Algorithm {
     }
 
     // Where the proxy goes when the tool is at x.
-    Rest follow(dvec3 x, Geometry& geometry) {
+    Rest follow(dvec3 x, const Geometry& geometry) {
         const dvec3 goal = surface_.from_world(x);
         Rest rest{.point = surface_.from_world(proxy_), .curved = surface_.from_world(proxy_)};
         const auto settle_there = [&](const Rest& from) {
-            const Rest there = settle(surface_.span(), from, goal, surface_.low_mm(),
-                                      surface_.high_mm(), surface_.grain_mm());
-            geometry.iterations += there.iterations;
-            return there;
+            return settle(span(), from, goal, surface_.low_mm(), surface_.high_mm(),
+                          surface_.grain_mm());
         };
         // In contact it slides on from where it was, if that is there still.
         std::optional<Rest> slid;
         if (touching_) {
-            surface_.gather(rest.point, glm::distance(rest.point, goal));
-            rest.point = off_the_faces(surface_.span(), rest.point);
+            gather(rest.point, glm::distance(rest.point, goal));
+            rest.point = off_the_faces(span(), rest.point);
             const Rest near = settle_there(
-                rest_at(surface_.span(), rest.point, geometry.was_replaced ? kSame_mm : INFINITY));
+                rest_at(span(), rest.point, geometry.was_replaced ? kSame_mm : INFINITY));
             if (near.settled)
                 return near;
             if (near.touching)
@@ -126,8 +132,7 @@ class SweptTriangles final : public Algorithm {
         }
         // Else, or where that leads nowhere, over the faces: in stretches that the triangles at
         // hand reach. What is left of a long way the next tick goes on with.
-        for (int stretch = 0; stretch < 16 && geometry.iterations < kMostIterations;
-             ++stretch, ++geometry.iterations) {
+        for (int stretch = 0; stretch < 16 && looks_left_ > 0; ++stretch) {
             const dvec3 here = rest.point;
             if (const double share = surface_.clear_share(here, goal); share > 0.0) {
                 rest = {.point = here + share * (goal - here)};
@@ -136,20 +141,19 @@ class SweptTriangles final : public Algorithm {
                     continue;
                 break;
             }
-            surface_.gather(here, glm::distance(here, goal));
-            rest = come_to_rest(surface_.span(), off_the_faces(surface_.span(), here), goal,
-                                surface_.low_mm(), surface_.high_mm());
-            geometry.iterations += rest.iterations;
+            gather(here, glm::distance(here, goal));
+            rest = come_to_rest(span(), off_the_faces(span(), here), goal, surface_.low_mm(),
+                                surface_.high_mm());
             if (!rest.touching && !rest.reached_side)
-                rest = rest_under_bulge(surface_.span(), goal);
+                rest = rest_under_bulge(span(), goal);
             if (rest.touching && !rest.reached_side)
-                rest = settle_there(rest_at(surface_.span(), rest.point, INFINITY));
+                rest = settle_there(rest_at(span(), rest.point, INFINITY));
             if (!rest.reached_side || glm::distance(rest.point, here) < 1e-4)
                 break;
         }
         // Out of looks on its way through bumps, at the side of what is at hand: where the slide
         // ended says more.
-        if (slid && rest.reached_side && geometry.iterations >= kMostIterations)
+        if (slid && looks_left_ <= 0 && (rest.reached_side || !rest.touching))
             return *slid;
         return rest;
     }
@@ -158,15 +162,15 @@ class SweptTriangles final : public Algorithm {
     // nearest place that is free, from where it goes on to the surface.
     void put_back() {
         const dvec3 p = surface_.from_world(proxy_);
-        surface_.gather(p, INFINITY);
-        SurfacePoint near = nearest_point(surface_.span(), p);
+        gather(p, INFINITY);
+        SurfacePoint near = nearest_point(span(), p);
         if (!near.found) {
             dvec3 free = p;
             if (!surface_.is_solid_amid() || !surface_.find_free(p, normal_, free))
                 return;
             proxy_ = surface_.to_world(free);
-            surface_.gather(free, INFINITY);
-            near = nearest_point(surface_.span(), free);
+            gather(free, INFINITY);
+            near = nearest_point(span(), free);
             if (!near.found || glm::dot(free - near.point, near.face_normal) >= 0.0)
                 return;
         } else if (glm::dot(p - near.point, near.face_normal) >= 0.0) {
@@ -176,13 +180,14 @@ class SweptTriangles final : public Algorithm {
     }
 
     Surface surface_;
+    int64_t looks_left_ = 0;
     Coupler coupler_;
     bool has_proxy_ = false, touching_ = false, slipping_ = false;
     dvec3 proxy_{0.0};
     dvec3 normal_{0.0}; // where it last touched, from_world()
 };
 
-// The triangles of a mesh within 2 to 8 cells of a place.
+// The triangles of a mesh within 2 to 8 grains of a place.
 class MeshSurface {
  public:
     bool follow(const TickInput& input) {
@@ -203,65 +208,41 @@ class MeshSurface {
     bool is_free_amid() const { return false; } // it is not known: then nothing changes
     bool find_free(dvec3, dvec3, dvec3&) const { return false; }
     // For a way of that length, or the first part of it; for an infinite one, all about the place.
-    void gather(dvec3 at, double way_mm) {
-        const double cell = mesh_->cell_mm;
-        const dvec3 low(mesh_->low_mm), index = glm::clamp((at - low) / cell, -1e6, 1e6);
-        const int wanted =
-            std::isfinite(way_mm) ? static_cast<int>(std::clamp(way_mm / cell + 1.0, 2.0, 4.0)) : 8;
-        // As far as the table holds all triangles; each is taken once, at its first cell.
-        for (int reach = wanted;; --reach) {
-            const glm::ivec3 from = glm::max(glm::ivec3(glm::floor(index)) - reach, glm::ivec3(0));
-            const glm::ivec3 to = glm::min(glm::ivec3(glm::floor(index)) + reach, mesh_->cells - 1);
-            low_ = low + cell * (glm::floor(index) - double(reach));
-            high_ = low + cell * (glm::floor(index) + double(reach) + 1.0);
-            count_ = 0;
-            bool fits = true;
-            for (int z = from.z; z <= to.z && fits; ++z)
-                for (int y = from.y; y <= to.y && fits; ++y)
-                    for (int x = from.x; x <= to.x && fits; ++x)
-                        fits = take(glm::ivec3(x, y, z), from);
-            if (fits || reach == 0)
-                return;
-        }
+    // Returns how many points it had to make.
+    int64_t gather(dvec3 at, double way_mm) {
+        const double cell = mesh_->cell_mm, grain = mesh_->grain_mm;
+        const double reach =
+            grain * (std::isfinite(way_mm) ? std::clamp(way_mm / grain + 1.0, 2.0, 4.0) : 8.0);
+        low_ = at - reach;
+        high_ = at + reach;
+        // And one cell more, for what floats round.
+        const auto cell_of = [&](dvec3 p) {
+            return glm::ivec3(glm::floor(glm::clamp((p - dvec3(mesh_->low_mm)) / cell, -1e6, 1e6)));
+        };
+        from_ = glm::max(cell_of(low_) - 1, glm::ivec3(0));
+        to_ = glm::min(cell_of(high_) + 1, mesh_->cells - 1);
+        return 0;
     }
     TriangleSpan span() const {
+        const double per_mm = 1.0 / double{mesh_->cell_mm};
         return {mesh_->mesh->positions,
                 mesh_->mesh->normals,
-                {triangles_.data(), count_},
-                mesh_->bulge_mm};
+                mesh_->triangles,
+                mesh_->bulge_mm,
+                {glm::dmat3(per_mm), -per_mm * dvec3(mesh_->low_mm), mesh_->cells, from_, to_,
+                 mesh_->first}};
     }
     dvec3 low_mm() const { return low_; }
     dvec3 high_mm() const { return high_; }
     bool lacks_data() const { return false; }
-    double grain_mm() const { return mesh_->cell_mm; }
+    double grain_mm() const { return mesh_->grain_mm; }
 
  private:
-    bool take(glm::ivec3 cell, glm::ivec3 from) {
-        const Mesh& mesh = *mesh_->mesh;
-        const size_t at =
-            size_t(cell.x) +
-            size_t(mesh_->cells.x) * (size_t(cell.y) + size_t(mesh_->cells.y) * size_t(cell.z));
-        for (uint32_t i = mesh_->first[at]; i < mesh_->first[at + 1]; ++i) {
-            const glm::uvec3 t = mesh.triangles[mesh_->which[i]];
-            const glm::vec3 least =
-                glm::min(glm::min(mesh.positions[t.x], mesh.positions[t.y]), mesh.positions[t.z]);
-            const glm::ivec3 own = glm::clamp(glm::ivec3((least - mesh_->low_mm) / mesh_->cell_mm),
-                                              glm::ivec3(0), mesh_->cells - 1);
-            if (glm::max(own, from) != cell)
-                continue;
-            if (count_ == triangles_.size())
-                return false;
-            triangles_[count_++] = t;
-        }
-        return true;
-    }
-
     const TouchMesh* mesh_ = nullptr;
     uint64_t version_ = 0;
     bool is_new_ = false;
     dvec3 low_{0.0}, high_{0.0};
-    size_t count_ = 0;
-    std::array<glm::uvec3, 8192> triangles_;
+    glm::ivec3 from_{0}, to_{0};
 };
 
 // The marching-cubes surface about a place, made when it is asked for.
@@ -303,10 +284,11 @@ class LocalWindow {
                                                                                            : 0.0;
     }
     // A window serves places about its middle, too.
-    void gather(dvec3 at, double) {
+    int64_t gather(dvec3 at, double) {
+        int64_t points = 0;
         const dvec3 off = glm::abs(point_of(at) - middle_);
         if (!has_window_ || std::max({off.x, off.y, off.z}) > 1.0) {
-            patch_.extract(samples_, *volume_, to_world(at), space_);
+            points = patch_.extract(samples_, *volume_, to_world(at), space_);
             const dvec3 middle_mm = 0.5 * (patch_.low_mm() + patch_.high_mm());
             dvec3 half_mm = 0.5 * (patch_.high_mm() - patch_.low_mm());
             half_mm *= space_.inner_share(half_mm);
@@ -316,6 +298,7 @@ class LocalWindow {
             has_window_ = true;
         }
         lacks_data_ |= patch_.lacked_brick();
+        return points;
     }
     // Where the window has no triangles: whether it lies in material.
     bool is_solid_amid() const { return patch_.is_solid_amid(); }

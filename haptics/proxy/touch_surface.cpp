@@ -280,7 +280,8 @@ std::shared_ptr<const TouchMesh> TouchSurface::mesh() const {
     return make_touch_mesh(std::move(mesh), cell_mm_of(s.volume.grid()));
 }
 
-std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mesh, double cell_mm) {
+std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mesh,
+                                                 double grain_mm) {
     if (const RigidSpace space = rigid_space(mesh->world_from_mesh); !space.is_mesh_space) {
         auto rigid = std::make_shared<Mesh>(*mesh);
         rigid->world_from_mesh = space.world_from_rigid;
@@ -300,7 +301,16 @@ std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mes
         low = glm::min(low, p);
         high = glm::max(high, p);
     }
-    double cell = std::max(cell_mm, 1e-3);
+    double edges = 0.0;
+    for (const glm::uvec3 t : mesh->triangles)
+        for (int k = 0; k < 3; ++k)
+            edges += double{glm::distance(mesh->positions[t[k]], mesh->positions[t[(k + 1) % 3]])};
+    const double edge = edges / std::max(1.0, 3.0 * static_cast<double>(mesh->triangles.size()));
+    if (!mesh->normals.empty())
+        made->bulge_mm = kBulge * edge;
+    made->grain_mm = std::max(grain_mm, 1e-3);
+    // A surface that passes a cell of three edges has some 20 triangles there.
+    double cell = std::max(std::min(grain_mm, 3.0 * edge), 1e-3);
     const auto cells_of = [&] { return glm::ivec3((high - low) / static_cast<float>(cell)) + 1; };
     while (double(cells_of().x) * cells_of().y * cells_of().z > 4194304.0)
         cell *= 1.26;
@@ -327,19 +337,10 @@ std::shared_ptr<const TouchMesh> make_touch_mesh(std::shared_ptr<const Mesh> mes
         for_cells(t, [&](size_t c) { ++made->first[c + 1]; });
     for (size_t c = 0; c < count; ++c)
         made->first[c + 1] += made->first[c];
-    if (!mesh->normals.empty()) {
-        double edges = 0.0;
-        for (const glm::uvec3 t : mesh->triangles)
-            for (int k = 0; k < 3; ++k)
-                edges +=
-                    double{glm::distance(mesh->positions[t[k]], mesh->positions[t[(k + 1) % 3]])};
-        made->bulge_mm =
-            kBulge * edges / std::max(1.0, 3.0 * static_cast<double>(mesh->triangles.size()));
-    }
-    made->which.resize(made->first[count]);
+    made->triangles.resize(made->first[count]);
     std::vector<uint32_t> at(made->first.begin(), made->first.end() - 1);
-    for (uint32_t i = 0; i < mesh->triangles.size(); ++i)
-        for_cells(mesh->triangles[i], [&](size_t c) { made->which[at[c]++] = i; });
+    for (const glm::uvec3 t : mesh->triangles)
+        for_cells(t, [&](size_t c) { made->triangles[at[c]++] = t; });
     return made;
 }
 
