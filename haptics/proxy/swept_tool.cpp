@@ -16,7 +16,7 @@ namespace {
 constexpr double kCatchingUp_s = 0.1;
 // From one tick to the next, of the way where it turned back: no less than this; all of it again
 // where the hand has moved by so much, in samples. Ways beyond the hand's that are no longer than
-// the last one do not count.
+// the last one do not count, and a hand that moves by no more rests.
 constexpr double kLeastEase = 1.0 / 64.0, kEased = 0.2, kTremor = 0.03;
 constexpr double kLeastShare = 0.05; // of a way, that is worth going
 
@@ -66,6 +66,18 @@ void SweptTool::hold_back(dvec3 start, dvec3 hand, double dt_s, Course& c) {
     s.account.note(start, s.proxy, hand);
 }
 
+// How far its contacts are to be trusted was seen where it would have settled: that changes by the
+// share of the way there that it went, and not where nothing held it at the end of that way.
+void SweptTool::keep_confidence(dvec3 start, dvec3 settled, bool was_held, Geometry& geometry) {
+    State& s = state_;
+    if (s.proxy == settled)
+        return;
+    const double share =
+        was_held ? std::min(1.0, glm::distance(start, s.proxy) / glm::distance(start, settled))
+                 : 0.0;
+    geometry.confidence = glm::mix(s.confidence, geometry.confidence, share);
+}
+
 // Out of material that it yielded into: nothing that it knew of contacts is of use.
 void SweptTool::come_out(dvec3 place, dvec3 hand) {
     const Felt felt = state_;
@@ -82,6 +94,7 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
     const dvec3 start = s.proxy;
     const double moved_mm = glm::distance(hand, s.hand);
     const double length_before_mm = glm::distance(start, s.hand);
+    const bool was_behind = s.is_behind;
     s.hand = hand;
     const bool is_catching_up = geometry.was_replaced || s.catching_up_s > 0.0;
     if (geometry.was_replaced)
@@ -116,16 +129,23 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
         c.touching = false;
     }
     // Farther than a sample it went along a surface that bends: part of that way as the crow flies
-    // may lead through material, and is the hand's, not a tremor.
-    const bool went_far = glm::distance(start, s.proxy) > voxel_mm();
+    // may lead through material, and is the hand's, not a tremor. While the hand rests there is no
+    // such way but to where it went before.
+    const bool is_hands = was_behind || moved_mm > kTremor * voxel_mm();
+    const bool went_far = is_hands && glm::distance(start, s.proxy) > voxel_mm();
     if (is_catching_up || s.is_submerged || went_far) {
         s.account.reset();
         s.ease = 1.0;
     } else {
-        if (c.touching || s.held_count > 0)
+        const dvec3 settled = s.proxy;
+        const bool was_held = c.touching;
+        // Short of the hand something holds it, also where the last look did not show what.
+        if (c.touching || s.held_count > 0 || s.proxy != hand)
             ease(start, moved_mm);
         hold_back(start, hand, dt_s, c);
+        keep_confidence(start, settled, was_held, geometry);
     }
+    s.confidence = geometry.confidence;
     if (!(c.touching && s.touching))
         s.slipping = glm::distance(s.proxy, start) > 1e-5;
     s.touching = c.touching;

@@ -27,8 +27,9 @@ struct State : Felt {
     dvec3 hand{0.0};
     double trust_mm = 1e3; // of the last step
     SlideGain gain;
-    dvec3 last_way{0.0}; // that a tick led it
-    double ease = 1.0;   // as a share of such a way
+    dvec3 last_way{0.0};     // that a tick led it
+    double ease = 1.0;       // as a share of such a way
+    double confidence = 1.0; // of the normal, in the tick before
     ProxyAccount account;
     uint32_t held_count = 0; // places that held the tool in the tick before
     std::array<Touch, ToolContacts::kMost> held{};
@@ -79,6 +80,7 @@ class SweptTool final : public Algorithm {
     void submerge(dvec3 hand, Geometry& geometry);
     void ease(dvec3 start, double moved_mm);
     void hold_back(dvec3 start, dvec3 hand, double dt_s, Course& c);
+    void keep_confidence(dvec3 start, dvec3 settled, bool was_held, Geometry& geometry);
     Course course_to(dvec3 goal, double moved_mm, const Geometry& geometry) const;
     bool try_leap(Course& c);
     Next look_and_step(Course& c, bool is_first, Geometry& geometry);
