@@ -167,7 +167,8 @@ void CoarsePass::record_few(const ViewFrame& frame, RayCastPass& pass, const Ray
                            bind_storage(gpu::kEnlargeSpans, spans_)};
     commands.begin_pass("enlarge");
     commands.dispatch(store_->pipelines.get(spirv::Enlarge{}), bound,
-                      {tile_count(size_px_), eyes_});
+                      {(count.x + gpu::kEnlargeGroup) / gpu::kEnlargeGroup,
+                       (size_px_.y + gpu::kEnlargeGroup - 1) / gpu::kEnlargeGroup, eyes_});
     commands.end_pass();
 }
 

@@ -28,6 +28,7 @@ const uint kEnlargeBlock = 0u;
 const uint kEnlargeFew = 1u;   // one texel a ray
 const uint kEnlargeColor = 2u;
 const uint kEnlargeSpans = 3u; // see kTileSpans
+const uint kEnlargeGroup = 8u; // side of a workgroup: rays across, and one more; pixels down
 
 // judge.comp: the squared error of some pixels against rays of full quality.
 struct JudgeBlock {
