@@ -18,7 +18,7 @@ enum class Use {
     copy_target,
     clear_target,     // filled by a command
     color_attachment, // drawn to by a graphics pipeline
-    present,          // shown by a window; forget() comes before the next use
+    present,          // shown by a window; after that a semaphore is waited for
     host_read,        // by the CPU after the submission is over
 };
 
@@ -42,8 +42,8 @@ class UseTracker {
  public:
     // The dependency that `next` needs, or nothing: two reads in one layout need none.
     std::optional<Dependency> advance(Use next);
-    // Drops the contents, and the record of the last use, which something else made: a window that
-    // hands out its image. The next use begins after the semaphore that the submission waits for.
+    // Drops the contents, and the record of the last use, which something else made: a window's new
+    // image. The next use begins after the semaphore that the submission waits for.
     void forget();
 
  private:

@@ -220,6 +220,25 @@ void Commands::copy(GpuImage& from, GpuImage& to) {
                    VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, 1, &all);
 }
 
+void Commands::copy(GpuImage& from, GpuImage& to, std::span<const Area> areas) {
+    PALPATE_ASSERT(!areas.empty());
+    use(from, Use::copy_source);
+    use(to, Use::copy_target);
+    const VkImageSubresourceLayers layer{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
+    std::vector<VkImageCopy> copies;
+    for (const Area& area : areas) {
+        const VkOffset3D low{static_cast<int32_t>(area.low.x), static_cast<int32_t>(area.low.y), 0};
+        copies.push_back({.srcSubresource = layer,
+                          .srcOffset = low,
+                          .dstSubresource = layer,
+                          .dstOffset = low,
+                          .extent = {area.size.x, area.size.y, 1}});
+    }
+    vkCmdCopyImage(handle(), from.handle(), VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL, to.handle(),
+                   VK_IMAGE_LAYOUT_TRANSFER_DST_OPTIMAL, static_cast<uint32_t>(copies.size()),
+                   copies.data());
+}
+
 void Commands::copy(BufferSlice from, GpuImage& to, std::span<const Region> regions) {
     use(*from.buffer, Use::copy_source);
     use(to, Use::copy_target);

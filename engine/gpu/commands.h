@@ -108,7 +108,12 @@ class Commands {
     };
     void copy(BufferSlice from, GpuImage& to, std::span<const Region> regions);
     void copy(GpuImage& from, BufferSlice to, std::span<const Region> regions);
-    void copy(GpuImage& from, GpuImage& to);     // all of it; both have one shape
+    void copy(GpuImage& from, GpuImage& to); // all of it; both have one shape
+    struct Area {                            // texels
+        glm::uvec2 low, size;
+    };
+    // The same of parts of a 2D image of one layer, to where they are in the first; one or more.
+    void copy(GpuImage& from, GpuImage& to, std::span<const Area> areas);
     void copy(BufferSlice from, BufferSlice to); // all of `from`; `to` is no smaller
     struct Bytes {
         uint64_t from, to, count; // the first byte in either

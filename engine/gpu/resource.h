@@ -78,8 +78,7 @@ struct ImageShape {
 class GpuImage {
  public:
     GpuImage(GpuDevice& device, std::string name, const ImageShape& shape);
-    // One that somebody else made and destroys, as a window's. Nothing is known of what it holds:
-    // tracker().forget() where it comes from somebody else.
+    // One that somebody else made and destroys, as a window's. Nothing is known of what it holds.
     GpuImage(GpuDevice& device, const ImageShape& shape, VkImage existing);
     ~GpuImage();
     GpuImage(GpuImage&& other) noexcept;

@@ -178,10 +178,10 @@ class RandomInput : public ViewerTest, public ::testing::WithParamInterface<uint
         const Result<void> drawn = viewer().draw_pictures();
         ASSERT_TRUE(drawn) << drawn.error().message;
         Commands commands(device());
-        GpuImage target(device(), "frame",
-                        {.format = VK_FORMAT_R8G8B8A8_UNORM,
-                         .size = glm::uvec3(state().size_px, 1),
-                         .attachment = true});
+        UiTarget target{GpuImage(device(), "frame",
+                                 {.format = VK_FORMAT_R8G8B8A8_UNORM,
+                                  .size = glm::uvec3(state().size_px, 1),
+                                  .attachment = true})};
         viewer().record(commands, target);
         commands.submit();
         commands.ticket().wait();

@@ -103,10 +103,10 @@ class Soak : public TemporaryFolder {
     void work(Viewer& viewer, GpuDevice& interface, double seconds, uint64_t seed, bool files,
               const Each& each) {
         std::mt19937_64 random(seed);
-        GpuImage target(interface, "window",
-                        {.format = VK_FORMAT_R8G8B8A8_UNORM,
-                         .size = glm::uvec3(viewer.state().size_px, 1),
-                         .attachment = true});
+        UiTarget target{GpuImage(interface, "window",
+                                 {.format = VK_FORMAT_R8G8B8A8_UNORM,
+                                  .size = glm::uvec3(viewer.state().size_px, 1),
+                                  .attachment = true})};
         const auto begin = Clock::now();
         const auto since = [&] {
             return std::chrono::duration<double>(Clock::now() - begin).count();

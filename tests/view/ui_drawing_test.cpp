@@ -1,7 +1,9 @@
-// Of a new frame only the tiles that differ are drawn.
+// Of a new frame only the tiles that differ are drawn, and of these only those that a target lacks
+// are copied there.
 
 #include <imgui/imgui.h>
 
+#include <memory>
 #include <random>
 
 #include "apps/palpate/view/ui_tiles.h"
@@ -12,16 +14,44 @@ namespace {
 
 class UiDrawingTest : public ViewerTest {
  protected:
-    // What is on the window, drawn upon the frame before, and all of it drawn anew.
+    // What is on the window, drawn upon the frame before, and all of it drawn anew. `before` and
+    // `older` show the last frame and the one before it, or what they showed in another size.
     void expect_the_same(const char* what) {
         ASSERT_TRUE(viewer().draw_pictures()) << what;
         frame({});
-        const Image upon = viewer().capture();
+        std::swap(before_, older_);
+        if (!before_ || glm::uvec2(before_->image.shape().size) != state().size_px)
+            before_ = std::make_unique<UiTarget>(new_target());
+        UiTarget fresh = new_target();
+        const std::vector<std::byte> upon = shown_on(*before_);
+        EXPECT_TRUE(upon == shown_on(fresh)) << what << ": another target";
         viewer().forget_drawing();
-        const Image anew = viewer().capture();
-        ASSERT_EQ(upon.size_px, anew.size_px) << what;
-        EXPECT_TRUE(upon.samples == anew.samples) << what;
+        UiTarget anew = new_target();
+        EXPECT_TRUE(upon == shown_on(anew)) << what;
     }
+
+ private:
+    UiTarget new_target() {
+        return {GpuImage(device(), "frame",
+                         {.format = VK_FORMAT_R8G8B8A8_UNORM,
+                          .size = glm::uvec3(state().size_px, 1),
+                          .attachment = true})};
+    }
+
+    std::vector<std::byte> shown_on(UiTarget& target) {
+        Commands commands(device());
+        viewer().record(commands, target);
+        const glm::uvec3 size = target.image.shape().size;
+        const Commands::Region all{0, glm::uvec3(0), size};
+        const BufferSlice texels =
+            commands.read_back(target.image, std::span(&all, 1), uint64_t{4} * size.x * size.y);
+        commands.submit();
+        commands.ticket().wait();
+        const std::span<const std::byte> bytes = texels.mapped();
+        return {bytes.begin(), bytes.end()};
+    }
+
+    std::unique_ptr<UiTarget> before_, older_;
 };
 
 TEST_F(UiDrawingTest, ChangesUponTheFrameBeforeLookAsIfAllWereDrawn) {
@@ -36,6 +66,12 @@ TEST_F(UiDrawingTest, ChangesUponTheFrameBeforeLookAsIfAllWereDrawn) {
     expect_the_same("keys shown");
     key("escape");
     expect_the_same("keys hidden");
+    for (const char* scale : {"file/text/1.5", "file/text/1"}) { // all is drawn by another drawing
+        click_widget("tab/file");
+        click_widget("file/text");
+        click_widget(scale);
+        expect_the_same(scale);
+    }
     for (const Panel panel : {Panel::axial, Panel::coronal, Panel::volume}) {
         move(middle(panel) + 20.0);
         expect_the_same("pointer");

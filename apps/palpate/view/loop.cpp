@@ -129,15 +129,15 @@ Result<Json> run_latency(Source source, LoopOptions options, bool headless) {
     const VkFormat format = screen ? screen->format() : VK_FORMAT_R8G8B8A8_UNORM;
     Viewer viewer(*pictures, *interface, format, std::move(source), size,
                   std::max(1.0, options.text_scale), std::move(options.viewer));
-    const auto record = [&](Commands& commands, GpuImage& target) {
+    const auto record = [&](Commands& commands, UiTarget& target) {
         viewer.record(commands, target);
     };
-    std::vector<GpuImage> targets; // as a window has several
+    std::vector<UiTarget> targets; // as a window has several
     if (!window)
         for (size_t i = 0; i < FramesUnderWay::kMost; ++i)
-            targets.emplace_back(
-                *interface, "frame",
-                ImageShape{.format = format, .size = glm::uvec3(size, 1), .attachment = true});
+            targets.push_back(
+                {GpuImage(*interface, "frame",
+                          {.format = format, .size = glm::uvec3(size, 1), .attachment = true})});
     size_t turn = 0;
     Result<Json> found = measure_latency(viewer, [&]() -> std::optional<Ticket> {
         if (screen) {
@@ -145,7 +145,7 @@ Result<Json> run_latency(Source source, LoopOptions options, bool headless) {
             window->events().take_frame(); // the hand is not the person's
             return screen->show(window->size_px(), record);
         }
-        GpuImage& target = targets[turn++ % targets.size()];
+        UiTarget& target = targets[turn++ % targets.size()];
         Commands commands(*interface);
         record(commands, target);
         commands.submit();
@@ -227,7 +227,7 @@ Result<Json> run_window(Source source, LoopOptions options) {
         if (window.take_damage() || size_px != shown_px || looks != shown_looks) {
             shown_looks = looks;
             shown_px = size_px;
-            const auto record = [&](Commands& commands, GpuImage& target) {
+            const auto record = [&](Commands& commands, UiTarget& target) {
                 viewer.record(commands, target);
             };
             if (const std::optional<Ticket> shown = screen.show(size_px, record))

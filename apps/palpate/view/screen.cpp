@@ -86,7 +86,7 @@ void Screen::make(glm::uvec2 size_px) {
                                           .preTransform = can.currentTransform,
                                           .compositeAlpha = VK_COMPOSITE_ALPHA_OPAQUE_BIT_KHR,
                                           .presentMode = VK_PRESENT_MODE_FIFO_KHR,
-                                          .clipped = VK_TRUE,
+                                          .clipped = VK_FALSE, // images keep all they hold
                                           .oldSwapchain = chain_};
     VkSwapchainKHR next = VK_NULL_HANDLE;
     check(vkCreateSwapchainKHR(device_->handle(), &create, nullptr, &next),
@@ -101,7 +101,7 @@ void Screen::make(glm::uvec2 size_px) {
           "asking for the window's images");
     const ImageShape shape{.format = format_, .size = glm::uvec3(size, 1), .attachment = true};
     for (const VkImage image : images) {
-        images_.emplace_back(*device_, shape, image);
+        images_.push_back({GpuImage(*device_, shape, image)});
         drawn_.push_back(make_semaphore(*device_));
     }
     for (size_t i = 0; i < kFrames; ++i)
@@ -111,7 +111,7 @@ void Screen::make(glm::uvec2 size_px) {
 }
 
 std::optional<Ticket> Screen::show(glm::uvec2 size_px,
-                                   const std::function<void(Commands&, GpuImage&)>& record) {
+                                   const std::function<void(Commands&, UiTarget&)>& record) {
     if (images_.empty() || size_px != size_px_)
         make(size_px);
     if (images_.empty())
@@ -127,12 +127,11 @@ std::optional<Ticket> Screen::show(glm::uvec2 size_px,
     }
     if (got != VK_SUBOPTIMAL_KHR)
         check(got, "taking an image of the window");
-    GpuImage& image = images_[index];
-    image.tracker().forget();
+    UiTarget& target = images_[index];
     Commands commands(*device_);
     commands.wait_for({free_[turn_], 0, VK_PIPELINE_STAGE_2_ALL_COMMANDS_BIT});
-    record(commands, image);
-    commands.use(image, Use::present);
+    record(commands, target);
+    commands.use(target.image, Use::present);
     commands.signal({drawn_[index]});
     values_[turn_] = commands.submit();
     const VkPresentInfoKHR present{.sType = VK_STRUCTURE_TYPE_PRESENT_INFO_KHR,

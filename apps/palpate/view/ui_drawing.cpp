@@ -5,6 +5,7 @@
 #include <volk.h>
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstring>
 
@@ -17,6 +18,11 @@ namespace palpate::view {
 namespace {
 
 constexpr uint32_t kMostPictures = 256; // with those that the device may still read
+
+uint64_t new_version() {
+    static std::atomic<uint64_t> last = 0;
+    return ++last;
+}
 
 VkRect2D rectangle(glm::ivec2 low, glm::ivec2 high) {
     return {{low.x, low.y},
@@ -212,7 +218,7 @@ void UiDrawing::drop(uint32_t number) {
 
 void UiDrawing::set_picture(uint32_t number, std::shared_ptr<GpuImage> image) {
     drop(number);
-    Picture picture{std::move(image), VK_NULL_HANDLE, ++last_version_};
+    Picture picture{std::move(image), VK_NULL_HANDLE, new_version()};
     const VkDescriptorSetAllocateInfo allocate{
         .sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO,
         .descriptorPool = pool_,
@@ -247,7 +253,7 @@ void UiDrawing::set_picture(Commands& commands, uint32_t number, glm::uvec2 size
                                 *device_, fmt::format("interface picture {}", number),
                                 ImageShape{.format = VK_FORMAT_R8G8B8A8_UNORM,
                                            .size = glm::uvec3(size_px, 1)}));
-    pictures_.at(number).version = ++last_version_;
+    pictures_.at(number).version = new_version();
     const BufferSlice staged = commands.upload(rgba);
     const Commands::Region all{0, glm::uvec3(0), glm::uvec3(size_px, 1)};
     commands.copy(staged, *pictures_.at(number).image, std::span(&all, 1));
@@ -285,8 +291,8 @@ std::vector<Box> UiDrawing::find_changes(const ImDrawData& data, glm::uvec2 size
     return {{glm::ivec2(0), glm::ivec2(size_px)}};
 }
 
-void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& data) {
-    const glm::uvec2 size(target.shape().size);
+void UiDrawing::record(Commands& commands, UiTarget& target, const ImDrawData& data) {
+    const glm::uvec2 size(target.image.shape().size);
     const std::vector<Box> boxes = find_changes(data, size);
     if (!boxes.empty()) {
         const Triangles triangles = upload(commands, data);
@@ -296,7 +302,15 @@ void UiDrawing::record(Commands& commands, GpuImage& target, const ImDrawData& d
         commands.flush();
         draw(triangles, data, boxes);
     }
-    commands.copy(*kept_, target);
+    std::vector<Commands::Area> lacking;
+    if (tiles_.size_px != glm::ivec2(size))
+        lacking.push_back({glm::uvec2(0), size});
+    else
+        for (const Box& box : changes(target.shown, tiles_))
+            lacking.push_back({glm::uvec2(box.low_px), glm::uvec2(box.size_px)});
+    if (!lacking.empty())
+        commands.copy(*kept_, target.image, lacking);
+    target.shown = tiles_;
 }
 
 UiDrawing::Triangles UiDrawing::upload(Commands& commands, const ImDrawData& data) {

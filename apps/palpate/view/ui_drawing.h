@@ -16,6 +16,12 @@ struct ImDrawData;
 
 namespace palpate::view {
 
+// An image that frames are copied to. What it shows is not copied again: it keeps what it held.
+struct UiTarget {
+    GpuImage image;
+    UiTiles shown{};
+};
+
 // Draws the lists of Dear ImGui, whose textures are pictures kept here under small numbers. Number
 // 0 is that of letters. The device draws without render passes (DeviceOptions::can_present).
 class UiDrawing {
@@ -37,9 +43,9 @@ class UiDrawing {
     bool has_picture(uint32_t number) const { return pictures_.count(number) > 0; }
 
     // Draws the lists upon black. Of the frame before only the tiles that differ are drawn anew,
-    // on an image that is kept and copied to the target. Submits `commands` so far, and then the
-    // triangles; what is recorded later comes after them.
-    void record(Commands& commands, GpuImage& target, const ImDrawData& data);
+    // on an image that is kept, and those that the target lacks are copied there. Submits
+    // `commands` so far, and then the triangles; what is recorded later comes after them.
+    void record(Commands& commands, UiTarget& target, const ImDrawData& data);
     // The next record() draws all tiles.
     void forget() { tiles_ = {}; }
 
@@ -47,7 +53,7 @@ class UiDrawing {
     struct Picture {
         std::shared_ptr<GpuImage> image;
         VkDescriptorSet set;
-        uint64_t version; // of what it holds
+        uint64_t version; // of what it holds; no two have one, of whatever drawing
     };
     struct Slot { // what a frame's triangles are recorded into
         VkCommandBuffer commands = VK_NULL_HANDLE;
@@ -73,7 +79,6 @@ class UiDrawing {
     std::array<Slot, 3> slots_;
     size_t slot_ = 0;
     std::map<uint32_t, Picture> pictures_;
-    uint64_t last_version_ = 0;
     VkFormat format_;
     std::optional<GpuImage> kept_; // the frame before
     UiTiles tiles_;                // of it

@@ -183,7 +183,7 @@ uint64_t Viewer::looks() {
     return looks_;
 }
 
-void Viewer::record(Commands& commands, GpuImage& target) {
+void Viewer::record(Commands& commands, UiTarget& target) {
     for (Picture& picture : new_pictures_) {
         const uint32_t number = Interface::texture_of(picture.panel);
         if (!picture.image) {
@@ -215,12 +215,12 @@ Result<Image> Viewer::shot() {
 Image Viewer::capture() {
     const glm::uvec2 size = state_.size_px;
     Commands commands(*interface_device_);
-    GpuImage target(*interface_device_, "shot",
-                    {.format = format_, .size = glm::uvec3(size, 1), .attachment = true});
+    UiTarget target{GpuImage(*interface_device_, "shot",
+                             {.format = format_, .size = glm::uvec3(size, 1), .attachment = true})};
     record(commands, target);
     const Commands::Region all{0, glm::uvec3(0), glm::uvec3(size, 1)};
     const BufferSlice texels =
-        commands.read_back(target, std::span(&all, 1), uint64_t{4} * size.x * size.y);
+        commands.read_back(target.image, std::span(&all, 1), uint64_t{4} * size.x * size.y);
     commands.submit();
     commands.ticket().wait();
     const bool swapped = format_ == VK_FORMAT_B8G8R8A8_UNORM || format_ == VK_FORMAT_B8G8R8A8_SRGB;

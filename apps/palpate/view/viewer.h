@@ -54,7 +54,7 @@ class Viewer {
     void frame(std::vector<Event> events, double time_s);
 
     // Draws the interface on a target of the format, with the newest pictures.
-    void record(Commands& commands, GpuImage& target);
+    void record(Commands& commands, UiTarget& target);
 
     // Without a thread: all pictures at full quality, drawn by the next record().
     Result<void> draw_pictures();

@@ -9,6 +9,7 @@
 
 #include "apps/palpate/view/panel.h"
 #include "apps/palpate/view/script.h"
+#include "apps/palpate/view/ui_drawing.h"
 #include "engine/gpu/commands.h"
 
 struct GLFWwindow;
@@ -66,7 +67,7 @@ class Screen {
     // Has the next image drawn by `record` and shows it; nothing where there is none. Made anew
     // where the window has another size.
     std::optional<Ticket> show(glm::uvec2 size_px,
-                               const std::function<void(Commands&, GpuImage&)>& record);
+                               const std::function<void(Commands&, UiTarget&)>& record);
 
  private:
     void make(glm::uvec2 size_px);
@@ -77,7 +78,7 @@ class Screen {
     VkSwapchainKHR chain_ = VK_NULL_HANDLE;
     VkFormat format_ = VK_FORMAT_UNDEFINED;
     glm::uvec2 size_px_{0};
-    std::vector<GpuImage> images_;
+    std::vector<UiTarget> images_;
     // Signalled when an image may be drawn on, by turns; and when it is drawn, one an image.
     std::vector<VkSemaphore> free_, drawn_;
     std::vector<uint64_t> values_; // of the timeline: the last use of each of free_
