@@ -39,6 +39,40 @@ class Leaving : public TemporaryFolder {
     }
 };
 
+// A window without its screen, with threads.
+class SaveAndOpen : public TemporaryFolder {
+ protected:
+    static ViewerOptions options() {
+        ViewerOptions options{.threaded = true};
+        options.open = [](const std::string& path, const std::string&, const std::stop_token&,
+                          const std::function<void(double)>&) -> Result<Source> {
+            return Source{open_synthetic(path)};
+        };
+        return options;
+    }
+    void frame(std::vector<Event> events) {
+        viewer_.frame(std::move(events), time_s_);
+        time_s_ += 1e-4; // of a clock of its own: messages go after seconds
+    }
+    template <class Done>
+    void frames_until(const Done& done) {
+        while (!done()) {
+            frame({});
+            std::this_thread::yield();
+        }
+    }
+
+    double time_s_ = 1.0;
+    GpuDevice device_{headless_device("", true)};
+    Viewer viewer_{device_,
+                   device_,
+                   VK_FORMAT_R8G8B8A8_UNORM,
+                   Source{open_synthetic("synthetic:ball?size=24")},
+                   {640, 480},
+                   1.0,
+                   options()};
+};
+
 TEST_F(Leaving, MeasuresOfANewProjectThatCannotBeWrittenAreAskedFor) {
     EXPECT_FALSE(work_.leaving_loses_edits());
     measure();
@@ -85,6 +119,20 @@ TEST_F(Leaving, MeasuresMadeDuringASaveAreAskedFor) {
     EXPECT_TRUE(work_.leaving_loses_edits());
     save({});
     EXPECT_FALSE(work_.leaving_loses_edits());
+}
+
+// What was told of a document is gone with it: a person does not take it to be about the next one.
+TEST_F(SaveAndOpen, NothingNamesTheOldProjectOnceTheNextFileIsShown) {
+    viewer_.work().save(viewer_.state(), file("first.palpate").string());
+    frames_until([&] { return !viewer_.interface().message().empty(); });
+    EXPECT_NE(viewer_.interface().message().find("first.palpate"), std::string::npos);
+    EXPECT_EQ(viewer_.title(), "first.palpate");
+    frame({{.kind = Event::Kind::drop, .paths = {"synthetic:phantom?size=24"}}});
+    frames_until([&] { return viewer_.title() != "first.palpate"; });
+    EXPECT_LT(time_s_, 6.0) << "as long as a message is shown";
+    EXPECT_EQ(viewer_.interface().message(), "");
+    frame({});
+    EXPECT_EQ(viewer_.interface().message(), "");
 }
 
 } // namespace

@@ -223,10 +223,9 @@ void Interface::draw_status(const ViewState& state, Work& work) {
             fmt::format("edits are {:.0f} s behind the hand; all of them will be done", behind_s);
         told_s_ = time_s_;
     }
-    constexpr double kShown_s = 6.0;
-    if (time_s_ - told_s_ < kShown_s && !message_.empty()) {
+    if (const std::string told = message(); !told.empty()) {
         ImGui::SameLine();
-        ImGui::TextColored(accent(state), "  %s", message_.c_str());
+        ImGui::TextColored(accent(state), "  %s", told.c_str());
     }
     const std::string steps = fmt::format("{} edit{}, {} to redo   ? keys", edit.undo_steps,
                                           edit.undo_steps == 1 ? "" : "s", edit.redo_steps);

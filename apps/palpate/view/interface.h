@@ -39,6 +39,10 @@ class Interface {
                              Work& work, const std::array<PictureState, kPanels.size()>& pictures);
 
     void set_recent(std::vector<std::string> paths) { recent_ = std::move(paths); }
+    // What the line at the bottom tells a person; empty: nothing, or it has been shown long enough.
+    std::string message() const { return is_told() ? message_ : ""; }
+    // It is about a document that is no longer open.
+    void forget_message() { message_.clear(); }
     // The pictures of the chooser of series, in the texture of this number; null: none.
     void show_previews(const SeriesPreviews* previews) { previews_ = previews; }
     static constexpr uint32_t kPreviewsTexture = 1 + static_cast<uint32_t>(kPanels.size());
@@ -96,12 +100,14 @@ class Interface {
     void draw_touch_feel(Work& work);
     void draw_touch_plots(const ViewState& state, Work& work);
     void note(const char* id); // where the last widget lies
+    bool is_told() const { return time_s_ - told_s_ < kTold_s; }
 
     double time_s_ = 0;
     bool is_light_ = false;
     std::map<std::string, Box> widgets_;
     std::string message_;
     double told_s_ = -1e9; // when it came
+    static constexpr double kTold_s = 6.0;
     std::array<char, 1024> folder_{}, export_{}, labels_file_{}, figure_file_{},
         typed_{};                         // that are typed
     std::string browsed_, browser_error_; // the folder that is shown

@@ -37,6 +37,7 @@ void Viewer::begin(Source source) {
     pictures_.reset(); // before the session that it looks at
     previews_.reset();
     interface_->show_previews(nullptr);
+    interface_->forget_message();
     pictures_with_ = {.renderer = options_.renderer,
                       .frame_ms = options_.frame_ms,
                       .meshes = source.scene.loaded.data.meshes,
@@ -235,6 +236,7 @@ Image Viewer::capture() {
 
 Json Viewer::dump() {
     Json json = work_->dump(state_);
+    json["message"] = interface_->message();
     json["widgets"] = Json::object();
     for (const auto& [id, box] : interface_->widgets())
         json["widgets"][id] = {box.low_px.x, box.low_px.y, box.size_px.x, box.size_px.y};
