@@ -135,6 +135,33 @@ TEST_F(Segmentation, TheThresholdIsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     EXPECT_LT(count_of(Work::kLabels, 1.0f), before);
 }
 
+// The slider's middle stands for one value, however often the bound has been dragged.
+TEST_F(Segmentation, TheSliderOfTheThresholdKeepsItsEnds) {
+    paint_seeds();
+    click_widget("tab/segment");
+    click_widget("segment/run");
+    frame({});
+    const auto drag_from_the_middle = [&](double to_share) {
+        const Box slider = viewer().interface().widgets().at("segment/bound");
+        const glm::dvec2 low(slider.low_px), size(slider.size_px);
+        move(glm::floor(low + glm::dvec2(0.3, 0.5) * size));
+        button(true);
+        frame({});
+        const double at = state().segmenting.preview.value();
+        move(glm::floor(low + glm::dvec2(to_share, 0.5) * size));
+        frame({});
+        button(false);
+        frame({});
+        return at;
+    };
+    const double first = drag_from_the_middle(0.02);
+    ASSERT_GT(first, 0.0);
+    const double dragged = viewer().work().strength().value().threshold;
+    EXPECT_EQ(drag_from_the_middle(0.2), first);
+    EXPECT_NE(viewer().work().strength().value().threshold, dragged);
+    EXPECT_EQ(drag_from_the_middle(0.1), first);
+}
+
 // While a run with a thread is at work, it shows what it has come to.
 TEST(SegmentRun, ShowsWhereItIs) {
     const Grid grid = make_grid({48, 48, 48}, {1, 1, 1});

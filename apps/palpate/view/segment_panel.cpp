@@ -80,13 +80,8 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
     if (!strength || state.segmenting.method != strength->method->name)
         return;
     ImGui::TextDisabled("%s", strength->method->strength);
-    const ValueRange range = strength->volume.range();
     double at = state.segmenting.preview.value_or(strength->threshold);
-    const bool is_time = is_object_below(*strength->method);
-    // Times far beyond the object are of no use: a slider that reaches them is too coarse.
-    const double most =
-        is_time ? std::min(double{range.max}, 8.0 * std::max(strength->threshold, 1e-9)) : 1.0;
-    if (slide("bound", at, 0.0, most, "%.4g"))
+    if (slide("bound", at, 0.0, strength->slider_most, "%.4g"))
         state.segmenting.preview = at;
     if (ImGui::IsItemDeactivatedAfterEdit() && state.segmenting.preview) {
         state.segmenting.given[state.segmenting.method]["threshold"] = *state.segmenting.preview;

@@ -120,6 +120,7 @@ class Work {
         const SegmentMethod* method;
         Volume volume;
         double threshold;
+        double slider_most; // the upper end of a slider of the threshold, whose lower end is 0
     };
     const std::optional<Strength>& strength() const { return strength_; }
 

@@ -79,6 +79,21 @@ void Work::begin_segmenting(const ViewState& state) {
     poll_segmenting();
 }
 
+// Of the strength that a method has left. Times far beyond the object are of no use: a slider that
+// reaches them is too coarse. While a person moves the threshold, the slider keeps its ends, unless
+// a threshold that was typed lies beyond them.
+static double slider_most(const SegmentJob& job, const SegmentDone& done,
+                          const std::optional<Work::Strength>& before) {
+    constexpr double kTimesTheThreshold = 8.0;
+    if (!is_object_below(*job.method))
+        return 1.0;
+    if (before && before->method == job.method && job.given.contains("threshold") &&
+        done.threshold <= before->slider_most)
+        return before->slider_most;
+    return std::min(double{done.strength->range().max},
+                    kTimesTheThreshold * std::max(done.threshold, 1e-9));
+}
+
 void Work::poll_segmenting() {
     if (!segmenting_ || down_)
         return;
@@ -102,9 +117,11 @@ void Work::poll_segmenting() {
         message_ = "the labels have changed meanwhile: segment again";
         return;
     }
-    strength_.reset();
-    if (done.strength)
-        strength_ = {job.method, std::move(*done.strength), done.threshold};
+    const std::optional<Strength> before = std::exchange(strength_, std::nullopt);
+    if (done.strength) {
+        const double most = slider_most(job, done, before);
+        strength_ = {job.method, std::move(*done.strength), done.threshold, most};
+    }
     Json parameters = Json::object();
     for (const auto& [name, value] : job.given)
         parameters[name] = value;
