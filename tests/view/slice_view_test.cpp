@@ -123,10 +123,13 @@ TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
         const auto layout = static_cast<Layout>(random() % 3);
         const std::optional<Panel> alone =
             random() % 3 ? std::nullopt : std::optional(kPanels[random() % 4]);
-        const Places places = places_of(window, layout, kSlices[random() % 3], alone, random() % 2,
+        const OpenPanels open{random() % 2 != 0, random() % 2 != 0};
+        const Places places = places_of(window, layout, kSlices[random() % 3], alone, open,
                                         0.5 + 0.25 * static_cast<double>(random() % 15));
+        EXPECT_EQ(places.tools.size_px.x > 0, open.tools);
+        EXPECT_EQ(places.touch.size_px.x > 0, open.touch);
         int64_t area = 0;
-        std::vector<Box> boxes{places.tools, places.status};
+        std::vector<Box> boxes{places.tools, places.touch, places.status};
         for (const Places::View& view : places.views)
             boxes.push_back(view.box);
         for (size_t a = 0; a < boxes.size(); ++a) {
@@ -139,13 +142,15 @@ TEST(Places, PanelsFillTheWindowAndDoNotOverlap) {
                 EXPECT_TRUE(high.x <= low.x || high.y <= low.y);
             }
         }
-        const int64_t room =
-            int64_t{window.x - places.tools.size_px.x} * (window.y - places.status.size_px.y);
-        const int64_t gaps = places.views.size() == 4
-                                 ? kGap_px * (int64_t{window.x} - places.tools.size_px.x +
-                                              window.y - places.status.size_px.y - kGap_px)
-                                 : 0;
-        EXPECT_EQ(area, int64_t{window.x} * window.y - gaps) << room;
+        int views_width = 0;
+        for (const Places::View& view : places.views)
+            views_width = std::max(views_width, view.box.low_px.x + view.box.size_px.x);
+        EXPECT_GE(views_width, static_cast<int>(window.x / 2));
+        const int64_t gaps =
+            places.views.size() == 4
+                ? kGap_px * (int64_t{views_width} + window.y - places.status.size_px.y - kGap_px)
+                : 0;
+        EXPECT_EQ(area, int64_t{window.x} * window.y - gaps);
     }
 }
 

@@ -16,16 +16,24 @@ const char* name_of(Layout layout) {
 }
 
 Places places_of(glm::uvec2 window_px, Layout layout, Panel slice, std::optional<Panel> alone,
-                 bool tools_open, double text_scale) {
+                 OpenPanels open, double text_scale) {
     const glm::ivec2 window(window_px);
     const auto scaled = [&](double px) { return static_cast<int>(std::lround(px * text_scale)); };
     Places places;
     const int status = std::min(scaled(22), window.y / 4);
-    const int tools = tools_open ? std::min(scaled(264), window.x / 2) : 0;
+    const int width = std::min(scaled(264), window.x / 2); // of a panel
     const int height = window.y - status;
     places.status = {{0, height}, {window.x, status}};
-    places.tools = {{window.x - tools, 0}, {tools, height}};
-    const glm::ivec2 room(window.x - tools, height);
+    const bool is_stacked = open.tools && open.touch && window.x - 2 * width < window.x / 2;
+    const int tools_height = is_stacked ? height / 2 : height;
+    const int tools = open.tools ? width : 0;
+    places.tools = {{window.x - tools, 0}, {tools, tools_height}};
+    const int beside = open.touch && !is_stacked ? width : 0; // of the panel of touch
+    if (is_stacked)
+        places.touch = {{window.x - width, tools_height}, {width, height - tools_height}};
+    else
+        places.touch = {{window.x - tools - beside, 0}, {beside, height}};
+    const glm::ivec2 room(window.x - tools - beside, height);
     if (alone || layout != Layout::four) {
         const Panel only = alone ? *alone : layout == Layout::volume ? Panel::volume : slice;
         places.views = {{only, {{0, 0}, room}}};

@@ -41,12 +41,18 @@ struct Places {
         Box box;
     };
     std::vector<View> views; // those that are shown
-    Box tools, status;       // the side panel (empty when it is closed) and the line at the bottom
+    // The side panel, the panel of touch (each is empty when it is closed) and the line at the
+    // bottom. None covers another, nor a view.
+    Box tools, touch, status;
 };
 constexpr int kGap_px = 2;
+struct OpenPanels {
+    bool tools = true, touch = false;
+};
 // `alone`: a panel that fills the room of all views, whatever the layout. `slice` is the one of
-// Layout::slice. text_scale: of letters, 1 is 13 pixels.
+// Layout::slice. text_scale: of letters, 1 is 13 pixels. The panel of touch lies beside the side
+// panel, or below it where the views would else have less than half of the window's width.
 Places places_of(glm::uvec2 window_px, Layout layout, Panel slice, std::optional<Panel> alone,
-                 bool tools_open, double text_scale);
+                 OpenPanels open, double text_scale);
 
 } // namespace palpate::view

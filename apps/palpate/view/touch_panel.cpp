@@ -69,21 +69,19 @@ bool reads(std::string_view algorithm, std::initializer_list<std::string_view> r
 void Interface::draw_touch(ViewState& state, Work& work, std::vector<Order>& orders) {
     if (!state.touch_open)
         return;
-    const Places places = places_of(state);
-    const float width = 15.0f * ImGui::GetFontSize() + 60.0f;
-    // Over the side panel, where it hides no view, and below its tools; it grows downwards, so that
-    // no button moves.
-    const auto bottom = static_cast<float>(places.status.low_px.y);
-    const bool over_tools = places.tools.size_px.x > 0;
-    const ImVec2 at(over_tools ? static_cast<float>(state.size_px.x) - width : 4.0f,
-                    over_tools ? std::min(17.0f * ImGui::GetFontSize(), 0.3f * bottom) : 4.0f);
-    ImGui::SetNextWindowPos(at);
-    ImGui::SetNextWindowSizeConstraints(ImVec2(width, 0.0f), ImVec2(width, bottom - at.y));
+    const Box box = places_of(state).touch;
+    ImGui::SetNextWindowPos(
+        ImVec2(static_cast<float>(box.low_px.x), static_cast<float>(box.low_px.y)));
+    ImGui::SetNextWindowSize(
+        ImVec2(static_cast<float>(box.size_px.x), static_cast<float>(box.size_px.y)));
     if (ImGui::Begin("Touch", &state.touch_open,
-                     ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoMove |
+                     ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoMove |
                          ImGuiWindowFlags_NoCollapse | ImGuiWindowFlags_NoSavedSettings |
-                         ImGuiWindowFlags_NoFocusOnAppearing)) {
-        ImGui::PushItemWidth(width - 9.0f * ImGui::GetFontSize());
+                         ImGuiWindowFlags_NoBringToFrontOnFocus |
+                         ImGuiWindowFlags_NoFocusOnAppearing |
+                         ImGuiWindowFlags_AlwaysVerticalScrollbar)) { // as the side panel
+        ImGui::PushItemWidth(-std::min(ImGui::CalcTextSize("right button_").x,
+                                       0.6f * ImGui::GetContentRegionAvail().x));
         draw_touch_device(state, work, orders);
         draw_touch_buttons(state, work);
         draw_touch_feel(work);
@@ -296,8 +294,8 @@ void Interface::draw_touch_plots(const ViewState& state, Work& work) {
     ImGui::TextDisabled("%llu ticks, %llu missed", static_cast<unsigned long long>(ticks),
                         static_cast<unsigned long long>(t.skipped.load()));
     const Work::Backlog& backlog = work.backlog();
-    ImGui::TextDisabled("edits: %llu inputs wait, %.2f s behind",
-                        static_cast<unsigned long long>(backlog.inputs), backlog.seconds);
+    hint(fmt::format("edits: {} inputs wait, {:.2f} s behind", backlog.inputs, backlog.seconds)
+             .c_str());
     if (const std::string text = touch.servo_text(); !text.empty()) {
         ImGui::TextDisabled("p99: tick %.0f us, woken after %.0f us", us(t.whole_ns, 0.99),
                             us(t.wake_ns, 0.99));
