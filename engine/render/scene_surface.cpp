@@ -64,6 +64,7 @@ Result<size_t> SurfaceStore::take(Held& held, const std::string& name,
             PALPATE_TRY(keep_mesh(surface, name, source.mesh, commands));
         }
         surface.list_arrays();
+        surface.bounds_ = source.live_iso ? std::nullopt : box_of(*source.mesh);
     }
     held.version = surface.version_;
     return made_blocks;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/render/render_options.h"
+#include "engine/render/seen_box.h"
 #include "engine/render/surface_mesh.h"
 #include "engine/scene/scene.h"
 #include "engine/surface_gpu/gpu_surface.h"
@@ -37,6 +38,8 @@ class SceneSurface {
     bool has_normals() const { return live_ || mesh_->has_normals(); }
     uint32_t largest_label() const { return mesh_ ? mesh_->largest_label() : 0; }
     glm::dmat4 world_from_mesh() const;
+    // Of a mesh, in its own space; none: unknown, as of a live surface.
+    const std::optional<AxisBox>& bounds() const { return bounds_; }
 
  private:
     friend class SurfaceStore;
@@ -45,6 +48,7 @@ class SceneSurface {
     std::optional<GpuMesh> mesh_;
     std::optional<GpuSurface> live_; // or this
     std::vector<SurfaceArrays> arrays_;
+    std::optional<AxisBox> bounds_;
     uint64_t version_ = 0; // counts its changes
 };
 

@@ -1,6 +1,7 @@
 #include "engine/render/surface_pass.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "spirv/surface_begin.h"
@@ -169,11 +170,36 @@ void SurfacePass::keep_scratch(const Scene& scene) {
     }
 }
 
+// The rows of pixels in which meshes can be seen. Layers of see-through ones are written in all.
+SurfacePass::RowRange SurfacePass::seen_rows(const View& view, glm::uvec2 size_px) const {
+    if (see_through_)
+        return {0, size_px.y};
+    double low = 1.0, high = 0.0; // shares of the picture's height
+    for (const SurfaceStore::Held& held : surfaces_) {
+        const SceneSurface& surface = *held.surface;
+        if (surface.arrays().empty())
+            continue;
+        const auto seen = surface.bounds()
+                              ? seen_box(view, surface.world_from_mesh(), *surface.bounds())
+                              : std::nullopt;
+        if (!seen)
+            return {0, size_px.y};
+        low = std::min(low, seen->low.y);
+        high = std::max(high, seen->high.y);
+    }
+    const auto row = [&](double at) { // a pixel beyond, for rounding
+        return static_cast<uint32_t>(std::clamp(at, 0.0, double(size_px.y)));
+    };
+    const RowRange rows{row(std::floor(low * size_px.y) - 1.0),
+                        row(std::ceil(high * size_px.y) + 1.0)};
+    return rows.first < rows.end ? rows : RowRange{0, 0};
+}
+
 void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views, Commands& commands) {
     size_px_ = scene.size_px;
     const uint32_t step = rows_at_a_time(scene);
-    const uint32_t bands = (scene.size_px.y + step - 1) / step;
     rows_.clear();
+    covers_all_ = true;
     for (uint32_t eye = 0; eye < views.size(); ++eye) {
         const View& view = views[eye];
         const CameraSpace camera(view);
@@ -199,9 +225,11 @@ void SurfacePass::keep_frames(const Scene& scene, std::span<const View> views, C
         frame.mesh_count = static_cast<uint32_t>(surfaces_.size());
         frame.clip_count = static_cast<uint32_t>(scene.clip_planes.size());
         frame.depth = scene.surface_depth;
-        for (uint32_t band = 0; band < bands; ++band) {
-            frame.first_row = band * step;
-            frame.rows = std::min(step, scene.size_px.y - frame.first_row);
+        const RowRange seen = seen_rows(view, scene.size_px);
+        covers_all_ = covers_all_ && seen.first == 0 && seen.end == scene.size_px.y;
+        for (uint32_t first = seen.first; first < seen.end; first += step) {
+            frame.first_row = first;
+            frame.rows = std::min(step, seen.end - first);
             rows_.push_back({frame.rows, commands.upload(bytes_of(frame))});
         }
     }
@@ -256,6 +284,12 @@ void SurfacePass::draw(Commands& commands, BufferSlice frame, uint32_t surface,
 void SurfacePass::record(Commands& commands, const Images& images) {
     const bool clips = scratch_->clips;
     commands.begin_pass("surfaces");
+    if (!covers_all_ &&
+        &images.color != &images.behind) { // elsewhere the picture is what lies behind
+        commands.copy(images.behind, images.color);
+        if (images.values)
+            commands.copy(images.behind_values, *images.values);
+    }
     for (const Rows& rows : rows_) {
         const BufferSlice frame = rows.frame;
         const glm::uvec3 pixels((size_px_.x + 63) / 64, rows.count, 1);

@@ -41,9 +41,11 @@ class SurfacePass {
     struct Images {
         GpuImage& behind;        // RGBA: holds slices or background; opaque meshes are added
         GpuImage& behind_values; // (value, distance in mm) of these, NaN where there is none
-        GpuImage& color;         // gets the picture without ray casting
-        GpuImage* values;        // gets its values and distances; may be null
-        GpuImage* layers;        // gets Scene::surface_depth layers an eye for the ray caster
+        // Gets the picture without ray casting; or `behind`: that picture is not wanted. Not then
+        // where meshes can be seen through.
+        GpuImage& color;
+        GpuImage* values; // gets its values and distances; may be null
+        GpuImage* layers; // gets Scene::surface_depth layers an eye for the ray caster
     };
     void record(Commands& commands, const Images& images);
 
@@ -61,6 +63,10 @@ class SurfacePass {
     void keep_frames(const Scene& scene, std::span<const View> views, Commands& commands);
     void keep_scratch(const Scene& scene);
     uint32_t rows_at_a_time(const Scene& scene) const;
+    struct RowRange {
+        uint32_t first, end;
+    };
+    RowRange seen_rows(const View& view, glm::uvec2 size_px) const;
     void draw(Commands& commands, BufferSlice frame, uint32_t surface, const SurfaceArrays& arrays,
               bool through, uint32_t turn);
     std::vector<Bound> pixel_bindings(BufferSlice frame, bool through, bool styles);
@@ -85,6 +91,7 @@ class SurfacePass {
         BufferSlice frame;
     };
     std::vector<Rows> rows_; // each eye's, of this frame
+    bool covers_all_ = true; // rows_ are all rows of the picture
     glm::uvec2 size_px_{0};
     std::optional<Scratch> scratch_;
 };

@@ -1,5 +1,8 @@
 // What must not change a bit of a picture of meshes, and what drawing them holds.
 
+#include <bit>
+#include <cmath>
+
 #include "tests/gpu/surface_scenes.h"
 
 namespace palpate {
@@ -19,6 +22,77 @@ TEST_F(SurfaceTest, OrderOfTrianglesAndTwoRunsChangeNoBit) {
     std::shuffle(mesh.triangles.begin(), mesh.triangles.end(), random);
     data.meshes = {shared(mesh)};
     EXPECT_EQ(drawn(scene, data)[0].samples, first[0].samples);
+}
+
+// Only rows of pixels in which a mesh can be seen are looked at. A vertex that no triangle has lies
+// behind the eye: then all rows are, and the picture is the same.
+TEST_F(SurfaceTest, RowsThatNoMeshReachesChangeNoBit) {
+    Mesh small = torus({4, 0, 11}, 6, 3);
+    small.world_from_mesh = {{0.8, 0.6, 0, 0}, {-0.6, 0.8, 0, 0}, {0, 0, 1, 0}, {4, -3, 2, 1}};
+    const auto wide = [](Mesh mesh) {
+        mesh.positions.push_back({70.0f, -400.0f, 60.0f});
+        if (!mesh.normals.empty())
+            mesh.normals.push_back({1.0f, 0.0f, 0.0f});
+        return mesh;
+    };
+    Mesh away = small; // out of the picture
+    away.world_from_mesh[3] = {0.0, 0.0, 300.0, 1.0};
+    Mesh cut = small; // by the picture's edge
+    cut.world_from_mesh[3].z += 36.0;
+    const auto expect_same = [&](const Scene& scene, const Mesh& mesh) {
+        const std::vector<Image> found = drawn(scene, data_with({mesh}));
+        const std::vector<Image> expected = drawn(scene, data_with({wide(mesh)}));
+        ASSERT_EQ(found.size(), expected.size());
+        for (size_t eye = 0; eye < found.size(); ++eye)
+            for (size_t i = 0; i < found[eye].samples.size(); ++i)
+                ASSERT_EQ(std::bit_cast<uint32_t>(found[eye].samples[i]),
+                          std::bit_cast<uint32_t>(expected[eye].samples[i]))
+                    << eye << ", sample " << i;
+    };
+    for (const Mesh& mesh : {small, away, cut}) {
+        Scene scene = scene_of({layer({0.9, 0.5, 0.3})});
+        expect_same(scene, mesh);
+        scene.clip_planes = {{{4, -3, 13}, {0.2, 1, 0}}};
+        expect_same(scene, mesh);
+        scene.stereo = StereoSettings{{8.0, 160.0}, StereoLayout::separate};
+        add_slices(scene);
+        expect_same(scene, mesh);
+        add_rays(scene, RayMode::alpha);
+        expect_same(scene, mesh);
+        scene.camera.projection = Projection::orthographic;
+        scene.camera.view_height_mm = 80.0;
+        expect_same(scene, mesh);
+        scene.surfaces = {layer({0.9, 0.5, 0.3}, 0.4)};
+        expect_same(scene, mesh);
+    }
+}
+
+// As of a tool among rays: it takes a part of what a mesh all over the picture does. Less than a
+// half: it has a tenth of the rows, and drawing its triangles takes the same time.
+TEST_F(SurfaceTest, ASmallMeshTakesLittleTime) {
+    const Mesh small = torus({0, 0, 0}, 3, 1);
+    Mesh wide = small;
+    wide.positions.push_back({70.0f, -400.0f, 60.0f});
+    if (!wide.normals.empty())
+        wide.normals.push_back({1.0f, 0.0f, 0.0f});
+    Scene scene = scene_of({layer({0.9, 0.5, 0.3})});
+    add_rays(scene, RayMode::alpha);
+    scene.value_and_depth = false;
+    scene.size_px = {400, 400};
+    const auto least_ms = [&](const Mesh& mesh) {
+        const SceneData data = data_with({mesh});
+        Renderer renderer(device());
+        double least = INFINITY;
+        for (int i = 0; i < 7; ++i) {
+            const FrameStats frame = renderer.draw(scene, data).value();
+            for (const PassTime& pass : frame.passes)
+                if (pass.name == std::string_view("surfaces"))
+                    least = std::min(least, pass.gpu_ms);
+        }
+        return least;
+    };
+    const double small_ms = least_ms(small), wide_ms = least_ms(wide);
+    EXPECT_LT(small_ms, 0.5 * wide_ms) << wide_ms;
 }
 
 // More triangles at one depth than a pixel keeps: those with the smallest numbers stay.
