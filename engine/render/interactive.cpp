@@ -80,6 +80,12 @@ PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px) {
     return {box.low / side * side, glm::min((box.high + (side - 1)) / side * side, size_px)};
 }
 
+bool can_redraw(const Scene& scene) {
+    return std::all_of(scene.surfaces.begin(), scene.surfaces.end(), [](const SurfaceLayer& layer) {
+        return !layer.live_iso && layer.label_styles.empty() && layer.style.opacity >= 1.0;
+    });
+}
+
 uint64_t version_of(const std::optional<Volume>& volume) {
     return volume ? volume->version() : 0;
 }
@@ -93,7 +99,8 @@ Interactive::Interactive(Renderer& renderer, double budget_ms)
 
 Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& data,
                                            const std::optional<PixelBox>& changed) {
-    const bool is_same = last_ == scene && last_meshes_ == data.meshes;
+    const bool is_same_scene = last_ == scene;
+    const bool is_same = is_same_scene && last_meshes_ == data.meshes;
     const std::array<uint64_t, 4> versions{data.volume.version(), version_of(data.labels),
                                            version_of(data.fused), version_of(data.overlay)};
     if (is_same && last_versions_ == versions)
@@ -101,7 +108,7 @@ Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& 
     last_ = scene;
     last_meshes_ = data.meshes;
     last_versions_ = versions;
-    if (is_same && changed && scene.surfaces.empty() &&
+    if (is_same_scene && changed && can_redraw(scene) &&
         expected_ms(*changed, tile_count(scene.size_px).x) <= budget_ms_)
         return draw_changed(scene, data, *changed);
     next_row_ = 0;

@@ -35,7 +35,8 @@ class Interactive {
     Interactive(Renderer& renderer, double budget_ms);
 
     // `changed`: outside of these pixels nothing differs from the last frame but by fewer rays
-    // (changed_pixels()), where the scene is the same. None: unknown.
+    // (changed_pixels(); pixels_of() a mesh that moved, before and after), where the scene is the
+    // same. None: unknown.
     Result<InteractiveFrame> draw(const Scene& scene, const SceneData& data,
                                   const std::optional<PixelBox>& changed = {});
 

@@ -179,6 +179,21 @@ size_t Renderer::record_behind(Task& task) {
     return uploaded;
 }
 
+// The same of a scene with meshes, all opaque, for a picture of which some pixels are drawn anew:
+// meshes may have moved.
+size_t Renderer::record_meshes_behind(Task& task) {
+    PALPATE_ASSERT(!passes_->surfaces->has_see_through());
+    Targets& targets = task.frame->targets;
+    size_t uploaded = 0;
+    if (passes_->slices)
+        uploaded = passes_->slices->record(*task.frame, {});
+    else
+        targets.clear_behind(task.scene, task.commands);
+    passes_->surfaces->record(task.commands, {*targets.behind, *targets.behind_values,
+                                              *targets.behind, nullptr, nullptr});
+    return uploaded;
+}
+
 RecordedFrame Renderer::recorded(Task& task, FrameStats stats) {
     Targets& targets = *passes_->targets;
     return {&*targets.color, targets.returned_values(),
@@ -231,7 +246,9 @@ Result<RecordedCoarse> Renderer::record_few(Task task, const CoarseSettings& set
 Result<RecordedFrame> Renderer::record_only(Task task, bool behind) {
     PALPATE_ASSERT(task.scene.ray_cast.has_value());
     PALPATE_TRY(FrameStats stats, prepare_interactive(task, 1.0));
-    if (behind && passes_->slices)
+    if (behind && passes_->surfaces)
+        stats.uploaded_bricks += record_meshes_behind(task);
+    else if (behind && passes_->slices)
         stats.uploaded_bricks += passes_->slices->record(*task.frame, task.only);
     stats.uploaded_bricks += passes_->voxels.show_part(0, task.commands);
     const PixelBox box = task.only.value_or(PixelBox{glm::uvec2(0), task.scene.size_px});
@@ -356,7 +373,6 @@ Result<FrameStats> Renderer::refine(const Scene& scene, const SceneData& data, u
 
 Result<FrameStats> Renderer::redraw(const Scene& scene, const SceneData& data,
                                     const PixelBox& changed) {
-    PALPATE_ASSERT(scene.surfaces.empty());
     return draw_only(scene, data, changed, true);
 }
 

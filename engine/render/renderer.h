@@ -68,7 +68,7 @@ class Renderer {
                                     const CoarseSettings& settings);
     Result<FrameStats> refine(const Scene& scene, const SceneData& data, uint32_t first_row,
                               uint32_t rows);
-    // Of a scene with rays.
+    // Of a scene with rays, whose meshes are opaque, and may be others than in the last frame.
     Result<FrameStats> redraw(const Scene& scene, const SceneData& data, const PixelBox& changed);
 
     // Draws the frame once more with a variant that counts how many samples of the volume its rays
@@ -99,6 +99,7 @@ class Renderer {
     Result<FrameStats> prepare(Task& task, double step_factor);
     Result<FrameStats> prepare_interactive(Task& task, double step_factor);
     size_t record_behind(Task& task);
+    size_t record_meshes_behind(Task& task);
     RecordedFrame recorded(Task& task, FrameStats stats);
     Result<RecordedFrame> record_full(Task task);
     Result<RecordedCoarse> record_few(Task task, const CoarseSettings& settings);

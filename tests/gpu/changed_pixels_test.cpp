@@ -6,6 +6,8 @@
 #include <random>
 
 #include "engine/render/interactive.h"
+#include "engine/render/seen_box.h"
+#include "engine/surface/marching_cubes.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
@@ -135,6 +137,79 @@ TEST_F(ChangedPixelsTest, OutsideOfThemNothingChangesAndOverTheFrameBeforeTheyAr
     }
     EXPECT_GT(missed_slices, 5u);
     EXPECT_GT(changed_pictures, 20u);
+}
+
+// As a tool that cuts: an edit, and a mesh that moves with it, out of the picture too.
+TEST_F(ChangedPixelsTest, OfAMeshThatMovesTheyAreWhereItWasAndWhereItIs) {
+    const Grid of_ball = make_grid({17, 17, 17}, glm::dvec3(2.0), glm::dvec3(-16.0));
+    Mesh ball = marching_cubes(
+        synthetic::sample(synthetic::gaussian({}, 8.0), of_ball, ScalarType::f32), 500.0f);
+    ball.world_from_mesh = world_from_mesh(of_ball);
+    const auto ball_at = [&](glm::dvec3 center_mm) {
+        Mesh mesh = ball;
+        mesh.world_from_mesh[3] += glm::dvec4(center_mm, 0.0);
+        return std::make_shared<const Mesh>(std::move(mesh));
+    };
+    ASSERT_FALSE(ball.triangles.empty());
+    size_t changed_pictures = 0, small = 0;
+    for (Scene scene : scenes()) {
+        if (!scene.ray_cast)
+            continue;
+        scene.surfaces = {SurfaceLayer{.style = {.color = {0.9, 0.2, 0.3}}}};
+        Renderer whole(device()), kept(device());
+        Interactive interactive(kept, 1e9);
+        SceneData before{volume_, labels_, {ball_at({-40.0, -60.0, 0.0})}};
+        Frame last = whole.render(scene, before).value();
+        while (!interactive.draw(scene, before).value().complete) {
+        }
+        for (const glm::dvec3 to :
+             {glm::dvec3(-40, -70, 10), {0, -60, 30}, {0, -60, 600}, {9, 0, 0}}) {
+            SceneData now = before;
+            now.volume = edited(before.volume, 3000.0);
+            now.meshes = {ball_at(to)};
+            const PixelBox box = united(
+                changed_pixels(scene, before.volume, now.volume),
+                united(pixels_of(scene, *before.meshes[0]), pixels_of(scene, *now.meshes[0])));
+            small += box != PixelBox{glm::uvec2(0), scene.size_px};
+            const Frame next = whole.render(scene, now).value();
+            const InteractiveFrame drawn = interactive.draw(scene, now, box).value();
+            EXPECT_TRUE(drawn.complete);
+            const std::vector<Image> over = kept.read_back();
+            for (size_t eye = 0; eye < next.eyes.size(); ++eye) {
+                EXPECT_EQ(differing(last.eyes[eye], next.eyes[eye], &box), 0u);
+                EXPECT_EQ(differing(over[eye], next.eyes[eye], nullptr), 0u);
+                changed_pictures += differing(last.eyes[eye], next.eyes[eye], nullptr) > 0;
+            }
+            before = std::move(now);
+            last = next;
+        }
+    }
+    EXPECT_GT(changed_pictures, 10u);
+    EXPECT_GT(small, 10u);
+}
+
+// What is drawn in full of a mesh that can be seen through, or of the volume's own surface, is
+// drawn from few rays first.
+TEST_F(ChangedPixelsTest, OfOtherMeshesAllAreDrawnAnew) {
+    Scene scene = scenes().back();
+    scene.surfaces = {SurfaceLayer{.style = {.opacity = 0.5}}};
+    const auto mesh = std::make_shared<const Mesh>(
+        Mesh{.positions = {{0, 0, 0}, {9, 0, 0}, {0, 0, 9}}, .triangles = {{0, 1, 2}}});
+    const PixelBox box = pixels_of(scene, *mesh);
+    for (const bool live : {false, true}) {
+        Renderer renderer(device());
+        Interactive interactive(renderer, 1e9);
+        if (live)
+            scene.surfaces[0] = {.live_iso = 300.0};
+        SceneData data{volume_, labels_, {live ? nullptr : mesh}};
+        while (!interactive.draw(scene, data).value().complete) {
+        }
+        data.volume = edited(data.volume, 3000.0);
+        EXPECT_FALSE(interactive.draw(scene, data, box).value().complete);
+        EXPECT_EQ(
+            changed_pixels(scene, volume_, data.volume) == (PixelBox{glm::uvec2(0), scene.size_px}),
+            live);
+    }
 }
 
 TEST_F(ChangedPixelsTest, AreAllWhereNothingElseIsKnown) {

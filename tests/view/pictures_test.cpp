@@ -3,7 +3,9 @@
 
 #include <chrono>
 #include <future>
+#include <mutex>
 #include <thread>
+#include <utility>
 
 #include "apps/palpate/view/pictures.h"
 #include "engine/base/timer.h"
@@ -62,6 +64,14 @@ class PicturesTest : public ViewerTest {
         commands.submit();
         commands.ticket().wait();
         return {bytes.mapped().begin(), bytes.mapped().end()};
+    }
+    // The volume's view, and the tool of a hand in it.
+    std::vector<Pictures::Wish> with_tool(double x_mm) {
+        std::vector<Pictures::Wish> all = wishes();
+        all.front().scene.surfaces.push_back({.style = {.color = {0.25, 0.8, 1.0}}});
+        TipMesh tip;
+        all.front().meshes.push_back(tip.at(TipShape::ball, 20.0, {{x_mm, -120.0, 0.0}}));
+        return all;
     }
     Work work_;
     ViewState state_;
@@ -253,13 +263,6 @@ TEST_F(PicturesTest, AFigureForPrintIsTheRenderersPictureWithItsMarks) {
 // The tool of a hand moves over a document that stays.
 TEST_F(PicturesTest, TheToolIsSeenWhereItHasMoved) {
     state_.layout = Layout::volume;
-    const auto with_tool = [&](double x_mm) {
-        std::vector<Pictures::Wish> all = wishes();
-        all.front().scene.surfaces.push_back({.style = {.color = {0.25, 0.8, 1.0}}});
-        TipMesh tip;
-        all.front().meshes.push_back(tip.at(TipShape::ball, 20.0, {{x_mm, -120.0, 0.0}}));
-        return all;
-    };
     Pictures pictures(device(), work_.session(), {.frame_ms = 10.0});
     for (const double x_mm : {-60.0, 60.0}) {
         pictures.want(with_tool(x_mm));
@@ -269,6 +272,40 @@ TEST_F(PicturesTest, TheToolIsSeenWhereItHasMoved) {
         Picture wanted = std::move(fresh.draw().value().front());
         EXPECT_EQ(bytes_of(seen, device()), bytes_of(wanted, device())) << x_mm;
     }
+}
+
+// The tool moves, and cuts: no picture of fewer rays comes where there is time to draw what has
+// changed.
+TEST_F(PicturesTest, AToolThatMovesLeavesTheRestOfThePictureAsItIs) {
+    state_.layout = Layout::volume;
+    std::mutex mutex;
+    std::vector<bool> complete; // each picture that came since the last wish
+    Pictures* made = nullptr;
+    Pictures pictures(device(), work_.session(), {.frame_ms = 1e6, .on_picture = [&] {
+                                                      const std::scoped_lock held(mutex);
+                                                      for (const Picture& picture : made->take())
+                                                          complete.push_back(picture.complete);
+                                                  }});
+    made = &pictures;
+    const auto pictures_until_full = [&] {
+        const auto end = Clock::now() + std::chrono::seconds(60);
+        for (;; std::this_thread::yield()) {
+            const std::scoped_lock held(mutex);
+            if ((!complete.empty() && complete.back()) || Clock::now() > end)
+                return std::exchange(complete, {});
+        }
+    };
+    pictures.want(with_tool(-60.0));
+    ASSERT_FALSE(pictures_until_full().empty());
+    pictures.want(with_tool(60.0));
+    EXPECT_EQ(pictures_until_full(), std::vector<bool>{true});
+    state_.hand = Hand::cut;
+    state_.radius_mm = 10.0;
+    for (const auto kind : {Order::Kind::stroke_down, Order::Kind::stroke_up})
+        work_.obey({kind, state_.crosshair_mm, 1.0, {}}, state_);
+    work_.session().settle();
+    ASSERT_EQ(work_.edited().undo_steps, 1u);
+    EXPECT_EQ(pictures_until_full(), std::vector<bool>{true});
 }
 
 // An atlas too small for what is seen takes many parts: a picture of them is given up for the next.

@@ -7,6 +7,7 @@
 #include "engine/base/timer.h"
 #include "engine/gpu/error.h"
 #include "engine/image/png.h"
+#include "engine/render/seen_box.h"
 
 namespace palpate::view {
 
@@ -24,6 +25,10 @@ std::optional<PixelBox> Pictures::Made::pixels_changed_to(const Made& other) con
         changed = united(changed, changed_pixels(scene, *labels, *other.labels));
     if (overlay)
         changed = united(changed, changed_pixels(scene, *overlay, *other.overlay));
+    for (size_t i = 0; i < meshes.size(); ++i) // of one scene: there are as many
+        if (meshes[i] != other.meshes[i])
+            changed = united(
+                changed, united(pixels_of(scene, *meshes[i]), pixels_of(scene, *other.meshes[i])));
     return changed;
 }
 

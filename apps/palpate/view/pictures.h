@@ -90,14 +90,15 @@ class Pictures {
         static bool are_same(const std::optional<Volume>& a, const std::optional<Volume>& b) {
             return a.has_value() == b.has_value() && (!a || a->is_same_as(*b));
         }
-        bool has_scene_of(const Made& other) const {
-            return scene == other.scene && meshes == other.meshes &&
+        bool has_scene_of(const Made& other) const { // but for where the meshes are
+            return scene == other.scene && meshes.size() == other.meshes.size() &&
                    labels.has_value() == other.labels.has_value() &&
                    overlay.has_value() == other.overlay.has_value() && are_same(fused, other.fused);
         }
         bool has_rays_of(const Made& other) const {
-            return has_scene_of(other) && volume.is_same_as(other.volume) &&
-                   are_same(labels, other.labels) && are_same(overlay, other.overlay);
+            return has_scene_of(other) && meshes == other.meshes &&
+                   volume.is_same_as(other.volume) && are_same(labels, other.labels) &&
+                   are_same(overlay, other.overlay);
         }
         // Where the two differ, if they have one scene.
         std::optional<PixelBox> pixels_changed_to(const Made& other) const;
