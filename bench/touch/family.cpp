@@ -234,6 +234,7 @@ TouchCase draw_body(Draw& draw, double voxel) {
         case 2: {
             const double r = draw.within(4.0 * voxel, 12.0);
             set("cavity", cavity(r * up, r), true);
+            made.free_mm = std::min(made.free_mm, r); // beyond its middle the other side is near
             break;
         }
         case 3: {
@@ -353,7 +354,7 @@ std::vector<FamilyHand> family_hands(const TouchCase& body, uint64_t seed) {
     Draw draw(seed * 31 + 1);
     const double depth_mm = std::min(kDepth_mm, body.deepest_mm);
     const auto at = [&](double along, double height) {
-        return body.touch_mm + height * body.normal + along * body.along;
+        return body.touch_mm + std::min(height, body.free_mm) * body.normal + along * body.along;
     };
     std::vector<FamilyHand> hands;
     const auto line = [](Trajectory& t, dvec3 to, double speed) {

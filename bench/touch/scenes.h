@@ -55,6 +55,7 @@ struct TouchCase {
     bool judge_jumps = true;
     double noise = 0.0;          // share of the contrast that belongs to the case (A10)
     double deepest_mm = 4;       // how far a trajectory may press before the truth ends
+    double free_mm = 5;          // how far above the touched point a small tool is free
     double reach_mm = kReach_mm; // of its volume, to every side of the origin
     bool is_thin = false; // a wall below 1.5 voxels, of which nobody is asked to hold a point out
 

@@ -41,6 +41,25 @@ TEST(Family, VolumesHoldTheirBodies) {
     EXPECT_EQ(family_cells(1).size(), kEdges + kNoises.size());
 }
 
+// A hand begins, and but for one that is held ends, in the free, also in a cavity that is not as
+// wide as a tap is high (seed 5008): a proxy that begins in material says nothing.
+TEST(Family, HandsComeFromTheFree) {
+    for (uint64_t i = 0; i <= 40; ++i) {
+        const uint64_t seed = i == 0 ? 5008 : i;
+        const FamilyScene made = family_scene(seed, Edge{}, {Noise::none, 0.0});
+        const TouchCase& body = made.scene.body;
+        const glm::dvec3 lifted = 1.5 * voxel_mm(made.scene.storage) * body.normal;
+        for (const auto& [hand, slides, rests_from] : family_hands(body, seed)) {
+            EXPECT_GT(body.solid.distance_mm(hand.path.front() + lifted), 0.0)
+                << made.name << ", " << hand.name;
+            if (slides || hand.name == "tap 3 m/s") {
+                EXPECT_GT(body.solid.distance_mm(hand.path.back() + lifted), 0.0)
+                    << made.name << ", " << hand.name;
+            }
+        }
+    }
+}
+
 // Half of the samples of a masked volume are one value: that is no proof of a clean scanner.
 TEST(Tuning, AMaskedBackgroundIsNotTakenForClean) {
     const Grid grid = scene_grid({});
