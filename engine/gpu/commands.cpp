@@ -221,7 +221,7 @@ void Commands::copy(GpuImage& from, GpuImage& to) {
 }
 
 void Commands::copy(GpuImage& from, GpuImage& to, std::span<const Area> areas) {
-    PALPATE_ASSERT(!areas.empty());
+    PALPATE_ASSERT(!areas.empty() && from.shape().layers == 1 && to.shape().layers == 1);
     use(from, Use::copy_source);
     use(to, Use::copy_target);
     const VkImageSubresourceLayers layer{VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};

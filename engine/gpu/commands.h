@@ -112,7 +112,7 @@ class Commands {
     struct Area {                            // texels
         glm::uvec2 low, size;
     };
-    // The same of parts of a 2D image of one layer, to where they are in the first; one or more.
+    // Copies rectangles between 2D images of one layer, each to the same place; one or more.
     void copy(GpuImage& from, GpuImage& to, std::span<const Area> areas);
     void copy(BufferSlice from, BufferSlice to); // all of `from`; `to` is no smaller
     struct Bytes {

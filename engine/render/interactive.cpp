@@ -80,9 +80,13 @@ PixelBox of_whole_tiles(const PixelBox& box, glm::uvec2 size_px) {
     return {box.low / side * side, glm::min((box.high + (side - 1)) / side * side, size_px)};
 }
 
+// Where meshes are known and none is see-through: Renderer::redraw().
 bool can_redraw(const Scene& scene) {
     return std::all_of(scene.surfaces.begin(), scene.surfaces.end(), [](const SurfaceLayer& layer) {
-        return !layer.live_iso && layer.label_styles.empty() && layer.style.opacity >= 1.0;
+        const auto is_whole = [](double opacity) { return opacity <= 0.0 || opacity >= 1.0; };
+        return !layer.live_iso && is_whole(layer.style.opacity) &&
+               std::all_of(layer.label_styles.begin(), layer.label_styles.end(),
+                           [&](const auto& style) { return is_whole(style.opacity); });
     });
 }
 
@@ -108,8 +112,12 @@ Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& 
     last_ = scene;
     last_meshes_ = data.meshes;
     last_versions_ = versions;
+    if (!is_same_scene)
+        tile_ms_ = others_ms_ = 0;
+    // A picture from fewer rays may take longer than the budget; then these pixels may, too.
+    const double longest_ms = std::max(budget_ms_, level_ms_[level_]);
     if (is_same_scene && changed && can_redraw(scene) &&
-        expected_ms(*changed, tile_count(scene.size_px).x) <= budget_ms_)
+        expected_ms(*changed, tile_count(scene.size_px).x) <= longest_ms)
         return draw_changed(scene, data, *changed);
     next_row_ = 0;
     return draw_moving(scene, data);
@@ -117,7 +125,7 @@ Result<InteractiveFrame> Interactive::draw(const Scene& scene, const SceneData& 
 
 // Of what is drawn anew where an edit changed some pixels.
 double Interactive::expected_ms(const PixelBox& changed, uint32_t columns) const {
-    return tiles_of(changed) * std::max(tile_ms_, row_ms_ / columns);
+    return others_ms_ + tiles_of(changed) * std::max(tile_ms_, row_ms_ / columns);
 }
 
 // The state of the picture that is there. Rows that are not refined are those of the last moving
@@ -139,6 +147,7 @@ Result<InteractiveFrame> Interactive::draw_changed(const Scene& scene, const Sce
         return pass_on(drawn);
     }
     tile_ms_ = ray_ms_of(*drawn) / tiles_of(changed);
+    others_ms_ = drawn->wall_ms - ray_ms_of(*drawn);
     InteractiveFrame frame = unchanged();
     frame.frame = std::move(*drawn);
     frame.changed = of_whole_tiles(changed, scene.size_px);
@@ -149,7 +158,6 @@ Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const Scen
     const Level level = kLevels[level_];
     CoarseSettings settings{.step_factor = level.step_factor, .px_per_ray = level.px_per_ray};
     settings.contrast = level.contrast_factor * default_contrast(scene.ray_cast->mode);
-    tile_ms_ = 0; // of another picture
     auto few = renderer_->draw_coarse(scene, data, settings);
     if (!few) {
         last_.reset(); // nobody knows what is there

@@ -27,8 +27,9 @@ struct InteractiveFrame {
 
 // Draws for a moving hand: holds a budget of milliseconds a frame by drawing fewer rays, down to
 // one in 16 x 16 pixels, and longer steps while anything changes, and refines row by row to full
-// quality as soon as nothing does. An edit has the pixels that it changed drawn in full, where that
-// is expected to hold the budget; the rest of the picture stays as refined as it was.
+// quality as soon as nothing does. An edit, and an opaque mesh that moves, has the pixels that it
+// changed drawn in full, where that is expected to hold the budget or to take no longer than a
+// picture from fewer rays; the rest of the picture stays as refined as it was.
 class Interactive {
  public:
     // budget_ms > 0.
@@ -69,7 +70,8 @@ class Interactive {
     std::array<uint64_t, 4> last_versions_{}; // of its volume, labels, fused volume and overlay
     uint32_t next_row_ = 0;                   // of tiles, to refine
     double row_ms_ = 0;                       // what a row took lately; 0 before the first
-    double tile_ms_ = 0;                      // what a tile took that an edit changed; likewise
+    // What a tile took that was drawn anew, and all but its rays; 0 before the first of this scene.
+    double tile_ms_ = 0, others_ms_ = 0;
 };
 
 } // namespace palpate

@@ -68,7 +68,8 @@ class Renderer {
                                     const CoarseSettings& settings);
     Result<FrameStats> refine(const Scene& scene, const SceneData& data, uint32_t first_row,
                               uint32_t rows);
-    // Of a scene with rays, whose meshes are opaque, and may be others than in the last frame.
+    // Of a scene with rays, whose meshes are opaque and not live. They may have moved since the
+    // last frame; their number and styles are the same.
     Result<FrameStats> redraw(const Scene& scene, const SceneData& data, const PixelBox& changed);
 
     // Draws the frame once more with a variant that counts how many samples of the volume its rays

@@ -41,8 +41,8 @@ class SurfacePass {
     struct Images {
         GpuImage& behind;        // RGBA: holds slices or background; opaque meshes are added
         GpuImage& behind_values; // (value, distance in mm) of these, NaN where there is none
-        // Gets the picture without ray casting; or `behind`: that picture is not wanted. Not then
-        // where meshes can be seen through.
+        // Gets the picture without ray casting. May be `behind` itself where no mesh can be seen
+        // through: then that alone is written.
         GpuImage& color;
         GpuImage* values; // gets its values and distances; may be null
         GpuImage* layers; // gets Scene::surface_depth layers an eye for the ray caster

@@ -129,8 +129,8 @@ void SweptTool::follow(dvec3 hand, double dt_s, Geometry& geometry) {
         c.touching = false;
     }
     // Farther than a sample it went along a surface that bends: part of that way as the crow flies
-    // may lead through material, and is the hand's, not a tremor. While the hand rests there is no
-    // such way but to where it went before.
+    // may lead through material, and is the hand's, not a tremor. While the hand rests
+    // such a way is a jump between contacts, unless the tool was still behind.
     const bool is_hands = was_behind || moved_mm > kTremor * voxel_mm();
     const bool went_far = is_hands && glm::distance(start, s.proxy) > voxel_mm();
     if (is_catching_up || s.is_submerged || went_far) {

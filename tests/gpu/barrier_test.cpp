@@ -64,5 +64,18 @@ TEST(UseTracker, WhatAWindowGivesIsDrawnToAndShown) {
     }
 }
 
+// It keeps what it held when it was shown, and may be shown once more as it is.
+TEST(UseTracker, AnImageThatWasShownKeepsItsContents) {
+    UseTracker tracker;
+    tracker.forget();
+    tracker.advance(Use::copy_target);
+    tracker.advance(Use::present);
+    EXPECT_FALSE(tracker.advance(Use::present));
+    const auto drawn = tracker.advance(Use::copy_target);
+    ASSERT_TRUE(drawn);
+    EXPECT_EQ(drawn->before.layout, VK_IMAGE_LAYOUT_PRESENT_SRC_KHR);
+    EXPECT_NE(drawn->before.stages, VK_PIPELINE_STAGE_2_NONE) << "the semaphore's wait";
+}
+
 } // namespace
 } // namespace palpate

@@ -279,6 +279,26 @@ TEST_F(InteractiveTest, OfAMeshThatHasMovedThePictureIsTheNewOne) {
     }
 }
 
+// What takes longer than the budget is drawn anew where a picture from fewer rays takes as long.
+TEST_F(InteractiveTest, APartIsDrawnAnewRatherThanAllFromFewerRays) {
+    Scene scene = scene_of(RayMode::iso);
+    scene.surfaces = {SurfaceLayer{}};
+    SceneData data = phantom();
+    const auto same_mesh = [] {
+        return std::make_shared<const Mesh>(
+            Mesh{.positions = {{0, -150, -40}, {60, -150, -40}, {0, -150, 40}},
+                 .triangles = {{0, 1, 2}, {0, 2, 1}}});
+    };
+    Renderer renderer(device());
+    Interactive interactive(renderer, 1e-6); // less than anything takes
+    data.meshes = {same_mesh()};
+    EXPECT_GE(interactive.draw(scene, data).value().px_per_ray, 2u);
+    for (int i = 0; i < 3; ++i) { // the second time it is known how long it takes
+        data.meshes = {same_mesh()};
+        EXPECT_EQ(interactive.draw(scene, data, PixelBox{{8, 8}, {16, 16}}).value().px_per_ray, 1u);
+    }
+}
+
 TEST_F(InteractiveTest, TakesFewerRaysUnderPressureAndMoreAgain) {
     Scene scene = scene_of(RayMode::alpha);
     Renderer renderer(device());

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "apps/palpate/view/work.h"
+#include "engine/base/timer.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/viewer_fixture.h"
 
@@ -56,8 +57,8 @@ class SaveAndOpen : public TemporaryFolder {
     }
     template <class Done>
     void frames_until(const Done& done) {
-        while (!done()) {
-            frame({});
+        for (const Timer timer; !done(); frame({})) {
+            ASSERT_LT(timer.ms(), 60e3);
             std::this_thread::yield();
         }
     }

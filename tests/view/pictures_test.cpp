@@ -308,6 +308,33 @@ TEST_F(PicturesTest, AToolThatMovesLeavesTheRestOfThePictureAsItIs) {
     EXPECT_EQ(pictures_until_full(), std::vector<bool>{true});
 }
 
+// A hand that never rests: what a first picture of fewer rays left is refined meanwhile.
+TEST_F(PicturesTest, APictureIsRefinedWhileAToolMoves) {
+    state_.layout = Layout::volume;
+    constexpr size_t kMost = 20;
+    std::vector<std::vector<Pictures::Wish>> wishes;
+    for (size_t i = 0; i <= kMost; ++i)
+        wishes.push_back(with_tool(-60.0 + 5.0 * static_cast<double>(i)));
+    std::promise<size_t> refined; // after so many moves
+    size_t moves = 0;
+    bool told = false;
+    Pictures* made = nullptr;
+    Pictures pictures(device(), work_.session(), {.frame_ms = 1e6, .on_picture = [&] {
+                                                      for (const Picture& picture : made->take()) {
+                                                          if (told)
+                                                              continue;
+                                                          told = picture.complete || moves == kMost;
+                                                          if (told)
+                                                              refined.set_value(moves);
+                                                          else
+                                                              made->want(wishes[++moves]);
+                                                      }
+                                                  }});
+    made = &pictures;
+    pictures.want(wishes[0]);
+    EXPECT_EQ(refined.get_future().get(), 1u);
+}
+
 // An atlas too small for what is seen takes many parts: a picture of them is given up for the next.
 TEST_F(PicturesTest, APictureInPartsIsGivenUpForAnotherWish) {
     RendererOptions renderer;

@@ -135,7 +135,7 @@ TEST_F(Segmentation, TheThresholdIsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     EXPECT_LT(count_of(Work::kLabels, 1.0f), before);
 }
 
-// The slider's middle stands for one value, however often the bound has been dragged.
+// A place on the slider is one value, however often the bound has been dragged.
 TEST_F(Segmentation, TheSliderOfTheThresholdKeepsItsEnds) {
     paint_seeds();
     click_widget("tab/segment");

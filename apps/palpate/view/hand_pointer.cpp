@@ -72,7 +72,7 @@ void point_hand(ViewState& state, const Subject& subject) {
 }
 
 void begin_hand(ViewState& state, const Subject& subject) {
-    state.touch_open = true;
+    state.touch_open = state.tools_open; // else a view fills the screen
     const Camera& camera = state.camera;
     const glm::dvec3 arm = camera.eye_mm - camera.target_mm;
     const double reach_mm = 0.55 * glm::length(glm::dmat3(subject.grid.world_from_index) *

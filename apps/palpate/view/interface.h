@@ -41,7 +41,7 @@ class Interface {
     void set_recent(std::vector<std::string> paths) { recent_ = std::move(paths); }
     // What the line at the bottom tells a person; empty: nothing, or it has been shown long enough.
     std::string message() const { return is_told() ? message_ : ""; }
-    // It is about a document that is no longer open.
+    // For when another document begins.
     void forget_message() { message_.clear(); }
     // The pictures of the chooser of series, in the texture of this number; null: none.
     void show_previews(const SeriesPreviews* previews) { previews_ = previews; }

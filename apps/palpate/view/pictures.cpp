@@ -230,9 +230,15 @@ Result<std::optional<Picture>> Pictures::draw_volume(const Wish& wish, double bu
             return frame;
         };
         auto drawn = draw(made ? made->pixels_changed_to(wanted) : std::nullopt);
-        while (shows_it && drawn && !drawn->complete && timer.ms() < budget_ms) {
-            if (is_outdated())
-                return std::nullopt; // what is refined stays so
+        // Beside pixels that were drawn anew others may be left of a moving picture.
+        const bool refines = shows_it || (drawn && drawn->px_per_ray == 1);
+        interactive_.set_budget_ms(kLook_ms);
+        while (refines && drawn && !drawn->complete && timer.ms() < budget_ms) {
+            if (is_outdated()) { // what is refined stays so
+                if (shows_it)
+                    return std::nullopt;
+                break;
+            }
             drawn = draw({});
         }
         if (drawn) {

@@ -25,11 +25,12 @@ namespace palpate::view {
 // With a thread, pictures are made one after the other and the interface waits for none. Slices are
 // made together, and take turns with the volume. Of an edit they draw the pixels in which it can be
 // seen, and a slice that it does not reach is not drawn. The volume is drawn from fewer rays while
-// anything but its samples changes: within frame_ms, or 1.7 times as long where the picture would
-// err by more than kAim else; and within half of it while slices change, too. When all views show
-// what they shall, it is refined by rows. Of an edit the pixels that it changed are drawn anew at
-// full quality, and the others stay. Wishes and edits that come meanwhile are looked at every
-// kLook_ms; a picture that takes several parts of an atlas is given up for them.
+// anything but its samples and the places of opaque meshes changes: within frame_ms, or 1.7 times
+// as long where the picture would err by more than kAim else; and within half of it while slices
+// change, too. When all views show what they shall, it is refined by rows. Of an edit, and of a
+// mesh that moves, the pixels that change are drawn anew at full quality, and the others stay, or
+// are refined in the time left. Wishes and edits that come meanwhile are looked at every kLook_ms;
+// a picture that takes several parts of an atlas is given up for them.
 class Pictures {
  public:
     struct Options {

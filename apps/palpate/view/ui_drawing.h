@@ -53,7 +53,7 @@ class UiDrawing {
     struct Picture {
         std::shared_ptr<GpuImage> image;
         VkDescriptorSet set;
-        uint64_t version; // of what it holds; no two have one, of whatever drawing
+        uint64_t version; // of what it holds; unique in the process
     };
     struct Slot { // what a frame's triangles are recorded into
         VkCommandBuffer commands = VK_NULL_HANDLE;
