@@ -275,10 +275,18 @@ TEST_F(ChangedPixelsTest, OfAPictureThatIsBeingRefinedTheyAreFullAndTheOthersSta
 
 // An edit that a full picture cannot take in time begins from fewer rays.
 TEST_F(ChangedPixelsTest, OfAnEditBeyondTheBudgetAreRefinedLater) {
-    const Scene scene = scenes().back();
+    Scene scene = scenes().back();
+    scene.size_px = {300, 240}; // of which one ray in 16 x 16 takes less time than all
     Renderer renderer(device());
-    Interactive interactive(renderer, 1e9);
+    Interactive interactive(renderer, 1e-6);
     SceneData data{volume_, labels_, {}};
+    bool coarsest = false;
+    for (int i = 0; i < 30 && !coarsest; ++i) {
+        scene.camera = orbit(scene.camera, 3.0);
+        coarsest = interactive.draw(scene, data).value().coarsest;
+    }
+    ASSERT_TRUE(coarsest);
+    interactive.set_budget_ms(1e9);
     while (!interactive.draw(scene, data).value().complete) {
     }
     data.volume = edited(data.volume, 3000.0);
