@@ -59,25 +59,42 @@ int64_t Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 wo
     const FineSamples::Box sharp = samples.sharp(first, side_);
     lacked_brick_ = sharp.lacks_brick;
     is_solid_amid_ = sharp.values[count / 2] >= samples.threshold();
-    const LocalSurface::Patch made =
-        surface_.extract(std::span<const float>(sharp.values, count), glm::vec3(spacing),
-                         glm::vec3(low_), samples.threshold());
-    span_ = {made.positions, made.normals, made.triangles,
-             kBulge * std::max({spacing.x, spacing.y, spacing.z})};
-    if (made.positions.empty())
+    made_ = surface_.extract(std::span<const float>(sharp.values, count), glm::vec3(spacing),
+                             glm::vec3(low_), samples.threshold());
+    first_point_ = first;
+    spacing_ = spacing;
+    span_ = {
+        made_.positions, {}, made_.triangles, kBulge * std::max({spacing.x, spacing.y, spacing.z})};
+    if (made_.positions.empty())
         return static_cast<int64_t>(count);
+    span_.cells = sort_into_cells(made_.positions, spacing, glm::inverse(space.from_mesh));
+    span_.triangles = {sorted_.data(), made_.triangles.size()};
+    if (!space.is_mesh_space) {
+        const glm::mat3 from_mesh(space.from_mesh);
+        const size_t vertices = made_.positions.size();
+        for (size_t i = 0; i < vertices; ++i)
+            filtered_[i] = from_mesh * made_.positions[i];
+        span_.positions = {filtered_.data(), vertices};
+    }
+    return static_cast<int64_t>(count);
+}
+
+int64_t Patch::shade(FineSamples& samples, const RigidSpace& space) {
+    if (span_.positions.empty() || !span_.normals.empty())
+        return 0;
     const int read = side_ + 4; // two points more on every side
-    const FineSamples::Box smooth = samples.smooth(first - 2, read);
+    const FineSamples::Box smooth = samples.smooth(first_point_ - 2, read);
     // Every vertex lies on an edge of the lattice: means of the differences at its ends, which are
     // exact for polynomials of the fourth degree.
     const int last = side_ - 1;
     const auto slope = [&](glm::ivec3 p) {
         const float* v = smooth.values + (p.x + 2 + read * (p.y + 2 + read * (p.z + 2)));
         const auto d = [&](int s) { return 8.0f * (v[s] - v[-s]) - (v[2 * s] - v[-2 * s]); };
-        return glm::vec3(d(1), d(read), d(read * read)) / glm::vec3(spacing);
+        return glm::vec3(d(1), d(read), d(read * read)) / glm::vec3(spacing_);
     };
-    for (size_t i = 0; i < made.positions.size(); ++i) {
-        const glm::vec3 place((glm::dvec3(made.positions[i]) - low_) / spacing);
+    const size_t vertices = made_.positions.size();
+    for (size_t i = 0; i < vertices; ++i) {
+        const glm::vec3 place((glm::dvec3(made_.positions[i]) - low_) / spacing_);
         const glm::vec3 off = glm::abs(place - glm::round(place));
         const int axis = off.x > off.y ? (off.x > off.z ? 0 : 2) : off.y > off.z ? 1 : 2;
         glm::ivec3 a = glm::clamp(glm::ivec3(glm::round(place)), glm::ivec3(0), glm::ivec3(last));
@@ -87,21 +104,15 @@ int64_t Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 wo
         const float share = std::clamp(place[axis] - static_cast<float>(a[axis]), 0.0f, 1.0f);
         const glm::vec3 mean = glm::mix(slope(a), slope(b), share);
         const float length = glm::length(mean);
-        normals_[i] = length > 0.0f ? -mean / length : made.normals[i]; // a NaN is not above 0
+        normals_[i] = length > 0.0f ? -mean / length : made_.normals[i]; // a NaN is not above 0
     }
-    span_.cells = sort_into_cells(made.positions, spacing, glm::inverse(space.from_mesh));
-    span_.triangles = {sorted_.data(), made.triangles.size()};
-    const size_t vertices = made.positions.size();
     if (!space.is_mesh_space) {
-        const glm::mat3 from_mesh(space.from_mesh), normal_from_mesh(space.normal_from_mesh);
-        for (size_t i = 0; i < vertices; ++i) {
-            filtered_[i] = from_mesh * made.positions[i];
+        const glm::mat3 normal_from_mesh(space.normal_from_mesh);
+        for (size_t i = 0; i < vertices; ++i)
             normals_[i] = glm::normalize(normal_from_mesh * normals_[i]);
-        }
-        span_.positions = {filtered_.data(), vertices};
     }
     span_.normals = {normals_.data(), vertices};
-    return static_cast<int64_t>(count) + int64_t{read} * read * read;
+    return int64_t{read} * read * read;
 }
 
 TriangleCells Patch::sort_into_cells(std::span<const glm::vec3> positions, glm::dvec3 spacing,

@@ -21,11 +21,14 @@ class Patch {
     // The window of side^3 samples whose middle is nearest to a world point.
     void extract(const Volume& volume, glm::dvec3 world_mm, const TouchParameters& parameters);
 
-    // The same with the points of a finer lattice for samples, and as many of these; normals are
-    // those of the smooth view, triangles bulge, and all of them lie in `space`. side >= 6. Returns
-    // how many points of both views it took.
+    // The same with the points of a finer lattice for samples, and as many of these; triangles
+    // bulge, and lie in `space`. side >= 6. There are no normals until shade() makes them, which
+    // takes three times as many points. Returns how many points it took.
     int64_t extract(FineSamples& samples, const Volume& volume, glm::dvec3 world_mm,
                     const RigidSpace& space);
+    // Normals of the smooth view for that, once; `samples` as they were. Returns how many points it
+    // took.
+    int64_t shade(FineSamples& samples, const RigidSpace& space);
 
     bool is_empty() const { return span_.triangles.empty(); }
     const TriangleSpan& span() const { return span_; }
@@ -46,6 +49,9 @@ class Patch {
     int side_;
     LocalSurface surface_;
     TriangleSpan span_;
+    LocalSurface::Patch made_; // in mesh space; what shade() goes by
+    glm::ivec3 first_point_{0};
+    glm::dvec3 spacing_{1.0};
     glm::dvec3 low_{0.0}, high_{0.0};
     bool lacked_brick_ = false, is_solid_amid_ = false;
     std::array<float, kMostSide * kMostSide * kMostSide> samples_;

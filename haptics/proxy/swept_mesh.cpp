@@ -31,7 +31,7 @@ template <class Surface>
 class SweptTriangles final : public Algorithm {
  public:
     void reset(const TickInput& input) noexcept override {
-        has_proxy_ = touching_ = slipping_ = false;
+        has_proxy_ = touching_ = slipping_ = is_on_its_way_ = false;
         if (is_place(input.tool.position_mm))
             proxy_ = input.tool.position_mm;
         coupler_.reset(proxy_);
@@ -46,7 +46,7 @@ class SweptTriangles final : public Algorithm {
                                       [&](dvec3 p) { return is_free(surface_.from_world(p)); });
         if (coupler_.has_come_out()) {
             proxy_ = coupler_.place_mm();
-            touching_ = slipping_ = false;
+            touching_ = slipping_ = is_on_its_way_ = false;
         }
         if (!has_proxy_)
             proxy_ = x;
@@ -66,6 +66,8 @@ class SweptTriangles final : public Algorithm {
 
  private:
     void gather(dvec3 at, double way_mm) { looks_left_ -= surface_.gather(at, way_mm); }
+    // Before blended normals are asked for: on the way to where it rests a point needs none.
+    void shade() { looks_left_ -= surface_.shade(); }
     TriangleSpan span() {
         TriangleSpan span = surface_.span();
         span.looks_left = &looks_left_;
@@ -76,6 +78,8 @@ class SweptTriangles final : public Algorithm {
         if (geometry.was_replaced && !is_first)
             put_back();
         const dvec3 start = proxy_;
+        stepped_mm_ = is_first ? 0.0 : glm::distance(x, hand_);
+        hand_ = x;
         const dvec3 goal =
             touching_ ? coupler_.rubbed(x, proxy_, surface_.turn_to_world(normal_), slipping_) : x;
         Rest rest = follow(goal, geometry);
@@ -94,14 +98,16 @@ class SweptTriangles final : public Algorithm {
         geometry.touching = touching_;
         geometry.normal = surface_.turn_to_world(rest.shaded_normal);
         geometry.contacts = touching_;
-        // Where it rests on a face, or slid to, work that ends says enough of what is touched.
-        geometry.is_behind = looks_left_ <= 0 && rest.reached_side;
+        // Where it rests on a face, work that ends says enough of what is touched.
+        is_on_its_way_ = rest.reached_side;
+        geometry.is_behind = is_on_its_way_;
     }
 
     // Outside of the nearest face, and of the blended normals there: of two faces that meet in an
     // edge one alone may see a place from the wrong side. Where no face is near, the surface knows.
     bool is_free(dvec3 p) {
         gather(p, 0.0);
+        shade();
         const SurfacePoint near = nearest_point(span(), p);
         if (!near.found)
             return surface_.is_free_amid();
@@ -117,13 +123,17 @@ class SweptTriangles final : public Algorithm {
             return settle(span(), from, goal, surface_.low_mm(), surface_.high_mm(),
                           surface_.grain_mm());
         };
-        // In contact it slides on from where it was, if that is there still.
+        // In contact it slides on from where it was, if that is there still. Not where the last
+        // tick ended on the way: a slide may lead back, to where that way began, but the way over
+        // the faces never leads away from the goal, so that a hand at rest is caught up with.
         std::optional<Rest> slid;
-        if (touching_) {
+        Rest held; // where it was
+        if (touching_ && !is_on_its_way_) {
             gather(rest.point, glm::distance(rest.point, goal));
+            shade();
             rest.point = off_the_faces(span(), rest.point);
-            const Rest near = settle_there(
-                rest_at(span(), rest.point, geometry.was_replaced ? kSame_mm : INFINITY));
+            held = rest_at(span(), rest.point, geometry.was_replaced ? kSame_mm : INFINITY);
+            const Rest near = settle_there(held);
             if (near.settled)
                 return near;
             if (near.touching)
@@ -132,8 +142,14 @@ class SweptTriangles final : public Algorithm {
         }
         // Else, or where that leads nowhere, over the faces: in stretches that the triangles at
         // hand reach. What is left of a long way the next tick goes on with.
-        for (int stretch = 0; stretch < 16 && looks_left_ > 0; ++stretch) {
+        // Under a hand that went no farther in this tick than a slide does, 16 steps of half a
+        // grain, four windows at most, which pass four grains each: twice as far.
+        const bool is_slow = slid && stepped_mm_ <= 8.0 * surface_.grain_mm();
+        const int most = is_slow ? 4 : 16;
+        bool has_walked = false;
+        for (int stretch = 0; stretch < most && looks_left_ > 0; ++stretch) {
             const dvec3 here = rest.point;
+            has_walked = true;
             if (const double share = surface_.clear_share(here, goal); share > 0.0) {
                 rest = {.point = here + share * (goal - here)};
                 rest.curved = rest.point = share < 1.0 ? rest.point : goal;
@@ -144,17 +160,30 @@ class SweptTriangles final : public Algorithm {
             gather(here, glm::distance(here, goal));
             rest = come_to_rest(span(), off_the_faces(span(), here), goal, surface_.low_mm(),
                                 surface_.high_mm());
+            if (!rest.reached_side)
+                shade();
             if (!rest.touching && !rest.reached_side)
                 rest = rest_under_bulge(span(), goal);
             if (rest.touching && !rest.reached_side)
                 rest = settle_there(rest_at(span(), rest.point, INFINITY));
-            if (!rest.reached_side || glm::distance(rest.point, here) < 1e-4)
+            if (looks_left_ > 0 && glm::distance(rest.point, here) < 1e-4)
+                rest.reached_side = false; // it cannot go on
+            if (!rest.reached_side)
                 break;
         }
-        // Out of looks on its way through bumps, at the side of what is at hand: where the slide
-        // ended says more.
-        if (slid && looks_left_ <= 0 && (rest.reached_side || !rest.touching))
+        // The slide may have taken all looks: then it ended on the way, too.
+        if (slid && !has_walked)
             return *slid;
+        if (!slid || !rest.reached_side)
+            return rest;
+        // Its work ended on the way through bumps. A slow hand, and one that the way led no nearer
+        // to by a grain, is held where the slide ended, or began, if that is no farther: so that
+        // bumps do not lead a hand at rest on, nor a slow one by leaps.
+        const auto left = [&](const Rest& at) { return glm::distance(at.point, goal); };
+        Rest still = left(*slid) < left(held) ? *slid : held;
+        still.reached_side = false;
+        if (is_slow || left(still) - left(rest) < surface_.grain_mm())
+            return still;
         return rest;
     }
 
@@ -183,7 +212,9 @@ class SweptTriangles final : public Algorithm {
     int64_t looks_left_ = 0;
     Coupler coupler_;
     bool has_proxy_ = false, touching_ = false, slipping_ = false;
-    dvec3 proxy_{0.0};
+    bool is_on_its_way_ = false; // the last tick ended before the proxy was where it is drawn
+    double stepped_mm_ = 0.0;    // by the hand in this tick
+    dvec3 proxy_{0.0}, hand_{0.0};
     dvec3 normal_{0.0}; // where it last touched, from_world()
 };
 
@@ -223,6 +254,7 @@ class MeshSurface {
         to_ = glm::min(cell_of(high_) + 1, mesh_->cells - 1);
         return 0;
     }
+    int64_t shade() { return 0; } // it has its normals
     TriangleSpan span() const {
         const double per_mm = 1.0 / double{mesh_->cell_mm};
         return {mesh_->mesh->positions,
@@ -300,6 +332,7 @@ class LocalWindow {
         lacks_data_ |= patch_.lacked_brick();
         return points;
     }
+    int64_t shade() { return patch_.shade(samples_, space_); }
     // Where the window has no triangles: whether it lies in material.
     bool is_solid_amid() const { return patch_.is_solid_amid(); }
     bool is_free_amid() const { return !patch_.is_solid_amid(); }

@@ -123,5 +123,55 @@ TEST(Slide, WhatCannotFollowLosesForceAndSaysSo) {
     }
 }
 
+// Windows of a local surface reach 0.5 mm here. 5 mm are ten of them, within the looks of a tick as
+// long as normals are made of the first and the last one alone.
+TEST(Slide, ALocalSurfaceFollowsAMeterPerSecondAtTwoHundredHertz) {
+    const TouchCase body = flat_plane();
+    const Scene scene = make_scene(body, {.spacing_mm = dvec3(0.5)});
+    haptics::TouchParameters parameters = settings(scene);
+    parameters.stiffness_n_per_m = 1e3 * kStiffness_n_per_mm;
+    Path path{{-5.0, 0.2, 1.0}};
+    line_to(path, {-5.0, 0.2, body.touch_mm.z - kDepth_mm}, 50.0);
+    const size_t slides = path.size();
+    for (int i = 0; i < 20; ++i)
+        path.push_back({i % 2 ? -5.0 : 0.0, i % 2 ? 0.2 : -0.2, path.back().z});
+    const Trace run = run_named("swept-local", scene, path, parameters);
+    for (size_t i = slides; i < run.ticks.size(); ++i) {
+        EXPECT_EQ(run.ticks[i].contact, Contact::touching) << i;
+        EXPECT_NEAR(glm::length(run.ticks[i].force), kStiffness_n_per_mm * kDepth_mm, 0.01) << i;
+    }
+}
+
+// 6 mm in a tick are thirty windows of 0.2 mm, of which a tick passes sixteen at most and as many
+// as its looks allow: no fewer than eight, with 729 points each and as many triangles again. Then
+// it has followed after four ticks. Until then force does not rise.
+TEST(Slide, ALocalSurfaceThatIsLeftBehindCatchesUpWithAHandAtRest) {
+    TouchCase body = flat_plane();
+    body.solid = plane({0, 0, 0.03}, {0, 0, 1});
+    body.touch_mm = {0, 0, 0.03};
+    body.reach_mm = 4.0;
+    const Scene scene = make_scene(body, {.spacing_mm = dvec3(0.2)});
+    haptics::TouchParameters parameters = settings(scene);
+    parameters.stiffness_n_per_m = 1e3 * kStiffness_n_per_mm;
+    Path path{{-3.0, 0.0, 1.0}};
+    line_to(path, {-3.0, 0.1, 0.03 - kDepth_mm}, 50.0);
+    const size_t leaps = path.size();
+    path.insert(path.end(), 100, dvec3(3.0, -0.1, 0.03 - kDepth_mm));
+    const Trace run = run_named("swept-local", scene, path, parameters);
+    const double own_n = kStiffness_n_per_mm * kDepth_mm;
+    size_t behind = 0;
+    for (size_t i = leaps; i < run.ticks.size(); ++i) {
+        behind += run.ticks[i].contact == Contact::behind;
+        EXPECT_LE(glm::length(run.ticks[i].force), own_n + 0.01) << i;
+        if (i >= leaps + 4) {
+            EXPECT_EQ(run.ticks[i].contact, Contact::touching) << i;
+        }
+        if (i >= leaps + 40) {
+            EXPECT_NEAR(glm::length(run.ticks[i].force), own_n, 0.01) << i;
+        }
+    }
+    EXPECT_GT(behind, 0u);
+}
+
 } // namespace
 } // namespace palpate::touch
