@@ -54,6 +54,10 @@ constexpr double kTried = 0.6;
 // within 40 frames.
 constexpr double kForgotten = 0.995;
 
+// What is known of the time of pixels that are drawn anew fades by this factor where it let a frame
+// of fewer rays be drawn instead: the first of their kind waits for its pipeline.
+constexpr double kDoubted = 0.5;
+
 // A frame that takes so much longer than those before is of another view, and not averaged.
 constexpr double kSudden = 1.5;
 
@@ -158,6 +162,8 @@ Result<InteractiveFrame> Interactive::draw_moving(const Scene& scene, const Scen
     const Level level = kLevels[level_];
     CoarseSettings settings{.step_factor = level.step_factor, .px_per_ray = level.px_per_ray};
     settings.contrast = level.contrast_factor * default_contrast(scene.ray_cast->mode);
+    tile_ms_ *= kDoubted;
+    others_ms_ *= kDoubted;
     auto few = renderer_->draw_coarse(scene, data, settings);
     if (!few) {
         last_.reset(); // nobody knows what is there

@@ -275,8 +275,12 @@ TEST_F(ChangedPixelsTest, OfAPictureThatIsBeingRefinedTheyAreFullAndTheOthersSta
 
 // An edit that a full picture cannot take in time begins from fewer rays.
 TEST_F(ChangedPixelsTest, OfAnEditBeyondTheBudgetAreRefinedLater) {
+    // Rays that take long beside all else: one in 16 x 16 of them is sooner there.
     Scene scene = scenes().back();
-    scene.size_px = {300, 240}; // of which one ray in 16 x 16 takes less time than all
+    scene.slices.clear();
+    scene.size_px = {300, 240};
+    scene.ray_cast->mode = RayMode::mip;
+    scene.ray_cast->step_mm = 0.1;
     Renderer renderer(device());
     Interactive interactive(renderer, 1e-6);
     SceneData data{volume_, labels_, {}};
