@@ -39,6 +39,7 @@ void point_hand(ViewState& state, const Subject& subject) {
         return;
     Stylus& stylus = state.stylus;
     const Panel panel = *state.under;
+    stylus.clear_mm = 0.0;
     if (is_slice(panel)) {
         const SliceView& slice = state.slices[static_cast<size_t>(panel)];
         stylus.meant = {point_under(state, subject.grid, panel, state.pointer_px),
@@ -69,6 +70,13 @@ void point_hand(ViewState& state, const Subject& subject) {
     stylus.meant = {ray.origin_mm + ray.direction * (depth_mm - depth_of(ray.origin_mm)) /
                                         glm::dot(ray.direction, view.forward),
                     turn};
+    if (!stylus.on_surface)
+        return;                          // the depth is the person's
+    constexpr double kParallel_mm = 1e6; // from which the rays of a parallel view come
+    stylus.clear_mm = 2.0 * state.radius_mm;
+    stylus.eye_mm = view.projection == Projection::orthographic
+                        ? stylus.meant.position_mm - kParallel_mm * view.forward
+                        : view.eye_mm;
 }
 
 void begin_hand(ViewState& state, const Subject& subject) {
@@ -78,6 +86,7 @@ void begin_hand(ViewState& state, const Subject& subject) {
     const double reach_mm = 0.55 * glm::length(glm::dmat3(subject.grid.world_from_index) *
                                                glm::dvec3(subject.grid.size));
     state.stylus.meant = {center_mm(subject.grid) + reach_mm * glm::normalize(arm)};
+    state.stylus.clear_mm = 0.0;
     state.stylus.buttons = 0;
 }
 

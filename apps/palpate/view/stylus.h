@@ -53,6 +53,8 @@ struct Stylus {
     // from the eye along the view, or where on_surface as deep as what is seen under the pointer,
     // and push_mm deeper.
     ToolPose meant;
+    glm::dvec3 eye_mm{0.0}; // haptics::PointerTarget
+    double clear_mm = 0.0;
     double depth_mm = 0.0; // 0: not known yet
     double push_mm = 0.0;
     bool on_surface = true;

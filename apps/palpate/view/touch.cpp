@@ -32,6 +32,10 @@ TouchSample sample_of(const ServoTick& tick) {
             .status = tick.status};
 }
 
+PointerTarget target_of(const Stylus& stylus) {
+    return {stylus.meant, stylus.buttons, stylus.eye_mm, stylus.clear_mm};
+}
+
 bool is_over(DeviceStatus status) {
     return status == DeviceStatus::ended || status == DeviceStatus::gone;
 }
@@ -76,8 +80,7 @@ Result<Touch::Opened> Touch::open_device(const Stylus& stylus, int64_t start_ns)
         // A device that reaches less far than the volume is scaled up to it.
         const glm::dvec3 need = half_size_mm_ / (1e3 * preset.capabilities.workspace_m);
         const Workspace workspace(center_mm_, std::max({1.0, need.x, need.y, need.z}));
-        auto pointer =
-            std::make_shared<PointerHand>(PointerTarget{stylus.meant, stylus.buttons}, workspace);
+        auto pointer = std::make_shared<PointerHand>(target_of(stylus), workspace);
         auto device = std::make_unique<SimulatedDevice>(
             preset, is_mouse ? pointer_hand_model() : HandModel(), pointer, start_ns);
         return Opened{std::move(device), std::move(pointer), workspace};
@@ -186,7 +189,7 @@ void Touch::frame(const Stylus& stylus, double time_s) {
     for (TouchSample sample; samples_.pop(sample);)
         note(sample);
     if (pointer_)
-        pointer_->point({stylus.meant, stylus.buttons});
+        pointer_->point(target_of(stylus));
     if (running_ && is_over(status_)) {
         message_ = status_ == DeviceStatus::ended ? "the recording of the hand is over"
                                                   : "the haptic device is gone; it is stopped";

@@ -96,8 +96,16 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
     const profile::Scope scope("frame");
     time_s_ = time_s;
     std::vector<Order> orders;
+    // Whether a move is a widget's is known a frame late: the one that left it is the view's, too.
+    const Event still{.kind = Event::Kind::move, .time_s = time_s, .at_px = state_.pointer_px};
+    if (over_widget_ && !state_.drag && !interface_->takes(still)) {
+        over_widget_ = false;
+        state_ = after(std::move(state_), still, work_->subject()).state;
+    }
     for (Event& event : events) {
         event.for_widget = !state_.drag && interface_->takes(event);
+        if (event.kind == Event::Kind::move)
+            over_widget_ = event.for_widget;
         Outcome next = after(std::move(state_), event, work_->subject());
         state_ = std::move(next.state);
         for (Order& order : next.orders)

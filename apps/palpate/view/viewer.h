@@ -113,7 +113,8 @@ class Viewer {
     Pictures::Options pictures_with_;
     std::unique_ptr<Pictures> pictures_;
     ViewState state_;
-    double time_s_ = 0; // of the last frame
+    double time_s_ = 0;        // of the last frame
+    bool over_widget_ = false; // the pointer was, at its last move
     glm::ivec2 screen_px_{0};
     std::vector<Picture> new_pictures_;
     UiTiles tiles_seen_; // by looks()
