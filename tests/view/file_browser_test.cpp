@@ -1,6 +1,7 @@
 // Folders, and what was opened last.
 
 #include "apps/palpate/view/file_browser.h"
+#include "apps/palpate/view/free_name.h"
 #include "apps/palpate/view/settings.h"
 
 #include <gmock/gmock.h>
@@ -33,6 +34,22 @@ TEST_F(Files, FoldersComeFirstAndHiddenNamesNot) {
     const auto none = list_folder(file("none"));
     ASSERT_FALSE(none);
     EXPECT_THAT(none.error().message, HasSubstr("none: cannot be read"));
+}
+
+TEST_F(Files, AFreeNameIsNumberedBeforeItsWholeEnding) {
+    EXPECT_EQ(free_name(file("labels.nii.gz")), file("labels.nii.gz"));
+    for (const char* name :
+         {"labels.nii.gz", "labels-1.nii.gz", "a.b.csv", "p.palpate", "bare", "m.raw"})
+        write(name, "1");
+    EXPECT_EQ(free_name(file("labels.nii.gz")), file("labels-2.nii.gz"));
+    EXPECT_EQ(free_name(file("a.b.csv")), file("a.b-1.csv"));
+    EXPECT_EQ(free_name(file("p.palpate")), file("p-1.palpate"));
+    EXPECT_EQ(free_name(file("bare")), file("bare-1"));
+    EXPECT_EQ(free_name(file("m.mhd")), file("m-1.mhd")) << "its voxels would replace m.raw";
+    EXPECT_EQ(free_name(file("m.mha")), file("m.mha"));
+    EXPECT_EQ(free_name(file("new.png"), 1), file("new-1.png"));
+    fs::create_symlink(file("gone"), file("link.csv"));
+    EXPECT_EQ(free_name(file("link.csv")), file("link-1.csv"));
 }
 
 TEST_F(Files, TheNewestIsFirstAndListedOnce) {

@@ -2,17 +2,21 @@
 
 #include "apps/palpate/view/label_export.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
+#include <thread>
 
 #include "apps/palpate/surface_labels.h"
 #include "engine/io/mesh_io.h"
 #include "engine/io/volume_io.h"
 #include "engine/mesh/topology.h"
 #include "engine/volume/builder.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/view/viewer_fixture.h"
 
 namespace palpate::view {
 namespace {
@@ -70,7 +74,10 @@ TEST_F(LabelExportTest, AMeshIsTheClosedSurfaceOfTheChosenLabel) {
 TEST_F(LabelExportTest, NothingIsWrittenOfALabelThatIsNowhereOrUnderAStrangeName) {
     const Volume labels = ball_and_bar();
     EXPECT_FALSE(export_labels(labels, 4, file("none.stl"), {}));
-    EXPECT_FALSE(export_labels(labels, 3, file("labels.doc"), {}));
+    const Result<std::string> strange = export_labels(labels, 3, file("labels.doc"), {});
+    ASSERT_FALSE(strange);
+    for (const char* ending : {".nii.gz", ".pbv", ".ply", ".stl", ".obj or .vtp", "\".doc\""})
+        EXPECT_THAT(strange.error().message, ::testing::HasSubstr(ending));
     EXPECT_FALSE(export_labels(labels, 3, file("no/such/labels.nii"), {}));
     EXPECT_FALSE(export_labels(labels, 3, file("no/such/ball.stl"), {}));
     EXPECT_TRUE(fs::is_empty(file("")));
@@ -82,6 +89,42 @@ TEST_F(LabelExportTest, OneThatIsStoppedLeavesNothing) {
     EXPECT_FALSE(export_labels(ball_and_bar(), 3, file("ball.stl"), stop.get_token()));
     EXPECT_FALSE(export_labels(ball_and_bar(), 3, file("labels.nii.gz"), stop.get_token()));
     EXPECT_TRUE(fs::is_empty(file("")));
+}
+
+// With threads, as in a window: such a document can be written.
+class Exports : public TemporaryFolder {
+ protected:
+    Work work_{Source{open_synthetic("synthetic:ball?size=24")}, {800, 600}, 1.0, true};
+    ViewState state_ = work_.subject().home;
+
+    // What the person is told at the end.
+    std::string write_out(Order::Kind kind, const std::string& name) {
+        work_.obey({kind, {}, 1.0, file(name).string()}, state_);
+        std::string told = work_.take_message();
+        while (told.starts_with("writing ")) {
+            std::this_thread::yield();
+            work_.poll();
+            if (std::string next = work_.take_message(); !next.empty())
+                told = std::move(next);
+        }
+        return told;
+    }
+};
+
+TEST_F(Exports, ReplaceNoFileAndSayWhereTheyAre) {
+    write("labels.nii.gz", "of a person");
+    write("measures.csv", "of a person");
+    state_.hand = Hand::draw;
+    work_.obey({Order::Kind::stroke_down, {}, 0.1}, state_);
+    work_.obey({Order::Kind::stroke_up, {}, 0.2}, state_);
+    const std::string labels = write_out(Order::Kind::export_labels, "labels.nii.gz");
+    EXPECT_EQ(labels, "all labels written to " + file("labels-1.nii.gz").string());
+    EXPECT_TRUE(load_labels(file("labels-1.nii.gz")));
+    const std::string measures = write_out(Order::Kind::export_measures, "measures.csv");
+    EXPECT_EQ(measures, "measures written: " + file("measures-1.csv").string());
+    EXPECT_TRUE(fs::exists(file("measures-1.csv")));
+    for (const char* name : {"labels.nii.gz", "measures.csv"})
+        EXPECT_EQ(bytes_of(name), "of a person") << name;
 }
 
 } // namespace

@@ -23,7 +23,9 @@ constexpr uint32_t kPasses = 10; // of smoothing, as `palpate surface --smooth b
 Result<std::string> export_labels(const Volume& labels, uint16_t label,
                                   const std::filesystem::path& path, const std::stop_token& stop) {
     if (std::ranges::find(kMeshes, path.extension().string()) == kMeshes.end()) {
-        PALPATE_TRY(expect_volume_name(path));
+        if (const Result<void> named = expect_volume_name(path); !named)
+            return fail("{}; the surface of label {} is written to .ply, .stl, .obj or .vtp",
+                        named.error().message, label);
         PALPATE_TRY(save_volume(path, labels, stop));
         return fmt::format("all labels written to {}", path.string());
     }

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "apps/palpate/turntable.h"
+#include "apps/palpate/view/free_name.h"
 #include "apps/palpate/view/viewer.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
@@ -12,18 +13,6 @@
 namespace palpate::view {
 
 namespace {
-
-// "NAME-N.png" from the number on, or "NAME.png" for 0: the first that replaces no picture.
-std::filesystem::path free_name(const std::filesystem::path& name, uint32_t number) {
-    std::filesystem::path path = name;
-    do {
-        if (number > 0)
-            path.replace_filename(
-                fmt::format("{}-{}{}", name.stem().string(), number, name.extension().string()));
-        ++number;
-    } while (std::filesystem::exists(path));
-    return path;
-}
 
 std::string written(const std::filesystem::path& path) {
     return fmt::format("picture written: {}", std::filesystem::absolute(path).string());
@@ -202,7 +191,7 @@ void Viewer::print_figure(const std::string& file) {
         return;
     }
     if (names.empty())
-        path = free_name(path, 0);
+        path = free_name(path);
     const Grid& grid = work_->subject().grid;
     Scene scene =
         scene_of(state_, grid, figure.panel, work_->session().scene(), work_->has_labels());

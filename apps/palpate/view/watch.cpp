@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <span>
 
+#include "apps/palpate/view/free_name.h"
 #include "apps/palpate/view/work.h"
 #include "engine/base/file.h"
 #include "engine/measure/measure_report.h"
@@ -121,8 +123,10 @@ void Work::export_measures(const ViewState& state, const std::string& path) {
         report.measures.push_back({one, std::move(*now)});
     }
     const std::string text = report_csv(report);
-    const Result<void> saved = save_bytes(path, std::as_bytes(std::span(text)));
-    message_ = saved ? fmt::format("written to {}", path) : saved.error().message;
+    std::error_code ignored;
+    const auto file = std::filesystem::absolute(free_name(path), ignored);
+    const Result<void> saved = save_bytes(file, std::as_bytes(std::span(text)));
+    message_ = saved ? fmt::format("measures written: {}", file.string()) : saved.error().message;
 }
 
 } // namespace palpate::view

@@ -1,5 +1,8 @@
 // The part of a document's work that keeps it in a project.
 
+#include <filesystem>
+
+#include "apps/palpate/view/free_name.h"
 #include "apps/palpate/view/work.h"
 #include "engine/base/profile.h"
 
@@ -93,12 +96,14 @@ void Work::begin_export(const ViewState& state, const std::string& path) {
         message_ = "there are no labels to write: draw or segment first";
         return;
     }
+    std::error_code ignored;
+    const auto file = std::filesystem::absolute(free_name(path), ignored);
     exporting_ = std::make_unique<LabelExport>();
-    exporting_->done = std::async(std::launch::async, [labels = *labels, label = state.label, path,
+    exporting_->done = std::async(std::launch::async, [labels = *labels, label = state.label, file,
                                                        stop = exporting_->stop.get_token()] {
-        return export_labels(labels, label, path, stop);
+        return export_labels(labels, label, file, stop);
     });
-    message_ = fmt::format("writing {} ..", path);
+    message_ = fmt::format("writing {} ..", file.string());
 }
 
 void Work::poll_export() {
