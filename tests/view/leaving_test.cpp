@@ -122,6 +122,79 @@ TEST_F(Leaving, MeasuresMadeDuringASaveAreAskedFor) {
     EXPECT_FALSE(work_.leaving_loses_edits());
 }
 
+// The name that is offered first is taken already; a person takes it even so, then another.
+TEST_F(SaveAndOpen, AFolderThatIsThereIsAskedForAgain) {
+    std::filesystem::create_directory(file("taken.palpate"));
+    Work& work = viewer_.work();
+    const auto type = [&](const std::filesystem::path& folder) {
+        const Modifiers ctrl{.ctrl = true};
+        for (const bool down : {true, false})
+            frame({{.kind = Event::Kind::key, .modifiers = ctrl, .down = down, .key = "a"}});
+        frame({{.kind = Event::Kind::text, .text = folder.string()}});
+        for (const bool down : {true, false})
+            frame({{.kind = Event::Kind::key, .down = down, .key = "enter"}});
+    };
+    const auto press_control_s = [&] {
+        const Modifiers ctrl{.ctrl = true};
+        for (const bool down : {true, false})
+            frame({{.kind = Event::Kind::key, .modifiers = ctrl, .down = down, .key = "s"}});
+        frame({});
+        frame({});
+    };
+    press_control_s();
+    ASSERT_TRUE(viewer_.interface().takes({.kind = Event::Kind::key}));
+    type(file("taken.palpate"));
+    frame({});
+    EXPECT_TRUE(viewer_.state().saving_open);
+    EXPECT_EQ(viewer_.state().saving_failed,
+              file("taken.palpate").string() + " is there already: choose another name");
+    EXPECT_TRUE(viewer_.interface().widgets().count("save/failed"));
+    EXPECT_FALSE(work.is_saving());
+    // A folder that cannot be made is found out later.
+    press_control_s();
+    type(file("none/deep.palpate"));
+    frames_until([&] { return viewer_.state().saving_failed.find("deep") != std::string::npos; });
+    EXPECT_TRUE(viewer_.state().saving_open);
+    EXPECT_FALSE(work.has_project());
+    press_control_s();
+    type(file("free.palpate"));
+    frames_until([&] { return work.has_project(); });
+    frame({});
+    EXPECT_FALSE(viewer_.state().saving_open);
+    EXPECT_TRUE(viewer_.state().saving_failed.empty());
+}
+
+TEST_F(SaveAndOpen, ControlSGivesTheFieldTheKeysAgain) {
+    const auto press = [&](const char* key, Modifiers held) {
+        for (const bool down : {true, false})
+            frame({{.kind = Event::Kind::key, .modifiers = held, .down = down, .key = key}});
+        frame({});
+        frame({});
+    };
+    press("s", {.ctrl = true});
+    ASSERT_TRUE(viewer_.interface().takes({.kind = Event::Kind::key}));
+    const Box tools = places_of(viewer_.state()).tools;
+    frame({{.kind = Event::Kind::move, .at_px = glm::dvec2(tools.low_px) + 20.0}});
+    for (const bool down : {true, false})
+        frame({{.kind = Event::Kind::button, .button = Button::left, .down = down}});
+    frame({});
+    ASSERT_FALSE(viewer_.interface().takes({.kind = Event::Kind::key}));
+    press("s", {.ctrl = true});
+    EXPECT_TRUE(viewer_.interface().takes({.kind = Event::Kind::key}));
+    EXPECT_TRUE(viewer_.state().saving_open);
+}
+
+TEST_F(Leaving, AFolderThatIsThereIsNotOffered) {
+    const std::filesystem::path offered = work_.new_folder(false);
+    EXPECT_FALSE(std::filesystem::exists(offered));
+    std::filesystem::create_directory(offered);
+    const std::filesystem::path next = work_.new_folder(false);
+    std::filesystem::remove(offered);
+    EXPECT_NE(next, offered);
+    EXPECT_EQ(next.extension(), ".palpate");
+    EXPECT_EQ(next.parent_path(), offered.parent_path());
+}
+
 // What was told of a document is gone with it: a person does not take it to be about the next one.
 TEST_F(SaveAndOpen, NothingNamesTheOldProjectOnceTheNextFileIsShown) {
     viewer_.work().save(viewer_.state(), file("first.palpate").string());

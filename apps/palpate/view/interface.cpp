@@ -299,16 +299,29 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
     if (state.saving_open) {
         begin("Save to a new project folder", state.saving_open);
         if (folder_[0] == '\0') {
-            const std::string offered = work.new_folder(state.names_hidden);
+            const std::string offered = state.saving_folder.empty()
+                                            ? work.new_folder(state.names_hidden)
+                                            : state.saving_folder;
             std::copy_n(offered.begin(), std::min(offered.size(), folder_.size() - 1),
                         folder_.begin());
-            ImGui::SetKeyboardFocusHere();
+            state.saving_typing = true;
         }
+        if (std::exchange(state.saving_typing, false))
+            ImGui::SetKeyboardFocusHere();
         ImGui::SetNextItemWidth(0.5f * static_cast<float>(state.size_px.x));
         const bool entered = ImGui::InputText("folder", folder_.data(), folder_.size(),
                                               ImGuiInputTextFlags_EnterReturnsTrue);
         note("save/folder");
-        if (ImGui::Button("save") || entered) {
+        if (!state.saving_failed.empty()) {
+            ImGui::PushTextWrapPos(0.5f * static_cast<float>(state.size_px.x));
+            ImGui::TextColored(
+                accent(state), "%s",
+                (state.names_hidden ? work.without_names(state.saving_failed) : state.saving_failed)
+                    .c_str());
+            ImGui::PopTextWrapPos();
+            note("save/failed");
+        }
+        if (ImGui::Button("save") || entered || state.saving_entered) {
             orders.push_back({Order::Kind::save, {}, time_s_, folder_.data()});
             state.saving_open = false;
         }
@@ -319,8 +332,12 @@ void Interface::draw_questions(ViewState& state, Work& work, std::vector<Order>&
         note("save/cancel");
         ImGui::End();
     }
-    if (!state.saving_open)
+    state.saving_entered = false;
+    if (!state.saving_open) {
         folder_ = {};
+        state.saving_folder.clear();
+        state.saving_failed.clear();
+    }
 }
 
 void Interface::draw_help(ViewState& state) {

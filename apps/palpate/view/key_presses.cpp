@@ -127,15 +127,27 @@ void page(ViewState& state, const Grid& grid, Panel panel, double layers) {
     move_crosshair(state, grid, state.crosshair_mm + layers * layer_step_mm(grid, away) * away);
 }
 
+// While it is asked where to save. Escape and Ctrl+S count whichever text field has the keys.
+static void press_saving_key(Outcome& next, const Event& event) {
+    if (event.key == "escape")
+        next.state.saving_open = false;
+    else if (event.key == "s" && event.modifiers.ctrl)
+        next.orders.push_back({Order::Kind::save, {}, event.time_s, {}});
+    else if (event.key == "enter" && !event.for_widget)
+        next.state.saving_entered = true;
+}
+
 void use_key(Outcome& next, const Event& event, const Subject& subject) {
     ViewState& state = next.state;
     if (event.key == "w")
-        state.w_held = event.down && !event.for_widget;
+        state.w_held = event.down && !event.for_widget && !state.saving_open;
     const auto order = [&](Order::Kind kind) {
         next.orders.push_back({kind, {}, event.time_s, {}});
     };
     if (event.down && event.key == "escape" && state.stylus.on) // also while text is typed
         order(Order::Kind::hand_disarm);
+    if (event.down && state.saving_open && !state.drag)
+        return press_saving_key(next, event);
     if (!event.down || event.for_widget)
         return;
     if (event.key == "escape") {
@@ -144,8 +156,7 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
         else if (state.drag && state.drag->kind == Drag::Kind::pull)
             order(Order::Kind::pull_cancel);
         else if (!state.drag && !std::exchange(state.help_open, false) && !cancel_measure(state) &&
-                 !cancel_wire(state) && !std::exchange(state.saving_open, false) &&
-                 !std::exchange(state.browser_open, false) &&
+                 !cancel_wire(state) && !std::exchange(state.browser_open, false) &&
                  !std::exchange(state.series_open, false) &&
                  !std::exchange(state.leaving, std::nullopt) &&
                  !std::exchange(state.recovered_steps, 0))

@@ -94,8 +94,11 @@ struct ViewState {
     Panel slice = Panel::axial; // of Layout::slice
     std::optional<Panel> alone; // fills the room of all views
     bool tools_open = true, help_open = false, notes_shown = true, crosshair_shown = true;
-    bool status_open = true;  // the line at the bottom
-    bool saving_open = false; // the question where to
+    bool status_open = true;     // the line at the bottom
+    bool saving_open = false;    // the question where to; keys are for it alone
+    bool saving_typing = false;  // its text field takes the keys from the next frame on
+    bool saving_entered = false; // Enter was pressed, and not in a text field
+    std::string saving_folder, saving_failed; // where to in vain, and why; empty: not tried yet
     std::optional<Leaving> leaving;
     bool touch_open = false;       // the window of touch
     bool palette_shown = false;    // widgets in 3D (palette.h)

@@ -148,6 +148,7 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
             true, picture.complete, picture.ms, picture.error_estimate};
     work_->follow_hand(state_, time_s);
     work_->poll();
+    ask_where_again();
     leave_when_saved();
     if (const std::string made = work_->take_new_project(); !made.empty() && options_.recent)
         interface_->set_recent(options_.recent(made));

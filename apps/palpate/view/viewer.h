@@ -90,6 +90,7 @@ class Viewer {
     void ask_to_leave(Leaving leaving);
     void leave();
     void save(const Order& order);
+    void ask_where_again();
     void leave_when_saved();
     void take_opened(Result<Source> opened);
     void poll_opening();

@@ -40,6 +40,7 @@ void Viewer::open(const std::string& path, const std::string& series) {
 
 void Viewer::ask_to_leave(Leaving leaving) {
     state_.leaving = std::move(leaving);
+    state_.saving_open = false; // one question at a time
     if (!work_->leaving_loses_edits())
         leave();
 }
@@ -57,9 +58,20 @@ void Viewer::leave() {
 // A session without a project is asked for a folder first.
 void Viewer::save(const Order& order) {
     if (order.path.empty() && !work_->has_project())
-        state_.saving_open = true;
+        state_.saving_open = state_.saving_typing = true;
     else
         work_->obey(order, state_);
+    ask_where_again();
+}
+
+// After a new project could not be made there.
+void Viewer::ask_where_again() {
+    std::optional<Work::FailedSave> failed = work_->take_failed_save();
+    if (!failed)
+        return;
+    state_.saving_open = state_.saving_typing = true;
+    state_.saving_folder = std::move(failed->folder);
+    state_.saving_failed = std::move(failed->reason);
 }
 
 void Viewer::leave_when_saved() {

@@ -95,8 +95,15 @@ class Work {
     bool has_project() const { return project_.has_value(); }
     // The folder of a project that a save has made: once.
     std::string take_new_project() { return std::exchange(new_project_, {}); }
-    // The folder that a new project is offered: named after the file, or, where names are hidden,
-    // not.
+    // What became of a save to a new project that failed: once.
+    struct FailedSave {
+        std::string folder, reason;
+    };
+    std::optional<FailedSave> take_failed_save() {
+        return std::exchange(failed_save_, std::nullopt);
+    }
+    // The folder that a new project is offered, one that is not there: named after the file, or,
+    // where names are hidden, not.
     std::string new_folder(bool names_hidden) const;
     // A message without the names of the file and of the project that are open.
     std::string without_names(std::string message) const;
@@ -246,6 +253,8 @@ class Work {
     std::optional<std::vector<Measure>> measures_saving_; // by the save under way
     std::optional<Project> project_; // after the session that its saves look at
     std::optional<Project::Creation> creation_;
+    std::string creating_; // the folder of creation_
+    std::optional<FailedSave> failed_save_;
 };
 
 // A map on which nothing is drawn yet.

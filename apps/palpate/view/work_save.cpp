@@ -32,7 +32,7 @@ void Work::take_project(Project project) {
 
 std::string Work::new_folder(bool names_hidden) const {
     const std::filesystem::path folder(new_folder_);
-    return names_hidden ? (folder.parent_path() / "work.palpate").string() : new_folder_;
+    return free_name(names_hidden ? folder.parent_path() / "work.palpate" : folder).string();
 }
 
 std::string Work::without_names(std::string message) const {
@@ -75,8 +75,14 @@ void Work::save(const ViewState& state, const std::string& folder) {
         message_ = "saving; one save at a time";
         return;
     }
+    if (std::error_code ignored; std::filesystem::exists(folder, ignored)) {
+        message_ = fmt::format("{} is there already: choose another name", folder);
+        failed_save_ = {folder, message_};
+        return;
+    }
     session_.settle();
     measures_saving_ = kept.measures;
+    creating_ = folder;
     creation_.emplace(Project::begin_create_from(folder, session_, file_, loaded_.modality));
 }
 
@@ -131,6 +137,7 @@ void Work::poll() {
             end_save(made->has_value());
             if (!*made) {
                 message_ = made->error().message;
+                failed_save_ = {creating_, message_};
                 return;
             }
             take_project(std::move(**made));
