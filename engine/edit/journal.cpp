@@ -110,13 +110,18 @@ bool keep_name(const std::filesystem::path& path) {
     return ::fsync(fd.get()) == 0 || errno == EINVAL || errno == EROFS;
 }
 
-// The file at fd is ours alone until fd is closed. A file system that knows no locks refuses none.
-Result<void> lock(const Fd& fd, const std::filesystem::path& path) {
+// Whether another has the file at fd; else it is ours alone until fd is closed. A file system that
+// knows no locks refuses none.
+bool is_locked(const Fd& fd) {
     int failed = 0;
     do
         failed = ::flock(fd.get(), LOCK_EX | LOCK_NB);
     while (failed && errno == EINTR);
-    if (failed && errno == EWOULDBLOCK)
+    return failed && errno == EWOULDBLOCK;
+}
+
+Result<void> lock(const Fd& fd, const std::filesystem::path& path) {
+    if (is_locked(fd))
         return fail("{}: expected the journal of an edit that has ended, found one that is running",
                     path.string());
     struct stat found {};
@@ -267,6 +272,11 @@ Result<Journal::Contents> Journal::peek(const std::filesystem::path& path) {
         return Contents();
     }
     return read_entries(file, at, path);
+}
+
+bool Journal::is_running(const std::filesystem::path& path) {
+    const Fd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+    return fd && is_locked(fd);
 }
 
 Result<void> Journal::expect_ended(const std::filesystem::path& path) {

@@ -91,6 +91,8 @@ class Journal {
     // Reads a journal without its volumes; changes nothing, needs no lock.
     static Result<Contents> peek(const std::filesystem::path& path);
 
+    // Whether another has it open for writing; false, too, where it cannot be read.
+    static bool is_running(const std::filesystem::path& path);
     // An error if another process has it open for writing.
     static Result<void> expect_ended(const std::filesystem::path& path);
 

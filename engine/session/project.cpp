@@ -64,6 +64,18 @@ fs::path set_aside_name(const fs::path& path) {
     }
 }
 
+// Told in words of a person, who knows nothing of journals.
+Result<void> expect_closed(const fs::path& folder, uint64_t save) {
+    std::error_code ignored;
+    for (uint64_t number = save; fs::exists(folder / journal_name(number), ignored); ++number)
+        if (Journal::is_running(folder / journal_name(number)))
+            return fail(
+                "{}: the project is open already, in a window or in another program; close it "
+                "there first",
+                folder.string());
+    return {};
+}
+
 // Puts the journals of a project aside, the newest first, and an empty one in the place of the
 // first: killed at any moment, it leaves a project with some of the steps, in their order.
 Result<void> set_journals_aside(const fs::path& folder, uint64_t save) {
@@ -240,6 +252,7 @@ Result<Project::Opened> Project::open(const fs::path& folder) {
 Result<Project::Opened> Project::open(const fs::path& path, const Opening& opening) {
     const fs::path folder = project_folder(path);
     PALPATE_TRY(const ProjectDescription read, read_project_description(folder));
+    PALPATE_TRY(expect_closed(folder, read.save));
     Project project(folder, read.save);
     PALPATE_TRY(project.files_, open_volumes(folder, read));
     if (!opening.unsaved)

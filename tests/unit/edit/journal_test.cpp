@@ -205,12 +205,15 @@ TEST_F(JournalTest, BelongsToWhoHasItOpen) {
                           ": expected the journal of an edit that has ended, found one that is "
                           "running");
         EXPECT_THAT(Journal::open(file("j"), base_).error().message, HasSubstr("is running"));
+        EXPECT_TRUE(Journal::is_running(file("j")));
         ASSERT_TRUE(journal->append(all[0])); // as if nobody had asked
         EXPECT_EQ(Journal::peek(file("j"))->entries.size(), 1u);
         const Journal moved = std::move(*journal);
         EXPECT_FALSE(Journal::expect_ended(file("j")));
     }
     ASSERT_TRUE(Journal::expect_ended(file("j")));
+    EXPECT_FALSE(Journal::is_running(file("j")));
+    EXPECT_FALSE(Journal::is_running(file("none")));
     {
         const auto found = Journal::open(file("j"), base_);
         EXPECT_EQ(found->entries.size(), 1u);

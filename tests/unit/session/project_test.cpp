@@ -148,7 +148,9 @@ TEST_F(ProjectTest, UnsavedStepsAreOfferedAndCanBePutAside) {
             EXPECT_TRUE(Project::look(file("p"))); // while another has it open
             const auto refused = Project::open(file("p"), {.unsaved = false, .stop = {}});
             ASSERT_FALSE(refused);
-            EXPECT_THAT(refused.error().message, HasSubstr("found one that is running"));
+            EXPECT_THAT(
+                refused.error().message,
+                HasSubstr("p: the project is open already, in a window or in another program"));
         }
         {
             auto opened = Project::open(file("p"), {.unsaved = false, .stop = {}});
@@ -276,7 +278,8 @@ TEST_F(ProjectTest, OneProcessHasItOpen) {
     make();
     const Result<Project::Opened> opened = Project::open(file("p"));
     ASSERT_TRUE(opened);
-    EXPECT_THAT(error(), HasSubstr("found one that is running"));
+    EXPECT_THAT(error(),
+                HasSubstr("p: the project is open already, in a window or in another program"));
 }
 
 TEST_F(ProjectTest, BadOnesAreRefusedInASentence) {

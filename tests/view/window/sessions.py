@@ -246,7 +246,7 @@ def saves_and_goes_on(start):
     second = subprocess.run([p.program, "view", project], env=p.environment, capture_output=True,
                             text=True)
     assert second.returncode == 1 and second.stderr.count("\n") == 1, second.stderr
-    assert "work.palpate" in second.stderr, second.stderr
+    assert "work.palpate: the project is open already" in second.stderr, second.stderr
     saved = p.close()  # nothing is lost: no question
     again = start(volume=project, name="goes_on")
     again.looks_right()
