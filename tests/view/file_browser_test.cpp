@@ -65,6 +65,16 @@ TEST_F(Files, TheNewestIsFirstAndListedOnce) {
     EXPECT_EQ(std::count(recent.begin(), recent.end(), "f15"), 1);
 }
 
+TEST_F(Files, OnePathIsListedOnceHoweverItWasTyped) {
+    using ::testing::ElementsAre;
+    const fs::path list = file("recent.json");
+    write("recent.json", R"(["/x/./ct.nii", "/x/p.palpate/", "/x/ct.nii", "/"])"); // older program
+    EXPECT_THAT(load_recent(list), ElementsAre("/x/ct.nii", "/x/p.palpate", "/"));
+    ASSERT_TRUE(add_recent(list, "/x/y/../p.palpate"));
+    ASSERT_TRUE(add_recent(list, "/x/./mr/"));
+    EXPECT_THAT(load_recent(list), ElementsAre("/x/mr", "/x/p.palpate", "/x/ct.nii", "/"));
+}
+
 TEST_F(Files, ADamagedListIsNoneAndAnUnwritableOneAnError) {
     for (const char* text : {"", "{", "{\"a\": 1}", "[1, 2]", "\"x\""}) {
         write("recent.json", text);

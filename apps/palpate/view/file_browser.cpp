@@ -33,6 +33,13 @@ Result<std::vector<BrowserEntry>> list_folder(const fs::path& folder) {
     return entries;
 }
 
+// "/a/./b/" and "/a/b" are one.
+static std::string plain_path(const std::string& path) {
+    const fs::path plain = fs::path(path).lexically_normal();
+    return (plain.has_filename() || !plain.has_relative_path() ? plain : plain.parent_path())
+        .string();
+}
+
 fs::path recent_file() {
     return state_file("recent.json");
 }
@@ -45,9 +52,13 @@ std::vector<std::string> load_recent(const fs::path& file) {
     const Result<Json> json = text ? parse_json(*text, file.string()) : Result<Json>(fail("none"));
     if (!json || json->kind != Json::Kind::array)
         return paths;
-    for (const Json& item : *json)
-        if (item.kind == Json::Kind::string && paths.size() < kMostRecent)
-            paths.push_back(item.string);
+    for (const Json& item : *json) {
+        if (item.kind != Json::Kind::string || paths.size() == kMostRecent)
+            continue;
+        std::string path = plain_path(item.string);
+        if (std::ranges::find(paths, path) == paths.end()) // older programs kept them as typed
+            paths.push_back(std::move(path));
+    }
     return paths;
 }
 
@@ -55,8 +66,9 @@ Result<void> add_recent(const fs::path& file, const std::string& path) {
     if (file.empty())
         return {};
     std::vector<std::string> paths = load_recent(file);
-    std::erase(paths, path);
-    paths.insert(paths.begin(), path);
+    const std::string plain = plain_path(path);
+    std::erase(paths, plain);
+    paths.insert(paths.begin(), plain);
     paths.resize(std::min(paths.size(), kMostRecent));
     std::error_code error;
     fs::create_directories(file.parent_path(), error);
