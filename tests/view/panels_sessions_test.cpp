@@ -83,6 +83,10 @@ const RecordedSteps kSessions[] = {
     {"label_not_found_by_another_name",
      "key b; at axial 10 20; click left; widget tab/labels; widget labels/find; type x",
      R"({"tool": {"label": 1}, "widgets": {"labels/row/1": null}})"},
+    {"new_label_is_listed_while_another_name_is_sought",
+     "key b; at axial 10 20; click left; widget tab/labels; widget labels/find; type x; widget "
+     "labels/new; widget labels/row/2; widget labels/lock/2",
+     R"({"tool": {"label": 2, "hand": "draw"}, "locked_labels": [2]})"},
     {"label_locked", "widget tab/labels; widget labels/lock/1", R"({"locked_labels": [1]})"},
     {"label_unlocked", "widget tab/labels; widget labels/lock/1; widget labels/lock/1",
      R"({"locked_labels": []})"},

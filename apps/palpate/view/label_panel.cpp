@@ -86,6 +86,7 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
     if (ImGui::SmallButton("new label")) {
         state.label = static_cast<uint16_t>(next);
         state.hand = Hand::draw;
+        sought_ = {}; // it would leave the new one out
     }
     ImGui::EndDisabled();
     note("labels/new");
