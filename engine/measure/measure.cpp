@@ -178,6 +178,11 @@ const char* name_of(MeasureKind kind) {
     return std::data(kKinds)[static_cast<size_t>(kind)].first;
 }
 
+std::string listed_name(const Measure& measure, size_t row) {
+    return measure.name.empty() ? fmt::format("{} {}", name_of(measure.kind), row + 1)
+                                : measure.name;
+}
+
 size_t points_needed(MeasureKind kind) {
     constexpr std::array<size_t, 4> counts{2, 3, 0, 2};
     return counts[static_cast<size_t>(kind)];

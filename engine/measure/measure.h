@@ -26,6 +26,8 @@ struct Measure {
 
     friend bool operator==(const Measure&, const Measure&) = default;
 };
+// The name in a list of measures, of which it is in row 0, 1, ..: its own, or "ruler 1" in row 0.
+std::string listed_name(const Measure& measure, size_t row);
 // How many points complete one; 0: a person says when (polygon).
 size_t points_needed(MeasureKind kind);
 

@@ -148,8 +148,10 @@ Json report_json(const MeasureReport& report) {
 
 std::string report_csv(const MeasureReport& report) {
     Table table;
+    size_t row = 0;
     for (const MeasureReport::One& one : report.measures) {
-        Fields fields{{"kind", name_of(one.measure.kind)}, {"name", one.measure.name}};
+        Fields fields{{"kind", name_of(one.measure.kind)},
+                      {"name", listed_name(one.measure, row++)}};
         fields.emplace_back("length_mm", number(one.measured.length_mm));
         fields.emplace_back("angle_deg", number(one.measured.angle_deg));
         fields.emplace_back("radius_mm", number(one.measured.radius_mm));

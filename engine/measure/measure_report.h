@@ -28,7 +28,9 @@ struct MeasureReport {
 Json report_json(const MeasureReport& report);
 
 // A table (RFC 4180): a line of column names, one line a measure, one line a label. A field of what
-// is not defined is empty. Lengths in mm, areas in mm2, volumes in mm3 and ml.
+// is not defined is empty. Lengths in mm, areas in mm2, volumes in mm3 and ml. Points and centroids
+// are LPS millimetres, axes unit vectors in LPS, low and high indices of samples. A measure without
+// a name has that of its row.
 std::string report_csv(const MeasureReport& report);
 
 // "23.4 mm", "41.2°", "152 mm²", "14.1 ml": the first thing that a person wants to know.

@@ -71,10 +71,7 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
         for (size_t i = 0; i < measuring.measures.size(); ++i) {
             const Measure& measure = measuring.measures[i];
             ImGui::PushID(static_cast<int>(i));
-            const std::string name = measure.name.empty()
-                                         ? fmt::format("{} {}", name_of(measure.kind), i + 1)
-                                         : measure.name;
-            if (ImGui::Selectable(name.c_str(), measuring.selected == i)) {
+            if (ImGui::Selectable(listed_name(measure, i).c_str(), measuring.selected == i)) {
                 measuring.selected = i;
                 move_crosshair(state, work.subject().grid, measure.points_mm.front());
             }

@@ -42,7 +42,7 @@ TEST(MeasureReport, ATableHasAnEmptyFieldForWhatIsNotDefined) {
     ASSERT_EQ(lines.size(), 4u);
     EXPECT_THAT(lines[0], HasSubstr("kind,name,label,length_mm,angle_deg"));
     EXPECT_THAT(lines[1], HasSubstr("ruler,\"a, \"\"b\"\"\",,5,,"));
-    EXPECT_THAT(lines[2], HasSubstr("sphere,,,,,1,,4,0.004,0,0,,,,,,,,,,"));
+    EXPECT_THAT(lines[2], HasSubstr("sphere,sphere 2,,,,1,,4,0.004,0,0,,,,,,,,,,"));
     EXPECT_THAT(lines[2], HasSubstr("no sample lies inside"));
     EXPECT_THAT(lines[3], HasSubstr("label,kidney,7,,,,600,1500,1.5,3,0,3,"));
     const auto fields = [](const std::string& line) {
