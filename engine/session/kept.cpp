@@ -22,6 +22,10 @@ Json kept_json(const Kept& kept) {
         json["locked_labels"] = kept.locked_labels;
     if (kept.crosshair_mm)
         json["crosshair_mm"] = *kept.crosshair_mm;
+    if (kept.tool_radius_mm)
+        json["tool_radius_mm"] = *kept.tool_radius_mm;
+    if (kept.tool_label)
+        json["tool_label"] = *kept.tool_label;
     return json;
 }
 
@@ -44,6 +48,10 @@ Kept read_kept(const JsonValue& in) {
             kept.locked_labels.push_back(static_cast<uint16_t>(label.whole_number(1, 65535)));
     if (const auto crosshair = in.find("crosshair_mm"))
         kept.crosshair_mm = crosshair->vector(-1e9, 1e9);
+    if (const auto radius = in.find("tool_radius_mm"))
+        kept.tool_radius_mm = radius->number_above(0.0, 1e6);
+    if (const auto label = in.find("tool_label"))
+        kept.tool_label = static_cast<uint16_t>(label->whole_number(1, 65535));
     std::sort(kept.locked_labels.begin(), kept.locked_labels.end());
     return kept;
 }

@@ -17,6 +17,8 @@ struct Kept {
     std::vector<LabelName> label_names;       // as files gave them or a person typed them
     std::vector<uint16_t> locked_labels;      // that no tool changes; ascending
     std::optional<glm::dvec3> crosshair_mm{}; // where slices were at the last save; world
+    std::optional<double> tool_radius_mm{};   // of the window's tool at the last save; > 0
+    std::optional<uint16_t> tool_label{};     // that it drew; 1 .. 65535
 
     friend bool operator==(const Kept&, const Kept&) = default;
 };

@@ -38,7 +38,8 @@ Result<ProjectDescription> read_project_description(const fs::path& folder) {
     else if (version->number(0, 1e6) != kVersion)
         version->reject("version 1 of the format");
     in.only_keys({"project", "save", "volumes", "grey", "labels", "modality", "scene", "touch",
-                  "measures", "label_names", "locked_labels", "crosshair_mm"});
+                  "measures", "label_names", "locked_labels", "crosshair_mm", "tool_radius_mm",
+                  "tool_label"});
     const auto save = in.find("save"), volumes = in.find("volumes");
     if (!save || !volumes)
         in.complain("expected \"save\" and \"volumes\"");

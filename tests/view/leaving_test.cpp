@@ -184,6 +184,28 @@ TEST_F(SaveAndOpen, ControlSGivesTheFieldTheKeysAgain) {
     EXPECT_TRUE(viewer_.state().saving_open);
 }
 
+// A stroke after the project is opened again draws what it would have drawn before.
+TEST_F(Leaving, AProjectKeepsTheRadiusAndTheLabelOfTheTool) {
+    {
+        Work work(Source{open_synthetic("synthetic:ball?size=24")}, {800, 600}, 1.0, true);
+        state_.radius_mm = 7.5;
+        state_.label = 4;
+        work.save(state_, file("work.palpate").string());
+        while (work.is_saving()) {
+            work.poll();
+            std::this_thread::yield();
+        }
+        work.watch(state_); // keeps what the save has put down
+        EXPECT_EQ(work.session().kept().tool_label, 4);
+    }
+    Result<Project::Opened> opened = Project::open(file("work.palpate"));
+    ASSERT_TRUE(opened) << opened.error().message;
+    const Work again(Source{open_synthetic("synthetic:ball?size=24"), std::move(*opened)},
+                     {800, 600}, 1.0, true);
+    EXPECT_EQ(again.subject().home.radius_mm, 7.5);
+    EXPECT_EQ(again.subject().home.label, 4);
+}
+
 TEST_F(Leaving, AFolderThatIsThereIsNotOffered) {
     const std::filesystem::path offered = work_.new_folder(false);
     EXPECT_FALSE(std::filesystem::exists(offered));

@@ -17,10 +17,12 @@ constexpr uint64_t kMostCounted = uint64_t{1} << 28; // samples; of more, a coar
 } // namespace
 
 void Work::watch(const ViewState& state) {
-    if (const Kept kept{state.measuring.measures, loaded_.label_names, state.locked_labels,
-                        session_.kept().crosshair_mm};
-        kept != session_.kept())
-        session_.keep(kept);
+    Kept kept = session_.kept();
+    kept.measures = state.measuring.measures;
+    kept.label_names = loaded_.label_names;
+    kept.locked_labels = state.locked_labels;
+    if (kept != session_.kept())
+        session_.keep(std::move(kept));
     if (session_.scene().clip_planes != state.clipping.planes) {
         Scene scene = session_.scene();
         scene.clip_planes = state.clipping.planes;

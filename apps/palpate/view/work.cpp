@@ -1,5 +1,6 @@
 #include "apps/palpate/view/work.h"
 
+#include <algorithm>
 #include <filesystem>
 
 #include "apps/palpate/view/dump.h"
@@ -203,6 +204,9 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     for (ClipPlane& plane : home.clipping.planes)
         plane.normal = glm::normalize(plane.normal);
     home.locked_labels = session_.kept().locked_labels;
+    home.radius_mm =
+        std::clamp(session_.kept().tool_radius_mm.value_or(home.radius_mm), 0.1, 100.0);
+    home.label = session_.kept().tool_label.value_or(home.label);
     if (!session_.kept().label_names.empty()) // a project has its own
         loaded_.label_names = session_.kept().label_names;
     subject_.path = [this](glm::uvec3 from, glm::uvec3 to, int axis) {

@@ -63,6 +63,8 @@ void Work::save(const ViewState& state, const std::string& folder) {
     session_.show(std::move(scene));
     Kept kept = session_.kept();
     kept.crosshair_mm = state.crosshair_mm;
+    kept.tool_radius_mm = state.radius_mm;
+    kept.tool_label = state.label;
     session_.keep(kept);
     if (project_) {
         if (Result<void> begun = project_->begin_save(session_); !begun)
