@@ -142,7 +142,7 @@ const RecordedSteps kSessions[] = {
      R"({"saving_open": true, "tool": {"hand": "crosshair"}, "hand": {"on": false},
          "layout": "four"})"},
     {"enter_saves_where_no_field_has_the_keys",
-     "hold ctrl; key s; let ctrl; idle; at tools 0 0; click left; key enter; idle",
+     "hold ctrl; key s; let ctrl; idle; at tools 0 0; click left; idle; idle; key enter; idle",
      R"({"saving_open": false, "message": "a script saves nothing"})"},
     {"closed_while_it_is_asked_where_to_save",
      "key x; at axial 0 20; click left; hold ctrl; key s; let ctrl; idle; close; idle",

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kMost_px = 1e5, kLongest_s = 1e7;
 constexpr uint32_t kMostFrames = 100'000'000;
-constexpr std::initializer_list<std::pair<const char*, Button>> kButtons{
+constexpr std::initializer_list<std::pair<const char*, Button>> kButtonNames{
     {"left", Button::left}, {"middle", Button::middle}, {"right", Button::right}};
 
 glm::dvec2 read_pair(const JsonValue& in, double low, double high) {
@@ -52,7 +52,7 @@ Event read_event(const JsonValue& in) {
     if (const auto at = is("move", Event::Kind::move))
         event.at_px = read_pair(*at, -kMost_px, kMost_px);
     if (const auto button = is("button", Event::Kind::button))
-        event.button = button->choice(kButtons);
+        event.button = button->choice(kButtonNames);
     if (const auto wheel = is("wheel", Event::Kind::wheel))
         event.wheel = read_pair(*wheel, -1000.0, 1000.0);
     if (const auto key = is("key", Event::Kind::key)) {
@@ -161,7 +161,7 @@ std::string event_line(uint64_t frame, const Event& event) {
             add("move", pair_json(event.at_px));
             break;
         case Event::Kind::button:
-            for (const auto& [name, button] : kButtons)
+            for (const auto& [name, button] : kButtonNames)
                 if (button == event.button)
                     add("button", name);
             add("down", event.down);
