@@ -367,6 +367,27 @@ TEST(Interaction, AHundredThousandRandomEventsKeepTheStateSound) {
     }
 }
 
+TEST(Interaction, ATypedEndOfAWindowMovesTheOtherOneWhereItPassesIt) {
+    const GreyWindow window{-160.0, 240.0}, limits{-5000.0, 7000.0};
+    const auto low = [&](double value) { return with_low(window, value, 1.0, limits); };
+    const auto high = [&](double value) { return with_high(window, value, 1.0, limits); };
+    EXPECT_EQ(low(-300.0), (GreyWindow{-300.0, 240.0}));
+    EXPECT_EQ(low(239.0), (GreyWindow{239.0, 240.0}));
+    EXPECT_EQ(low(240.0), (GreyWindow{240.0, 640.0}));
+    EXPECT_EQ(low(500.0), (GreyWindow{500.0, 900.0}));
+    EXPECT_EQ(low(6900.0), (GreyWindow{6900.0, 7000.0}));
+    EXPECT_EQ(low(1e9), (GreyWindow{6999.0, 7000.0}));
+    EXPECT_EQ(low(-1e9), (GreyWindow{-5000.0, 240.0}));
+    EXPECT_EQ(low(NAN), window);
+    EXPECT_EQ(high(300.0), (GreyWindow{-160.0, 300.0}));
+    EXPECT_EQ(high(-500.0), (GreyWindow{-900.0, -500.0}));
+    EXPECT_EQ(high(-4900.0), (GreyWindow{-5000.0, -4900.0}));
+    EXPECT_EQ(high(INFINITY), (GreyWindow{-160.0, 7000.0}));
+    // A narrow window is as wide as the least one; ends may also be allowed to be the same.
+    EXPECT_EQ(with_low({1.0, 1.5}, 7.0, 1.0, limits), (GreyWindow{7.0, 8.0}));
+    EXPECT_EQ(with_low(window, 240.0, 0.0, limits), (GreyWindow{240.0, 240.0}));
+}
+
 // However far the mouse goes: a later drag brings the values back into the window.
 TEST(Interaction, AWindowStaysNearTheValues) {
     std::mt19937 random(5);

@@ -183,6 +183,23 @@ const RecordedSteps kSessions[] = {
      "widget tab/labels; widget labels/only; at labels/to 20 8; drag left 100 0; widget "
      "labels/only",
      R"({"tool": {"only_values": null}})"},
+    {"black_typed_above_white_keeps_the_width",
+     "at window/black 12 8; double left; hold ctrl; key a; let ctrl; type 500; key enter",
+     R"({"window": [500, 900], "message": ""})"},
+    {"black_typed_below_white_leaves_white",
+     "at window/black 12 8; double left; hold ctrl; key a; let ctrl; type 100; key enter",
+     R"({"window": [100, 240]})"},
+    {"white_typed_below_black_keeps_the_width",
+     "at window/white 12 8; double left; hold ctrl; key a; let ctrl; type -500; key enter",
+     R"({"window": [-900, -500], "message": ""})"},
+    {"black_typed_beyond_the_limits_is_told",
+     "at window/black 12 8; double left; hold ctrl; key a; let ctrl; type 9999; key enter",
+     R"({"window": [3300, 3301], "message": "black 9999 is beyond -3212 .. 3301, the limits of this )"
+     R"(volume: 3300 is taken"})"},
+    {"values_of_the_brush_typed_past_each_other",
+     "widget tab/labels; widget labels/only; at labels/from 12 8; double left; hold ctrl; key a; "
+     "let ctrl; type 300; key enter",
+     R"({"tool": {"only_values": [300, 700]}})"},
     {"figure_setup",
      "widget tab/file; widget file/figure; idle; widget figure/letters; widget figure/note; widget "
      "figure/color_bar",

@@ -57,6 +57,8 @@ class Interface {
     void draw_hands(ViewState& state);
     void draw_hand(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_window(ViewState& state, Work& work);
+    void drag_ends(const char* group, std::array<const char*, 2> names, GreyWindow& window,
+                   double least, GreyWindow limits, Work& work);
     void draw_volume(ViewState& state, Work& work);
     void draw_labels(ViewState& state);
     void draw_layout(ViewState& state);
@@ -86,7 +88,7 @@ class Interface {
     void draw_method(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_label_export(std::vector<Order>& orders);
-    void draw_only_values(ViewState& state, const Work& work);
+    void draw_only_values(ViewState& state, Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_slices(ViewState& state, Work& work);
@@ -117,6 +119,8 @@ class Interface {
     std::vector<std::string> devices_; // of hands, as they were at a time
     double devices_at_s_ = -1e9;
     std::array<char, 64> sought_{}; // a part of the names of labels
+    GreyWindow ends_before_;        // of drag_ends(), before a field was taken hold of
+    std::string clamped_;           // that a typed end was beyond its limits; empty: it was not
 };
 
 // A small table.

@@ -143,24 +143,16 @@ void Interface::draw_label_export(std::vector<Order>& orders) {
 }
 
 // The values that tools on labels are confined to: at first those of the window.
-void Interface::draw_only_values(ViewState& state, const Work& work) {
+void Interface::draw_only_values(ViewState& state, Work& work) {
     bool only = state.only_values.has_value();
     if (ImGui::Checkbox("only where values are", &only))
         state.only_values = only ? std::optional(state.window) : std::nullopt;
     note("labels/only");
     if (!state.only_values)
         return;
-    GreyWindow& values = *state.only_values;
     const ValueRange range = work.subject().range;
     const double low = range.min, high = std::max(low + 1e-3, double{range.max});
-    const auto drag = [&](const char* name, double& value, double least, double most) {
-        ImGui::DragScalar(name, ImGuiDataType_Double, &value,
-                          static_cast<float>((high - low) / 2000.0), &least, &most,
-                          are_whole_enough(range) ? "%.0f" : "%.5g", ImGuiSliderFlags_AlwaysClamp);
-        note(fmt::format("labels/{}", name).c_str());
-    };
-    drag("from", values.low, low, values.high);
-    drag("to", values.high, values.low, high);
+    drag_ends("labels", {"from", "to"}, *state.only_values, 0.0, {low, high}, work);
 }
 
 // Whether its style has changed.

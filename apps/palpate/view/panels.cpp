@@ -155,17 +155,10 @@ void Interface::draw_hand(ViewState& state, Work& work, std::vector<Order>& orde
 void Interface::draw_window(ViewState& state, Work& work) {
     const Subject& subject = work.subject();
     const double low = subject.range.min, high = std::max(low + 1e-3, double{subject.range.max});
-    const float speed = static_cast<float>((high - low) / 2000.0);
-    const auto drag = [&](const char* id, double& value, double least, double most) {
-        ImGui::DragScalar(id, ImGuiDataType_Double, &value, speed, &least, &most,
-                          are_whole_enough(subject.range) ? "%.0f" : "%.5g",
-                          ImGuiSliderFlags_AlwaysClamp);
-    };
-    const double least = 1e-4 * (high - low), room = high - low;
-    drag("black", state.window.low, low - room, state.window.high - least);
-    note("window/black");
-    drag("white", state.window.high, state.window.low + least, high + room);
-    note("window/white");
+    const double room = high - low;
+    drag_ends("window", {"black", "white"}, state.window,
+              std::max(1e-4 * room, are_whole_enough(subject.range) ? 1.0 : 0.0),
+              {low - room, high + room}, work);
     state.window = limited(state.window, subject.range);
     for (size_t i = 0; i < subject.windows.size(); ++i) {
         const std::string name = fmt::format("{} {}", i + 1, subject.window_names[i]);
@@ -175,6 +168,38 @@ void Interface::draw_window(ViewState& state, Work& work) {
                               ImVec2(0.42f * ImGui::GetWindowWidth(), 0.0f)))
             state.window = subject.windows[i];
         note(fmt::format("window/{}", i + 1).c_str());
+    }
+}
+
+// Two fields for the ends of a window. A drag stops at the other end; what is typed moves it along.
+void Interface::drag_ends(const char* group, std::array<const char*, 2> names, GreyWindow& window,
+                          double least, GreyWindow limits, Work& work) {
+    const ValueRange range = work.subject().range;
+    const auto speed = static_cast<float>(std::max(1e-3, double{range.max} - range.min) / 2000.0);
+    for (const bool upper : {false, true}) {
+        double value = upper ? window.high : window.low;
+        const double from = upper ? window.low + least : limits.low;
+        const double to = upper ? limits.high : window.high - least;
+        const char* name = names[upper ? 1 : 0];
+        const bool changed = ImGui::DragScalar(name, ImGuiDataType_Double, &value, speed, &from,
+                                               &to, are_whole_enough(range) ? "%.0f" : "%.5g");
+        if (ImGui::IsItemActivated())
+            ends_before_ = window;
+        if (changed) {
+            // Of the window before the first digit: those before the last one moved the other end.
+            window = upper ? with_high(ends_before_, value, least, limits)
+                           : with_low(ends_before_, value, least, limits);
+            const double taken = upper ? window.high : window.low;
+            clamped_ = taken == value || std::isnan(value)
+                           ? ""
+                           : fmt::format(
+                                 "{} {:g} is beyond {:g} .. {:g}, the limits of this "
+                                 "volume: {:g} is taken",
+                                 name, value, limits.low, limits.high, taken);
+        }
+        if (ImGui::IsItemDeactivated() && !clamped_.empty())
+            work.tell(std::exchange(clamped_, {}));
+        note(fmt::format("{}/{}", group, name).c_str());
     }
 }
 

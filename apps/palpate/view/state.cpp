@@ -33,6 +33,21 @@ GreyWindow limited(GreyWindow window, ValueRange range) {
     return {level - 0.5 * width, level + 0.5 * width};
 }
 
+GreyWindow with_low(GreyWindow window, double low, double least, GreyWindow limits) {
+    if (std::isnan(low))
+        return window;
+    const double width = std::max(window.high - window.low, least);
+    low = std::clamp(low, limits.low, limits.high - least);
+    // A drag that ends at the other end less `least` may be past it by its rounding.
+    const bool passes = low > window.high - 0.5 * least;
+    return {low, passes ? std::min(low + width, limits.high) : std::max(window.high, low + least)};
+}
+
+GreyWindow with_high(GreyWindow window, double high, double least, GreyWindow limits) {
+    const auto mirrored = [](GreyWindow w) { return GreyWindow{-w.high, -w.low}; };
+    return mirrored(with_low(mirrored(window), -high, least, mirrored(limits)));
+}
+
 Places places_of(const ViewState& state) {
     const auto places = [&](glm::uvec2 size_px) {
         return places_of(size_px, state.layout, state.slice, state.alone,

@@ -49,6 +49,12 @@ struct GreyWindow {
 // The nearest window that can be shown of values of this range: finite, its ends apart, and not so
 // far away that a person would not find the values again.
 GreyWindow limited(GreyWindow window, ValueRange range);
+// The window with its lower, or its upper, end at a value that was typed. Where that end passes the
+// other one, the other one moves too and the width stays; the width is `least` or more. Both ends
+// stay within `limits`, if they were: the typed one is the nearest value with room for the other.
+// NaN changes nothing.
+GreyWindow with_low(GreyWindow window, double low, double least, GreyWindow limits);
+GreyWindow with_high(GreyWindow window, double high, double least, GreyWindow limits);
 // Whether a person wants values of this range without fractions.
 bool are_whole_enough(ValueRange range);
 
