@@ -304,6 +304,45 @@ TEST_F(ViewerTest, MessagesTellNoHiddenNames) {
     EXPECT_EQ(work.new_folder(true), (std::filesystem::current_path() / "work.palpate").string());
 }
 
+// Of the line at the bottom: none is cut, nor covers what stands at the right.
+TEST_F(ViewerTest, ALongMessageHasSeveralLinesAndStaysForLonger) {
+    const auto overlap = [](const Box& a, const Box& b) {
+        return glm::all(glm::lessThan(a.low_px, b.low_px + b.size_px)) &&
+               glm::all(glm::lessThan(b.low_px, a.low_px + a.size_px));
+    };
+    const std::string word = "a/folder/with_a_long_name: ",
+                      words = word + word + word + word + word;
+    for (const glm::uvec2 size : {glm::uvec2(1280, 800), glm::uvec2(800, 600), kSmallestWindow_px})
+        for (const size_t letters : {size_t{12}, size_t{80}, size_t{120}}) {
+            open("synthetic:phantom?size=24", size);
+            viewer().work().tell(words.substr(0, letters));
+            frame({});
+            const auto& widgets = viewer().interface().widgets();
+            ASSERT_TRUE(widgets.count("status/message") && widgets.count("status/steps"));
+            const Box message = widgets.at("status/message");
+            EXPECT_FALSE(overlap(message, widgets.at("status/steps"))) << size.x << " " << letters;
+            EXPECT_GE(message.low_px.x, 0);
+            EXPECT_GE(message.low_px.y, 0);
+            EXPECT_LE(message.low_px.x + message.size_px.x, static_cast<int>(size.x));
+            EXPECT_LE(message.low_px.y + message.size_px.y, static_cast<int>(size.y));
+            const int foot = places_of(state()).status.low_px.y;
+            if (letters == 12 && size.x > 480) {
+                EXPECT_GE(message.low_px.y, foot); // in the line
+            }
+            if (letters == 120 && size.x < 1280) {
+                EXPECT_LE(message.low_px.y + message.size_px.y, foot); // above it
+                EXPECT_GE(message.size_px.y, 2 * 13);                  // lines
+            }
+        }
+    open("synthetic:phantom?size=24");
+    viewer().work().tell(words.substr(0, 120)); // 8 s at 15 letters a second
+    frame({}, 7.9);
+    frame({}, 0.2);
+    EXPECT_EQ(viewer().interface().message(), words.substr(0, 120));
+    frame({});
+    EXPECT_EQ(viewer().interface().message(), "");
+}
+
 // A picture of the whole window, kept beside this file. PALPATE_BLESS=1 writes it anew: the commit
 // says what has changed in it. Widgets and letters are the same on every processor; views may
 // differ where two drivers round a position differently.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <string>
@@ -94,6 +95,7 @@ class Interface {
     void draw_slices(ViewState& state, Work& work);
     void draw_stereo(ViewState& state);
     void draw_status(const ViewState& state, Work& work);
+    void draw_long_message(const ViewState& state, const std::string& told);
     void draw_help(ViewState& state);
     void draw_questions(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_touch(ViewState& state, Work& work, std::vector<Order>& orders);
@@ -102,14 +104,17 @@ class Interface {
     void draw_touch_feel(Work& work);
     void draw_touch_plots(const ViewState& state, Work& work);
     void note(const char* id); // where the last widget lies
-    bool is_told() const { return time_s_ - told_s_ < kTold_s; }
+    bool is_told() const {     // for as long as a person reads it
+        return time_s_ - told_s_ <
+               std::max(kTold_s, static_cast<double>(message_.size()) / kLettersPer_s);
+    }
 
     double time_s_ = 0;
     bool is_light_ = false;
     std::map<std::string, Box> widgets_;
     std::string message_;
-    double told_s_ = -1e9; // when it came
-    static constexpr double kTold_s = 6.0;
+    double told_s_ = -1e9;                                       // when it came
+    static constexpr double kTold_s = 6.0, kLettersPer_s = 15.0; // at least
     std::array<char, 1024> folder_{}, export_{}, labels_file_{}, figure_file_{},
         typed_{};                         // that are typed
     std::string browsed_, browser_error_; // the folder that is shown
