@@ -294,6 +294,29 @@ TEST_F(ViewerTest, DescriptionsOfSeriesAreHiddenWithTheNames) {
     EXPECT_EQ(viewer().work().series()[0].nameless, "CT, 9 images of 8 x 8 axial");
 }
 
+TEST_F(ViewerTest, WhatReadersSayIsToldOnceTheVolumeIsOpen) {
+    const auto told = [&](std::vector<std::string> warnings, std::vector<std::string> notes) {
+        Source source{open_synthetic("synthetic:ball?size=24")};
+        source.scene.loaded.warnings = std::move(warnings);
+        source.scene.loaded.notes = std::move(notes);
+        open_scene(std::move(source), {800, 600});
+        return viewer().interface().message();
+    };
+    const std::string list = "f: series 1 of 1: CT 'head', 9 images of 8 x 8, 1.2.3 (read)";
+    EXPECT_EQ(told({}, {list}), "");
+    EXPECT_EQ(told({"f/no_meta.dcm: is passed over"}, {list, "f: 3 files are no DICOM"}),
+              "f/no_meta.dcm: is passed over; f: 3 files are no DICOM");
+    // Names of other files of the folder may tell who the patient is.
+    EXPECT_EQ(viewer().work().without_names(viewer().interface().message()),
+              "(notes about the files are hidden)");
+    const std::string one(200, 'a');
+    EXPECT_EQ(told({one, one, one}, {}), one + "; and 2 more on standard error");
+    EXPECT_EQ(said_of(viewer().work().loaded(), one, "head.nii"), "head.nii; head.nii; head.nii");
+    frame({}, 60.0);
+    frame({});
+    EXPECT_EQ(viewer().interface().message(), ""); // once
+}
+
 // Nor do messages or offered folders tell names.
 TEST_F(ViewerTest, MessagesTellNoHiddenNames) {
     open("synthetic:ball?size=24");

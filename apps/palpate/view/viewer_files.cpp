@@ -146,7 +146,8 @@ void Viewer::take_opened(Result<Source> opened) {
     state_.tab = before.tab;
     state_.series_open = offers_series_ && work_->series().size() > 1;
     if (const size_t images = images_beside(path); images > 1 && work_->subject().grid.size.z == 1)
-        work_->tell(fmt::format("one image of {} files: open their folder for the series", images));
+        work_->tell_also(
+            fmt::format("one image of {} files: open their folder for the series", images));
     if (options_.recent)
         interface_->set_recent(options_.recent(path));
 }

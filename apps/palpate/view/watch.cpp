@@ -74,6 +74,22 @@ std::vector<SeriesLine> series_in(const std::vector<std::string>& notes) {
     return all;
 }
 
+std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title) {
+    constexpr size_t kMostLetters = 300;
+    std::vector<std::string> all = loaded.warnings;
+    for (const std::string& note : loaded.notes)
+        if (series_in({note}).empty())
+            all.push_back(note);
+    std::string said;
+    for (size_t i = 0; i < all.size(); ++i) {
+        const std::string one = title.empty() ? all[i] : without_name(all[i], path, title);
+        if (i > 0 && said.size() + one.size() > kMostLetters)
+            return said + fmt::format("; and {} more on standard error", all.size() - i);
+        said += (i > 0 ? "; " : "") + one;
+    }
+    return said;
+}
+
 std::optional<Measured> Work::measured(const Measure& one) {
     if (one.kind == MeasureKind::ruler || one.kind == MeasureKind::angle)
         return measure(one, loaded_.data.volume); // reads no sample

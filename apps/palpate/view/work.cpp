@@ -159,14 +159,15 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     labels_ = session_.sources().labels;
     if (source.project) {
         for (const std::string& text : source.project->notes)
-            message_ += (message_.empty() ? "" : "; ") + text;
+            tell_also(text);
         if (const size_t steps = source.project->unsaved)
-            message_ += fmt::format("{}{} unsaved step{} recovered", message_.empty() ? "" : "; ",
-                                    steps, steps == 1 ? "" : "s");
+            tell_also(fmt::format("{} unsaved step{} recovered", steps, steps == 1 ? "" : "s"));
         take_project(std::move(source.project->project));
     }
     if (source.steps)
-        message_ = source.steps->note;
+        tell_also(source.steps->note);
+    said_ = said_of(loaded_, path(), title_);
+    tell_also(said_);
     const std::string stem = std::filesystem::path(title_).stem().string();
     new_folder_ = std::filesystem::absolute(
                       stem.empty() || is_synthetic(title_) ? "work.palpate" : stem + ".palpate")
@@ -354,6 +355,10 @@ void Work::obey(const Order& order, const ViewState& state) {
         case Order::Kind::hand_disarm:
             obey_hand(order, state);
     }
+}
+
+void Work::tell_also(const std::string& message) {
+    message_ += (message_.empty() || message.empty() ? "" : "; ") + message;
 }
 
 std::string Work::take_message() {

@@ -45,6 +45,11 @@ struct SeriesLine {
 // Those that the reader's messages list: "series 1 of 3: CT 'head', 30 images of .., UID (read)".
 std::vector<SeriesLine> series_in(const std::vector<std::string>& notes);
 
+// What readers said, as one message, without the lists of series: warnings first. Of much, the
+// first sentences, and how many more there are on standard error. The volume's path is replaced by
+// its title, if it has one.
+std::string said_of(const LoadedScene& loaded, const std::string& path, const std::string& title);
+
 // The document that a window shows, as a session, and what a state is about.
 class Work {
  public:
@@ -61,6 +66,7 @@ class Work {
     const std::string& path() const { return file_.volume; } // of the volume
     const std::vector<SeriesLine>& series() const { return series_; }
     void tell(std::string message) { message_ = std::move(message); }
+    void tell_also(const std::string& message); // beside what is to be told already
 
     // Does what an event asks for; `open` is the caller's.
     void obey(const Order& order, const ViewState& state);
@@ -105,7 +111,8 @@ class Work {
     // The folder that a new project is offered, one that is not there: named after the file, or,
     // where names are hidden, not.
     std::string new_folder(bool names_hidden) const;
-    // A message without the names of the file and of the project that are open.
+    // A message without the names of the file and of the project that are open, and without what
+    // readers said: other files of the folder have names, too.
     std::string without_names(std::string message) const;
     bool is_saving() const;
     // Whether steps are lost that no project has, measures that no save has written yet, or a mesh
@@ -203,6 +210,7 @@ class Work {
 
     const bool threaded_;
     std::string title_, grey_, labels_, new_folder_, new_project_, message_;
+    std::string said_; // of message_, by readers
     SceneFile file_;
     LoadedScene loaded_;
     std::string unit_; // of the values

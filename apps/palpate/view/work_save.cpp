@@ -36,6 +36,7 @@ std::string Work::new_folder(bool names_hidden) const {
 }
 
 std::string Work::without_names(std::string message) const {
+    message = without_name(std::move(message), said_, "(notes about the files are hidden)");
     // The longest come first: a path holds the name of its file.
     for (const std::string& name :
          {project_ ? project_->folder().string() : "", path(), new_folder_, title_})
