@@ -3,6 +3,7 @@
 #include "apps/palpate/project_input.h"
 #include "engine/base/log.h"
 #include "engine/io/label_names.h"
+#include "engine/volume/extent.h"
 
 namespace palpate {
 
@@ -49,6 +50,20 @@ Result<LoadedScene> load_inputs(const SceneOptions& options, SceneFile& file, co
     return loaded;
 }
 
+// What lies beside the volume is seen nowhere in it.
+void warn_of_apart(const SceneFile& file, LoadedScene& loaded) {
+    const auto check = [&](const std::string& what, const std::optional<Volume>& volume) {
+        if (!volume)
+            return;
+        std::string apart = apart_text(what, volume->grid(), loaded.data.volume.grid());
+        if (!apart.empty())
+            loaded.warnings.push_back(std::move(apart));
+    };
+    check("the label map", loaded.data.labels);
+    check("the fused volume " + file.fused, loaded.data.fused);
+    check("the overlay " + file.overlay, loaded.data.overlay);
+}
+
 } // namespace
 
 Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
@@ -71,6 +86,7 @@ Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& rea
     color_labels(loaded.label_names, file);
     PALPATE_TRY(hide_other_labels(options, file, loaded));
     PALPATE_TRY(make_scene_meshes(file, loaded, memory.meshes));
+    warn_of_apart(file, loaded);
     for (const std::string& note : loaded.notes)
         log::info("{}", note);
     for (const std::string& warning : loaded.warnings)

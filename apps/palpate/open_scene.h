@@ -24,7 +24,8 @@ struct InMemory {
     KnownMeshes meshes;
 };
 
-// Loads what the options name, and prints notes and warnings.
+// Loads what the options name, and prints notes and warnings: those of readers, and of labels,
+// fused volume and overlay that lie beside the volume. They are in OpenedScene::loaded, too.
 Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
                                const std::stop_token& stop, const InMemory& memory = {});
 inline Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,

@@ -107,9 +107,6 @@ void add_labels(const SceneToDraw& d, Sentences& out) {
     if (!d.loaded.data.labels)
         return;
     const Volume& labels = *d.loaded.data.labels;
-    if (std::string apart = apart_text("the label map", labels.grid(), d.loaded.data.volume.grid());
-        !apart.empty())
-        out.push_back(std::move(apart));
     if (labels.range().empty() || labels.range().max < 1.0f)
         out.push_back("the label map holds no label: all its samples are 0, the background");
 }

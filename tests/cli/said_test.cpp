@@ -135,6 +135,25 @@ TEST_F(Said, LabelsThatLieElsewhereOrAreNone) {
     EXPECT_THAT(felt.messages, HasSubstr("the label map lies outside the volume"));
 }
 
+TEST_F(Said, AFusedVolumeAndAnOverlayThatLieElsewhere) {
+    Grid away = body().grid();
+    away.world_from_index[3].x += 1000.0;
+    const Volume one = make_volume(away, ScalarType::u8, [](glm::uvec3) { return 3.0; });
+    ASSERT_TRUE(save_volume(file("away.nrrd"), one));
+    ASSERT_TRUE(save_volume(file("fit.nrrd"), with_grid(one, body().grid())));
+    const auto with = [&](const char* option, const char* name) {
+        return drawn({"--slice", "axial", option, file(name).string()});
+    };
+    const std::string name = file("away.nrrd").string();
+    const std::string where =
+        " lies outside the volume: it is within left 992 .. 1008, posterior -8 .. 8, superior -8 "
+        ".. 8 mm, the volume within left -8 .. 8, posterior -8 .. 8, superior -8 .. 8 mm (LPS)\n";
+    EXPECT_EQ(with("--fused", "away.nrrd"), "palpate: warning: the fused volume " + name + where);
+    EXPECT_EQ(with("--overlay", "away.nrrd"), "palpate: warning: the overlay " + name + where);
+    EXPECT_EQ(with("--fused", "fit.nrrd"), "");
+    EXPECT_EQ(with("--overlay", "fit.nrrd"), "");
+}
+
 TEST_F(Said, WindowsTransferFunctionsAndCamerasThatShowNothing) {
     EXPECT_THAT(drawn({"--mode", "mip", "--window", "1000,2000"}),
                 HasSubstr("all of the volume's values, 0 .. 500, are transparent"));

@@ -52,6 +52,21 @@ TEST_F(ViewCommand, DoesAScriptToTheSameBytesEachTime) {
     EXPECT_EQ(load_png(file("shot.png")).value().size_px, glm::uvec2(640, 480));
 }
 
+// Their slices would look as if they were not there.
+TEST_F(ViewCommand, SaysThatAnotherVolumeLiesElsewhere) {
+    write("away.nrrd",
+          "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 2 2 2\n"
+          "space: left-posterior-superior\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+          "space origin: (1000,0,0)\nencoding: ascii\n\n1 2 3 4 5 6 7 8\n");
+    const std::string sentence = "the fused volume " + file("away.nrrd").string() +
+                                 " lies outside the volume: it is within left 1000 .. 1001";
+    const ProgramRun ran = view({"--fused", file("away.nrrd").string(), "--state", "-"});
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+    EXPECT_THAT(ran.messages, HasSubstr("warning: " + sentence));
+    EXPECT_THAT(nlohmann::json::parse(ran.output)["message"].get<std::string>(),
+                HasSubstr(sentence));
+}
+
 TEST_F(ViewCommand, FailuresAreOneSentence) {
     const auto expect = [&](int code, const std::vector<std::string>& words, const char* sentence) {
         const ProgramRun ran = run(words);
