@@ -1,12 +1,15 @@
 // The program without its window: documents, widgets, pictures.
 
 #include <gtest/gtest.h>
+#include <imgui/imgui.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 
+#include "apps/palpate/view/widgets.h"
 #include "engine/image/png.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
@@ -364,6 +367,50 @@ TEST_F(ViewerTest, ALongMessageHasSeveralLinesAndStaysForLonger) {
     EXPECT_EQ(viewer().interface().message(), words.substr(0, 120));
     frame({});
     EXPECT_EQ(viewer().interface().message(), "");
+}
+
+TEST_F(ViewerTest, ALongNameKeepsItsBeginningAndItsEnd) {
+    open("synthetic:phantom?size=24");
+    const float letter = ImGui::CalcTextSize("m").x;
+    const auto in = [&](float letters, const char* name) {
+        return fitted(name, (letters + 0.5f) * letter);
+    };
+    EXPECT_EQ(in(16, "kidney_cyst_left"), "kidney_cyst_left");
+    EXPECT_EQ(in(12, "kidney_cyst_left"), "kidne.._left");
+    EXPECT_EQ(in(11, "kidney_cyst_left"), "kidn.._left");
+    EXPECT_EQ(in(8, "gr\u00f6\u00dfe_links"), "gr\u00f6..nks");
+    EXPECT_EQ(in(0, "abc"), "..");
+    EXPECT_EQ(in(0, ""), "");
+}
+
+// Long names in the list of labels and in that of files.
+TEST_F(ViewerTest, NamesThatDifferAtTheirEndsLookDifferent) {
+    const auto labels = [&](const char* name) {
+        open("synthetic:phantom?size=24");
+        viewer().work().name_label(24, name);
+        click_widget("tab/labels");
+        EXPECT_TRUE(viewer().interface().widgets().count("labels/row/24"));
+        return viewer().shot().value().samples;
+    };
+    EXPECT_NE(labels("kidney_cyst_left"), labels("kidney_cyst_right"));
+    namespace fs = std::filesystem;
+    const fs::path before = fs::current_path();
+    const auto files = [&](const char* end) {
+        const fs::path folder = fs::path(::testing::TempDir()) / "palpate_long_names";
+        const std::string name = std::string(120, 'n') + end;
+        fs::create_directory(folder);
+        std::ofstream(folder / name) << "12345";
+        fs::current_path(folder);
+        open("synthetic:phantom?size=24");
+        key("o", {.ctrl = true});
+        frame({});
+        EXPECT_TRUE(viewer().interface().widgets().count("browser/" + name));
+        const auto samples = viewer().shot().value().samples;
+        fs::current_path(before);
+        fs::remove_all(folder);
+        return samples;
+    };
+    EXPECT_NE(files("a.nii"), files("b.nii"));
 }
 
 // A picture of the whole window, kept beside this file. PALPATE_BLESS=1 writes it anew: the commit

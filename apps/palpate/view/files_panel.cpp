@@ -159,8 +159,16 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
             for (int i = rows.DisplayStart; i < rows.DisplayEnd; ++i) {
                 const BrowserEntry& entry = entries_[static_cast<size_t>(i)];
                 const std::string name = entry.is_folder ? entry.name + "/" : entry.name;
+                const std::string bytes = entry.is_folder ? "" : size_text(entry.bytes);
+                const float bytes_at =
+                    ImGui::GetWindowContentRegionMax().x - ImGui::CalcTextSize(bytes.c_str()).x;
+                const float gap = bytes.empty() ? 0.0f : ImGui::CalcTextSize("  ").x;
+                const std::string shown = fitted(name, bytes_at - gap - ImGui::GetCursorPosX());
                 ImGui::PushID(i);
-                if (ImGui::Selectable(name.c_str())) {
+                const bool chosen = ImGui::Selectable(shown.c_str());
+                if (shown != name && ImGui::IsItemHovered())
+                    ImGui::SetTooltip("%s", name.c_str());
+                if (chosen) {
                     const fs::path path = fs::path(browsed_) / entry.name;
                     if (entry.is_folder) {
                         next = path;
@@ -170,10 +178,8 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
                     }
                 }
                 note(fmt::format("browser/{}", entry.name).c_str());
-                if (!entry.is_folder) {
-                    const std::string bytes = size_text(entry.bytes);
-                    ImGui::SameLine(ImGui::GetWindowContentRegionMax().x -
-                                    ImGui::CalcTextSize(bytes.c_str()).x);
+                if (!bytes.empty()) {
+                    ImGui::SameLine(bytes_at);
                     ImGui::TextDisabled("%s", bytes.c_str());
                 }
                 ImGui::PopID();

@@ -189,11 +189,13 @@ bool Interface::draw_label_row(ViewState& state, Work& work, LabelLayer& layer, 
     }
     note(fmt::format("labels/color/{}", label).c_str());
     ImGui::TableNextColumn();
-    if (ImGui::Selectable(work.name_of_label(label).c_str(), state.label == label) &&
-        label <= 65535)
+    const std::string name = work.name_of_label(label);
+    const float gap = ImGui::CalcTextSize(" ").x; // before its volume
+    const std::string shown = fitted(name, ImGui::GetContentRegionAvail().x - gap);
+    if (ImGui::Selectable(shown.c_str(), state.label == label) && label <= 65535)
         state.label = static_cast<uint16_t>(label);
     if (ImGui::IsItemHovered()) // the column may be narrower
-        ImGui::SetTooltip("%s", work.name_of_label(label).c_str());
+        ImGui::SetTooltip("%s", name.c_str());
     note(fmt::format("labels/row/{}", label).c_str());
     ImGui::TableNextColumn();
     const auto known = work.figures().known();

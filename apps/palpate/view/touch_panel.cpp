@@ -291,15 +291,15 @@ void Interface::draw_touch_plots(const ViewState& state, Work& work) {
         return static_cast<double>(h.percentile(share)) / 1e3;
     };
     const uint64_t ticks = t.ticks;
-    ImGui::TextDisabled("%llu ticks, %llu missed", static_cast<unsigned long long>(ticks),
-                        static_cast<unsigned long long>(t.skipped.load()));
+    hint(fmt::format("{} ticks, {} missed", ticks, t.skipped.load()).c_str());
     const Work::Backlog& backlog = work.backlog();
     hint(fmt::format("edits: {} inputs wait, {:.2f} s behind", backlog.inputs, backlog.seconds)
              .c_str());
     if (const std::string text = touch.servo_text(); !text.empty()) {
-        ImGui::TextDisabled("p99: tick %.0f us, woken after %.0f us", us(t.whole_ns, 0.99),
-                            us(t.wake_ns, 0.99));
-        ImGui::TextDisabled("%s", text.c_str());
+        hint(fmt::format("p99: tick {:.0f} us, woken after {:.0f} us", us(t.whole_ns, 0.99),
+                         us(t.wake_ns, 0.99))
+                 .c_str());
+        hint(text.c_str());
     }
 }
 

@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <string>
 #include <utility>
+#include <vector>
 
 // Widgets that sections of the side panel share.
 namespace palpate::view {
@@ -41,6 +42,31 @@ inline void hint(const char* text) {
     ImGui::PushStyleColor(ImGuiCol_Text, ImGui::GetStyleColorVec4(ImGuiCol_TextDisabled));
     ImGui::TextWrapped("%s", text);
     ImGui::PopStyleColor();
+}
+
+// The text, or its beginning and its end with ".." between them, as much as has room in a width:
+// names often differ in their last letters. Cut between letters of UTF-8.
+inline std::string fitted(const std::string& text, float width_px) {
+    const auto fits = [&](const std::string& one) {
+        return ImGui::CalcTextSize(one.c_str()).x <= width_px;
+    };
+    if (fits(text))
+        return text;
+    std::vector<size_t> letters; // where they begin
+    for (size_t i = 0; i < text.size(); ++i)
+        if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80)
+            letters.push_back(i);
+    const auto with = [&](size_t kept) {
+        const size_t tail = (kept + 1) / 2, head = kept - tail;
+        return text.substr(0, head < letters.size() ? letters[head] : text.size()) + ".." +
+               (tail > 0 ? text.substr(letters[letters.size() - tail]) : "");
+    };
+    size_t least = 0, most = letters.size(); // the most letters that fit lie in least .. most - 1
+    while (least + 1 < most) {
+        const size_t middle = (least + most) / 2;
+        (fits(with(middle)) ? least : most) = middle;
+    }
+    return with(least);
 }
 
 // The text with line ends where it would leave the panel, for widgets that do not break lines.
