@@ -163,6 +163,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
         use_looks(state.light);
     ImGui::NewFrame();
     widgets_.clear();
+    texts_.clear();
     std::vector<Order> orders;
     draw_tools(state, work, orders);
     draw_status(state, work);
@@ -175,7 +176,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     ImDrawList& behind = *ImGui::GetBackgroundDrawList();
     for (const Places::View& view : places_of(state).views) {
         draw_marks(behind, state, work, view.panel, view.box,
-                   pictures[static_cast<size_t>(view.panel)]);
+                   pictures[static_cast<size_t>(view.panel)], texts_);
         draw_clips(behind, state, work, view.panel, view.box);
         draw_measures(behind, state, work, view.panel, view.box);
         draw_wire(behind, state, work.subject().grid, view.panel, view.box);

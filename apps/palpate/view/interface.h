@@ -22,6 +22,13 @@ struct PictureState {
     double ms = 0, error_estimate = 0;
 };
 
+// A text among the marks over a view.
+struct ViewText {
+    Panel panel;
+    std::string text;
+    Box box;
+};
+
 // Widgets, and marks over the views, by Dear ImGui. Needs no window: input comes as events, and
 // what comes out are lists of triangles. One at a time.
 class Interface {
@@ -50,6 +57,7 @@ class Interface {
     const ImDrawData& lists() const; // of the last frame
     // Where the widgets of the last frame lie, by their ids: "tool/draw".
     const std::map<std::string, Box>& widgets() const { return widgets_; }
+    const std::vector<ViewText>& texts() const { return texts_; } // of the last frame
     static uint32_t texture_of(Panel panel) { return 1 + static_cast<uint32_t>(panel); }
 
  private:
@@ -112,6 +120,7 @@ class Interface {
     double time_s_ = 0;
     bool is_light_ = false;
     std::map<std::string, Box> widgets_;
+    std::vector<ViewText> texts_;
     std::string message_;
     double told_s_ = -1e9;                                       // when it came
     static constexpr double kTold_s = 6.0, kLettersPer_s = 15.0; // at least
@@ -131,9 +140,10 @@ class Interface {
 // A small table.
 void draw_values(const ValueStatistics& values, const std::string& unit);
 
-// The marks over a view: letters, crosshair, notes, scale bar, tool.
+// The marks over a view: letters, crosshair, notes, scale bar, tool. Of two texts that would cover
+// each other the less important one is moved or left out. `texts` gets those that are drawn.
 void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box,
-                const PictureState& picture);
+                const PictureState& picture, std::vector<ViewText>& texts);
 
 // Clip planes over a view.
 void draw_clips(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box);

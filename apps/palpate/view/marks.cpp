@@ -44,6 +44,17 @@ void write(ImDrawList& list, glm::dvec2 at, glm::dvec2 anchor, const std::string
     list.AddText(low, color, text.c_str());
 }
 
+// Pixels of the window that a text, or the scale bar, takes.
+struct Room {
+    glm::dvec2 low, high;
+};
+
+Room room_of(glm::dvec2 at, glm::dvec2 anchor, const std::string& text) {
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
+    const glm::dvec2 extent(size.x, size.y), low = glm::round(at - anchor * extent);
+    return {low, low + extent};
+}
+
 struct Marks {
     ImDrawList& list;
     const ViewState& state;
@@ -52,16 +63,54 @@ struct Marks {
     glm::dvec2 low, size;
     double letter; // height of a line
     double edge;   // room between marks and the edge
+    std::vector<ViewText>& texts;
+    std::vector<Room> taken{}; // by what was drawn before, which is more important
 
     const Grid& grid() const { return work.subject().grid; }
     const SliceView& slice() const { return state.slices[static_cast<size_t>(panel)]; }
 
-    void letters(glm::dvec3 right, glm::dvec3 up) const {
+    // Whether it lies in the view, and apart from what is there. Lines may touch, words may not.
+    bool is_free(const Room& room) const {
+        if (room.low.x < low.x || room.low.y < low.y || room.high.x > low.x + size.x ||
+            room.high.y > low.y + size.y)
+            return false;
+        const double gap = 0.5 * edge;
+        return std::none_of(taken.begin(), taken.end(), [&](const Room& other) {
+            return room.low.x < other.high.x + gap && other.low.x < room.high.x + gap &&
+                   room.low.y < other.high.y && other.low.y < room.high.y;
+        });
+    }
+
+    void put(glm::dvec2 at, glm::dvec2 anchor, const std::string& text, ImU32 color = kText) {
+        const Room room = room_of(at, anchor, text);
+        write(list, at, anchor, text, color);
+        taken.push_back(room);
+        texts.push_back({panel, text, {glm::ivec2(room.low), glm::ivec2(room.high - room.low)}});
+    }
+
+    // The first of the texts that has room, in the first of `lines` lines from `at` on in which it
+    // has; else nothing. Where it was put.
+    std::optional<glm::dvec2> put_free(glm::dvec2 at, glm::dvec2 anchor,
+                                       std::initializer_list<std::string> wordings, int lines,
+                                       ImU32 color = kText) {
+        const double step = anchor.y > 0.5 ? -letter : letter; // away from the edge
+        for (const std::string& text : wordings)
+            for (int line = 0; line < lines; ++line) {
+                const glm::dvec2 there = at + glm::dvec2(0.0, line * step);
+                if (text.empty() || !is_free(room_of(there, anchor, text)))
+                    continue;
+                put(there, anchor, text, color);
+                return there;
+            }
+        return std::nullopt;
+    }
+
+    void letters(glm::dvec3 right, glm::dvec3 up) {
         const glm::dvec2 middle = low + 0.5 * size;
-        write(list, {low.x + edge, middle.y}, {0.0, 0.5}, letters_of(-right));
-        write(list, {low.x + size.x - edge, middle.y}, {1.0, 0.5}, letters_of(right));
-        write(list, {middle.x, low.y + edge}, {0.5, 0.0}, letters_of(up));
-        write(list, {middle.x, low.y + size.y - edge}, {0.5, 1.0}, letters_of(-up));
+        put({low.x + edge, middle.y}, {0.0, 0.5}, letters_of(-right));
+        put({low.x + size.x - edge, middle.y}, {1.0, 0.5}, letters_of(right));
+        put({middle.x, low.y + edge}, {0.5, 0.0}, letters_of(up));
+        put({middle.x, low.y + size.y - edge}, {0.5, 1.0}, letters_of(-up));
     }
 
     void crosshair() const {
@@ -83,27 +132,37 @@ struct Marks {
                                color_of(handle.plane), 0, 1.5f);
     }
 
-    void bar() const {
+    void bar() {
         const ScaleBar bar =
             scale_bar(mm_per_px(slice(), grid(), glm::ivec2(size)), std::min(0.3 * size.x, 200.0));
         const glm::dvec2 end = low + size - glm::dvec2(edge, edge + 2.0);
         const glm::dvec2 begin = end - glm::dvec2(std::round(bar.px), 0.0);
+        const std::string length = length_text(bar.mm);
+        // Above its middle, but not beyond the edge.
+        const double half = 0.5 * static_cast<double>(ImGui::CalcTextSize(length.c_str()).x);
+        const glm::dvec2 over(std::min(0.5 * (begin.x + end.x), end.x - half), end.y - 5.0);
+        const Room words = room_of(over, {0.5, 1.0}, length);
+        const Room all{{std::min(begin.x, words.low.x), words.low.y}, end + glm::dvec2(0.0, 2.0)};
+        if (!is_free(all))
+            return;
         for (const auto& [color, thick] : {std::pair(kShadow, 4.0f), {kText, 2.0f}}) {
             list.AddLine(to_im(begin), to_im(end), color, thick);
             for (const glm::dvec2 tip : {begin, end})
                 list.AddLine(to_im(tip - glm::dvec2(0.0, 4.0)), to_im(tip + glm::dvec2(0.0, 2.0)),
                              color, thick);
         }
-        write(list, 0.5 * (begin + end) - glm::dvec2(0.0, 5.0), {0.5, 1.0}, length_text(bar.mm));
+        put(over, {0.5, 1.0}, length);
+        taken.back() = all;
     }
 
-    void notes(const PictureState& picture) const {
+    void notes(const PictureState& picture) {
         const glm::dvec2 corner = low + edge;
-        write(list, corner, {0.0, 0.0}, is_slice(panel) ? name_of(panel) : "3D", color_of(panel));
+        put_free(corner, {0.0, 0.0}, {is_slice(panel) ? name_of(panel) : "3D"}, 2, color_of(panel));
         glm::dvec2 foot(low.x + edge, low.y + size.y - edge);
         if (is_slice(panel)) {
             const std::string place = place_text(grid(), state.crosshair_mm, slice().towards);
-            // In a narrow view it lies above the letters in the middle of the edge.
+            // In a narrow view it lies above the letters in the middle of the edge, whatever they
+            // are, and above the scale bar.
             const double widest = ImGui::CalcTextSize("MMM").x; // of letters_of()
             if (edge + ImGui::CalcTextSize(place.c_str()).x > 0.5 * (size.x - widest))
                 foot.y -= letter;
@@ -113,9 +172,10 @@ struct Marks {
                 width = std::max(1.0, std::round(width));
                 level = std::round(level);
             }
-            write(list, {low.x + size.x - edge, corner.y}, {1.0, 0.0},
-                  window_text(level - 0.5 * width, level + 0.5 * width));
-            write(list, foot, {0.0, 1.0}, place);
+            const std::string short_place = place.substr(0, place.find(','));
+            foot = put_free(foot, {0.0, 1.0}, {place, short_place}, 3).value_or(foot);
+            put_free({low.x + size.x - edge, corner.y}, {1.0, 0.0},
+                     {window_text(level - 0.5 * width, level + 0.5 * width)}, 2);
             std::string more;
             if (std::abs(slice().zoom - 1.0) > 0.005)
                 more = fmt::format("zoom {:.2f}", slice().zoom);
@@ -125,10 +185,11 @@ struct Marks {
                                     : state.slab_mode == SlabMode::minimum ? "minimum"
                                                                            : "mean",
                                     state.slab_mm);
-            write(list, foot - glm::dvec2(0.0, letter), {0.0, 1.0}, more);
+            put_free(foot - glm::dvec2(0.0, letter), {0.0, 1.0}, {more}, 2);
         } else if (!picture.complete) {
-            write(list, foot, {0.0, 1.0},
-                  fmt::format("refining, error {:.3f}", picture.error_estimate));
+            put_free(foot, {0.0, 1.0},
+                     {fmt::format("refining, error {:.3f}", picture.error_estimate), "refining"},
+                     2);
         }
     }
 
@@ -154,7 +215,7 @@ struct Marks {
 } // namespace
 
 void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel panel, const Box& box,
-                const PictureState& picture) {
+                const PictureState& picture, std::vector<ViewText>& texts) {
     const glm::dvec2 low(box.low_px), size(box.size_px);
     const ImVec2 from = to_im(low), to = to_im(low + size);
     list.PushClipRect(from, to, true);
@@ -169,7 +230,7 @@ void draw_marks(ImDrawList& list, const ViewState& state, Work& work, Panel pane
             reinterpret_cast<ImTextureID>(static_cast<uintptr_t>(Interface::texture_of(panel))),
             from, to_im(low + picture_size));
     const double letter = ImGui::GetTextLineHeight();
-    const Marks marks{list, state, work, panel, low, size, letter, std::round(0.5 * letter)};
+    Marks marks{list, state, work, panel, low, size, letter, std::round(0.5 * letter), texts};
     if (is_slice(panel)) {
         if (state.crosshair_shown)
             marks.crosshair();
