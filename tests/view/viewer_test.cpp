@@ -369,6 +369,30 @@ TEST_F(ViewerTest, ALongMessageHasSeveralLinesAndStaysForLonger) {
     EXPECT_EQ(viewer().interface().message(), "");
 }
 
+// What is below the list of labels comes nearer, so that it need not be scrolled to.
+TEST_F(ViewerTest, TheListOfLabelsIsAsHighAsItsRows) {
+    open("synthetic:phantom?size=24", {1280, 800});
+    key("b");
+    for (int i = 0; i < 7; ++i)
+        key("="); // wider than a sample
+    click(middle(Panel::axial) + glm::dvec2(10, 20));
+    for (uint32_t label = 2; label <= 40; ++label)
+        viewer().work().name_label(label, "organ");
+    click_widget("tab/labels");
+    const auto foot = [&] {
+        const Box box = viewer().interface().widgets().at("labels/middle");
+        return box.low_px.y + box.size_px.y;
+    };
+    const int of_all = foot();
+    click_widget("labels/find");
+    frame({{.kind = Event::Kind::text, .text = "40"}});
+    frame({});
+    frame({});
+    EXPECT_FALSE(viewer().interface().widgets().count("labels/row/39"));
+    EXPECT_EQ(of_all - foot(), (14 - 1) * (13 + 2 * 3 + 4)); // letters, padding, spacing
+    EXPECT_LT(foot(), places_of(state()).status.low_px.y);
+}
+
 TEST_F(ViewerTest, ALongNameKeepsItsBeginningAndItsEnd) {
     open("synthetic:phantom?size=24");
     const float letter = ImGui::CalcTextSize("m").x;

@@ -98,7 +98,7 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
         return !has_part(work.name_of_label(label), sought_.data());
     });
     const float row = ImGui::GetFrameHeightWithSpacing();
-    const float height = row * static_cast<float>(std::min(all.size(), kMostRows) + 1) + 4.0f;
+    const float height = row * static_cast<float>(std::min(found.size(), kMostRows) + 1) + 4.0f;
     if (ImGui::BeginTable("labels", 5,
                           ImGuiTableFlags_ScrollY | ImGuiTableFlags_RowBg |
                               ImGuiTableFlags_SizingFixedFit | ImGuiTableFlags_NoPadOuterX,
