@@ -15,6 +15,10 @@ const RecordedSteps kSessions[] = {
 
     {"measure_by_key", "key m", R"({"tool": {"hand": "measure"}, "measuring": {"kind": "ruler"}})"},
     {"measure_kinds_by_key", "key m; key m; key m", R"({"measuring": {"kind": "polygon"}})"},
+    {"measure_kind_is_told", "key m; key m",
+     R"({"message": "measure: angle; click end, vertex, end", "tab": "view"})"},
+    {"measure_kind_is_told_in_the_panel", "widget tool/measure",
+     R"({"message": "measure: ruler; click or drag both ends"})"},
     {"measure_kind_by_widget", "widget tab/measure; widget measure/sphere",
      R"({"tool": {"hand": "measure"}, "measuring": {"kind": "sphere"}})"},
     {"ruler", "key m; at axial -40 20; drag left 80 0",

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/palpate/view/interaction.h"
+#include "apps/palpate/view/measure_tool.h"
 
 namespace palpate::view {
 
@@ -166,6 +167,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     texts_.clear();
     std::vector<Order> orders;
     draw_tools(state, work, orders);
+    tell_measure(state, work);
     draw_status(state, work);
     draw_touch(state, work, orders);
     draw_help(state);
@@ -189,6 +191,16 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
 
 const ImDrawData& Interface::lists() const {
     return *ImGui::GetDrawData();
+}
+
+// The measuring tool looks the same whatever its kind: the line at the bottom has the kind when it
+// is taken into the hand, by a key or in the panel.
+void Interface::tell_measure(const ViewState& state, Work& work) {
+    std::optional<MeasureKind> kind;
+    if (state.hand == Hand::measure)
+        kind = state.measuring.kind;
+    if (std::exchange(measure_kind_, kind) != kind && kind)
+        work.tell(fmt::format("measure: {}; {}", name_of(*kind), placing_of(*kind)));
 }
 
 void Interface::draw_status(const ViewState& state, Work& work) {

@@ -102,6 +102,7 @@ class Interface {
     void draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_slices(ViewState& state, Work& work);
     void draw_stereo(ViewState& state);
+    void tell_measure(const ViewState& state, Work& work);
     void draw_status(const ViewState& state, Work& work);
     void draw_long_message(const ViewState& state, const std::string& told);
     void draw_help(ViewState& state);
@@ -132,9 +133,10 @@ class Interface {
     const SeriesPreviews* previews_ = nullptr;
     std::vector<std::string> devices_; // of hands, as they were at a time
     double devices_at_s_ = -1e9;
-    std::array<char, 64> sought_{}; // a part of the names of labels
-    GreyWindow ends_before_;        // of drag_ends(), before a field was taken hold of
-    std::string clamped_;           // that a typed end was beyond its limits; empty: it was not
+    std::array<char, 64> sought_{};           // a part of the names of labels
+    std::optional<MeasureKind> measure_kind_; // in the hand, in the last frame
+    GreyWindow ends_before_;                  // of drag_ends(), before a field was taken hold of
+    std::string clamped_; // that a typed end was beyond its limits; empty: it was not
 };
 
 // A small table.

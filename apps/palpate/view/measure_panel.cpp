@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/measure_tool.h"
 #include "apps/palpate/view/widgets.h"
 #include "engine/measure/measure_report.h"
 
@@ -53,14 +54,8 @@ void Interface::draw_measures_panel(ViewState& state, Work& work, std::vector<Or
         }
         note(fmt::format("measure/{}", name_of(kind)).c_str());
     }
-    const char* purpose = "M takes the tool into the hand";
-    if (state.hand == Hand::measure) {
-        constexpr const char* hints[] = {"click or drag both ends", "click end, vertex, end",
-                                         "click corners in a slice; Enter or a double click ends",
-                                         "drag from the centre to the rim"};
-        purpose = hints[static_cast<size_t>(measuring.kind)];
-    }
-    hint(purpose);
+    hint(state.hand == Hand::measure ? placing_of(measuring.kind)
+                                     : "M takes the tool into the hand");
     ImGui::Separator();
     if (measuring.measures.empty())
         ImGui::TextDisabled("nothing measured yet");

@@ -165,6 +165,13 @@ void release_measure(ViewState& state, const Subject& subject, Panel panel, bool
     }
 }
 
+const char* placing_of(MeasureKind kind) {
+    constexpr const char* hints[] = {"click or drag both ends", "click end, vertex, end",
+                                     "click corners in a slice; Enter or a double click ends",
+                                     "drag from the centre to the rim"};
+    return hints[static_cast<size_t>(kind)];
+}
+
 bool cancel_measure(ViewState& state) {
     Measuring& measuring = state.measuring;
     if (!measuring.begun.empty()) {

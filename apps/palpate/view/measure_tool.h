@@ -33,6 +33,9 @@ bool cancel_measure(ViewState& state);
 // Delete, Backspace, Enter, M. False: the key is another's.
 bool press_measure_key(ViewState& state, const std::string& key);
 
+// How a measure of a kind is placed: "click end, vertex, end".
+const char* placing_of(MeasureKind kind);
+
 // Whether a point lies in the plane of a slice.
 bool lies_in(const ViewState& state, const Grid& grid, Panel panel, glm::dvec3 point_mm);
 

@@ -127,6 +127,13 @@ void Interface::draw_hands(ViewState& state) {
             ImGui::SetTooltip("%s", tools[i].purpose);
         note(fmt::format("tool/{}", name_of(tools[i].hand)).c_str());
     }
+    if (state.hand == Hand::measure) { // beside the last one: M goes through the kinds
+        ImGui::SameLine(0.5f * ImGui::GetWindowWidth());
+        const std::string kind = name_of(state.measuring.kind), whole = "measure: " + kind;
+        const bool fits = ImGui::CalcTextSize(whole.c_str()).x <= ImGui::GetContentRegionAvail().x;
+        ImGui::TextDisabled("%s", (fits ? whole : kind).c_str());
+        note("tool/kind");
+    }
     slide("radius", state.radius_mm, 0.1, 100.0, "%.3g mm", true);
     note("tool/radius");
 }
