@@ -51,7 +51,7 @@ const std::vector<KeyHelp>& key_help() {
         {"R", "reset views and window"},
         {"Y, O, Space, Esc", "touch: its window, start or stop the hand, arm, disarm"},
         {"K, J, I", "touch: shape of the tool, force as an arrow, widgets in 3D"},
-        {"mouse as a hand", "left, right: its buttons; wheel in 3D: depth; middle in 3D: rotate"},
+        {"mouse as a hand", "left, right: its buttons; in 3D wheel up: deeper; middle: rotate"},
         {"?", "this list"},
     };
     return help;

@@ -184,7 +184,7 @@ void Interface::draw_touch_buttons(ViewState& state, const Work& work) {
     choose_named(is_mouse ? "right button" : "button 1", stylus.second, kCarves);
     note("touch/second");
     if (is_mouse)
-        hint("in 3D the wheel goes deeper, the middle button rotates");
+        hint("in 3D wheel up: deeper; the middle button rotates");
     choose_named("shape", stylus.shape, kTipShapes);
     note("touch/shape");
     const auto mills = [](Carve carve) { return carve == Carve::drill || carve == Carve::add; };
