@@ -29,7 +29,7 @@ Result<Volume> flow(const SegmentInput& in, double residual, const Task& task) {
     return field[0];
 }
 
-Result<Volume> turned(const SegmentInput& in, Interpolation how, const Task& task) {
+Result<Volume> turned(const SegmentInput& in, ResampledBy how, const Task& task) {
     return resample(in.grey, {turned_grid(in.grey.grid()), how, 0}, task);
 }
 
@@ -126,12 +126,12 @@ const std::vector<SegmentCase>& table() {
          nullptr},
         {"resample linear", "onto a turned grid of the same size", "resample-linear", 0, 7,
          [](const SegmentInput& in, const Task& task) {
-             return turned(in, Interpolation::linear, task);
+             return turned(in, ResampledBy::linear, task);
          },
          exact_linear},
         {"resample cubic", "onto a turned grid of the same size", "resample-cubic", 0, 3,
          [](const SegmentInput& in, const Task& task) {
-             return turned(in, Interpolation::cubic, task);
+             return turned(in, ResampledBy::cubic, task);
          },
          exact_cubic},
         {"distance by marching", "order 1, cost 1, from the middle", "fast-marching-alone", 10, 3,

@@ -110,7 +110,7 @@ Result<BrickMaker> to_spacing(const Volume& volume, const FilterValues& v, const
     PALPATE_TRY(const Grid grid,
                 grid_of_spacing(volume.grid(), {x, v.numbers[2] > 0 ? v.numbers[2] : x,
                                                 v.numbers[3] > 0 ? v.numbers[3] : x}));
-    return resample_bricks(volume, {grid, Interpolation(int(v.numbers[1])), 0.0});
+    return resample_bricks(volume, {grid, ResampledBy(int(v.numbers[1])), 0.0});
 }
 // "NAME" or "NAME,INTERPOLATION".
 Result<BrickMaker> to_grid_of(const Volume& volume, const FilterValues& v, const Task&) {
@@ -122,7 +122,7 @@ Result<BrickMaker> to_grid_of(const Volume& volume, const FilterValues& v, const
                     read_filter_value({"interpolation", "", 0, 2, {}, kInterpolations},
                                       v.text.substr(comma + 1)));
     }
-    return resample_bricks(volume, {like.grid(), Interpolation(int(interpolation)), 0.0});
+    return resample_bricks(volume, {like.grid(), ResampledBy(int(interpolation)), 0.0});
 }
 Result<Volume> flow(const Volume& volume, const FilterValues& v, const Task& task) {
     const VectorFlowOptions options{v.numbers[1], v.numbers[2]};

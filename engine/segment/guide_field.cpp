@@ -46,7 +46,7 @@ Result<Volume> refined(const Volume& volume, double sample_mm, const Task& task)
     }
     if (grid.size == volume.size() || sample_count(grid) > kMostGuideSamples)
         return volume;
-    return resample(volume, {grid, Interpolation::cubic, 0.0}, task);
+    return resample(volume, {grid, ResampledBy::cubic, 0.0}, task);
 }
 
 // Of at most some 64^3 samples, evenly spread; 0 where none has data.

@@ -12,6 +12,11 @@ namespace palpate {
 
 namespace {
 
+// What was found from the data, for people and as values of parameters.
+struct Found {
+    std::string note;
+    ParameterValues values{};
+};
 struct Forces {
     std::optional<Volume> speed, edge;
     std::optional<VectorField> flow;
@@ -35,7 +40,7 @@ Result<VectorField> flow_of(const Volume& volume, double sigma_mm, const Task& t
 Result<Segmented> run_level(
     const SegmentInput& input, const ParameterValues& values, const Task& task,
     const std::function<Result<Forces>(const SeedValues& seeds, LevelSetOptions& options,
-                                       std::string& note, const Task& task)>& make) {
+                                       Found& found, const Task& task)>& make) {
     const glm::dvec3 h = spacing_mm(input.volume.grid());
     const double least = std::min({h.x, h.y, h.z});
     LevelSetOptions options{.most_iterations = int(value_of(values, "iterations")),
@@ -46,23 +51,25 @@ Result<Segmented> run_level(
     Winner winner;
     bool any = false;
     Segmented made{*input.seeds, {}, {}, {}};
+    made.found = {{"curvature", options.curvature_mm}, {"change", options.tolerance_mm}};
     const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
     for (size_t i = 0; i < all.size(); ++i) {
         if (all[i].label == input.background)
             continue;
         const double from = double(i) / double(all.size()), share = 1.0 / double(all.size());
-        std::string note;
+        Found found;
         PALPATE_TRY(const Forces forces,
-                    make(all[i], options, note, task.part(from, from + 0.2 * share)));
+                    make(all[i], options, found, task.part(from, from + 0.2 * share)));
         const LevelSetForces given{forces.speed ? &*forces.speed : nullptr,
                                    forces.edge ? &*forces.edge : nullptr,
                                    forces.flow ? &*forces.flow : nullptr};
-        PALPATE_TRY(const LevelSetResult found,
+        PALPATE_TRY(const LevelSetResult moved,
                     level_set({.labels = &*input.seeds, .label = all[i].label}, given, options,
                               task.part(from + 0.2 * share, from + share)));
-        PALPATE_TRY(winner.add(all[i].label, *found.distance, {task.stop, {}}));
+        PALPATE_TRY(winner.add(all[i].label, *moved.distance, {task.stop, {}}));
         made.notes.push_back(
-            fmt::format("label {}: {}; {}", all[i].label, note, text_of(found.report)));
+            fmt::format("label {}: {}; {}", all[i].label, found.note, text_of(moved.report)));
+        made.found.merge(found.values);
         any = true;
     }
     if (!any)
@@ -79,13 +86,14 @@ Result<Segmented> run_level_threshold(const SegmentInput& input, const Parameter
                                       const Task& task) {
     return run_level(
         input, values, task,
-        [&](const SeedValues& seeds, LevelSetOptions&, std::string& note,
+        [&](const SeedValues& seeds, LevelSetOptions&, Found& found,
             const Task& part) -> Result<Forces> {
             const double reach = value_of(values, "deviations") * spread_of(seeds, input.volume);
             const ValueInterval interval{
                 is_set(values, "low") ? value_of(values, "low") : seeds.mean - reach,
                 is_set(values, "high") ? value_of(values, "high") : seeds.mean + reach};
-            note = fmt::format("values {:g} .. {:g}", interval.low, interval.high);
+            found = {fmt::format("values {:g} .. {:g}", interval.low, interval.high),
+                     {{"low", interval.low}, {"high", interval.high}}};
             PALPATE_TRY(const Volume speed, threshold_speed(input.volume, interval, part));
             return Forces{speed, {}, {}};
         });
@@ -93,7 +101,7 @@ Result<Segmented> run_level_threshold(const SegmentInput& input, const Parameter
 
 Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValues& values,
                                   const Task& task) {
-    const auto make = [&](const SeedValues& seeds, LevelSetOptions& options, std::string& note,
+    const auto make = [&](const SeedValues& seeds, LevelSetOptions& options, Found& found,
                           const Task& part) -> Result<Forces> {
         EdgeSpeedOptions edges{value_of(values, "edge"), value_of(values, "exponent"),
                                value_of(values, "sigma")};
@@ -108,7 +116,7 @@ Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValu
                 if (under.label == seeds.label && under.mean > 0.0)
                     edges.edge = 3.0 * under.mean;
         }
-        note = fmt::format("edges of {:g} units per mm", edges.edge);
+        found = {fmt::format("edges of {:g} units per mm", edges.edge), {{"edge", edges.edge}}};
         Forces forces;
         if (options.flow > 0.0) { // before all else, as it takes the most memory
             PALPATE_TRY(forces.flow, flow_of(input.volume, edges.sigma_mm, part));
@@ -123,7 +131,7 @@ Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValu
 Result<Segmented> run_level_regions(const SegmentInput& input, const ParameterValues& values,
                                     const Task& task) {
     const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
-    const auto make = [&](const SeedValues& seeds, LevelSetOptions&, std::string& note,
+    const auto make = [&](const SeedValues& seeds, LevelSetOptions&, Found& found,
                           const Task& part) -> Result<Forces> {
         // All seeds of other labels as one.
         SeedValues outside;
@@ -143,8 +151,8 @@ Result<Segmented> run_level_regions(const SegmentInput& input, const ParameterVa
         outside.mean = sum / double(outside.count);
         outside.sd =
             std::sqrt(std::max(0.0, squares / double(outside.count) - outside.mean * outside.mean));
-        note = fmt::format("values {:g} +- {:g} against {:g} +- {:g}", seeds.mean, seeds.sd,
-                           outside.mean, outside.sd);
+        found.note = fmt::format("values {:g} +- {:g} against {:g} +- {:g}", seeds.mean, seeds.sd,
+                                 outside.mean, outside.sd);
         PALPATE_TRY(const Volume speed, region_speed(input.volume, seeds, outside, part));
         return Forces{speed, {}, {}};
     };

@@ -74,6 +74,10 @@ Result<Segmented> run_growing(const SegmentInput& input, const ParameterValues& 
             is_set(values, "low") ? value_of(values, "low") : seeds.mean - reach,
             is_set(values, "high") ? value_of(values, "high") : seeds.mean + reach};
         intervals.push_back({seeds.label, interval});
+        if (seeds.label != input.background) {
+            made.found.try_emplace("low", interval.low);
+            made.found.try_emplace("high", interval.high);
+        }
         made.notes.push_back(
             fmt::format("label {}: values {:g} .. {:g}", seeds.label, interval.low, interval.high));
     }
@@ -123,6 +127,8 @@ Result<Segmented> run_connectedness(const SegmentInput& input, const ParameterVa
                     fuzzy_connectedness(input.volume, *input.seeds, all[i].label, affinity, part));
         PALPATE_TRY(const Volume weakness, negated(strength, {task.stop, {}}));
         PALPATE_TRY(winner.add(all[i].label, weakness, {task.stop, {}}));
+        if (all[i].label != input.background)
+            made.found.try_emplace("homogeneity", homogeneity);
         made.notes.push_back(fmt::format("label {}: values {:g} +- {:g}, homogeneity {:g}",
                                          all[i].label, all[i].mean, affinity.sd, homogeneity));
     }
@@ -130,6 +136,7 @@ Result<Segmented> run_connectedness(const SegmentInput& input, const ParameterVa
     PALPATE_TRY(made.labels, labels_of(winner, input, {task.stop, {}},
                                        [&](float v, uint16_t) { return -v >= threshold; }));
     PALPATE_TRY(made.strength, strength_of(winner, input, -1.0f, {task.stop, {}}));
+    made.owner = winner.owner();
     return made;
 }
 
@@ -146,6 +153,7 @@ Result<Segmented> run_walker(const SegmentInput& input, const ParameterValues& v
     }
     Winner winner; // of 1 - probability
     Segmented made{*input.seeds, {}, {}, {fmt::format("homogeneity {:g}", options.sd)}};
+    made.found["homogeneity"] = options.sd;
     for (size_t i = 0; i < all.size(); ++i) {
         const Task part =
             task.part(double(i) / double(all.size()), double(i + 1) / double(all.size()));
@@ -157,6 +165,7 @@ Result<Segmented> run_walker(const SegmentInput& input, const ParameterValues& v
     PALPATE_TRY(made.labels, labels_of(winner, input, {task.stop, {}},
                                        [](float v, uint16_t) { return v < 0.0f; }));
     PALPATE_TRY(made.strength, strength_of(winner, input, -1.0f, {task.stop, {}}));
+    made.owner = winner.owner();
     return made;
 }
 
@@ -176,24 +185,40 @@ Result<Volume> march_cost(const SegmentInput& input, const SeedValues& seeds,
     double edge = value_of(values, "edge");
     if (!is_set(values, "edge")) {
         PALPATE_TRY(edge, edge_under_seeds(input.volume, *input.seeds, seeds.label, task));
+        if (seeds.label != input.background)
+            made.found.try_emplace("edge", edge);
         made.notes.push_back(
             fmt::format("label {}: edges of {:g} units per mm under its seeds", seeds.label, edge));
     }
     return edge_cost(input.volume, edge, task);
 }
 
-Result<double> time_to_stop(const Volume& arrival, const Volume& cost,
-                            const ParameterValues& values, const Task& task) {
+// When a front stops; else how it grows, for a person who chooses a threshold.
+struct Stop {
     std::optional<double> time;
+    std::string grows{};
+};
+Result<Stop> time_to_stop(const Volume& arrival, const Volume& cost, const ParameterValues& values,
+                          const Task& task) {
+    Stop stop;
+    PALPATE_TRY(const ArrivalGrowth growth, arrival_growth(arrival, task));
     if (value_of(values, "rule") == 0.0) {
-        PALPATE_TRY(time, band_cost_time(arrival, cost, value_of(values, "rise"), task));
+        PALPATE_TRY(stop.time, band_cost_time(arrival, cost, value_of(values, "rise"), task));
     } else {
-        PALPATE_TRY(const ArrivalGrowth growth, arrival_growth(arrival, task));
-        time = boundary_time(growth);
+        stop.time = boundary_time(growth);
     }
-    if (!time)
-        return fail("the front met no boundary that tells it to stop: choose a threshold");
-    return *time;
+    if (stop.time)
+        return stop;
+    const double all = double(sample_count(arrival.grid()));
+    for (const double share : {0.001, 0.01, 0.1, 0.5})
+        for (size_t i = 0; i < growth.times.size(); ++i)
+            if (growth.counts[i] >= share * all) {
+                stop.grows += fmt::format("{}{:g} %{} at {:.3g}", stop.grows.empty() ? "" : ", ",
+                                          100.0 * share, stop.grows.empty() ? " of the volume" : "",
+                                          growth.times[i]);
+                break;
+            }
+    return stop;
 }
 
 Result<Segmented> run_march(const SegmentInput& input, const ParameterValues& values,
@@ -220,9 +245,19 @@ Result<Segmented> run_march(const SegmentInput& input, const ParameterValues& va
             marching.look = {};
         PALPATE_TRY(const Volume arrival, fast_marching(cost, start, options, marching));
         if (is_object && !is_set(values, "threshold")) {
-            PALPATE_TRY(last[all[i].label], time_to_stop(arrival, cost, values, {task.stop, {}}));
-            made.notes.push_back(
-                fmt::format("label {}: stopped at {:g}", all[i].label, last[all[i].label]));
+            PALPATE_TRY(const Stop stop, time_to_stop(arrival, cost, values, {task.stop, {}}));
+            last[all[i].label] = stop.time.value_or(-1.0); // before the seeds: no sample
+            if (stop.time) {
+                made.notes.push_back(
+                    fmt::format("label {}: stopped at {:g}", all[i].label, *stop.time));
+                made.found.try_emplace("threshold", *stop.time);
+            } else {
+                made.unbounded += fmt::format(
+                    "{}label {}: the front met no boundary that tells it to stop: choose a "
+                    "threshold of its arrival times{}{}",
+                    made.unbounded.empty() ? "" : "; ", all[i].label,
+                    stop.grows.empty() ? "" : "; it has ", stop.grows);
+            }
         }
         if (is_object && !made.cost)
             made.cost = cost;
@@ -232,6 +267,7 @@ Result<Segmented> run_march(const SegmentInput& input, const ParameterValues& va
                 labels_of(winner, input, {task.stop, {}},
                           [&](float time, uint16_t label) { return double(time) <= last[label]; }));
     PALPATE_TRY(made.strength, strength_of(winner, input, 1.0f, {task.stop, {}}));
+    made.owner = winner.owner();
     return made;
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/segment/map_values.h"
 #include "engine/segment/method_runs.h"
 
 namespace palpate {
@@ -230,6 +231,20 @@ const SegmentMethod* find_segment_method(std::string_view name) {
     return nullptr;
 }
 
+bool is_object_below(const SegmentMethod& method) {
+    return method.strength && std::string_view(method.strength).starts_with("arrival");
+}
+
+Result<Volume> bounded_labels(const Volume& strength, const Volume& owner, bool below, double bound,
+                              const Task& task) {
+    if (strength.grid() != owner.grid())
+        return fail("expected a strength and its owners on one grid, found two");
+    return map_values<uint16_t>(std::array{&strength, &owner}, task, [=](auto v) {
+        const bool is_in = below ? double{v[0]} <= bound : double{v[0]} >= bound; // not of NaN
+        return is_in ? uint16_t(v[1]) : uint16_t{0};
+    });
+}
+
 Result<Segmented> segment(const SegmentMethod& method, const SegmentInput& input,
                           const ParameterValues& given, const Task& task) {
     ParameterValues values;
@@ -253,7 +268,10 @@ Result<Segmented> segment(const SegmentMethod& method, const SegmentInput& input
         return fail("{}: expected seeds", method.name);
     PALPATE_TRY(const Volume seeds, checked_seeds(input.volume, *input.seeds, "seeds"));
     SegmentInput checked{input.volume, seeds, input.balls, input.background};
-    return method.run(checked, values, task);
+    PALPATE_TRY(Segmented made, method.run(checked, values, task));
+    if (!made.unbounded.empty() && !input.keeps_unbounded)
+        return fail("{}", made.unbounded);
+    return made;
 }
 
 } // namespace palpate

@@ -23,12 +23,16 @@ struct MethodParameter {
     const char* purpose;
 };
 
+using ParameterValues = std::map<std::string, double, std::less<>>;
+
 struct SegmentInput {
     const Volume& volume;
     std::optional<Volume> seeds; // a label map on the volume's grid
     std::vector<SeedBall> balls; // where the seeds come from, if known; they are in `seeds`, too
     uint16_t background = 0;     // a label of the seeds that becomes 0 in the result; 0: none
     std::vector<WireCurve> curves{}; // for methods that take curves
+    // A front that meets no boundary is no failure: see Segmented::unbounded.
+    bool keeps_unbounded = false;
 };
 
 struct Segmented {
@@ -40,9 +44,15 @@ struct Segmented {
     // f32, mm, negative inside: of level sets, the least of all objects. See LevelSetResult.
     std::optional<Volume> distance{};
     std::vector<WireCurve> curves{}; // as they follow edges: of methods that take curves
+    // With a strength, u16: the label that each sample has, if its strength is within the bound; 0
+    // where no object can be.
+    std::optional<Volume> owner{};
+    // Why a bound of the strength is wanted, of an object that found none: its labels are empty.
+    // With SegmentInput::keeps_unbounded alone; else it is the error.
+    std::string unbounded{};
+    // What it worked with, of parameters that may be found from the data; of the first object.
+    ParameterValues found{};
 };
-
-using ParameterValues = std::map<std::string, double, std::less<>>;
 
 struct SegmentMethod {
     const char* name;
@@ -58,6 +68,15 @@ struct SegmentMethod {
 
 std::span<const SegmentMethod> segment_methods(); // the table, in the order of menus
 const SegmentMethod* find_segment_method(std::string_view name);
+
+// Whether the objects of a method with a strength are where that is at most a bound, as of arrival
+// times; else where it is at least the bound.
+bool is_object_below(const SegmentMethod& method);
+
+// Objects by another bound of their strength, without running the method again: samples of `owner`
+// (Segmented) whose strength, on the same grid, is at most the bound (`below`), or at least. u16.
+Result<Volume> bounded_labels(const Volume& strength, const Volume& owner, bool below, double bound,
+                              const Task& task);
 
 // Runs a method with the values that were given; others take their fallback. Refused: seeds that
 // are missing, a parameter of another method, or beyond its range.

@@ -100,7 +100,7 @@ struct Resampler {
     Kernel kernel = prefilter();
 
     int reach() const { // samples beside the box of the points
-        return options.interpolation == Interpolation::cubic ? kPrefilter + 3 : 1;
+        return options.interpolation == ResampledBy::cubic ? kPrefilter + 3 : 1;
     }
     void read(glm::ivec3 first, glm::ivec3 size, Source& source) const;
     bool block(glm::ivec3 low, glm::ivec3 high, glm::ivec3 origin, float* out) const;
@@ -108,7 +108,7 @@ struct Resampler {
 };
 
 void Resampler::read(glm::ivec3 first, glm::ivec3 size, Source& source) const {
-    if (options.interpolation == Interpolation::cubic) // rows of coefficients are eights
+    if (options.interpolation == ResampledBy::cubic) // rows of coefficients are eights
         size.x = (size.x - 2 * kPrefilter + 7) / 8 * 8 + 2 * kPrefilter;
     source.first = first;
     source.size = size;
@@ -117,7 +117,7 @@ void Resampler::read(glm::ivec3 first, glm::ivec3 size, Source& source) const {
     source.lacks_data =
         volume.no_data_count() > 0 && std::any_of(source.samples.begin(), source.samples.end(),
                                                   [](float v) { return std::isnan(v); });
-    if (options.interpolation != Interpolation::cubic)
+    if (options.interpolation != ResampledBy::cubic)
         return;
     std::vector<float> known = source.samples;
     if (source.lacks_data) { // along x, then y, then z the sample beside it; at last 0
@@ -157,7 +157,7 @@ bool Resampler::block(glm::ivec3 low, glm::ivec3 high, glm::ivec3 origin, float*
     const bool apart = glm::any(glm::greaterThan(least, last + 0.5 + kSlack)) ||
                        glm::any(glm::lessThan(most, glm::dvec3(-0.5 - kSlack)));
     const float outside =
-        options.interpolation == Interpolation::nearest ? float(options.outside) : kNone;
+        options.interpolation == ResampledBy::nearest ? float(options.outside) : kNone;
     thread_local Source source;
     if (!apart) {
         const glm::ivec3 from(glm::floor(glm::clamp(least, glm::dvec3(-1), last + 1.0)));
@@ -172,13 +172,13 @@ bool Resampler::block(glm::ivec3 low, glm::ivec3 high, glm::ivec3 origin, float*
     const glm::dvec3 lowest = -0.5 - kSlack - first, highest = last + 0.5 + kSlack - first;
     const glm::dvec3 step(source_from_index[0]);
     const auto value = [&](glm::dvec3 q) {
-        if (options.interpolation == Interpolation::nearest || source.lacks_data) {
+        if (options.interpolation == ResampledBy::nearest || source.lacks_data) {
             const glm::dvec3 nearest = glm::clamp(q + 0.5 - kSlack, -first, last - first);
             const float there = *source.at(glm::ivec3(nearest));
-            if (options.interpolation == Interpolation::nearest || std::isnan(there))
+            if (options.interpolation == ResampledBy::nearest || std::isnan(there))
                 return there;
         }
-        if (options.interpolation == Interpolation::cubic)
+        if (options.interpolation == ResampledBy::cubic)
             return cubic_at(source, q);
         return source.lacks_data ? linear_where_known(source, q) : linear_at(source, q);
     };
@@ -215,7 +215,7 @@ BrickPtr Resampler::brick(glm::uvec3 at) const {
         self(self, middle_low, high);
     };
     split(split, origin, end);
-    if (options.interpolation != Interpolation::nearest)
+    if (options.interpolation != ResampledBy::nearest)
         return Brick::make(std::span<const float>(made), valid);
     return visit_scalar(volume.type(), [&](auto t) -> BrickPtr {
         using T = decltype(t);
@@ -258,7 +258,7 @@ Result<BrickMaker> resample_bricks(const Volume& volume, const ResampleOptions& 
         volume, options, index_from_world(volume.grid()) * options.grid.world_from_index});
     return BrickMaker{
         options.grid,
-        options.interpolation == Interpolation::nearest ? volume.type() : ScalarType::f32,
+        options.interpolation == ResampledBy::nearest ? volume.type() : ScalarType::f32,
         [resampler](glm::uvec3 at) { return resampler->brick(at); }};
 }
 

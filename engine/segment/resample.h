@@ -4,7 +4,7 @@
 
 namespace palpate {
 
-enum class Interpolation {
+enum class ResampledBy {
     nearest, // the nearest sample, in the type of the input: for labels
     linear,  // f32
     cubic,   // f32: the cubic B-spline through the samples (Unser, Aldroubi and Eden 1993)
@@ -24,7 +24,7 @@ enum class Interpolation {
 // Memory: a block of the result and the input beneath it, at most 200 MB, for each thread.
 struct ResampleOptions {
     Grid grid;
-    Interpolation interpolation = Interpolation::linear;
+    ResampledBy interpolation = ResampledBy::linear;
     double outside = 0; // nearest only; a value the type holds
 };
 

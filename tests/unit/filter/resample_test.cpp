@@ -87,8 +87,8 @@ TEST(Resample, PolynomialsAreExact) {
         return make_volume(grid, ScalarType::f32,
                            [&](glm::uvec3 i) { return f(world_point(grid, glm::dvec3(i))); });
     };
-    const Volume straight = resample(sampled(line), {target, Interpolation::linear, 0}, {}).value();
-    const Volume curved = resample(sampled(cube), {target, Interpolation::cubic, 0}, {}).value();
+    const Volume straight = resample(sampled(line), {target, ResampledBy::linear, 0}, {}).value();
+    const Volume curved = resample(sampled(cube), {target, ResampledBy::cubic, 0}, {}).value();
     for (const glm::ivec3 i : twin::indices({36, 9, 5})) {
         const glm::dvec3 p = world_point(target, glm::dvec3(i));
         EXPECT_NEAR(straight.value(glm::uvec3(i)), line(p),
@@ -102,11 +102,11 @@ TEST(Resample, OntoItselfIsTheSame) {
     for (const uint32_t missing : {0u, 5u}) {
         const Volume v =
             twin::noise(twin::turned({37, 9, 34}, {0.7, 1, 2}, true), ScalarType::f32, missing);
-        const auto again = [&](Interpolation how) {
+        const auto again = [&](ResampledBy how) {
             return resample(v, {v.grid(), how, 0}, {}).value();
         };
-        EXPECT_TRUE(twin::same_bits(again(Interpolation::nearest), v));
-        const Volume linear = again(Interpolation::linear), cubic = again(Interpolation::cubic);
+        EXPECT_TRUE(twin::same_bits(again(ResampledBy::nearest), v));
+        const Volume linear = again(ResampledBy::linear), cubic = again(ResampledBy::cubic);
         for (const glm::ivec3 i : twin::indices({37, 9, 34})) {
             const float expected = v.value(glm::uvec3(i));
             ASSERT_EQ(std::isnan(linear.value(glm::uvec3(i))), std::isnan(expected));
@@ -123,9 +123,9 @@ TEST(Resample, OntoItselfIsTheSame) {
 TEST(Resample, NearestKeepsTypeAndLabelsAndFarPlacesHaveNoData) {
     const Volume v = twin::noise(make_grid({20, 10, 6}, {1, 1, 2}), ScalarType::u8);
     Grid wide = make_grid({60, 30, 20}, {0.5, 0.5, 1}, {-5, -2, -3});
-    const Volume labels = resample(v, {wide, Interpolation::nearest, 9}, {}).value();
+    const Volume labels = resample(v, {wide, ResampledBy::nearest, 9}, {}).value();
     EXPECT_EQ(labels.type(), ScalarType::u8);
-    const Volume linear = resample(v, {wide, Interpolation::linear, 0}, {}).value();
+    const Volume linear = resample(v, {wide, ResampledBy::linear, 0}, {}).value();
     for (const glm::ivec3 i : twin::indices({60, 30, 20})) {
         const glm::dvec3 at = index_point(v.grid(), world_point(wide, glm::dvec3(i)));
         bool inside = true;
@@ -140,7 +140,7 @@ TEST(Resample, NearestKeepsTypeAndLabelsAndFarPlacesHaveNoData) {
     const Volume big = make_volume(make_grid({300, 300, 300}, {1, 1, 1}), ScalarType::u8,
                                    [](glm::uvec3 i) { return i.x * 7 % 31 + i.y % 5 + i.z % 3; });
     const Grid coarse = grid_of_spacing(big.grid(), {10, 10, 10}).value();
-    const Volume few = resample(big, {coarse, Interpolation::nearest, 0}, {}).value();
+    const Volume few = resample(big, {coarse, ResampledBy::nearest, 0}, {}).value();
     EXPECT_EQ(few.size(), glm::uvec3(30));
     EXPECT_EQ(few.value({29, 3, 11}), big.value({294, 34, 114})); // the lower of two as near
     EXPECT_THAT(resample(v, {make_grid({4, 4, 4}, {1, 1, 1}, {500, 0, 0})}, {}).error().message,

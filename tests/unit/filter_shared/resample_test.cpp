@@ -57,7 +57,7 @@ Grey::Pointer resampled_by_itk(Grey::Pointer image, const Grid& grid, Interpolat
 
 class ResampleBesideItk : public HeadBesideItk {
  protected:
-    double most_off(Interpolation how, Interpolate::Pointer theirs) {
+    double most_off(ResampledBy how, Interpolate::Pointer theirs) {
         const Grid grid = turned_inside(head().grid());
         for (int c = 0; c < 8; ++c) { // no sample within 16 of the border
             const glm::dvec3 corner =
@@ -78,7 +78,7 @@ class ResampleBesideItk : public HeadBesideItk {
 
 // The axes are turned, so that no place is half-way between samples.
 TEST_F(ResampleBesideItk, NearestIsTheSame) {
-    EXPECT_EQ(most_off(Interpolation::nearest,
+    EXPECT_EQ(most_off(ResampledBy::nearest,
                        itk::NearestNeighborInterpolateImageFunction<Grey, double>::New()),
               0.0);
 }
@@ -86,7 +86,7 @@ TEST_F(ResampleBesideItk, NearestIsTheSame) {
 // Both sum in double and round once; places differ by some 1e-12 samples.
 TEST_F(ResampleBesideItk, LinearIsTheSameToARounding) {
     EXPECT_LE(
-        most_off(Interpolation::linear, itk::LinearInterpolateImageFunction<Grey, double>::New()),
+        most_off(ResampledBy::linear, itk::LinearInterpolateImageFunction<Grey, double>::New()),
         2 * 0x1p-24 * largest() + 1e-9 * span());
 }
 
@@ -97,7 +97,7 @@ TEST_F(ResampleBesideItk, CubicIsTheSameButForTheCut) {
     auto spline = itk::BSplineInterpolateImageFunction<Grey, double, double>::New();
     spline->SetSplineOrder(3);
     const double a_pass = 1.4e-7 + 25 * 0x1p-24;
-    EXPECT_LE(most_off(Interpolation::cubic, spline), (3 + 9 + 27) * a_pass * largest());
+    EXPECT_LE(most_off(ResampledBy::cubic, spline), (3 + 9 + 27) * a_pass * largest());
 }
 
 } // namespace

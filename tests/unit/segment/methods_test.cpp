@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/segment/arrival_threshold.h"
 #include "engine/segment/edges.h"
 #include "engine/segment/march_cost.h"
 #include "engine/volume/builder.h"
@@ -81,6 +82,113 @@ TEST(Methods, EachFindsANoisyBall) {
         if (made->strength) { // none at the seeds outside
             EXPECT_TRUE(std::isnan(made->strength->value({44, 44, 22}))) << method.name;
         }
+    }
+}
+
+// Two balls, two objects, and what is none: another bound gives what the method gives with it.
+TEST(Methods, AnotherBoundNeedsNoOtherRun) {
+    const Volume volume = noisy_ball();
+    const SeedBall balls[] = {{1, {-6, 0, 0}, 3.0}, {3, {7, 0, 0}, 3.0}, {2, {20, 20, 20}, 4.0}};
+    const Volume seeds = *seed_map(volume, balls);
+    const SegmentInput input{volume, seeds, {}, 2};
+    for (const char* name : {"fast-marching", "fast-marching-edges", "fuzzy-connectedness"}) {
+        const SegmentMethod& method = *find_segment_method(name);
+        const Result<Segmented> made = segment(method, input, {}, {});
+        ASSERT_TRUE(made) << name << ": " << made.error().message;
+        ASSERT_TRUE(made->owner) << name;
+        for (const double bound : {0.0, 0.03, 0.3, 0.7, 30.0}) {
+            const bool is_share = !is_object_below(method);
+            if (is_share && bound > 1.0)
+                continue;
+            const Result<Segmented> other = segment(method, input, {{"threshold", bound}}, {});
+            ASSERT_TRUE(other) << name << ": " << other.error().message;
+            const Result<Volume> again =
+                bounded_labels(*made->strength, *made->owner, is_object_below(method), bound, {});
+            ASSERT_TRUE(again) << name << ": " << again.error().message;
+            size_t differences = 0;
+            for (uint32_t z = 0; z < 26; ++z)
+                for (uint32_t y = 0; y < 50; ++y)
+                    for (uint32_t x = 0; x < 50; ++x)
+                        differences += again->value({x, y, z}) != other->labels.value({x, y, z});
+            EXPECT_EQ(differences, 0u) << name << " " << bound;
+        }
+    }
+    const Volume other_grid = make_volume(make_grid({4, 4, 4}, {1, 1, 1}), ScalarType::f32,
+                                          [](glm::uvec3) { return 1.0; });
+    EXPECT_FALSE(bounded_labels(other_grid, seeds, true, 1.0, {}));
+}
+
+// In values that are alike everywhere no boundary is met: an error that says how the front grows,
+// or its times, for a person to choose from.
+TEST(Methods, AFrontWithoutABoundaryTellsItsTimes) {
+    const Volume even = make_volume(make_grid({40, 40, 40}, {1, 1, 1}), ScalarType::u8,
+                                    [](glm::uvec3) { return 7.0; });
+    const SeedBall ball[] = {{1, {20, 20, 20}, 2.0}};
+    const Volume seeds = *seed_map(even, ball);
+    const SegmentMethod& method = *find_segment_method("fast-marching");
+    SegmentInput input{even, seeds, {}, 0};
+    const ParameterValues printed{{"rule", 0.0}}; // the cost of the band, which is one everywhere
+    const Result<Segmented> refused = segment(method, input, printed, {});
+    ASSERT_FALSE(refused);
+    EXPECT_THAT(refused.error().message,
+                HasSubstr("label 1: the front met no boundary that tells it to stop: choose a "
+                          "threshold of its arrival times; it has 0.1 % of the volume at "));
+    input.keeps_unbounded = true;
+    const Result<Segmented> made = segment(method, input, printed, {});
+    ASSERT_TRUE(made) << made.error().message;
+    EXPECT_EQ(made->unbounded, refused.error().message);
+    EXPECT_EQ(made->labels.range().max, 0.0f);
+    EXPECT_FALSE(made->found.contains("threshold"));
+    // At the time that is told for a tenth, a tenth has arrived; a band of times before it, less.
+    const std::string& told = made->unbounded;
+    const double tenth = std::stod(told.substr(told.find(", 10 % at ") + 10));
+    const auto share_by = [&](double time) {
+        double count = 0.0;
+        const Volume labels = *bounded_labels(*made->strength, *made->owner, true, time, {});
+        for (uint32_t z = 0; z < 40; ++z)
+            for (uint32_t y = 0; y < 40; ++y)
+                for (uint32_t x = 0; x < 40; ++x)
+                    count += labels.value({x, y, z}) == 1.0f;
+        return count / 64000.0;
+    };
+    EXPECT_GE(share_by(1.005 * tenth), 0.1); // three digits are told
+    EXPECT_LT(share_by(tenth / kGrowthRatio / 1.005), 0.1);
+    // With a threshold there is nothing to complain of.
+    const Result<Segmented> bounded = segment(method, input, {{"threshold", tenth}}, {});
+    ASSERT_TRUE(bounded);
+    EXPECT_EQ(bounded->unbounded, "");
+}
+
+// What a method found comes out by the parameter's name, and gives the same if it is given.
+TEST(Methods, WhatWasFoundCanBeGiven) {
+    const Volume volume = noisy_ball();
+    const SeedBall balls[] = {{1, {0, 0, 0}, 5.0}, {2, {20, 20, 20}, 4.0}};
+    const Volume seeds = *seed_map(volume, balls);
+    const SegmentInput input{volume, seeds, {}, 2};
+    for (const auto& [name, parameters] : std::map<std::string, std::vector<std::string>>{
+             {"region-growing", {"low", "high"}},
+             {"fast-marching", {"threshold"}},
+             {"fast-marching-edges", {"threshold"}},
+             {"fuzzy-connectedness", {"homogeneity"}},
+             {"random-walker", {"homogeneity"}},
+             {"level-set", {"low", "high", "curvature", "change"}},
+             {"level-set-edges", {"edge", "curvature", "change"}}}) {
+        const SegmentMethod& method = *find_segment_method(name);
+        const Result<Segmented> made = segment(method, input, {}, {});
+        ASSERT_TRUE(made) << name << ": " << made.error().message;
+        ParameterValues given;
+        for (const std::string& parameter : parameters) {
+            ASSERT_TRUE(made->found.contains(parameter)) << name << " " << parameter;
+            given[parameter] = made->found.at(parameter);
+        }
+        const Result<Segmented> again = segment(method, input, given, {});
+        ASSERT_TRUE(again) << name << ": " << again.error().message;
+        size_t differences = 0;
+        for (uint32_t z = 0; z < 26; ++z)
+            for (uint32_t y = 0; y < 50; ++y)
+                for (uint32_t x = 0; x < 50; ++x)
+                    differences += again->labels.value({x, y, z}) != made->labels.value({x, y, z});
+        EXPECT_EQ(differences, 0u) << name;
     }
 }
 
