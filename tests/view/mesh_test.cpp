@@ -1,5 +1,7 @@
 // The mesh of a label, whose faces are pulled.
 
+#include <imgui/imgui.h>
+
 #include "apps/palpate/view/pulled_mesh.h"
 #include "engine/volume/content_hash.h"
 #include "tests/view/viewer_fixture.h"
@@ -105,6 +107,24 @@ TEST_F(MeshPulling, BecomesTheLabelInOneStep) {
     key("z", {.ctrl = true});
     frame({});
     EXPECT_EQ(labels(), before);
+}
+
+// The circle of a brush is drawn where one is in the hand.
+TEST_F(MeshPulling, HasNoCircleOfABrush) {
+    begin();
+    const auto circle = [&] { // vertices that the pointer in a view adds
+        const auto vertices = [&](glm::dvec2 at) {
+            move(at);
+            frame({});
+            return viewer().interface().lists().CmdLists[0]->VtxBuffer.Size; // behind all panels
+        };
+        return vertices(middle(Panel::coronal) + glm::dvec2(31.0, 17.0)) -
+               vertices(glm::dvec2(places_of(state()).tools.low_px) + 5.0);
+    };
+    ASSERT_EQ(state().hand, Hand::pull);
+    EXPECT_EQ(circle(), 0);
+    key("b");
+    EXPECT_GT(circle(), 0);
 }
 
 // A mesh that was pulled is no step, and is asked for all the same: it goes into its label first.

@@ -109,57 +109,186 @@ TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
     EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u / 2u);
 }
 
-TEST_F(Segmentation, TheThresholdIsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
+// Bounds of a result: on the slider of the tab.
+class SegmentBound : public Segmentation {
+ protected:
+    // Leaves the button pressed.
+    void drag_bound(double from_share, double to_share) {
+        const Box slider = viewer().interface().widgets().at("segment/bound");
+        const glm::dvec2 low(slider.low_px), size(slider.size_px);
+        move(glm::floor(low + glm::dvec2(from_share, 0.5) * size));
+        button(true);
+        move(glm::floor(low + glm::dvec2(to_share, 0.5) * size));
+        frame({});
+    }
+    const Strength& strength() { return viewer().work().strength().value(); }
+    size_t steps() { return viewer().work().edited().undo_steps; }
+};
+
+TEST_F(SegmentBound, IsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     paint_seeds();
     click_widget("tab/segment");
     click_widget("segment/run");
     frame({});
     ASSERT_TRUE(viewer().work().strength());
-    const size_t before = count_of(Work::kLabels, 1.0f);
+    const double found = strength().bound;
+    EXPECT_GE(found, strength().least);
+    EXPECT_LE(found, strength().most);
+    const size_t before = count_of(Work::kLabels, 1.0f), steps_before = steps();
     ASSERT_GT(before, 0u);
-    const Box slider = viewer().interface().widgets().at("segment/bound");
-    const glm::dvec2 low(slider.low_px);
-    move(low + glm::dvec2(0.05, 0.5) * glm::dvec2(slider.size_px));
-    button(true);
-    move(low + glm::dvec2(0.02, 0.5) * glm::dvec2(slider.size_px));
-    frame({});
+    drag_bound(0.5, 0.02);
     ASSERT_TRUE(state().segmenting.preview);
     const double at = *state().segmenting.preview;
+    EXPECT_LT(at, found);
     EXPECT_EQ(count_of(Work::kLabels, 1.0f), before);
     ASSERT_TRUE(viewer().work().session().scene().fusion);
     button(false);
     frame({});
+    frame({});
     EXPECT_FALSE(state().segmenting.preview);
     EXPECT_FALSE(viewer().work().session().scene().fusion);
-    EXPECT_NEAR(state().segmenting.given.at("fast-marching").at("threshold"), at, 1e-12);
+    EXPECT_EQ(strength().bound, at);
+    EXPECT_EQ(state().segmenting.given.at("fast-marching").at("threshold"), at);
+    EXPECT_EQ(steps(), steps_before + 1);
+    // What the method gives with that threshold.
+    const auto expected =
+        segment(*find_segment_method("fast-marching"),
+                {volume(Work::kGrey), volume(Work::kSeeds), {}, 0}, {{"threshold", at}}, {});
+    ASSERT_TRUE(expected) << expected.error().message;
+    const Volume labels = volume(Work::kLabels);
+    for (uint32_t z = 0; z < 24; ++z)
+        for (uint32_t y = 0; y < 24; ++y)
+            for (uint32_t x = 0; x < 24; ++x)
+                ASSERT_EQ(labels.value({x, y, z}), expected->labels.value({x, y, z}));
     EXPECT_LT(count_of(Work::kLabels, 1.0f), before);
+    // Words say how much it is, and a step of undo which one it was.
+    EXPECT_TRUE(viewer().interface().message().starts_with("label 1: "));
+    key("z", {.ctrl = true});
+    frame({});
+    EXPECT_EQ(count_of(Work::kLabels, 1.0f), before);
+    EXPECT_EQ(viewer().interface().message(), "undone: fast-marching, bounded anew");
 }
 
 // A place on the slider is one value, however often the bound has been dragged.
-TEST_F(Segmentation, TheSliderOfTheThresholdKeepsItsEnds) {
+TEST_F(SegmentBound, SliderKeepsItsEnds) {
     paint_seeds();
     click_widget("tab/segment");
     click_widget("segment/run");
     frame({});
-    const auto drag_from_the_middle = [&](double to_share) {
-        const Box slider = viewer().interface().widgets().at("segment/bound");
-        const glm::dvec2 low(slider.low_px), size(slider.size_px);
-        move(glm::floor(low + glm::dvec2(0.3, 0.5) * size));
-        button(true);
-        frame({});
+    const auto drag_from_a_third = [&](double to_share) {
+        drag_bound(0.3, 0.3);
         const double at = state().segmenting.preview.value();
-        move(glm::floor(low + glm::dvec2(to_share, 0.5) * size));
+        button(false);
         frame({});
+        drag_bound(0.5, to_share);
         button(false);
         frame({});
         return at;
     };
-    const double first = drag_from_the_middle(0.02);
+    const double first = drag_from_a_third(0.02);
     ASSERT_GT(first, 0.0);
-    const double dragged = viewer().work().strength().value().threshold;
-    EXPECT_EQ(drag_from_the_middle(0.2), first);
-    EXPECT_NE(viewer().work().strength().value().threshold, dragged);
-    EXPECT_EQ(drag_from_the_middle(0.1), first);
+    const double dragged = strength().bound;
+    EXPECT_EQ(drag_from_a_third(0.2), first);
+    EXPECT_NE(strength().bound, dragged);
+    EXPECT_EQ(drag_from_a_third(0.1), first);
+}
+
+// Only what is near the slider's ends may be given, and a method that has no such parameter, as the
+// random walker, is bounded, too.
+TEST_F(SegmentBound, OfAMethodWithoutAThreshold) {
+    paint_seeds();
+    click_widget("tab/segment");
+    click_widget("segment/outside", 0.05);
+    move(middle(Panel::axial) + glm::dvec2(100, 0));
+    button(true);
+    button(false);
+    frame({});
+    choose("random-walker");
+    click_widget("segment/run");
+    frame({});
+    const size_t before = count_of(Work::kLabels, 1.0f);
+    ASSERT_GT(before, 0u);
+    drag_bound(0.5, 0.95);
+    button(false);
+    frame({});
+    frame({});
+    EXPECT_LT(count_of(Work::kLabels, 1.0f), before);
+    EXPECT_GT(count_of(Work::kLabels, 1.0f), 0u);
+    const auto given = state().segmenting.given.find("random-walker");
+    EXPECT_TRUE(given == state().segmenting.given.end() || given->second.empty());
+    click_widget("segment/run"); // runs as before
+    frame({});
+    EXPECT_EQ(count_of(Work::kLabels, 1.0f), before);
+}
+
+// Where the values are alike, a front meets no boundary: nothing is lost, and the bound is offered.
+TEST_F(SegmentBound, IsOfferedWhereAFrontMeetsNoBoundary) {
+    Source source{open_synthetic("synthetic:phantom?size=24")};
+    source.scene.loaded.data.volume = make_volume(source.scene.loaded.data.volume.grid(),
+                                                  ScalarType::i16, [](glm::uvec3) { return 35.0; });
+    open_scene(std::move(source), {800, 600});
+    key("b"); // a label that is there already
+    move(middle(Panel::axial) + glm::dvec2(0, 40));
+    button(true);
+    button(false);
+    frame({});
+    const size_t drawn = count_of(Work::kLabels, 1.0f), steps_before = steps() + 2; // map, seeds
+    ASSERT_GT(drawn, 0u);
+    paint_seeds();
+    click_widget("tab/segment");
+    click_widget("segment/give/rule");
+    click_widget("segment/value/rule", 0.5);
+    frame({{.kind = Event::Kind::key, .modifiers = {.ctrl = true}, .down = true, .key = "a"}});
+    frame({{.kind = Event::Kind::key, .modifiers = {.ctrl = true}, .key = "a"}});
+    frame({{.kind = Event::Kind::text, .text = "0"}}); // as printed: the cost, which is one
+    click_widget("segment/run");
+    frame({});
+    EXPECT_NE(viewer().interface().message().find("the front met no boundary"), std::string::npos);
+    EXPECT_NE(viewer().interface().message().find("10 % at "), std::string::npos);
+    EXPECT_NE(viewer().interface().message().find("drag `bound`"), std::string::npos);
+    EXPECT_EQ(count_of(Work::kLabels, 1.0f), drawn);
+    EXPECT_LE(steps(), steps_before);
+    ASSERT_TRUE(viewer().work().strength());
+    EXPECT_NE(strength().unbounded, "");
+    frame({});
+    drag_bound(0.5, 0.6);
+    button(false);
+    frame({});
+    frame({});
+    EXPECT_EQ(strength().unbounded, "");
+    EXPECT_GT(count_of(Work::kLabels, 1.0f), count_of(Work::kSeeds, 1.0f));
+    EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u);
+}
+
+// A parameter that a person begins to give has the value that the method found.
+TEST_F(Segmentation, AParameterBeginsAtWhatWasFound) {
+    paint_seeds();
+    click_widget("tab/segment");
+    frame({});
+    click_widget("segment/give/threshold");
+    EXPECT_EQ(state().segmenting.given.at("fast-marching").at("threshold"), 0.0);
+    EXPECT_NE(viewer().interface().message().find("threshold begins at 0"), std::string::npos);
+    click_widget("segment/give/threshold");
+    click_widget("segment/run");
+    frame({});
+    click_widget("segment/give/threshold");
+    EXPECT_EQ(state().segmenting.given.at("fast-marching").at("threshold"),
+              viewer().work().found(*find_segment_method("fast-marching"), "threshold").value());
+    choose("threshold"); // of values that are seen
+    frame({});
+    click_widget("segment/give/low");
+    EXPECT_EQ(state().segmenting.given.at("threshold").at("low"), state().window.low);
+}
+
+TEST_F(Segmentation, EscapeClosesTheListOfMethods) {
+    click_widget("tab/segment");
+    click_widget("segment/methods");
+    ASSERT_TRUE(viewer().interface().widgets().contains("segment/method/watershed"));
+    key("escape");
+    frame({});
+    EXPECT_FALSE(viewer().interface().widgets().contains("segment/method/watershed"));
+    key("f"); // keys are the views' again
+    EXPECT_EQ(state().segmenting.method, "fast-marching");
 }
 
 // While a run with a thread is at work, it shows what it has come to.

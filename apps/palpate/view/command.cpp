@@ -6,6 +6,7 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/view/file_browser.h"
+#include "apps/palpate/view/label_import.h"
 #include "apps/palpate/view/loop.h"
 #include "apps/palpate/view/panel.h"
 #include "engine/base/log.h"
@@ -103,6 +104,14 @@ Result<view::Source> open_source(const SceneOptions& options, const ReadFlags& r
                                  const std::filesystem::path& steps_folder,
                                  const std::stop_token& stop) {
     PALPATE_TRY(OpenedScene scene, open_scene(options, read, stop));
+    if (std::optional<Volume>& labels = scene.loaded.data.labels) { // in another order of samples
+        const Grid& grid = scene.loaded.data.volume.grid();
+        if (view::have_same_samples(labels->grid(), grid)) {
+            PALPATE_TRY(LoadedVolume put,
+                        view::on_grid({std::move(*labels), {}, {}, {}, {}, {}}, grid, stop));
+            labels = std::move(put.volume);
+        }
+    }
     view::Source source{std::move(scene)};
     if (keeps && Project::is_one(options.input)) {
         PALPATE_TRY(Project::Opened project, Project::open(options.input));
@@ -162,6 +171,15 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
         read.series = series;
         read.progress = progress;
         return open_source(dropped, read, !options.headless, steps_folder, stop);
+    };
+    loop.viewer.open_labels = [&](const std::string& path, const std::stop_token& stop,
+                                  const std::function<void(double)>& progress) {
+        ReadFlags read = options.read;
+        read.frame = -1; // it is the volume's, and so is the series
+        read.series.clear();
+        read.resample_slices = false;
+        read.progress = progress;
+        return load_labels(path, read_options(read, stop));
     };
     loop.viewer.preview = [&](const std::string& path, uint32_t series,
                               const std::stop_token& stop) {

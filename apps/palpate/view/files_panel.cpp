@@ -28,6 +28,7 @@ std::string size_text(uint64_t bytes) {
 void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
     if (ImGui::Button("open..")) {
         state.browser_open = true;
+        state.browser_for_labels = false;
         browsed_.clear();
     }
     note("file/open");
@@ -122,9 +123,13 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
                                    0.5f * static_cast<float>(state.size_px.y)),
                             ImGuiCond_Always, ImVec2(0.5f, 0.5f));
     ImGui::SetNextWindowSize(size);
-    ImGui::Begin("Open a volume, a scene or a project", &state.browser_open,
-                 ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
-                     ImGuiWindowFlags_NoSavedSettings);
+    const Order::Kind kind =
+        state.browser_for_labels ? Order::Kind::open_labels : Order::Kind::open;
+    ImGui::Begin(
+        state.browser_for_labels ? "Labels of this volume" : "Open a volume, a scene or a project",
+        &state.browser_open,
+        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+            ImGuiWindowFlags_NoSavedSettings);
     if (ImGui::Button("up"))
         browse(fs::path(browsed_).parent_path());
     note("browser/up");
@@ -133,7 +138,7 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
         browse(home);
     ImGui::SameLine();
     if (ImGui::Button("open this folder")) { // of DICOM files or slices, or a project
-        orders.push_back({Order::Kind::open, {}, time_s_, browsed_});
+        orders.push_back({kind, {}, time_s_, browsed_});
         state.browser_open = false;
     }
     note("browser/folder");
@@ -144,7 +149,7 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
         if (fs::is_directory(typed_.data(), ignored)) {
             browse(typed_.data());
         } else {
-            orders.push_back({Order::Kind::open, {}, time_s_, typed_.data()});
+            orders.push_back({kind, {}, time_s_, typed_.data()});
             state.browser_open = false;
         }
     }
@@ -173,7 +178,7 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
                     if (entry.is_folder) {
                         next = path;
                     } else {
-                        orders.push_back({Order::Kind::open, {}, time_s_, path.string()});
+                        orders.push_back({kind, {}, time_s_, path.string()});
                         state.browser_open = false;
                     }
                 }

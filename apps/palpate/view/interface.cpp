@@ -1,6 +1,7 @@
 #include "apps/palpate/view/interface.h"
 
 #include <imgui/imgui.h>
+#include <imgui/imgui_internal.h>
 
 #include <algorithm>
 #include <cmath>
@@ -96,7 +97,8 @@ bool Interface::takes(const Event& event) const {
             return io.WantCaptureMouse;
         case Event::Kind::key:
         case Event::Kind::text:
-            return io.WantTextInput;
+            return io.WantTextInput ||
+                   (event.key == "escape" && ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup));
         case Event::Kind::resize:
         case Event::Kind::drop:
         case Event::Kind::close:
@@ -163,10 +165,16 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     if (std::exchange(is_light_, state.light) != state.light)
         use_looks(state.light);
     ImGui::NewFrame();
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false) && // a list, say
+        ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))
+        ImGui::ClosePopupToLevel(0, true);
     widgets_.clear();
     texts_.clear();
     std::vector<Order> orders;
+    bound_held_ = false;
     draw_tools(state, work, orders);
+    if (!bound_held_ && !work.segmenting()) // it has been taken
+        state.segmenting.preview.reset();
     tell_measure(state, work);
     draw_status(state, work);
     draw_touch(state, work, orders);

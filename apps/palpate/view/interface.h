@@ -91,12 +91,12 @@ class Interface {
     void draw_opening(const ViewState& state, std::vector<Order>& orders);
     void draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_seed_brush(ViewState& state, std::vector<Order>& orders);
-    void draw_parameters(ViewState& state, const SegmentMethod& method);
+    void draw_parameters(ViewState& state, Work& work, const SegmentMethod& method);
     void draw_strength(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_method(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders);
-    void draw_label_export(std::vector<Order>& orders);
+    void draw_label_files(ViewState& state, std::vector<Order>& orders);
     void draw_only_values(ViewState& state, Work& work);
     bool draw_label_row(ViewState& state, Work& work, LabelLayer& layer, uint32_t label);
     void draw_label_figures(ViewState& state, Work& work, std::vector<Order>& orders);
@@ -135,6 +135,7 @@ class Interface {
     double devices_at_s_ = -1e9;
     std::array<char, 64> sought_{};           // a part of the names of labels
     std::optional<MeasureKind> measure_kind_; // in the hand, in the last frame
+    bool bound_held_ = false;                 // of a segmentation, in this frame
     GreyWindow ends_before_;                  // of drag_ends(), before a field was taken hold of
     std::string clamped_; // that a typed end was beyond its limits; empty: it was not
 };

@@ -48,12 +48,6 @@ bool has_part(const std::string& name, std::string_view part) {
            part.empty();
 }
 
-LabelStyle& own_style(LabelLayer& layer, uint32_t label) {
-    while (layer.styles.size() <= label)
-        layer.styles.push_back(style_of(layer, static_cast<uint32_t>(layer.styles.size())));
-    return layer.styles[label];
-}
-
 } // namespace
 
 void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
@@ -119,14 +113,18 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
         ImGui::EndTable();
     }
     draw_label_figures(state, work, orders);
-    draw_label_export(orders);
+    draw_label_files(state, orders);
     if (changed)
         work.session().show(std::move(scene));
 }
 
-// To a file whose name says what: all labels, or the surface of the one that is chosen.
-void Interface::draw_label_export(std::vector<Order>& orders) {
+// From a file in the place of what is there; and to one, whose name says what: all labels, or the
+// surface of the one that is chosen.
+void Interface::draw_label_files(ViewState& state, std::vector<Order>& orders) {
     ImGui::Separator();
+    if (ImGui::Button("labels of a file.."))
+        state.browser_open = state.browser_for_labels = true;
+    note("labels/open");
     if (labels_file_[0] == '\0')
         std::string("labels.nii.gz").copy(labels_file_.data(), labels_file_.size() - 1);
     ImGui::SetNextItemWidth(-ImGui::CalcTextSize("export__").x);

@@ -194,7 +194,9 @@ struct Marks {
     }
 
     void tool() const {
-        if (state.hand == Hand::crosshair || state.hand == Hand::wire || state.under != panel)
+        const bool has_radius = state.hand == Hand::draw || state.hand == Hand::erase ||
+                                state.hand == Hand::cut || state.hand == Hand::seed;
+        if (!has_radius || state.under != panel)
             return;
         const double radius = state.radius_mm / mm_per_px(slice(), grid(), glm::ivec2(size));
         draw_circle(list, state.pointer_px + 0.5, std::max(radius, 1.0), kMarkTool, 1.5f);

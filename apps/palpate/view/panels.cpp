@@ -178,6 +178,24 @@ void Interface::draw_window(ViewState& state, Work& work) {
     }
 }
 
+// What a person should know of a typed end: that it was beyond its limits, or that the other end,
+// which it moved, stopped at its own, so that the width is less than before.
+static std::string end_text(std::array<const char*, 2> names, bool upper, double typed,
+                            GreyWindow before, GreyWindow now, GreyWindow limits) {
+    if (std::isnan(typed))
+        return "";
+    const std::string of =
+        fmt::format("{:g} .. {:g}, the limits of this volume", limits.low, limits.high);
+    const double taken = upper ? now.high : now.low;
+    if (taken != typed)
+        return fmt::format("{} {:g} is beyond {}: {:g} is taken", names[upper ? 1 : 0], typed, of,
+                           taken);
+    const double moved = upper ? now.low : now.high, was = upper ? before.low : before.high;
+    if (moved == was || now.high - now.low > (1.0 - 1e-9) * (before.high - before.low))
+        return "";
+    return fmt::format("{} stops at {:g}, by {}", names[upper ? 0 : 1], moved, of);
+}
+
 // Two fields for the ends of a window. A drag stops at the other end; what is typed moves it along.
 void Interface::drag_ends(const char* group, std::array<const char*, 2> names, GreyWindow& window,
                           double least, GreyWindow limits, Work& work) {
@@ -196,13 +214,7 @@ void Interface::drag_ends(const char* group, std::array<const char*, 2> names, G
             // Of the window before the first digit: those before the last one moved the other end.
             window = upper ? with_high(ends_before_, value, least, limits)
                            : with_low(ends_before_, value, least, limits);
-            const double taken = upper ? window.high : window.low;
-            clamped_ = taken == value || std::isnan(value)
-                           ? ""
-                           : fmt::format(
-                                 "{} {:g} is beyond {:g} .. {:g}, the limits of this "
-                                 "volume: {:g} is taken",
-                                 name, value, limits.low, limits.high, taken);
+            clamped_ = end_text(names, upper, value, ends_before_, window, limits);
         }
         if (ImGui::IsItemDeactivated() && !clamped_.empty())
             work.tell(std::exchange(clamped_, {}));

@@ -35,17 +35,40 @@ void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
     note("segment/clear");
 }
 
+namespace {
+
+// The value that a parameter has when a person begins to give it.
+double first_value(const MethodParameter& parameter, std::optional<double> found,
+                   const ViewState& state, Work& work) {
+    const std::string_view name = parameter.name;
+    double value = parameter.fallback;
+    if (found)
+        value = *found;
+    else if (std::isnan(value) && (name == "low" || name == "high"))
+        value = name == "low" ? state.window.low : state.window.high; // what is seen
+    if (std::isnan(value)) {
+        value = 0.0;
+        work.tell(
+            fmt::format("{} begins at {:g}: once `segment` has run without it, at what that "
+                        "has found",
+                        name, std::clamp(value, parameter.least, parameter.most)));
+    }
+    return std::clamp(value, parameter.least, parameter.most);
+}
+
+} // namespace
+
 // One line a parameter: a box that says whether a person gives it, and its value.
-void Interface::draw_parameters(ViewState& state, const SegmentMethod& method) {
+void Interface::draw_parameters(ViewState& state, Work& work, const SegmentMethod& method) {
     ParameterValues& given = state.segmenting.given[method.name];
     for (const MethodParameter& parameter : method.parameters) {
         ImGui::PushID(parameter.name);
         const auto found = given.find(parameter.name);
         bool is_given = found != given.end();
-        const double fallback = std::isnan(parameter.fallback) ? 0.0 : parameter.fallback;
+        const std::optional<double> found_before = work.found(method, parameter.name);
         if (ImGui::Checkbox("##given", &is_given)) {
             if (is_given)
-                given[parameter.name] = std::clamp(fallback, parameter.least, parameter.most);
+                given[parameter.name] = first_value(parameter, found_before, state, work);
             else
                 given.erase(parameter.name);
         }
@@ -62,9 +85,12 @@ void Interface::draw_parameters(ViewState& state, const SegmentMethod& method) {
         } else {
             ImGui::TextUnformatted(parameter.name);
             ImGui::SameLine();
-            ImGui::TextDisabled("%s", parameter.fallback_text
-                                          ? parameter.fallback_text
-                                          : fmt::format("{:g}", fallback).c_str());
+            std::string now = found_before ? fmt::format("{:.4g}", *found_before)
+                                           : fmt::format("{:g}", parameter.fallback);
+            if (parameter.fallback_text)
+                now = fmt::format("{}{}{}", parameter.fallback_text, found_before ? ": " : "",
+                                  found_before ? now : "");
+            ImGui::TextDisabled("%s", now.c_str());
         }
         if (ImGui::IsItemHovered())
             ImGui::SetTooltip("%s%s%s", parameter.purpose, *parameter.unit ? "; " : "",
@@ -73,22 +99,39 @@ void Interface::draw_parameters(ViewState& state, const SegmentMethod& method) {
     }
 }
 
-// The threshold of what the last method left behind: seen while it is dragged, and taken when it
-// is let go.
+// The bound of what the last method left behind: seen while it is dragged, and taken when it is let
+// go. Times lie octaves apart, so that the slider moves over their logarithm.
 void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& orders) {
     const auto& strength = work.strength();
-    if (!strength || state.segmenting.method != strength->method->name)
+    Segmenting& segmenting = state.segmenting;
+    if (!strength || segmenting.method != strength->method->name ||
+        !(strength->least < strength->most))
         return;
+    if (!strength->unbounded.empty())
+        hint(
+            "the front met no boundary: drag `bound` to where the yellow is the object, and let "
+            "it go");
     ImGui::TextDisabled("%s", strength->method->strength);
-    double at = state.segmenting.preview.value_or(strength->threshold);
-    if (slide("bound", at, 0.0, strength->slider_most, "%.4g"))
-        state.segmenting.preview = at;
-    if (ImGui::IsItemDeactivatedAfterEdit() && state.segmenting.preview) {
-        state.segmenting.given[state.segmenting.method]["threshold"] = *state.segmenting.preview;
-        state.segmenting.preview.reset();
-        orders.push_back({Order::Kind::segment, {}, time_s_, {}});
-    }
+    const bool by_octaves = is_object_below(*strength->method);
+    const auto to_slider = [&](double bound) { return by_octaves ? std::log2(bound) : bound; };
+    const double bound = segmenting.preview.value_or(strength->bound);
+    double at = to_slider(std::max(bound, by_octaves ? strength->least : 0.0));
+    const double least = to_slider(strength->least), most = to_slider(strength->most);
+    ImGui::BeginDisabled(work.segmenting().has_value());
+    if (ImGui::SliderScalar("bound", ImGuiDataType_Double, &at, &least, &most,
+                            fmt::format("{:.4g}", bound).c_str(),
+                            ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_NoInput))
+        segmenting.preview = by_octaves ? std::exp2(at) : at;
+    ImGui::EndDisabled();
     note("segment/bound");
+    bound_held_ = ImGui::IsItemActive();
+    if (!ImGui::IsItemDeactivatedAfterEdit() || !segmenting.preview)
+        return;
+    bound_held_ = true; // until it is taken
+    for (const MethodParameter& parameter : strength->method->parameters)
+        if (std::string_view(parameter.name) == "threshold")
+            segmenting.given[segmenting.method][parameter.name] = *segmenting.preview;
+    orders.push_back({Order::Kind::bound, {}, time_s_, {}});
 }
 
 void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
@@ -160,7 +203,7 @@ void Interface::draw_method(ViewState& state, Work& work, std::vector<Order>& or
     if (!method)
         return;
     hint(method->purpose);
-    draw_parameters(state, *method);
+    draw_parameters(state, work, *method);
     if (const auto share = work.segmenting()) {
         ImGui::ProgressBar(static_cast<float>(*share),
                            ImVec2(0.6f * ImGui::GetWindowWidth(), 0.0f));

@@ -4,11 +4,14 @@
 #include <cmath>
 #include <string_view>
 
+#include "engine/segment/arrival_threshold.h"
 #include "engine/segment/label_merge.h"
 
 namespace palpate::view {
 
 namespace {
+
+constexpr double kTimesTheBound = 16.0; // to the ends of its slider: times move over 8 octaves
 
 // The strength of the weakest sample of the result: the largest time, or the least connectedness.
 double weakest(const Volume& strength, const Volume& labels, bool below) {
@@ -33,10 +36,6 @@ double weakest(const Volume& strength, const Volume& labels, bool below) {
 }
 
 } // namespace
-
-bool is_object_below(const SegmentMethod& method) {
-    return method.strength && std::string_view(method.strength).starts_with("arrival");
-}
 
 SegmentRun::SegmentRun(SegmentJob job, bool threaded) : job_(std::move(job)), threaded_(threaded) {
     result_ =
@@ -79,8 +78,11 @@ Result<SegmentDone> SegmentRun::run() {
     Task task{stop_.get_token(), [this](double share) { share_ = share; }};
     if (threaded_)
         task.look = [this](const std::function<Volume()>& make) { look(make); };
+    if (job_.again)
+        return bound_again(task);
     std::vector<uint16_t> of;
     SegmentInput input{job_.volume, job_.seeds, {}, 0};
+    input.keeps_unbounded = true;
     if (job_.seeds)
         for (const LabelCount& one : label_counts(*job_.seeds)) {
             if (one.label == job_.outside)
@@ -92,13 +94,46 @@ Result<SegmentDone> SegmentRun::run() {
     if (!job_.seeds)
         for (const LabelCount& one : label_counts(found.labels))
             of.push_back(one.label);
+    SegmentDone done{job_.labels, {}, std::move(found.found), std::move(found.notes)};
+    if (found.unbounded.empty()) { // else there is nothing to put in yet
+        PALPATE_TRY(done.labels,
+                    with_labels(job_.labels, found.labels, of, job_.locked, task.part(0.95, 1.0)));
+    }
+    if (!found.strength)
+        return done;
+    Strength strength{job_.method, std::move(*found.strength), std::move(*found.owner),
+                      std::move(of)};
+    strength.unbounded = std::move(found.unbounded);
+    if (!is_object_below(*job_.method)) {
+        strength.bound = weakest(strength.volume, found.labels, false); // of 0 .. 1
+    } else {
+        PALPATE_TRY(const ArrivalGrowth growth, arrival_growth(strength.volume, {task.stop, {}}));
+        strength.least = growth.times.empty() ? 0.0 : growth.times.front();
+        strength.most = growth.times.empty() ? 0.0 : growth.times.back();
+        strength.bound = strength.unbounded.empty() ? weakest(strength.volume, found.labels, true)
+                                                    : std::sqrt(strength.least * strength.most);
+    }
+    if (const auto given = job_.given.find("threshold"); given != job_.given.end())
+        strength.bound = given->second;
+    if (is_object_below(*job_.method) && strength.unbounded.empty()) {
+        const double least = std::max(strength.least, strength.bound / kTimesTheBound),
+                     most = std::min(strength.most, strength.bound * kTimesTheBound);
+        if (least < most) // else the bound lies beyond the front
+            strength.least = least, strength.most = most;
+    }
+    done.strength = std::move(strength);
+    return done;
+}
+
+Result<SegmentDone> SegmentRun::bound_again(const Task& task) {
+    const Strength& by = *job_.again;
+    PALPATE_TRY(const Volume found, bounded_labels(by.volume, by.owner, is_object_below(*by.method),
+                                                   by.bound, task.part(0.0, 0.5)));
     PALPATE_TRY(Volume labels,
-                with_labels(job_.labels, found.labels, of, job_.locked, task.part(0.95, 1.0)));
-    const double threshold =
-        found.strength ? weakest(*found.strength, found.labels, is_object_below(*job_.method))
-                       : 0.0;
-    return SegmentDone{std::move(labels), std::move(found.strength), threshold,
-                       std::move(found.notes)};
+                with_labels(job_.labels, found, by.of, job_.locked, task.part(0.5, 1.0)));
+    SegmentDone done{std::move(labels), by, {}, {}};
+    done.strength->unbounded.clear();
+    return done;
 }
 
 } // namespace palpate::view

@@ -13,6 +13,18 @@
 
 namespace palpate::view {
 
+// What a method with a strength leaves behind: its objects can be bounded anew.
+struct Strength {
+    const SegmentMethod* method = nullptr;
+    Volume volume, owner;     // Segmented::strength and owner
+    std::vector<uint16_t> of; // the labels that were segmented
+    double bound = 0.0;       // of volume, that bounds the objects
+    // The ends of the bound's slider, which moves over the logarithm of times. Times far from the
+    // bound are of no use; where none was found, they are those of the front. Equal: no slider.
+    double least = 0.0, most = 1.0;
+    std::string unbounded{}; // Segmented::unbounded: the labels do not have the objects yet
+};
+
 // What a method works on, as it was when it was asked for.
 struct SegmentJob {
     const SegmentMethod* method = nullptr;
@@ -20,13 +32,14 @@ struct SegmentJob {
     Volume volume, labels;       // the map that the result is put into
     std::optional<Volume> seeds; // of labels 1 .. 254, and `outside`
     uint16_t outside = 0;
-    std::vector<uint16_t> locked{}; // labels that stay as they are
+    std::vector<uint16_t> locked{};  // labels that stay as they are
+    std::optional<Strength> again{}; // the method is not run: its objects are bounded by this
 };
 
 struct SegmentDone {
-    Volume labels;                  // the map with the result in it
-    std::optional<Volume> strength; // Segmented::strength
-    double threshold = 0.0;         // of strength, that bounds the result
+    Volume labels; // the map with the result in it; as it was, if objects are unbounded
+    std::optional<Strength> strength;
+    ParameterValues found; // Segmented
     std::vector<std::string> notes;
 };
 
@@ -49,6 +62,7 @@ class SegmentRun {
 
  private:
     Result<SegmentDone> run();
+    Result<SegmentDone> bound_again(const Task& task);
     void look(const std::function<Volume()>& make); // from the thread
 
     SegmentJob job_;
@@ -60,8 +74,5 @@ class SegmentRun {
     std::optional<Volume> look_;
     std::future<Result<SegmentDone>> result_;
 };
-
-// The samples that a method's strength calls the object, for a fused volume's transfer function.
-bool is_object_below(const SegmentMethod& method); // else above
 
 } // namespace palpate::view

@@ -15,7 +15,7 @@ struct Segmenting {
     SeedBrush brush = SeedBrush::inside; // inside: of the label that is drawn
     std::string method = "fast-marching";
     std::map<std::string, ParameterValues> given{}; // by method; others are the method's own
-    // While a person drags the threshold of the last result: how it would be bounded then.
+    // While a person drags the bound of the last result, and until it is taken: where it is.
     std::optional<double> preview{};
 
     friend bool operator==(const Segmenting&, const Segmenting&) = default;

@@ -141,6 +141,7 @@ struct ViewState {
     Measuring measuring;
     Clipping clipping;
     FigureSetup figure;
+    bool browser_for_labels = false; // what is chosen in the browser are labels of this volume
     bool browser_open = false, series_open = false, names_hidden = false, light = false;
     size_t recovered_steps = 0; // a person is asked whether these are wanted; 0: is not asked
     std::string opening;        // that is being read; empty: none
@@ -183,6 +184,7 @@ struct Order {
         redo,
         save,
         open,
+        open_labels, // of a file, in the place of those that are there
         close,
         leave, // what waits is done, and edits that are not saved are lost
         export_measures,
@@ -192,6 +194,7 @@ struct Order {
         figure,  // of a view, for print
         stop_figure,
         segment,
+        bound, // the last result's objects anew, by Segmenting::preview
         stop_segmenting,
         clear_seeds,
         fill_wire,    // the contour that was closed, with the label that is drawn
@@ -213,8 +216,8 @@ struct Order {
     Kind kind;
     glm::dvec3 at_mm{0.0}; // of strokes and pulls
     double time_s = 0.0;
-    // path: of open; of save the folder of a new project, or empty; of exports and figures; of
-    // hand_start the device, or empty: the last one; of tell the words.
+    // path: of open and open_labels; of save the folder of a new project, or empty; of exports and
+    // figures; of hand_start the device, or empty: the last one; of tell the words.
     std::string path{}, series{};
 
     friend bool operator==(const Order&, const Order&) = default;

@@ -116,6 +116,8 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
         for (const Order& order : all)
             if (order.kind == Order::Kind::open)
                 ask_to_leave({.path = order.path, .series = order.series});
+            else if (order.kind == Order::Kind::open_labels)
+                open_labels(order.path);
             else if (order.kind == Order::Kind::close)
                 ask_to_leave({.closes = true});
             else if (order.kind == Order::Kind::leave && state_.leaving)

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "apps/palpate/view/interface.h"
+#include "apps/palpate/view/label_import.h"
 #include "apps/palpate/view/pictures.h"
 #include "apps/palpate/view/script.h"
 #include "apps/palpate/view/settings.h"
@@ -29,6 +30,10 @@ struct ViewerOptions {
                                  const std::stop_token& stop,
                                  const std::function<void(double share)>& progress)>
         open;
+    // Opens a label map for the volume that is open.
+    std::function<Result<LoadedVolume>(const std::string& path, const std::stop_token& stop,
+                                       const std::function<void(double share)>& progress)>
+        open_labels{};
     SeriesPreviews::Read preview{}; // of a DICOM folder; empty: its series have no pictures
     // What was opened last, and a word to it that `path` has been opened; may be empty.
     std::function<std::vector<std::string>(const std::string& path)> recent;
@@ -86,6 +91,11 @@ class Viewer {
 
  private:
     void open(const std::string& path, const std::string& series);
+    void open_labels(const std::string& path);
+    template <class Read>
+    auto start_opening(const std::string& path, Read read); // its future
+    bool is_opening() const { return opening_.valid() || opening_labels_.valid(); }
+    void tell_unopened(const Error& error, const std::string& path);
     // Closes or opens where no edits are lost; else a person is asked first.
     void ask_to_leave(Leaving leaving);
     void leave();
@@ -93,6 +103,7 @@ class Viewer {
     void ask_where_again();
     void leave_when_saved();
     void take_opened(Result<Source> opened);
+    void take_labels(Result<LoadedVolume> labels);
     void poll_opening();
     void follow_previews();
     void follow_text_scale();
@@ -136,7 +147,9 @@ class Viewer {
         std::future<Result<std::string>> written; // what is told
     };
     std::unique_ptr<FigureRun> figure_;
-    std::future<Result<Source>> opening_; // last: its thread ends before the rest goes
+    // Last: their threads end before the rest goes.
+    std::future<Result<Source>> opening_;
+    std::future<Result<LoadedVolume>> opening_labels_;
 };
 
 // Does a script's frames, and two after its last event, at the times it tells. Of frames without

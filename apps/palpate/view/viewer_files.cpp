@@ -20,22 +20,49 @@ std::string written(const std::filesystem::path& path) {
 
 } // namespace
 
-void Viewer::open(const std::string& path, const std::string& series) {
-    if (!options_.open || opening_.valid())
-        return;
+// On a thread of its own, where there are threads; it can be stopped, and says how far it is.
+template <class Read>
+auto Viewer::start_opening(const std::string& path, Read read) {
     stop_opening_ = std::stop_source();
     state_.opening = path;
     state_.opening_since_s = time_s_;
     state_.opening_share = 0.0;
-    offers_series_ = series.empty();
     opening_share_ = std::make_shared<std::atomic<double>>(0.0);
-    opening_ = std::async(options_.threaded ? std::launch::async : std::launch::deferred,
-                          [open = options_.open, path, series, stop = stop_opening_.get_token(),
-                           share = opening_share_] {
-                              return open(path, series, stop, [share](double s) { *share = s; });
-                          });
+    return std::async(
+        options_.threaded ? std::launch::async : std::launch::deferred,
+        [read = std::move(read), stop = stop_opening_.get_token(), share = opening_share_] {
+            return read(stop, [share](double s) { *share = s; });
+        });
+}
+
+void Viewer::open(const std::string& path, const std::string& series) {
+    if (!options_.open || is_opening())
+        return;
+    offers_series_ = series.empty();
+    opening_ = start_opening(
+        path, [open = options_.open, path, series](const std::stop_token& stop,
+                                                   const std::function<void(double)>& progress) {
+            return open(path, series, stop, progress);
+        });
     if (!options_.threaded)
         take_opened(opening_.get());
+}
+
+void Viewer::open_labels(const std::string& path) {
+    if (!options_.open_labels || is_opening())
+        return;
+    opening_labels_ =
+        start_opening(path,
+                      [read = options_.open_labels, path, grid = work_->subject().grid](
+                          const std::stop_token& stop,
+                          const std::function<void(double)>& progress) -> Result<LoadedVolume> {
+                          PALPATE_TRY(LoadedVolume labels, read(path, stop, progress));
+                          if (!(labels.volume.range().max > 0.0f))
+                              return fail("{}: expected labels, found a map of zeros", path);
+                          return on_grid(std::move(labels), grid, stop);
+                      });
+    if (!options_.threaded)
+        take_labels(opening_labels_.get());
 }
 
 void Viewer::ask_to_leave(Leaving leaving) {
@@ -109,6 +136,11 @@ void Viewer::poll_opening() {
         state_.opening_share = *opening_share_;
     if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
         take_opened(opening_.get());
+    if (opening_labels_.valid()) {
+        state_.opening_share = *opening_share_;
+        if (opening_labels_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+            take_labels(opening_labels_.get());
+    }
 }
 
 // How many files of a DICOM file's kind lie in its folder, itself among them; 0: it is none.
@@ -124,18 +156,27 @@ static size_t images_beside(const std::filesystem::path& path) {
     return images;
 }
 
+void Viewer::tell_unopened(const Error& error, const std::string& path) {
+    const bool cancelled = stop_opening_.stop_requested();
+    if (!cancelled)
+        log::error("{}", error.message);
+    work_->tell(cancelled             ? "opening was cancelled"
+                : state_.names_hidden ? without_name(error.message, path, "(name hidden)")
+                                      : error.message);
+}
+
+void Viewer::take_labels(Result<LoadedVolume> labels) {
+    const std::string path = std::exchange(state_.opening, {});
+    if (labels)
+        work_->take_labels(std::move(*labels));
+    else
+        tell_unopened(labels.error(), path);
+}
+
 void Viewer::take_opened(Result<Source> opened) {
     const std::string path = std::exchange(state_.opening, {});
-    if (!opened) {
-        const bool cancelled = stop_opening_.stop_requested();
-        if (!cancelled)
-            log::error("{}", opened.error().message);
-        work_->tell(cancelled ? "opening was cancelled"
-                    : state_.names_hidden
-                        ? without_name(opened.error().message, path, "(name hidden)")
-                        : opened.error().message);
-        return;
-    }
+    if (!opened)
+        return tell_unopened(opened.error(), path);
     const ViewState before = state_;
     work_->drop_steps();
     begin(std::move(*opened));

@@ -168,7 +168,10 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         tell_also(source.steps->note);
     said_ = said_of(loaded_, path(), title_);
     tell_also(said_);
-    const std::string stem = std::filesystem::path(title_).stem().string();
+    std::filesystem::path name(title_);
+    if (name.extension() == ".gz")
+        name.replace_extension();
+    const std::string stem = name.stem().string();
     new_folder_ = std::filesystem::absolute(
                       stem.empty() || is_synthetic(title_) ? "work.palpate" : stem + ".palpate")
                       .string();
@@ -221,19 +224,6 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         const EditState state = session_.state();
         return first_seen(ray, *state.document.find(grey_), session_.scene());
     };
-}
-
-// Of a project that has none.
-bool Work::put_labels() {
-    return edited().document.find(labels_) ||
-           session_.put({labels_, VolumeKind::labels, empty_labels(subject_.grid)},
-                        "new label map");
-}
-
-bool Work::has_labels() {
-    const EditState state = edited();
-    const Volume* labels = state.document.find(labels_);
-    return labels && labels->range().max > 0.0f;
 }
 
 // Gives the session the tool of the hand.
@@ -291,16 +281,8 @@ void Work::obey(const Order& order, const ViewState& state) {
             break;
         }
         case Order::Kind::undo:
-            if (!session_.undo()) { // a long way back: the editor comes after
-                session_.settle();
-                session_.undo();
-            }
-            break;
         case Order::Kind::redo:
-            if (!session_.redo()) {
-                session_.settle();
-                session_.redo();
-            }
+            step_back(order.kind == Order::Kind::undo);
             break;
         case Order::Kind::save:
             if (project_ || !order.path.empty())
@@ -313,6 +295,7 @@ void Work::obey(const Order& order, const ViewState& state) {
             begin_export(state, order.path);
             break;
         case Order::Kind::open:
+        case Order::Kind::open_labels:
         case Order::Kind::close:
         case Order::Kind::leave:
         case Order::Kind::cancel_opening:
@@ -322,6 +305,9 @@ void Work::obey(const Order& order, const ViewState& state) {
             break;
         case Order::Kind::segment:
             begin_segmenting(state);
+            break;
+        case Order::Kind::bound:
+            begin_bounding(state);
             break;
         case Order::Kind::stop_segmenting:
             if (segmenting_)
@@ -366,31 +352,6 @@ std::string Work::take_message() {
     if (refusal.empty())
         refusal = touch_.take_message();
     return refusal.empty() ? std::exchange(message_, {}) : refusal;
-}
-
-std::string Work::name_of_label(uint32_t label) const {
-    for (const LabelName& name : loaded_.label_names)
-        if (name.label == label && !name.name.empty())
-            return fmt::format("{} {}", label, name.name);
-    return std::to_string(label);
-}
-
-std::string Work::own_name_of_label(uint32_t label) const {
-    for (const LabelName& name : loaded_.label_names)
-        if (name.label == label)
-            return name.name;
-    return {};
-}
-
-void Work::name_label(uint32_t label, const std::string& name) {
-    auto& names = loaded_.label_names;
-    const auto known = std::ranges::find(names, label, &LabelName::label);
-    if (known == names.end())
-        names.push_back({label, name, {}});
-    else if (name.empty() && !known->color)
-        names.erase(known);
-    else
-        known->name = name;
 }
 
 std::string Work::text_at(glm::dvec3 point_mm) {

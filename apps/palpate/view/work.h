@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -128,15 +129,13 @@ class Work {
     // The mesh that is pulled; and how far its making, or its end as labels, is: none under way.
     const std::optional<PulledMesh>& mesh() const { return mesh_; }
     std::optional<double> meshing() const;
-    // What the last one left behind, if it is that of the method: whose samples are bounded by a
-    // threshold that a person may move.
-    struct Strength {
-        const SegmentMethod* method;
-        Volume volume;
-        double threshold;
-        double slider_most; // the upper end of a slider of the threshold, whose lower end is 0
-    };
+    // What the last method with a strength left behind: a person may bound its objects anew.
     const std::optional<Strength>& strength() const { return strength_; }
+    // What a method found from the data for a parameter, when it was run last; none: not yet.
+    std::optional<double> found(const SegmentMethod& method, const char* parameter) const;
+
+    // Labels of a file take the place of those that are there, as one step. On the volume's grid.
+    void take_labels(LoadedVolume labels);
 
     // For each frame: what became of a save, and autosaves.
     void poll();
@@ -204,6 +203,11 @@ class Work {
     void run_mesh(uint16_t label, Make make);
     void poll_mesh();
     void begin_segmenting(const ViewState& state);
+    void begin_bounding(const ViewState& state);
+    void run_segmenting(SegmentJob job);
+    std::string told_of(const SegmentJob& job, const SegmentDone& done);
+    void step_back(bool is_undo); // or forward
+    void tell_step();
     void poll_segmenting();
     std::vector<glm::uvec3> wire_path(glm::uvec3 from, glm::uvec3 to, int axis); // Subject::path
     void fill_wire(const ViewState& state);
@@ -225,10 +229,16 @@ class Work {
     StrokePose last_;
     ToolRack rack_;
     Backlog backlog_;
-    std::deque<std::pair<uint64_t, double>> given_;   // inputs by a frame's time, not all done
+    std::deque<std::pair<uint64_t, double>> given_; // inputs by a frame's time, not all done
+    struct Stepping {                               // an undo or a redo that is on its way
+        bool is_undo;
+        size_t redo_steps; // before it
+    };
+    std::optional<Stepping> stepping_;
     bool labels_asked_ = false, seeds_asked_ = false; // an empty map is on its way
     std::optional<Strength> strength_;
-    std::optional<FusionLayer> fusion_; // of the file
+    std::map<std::string, ParameterValues> found_; // by method
+    std::optional<FusionLayer> fusion_;            // of the file
     std::unique_ptr<SegmentRun> segmenting_;
     std::optional<PulledMesh> mesh_;
     std::unique_ptr<MeshRun> meshing_;
@@ -267,6 +277,9 @@ class Work {
 
 // A map on which nothing is drawn yet.
 Volume empty_labels(const Grid& grid);
+
+// The style of a label, which gets one of its own.
+LabelStyle& own_style(LabelLayer& layer, uint32_t label);
 
 // A text with another in the place of a name, wherever it stands there. An empty name: the text.
 std::string without_name(std::string text, const std::string& name, const std::string& instead);

@@ -131,6 +131,7 @@ void Work::end_save(bool succeeded) {
 }
 
 void Work::poll() {
+    tell_step();
     poll_segmenting();
     poll_mesh();
     poll_export();

@@ -75,23 +75,54 @@ void Work::begin_segmenting(const ViewState& state) {
         .locked = state.locked_labels};
     if (method->takes_seeds)
         job.seeds = *seeds;
+    run_segmenting(std::move(job));
+}
+
+void Work::begin_bounding(const ViewState& state) {
+    if (segmenting_ || !strength_ || !state.segmenting.preview)
+        return;
+    const EditState now = edited();
+    const Volume* labels = now.document.find(labels_);
+    SegmentJob job{.method = strength_->method,
+                   .given = {{"bound", *state.segmenting.preview}},
+                   .volume = *now.document.find(grey_),
+                   .labels = labels ? *labels : empty_labels(subject_.grid),
+                   .locked = state.locked_labels,
+                   .again = strength_};
+    job.again->bound = *state.segmenting.preview;
+    run_segmenting(std::move(job));
+}
+
+void Work::run_segmenting(SegmentJob job) {
     segmenting_ = std::make_unique<SegmentRun>(std::move(job), threaded_);
     poll_segmenting();
 }
 
-// Of the strength that a method has left. Times far beyond the object are of no use: a slider that
-// reaches them is too coarse. While a person moves the threshold, the slider keeps its ends, unless
-// a threshold that was typed lies beyond them.
-static double slider_most(const SegmentJob& job, const SegmentDone& done,
-                          const std::optional<Work::Strength>& before) {
-    constexpr double kTimesTheThreshold = 8.0;
-    if (!is_object_below(*job.method))
-        return 1.0;
-    if (before && before->method == job.method && job.given.contains("threshold") &&
-        done.threshold <= before->slider_most)
-        return before->slider_most;
-    return std::min(double{done.strength->range().max},
-                    kTimesTheThreshold * std::max(done.threshold, 1e-9));
+std::optional<double> Work::found(const SegmentMethod& method, const char* parameter) const {
+    const auto of = found_.find(method.name);
+    if (of == found_.end())
+        return std::nullopt;
+    const auto value = of->second.find(parameter);
+    return value == of->second.end() ? std::nullopt : std::optional(value->second);
+}
+
+// What a person should know of a result.
+std::string Work::told_of(const SegmentJob& job, const SegmentDone& done) {
+    if (done.strength && !done.strength->unbounded.empty())
+        return fmt::format("{}; drag `bound` in the tab segment", done.strength->unbounded);
+    if (done.labels.is_same_as(job.labels))
+        return fmt::format("{}: no sample changed", job.method->name);
+    if (!job.again)
+        return fmt::format("{}", fmt::join(done.notes, "; "));
+    const auto counts = label_counts(done.labels);
+    std::string told;
+    for (const uint16_t label : job.again->of) {
+        const auto found = std::ranges::find(counts, label, &LabelCount::label);
+        const double samples = found == counts.end() ? 0.0 : static_cast<double>(found->count);
+        told += fmt::format("{}label {}: {:.3g} ml", told.empty() ? "" : ", ", label,
+                            1e-3 * samples * label_sample_mm3().value_or(0.0));
+    }
+    return fmt::format("{} within {:.4g}", told, job.again->bound);
 }
 
 void Work::poll_segmenting() {
@@ -117,19 +148,19 @@ void Work::poll_segmenting() {
         message_ = "the labels have changed meanwhile: segment again";
         return;
     }
-    const std::optional<Strength> before = std::exchange(strength_, std::nullopt);
-    if (done.strength) {
-        const double most = slider_most(job, done, before);
-        strength_ = {job.method, std::move(*done.strength), done.threshold, most};
-    }
+    const std::string told = told_of(job, done);
+    strength_ = std::move(done.strength);
+    if (!job.again)
+        found_[job.method->name] = std::move(done.found);
     Json parameters = Json::object();
     for (const auto& [name, value] : job.given)
         parameters[name] = value;
-    if (done.labels.is_same_as(job.labels))
-        message_ = fmt::format("{}: no sample changed", job.method->name);
-    else if (session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, job.method->name,
-                          std::move(parameters)))
-        message_ = fmt::format("{}", fmt::join(done.notes, "; "));
+    const std::string title =
+        job.again ? fmt::format("{}, bounded anew", job.method->name) : job.method->name;
+    if (done.labels.is_same_as(job.labels) ||
+        session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, title,
+                     std::move(parameters)))
+        message_ = told;
 }
 
 Json Work::dump_segmenting(const ViewState& state) const {
@@ -142,7 +173,7 @@ Json Work::dump_segmenting(const ViewState& state) const {
         for (const auto& [name, value] : values)
             json["given"][method][name] = value;
     if (strength_)
-        json["threshold"] = strength_->threshold;
+        json["bound"] = strength_->bound;
     return json;
 }
 

@@ -1,0 +1,56 @@
+#include "apps/palpate/view/label_import.h"
+
+#include "engine/segment/resample.h"
+#include "engine/volume/builder.h"
+#include "engine/volume/extent.h"
+
+namespace palpate::view {
+
+namespace {
+
+// Where the corner samples of a grid lie, by the index of another; each within 2 % of a sample of
+// one of that grid's corners, or none.
+std::vector<glm::ivec3> corners_in(const Grid& grid, const Grid& other) {
+    constexpr double kNear = 0.02; // of a sample
+    std::vector<glm::ivec3> corners;
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 at =
+            glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2) * (glm::dvec3(grid.size) - 1.0);
+        const glm::dvec3 index = index_point(other, world_point(grid, at));
+        const glm::dvec3 nearest = glm::round(index), last = glm::dvec3(other.size) - 1.0;
+        for (int axis = 0; axis < 3; ++axis)
+            if (std::abs(index[axis] - nearest[axis]) > kNear ||
+                (nearest[axis] != 0.0 && nearest[axis] != last[axis]))
+                return {};
+        corners.emplace_back(nearest);
+    }
+    return corners;
+}
+
+} // namespace
+
+bool have_same_samples(const Grid& a, const Grid& b) {
+    return sample_count(a) == sample_count(b) && !corners_in(a, b).empty();
+}
+
+Result<LoadedVolume> on_grid(LoadedVolume labels, const Grid& grid, const std::stop_token& stop) {
+    const Grid own = labels.volume.grid();
+    if (own == grid)
+        return labels;
+    if (const std::string apart = apart_text("the label map", own, grid); !apart.empty())
+        return fail("{}", apart);
+    const bool is_same = have_same_samples(own, grid);
+    if (is_same && corners_in(own, grid) == corners_in(grid, grid)) {
+        labels.volume = with_grid(labels.volume, grid);
+        return labels;
+    }
+    PALPATE_TRY(labels.volume, resample(labels.volume, {grid, ResampledBy::nearest}, {stop, {}}));
+    if (!is_same)
+        labels.notes.push_back(
+            fmt::format("the labels are of {} x {} x {} samples elsewhere: each sample of the "
+                        "volume has that of the nearest",
+                        own.size.x, own.size.y, own.size.z));
+    return labels;
+}
+
+} // namespace palpate::view
