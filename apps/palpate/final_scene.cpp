@@ -87,7 +87,7 @@ Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedSc
 }
 
 Result<void> apply_fusion(const SceneOptions& options, const LoadedScene& loaded, Scene& scene) {
-    if (!scene.fusion)
+    if (!scene.fusion || !loaded.data.fused)
         return {};
     TransferFunction& transfer = scene.fusion->transfer;
     const ValueRange range = loaded.data.fused->range();

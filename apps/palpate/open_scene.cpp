@@ -64,6 +64,23 @@ void warn_of_apart(const SceneFile& file, LoadedScene& loaded) {
     check("the overlay " + file.overlay, loaded.data.overlay);
 }
 
+// Layers of volumes that a scene does not name are not drawn. Those of a project are the window's:
+// it shows seeds as an overlay.
+void drop_idle_layers(const std::string& input, SceneFile& file, LoadedScene& loaded) {
+    const auto drop = [&](auto& layer, const char* key, const char* volume, bool is_there) {
+        if (!layer || is_there)
+            return;
+        layer.reset();
+        if (!Project::is_one(input))
+            loaded.warnings.push_back(fmt::format(
+                "{}: {} has no effect, because the scene has no {}", input, key, volume));
+    };
+    const SceneData& data = loaded.data;
+    drop(file.scene.labels, "label_layer", "labels", data.labels.has_value());
+    drop(file.scene.fusion, "fusion_layer", "fused", data.fused.has_value());
+    drop(file.scene.overlay, "overlay_layer", "overlay", data.overlay.has_value());
+}
+
 } // namespace
 
 Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& read,
@@ -83,6 +100,7 @@ Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& rea
             log::warning("--label-names: without effect, because there is no label map (--labels)");
         PALPATE_TRY(loaded.label_names, load_label_table(options.label_names));
     }
+    drop_idle_layers(options.input, file, loaded);
     color_labels(loaded.label_names, file);
     PALPATE_TRY(hide_other_labels(options, file, loaded));
     PALPATE_TRY(make_scene_meshes(file, loaded, memory.meshes));

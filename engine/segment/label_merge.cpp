@@ -1,5 +1,6 @@
 #include "engine/segment/label_merge.h"
 
+#include <atomic>
 #include <vector>
 
 #include "engine/volume/brick.h"
@@ -35,7 +36,8 @@ Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<con
     for (const uint16_t label : locked)
         goes[label] = false;
     const ScalarType type = found.range().max > 255.0f ? ScalarType::u16 : map.type();
-    return make_bricks(map.grid(), type, task, [&](glm::uvec3 at) {
+    std::atomic<bool> any = type != map.type();
+    Result<Volume> made = make_bricks(map.grid(), type, task, [&](glm::uvec3 at) {
         std::vector<uint16_t> before(kBrickSamples), after(kBrickSamples);
         map.brick(at).read(std::span(before));
         found.brick(at).read(std::span(after));
@@ -50,12 +52,14 @@ Result<Volume> with_labels(const Volume& map, const Volume& found, std::span<con
         }
         if (!changed)
             return map.brick_ptr(at);
+        any = true;
         const glm::uvec3 valid = map.valid_in_brick(at);
         if (type == ScalarType::u16)
             return Brick::make(std::span<const uint16_t>(after), valid);
         const std::vector<uint8_t> bytes(after.begin(), after.end());
         return Brick::make(std::span<const uint8_t>(bytes), valid);
     });
+    return made && !any ? Result<Volume>(map) : made;
 }
 
 } // namespace palpate

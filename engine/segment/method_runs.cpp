@@ -201,23 +201,25 @@ struct Stop {
 Result<Stop> time_to_stop(const Volume& arrival, const Volume& cost, const ParameterValues& values,
                           const Task& task) {
     Stop stop;
-    PALPATE_TRY(const ArrivalGrowth growth, arrival_growth(arrival, task));
     if (value_of(values, "rule") == 0.0) {
         PALPATE_TRY(stop.time, band_cost_time(arrival, cost, value_of(values, "rise"), task));
-    } else {
-        stop.time = boundary_time(growth);
+        if (stop.time)
+            return stop;
     }
-    if (stop.time)
+    PALPATE_TRY(const ArrivalGrowth growth, arrival_growth(arrival, task));
+    if (value_of(values, "rule") != 0.0)
+        stop.time = boundary_time(growth);
+    if (stop.time || growth.times.empty())
         return stop;
     const double all = double(sample_count(arrival.grid()));
-    for (const double share : {0.001, 0.01, 0.1, 0.5})
-        for (size_t i = 0; i < growth.times.size(); ++i)
-            if (growth.counts[i] >= share * all) {
-                stop.grows += fmt::format("{}{:g} %{} at {:.3g}", stop.grows.empty() ? "" : ", ",
-                                          100.0 * share, stop.grows.empty() ? " of the volume" : "",
-                                          growth.times[i]);
-                break;
-            }
+    for (const double share : {0.001, 0.01, 0.1, 0.5}) {
+        const auto there = std::ranges::lower_bound(growth.counts, share * all);
+        if (there == growth.counts.begin() || there == growth.counts.end())
+            continue; // by the seeds, or never
+        stop.grows += fmt::format("{}{:g} %{} by {:.3g}", stop.grows.empty() ? "" : ", ",
+                                  100.0 * share, stop.grows.empty() ? " of the volume" : "",
+                                  growth.times[size_t(there - growth.counts.begin())]);
+    }
     return stop;
 }
 
@@ -252,11 +254,12 @@ Result<Segmented> run_march(const SegmentInput& input, const ParameterValues& va
                     fmt::format("label {}: stopped at {:g}", all[i].label, *stop.time));
                 made.found.try_emplace("threshold", *stop.time);
             } else {
-                made.unbounded += fmt::format(
-                    "{}label {}: the front met no boundary that tells it to stop: choose a "
-                    "threshold of its arrival times{}{}",
-                    made.unbounded.empty() ? "" : "; ", all[i].label,
-                    stop.grows.empty() ? "" : "; it has ", stop.grows);
+                made.unbounded.push_back(
+                    {all[i].label,
+                     fmt::format("label {}: the front met no boundary that tells it to stop: "
+                                 "choose a threshold of its arrival times{}{}",
+                                 all[i].label, stop.grows.empty() ? "" : "; it covers ",
+                                 stop.grows)});
             }
         }
         if (is_object && !made.cost)

@@ -269,9 +269,12 @@ Result<Segmented> segment(const SegmentMethod& method, const SegmentInput& input
     PALPATE_TRY(const Volume seeds, checked_seeds(input.volume, *input.seeds, "seeds"));
     SegmentInput checked{input.volume, seeds, input.balls, input.background};
     PALPATE_TRY(Segmented made, method.run(checked, values, task));
-    if (!made.unbounded.empty() && !input.keeps_unbounded)
-        return fail("{}", made.unbounded);
-    return made;
+    if (made.unbounded.empty() || input.keeps_unbounded)
+        return made;
+    std::string why;
+    for (const Unbounded& one : made.unbounded)
+        why += (why.empty() ? "" : "; ") + one.why;
+    return fail("{}", why);
 }
 
 } // namespace palpate

@@ -35,6 +35,12 @@ struct SegmentInput {
     bool keeps_unbounded = false;
 };
 
+// An object whose front met no boundary, and why a person must choose a bound, in words.
+struct Unbounded {
+    uint16_t label;
+    std::string why;
+};
+
 struct Segmented {
     Volume labels;              // u8 or u16, 0 outside of all objects
     std::optional<Volume> cost; // f32; of fast marching the first object's
@@ -44,12 +50,11 @@ struct Segmented {
     // f32, mm, negative inside: of level sets, the least of all objects. See LevelSetResult.
     std::optional<Volume> distance{};
     std::vector<WireCurve> curves{}; // as they follow edges: of methods that take curves
-    // With a strength, u16: the label that each sample has, if its strength is within the bound; 0
-    // where no object can be.
+    // With a strength, u16: the label that each sample has, if its strength is within the bound;
+    // where the background has won, its label.
     std::optional<Volume> owner{};
-    // Why a bound of the strength is wanted, of an object that found none: its labels are empty.
-    // With SegmentInput::keeps_unbounded alone; else it is the error.
-    std::string unbounded{};
+    // Their labels have no sample. With SegmentInput::keeps_unbounded alone; else it is an error.
+    std::vector<Unbounded> unbounded{};
     // What it worked with, of parameters that may be found from the data; of the first object.
     ParameterValues found{};
 };

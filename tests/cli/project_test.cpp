@@ -108,6 +108,14 @@ TEST_F(ProjectCommand, OtherCommandsReadIt) {
         ASSERT_EQ(done.exit_code, 0) << done.messages;
         EXPECT_FALSE(bytes_of("p.png").empty());
     }
+    // A window has shown seeds, and another volume that is not there.
+    nlohmann::json described = nlohmann::json::parse(bytes_of("p/project.json"));
+    described["scene"]["overlay_layer"] = nlohmann::json::object();
+    described["scene"]["fusion_layer"] = {{"opacity", 0.25}};
+    write("p/project.json", described.dump());
+    done = run({"render", project(), "--size", "64,64", "-o", file("again.png").string()});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(bytes_of("again.png"), bytes_of("p.png"));
     // The hand feels what is left: the floor at z = 0 has a hole of 6 mm below the origin.
     write("down.csv", "time_s,x_mm,y_mm,z_mm\n0,0,0,6\n0.5,0,0,-2\n1,0,0,6\n");
     for (const std::string& scene : {project(), file("ct.nrrd").string()}) {

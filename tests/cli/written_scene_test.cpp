@@ -47,6 +47,27 @@ TEST_F(WrittenScene, NamesFilesNearItSoThatTheFolderCanMove) {
     EXPECT_EQ(bytes_of("a.png"), bytes_of("b.png"));
 }
 
+// A layer of what the scene does not name is said, and not drawn.
+TEST_F(WrittenScene, LayersWithoutTheirVolumeHaveNoEffect) {
+    render({file("study/ct.nrrd").string(), "--iso", "300", "-o", file("a.png").string(),
+            "--write-scene", file("s.json").string()});
+    for (const auto& [layer, volume] : {std::pair("label_layer", "labels"),
+                                        {"fusion_layer", "fused"},
+                                        {"overlay_layer", "overlay"}}) {
+        json more = scene("s.json");
+        more[layer] = json::object();
+        write("more.json", more.dump());
+        const ProgramRun ran = run({"render", file("more.json").string(), "--size", "40,40", "-o",
+                                    file("b.png").string()});
+        ASSERT_EQ(ran.exit_code, 0) << ran.messages;
+        EXPECT_NE(ran.messages.find(std::string(layer) +
+                                    " has no effect, because the scene has no " + volume),
+                  std::string::npos)
+            << ran.messages;
+        EXPECT_EQ(bytes_of("a.png"), bytes_of("b.png")) << layer;
+    }
+}
+
 TEST_F(WrittenScene, NamesFilesElsewhereWhole) {
     std::filesystem::create_directories(file("far/away"));
     render({file("study/ct.nrrd").string(), "--iso", "300", "-o", file("a.png").string(),

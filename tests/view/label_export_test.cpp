@@ -127,5 +127,16 @@ TEST_F(Exports, ReplaceNoFileAndSayWhereTheyAre) {
         EXPECT_EQ(bytes_of(name), "of a person") << name;
 }
 
+TEST_F(ViewerTest, AProjectIsOfferedTheNameOfTheFileWithoutItsEnding) {
+    for (const auto& [file, folder] : {std::pair("/x/ch2.nii.gz", "ch2.palpate"),
+                                       {"/x/a.b.nrrd", "a.b.palpate"},
+                                       {"/x/CT", "CT.palpate"}}) {
+        Source source{open_synthetic("synthetic:ball?size=8")};
+        source.scene.file.volume = file;
+        open_scene(std::move(source), {400, 300});
+        EXPECT_EQ(viewer().work().new_folder(false), (fs::current_path() / folder).string());
+    }
+}
+
 } // namespace
 } // namespace palpate::view

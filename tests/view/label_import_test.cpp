@@ -71,6 +71,19 @@ TEST(LabelImport, RoundedPlacesAreThoseOfTheVolume) {
     EXPECT_FALSE(have_same_samples(moved, tilted()));
 }
 
+// Corners at the same places are not enough.
+TEST(LabelImport, TheSameCornersMayHaveOtherSamples) {
+    const Grid wide = make_grid({8, 4, 4}, {1, 1, 1}),
+               high = make_grid({4, 8, 4}, {7.0 / 3.0, 3.0 / 7.0, 1.0});
+    EXPECT_FALSE(have_same_samples(high, wide));
+    const Result<LoadedVolume> here = put(numbered(high), wide);
+    ASSERT_TRUE(here) << here.error().message;
+    EXPECT_EQ(here->volume.grid(), wide);
+    EXPECT_EQ(here->notes.size(), 1u);
+    EXPECT_TRUE(
+        have_same_samples(make_grid({1, 5, 4}, {3, 1, 1}), make_grid({1, 5, 4}, {9, 1, 1})));
+}
+
 TEST(LabelImport, OtherSamplesComeByTheNearestAndSayIt) {
     Grid coarse = make_grid({4, 4, 4}, {2, 2, 2}, {0.5, 0.5, 0.5});
     const Volume labels =
@@ -79,7 +92,7 @@ TEST(LabelImport, OtherSamplesComeByTheNearestAndSayIt) {
     const Result<LoadedVolume> here = put(labels, fine);
     ASSERT_TRUE(here) << here.error().message;
     ASSERT_EQ(here->notes.size(), 1u);
-    EXPECT_THAT(here->notes[0], HasSubstr("4 x 4 x 4 samples elsewhere"));
+    EXPECT_THAT(here->notes[0], HasSubstr("other samples (4 x 4 x 4)"));
     EXPECT_EQ(here->volume.value({0, 0, 0}), 1.0f);
     EXPECT_EQ(here->volume.value({1, 7, 7}), 1.0f);
     EXPECT_EQ(here->volume.value({2, 0, 0}), 2.0f);
@@ -91,11 +104,13 @@ TEST(LabelImport, OtherSamplesComeByTheNearestAndSayIt) {
     EXPECT_THAT(beside.error().message, StartsWith("the label map"));
 }
 
-class LabelFiles : public ViewerTest {
+class FilesBeside : public ViewerTest {
  protected:
-    void open_labels(const std::string& name) {
-        click_widget("tab/labels");
-        click_widget("labels/open");
+    void open_labels(const std::string& name) { open_beside("labels", "labels/open", name); }
+    void open_fused(const std::string& name) { open_beside("view", "slices/open", name); }
+    void open_beside(const std::string& tab, const std::string& button, const std::string& name) {
+        click_widget("tab/" + tab);
+        click_widget(button);
         frame({});
         click_widget("browser/path", 0.5);
         frame({{.kind = Event::Kind::key, .modifiers = {.ctrl = true}, .down = true, .key = "a"}});
@@ -110,16 +125,17 @@ class LabelFiles : public ViewerTest {
 };
 
 // They take the place of what was drawn, as one step; what cannot be read changes nothing.
-TEST_F(LabelFiles, TakeThePlaceOfWhatIsThere) {
-    set_labels([](const std::string& path) -> Result<LoadedVolume> {
-        if (path != "atlas.nii")
+TEST_F(FilesBeside, TakeThePlaceOfWhatIsThere) {
+    set_beside([](const std::string& path, bool labels) -> Result<LoadedVolume> {
+        if (path != "atlas.nii" || !labels)
             return fail("{}: expected labels, found none", path);
         LoadedVolume atlas{
             numbered(make_grid({7, 5, 9}, {10, 10, 10}, {-30, -20, -40})), {}, {}, {}, {}, {}};
         atlas.labels = {{2, "heart", glm::dvec3(1.0, 0.5, 0.25)}};
+        atlas.warnings = {path + ": something is odd"};
         return atlas;
     });
-    open("synthetic:phantom?size=24");
+    open("synthetic:phantom?size=24", {800, 1400}); // the list of labels grows
     key("b");
     move(middle(Panel::axial));
     button(true);
@@ -139,13 +155,51 @@ TEST_F(LabelFiles, TakeThePlaceOfWhatIsThere) {
     EXPECT_EQ(viewer().work().name_of_label(2), "2 heart");
     EXPECT_EQ(style_of(*viewer().work().session().scene().labels, 2).color,
               glm::dvec3(1.0, 0.5, 0.25));
-    EXPECT_THAT(viewer().interface().message(), HasSubstr("7 x 5 x 9 samples elsewhere"));
+    EXPECT_THAT(viewer().interface().message(), HasSubstr("other samples (7 x 5 x 9)"));
+    EXPECT_THAT(viewer().interface().message(), HasSubstr("something is odd"));
     key("z", {.ctrl = true});
     frame({});
     EXPECT_EQ(labels(), drawn);
+    click_widget("tab/file");
+    click_widget("file/hide"); // which names of files are, too
+    open_labels("atlas.nii");
+    EXPECT_THAT(viewer().interface().message(), HasSubstr("labels read from the file"));
+    EXPECT_EQ(viewer().interface().message().find("atlas"), std::string::npos);
     key("o", {.ctrl = true}); // is for volumes
     EXPECT_TRUE(state().browser_open);
-    EXPECT_FALSE(state().browser_for_labels);
+    EXPECT_EQ(state().browsing, Browsing::documents);
+}
+
+// Another volume is drawn over slices on its own grid; one that lies elsewhere is refused.
+TEST_F(FilesBeside, AnotherVolumeLiesOverTheSlices) {
+    set_beside([](const std::string& path, bool labels) -> Result<LoadedVolume> {
+        EXPECT_FALSE(labels);
+        const glm::dvec3 origin(path == "far.nii" ? 5000.0 : -30.0, -20, -40);
+        return LoadedVolume{
+            numbered(make_grid({7, 5, 9}, {10, 10, 10}, origin)), {}, {}, {}, {}, {}};
+    });
+    open("synthetic:phantom?size=24", {800, 1600});
+    const auto middle_of_axial = [&] {
+        const Image shot = viewer().shot().value();
+        const glm::dvec2 at = middle(Panel::axial) + glm::dvec2(9.0, 9.0);
+        const size_t pixel = static_cast<size_t>(at.y) * shot.size_px.x + static_cast<size_t>(at.x);
+        std::vector<float> rgb;
+        for (size_t channel = 0; channel < 3; ++channel)
+            rgb.push_back(shot.samples[pixel * shot.channels.size() + channel]);
+        return rgb;
+    };
+    const std::vector<float> grey = middle_of_axial();
+    EXPECT_EQ(grey[0], grey[2]);
+    open_fused("far.nii");
+    EXPECT_THAT(viewer().interface().message(), StartsWith("far.nii"));
+    EXPECT_FALSE(viewer().work().session().scene().fusion);
+    EXPECT_EQ(middle_of_axial(), grey);
+    open_fused("pet.nii");
+    EXPECT_TRUE(viewer().work().session().scene().fusion);
+    EXPECT_EQ(steps(), 0u);
+    const std::vector<float> colour = middle_of_axial();
+    EXPECT_GT(colour[0], colour[2]); // black, red, yellow
+    EXPECT_TRUE(viewer().interface().widgets().contains("slices/fused"));
 }
 
 } // namespace

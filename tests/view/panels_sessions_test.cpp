@@ -202,8 +202,8 @@ const RecordedSteps kSessions[] = {
      R"(volume: 3300 is taken"})"},
     {"an_end_that_stops_at_the_limits_is_told",
      "at window/black 12 8; double left; hold ctrl; key a; let ctrl; type 3100; key enter",
-     R"({"window": [3100, 3301], "message": "white stops at 3301, by -3212 .. 3301, the limits of )"
-     R"(this volume"})"},
+     R"({"window": [3100, 3301], "message": "white stops at 3301: the limits of this volume are )"
+     R"(-3212 .. 3301"})"},
     {"values_of_the_brush_typed_past_each_other",
      "widget tab/labels; widget labels/only; at labels/from 12 8; double left; hold ctrl; key a; "
      "let ctrl; type 300; key enter",

@@ -1,5 +1,7 @@
 // Seeds, methods and thresholds in the window.
 
+#include <limits>
+
 #include "engine/segment/label_merge.h"
 #include "engine/volume/builder.h"
 #include "tests/view/recorded_session.h"
@@ -51,6 +53,11 @@ class Segmentation : public ViewerTest {
         click_widget("tab/segment");
         click_widget("segment/methods");
         click_widget(fmt::format("segment/method/{}", method));
+    }
+    void type_over(const char* text) { // into the field that has the keys
+        frame({{.kind = Event::Kind::key, .modifiers = {.ctrl = true}, .down = true, .key = "a"}});
+        frame({{.kind = Event::Kind::key, .modifiers = {.ctrl = true}, .key = "a"}});
+        frame({{.kind = Event::Kind::text, .text = text}});
     }
     size_t count_of(const char* name, float label) {
         const Volume& map = volume(name);
@@ -193,8 +200,7 @@ TEST_F(SegmentBound, SliderKeepsItsEnds) {
     EXPECT_EQ(drag_from_a_third(0.1), first);
 }
 
-// Only what is near the slider's ends may be given, and a method that has no such parameter, as the
-// random walker, is bounded, too.
+// A method that has no such parameter, as the random walker, is bounded, too.
 TEST_F(SegmentBound, OfAMethodWithoutAThreshold) {
     paint_seeds();
     click_widget("tab/segment");
@@ -232,32 +238,80 @@ TEST_F(SegmentBound, IsOfferedWhereAFrontMeetsNoBoundary) {
     button(true);
     button(false);
     frame({});
-    const size_t drawn = count_of(Work::kLabels, 1.0f), steps_before = steps() + 2; // map, seeds
+    const size_t drawn = count_of(Work::kLabels, 1.0f);
     ASSERT_GT(drawn, 0u);
     paint_seeds();
+    const size_t steps_before = steps();
     click_widget("tab/segment");
     click_widget("segment/give/rule");
     click_widget("segment/value/rule", 0.5);
-    frame({{.kind = Event::Kind::key, .modifiers = {.ctrl = true}, .down = true, .key = "a"}});
-    frame({{.kind = Event::Kind::key, .modifiers = {.ctrl = true}, .key = "a"}});
-    frame({{.kind = Event::Kind::text, .text = "0"}}); // as printed: the cost, which is one
+    type_over("0"); // as printed: the cost, which is one
     click_widget("segment/run");
     frame({});
     EXPECT_NE(viewer().interface().message().find("the front met no boundary"), std::string::npos);
-    EXPECT_NE(viewer().interface().message().find("10 % at "), std::string::npos);
+    EXPECT_NE(viewer().interface().message().find("10 % by "), std::string::npos);
     EXPECT_NE(viewer().interface().message().find("drag `bound`"), std::string::npos);
     EXPECT_EQ(count_of(Work::kLabels, 1.0f), drawn);
-    EXPECT_LE(steps(), steps_before);
+    EXPECT_EQ(steps(), steps_before);
     ASSERT_TRUE(viewer().work().strength());
-    EXPECT_NE(strength().unbounded, "");
+    EXPECT_TRUE(strength().is_unbounded);
     frame({});
     drag_bound(0.5, 0.6);
     button(false);
     frame({});
     frame({});
-    EXPECT_EQ(strength().unbounded, "");
+    EXPECT_FALSE(strength().is_unbounded);
     EXPECT_GT(count_of(Work::kLabels, 1.0f), count_of(Work::kSeeds, 1.0f));
     EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u);
+}
+
+// Of two objects the one that met its boundary is there; the bound is for the other one alone.
+TEST(SegmentRun, BoundsTheObjectsThatMetNoBoundary) {
+    const Grid grid = make_grid({64, 32, 32}, {1, 1, 1});
+    const auto at = [](glm::uvec3 i) { return glm::dvec3(i); };
+    // A ball of 100 in 0, and behind a wall without data values that are all alike.
+    const Volume volume = make_volume(grid, ScalarType::f32, [&](glm::uvec3 i) {
+        if (i.x >= 30)
+            return i.x < 33 ? std::numeric_limits<double>::quiet_NaN() : 7.0;
+        return glm::distance(at(i), glm::dvec3(14, 16, 16)) < 9.0 ? 100.0 + (i.x + i.y) % 3 : 0.0;
+    });
+    const Volume seeds = make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) {
+        return glm::distance(at(i), glm::dvec3(14, 16, 16)) < 3.0   ? 1.0
+               : glm::distance(at(i), glm::dvec3(50, 16, 16)) < 3.0 ? 2.0
+                                                                    : 0.0;
+    });
+    Volume labels = make_volume(grid, ScalarType::u8, [](glm::uvec3 i) {
+        return i == glm::uvec3(60, 30, 30) ? 2.0 : 0.0; // it was there before
+    });
+    SegmentJob job{find_segment_method("fast-marching"), {{"rule", 0.0}}, volume, labels, seeds};
+    const SegmentDone done = SegmentRun(job, false).take().value().value();
+    ASSERT_TRUE(done.strength);
+    ASSERT_TRUE(done.strength->is_unbounded);
+    EXPECT_EQ(done.strength->of, std::vector<uint16_t>{2});
+    EXPECT_EQ(done.labels.value({14, 16, 16}), 1.0f);
+    EXPECT_EQ(done.labels.value({14, 20, 16}), 1.0f);
+    EXPECT_EQ(done.labels.value({50, 16, 16}), 0.0f);
+    EXPECT_EQ(done.labels.value({60, 30, 30}), 2.0f);
+    SegmentJob again{job.method, {}, volume, done.labels};
+    again.again = done.strength;
+    again.again->bound = done.strength->most;
+    again.locked = {1};
+    const SegmentDone all = SegmentRun(again, false).take().value().value();
+    EXPECT_FALSE(all.strength->is_unbounded);
+    EXPECT_EQ(all.labels.value({14, 20, 16}), 1.0f);
+    EXPECT_EQ(all.labels.value({50, 16, 16}), 2.0f);
+    EXPECT_EQ(all.labels.value({60, 30, 30}), 2.0f);
+    size_t ones = 0, before = 0;
+    for (uint32_t z = 0; z < 32; ++z)
+        for (uint32_t y = 0; y < 32; ++y)
+            for (uint32_t x = 0; x < 64; ++x) {
+                ones += all.labels.value({x, y, z}) == 1.0f;
+                before += done.labels.value({x, y, z}) == 1.0f;
+            }
+    EXPECT_EQ(ones, before);
+    // The same bound once more changes nothing, and says so by being the same map.
+    again.labels = all.labels;
+    EXPECT_TRUE(SegmentRun(again, false).take().value().value().labels.is_same_as(all.labels));
 }
 
 // A parameter that a person begins to give has the value that the method found.
@@ -271,9 +325,17 @@ TEST_F(Segmentation, AParameterBeginsAtWhatWasFound) {
     click_widget("segment/give/threshold");
     click_widget("segment/run");
     frame({});
+    const auto found = [&] {
+        return viewer().work().found(*find_segment_method("fast-marching"), "threshold");
+    };
+    const double by_front = found().value();
     click_widget("segment/give/threshold");
-    EXPECT_EQ(state().segmenting.given.at("fast-marching").at("threshold"),
-              viewer().work().found(*find_segment_method("fast-marching"), "threshold").value());
+    EXPECT_EQ(state().segmenting.given.at("fast-marching").at("threshold"), by_front);
+    click_widget("segment/value/threshold", 0.5);
+    type_over("7");
+    click_widget("segment/run"); // what a person gives is not what was found
+    frame({});
+    EXPECT_EQ(found(), by_front);
     choose("threshold"); // of values that are seen
     frame({});
     click_widget("segment/give/low");
@@ -287,8 +349,10 @@ TEST_F(Segmentation, EscapeClosesTheListOfMethods) {
     key("escape");
     frame({});
     EXPECT_FALSE(viewer().interface().widgets().contains("segment/method/watershed"));
-    key("f"); // keys are the views' again
     EXPECT_EQ(state().segmenting.method, "fast-marching");
+    move(middle(Panel::axial));
+    key("f"); // keys are the views' again
+    EXPECT_EQ(state().alone, Panel::axial);
 }
 
 // While a run with a thread is at work, it shows what it has come to.

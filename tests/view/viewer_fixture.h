@@ -53,20 +53,18 @@ class ViewerTest : public ::testing::Test {
             return Source{std::move(scene)};
         };
         options.preview = preview_;
-        if (labels_)
-            options.open_labels = [read = labels_](const std::string& path, const std::stop_token&,
-                                                   const std::function<void(double)>&) {
-                return read(path);
-            };
+        if (beside_)
+            options.open_beside =
+                [read = beside_](const std::string& path, bool labels, const std::stop_token&,
+                                 const std::function<void(double)>&) { return read(path, labels); };
         viewer_.reset();
         viewer_.emplace(device(), device(), VK_FORMAT_R8G8B8A8_UNORM, std::move(source), size, 1.0,
                         std::move(options));
         frame({});
     }
     void set_preview(SeriesPreviews::Read read) { preview_ = std::move(read); } // before open()
-    void set_labels(std::function<Result<LoadedVolume>(const std::string& path)> read) {
-        labels_ = std::move(read); // before open()
-    }
+    using ReadBeside = std::function<Result<LoadedVolume>(const std::string& path, bool labels)>;
+    void set_beside(ReadBeside read) { beside_ = std::move(read); } // before open()
     Viewer& viewer() { return *viewer_; }
     const ViewState& state() { return viewer_->state(); }
     const Grid& grid() { return viewer_->work().subject().grid; }
@@ -111,7 +109,7 @@ class ViewerTest : public ::testing::Test {
  private:
     std::optional<Viewer> viewer_;
     SeriesPreviews::Read preview_;
-    std::function<Result<LoadedVolume>(const std::string& path)> labels_;
+    ReadBeside beside_;
     std::optional<EditState> state_;
     double time_s_ = 1.0;
     size_t messages_before_ = 0;

@@ -330,18 +330,6 @@ TEST_F(ViewerTest, MessagesTellNoHiddenNames) {
     EXPECT_EQ(work.new_folder(true), (std::filesystem::current_path() / "work.palpate").string());
 }
 
-TEST_F(ViewerTest, AProjectIsOfferedTheNameOfTheFileWithoutItsEnding) {
-    for (const auto& [file, folder] : {std::pair("/x/ch2.nii.gz", "ch2.palpate"),
-                                       {"/x/a.b.nrrd", "a.b.palpate"},
-                                       {"/x/CT", "CT.palpate"}}) {
-        Source source{open_synthetic("synthetic:ball?size=8")};
-        source.scene.file.volume = file;
-        open_scene(std::move(source), {400, 300});
-        EXPECT_EQ(viewer().work().new_folder(false),
-                  (std::filesystem::current_path() / folder).string());
-    }
-}
-
 // Of the line at the bottom: none is cut, nor covers what stands at the right.
 TEST_F(ViewerTest, ALongMessageHasSeveralLinesAndStaysForLonger) {
     const auto overlap = [](const Box& a, const Box& b) {

@@ -172,14 +172,15 @@ Result<void> run_view(const ViewOptions& options, const CLI::App& app) {
         read.progress = progress;
         return open_source(dropped, read, !options.headless, steps_folder, stop);
     };
-    loop.viewer.open_labels = [&](const std::string& path, const std::stop_token& stop,
+    loop.viewer.open_beside = [&](const std::string& path, bool labels, const std::stop_token& stop,
                                   const std::function<void(double)>& progress) {
         ReadFlags read = options.read;
         read.frame = -1; // it is the volume's, and so is the series
         read.series.clear();
         read.resample_slices = false;
         read.progress = progress;
-        return load_labels(path, read_options(read, stop));
+        const ReadOptions how = read_options(read, stop);
+        return labels ? load_labels(path, how) : load_volume(path, how);
     };
     loop.viewer.preview = [&](const std::string& path, uint32_t series,
                               const std::stop_token& stop) {

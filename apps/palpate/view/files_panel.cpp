@@ -28,7 +28,7 @@ std::string size_text(uint64_t bytes) {
 void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order>& orders) {
     if (ImGui::Button("open..")) {
         state.browser_open = true;
-        state.browser_for_labels = false;
+        state.browsing = Browsing::documents;
         browsed_.clear();
     }
     note("file/open");
@@ -123,13 +123,15 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
                                    0.5f * static_cast<float>(state.size_px.y)),
                             ImGuiCond_Always, ImVec2(0.5f, 0.5f));
     ImGui::SetNextWindowSize(size);
-    const Order::Kind kind =
-        state.browser_for_labels ? Order::Kind::open_labels : Order::Kind::open;
-    ImGui::Begin(
-        state.browser_for_labels ? "Labels of this volume" : "Open a volume, a scene or a project",
-        &state.browser_open,
-        ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
-            ImGuiWindowFlags_NoSavedSettings);
+    const auto [kind, title] =
+        state.browsing == Browsing::labels
+            ? std::pair(Order::Kind::open_labels, "Labels of this volume")
+        : state.browsing == Browsing::fused
+            ? std::pair(Order::Kind::open_fused, "A volume over the slices of this one")
+            : std::pair(Order::Kind::open, "Open a volume, a scene or a project");
+    ImGui::Begin(title, &state.browser_open,
+                 ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoResize | ImGuiWindowFlags_NoCollapse |
+                     ImGuiWindowFlags_NoSavedSettings);
     if (ImGui::Button("up"))
         browse(fs::path(browsed_).parent_path());
     note("browser/up");

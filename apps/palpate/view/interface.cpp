@@ -165,7 +165,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     if (std::exchange(is_light_, state.light) != state.light)
         use_looks(state.light);
     ImGui::NewFrame();
-    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false) && // a list, say
+    if (ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Escape), false) && // such as a list
         ImGui::IsPopupOpen("", ImGuiPopupFlags_AnyPopup))
         ImGui::ClosePopupToLevel(0, true);
     widgets_.clear();
@@ -173,8 +173,7 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     std::vector<Order> orders;
     bound_held_ = false;
     draw_tools(state, work, orders);
-    if (!bound_held_ && !work.segmenting()) // it has been taken
-        state.segmenting.preview.reset();
+    follow_bound(state, work);
     tell_measure(state, work);
     draw_status(state, work);
     draw_touch(state, work, orders);

@@ -183,7 +183,7 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
     }
     if (event.key == "o") {
         state.browser_open = true;
-        state.browser_for_labels = false;
+        state.browsing = Browsing::documents;
         return;
     }
     if (event.key == "p")

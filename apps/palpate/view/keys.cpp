@@ -38,7 +38,7 @@ const std::vector<KeyHelp>& key_help() {
         {"Ctrl+O", "open a file, a folder or a project"},
         {"Ctrl+S", "save to a project folder"},
         {"Ctrl+P", "picture of the window, PNG, in the current folder"},
-        {"Esc", "cancel the stroke"},
+        {"Esc", "cancel the stroke; close an open list"},
         {"1 .. 9", "windows"},
         {"S, A, D", "labels: show, fade, strengthen"},
         {"Up, Down", "next and previous slice under the pointer"},

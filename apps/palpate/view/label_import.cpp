@@ -1,5 +1,10 @@
 #include "apps/palpate/view/label_import.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+#include <vector>
+
 #include "engine/segment/resample.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/extent.h"
@@ -30,7 +35,15 @@ std::vector<glm::ivec3> corners_in(const Grid& grid, const Grid& other) {
 } // namespace
 
 bool have_same_samples(const Grid& a, const Grid& b) {
-    return sample_count(a) == sample_count(b) && !corners_in(a, b).empty();
+    const std::vector<glm::ivec3> corners = corners_in(a, b);
+    if (corners.empty() || sample_count(a) != sample_count(b))
+        return false;
+    for (int axis = 0; axis < 3; ++axis) { // as many samples along each edge
+        const glm::ivec3 edge = glm::abs(corners[1 << axis] - corners[0]);
+        if (edge.x + edge.y + edge.z != static_cast<int>(a.size[axis]) - 1)
+            return false;
+    }
+    return true;
 }
 
 Result<LoadedVolume> on_grid(LoadedVolume labels, const Grid& grid, const std::stop_token& stop) {
@@ -47,8 +60,8 @@ Result<LoadedVolume> on_grid(LoadedVolume labels, const Grid& grid, const std::s
     PALPATE_TRY(labels.volume, resample(labels.volume, {grid, ResampledBy::nearest}, {stop, {}}));
     if (!is_same)
         labels.notes.push_back(
-            fmt::format("the labels are of {} x {} x {} samples elsewhere: each sample of the "
-                        "volume has that of the nearest",
+            fmt::format("the label map has other samples ({} x {} x {}): each sample of the volume "
+                        "takes the label of the nearest one, and 0 outside the map",
                         own.size.x, own.size.y, own.size.z));
     return labels;
 }

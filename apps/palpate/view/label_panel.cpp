@@ -122,8 +122,10 @@ void Interface::draw_labels_panel(ViewState& state, Work& work, std::vector<Orde
 // surface of the one that is chosen.
 void Interface::draw_label_files(ViewState& state, std::vector<Order>& orders) {
     ImGui::Separator();
-    if (ImGui::Button("labels of a file.."))
-        state.browser_open = state.browser_for_labels = true;
+    if (ImGui::Button("labels of a file..")) {
+        state.browser_open = true;
+        state.browsing = Browsing::labels;
+    }
     note("labels/open");
     if (labels_file_[0] == '\0')
         std::string("labels.nii.gz").copy(labels_file_.data(), labels_file_.size() - 1);

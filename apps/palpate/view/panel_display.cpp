@@ -23,6 +23,11 @@ void Interface::draw_slices(ViewState& state, Work& work) {
     }
     slide("outline", state.outline_px, 0.0, 5.0, "%.0f px");
     note("slices/outline");
+    if (ImGui::Button("volume over slices..")) {
+        state.browser_open = true;
+        state.browsing = Browsing::fused;
+    }
+    note("slices/open");
     const Scene& scene = work.session().scene();
     if (scene.fusion) {
         slide("fused", state.fusion_opacity, 0.0, 1.0, "%.2f");

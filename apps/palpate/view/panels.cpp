@@ -193,7 +193,8 @@ static std::string end_text(std::array<const char*, 2> names, bool upper, double
     const double moved = upper ? now.low : now.high, was = upper ? before.low : before.high;
     if (moved == was || now.high - now.low > (1.0 - 1e-9) * (before.high - before.low))
         return "";
-    return fmt::format("{} stops at {:g}, by {}", names[upper ? 0 : 1], moved, of);
+    return fmt::format("{} stops at {:g}: the limits of this volume are {:g} .. {:g}",
+                       names[upper ? 0 : 1], moved, limits.low, limits.high);
 }
 
 // Two fields for the ends of a window. A drag stops at the other end; what is typed moves it along.

@@ -107,10 +107,6 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
     if (!strength || segmenting.method != strength->method->name ||
         !(strength->least < strength->most))
         return;
-    if (!strength->unbounded.empty())
-        hint(
-            "the front met no boundary: drag `bound` to where the yellow is the object, and let "
-            "it go");
     ImGui::TextDisabled("%s", strength->method->strength);
     const bool by_octaves = is_object_below(*strength->method);
     const auto to_slider = [&](double bound) { return by_octaves ? std::log2(bound) : bound; };
@@ -125,13 +121,29 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
     ImGui::EndDisabled();
     note("segment/bound");
     bound_held_ = ImGui::IsItemActive();
-    if (!ImGui::IsItemDeactivatedAfterEdit() || !segmenting.preview)
+    const bool is_let_go = ImGui::IsItemDeactivatedAfterEdit();
+    if (strength->is_unbounded) // below the slider, which stays where it is
+        hint(
+            "the front met no boundary: drag `bound` to where the yellow is the object, and let "
+            "it go");
+    if (!is_let_go || !segmenting.preview)
         return;
     bound_held_ = true; // until it is taken
+    orders.push_back({Order::Kind::bound, {}, time_s_, {}});
+}
+
+// A bound that was let go is seen until it has been taken; then the next run has it, too.
+void Interface::follow_bound(ViewState& state, const Work& work) {
+    Segmenting& segmenting = state.segmenting;
+    if (bound_held_ || work.segmenting() || !segmenting.preview)
+        return;
+    const double bound = *std::exchange(segmenting.preview, std::nullopt);
+    const auto& strength = work.strength();
+    if (!strength || strength->bound != bound)
+        return;
     for (const MethodParameter& parameter : strength->method->parameters)
         if (std::string_view(parameter.name) == "threshold")
-            segmenting.given[segmenting.method][parameter.name] = *segmenting.preview;
-    orders.push_back({Order::Kind::bound, {}, time_s_, {}});
+            segmenting.given[strength->method->name][parameter.name] = bound;
 }
 
 void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders) {

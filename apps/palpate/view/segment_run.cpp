@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 
-#include "engine/segment/arrival_threshold.h"
 #include "engine/segment/label_merge.h"
+#include "engine/segment/map_values.h"
 
 namespace palpate::view {
 
@@ -33,6 +32,16 @@ double weakest(const Volume& strength, const Volume& labels, bool below) {
                 }
     });
     return found;
+}
+
+// The labels `of`, without the others.
+Result<Volume> only(const Volume& labels, const std::vector<uint16_t>& of, const Task& task) {
+    std::vector<bool> stays(65536);
+    for (const uint16_t label : of)
+        stays[label] = true;
+    return map_values<uint16_t>(std::array{&labels}, task, [&](std::array<float, 1> label) {
+        return stays[size_t(label[0])] ? uint16_t(label[0]) : uint16_t{0};
+    });
 }
 
 } // namespace
@@ -95,44 +104,58 @@ Result<SegmentDone> SegmentRun::run() {
         for (const LabelCount& one : label_counts(found.labels))
             of.push_back(one.label);
     SegmentDone done{job_.labels, {}, std::move(found.found), std::move(found.notes)};
-    if (found.unbounded.empty()) { // else there is nothing to put in yet
+    std::vector<uint16_t> unbounded;
+    for (const Unbounded& one : found.unbounded) {
+        unbounded.push_back(one.label);
+        done.notes.push_back(one.why);
+        std::erase(of, one.label); // what the map has of it stays
+    }
+    if (!of.empty()) {
         PALPATE_TRY(done.labels,
                     with_labels(job_.labels, found.labels, of, job_.locked, task.part(0.95, 1.0)));
     }
-    if (!found.strength)
+    if (!found.strength || (of.empty() && unbounded.empty()))
         return done;
     Strength strength{job_.method, std::move(*found.strength), std::move(*found.owner),
-                      std::move(of)};
-    strength.unbounded = std::move(found.unbounded);
-    if (!is_object_below(*job_.method)) {
-        strength.bound = weakest(strength.volume, found.labels, false); // of 0 .. 1
-    } else {
-        PALPATE_TRY(const ArrivalGrowth growth, arrival_growth(strength.volume, {task.stop, {}}));
-        strength.least = growth.times.empty() ? 0.0 : growth.times.front();
-        strength.most = growth.times.empty() ? 0.0 : growth.times.back();
-        strength.bound = strength.unbounded.empty() ? weakest(strength.volume, found.labels, true)
-                                                    : std::sqrt(strength.least * strength.most);
-    }
-    if (const auto given = job_.given.find("threshold"); given != job_.given.end())
-        strength.bound = given->second;
-    if (is_object_below(*job_.method) && strength.unbounded.empty()) {
-        const double least = std::max(strength.least, strength.bound / kTimesTheBound),
-                     most = std::min(strength.most, strength.bound * kTimesTheBound);
-        if (least < most) // else the bound lies beyond the front
-            strength.least = least, strength.most = most;
-    }
+                      unbounded.empty() ? std::move(of) : std::move(unbounded)};
+    strength.is_unbounded = !found.unbounded.empty();
+    PALPATE_TRY(const ArrivalGrowth growth, is_object_below(*job_.method)
+                                                ? arrival_growth(strength.volume, {task.stop, {}})
+                                                : Result<ArrivalGrowth>());
+    set_bound(strength, found.labels, growth);
     done.strength = std::move(strength);
     return done;
 }
 
+// The bound that a method has taken, and the ends of its slider.
+void SegmentRun::set_bound(Strength& strength, const Volume& found, const ArrivalGrowth& growth) {
+    const bool below = is_object_below(*job_.method);
+    if (below) {
+        strength.least = growth.times.empty() ? 0.0 : growth.times.front();
+        strength.most = growth.times.empty() ? 0.0 : growth.times.back();
+    }
+    strength.bound = strength.is_unbounded ? std::sqrt(strength.least * strength.most)
+                                           : weakest(strength.volume, found, below);
+    if (const auto given = job_.given.find("threshold"); given != job_.given.end())
+        strength.bound = given->second;
+    if (!below || strength.is_unbounded)
+        return;
+    const double least = std::max(strength.least, strength.bound / kTimesTheBound),
+                 most = std::min(strength.most, strength.bound * kTimesTheBound);
+    if (least < most) // else the bound lies beyond the front
+        strength.least = least, strength.most = most;
+}
+
 Result<SegmentDone> SegmentRun::bound_again(const Task& task) {
     const Strength& by = *job_.again;
-    PALPATE_TRY(const Volume found, bounded_labels(by.volume, by.owner, is_object_below(*by.method),
-                                                   by.bound, task.part(0.0, 0.5)));
+    PALPATE_TRY(Volume found, bounded_labels(by.volume, by.owner, is_object_below(*by.method),
+                                             by.bound, task.part(0.0, 0.4)));
+    PALPATE_TRY(found, only(found, by.of, task.part(0.4, 0.5)));
     PALPATE_TRY(Volume labels,
-                with_labels(job_.labels, found, by.of, job_.locked, task.part(0.5, 1.0)));
+                with_labels(job_.labels, found, by.of, job_.locked, task.part(0.5, 0.9)));
     SegmentDone done{std::move(labels), by, {}, {}};
-    done.strength->unbounded.clear();
+    done.strength->is_unbounded = false;
+    done.counts = label_counts(done.labels);
     return done;
 }
 

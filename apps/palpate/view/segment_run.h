@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/segment/arrival_threshold.h"
 #include "engine/segment/methods.h"
 
 namespace palpate::view {
@@ -17,12 +18,13 @@ namespace palpate::view {
 struct Strength {
     const SegmentMethod* method = nullptr;
     Volume volume, owner;     // Segmented::strength and owner
-    std::vector<uint16_t> of; // the labels that were segmented
+    std::vector<uint16_t> of; // the labels that it bounds
     double bound = 0.0;       // of volume, that bounds the objects
     // The ends of the bound's slider, which moves over the logarithm of times. Times far from the
-    // bound are of no use; where none was found, they are those of the front. Equal: no slider.
+    // bound are of no use; where none was found, the ends are the first and the last time of the
+    // front. Equal: no slider.
     double least = 0.0, most = 1.0;
-    std::string unbounded{}; // Segmented::unbounded: the labels do not have the objects yet
+    bool is_unbounded = false; // the labels do not have these objects yet
 };
 
 // What a method works on, as it was when it was asked for.
@@ -37,10 +39,11 @@ struct SegmentJob {
 };
 
 struct SegmentDone {
-    Volume labels; // the map with the result in it; as it was, if objects are unbounded
+    Volume labels; // the map with the result in it, but for objects without a bound
     std::optional<Strength> strength;
     ParameterValues found; // Segmented
     std::vector<std::string> notes;
+    std::vector<LabelCount> counts{}; // of the labels, where objects were bounded again
 };
 
 // A method at work on a thread of its own.
@@ -63,6 +66,7 @@ class SegmentRun {
  private:
     Result<SegmentDone> run();
     Result<SegmentDone> bound_again(const Task& task);
+    void set_bound(Strength& strength, const Volume& found, const ArrivalGrowth& growth);
     void look(const std::function<Volume()>& make); // from the thread
 
     SegmentJob job_;

@@ -82,6 +82,12 @@ struct Drag {
     friend bool operator==(const Drag&, const Drag&) = default;
 };
 
+enum class Browsing {
+    documents, // in the place of the one that is open
+    labels,    // of its volume
+    fused      // another volume over its slices
+};
+
 // What waits until a person has said what becomes of edits that are not saved.
 struct Leaving {
     bool closes = false;          // the window; else a file is opened
@@ -141,7 +147,7 @@ struct ViewState {
     Measuring measuring;
     Clipping clipping;
     FigureSetup figure;
-    bool browser_for_labels = false; // what is chosen in the browser are labels of this volume
+    Browsing browsing = Browsing::documents; // what is chosen in the browser
     bool browser_open = false, series_open = false, names_hidden = false, light = false;
     size_t recovered_steps = 0; // a person is asked whether these are wanted; 0: is not asked
     std::string opening;        // that is being read; empty: none
@@ -185,6 +191,7 @@ struct Order {
         save,
         open,
         open_labels, // of a file, in the place of those that are there
+        open_fused,  // another volume, in colour over the slices
         close,
         leave, // what waits is done, and edits that are not saved are lost
         export_measures,
@@ -216,7 +223,7 @@ struct Order {
     Kind kind;
     glm::dvec3 at_mm{0.0}; // of strokes and pulls
     double time_s = 0.0;
-    // path: of open and open_labels; of save the folder of a new project, or empty; of exports and
+    // path: of what is opened; of save the folder of a new project, or empty; of exports and
     // figures; of hand_start the device, or empty: the last one; of tell the words.
     std::string path{}, series{};
 

@@ -31,10 +31,7 @@ Viewer::Viewer(GpuDevice& pictures, GpuDevice& interface, VkFormat format, Sourc
 }
 
 void Viewer::begin(Source source) {
-    new_pictures_.clear();
-    drawing_->drop_pictures();
-    end_figure();
-    pictures_.reset(); // before the session that it looks at
+    drop_pictures(); // before the session that they look at
     previews_.reset();
     interface_->show_previews(nullptr);
     interface_->forget_message();
@@ -69,6 +66,13 @@ void Viewer::make_pictures() {
     pictures_ = std::make_unique<Pictures>(*pictures_device_, work_->session(), pictures_with_);
 }
 
+void Viewer::drop_pictures() {
+    new_pictures_.clear();
+    drawing_->drop_pictures();
+    end_figure();
+    pictures_.reset();
+}
+
 Viewer::~Viewer() {
     stop_opening_.request_stop();
     end_figure();
@@ -79,10 +83,7 @@ void Viewer::follow_text_scale() {
     if (interface_scale_ == state_.text_scale)
         return;
     interface_scale_ = state_.text_scale;
-    new_pictures_.clear();
-    drawing_->drop_pictures();
-    end_figure();
-    pictures_.reset();
+    drop_pictures();
     drawing_.reset(); // waits for the device
     interface_.reset();
     interface_ = std::make_unique<Interface>(interface_scale_);
@@ -116,8 +117,9 @@ void Viewer::frame(std::vector<Event> events, double time_s) {
         for (const Order& order : all)
             if (order.kind == Order::Kind::open)
                 ask_to_leave({.path = order.path, .series = order.series});
-            else if (order.kind == Order::Kind::open_labels)
-                open_labels(order.path);
+            else if (order.kind == Order::Kind::open_labels ||
+                     order.kind == Order::Kind::open_fused)
+                open_beside(order.path, order.kind == Order::Kind::open_labels);
             else if (order.kind == Order::Kind::close)
                 ask_to_leave({.closes = true});
             else if (order.kind == Order::Kind::leave && state_.leaving)

@@ -7,13 +7,13 @@
 #include <string>
 
 #include "apps/palpate/view/interface.h"
-#include "apps/palpate/view/label_import.h"
 #include "apps/palpate/view/pictures.h"
 #include "apps/palpate/view/script.h"
 #include "apps/palpate/view/settings.h"
 #include "apps/palpate/view/ui_drawing.h"
 #include "engine/base/json.h"
 #include "engine/image/image.h"
+#include "engine/io/volume_io.h"
 
 namespace palpate::view {
 
@@ -30,10 +30,11 @@ struct ViewerOptions {
                                  const std::stop_token& stop,
                                  const std::function<void(double share)>& progress)>
         open;
-    // Opens a label map for the volume that is open.
-    std::function<Result<LoadedVolume>(const std::string& path, const std::stop_token& stop,
+    // Reads a label map, or another volume, for the one that is open.
+    std::function<Result<LoadedVolume>(const std::string& path, bool labels,
+                                       const std::stop_token& stop,
                                        const std::function<void(double share)>& progress)>
-        open_labels{};
+        open_beside{};
     SeriesPreviews::Read preview{}; // of a DICOM folder; empty: its series have no pictures
     // What was opened last, and a word to it that `path` has been opened; may be empty.
     std::function<std::vector<std::string>(const std::string& path)> recent;
@@ -91,10 +92,10 @@ class Viewer {
 
  private:
     void open(const std::string& path, const std::string& series);
-    void open_labels(const std::string& path);
+    void open_beside(const std::string& path, bool labels);
     template <class Read>
     auto start_opening(const std::string& path, Read read); // its future
-    bool is_opening() const { return opening_.valid() || opening_labels_.valid(); }
+    bool may_open();                                        // else a person is told why not
     void tell_unopened(const Error& error, const std::string& path);
     // Closes or opens where no edits are lost; else a person is asked first.
     void ask_to_leave(Leaving leaving);
@@ -103,7 +104,8 @@ class Viewer {
     void ask_where_again();
     void leave_when_saved();
     void take_opened(Result<Source> opened);
-    void take_labels(Result<LoadedVolume> labels);
+    void take_beside(Result<LoadedVolume> opened);
+    void show_fused(LoadedVolume opened);
     void poll_opening();
     void follow_previews();
     void follow_text_scale();
@@ -113,6 +115,7 @@ class Viewer {
     void end_figure();             // stops what is being drawn, and waits for it
     std::string file_name() const; // of pictures
     void begin(Source source);
+    void drop_pictures();
     void make_pictures(); // of the session's; the textures are there when they are
     void wish();
 
@@ -147,9 +150,10 @@ class Viewer {
         std::future<Result<std::string>> written; // what is told
     };
     std::unique_ptr<FigureRun> figure_;
+    bool beside_is_labels_ = false; // what is opened beside the volume
     // Last: their threads end before the rest goes.
     std::future<Result<Source>> opening_;
-    std::future<Result<LoadedVolume>> opening_labels_;
+    std::future<Result<LoadedVolume>> opening_beside_;
 };
 
 // Does a script's frames, and two after its last event, at the times it tells. Of frames without

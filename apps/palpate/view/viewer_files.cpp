@@ -5,10 +5,13 @@
 
 #include "apps/palpate/turntable.h"
 #include "apps/palpate/view/free_name.h"
+#include "apps/palpate/view/label_import.h"
 #include "apps/palpate/view/viewer.h"
 #include "engine/base/log.h"
 #include "engine/base/memory.h"
 #include "engine/image/png.h"
+#include "engine/session/default_scene.h"
+#include "engine/volume/extent.h"
 
 namespace palpate::view {
 
@@ -30,13 +33,26 @@ auto Viewer::start_opening(const std::string& path, Read read) {
     opening_share_ = std::make_shared<std::atomic<double>>(0.0);
     return std::async(
         options_.threaded ? std::launch::async : std::launch::deferred,
-        [read = std::move(read), stop = stop_opening_.get_token(), share = opening_share_] {
-            return read(stop, [share](double s) { *share = s; });
+        [read = std::move(read), path, stop = stop_opening_.get_token(),
+         share = opening_share_]() -> std::invoke_result_t<const Read&, const std::stop_token&,
+                                                           const std::function<void(double)>&> {
+            try {
+                return read(stop, [share](double s) { *share = s; });
+            } catch (const std::exception& error) { // such as memory that is not there
+                return fail("{}: {}", path, error.what());
+            }
         });
 }
 
+bool Viewer::may_open() {
+    const bool is_opening = opening_.valid() || opening_beside_.valid();
+    if (is_opening)
+        work_->tell("a file is being read: cancel it first");
+    return !is_opening;
+}
+
 void Viewer::open(const std::string& path, const std::string& series) {
-    if (!options_.open || is_opening())
+    if (!options_.open || !may_open())
         return;
     offers_series_ = series.empty();
     opening_ = start_opening(
@@ -48,21 +64,27 @@ void Viewer::open(const std::string& path, const std::string& series) {
         take_opened(opening_.get());
 }
 
-void Viewer::open_labels(const std::string& path) {
-    if (!options_.open_labels || is_opening())
+void Viewer::open_beside(const std::string& path, bool labels) {
+    if (!options_.open_beside || !may_open())
         return;
-    opening_labels_ =
-        start_opening(path,
-                      [read = options_.open_labels, path, grid = work_->subject().grid](
+    beside_is_labels_ = labels;
+    const auto read = [open = options_.open_beside, path, labels, grid = work_->subject().grid](
                           const std::stop_token& stop,
                           const std::function<void(double)>& progress) -> Result<LoadedVolume> {
-                          PALPATE_TRY(LoadedVolume labels, read(path, stop, progress));
-                          if (!(labels.volume.range().max > 0.0f))
-                              return fail("{}: expected labels, found a map of zeros", path);
-                          return on_grid(std::move(labels), grid, stop);
-                      });
+        PALPATE_TRY(LoadedVolume opened, open(path, labels, stop, progress));
+        if (labels && !(opened.volume.range().max > 0.0f))
+            return fail("{}: expected labels, found a map of zeros", path);
+        for (const std::string& note : std::exchange(opened.notes, {}))
+            log::info("{}", note);
+        if (labels)
+            return on_grid(std::move(opened), grid, stop);
+        if (const std::string apart = apart_text(path, opened.volume.grid(), grid); !apart.empty())
+            return fail("{}", apart);
+        return opened;
+    };
+    opening_beside_ = start_opening(path, read);
     if (!options_.threaded)
-        take_labels(opening_labels_.get());
+        take_beside(opening_beside_.get());
 }
 
 void Viewer::ask_to_leave(Leaving leaving) {
@@ -136,10 +158,10 @@ void Viewer::poll_opening() {
         state_.opening_share = *opening_share_;
     if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
         take_opened(opening_.get());
-    if (opening_labels_.valid()) {
+    if (opening_beside_.valid()) {
         state_.opening_share = *opening_share_;
-        if (opening_labels_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
-            take_labels(opening_labels_.get());
+        if (opening_beside_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+            take_beside(opening_beside_.get());
     }
 }
 
@@ -165,12 +187,27 @@ void Viewer::tell_unopened(const Error& error, const std::string& path) {
                                       : error.message);
 }
 
-void Viewer::take_labels(Result<LoadedVolume> labels) {
+void Viewer::take_beside(Result<LoadedVolume> opened) {
     const std::string path = std::exchange(state_.opening, {});
-    if (labels)
-        work_->take_labels(std::move(*labels));
+    if (!opened)
+        return tell_unopened(opened.error(), path);
+    if (state_.names_hidden)
+        opened->warnings.clear(); // they name files
+    if (beside_is_labels_)
+        work_->take_labels(std::move(*opened));
     else
-        tell_unopened(labels.error(), path);
+        show_fused(std::move(*opened));
+}
+
+// It is no part of the document: a project does not have it.
+void Viewer::show_fused(LoadedVolume opened) {
+    drop_pictures();
+    pictures_with_.fused = std::move(opened.volume);
+    work_->show_fused(FusionLayer{default_fusion_transfer(pictures_with_.fused->range()), 0.5});
+    state_.fusion_opacity = 0.5;
+    make_pictures();
+    for (const std::string& warning : opened.warnings)
+        work_->tell_also(warning);
 }
 
 void Viewer::take_opened(Result<Source> opened) {

@@ -37,7 +37,10 @@ SessionSetup setup_of(Source& source, bool threaded) {
             setup.grey = setup.document.volumes.front().name;
         if (setup.labels.empty())
             setup.labels = Work::kLabels; // that a person may draw
+        std::optional<LabelLayer> of_seeds = std::move(setup.scene.overlay);
         setup.scene = base_of(opened);
+        if (!setup.scene.overlay)
+            setup.scene.overlay = std::move(of_seeds);
         setup.edit.threaded = threaded;
         return setup;
     }
@@ -195,8 +198,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     fusion_ = opened.fusion;
     if (opened.fusion)
         home.fusion_opacity = opened.fusion->opacity;
-    if (opened.overlay)
-        home.overlay_opacity = opened.overlay->slice_opacity;
+    if (const auto& overlay = session_.scene().overlay)
+        home.overlay_opacity = overlay->slice_opacity;
     if (opened.labels)
         home.outline_px = opened.labels->outline_px;
     home.seen_as = seen_as(session_.scene());
@@ -296,6 +299,7 @@ void Work::obey(const Order& order, const ViewState& state) {
             break;
         case Order::Kind::open:
         case Order::Kind::open_labels:
+        case Order::Kind::open_fused:
         case Order::Kind::close:
         case Order::Kind::leave:
         case Order::Kind::cancel_opening:

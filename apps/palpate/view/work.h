@@ -137,6 +137,9 @@ class Work {
     // Labels of a file take the place of those that are there, as one step. On the volume's grid.
     void take_labels(LoadedVolume labels);
 
+    // How another volume is shown over the slices, if no segmentation is seen there.
+    void show_fused(FusionLayer layer) { fusion_ = std::move(layer); }
+
     // For each frame: what became of a save, and autosaves.
     void poll();
     // For each frame: numbers that the state asks for, and what of it is kept with the document.
@@ -233,12 +236,13 @@ class Work {
     struct Stepping {                               // an undo or a redo that is on its way
         bool is_undo;
         size_t redo_steps; // before it
+        uint64_t command;  // its number
     };
     std::optional<Stepping> stepping_;
     bool labels_asked_ = false, seeds_asked_ = false; // an empty map is on its way
     std::optional<Strength> strength_;
     std::map<std::string, ParameterValues> found_; // by method
-    std::optional<FusionLayer> fusion_;            // of the file
+    std::optional<FusionLayer> fusion_;            // of another volume
     std::unique_ptr<SegmentRun> segmenting_;
     std::optional<PulledMesh> mesh_;
     std::unique_ptr<MeshRun> meshing_;

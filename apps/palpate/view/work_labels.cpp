@@ -26,24 +26,29 @@ bool Work::has_labels() {
 }
 
 void Work::take_labels(LoadedVolume labels) {
+    if (!session_.put({labels_, VolumeKind::labels, std::move(labels.volume)},
+                      "labels of a file")) {
+        message_ = "too much is being done: try again";
+        return;
+    }
+    message_ = "labels read from the file";
+    for (const auto* said : {&labels.warnings, &labels.notes})
+        for (const std::string& text : *said)
+            tell_also(text);
+    if (labels.labels.empty()) // names that are known may be theirs
+        return;
     Scene scene = session_.scene();
     if (!scene.labels)
         scene.labels = LabelLayer{};
+    loaded_.label_names.clear();
     for (const LabelName& name : labels.labels) {
         if (name.label == 0 || name.label > 65535)
             continue;
-        if (!name.name.empty())
-            name_label(name.label, name.name);
+        name_label(name.label, name.name);
         if (name.color)
             own_style(*scene.labels, name.label).color = *name.color;
     }
     session_.show(std::move(scene));
-    if (!session_.put({labels_, VolumeKind::labels, std::move(labels.volume)}, "labels of a file"))
-        return;
-    message_ = "labels of the file are in";
-    for (const auto* said : {&labels.warnings, &labels.notes})
-        for (const std::string& text : *said)
-            tell_also(text);
 }
 
 std::string Work::name_of_label(uint32_t label) const {

@@ -2,7 +2,10 @@
 
 #include <fmt/ranges.h>
 
+#include <algorithm>
+
 #include "apps/palpate/view/work.h"
+#include "engine/measure/measure_report.h"
 #include "engine/volume/builder.h"
 
 namespace palpate::view {
@@ -85,7 +88,7 @@ void Work::begin_bounding(const ViewState& state) {
     const Volume* labels = now.document.find(labels_);
     SegmentJob job{.method = strength_->method,
                    .given = {{"bound", *state.segmenting.preview}},
-                   .volume = *now.document.find(grey_),
+                   .volume = strength_->volume,
                    .labels = labels ? *labels : empty_labels(subject_.grid),
                    .locked = state.locked_labels,
                    .again = strength_};
@@ -108,21 +111,22 @@ std::optional<double> Work::found(const SegmentMethod& method, const char* param
 
 // What a person should know of a result.
 std::string Work::told_of(const SegmentJob& job, const SegmentDone& done) {
-    if (done.strength && !done.strength->unbounded.empty())
-        return fmt::format("{}; drag `bound` in the tab segment", done.strength->unbounded);
+    if (done.strength && done.strength->is_unbounded && done.strength->least < done.strength->most)
+        return fmt::format("{}; drag `bound` in the tab segment", fmt::join(done.notes, "; "));
     if (done.labels.is_same_as(job.labels))
         return fmt::format("{}: no sample changed", job.method->name);
     if (!job.again)
         return fmt::format("{}", fmt::join(done.notes, "; "));
-    const auto counts = label_counts(done.labels);
     std::string told;
     for (const uint16_t label : job.again->of) {
-        const auto found = std::ranges::find(counts, label, &LabelCount::label);
-        const double samples = found == counts.end() ? 0.0 : static_cast<double>(found->count);
-        told += fmt::format("{}label {}: {:.3g} ml", told.empty() ? "" : ", ", label,
-                            1e-3 * samples * label_sample_mm3().value_or(0.0));
+        const auto found = std::ranges::find(done.counts, label, &LabelCount::label);
+        const double samples = found == done.counts.end() ? 0.0 : static_cast<double>(found->count);
+        told += fmt::format("{}label {}: {}", told.empty() ? "" : ", ", label,
+                            ml_text(samples * label_sample_mm3().value_or(0.0)));
     }
-    return fmt::format("{} within {:.4g}", told, job.again->bound);
+    return fmt::format("{} {} {:.4g}", told,
+                       is_object_below(*job.method) ? "by" : "at a strength of at least",
+                       job.again->bound);
 }
 
 void Work::poll_segmenting() {
@@ -144,22 +148,23 @@ void Work::poll_segmenting() {
     session_.settle();
     const EditState now = edited();
     const Volume* labels = now.document.find(labels_);
-    if (labels && !labels->is_same_as(job.labels)) {
+    const bool changes = !done.labels.is_same_as(job.labels);
+    if (changes && labels && !labels->is_same_as(job.labels)) {
         message_ = "the labels have changed meanwhile: segment again";
         return;
     }
     const std::string told = told_of(job, done);
     strength_ = std::move(done.strength);
-    if (!job.again)
-        found_[job.method->name] = std::move(done.found);
+    for (const auto& [name, value] : done.found)
+        if (!job.given.contains(name)) // else a person chose it
+            found_[job.method->name].insert_or_assign(name, value);
     Json parameters = Json::object();
     for (const auto& [name, value] : job.given)
         parameters[name] = value;
     const std::string title =
         job.again ? fmt::format("{}, bounded anew", job.method->name) : job.method->name;
-    if (done.labels.is_same_as(job.labels) ||
-        session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, title,
-                     std::move(parameters)))
+    if (!changes || session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, title,
+                                 std::move(parameters)))
         message_ = told;
 }
 

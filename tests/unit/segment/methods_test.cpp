@@ -132,16 +132,18 @@ TEST(Methods, AFrontWithoutABoundaryTellsItsTimes) {
     ASSERT_FALSE(refused);
     EXPECT_THAT(refused.error().message,
                 HasSubstr("label 1: the front met no boundary that tells it to stop: choose a "
-                          "threshold of its arrival times; it has 0.1 % of the volume at "));
+                          "threshold of its arrival times; it covers 0.1 % of the volume by "));
     input.keeps_unbounded = true;
     const Result<Segmented> made = segment(method, input, printed, {});
     ASSERT_TRUE(made) << made.error().message;
-    EXPECT_EQ(made->unbounded, refused.error().message);
+    ASSERT_EQ(made->unbounded.size(), 1u);
+    EXPECT_EQ(made->unbounded[0].label, 1);
+    EXPECT_EQ(made->unbounded[0].why, refused.error().message);
     EXPECT_EQ(made->labels.range().max, 0.0f);
     EXPECT_FALSE(made->found.contains("threshold"));
     // At the time that is told for a tenth, a tenth has arrived; a band of times before it, less.
-    const std::string& told = made->unbounded;
-    const double tenth = std::stod(told.substr(told.find(", 10 % at ") + 10));
+    const std::string& told = made->unbounded[0].why;
+    const double tenth = std::stod(told.substr(told.find(", 10 % by ") + 10));
     const auto share_by = [&](double time) {
         double count = 0.0;
         const Volume labels = *bounded_labels(*made->strength, *made->owner, true, time, {});
@@ -156,7 +158,7 @@ TEST(Methods, AFrontWithoutABoundaryTellsItsTimes) {
     // With a threshold there is nothing to complain of.
     const Result<Segmented> bounded = segment(method, input, {{"threshold", tenth}}, {});
     ASSERT_TRUE(bounded);
-    EXPECT_EQ(bounded->unbounded, "");
+    EXPECT_TRUE(bounded->unbounded.empty());
 }
 
 // What a method found comes out by the parameter's name, and gives the same if it is given.
