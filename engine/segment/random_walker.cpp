@@ -200,8 +200,10 @@ Result<Volume> random_walker(const Volume& volume, const Volume& seeds, uint16_t
         return fail("random walker: the seeds have another size than the volume");
     const std::vector<LabelCount> labels = label_counts(seeds);
     if (labels.size() < 2)
-        return fail("random walker: expected seeds of at least two labels, found {}",
-                    labels.size());
+        return fail(
+            "random walker: expected seeds of at least two labels, such as inside and outside, "
+            "found {}",
+            labels.size());
     if (std::ranges::find(labels, label, &LabelCount::label) == labels.end())
         return fail("random walker: no seed has label {}", label);
     Walk walk(volume, seeds, label, options.sd);

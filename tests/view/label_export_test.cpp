@@ -118,7 +118,8 @@ TEST_F(Exports, ReplaceNoFileAndSayWhereTheyAre) {
     work_.obey({Order::Kind::stroke_down, {}, 0.1}, state_);
     work_.obey({Order::Kind::stroke_up, {}, 0.2}, state_);
     const std::string labels = write_out(Order::Kind::export_labels, "labels.nii.gz");
-    EXPECT_EQ(labels, "all labels written to " + file("labels-1.nii.gz").string());
+    EXPECT_EQ(labels, "all labels written to " + file("labels-1.nii.gz").string() +
+                          ", without their names");
     EXPECT_TRUE(load_labels(file("labels-1.nii.gz")));
     const std::string measures = write_out(Order::Kind::export_measures, "measures.csv");
     EXPECT_EQ(measures, "measures written: " + file("measures-1.csv").string());

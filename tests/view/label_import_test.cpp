@@ -98,6 +98,12 @@ TEST(LabelImport, OtherSamplesComeByTheNearestAndSayIt) {
     EXPECT_EQ(here->volume.value({2, 0, 0}), 2.0f);
     EXPECT_EQ(here->volume.value({7, 0, 7}), 4.0f);
     EXPECT_EQ(here->volume.value({7, 0, 8}), 0.0f);
+    Grid half = coarse; // of it lies outside
+    half.world_from_index[3] -= glm::dvec4(4.5, 0, 0, 0);
+    const Result<LoadedVolume> partly = put(with_grid(labels, half), fine);
+    ASSERT_TRUE(partly) << partly.error().message;
+    ASSERT_EQ(partly->notes.size(), 2u);
+    EXPECT_THAT(partly->notes[1], StartsWith("50 % of the labels lie outside"));
     coarse.world_from_index[3] += glm::dvec4(500, 0, 0, 0);
     const Result<LoadedVolume> beside = put(with_grid(labels, coarse), fine);
     ASSERT_FALSE(beside);
@@ -141,6 +147,7 @@ TEST_F(FilesBeside, TakeThePlaceOfWhatIsThere) {
     button(true);
     button(false);
     frame({});
+    viewer().work().name_label(2, "mine");
     const uint64_t drawn = labels();
     const size_t before = steps();
     open_labels("other.nii");
@@ -160,6 +167,14 @@ TEST_F(FilesBeside, TakeThePlaceOfWhatIsThere) {
     key("z", {.ctrl = true});
     frame({});
     EXPECT_EQ(labels(), drawn);
+    EXPECT_EQ(viewer().work().name_of_label(2), "2 mine"); // with its names and colours
+    EXPECT_NE(style_of(*viewer().work().session().scene().labels, 2).color,
+              glm::dvec3(1.0, 0.5, 0.25));
+    key("y", {.ctrl = true});
+    frame({});
+    EXPECT_EQ(viewer().work().name_of_label(2), "2 heart");
+    key("z", {.ctrl = true});
+    frame({});
     click_widget("tab/file");
     click_widget("file/hide"); // which names of files are, too
     open_labels("atlas.nii");

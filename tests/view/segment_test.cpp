@@ -155,7 +155,8 @@ TEST_F(SegmentBound, IsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     EXPECT_FALSE(state().segmenting.preview);
     EXPECT_FALSE(viewer().work().session().scene().fusion);
     EXPECT_EQ(strength().bound, at);
-    EXPECT_EQ(state().segmenting.given.at("fast-marching").at("threshold"), at);
+    const auto given = state().segmenting.given.find("fast-marching"); // the next run finds its own
+    EXPECT_TRUE(given == state().segmenting.given.end() || given->second.empty());
     EXPECT_EQ(steps(), steps_before + 1);
     // What the method gives with that threshold.
     const auto expected =
@@ -174,6 +175,12 @@ TEST_F(SegmentBound, IsSeenWhileItIsDraggedAndTakenWhenItIsLetGo) {
     frame({});
     EXPECT_EQ(count_of(Work::kLabels, 1.0f), before);
     EXPECT_EQ(viewer().interface().message(), "undone: fast-marching, bounded anew");
+    EXPECT_EQ(strength().bound, found); // and so is the slider
+    key("y", {.ctrl = true});
+    frame({});
+    EXPECT_EQ(strength().bound, at);
+    click_widget("segment/give/threshold");
+    EXPECT_EQ(state().segmenting.given.at("fast-marching").at("threshold"), at);
 }
 
 // A place on the slider is one value, however often the bound has been dragged.
@@ -284,6 +291,7 @@ TEST(SegmentRun, BoundsTheObjectsThatMetNoBoundary) {
         return i == glm::uvec3(60, 30, 30) ? 2.0 : 0.0; // it was there before
     });
     SegmentJob job{find_segment_method("fast-marching"), {{"rule", 0.0}}, volume, labels, seeds};
+    job.label = 1; // has its bound: the other one wants one
     const SegmentDone done = SegmentRun(job, false).take().value().value();
     ASSERT_TRUE(done.strength);
     ASSERT_TRUE(done.strength->is_unbounded);
@@ -312,6 +320,64 @@ TEST(SegmentRun, BoundsTheObjectsThatMetNoBoundary) {
     // The same bound once more changes nothing, and says so by being the same map.
     again.labels = all.labels;
     EXPECT_TRUE(SegmentRun(again, false).take().value().value().labels.is_same_as(all.labels));
+}
+
+// Of several objects the one in the hand is bounded anew.
+TEST(SegmentRun, BoundsTheLabelInTheHand) {
+    const Grid grid = make_grid({48, 24, 24}, {1, 1, 1});
+    const auto ball = [&](double x, double radius) {
+        return [=](glm::uvec3 i) {
+            return glm::distance(glm::dvec3(i), glm::dvec3(x, 12, 12)) < radius;
+        };
+    };
+    const Volume volume = make_volume(grid, ScalarType::i16, [&](glm::uvec3 i) {
+        return ball(12, 8)(i) || ball(36, 8)(i) ? 100.0 + (i.x + i.y) % 3 : 0.0;
+    });
+    const Volume seeds = make_volume(grid, ScalarType::u8, [&](glm::uvec3 i) {
+        return ball(12, 3)(i) ? 1.0 : ball(36, 3)(i) ? 2.0 : 0.0;
+    });
+    SegmentJob job{find_segment_method("fast-marching"), {}, volume, empty_labels(grid), seeds};
+    job.label = 2;
+    const SegmentDone done = SegmentRun(job, false).take().value().value();
+    const auto count = [&](const Volume& labels, float label) {
+        size_t found = 0;
+        for (uint32_t z = 0; z < 24; ++z)
+            for (uint32_t y = 0; y < 24; ++y)
+                for (uint32_t x = 0; x < 48; ++x)
+                    found += labels.value({x, y, z}) == label;
+        return found;
+    };
+    ASSERT_GT(count(done.labels, 1.0f), 100u);
+    ASSERT_GT(count(done.labels, 2.0f), 100u);
+    ASSERT_EQ(done.strength->of, std::vector<uint16_t>{2});
+    SegmentJob again{job.method, {}, volume, done.labels};
+    again.again = done.strength;
+    again.again->bound = done.strength->least;
+    const SegmentDone less = SegmentRun(again, false).take().value().value();
+    EXPECT_EQ(count(less.labels, 1.0f), count(done.labels, 1.0f));
+    EXPECT_LT(count(less.labels, 2.0f), count(done.labels, 2.0f));
+}
+
+// A result that comes while a person goes on drawing is put into the newest labels.
+TEST(SegmentRun, AReadyResultGoesIntoAnotherMap) {
+    const Grid grid = make_grid({24, 24, 24}, {1, 1, 1});
+    const auto ball = [&](double radius) {
+        return make_volume(grid, ScalarType::u8, [=](glm::uvec3 i) {
+            return glm::distance(glm::dvec3(i), glm::dvec3(12.0)) < radius ? 1.0 : 0.0;
+        });
+    };
+    SegmentJob job{
+        find_segment_method("region-growing"), {}, ball(8.0), empty_labels(grid), ball(3.0)};
+    const SegmentDone done = SegmentRun(job, false).take().value().value();
+    SegmentJob later = job;
+    later.labels =
+        make_volume(grid, ScalarType::u8, [](glm::uvec3 i) { return i.x < 2 ? 5.0 : 0.0; });
+    later.ready = std::make_shared<SegmentDone>(done);
+    const Volume both = SegmentRun(later, false).take().value().value().labels;
+    EXPECT_EQ(both.value({1, 12, 12}), 5.0f);
+    for (uint32_t x = 2; x < 24; ++x)
+        EXPECT_EQ(both.value({x, 12, 12}), done.labels.value({x, 12, 12}));
+    EXPECT_EQ(both.value({12, 12, 12}), 1.0f);
 }
 
 // A parameter that a person begins to give has the value that the method found.

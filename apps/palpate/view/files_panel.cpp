@@ -29,7 +29,8 @@ void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order
     if (ImGui::Button("open..")) {
         state.browser_open = true;
         state.browsing = Browsing::documents;
-        browsed_.clear();
+        if (!browsed_.empty())
+            browse(browsed_); // as it is now
     }
     note("file/open");
     ImGui::SameLine();
@@ -177,7 +178,7 @@ void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
                     ImGui::SetTooltip("%s", name.c_str());
                 if (chosen) {
                     const fs::path path = fs::path(browsed_) / entry.name;
-                    if (entry.is_folder) {
+                    if (entry.is_folder && !Project::is_one(path)) {
                         next = path;
                     } else {
                         orders.push_back({kind, {}, time_s_, path.string()});

@@ -32,6 +32,15 @@ std::optional<double> depth_of_seen(const ViewState& state, const Subject& subje
     return edge < *middle - kThrough * state.radius_mm ? edge : *middle;
 }
 
+// Where a ray is so deep along the view.
+glm::dvec3 at_depth(const View& view, const Ray& ray, double depth_mm) {
+    const double from_mm = glm::dot(view.forward, ray.origin_mm - view.eye_mm);
+    return ray.origin_mm +
+           ray.direction * (depth_mm - from_mm) / glm::dot(ray.direction, view.forward);
+}
+
+constexpr double kSteep = 2.0; // a surface that a pressed tool follows: 63 degrees to the picture
+
 } // namespace
 
 void point_hand(ViewState& state, const Subject& subject) {
@@ -61,15 +70,18 @@ void point_hand(ViewState& state, const Subject& subject) {
         stylus.meant = {met->at_mm - over_mm * view.forward, turn};
         return;
     }
-    if (stylus.on_surface && stylus.buttons == 0 && subject.pick)
-        if (const auto seen_mm = depth_of_seen(state, subject, view, ray))
-            stylus.depth_mm = *seen_mm;
+    if (stylus.on_surface && subject.pick)
+        if (const auto seen_mm = depth_of_seen(state, subject, view, ray)) {
+            const glm::dvec3 from = stylus.meant.position_mm;
+            const glm::dvec3 away = at_depth(view, ray, depth_of(from)) - from;
+            if (stylus.buttons == 0 || std::abs(*seen_mm - stylus.depth_mm) <=
+                                           state.radius_mm + kSteep * glm::length(away))
+                stylus.depth_mm = *seen_mm;
+        }
     if (stylus.depth_mm <= 0.0)
         stylus.depth_mm = depth_of(state.camera.target_mm);
     const double depth_mm = std::max(1e-3, stylus.depth_mm + stylus.push_mm);
-    stylus.meant = {ray.origin_mm + ray.direction * (depth_mm - depth_of(ray.origin_mm)) /
-                                        glm::dot(ray.direction, view.forward),
-                    turn};
+    stylus.meant = {at_depth(view, ray, depth_mm), turn};
     if (!stylus.on_surface)
         return;                          // the depth is the person's
     constexpr double kParallel_mm = 1e6; // from which the rays of a parallel view come

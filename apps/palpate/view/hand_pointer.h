@@ -11,8 +11,9 @@ namespace palpate::view {
 //     left, right    buttons 0 and 1; left over a widget in 3D presses it
 //     middle in 3D   rotates; Shift: pans
 
-// The hand goes to the pointer. In 3D the depth is that of what is seen there, but stays while a
-// button of the hand is pressed.
+// The hand goes to the pointer. In 3D the depth is that of what is seen there. While a button of
+// the hand is pressed, it is that of what was seen there before (Subject::pick), so that a tool
+// does not follow its own hole; and it does not jump, as over an opening.
 void point_hand(ViewState& state, const Subject& subject);
 // A hand that begins: at the pointer, or else before the volume, where nothing is touched.
 void begin_hand(ViewState& state, const Subject& subject);

@@ -233,6 +233,12 @@ void hover(ViewState& state, const Subject& subject) {
         move_crosshair(state, subject.grid, *met);
 }
 
+// Whether a question or a list of files is open: a click beside it is for none of the tools.
+bool asks(const ViewState& state) {
+    return state.leaving || state.saving_open || state.recovered_steps > 0 || state.browser_open ||
+           state.series_open;
+}
+
 std::optional<Panel> panel_under(const ViewState& state) {
     for (const Places::View& view : places_of(state).views)
         if (view.box.holds(state.pointer_px))
@@ -263,6 +269,10 @@ Outcome after(ViewState before, const Event& event, const Subject& subject) {
             move_cursor(state, subject);
             break;
         case Event::Kind::button:
+            if (event.down && in_view && !state.drag && asks(state)) {
+                state.browser_open = state.series_open = false; // questions stay
+                break;
+            }
             if (press_hand(state, event, subject, in_view))
                 break;
             if (!event.down)

@@ -173,7 +173,8 @@ std::vector<Order> Interface::frame(const std::vector<Event>& events, double tim
     std::vector<Order> orders;
     bound_held_ = false;
     draw_tools(state, work, orders);
-    follow_bound(state, work);
+    if (!bound_held_ && !work.segmenting()) // taken, or no longer shown
+        state.segmenting.preview.reset();
     tell_measure(state, work);
     draw_status(state, work);
     draw_touch(state, work, orders);

@@ -93,7 +93,6 @@ class Interface {
     void draw_seed_brush(ViewState& state, std::vector<Order>& orders);
     void draw_parameters(ViewState& state, Work& work, const SegmentMethod& method);
     void draw_strength(ViewState& state, Work& work, std::vector<Order>& orders);
-    void follow_bound(ViewState& state, const Work& work);
     void draw_mesh_pulling(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_method(ViewState& state, Work& work, std::vector<Order>& orders);
     void draw_labels_panel(ViewState& state, Work& work, std::vector<Order>& orders);

@@ -27,7 +27,7 @@ Result<std::string> export_labels(const Volume& labels, uint16_t label,
             return fail("{}; the surface of label {} is written to .ply, .stl, .obj or .vtp",
                         named.error().message, label);
         PALPATE_TRY(save_volume(path, labels, stop));
-        return fmt::format("all labels written to {}", path.string());
+        return fmt::format("all labels written to {}, without their names", path.string());
     }
     if (!count_labels(labels).contains(label))
         return fail("{}: expected samples of label {}, found none", path.string(), label);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/segment/resample.h"
+#include "engine/segment/seeds.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/extent.h"
 
@@ -30,6 +31,13 @@ std::vector<glm::ivec3> corners_in(const Grid& grid, const Grid& other) {
         corners.emplace_back(nearest);
     }
     return corners;
+}
+
+double labelled_mm3(const Volume& labels) {
+    double samples = 0.0;
+    for (const LabelCount& one : label_counts(labels))
+        samples += static_cast<double>(one.count);
+    return samples * std::abs(glm::determinant(glm::dmat3(labels.grid().world_from_index)));
 }
 
 } // namespace
@@ -57,12 +65,19 @@ Result<LoadedVolume> on_grid(LoadedVolume labels, const Grid& grid, const std::s
         labels.volume = with_grid(labels.volume, grid);
         return labels;
     }
+    const double before_mm3 = labelled_mm3(labels.volume);
     PALPATE_TRY(labels.volume, resample(labels.volume, {grid, ResampledBy::nearest}, {stop, {}}));
     if (!is_same)
         labels.notes.push_back(
             fmt::format("the label map has other samples ({} x {} x {}): each sample of the volume "
                         "takes the label of the nearest one, and 0 outside the map",
                         own.size.x, own.size.y, own.size.z));
+    const double kept = labelled_mm3(labels.volume) / before_mm3;
+    constexpr double kMostOutside = 0.1; // by which other samples may differ
+    if (kept < 1.0 - kMostOutside)
+        labels.notes.push_back(
+            fmt::format("{:.0f} % of the labels lie outside the volume and are left out",
+                        100.0 * (1.0 - kept)));
     return labels;
 }
 

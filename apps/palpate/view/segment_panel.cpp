@@ -37,6 +37,16 @@ void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
 
 namespace {
 
+// What the last run found, and of a threshold what a person has bounded its result by.
+std::optional<double> value_found(const MethodParameter& parameter, const SegmentMethod& method,
+                                  const Work& work) {
+    const auto& strength = work.strength();
+    if (strength && strength->method == &method && !strength->is_unbounded &&
+        std::string_view(parameter.name) == "threshold")
+        return strength->bound;
+    return work.found(method, parameter.name);
+}
+
 // The value that a parameter has when a person begins to give it.
 double first_value(const MethodParameter& parameter, std::optional<double> found,
                    const ViewState& state, Work& work) {
@@ -65,7 +75,7 @@ void Interface::draw_parameters(ViewState& state, Work& work, const SegmentMetho
         ImGui::PushID(parameter.name);
         const auto found = given.find(parameter.name);
         bool is_given = found != given.end();
-        const std::optional<double> found_before = work.found(method, parameter.name);
+        const std::optional<double> found_before = value_found(parameter, method, work);
         if (ImGui::Checkbox("##given", &is_given)) {
             if (is_given)
                 given[parameter.name] = first_value(parameter, found_before, state, work);
@@ -108,6 +118,10 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
         !(strength->least < strength->most))
         return;
     ImGui::TextDisabled("%s", strength->method->strength);
+    std::string of;
+    for (const uint16_t label : strength->of)
+        of += fmt::format("{} {}", of.empty() ? "of label" : ",", label);
+    ImGui::TextDisabled("%s", of.c_str());
     const bool by_octaves = is_object_below(*strength->method);
     const auto to_slider = [&](double bound) { return by_octaves ? std::log2(bound) : bound; };
     const double bound = segmenting.preview.value_or(strength->bound);
@@ -130,20 +144,6 @@ void Interface::draw_strength(ViewState& state, Work& work, std::vector<Order>& 
         return;
     bound_held_ = true; // until it is taken
     orders.push_back({Order::Kind::bound, {}, time_s_, {}});
-}
-
-// A bound that was let go is seen until it has been taken; then the next run has it, too.
-void Interface::follow_bound(ViewState& state, const Work& work) {
-    Segmenting& segmenting = state.segmenting;
-    if (bound_held_ || work.segmenting() || !segmenting.preview)
-        return;
-    const double bound = *std::exchange(segmenting.preview, std::nullopt);
-    const auto& strength = work.strength();
-    if (!strength || strength->bound != bound)
-        return;
-    for (const MethodParameter& parameter : strength->method->parameters)
-        if (std::string_view(parameter.name) == "threshold")
-            segmenting.given[strength->method->name][parameter.name] = bound;
 }
 
 void Interface::draw_segment_panel(ViewState& state, Work& work, std::vector<Order>& orders) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/segment/label_merge.h"
 #include "engine/segment/map_values.h"
@@ -34,13 +35,14 @@ double weakest(const Volume& strength, const Volume& labels, bool below) {
     return found;
 }
 
-// The labels `of`, without the others.
-Result<Volume> only(const Volume& labels, const std::vector<uint16_t>& of, const Task& task) {
+// A strength where its owner is one of some labels; no data elsewhere.
+Result<Volume> only(const Volume& strength, const Volume& owner, const std::vector<uint16_t>& of,
+                    const Task& task) {
     std::vector<bool> stays(65536);
     for (const uint16_t label : of)
         stays[label] = true;
-    return map_values<uint16_t>(std::array{&labels}, task, [&](std::array<float, 1> label) {
-        return stays[size_t(label[0])] ? uint16_t(label[0]) : uint16_t{0};
+    return map_values<float>(std::array{&strength, &owner}, task, [&](std::array<float, 2> v) {
+        return stays[size_t(v[1])] ? v[0] : std::numeric_limits<float>::quiet_NaN();
     });
 }
 
@@ -89,6 +91,11 @@ Result<SegmentDone> SegmentRun::run() {
         task.look = [this](const std::function<Volume()>& make) { look(make); };
     if (job_.again)
         return bound_again(task);
+    if (job_.ready) {
+        PALPATE_TRY(job_.ready->labels, with_labels(job_.labels, job_.ready->objects,
+                                                    job_.ready->of, job_.locked, task));
+        return *job_.ready;
+    }
     std::vector<uint16_t> of;
     SegmentInput input{job_.volume, job_.seeds, {}, 0};
     input.keeps_unbounded = true;
@@ -103,39 +110,56 @@ Result<SegmentDone> SegmentRun::run() {
     if (!job_.seeds)
         for (const LabelCount& one : label_counts(found.labels))
             of.push_back(one.label);
-    SegmentDone done{job_.labels, {}, std::move(found.found), std::move(found.notes)};
-    std::vector<uint16_t> unbounded;
+    std::vector<std::string> notes = std::move(found.notes);
+    std::erase_if(notes, [&](const std::string& note) { // the outside is no label to a person
+        return note.starts_with(fmt::format("label {}:", job_.outside));
+    });
+    std::vector<uint16_t> bounded = of, unbounded;
     for (const Unbounded& one : found.unbounded) {
         unbounded.push_back(one.label);
-        done.notes.push_back(one.why);
-        std::erase(of, one.label); // what the map has of it stays
+        notes.push_back(one.why);
+        std::erase(bounded, one.label); // what the map has of it stays
     }
-    if (!of.empty()) {
-        PALPATE_TRY(done.labels,
-                    with_labels(job_.labels, found.labels, of, job_.locked, task.part(0.95, 1.0)));
+    SegmentDone done{job_.labels,      {},           std::move(found.found),
+                     std::move(notes), found.labels, bounded};
+    if (!bounded.empty()) {
+        PALPATE_TRY(done.labels, with_labels(job_.labels, found.labels, bounded, job_.locked,
+                                             task.part(0.95, 1.0)));
     }
-    if (!found.strength || (of.empty() && unbounded.empty()))
+    if (!found.strength || of.empty())
         return done;
     Strength strength{job_.method, std::move(*found.strength), std::move(*found.owner),
-                      unbounded.empty() ? std::move(of) : std::move(unbounded)};
-    strength.is_unbounded = !found.unbounded.empty();
+                      unbounded.empty() ? of : unbounded};
+    strength.is_unbounded = !unbounded.empty();
+    if (std::ranges::find(strength.of, job_.label) != strength.of.end())
+        strength.of = {job_.label};
+    if (strength.of.size() < of.size()) {
+        PALPATE_TRY(strength.volume,
+                    only(strength.volume, strength.owner, strength.of, {task.stop, {}}));
+    }
     PALPATE_TRY(const ArrivalGrowth growth, is_object_below(*job_.method)
                                                 ? arrival_growth(strength.volume, {task.stop, {}})
                                                 : Result<ArrivalGrowth>());
-    set_bound(strength, found.labels, growth);
+    set_bound(strength, done, growth);
     done.strength = std::move(strength);
     return done;
 }
 
 // The bound that a method has taken, and the ends of its slider.
-void SegmentRun::set_bound(Strength& strength, const Volume& found, const ArrivalGrowth& growth) {
+void SegmentRun::set_bound(Strength& strength, const SegmentDone& found,
+                           const ArrivalGrowth& growth) {
     const bool below = is_object_below(*job_.method);
-    if (below) {
+    if (!below) {
+        strength.least = std::clamp(double{strength.volume.range().min}, 0.0, 1.0);
+    } else {
         strength.least = growth.times.empty() ? 0.0 : growth.times.front();
         strength.most = growth.times.empty() ? 0.0 : growth.times.back();
     }
     strength.bound = strength.is_unbounded ? std::sqrt(strength.least * strength.most)
-                                           : weakest(strength.volume, found, below);
+                                           : weakest(strength.volume, found.objects, below);
+    if (const auto stopped = found.found.find("threshold");
+        stopped != found.found.end() && found.of.size() == 1 && strength.of == found.of)
+        strength.bound = stopped->second; // and not the time of the last sample before it
     if (const auto given = job_.given.find("threshold"); given != job_.given.end())
         strength.bound = given->second;
     if (!below || strength.is_unbounded)
@@ -149,13 +173,11 @@ void SegmentRun::set_bound(Strength& strength, const Volume& found, const Arriva
 Result<SegmentDone> SegmentRun::bound_again(const Task& task) {
     const Strength& by = *job_.again;
     PALPATE_TRY(Volume found, bounded_labels(by.volume, by.owner, is_object_below(*by.method),
-                                             by.bound, task.part(0.0, 0.4)));
-    PALPATE_TRY(found, only(found, by.of, task.part(0.4, 0.5)));
+                                             by.bound, task.part(0.0, 0.5)));
     PALPATE_TRY(Volume labels,
-                with_labels(job_.labels, found, by.of, job_.locked, task.part(0.5, 0.9)));
-    SegmentDone done{std::move(labels), by, {}, {}};
+                with_labels(job_.labels, found, by.of, job_.locked, task.part(0.5, 1.0)));
+    SegmentDone done{std::move(labels), by, {}, {}, std::move(found), by.of};
     done.strength->is_unbounded = false;
-    done.counts = label_counts(done.labels);
     return done;
 }
 

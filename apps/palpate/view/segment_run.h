@@ -18,13 +18,22 @@ namespace palpate::view {
 struct Strength {
     const SegmentMethod* method = nullptr;
     Volume volume, owner;     // Segmented::strength and owner
-    std::vector<uint16_t> of; // the labels that it bounds
+    std::vector<uint16_t> of; // the labels that it bounds; elsewhere volume has no data
     double bound = 0.0;       // of volume, that bounds the objects
     // The ends of the bound's slider, which moves over the logarithm of times. Times far from the
     // bound are of no use; where none was found, the ends are the first and the last time of the
     // front. Equal: no slider.
     double least = 0.0, most = 1.0;
     bool is_unbounded = false; // the labels do not have these objects yet
+};
+
+struct SegmentDone {
+    Volume labels; // the map with the result in it, but for objects without a bound
+    std::optional<Strength> strength;
+    ParameterValues found; // Segmented
+    std::vector<std::string> notes;
+    Volume objects;           // that go into the map
+    std::vector<uint16_t> of; // the labels that they take the place of
 };
 
 // What a method works on, as it was when it was asked for.
@@ -34,16 +43,12 @@ struct SegmentJob {
     Volume volume, labels;       // the map that the result is put into
     std::optional<Volume> seeds; // of labels 1 .. 254, and `outside`
     uint16_t outside = 0;
-    std::vector<uint16_t> locked{};  // labels that stay as they are
-    std::optional<Strength> again{}; // the method is not run: its objects are bounded by this
-};
-
-struct SegmentDone {
-    Volume labels; // the map with the result in it, but for objects without a bound
-    std::optional<Strength> strength;
-    ParameterValues found; // Segmented
-    std::vector<std::string> notes;
-    std::vector<LabelCount> counts{}; // of the labels, where objects were bounded again
+    std::vector<uint16_t> locked{}; // labels that stay as they are
+    uint16_t label = 0;             // in the hand: of several, the one that is bounded again
+    // The method is not run: its objects are bounded by this, or its result is put into another
+    // map.
+    std::optional<Strength> again{};
+    std::shared_ptr<SegmentDone> ready{};
 };
 
 // A method at work on a thread of its own.
@@ -66,7 +71,7 @@ class SegmentRun {
  private:
     Result<SegmentDone> run();
     Result<SegmentDone> bound_again(const Task& task);
-    void set_bound(Strength& strength, const Volume& found, const ArrivalGrowth& growth);
+    void set_bound(Strength& strength, const SegmentDone& found, const ArrivalGrowth& growth);
     void look(const std::function<Volume()>& make); // from the thread
 
     SegmentJob job_;

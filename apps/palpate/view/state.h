@@ -170,7 +170,8 @@ struct Subject {
     std::vector<GreyWindow> windows; // of keys 1 .. 9
     std::vector<std::string> window_names;
     ViewState home; // as it was opened
-    // What a ray of the 3D view meets first, if anything: for Shift and a move.
+    // What a ray of the 3D view meets first, if anything: for Shift and a move, and for a hand that
+    // the pointer is. While that presses a button, the volume is as it was before.
     std::function<std::optional<glm::dvec3>(const Ray&)> pick{};
     // Where a ray meets the mesh that is pulled, and its place near a point; empty: there is none.
     std::function<std::optional<glm::dvec3>(const Ray&)> mesh_met{};

@@ -164,7 +164,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         for (const std::string& text : source.project->notes)
             tell_also(text);
         if (const size_t steps = source.project->unsaved)
-            tell_also(fmt::format("{} unsaved step{} recovered", steps, steps == 1 ? "" : "s"));
+            tell_also(fmt::format("{} step{} since the last save {} there", steps,
+                                  steps == 1 ? "" : "s", steps == 1 ? "is" : "are"));
         take_project(std::move(source.project->project));
     }
     if (source.steps)
@@ -225,7 +226,8 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
     };
     subject_.pick = [this](const Ray& ray) {
         const EditState state = session_.state();
-        return first_seen(ray, *state.document.find(grey_), session_.scene());
+        return first_seen(ray, before_press_ ? *before_press_ : *state.document.find(grey_),
+                          session_.scene());
     };
 }
 

@@ -211,6 +211,17 @@ class Work {
     std::string told_of(const SegmentJob& job, const SegmentDone& done);
     void step_back(bool is_undo); // or forward
     void tell_step();
+    // What belongs to steps and is no part of the document.
+    struct Beside {
+        std::vector<LabelName> names;
+        std::vector<LabelStyle> styles;
+        std::optional<double> bound; // of strength_
+        bool is_unbounded = false;
+    };
+    Beside beside() const;
+    void exchange_beside(Beside& other);
+    void keep_beside(Beside before, std::string title); // of the step that was put last
+    void follow_beside(); // where undo and redo have gone over such a step
     void poll_segmenting();
     std::vector<glm::uvec3> wire_path(glm::uvec3 from, glm::uvec3 to, int axis); // Subject::path
     void fill_wire(const ViewState& state);
@@ -239,6 +250,14 @@ class Work {
         uint64_t command;  // its number
     };
     std::optional<Stepping> stepping_;
+    struct StepBeside {
+        size_t step;      // undo steps with it
+        uint64_t command; // that made it
+        std::string title;
+        bool is_done;
+        Beside other; // on the side of it that is not the present
+    };
+    std::vector<StepBeside> steps_beside_;            // the oldest first
     bool labels_asked_ = false, seeds_asked_ = false; // an empty map is on its way
     std::optional<Strength> strength_;
     std::map<std::string, ParameterValues> found_; // by method
@@ -265,8 +284,9 @@ class Work {
     haptics::PlateTouch pressed_;   // of it, as drawn
     std::shared_ptr<const Mesh> palette_mesh_;
     bool widget_down_ = false;
-    uint32_t pressed_buttons_ = 0; // of the pointer's hand, in the last frame
-    struct HandPull {              // of the mesh, by the hand's button
+    uint32_t pressed_buttons_ = 0;       // of the pointer's hand, in the last frame
+    std::optional<Volume> before_press_; // the grey values, while it presses
+    struct HandPull {                    // of the mesh, by the hand's button
         glm::dvec3 held_mm, from_mm;
     };
     std::optional<HandPull> hand_pull_;

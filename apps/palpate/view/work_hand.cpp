@@ -98,6 +98,10 @@ void Work::follow_hand(ViewState& state, double time_s) {
         if ((state.stylus.buttons & ~pressed_buttons_ & (1u << i)) && carves[i] == Carve::nothing)
             message_ = "this button does nothing yet: the touch window (Y) gives it a tool";
     pressed_buttons_ = state.stylus.buttons;
+    if (pressed_buttons_ == 0)
+        before_press_.reset();
+    else if (!before_press_)
+        before_press_ = *edited().document.find(grey_);
     press_widgets(state);
     move_by_hand(state);
     state.stylus.on = touch_.running();

@@ -26,21 +26,20 @@ bool Work::has_labels() {
 }
 
 void Work::take_labels(LoadedVolume labels) {
-    if (!session_.put({labels_, VolumeKind::labels, std::move(labels.volume)},
-                      "labels of a file")) {
-        message_ = "too much is being done: try again";
+    session_.settle(); // strokes under way come before it
+    const Beside before = beside();
+    const std::string title = "labels of a file";
+    if (!session_.put({labels_, VolumeKind::labels, std::move(labels.volume)}, title))
         return;
-    }
+    keep_beside(before, title);
     message_ = "labels read from the file";
     for (const auto* said : {&labels.warnings, &labels.notes})
         for (const std::string& text : *said)
             tell_also(text);
-    if (labels.labels.empty()) // names that are known may be theirs
-        return;
     Scene scene = session_.scene();
     if (!scene.labels)
         scene.labels = LabelLayer{};
-    loaded_.label_names.clear();
+    loaded_.label_names.clear(); // those of other labels
     for (const LabelName& name : labels.labels) {
         if (name.label == 0 || name.label > 65535)
             continue;

@@ -99,7 +99,10 @@ void Work::poll_mesh() {
     if (labels && !labels->is_same_as(run->before)) {
         message_ = "the labels have changed meanwhile: try again";
     } else if (is_unchanged) {
-        message_ = fmt::format("label {} {}: no sample changes", run->label, done->told);
+        message_ = std::string_view(done->step) == "fill holes"
+                       ? fmt::format("label {}: no hole is closed on all sides, across slices, too",
+                                     run->label)
+                       : fmt::format("label {} {}: no sample changes", run->label, done->told);
         if (mesh_ && done->is_of_mesh)
             mesh_->mark_applied();
     } else {

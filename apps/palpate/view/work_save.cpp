@@ -133,6 +133,7 @@ void Work::end_save(bool succeeded) {
 
 void Work::poll() {
     tell_step();
+    follow_beside();
     poll_segmenting();
     poll_mesh();
     poll_export();

@@ -1,7 +1,5 @@
 // The part of a document's work that segments: seeds, methods, and what comes of them.
 
-#include <fmt/ranges.h>
-
 #include <algorithm>
 
 #include "apps/palpate/view/work.h"
@@ -75,7 +73,8 @@ void Work::begin_segmenting(const ViewState& state) {
         .volume = *now.document.find(grey_),
         .labels = labels ? *labels : empty_labels(subject_.grid),
         .outside = kOutside,
-        .locked = state.locked_labels};
+        .locked = state.locked_labels,
+        .label = state.label};
     if (method->takes_seeds)
         job.seeds = *seeds;
     run_segmenting(std::move(job));
@@ -109,24 +108,25 @@ std::optional<double> Work::found(const SegmentMethod& method, const char* param
     return value == of->second.end() ? std::nullopt : std::optional(value->second);
 }
 
-// What a person should know of a result.
+// What a person should know of a result: how large its objects are in the end, and what was found.
 std::string Work::told_of(const SegmentJob& job, const SegmentDone& done) {
-    if (done.strength && done.strength->is_unbounded && done.strength->least < done.strength->most)
-        return fmt::format("{}; drag `bound` in the tab segment", fmt::join(done.notes, "; "));
-    if (done.labels.is_same_as(job.labels))
-        return fmt::format("{}: no sample changed", job.method->name);
-    if (!job.again)
-        return fmt::format("{}", fmt::join(done.notes, "; "));
+    const auto counts = label_counts(done.objects);
     std::string told;
-    for (const uint16_t label : job.again->of) {
-        const auto found = std::ranges::find(done.counts, label, &LabelCount::label);
-        const double samples = found == done.counts.end() ? 0.0 : static_cast<double>(found->count);
+    for (const uint16_t label : done.of) {
+        const auto found = std::ranges::find(counts, label, &LabelCount::label);
+        const double samples = found == counts.end() ? 0.0 : static_cast<double>(found->count);
         told += fmt::format("{}label {}: {}", told.empty() ? "" : ", ", label,
                             ml_text(samples * label_sample_mm3().value_or(0.0)));
     }
-    return fmt::format("{} {} {:.4g}", told,
-                       is_object_below(*job.method) ? "by" : "at a strength of at least",
-                       job.again->bound);
+    if (job.again)
+        told += fmt::format(" {} {:.4g}",
+                            is_object_below(*job.method) ? "by" : "at a strength of at least",
+                            job.again->bound);
+    for (const std::string& note : done.notes)
+        told += (told.empty() ? "" : "; ") + note;
+    if (done.strength && done.strength->is_unbounded && done.strength->least < done.strength->most)
+        return told + "; drag `bound` in the tab segment";
+    return done.labels.is_same_as(job.labels) ? "no sample changed; " + told : told;
 }
 
 void Work::poll_segmenting() {
@@ -149,11 +149,15 @@ void Work::poll_segmenting() {
     const EditState now = edited();
     const Volume* labels = now.document.find(labels_);
     const bool changes = !done.labels.is_same_as(job.labels);
-    if (changes && labels && !labels->is_same_as(job.labels)) {
-        message_ = "the labels have changed meanwhile: segment again";
-        return;
+    if (changes && labels && !labels->is_same_as(job.labels)) { // a person has gone on drawing
+        SegmentJob anew = job;
+        anew.labels = *labels;
+        if (!anew.again)
+            anew.ready = std::make_shared<SegmentDone>(std::move(done));
+        return run_segmenting(std::move(anew));
     }
     const std::string told = told_of(job, done);
+    const Beside before = beside();
     strength_ = std::move(done.strength);
     for (const auto& [name, value] : done.found)
         if (!job.given.contains(name)) // else a person chose it
@@ -163,9 +167,12 @@ void Work::poll_segmenting() {
         parameters[name] = value;
     const std::string title =
         job.again ? fmt::format("{}, bounded anew", job.method->name) : job.method->name;
-    if (!changes || session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, title,
+    if (changes && !session_.put({labels_, VolumeKind::labels, std::move(done.labels)}, title,
                                  std::move(parameters)))
-        message_ = told;
+        return;
+    if (changes && job.again)
+        keep_beside(before, title);
+    message_ = told;
 }
 
 Json Work::dump_segmenting(const ViewState& state) const {

@@ -144,7 +144,7 @@ TEST(RandomWalker, AnyNumberOfThreadsGivesTheSameBitsAndBadSeedsAreASentence) {
     });
     const Volume one = seeds_at(grid, {{{3, 3, 3}, 1}});
     EXPECT_THAT(random_walker(volume, one, 1, {}, {}).error().message,
-                testing::HasSubstr("at least two labels, found 1"));
+                testing::HasSubstr("at least two labels, such as inside and outside, found 1"));
     EXPECT_THAT(random_walker(volume, seeds, 5, {}, {}).error().message,
                 testing::HasSubstr("no seed has label 5"));
 }
