@@ -176,8 +176,8 @@ class Session {
 
     EditState state(); // the newest
     // How many inputs of strokes were accepted; EditState::inputs_done of them are done.
-    uint64_t commands_given() const { return editor_.commands_given(); } // likewise commands_done
     uint64_t inputs_given() const { return pushed_.load(std::memory_order_acquire); }
+    uint64_t commands_given() const { return editor_.commands_given(); } // and commands_done
     // Of all steps that can be undone, the oldest first, and behind them those that can be redone.
     std::vector<std::string> step_titles() const { return editor_.step_titles(); }
     // See Editor. Call it until it is empty.

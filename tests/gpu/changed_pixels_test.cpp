@@ -290,12 +290,18 @@ TEST_F(ChangedPixelsTest, OfAnEditBeyondTheBudgetAreRefinedLater) {
         coarsest = interactive.draw(scene, data).value().coarsest;
     }
     ASSERT_TRUE(coarsest);
-    interactive.set_budget_ms(1e9);
-    while (!interactive.draw(scene, data).value().complete) {
+    // What is sooner is judged by times that were measured, which another process may have
+    // disturbed.
+    bool later = false;
+    for (int i = 0; i < 5 && !later; ++i) {
+        interactive.set_budget_ms(1e9);
+        while (!interactive.draw(scene, data).value().complete) {
+        }
+        data.volume = edited(data.volume, 3000.0 + i);
+        interactive.set_budget_ms(1e-6);
+        later = !interactive.draw(scene, data, PixelBox{{0, 0}, scene.size_px}).value().complete;
     }
-    data.volume = edited(data.volume, 3000.0);
-    interactive.set_budget_ms(1e-6);
-    EXPECT_FALSE(interactive.draw(scene, data, PixelBox{{0, 0}, scene.size_px}).value().complete);
+    EXPECT_TRUE(later);
 }
 
 } // namespace

@@ -81,8 +81,10 @@ TEST_F(HandTest, APressedToolDoesNotJumpToWhatLiesFarBehind) {
     EXPECT_EQ(depth_after({2, 0}), depth);
     far_mm = 0.5 * now.radius_mm;
     EXPECT_NEAR(depth_after({4, 0}), depth + far_mm, 0.5);
-    now.stylus.buttons = 0;
+    const double before = now.stylus.depth_mm;
     far_mm = 60.0;
+    EXPECT_EQ(depth_after({90, 0}), before); // one long move, too
+    now.stylus.buttons = 0;
     EXPECT_GT(depth_after({2, 0}), depth + 50.0);
 }
 

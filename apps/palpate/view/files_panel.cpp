@@ -29,8 +29,6 @@ void Interface::draw_files_panel(ViewState& state, Work& work, std::vector<Order
     if (ImGui::Button("open..")) {
         state.browser_open = true;
         state.browsing = Browsing::documents;
-        if (!browsed_.empty())
-            browse(browsed_); // as it is now
     }
     note("file/open");
     ImGui::SameLine();
@@ -113,10 +111,11 @@ void Interface::draw_history(Work& work, std::vector<Order>& orders) {
 }
 
 void Interface::draw_browser(ViewState& state, std::vector<Order>& orders) {
+    const bool begins = !std::exchange(browser_was_open_, state.browser_open);
     if (!state.browser_open)
         return;
-    if (browsed_.empty())
-        browse(fs::current_path());
+    if (begins || browsed_.empty()) // as it is now
+        browse(browsed_.empty() ? fs::current_path() : fs::path(browsed_));
     const ImVec2 size(std::min(0.7f * static_cast<float>(state.size_px.x),
                                620.0f * static_cast<float>(state.text_scale)),
                       0.75f * static_cast<float>(state.size_px.y));

@@ -39,7 +39,30 @@ glm::dvec3 at_depth(const View& view, const Ray& ray, double depth_mm) {
            ray.direction * (depth_mm - from_mm) / glm::dot(ray.direction, view.forward);
 }
 
-constexpr double kSteep = 2.0; // a surface that a pressed tool follows: 63 degrees to the picture
+// How deep a pressed tool goes on its way to the pointer: along what is seen, by steps, up to 63
+// degrees off the picture's plane. Over an edge, as that of an opening, it stays as deep as it was.
+double followed_depth(const ViewState& state, const Subject& subject, const View& view,
+                      Panel panel) {
+    constexpr double kSteep = 2.0;
+    constexpr int kSteps = 8;
+    const Box box = box_of(state, panel).value();
+    const glm::dvec2 low(box.low_px), to = state.pointer_px;
+    const glm::dvec2 from =
+        pixel_of(state, subject.grid, panel, state.stylus.meant.position_mm).value_or(to);
+    const auto ray_at = [&](double share) {
+        return ray_through(view, glm::mix(from, to, share) - low, glm::uvec2(box.size_px));
+    };
+    double depth_mm = state.stylus.depth_mm;
+    for (int step = 1; step <= kSteps; ++step) {
+        const Ray before = ray_at(double(step - 1) / kSteps), there = ray_at(double(step) / kSteps);
+        const double away_mm =
+            glm::distance(at_depth(view, before, depth_mm), at_depth(view, there, depth_mm));
+        const auto seen_mm = depth_of_seen(state, subject, view, there);
+        if (seen_mm && std::abs(*seen_mm - depth_mm) <= state.radius_mm + kSteep * away_mm)
+            depth_mm = *seen_mm;
+    }
+    return depth_mm;
+}
 
 } // namespace
 
@@ -71,13 +94,9 @@ void point_hand(ViewState& state, const Subject& subject) {
         return;
     }
     if (stylus.on_surface && subject.pick)
-        if (const auto seen_mm = depth_of_seen(state, subject, view, ray)) {
-            const glm::dvec3 from = stylus.meant.position_mm;
-            const glm::dvec3 away = at_depth(view, ray, depth_of(from)) - from;
-            if (stylus.buttons == 0 || std::abs(*seen_mm - stylus.depth_mm) <=
-                                           state.radius_mm + kSteep * glm::length(away))
-                stylus.depth_mm = *seen_mm;
-        }
+        stylus.depth_mm = stylus.buttons == 0
+                              ? depth_of_seen(state, subject, view, ray).value_or(stylus.depth_mm)
+                              : followed_depth(state, subject, view, panel);
     if (stylus.depth_mm <= 0.0)
         stylus.depth_mm = depth_of(state.camera.target_mm);
     const double depth_mm = std::max(1e-3, stylus.depth_mm + stylus.push_mm);

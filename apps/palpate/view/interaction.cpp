@@ -235,8 +235,7 @@ void hover(ViewState& state, const Subject& subject) {
 
 // Whether a question or a list of files is open: a click beside it is for none of the tools.
 bool asks(const ViewState& state) {
-    return state.leaving || state.saving_open || state.recovered_steps > 0 || state.browser_open ||
-           state.series_open;
+    return state.leaving || state.saving_open || state.browser_open || state.series_open;
 }
 
 std::optional<Panel> panel_under(const ViewState& state) {

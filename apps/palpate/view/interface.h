@@ -128,6 +128,7 @@ class Interface {
     std::array<char, 1024> folder_{}, export_{}, labels_file_{}, figure_file_{},
         typed_{};                         // that are typed
     std::string browsed_, browser_error_; // the folder that is shown
+    bool browser_was_open_ = false;       // in the last frame
     std::vector<BrowserEntry> entries_;   // of it
     std::vector<std::string> recent_;
     const SeriesPreviews* previews_ = nullptr;

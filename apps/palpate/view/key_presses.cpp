@@ -166,7 +166,7 @@ void use_key(Outcome& next, const Event& event, const Subject& subject) {
         state.clipping.held.reset();
         return;
     }
-    if (state.leaving || state.recovered_steps > 0) // a question
+    if (state.leaving) // a question
         return;
     if (state.drag) // nothing is moved by accident while a hand is at work
         return;

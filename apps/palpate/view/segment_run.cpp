@@ -46,6 +46,24 @@ Result<Volume> only(const Volume& strength, const Volume& owner, const std::vect
     });
 }
 
+// The map `now` with what `done` has changed in `before`; what has changed in it since stays.
+Result<Volume> merged(const Volume& before, const Volume& done, const Volume& now,
+                      const std::vector<uint16_t>& locked, const Task& task) {
+    if (now.grid() != before.grid())
+        return fail("expected the labels on their grid, found another");
+    std::vector<bool> stays(65536);
+    for (const uint16_t label : locked)
+        stays[label] = true;
+    const auto label_of = [&](std::array<float, 3> v) {
+        const bool keeps = v[2] != v[0] || stays[size_t(v[2])] || stays[size_t(v[1])];
+        return keeps ? v[2] : v[1];
+    };
+    const std::array<const Volume*, 3> maps{&before, &done, &now};
+    if (done.type() == ScalarType::u8 && now.type() == ScalarType::u8)
+        return map_values<uint8_t>(maps, task, [&](auto v) { return uint8_t(label_of(v)); });
+    return map_values<uint16_t>(maps, task, [&](auto v) { return uint16_t(label_of(v)); });
+}
+
 } // namespace
 
 SegmentRun::SegmentRun(SegmentJob job, bool threaded) : job_(std::move(job)), threaded_(threaded) {
@@ -89,13 +107,13 @@ Result<SegmentDone> SegmentRun::run() {
     Task task{stop_.get_token(), [this](double share) { share_ = share; }};
     if (threaded_)
         task.look = [this](const std::function<Volume()>& make) { look(make); };
+    if (job_.ready) {
+        SegmentDone done = *job_.ready;
+        PALPATE_TRY(done.labels, merged(*job_.before, done.labels, job_.labels, job_.locked, task));
+        return done;
+    }
     if (job_.again)
         return bound_again(task);
-    if (job_.ready) {
-        PALPATE_TRY(job_.ready->labels, with_labels(job_.labels, job_.ready->objects,
-                                                    job_.ready->of, job_.locked, task));
-        return *job_.ready;
-    }
     std::vector<uint16_t> of;
     SegmentInput input{job_.volume, job_.seeds, {}, 0};
     input.keeps_unbounded = true;

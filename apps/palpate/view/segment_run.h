@@ -45,10 +45,12 @@ struct SegmentJob {
     uint16_t outside = 0;
     std::vector<uint16_t> locked{}; // labels that stay as they are
     uint16_t label = 0;             // in the hand: of several, the one that is bounded again
-    // The method is not run: its objects are bounded by this, or its result is put into another
-    // map.
+    // The method is not run: its objects are bounded by this.
     std::optional<Strength> again{};
-    std::shared_ptr<SegmentDone> ready{};
+    // Nor is anything bounded: what was made of the map `before` goes into `labels`, which a person
+    // has changed meanwhile, but for the samples that were changed.
+    std::shared_ptr<const SegmentDone> ready{};
+    std::optional<Volume> before{};
 };
 
 // A method at work on a thread of its own.

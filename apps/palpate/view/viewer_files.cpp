@@ -67,6 +67,8 @@ void Viewer::open(const std::string& path, const std::string& series) {
 void Viewer::open_beside(const std::string& path, bool labels) {
     if (!options_.open_beside || !may_open())
         return;
+    if (figure_ && !labels)
+        return work_->tell("a figure is being drawn: open the volume after it");
     beside_is_labels_ = labels;
     const auto read = [open = options_.open_beside, path, labels, grid = work_->subject().grid](
                           const std::stop_token& stop,
@@ -160,7 +162,8 @@ void Viewer::poll_opening() {
         take_opened(opening_.get());
     if (opening_beside_.valid()) {
         state_.opening_share = *opening_share_;
-        if (opening_beside_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
+        if (!work_->is_drawing() &&
+            opening_beside_.wait_for(std::chrono::seconds(0)) == std::future_status::ready)
             take_beside(opening_beside_.get());
     }
 }
@@ -191,6 +194,8 @@ void Viewer::take_beside(Result<LoadedVolume> opened) {
     const std::string path = std::exchange(state_.opening, {});
     if (!opened)
         return tell_unopened(opened.error(), path);
+    for (const std::string& warning : opened->warnings)
+        log::warning("{}", warning);
     if (state_.names_hidden)
         opened->warnings.clear(); // they name files
     if (beside_is_labels_)

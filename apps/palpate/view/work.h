@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <deque>
 #include <map>
 #include <memory>
@@ -137,6 +138,8 @@ class Work {
     // Labels of a file take the place of those that are there, as one step. On the volume's grid.
     void take_labels(LoadedVolume labels);
 
+    bool is_drawing() const { return down_; } // a stroke of the mouse is under way
+
     // How another volume is shown over the slices, if no segmentation is seen there.
     void show_fused(FusionLayer layer) { fusion_ = std::move(layer); }
 
@@ -215,8 +218,7 @@ class Work {
     struct Beside {
         std::vector<LabelName> names;
         std::vector<LabelStyle> styles;
-        std::optional<double> bound; // of strength_
-        bool is_unbounded = false;
+        std::optional<Strength> strength;
     };
     Beside beside() const;
     void exchange_beside(Beside& other);
@@ -251,13 +253,15 @@ class Work {
     };
     std::optional<Stepping> stepping_;
     struct StepBeside {
-        size_t step;      // undo steps with it
-        uint64_t command; // that made it
+        uint64_t command; // that makes the step
         std::string title;
+        std::optional<size_t> step; // undo steps with it; none: it is not done yet
         bool is_done;
         Beside other; // on the side of it that is not the present
     };
     std::vector<StepBeside> steps_beside_;            // the oldest first
+    std::array<uint64_t, 3> beside_at_{};             // the document that they have followed
+    bool went_back_ = false;                          // since then
     bool labels_asked_ = false, seeds_asked_ = false; // an empty map is on its way
     std::optional<Strength> strength_;
     std::map<std::string, ParameterValues> found_; // by method

@@ -91,6 +91,10 @@ void Work::follow_hand(ViewState& state, double time_s) {
         hold_tools(state);
     if (edited().document.find(labels_))
         labels_asked_ = false;
+    if (state.stylus.buttons == 0)
+        before_press_.reset();
+    else if (!before_press_) // the servo does not know of the press yet
+        before_press_ = *edited().document.find(grey_);
     touch_.frame(state.stylus, time_s);
     follow_milling(state, time_s);
     const Carve carves[] = {state.stylus.first, state.stylus.second};
@@ -98,10 +102,6 @@ void Work::follow_hand(ViewState& state, double time_s) {
         if ((state.stylus.buttons & ~pressed_buttons_ & (1u << i)) && carves[i] == Carve::nothing)
             message_ = "this button does nothing yet: the touch window (Y) gives it a tool";
     pressed_buttons_ = state.stylus.buttons;
-    if (pressed_buttons_ == 0)
-        before_press_.reset();
-    else if (!before_press_)
-        before_press_ = *edited().document.find(grey_);
     press_widgets(state);
     move_by_hand(state);
     state.stylus.on = touch_.running();

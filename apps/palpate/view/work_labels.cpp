@@ -26,7 +26,6 @@ bool Work::has_labels() {
 }
 
 void Work::take_labels(LoadedVolume labels) {
-    session_.settle(); // strokes under way come before it
     const Beside before = beside();
     const std::string title = "labels of a file";
     if (!session_.put({labels_, VolumeKind::labels, std::move(labels.volume)}, title))
@@ -39,7 +38,8 @@ void Work::take_labels(LoadedVolume labels) {
     Scene scene = session_.scene();
     if (!scene.labels)
         scene.labels = LabelLayer{};
-    loaded_.label_names.clear(); // those of other labels
+    loaded_.label_names.clear(); // those of other labels, as are the colours
+    scene.labels->styles.clear();
     for (const LabelName& name : labels.labels) {
         if (name.label == 0 || name.label > 65535)
             continue;

@@ -100,8 +100,10 @@ void Work::poll_mesh() {
         message_ = "the labels have changed meanwhile: try again";
     } else if (is_unchanged) {
         message_ = std::string_view(done->step) == "fill holes"
-                       ? fmt::format("label {}: no hole is closed on all sides, across slices, too",
-                                     run->label)
+                       ? fmt::format(
+                             "label {}: it has no hole that is closed in 3D (in a slice one may "
+                             "look closed)",
+                             run->label)
                        : fmt::format("label {} {}: no sample changes", run->label, done->told);
         if (mesh_ && done->is_of_mesh)
             mesh_->mark_applied();

@@ -108,9 +108,9 @@ std::optional<double> Work::found(const SegmentMethod& method, const char* param
     return value == of->second.end() ? std::nullopt : std::optional(value->second);
 }
 
-// What a person should know of a result: how large its objects are in the end, and what was found.
+// What a person should know of a result: how large its labels are then, and what was found.
 std::string Work::told_of(const SegmentJob& job, const SegmentDone& done) {
-    const auto counts = label_counts(done.objects);
+    const auto counts = label_counts(done.labels);
     std::string told;
     for (const uint16_t label : done.of) {
         const auto found = std::ranges::find(counts, label, &LabelCount::label);
@@ -148,17 +148,26 @@ void Work::poll_segmenting() {
     session_.settle();
     const EditState now = edited();
     const Volume* labels = now.document.find(labels_);
+    const std::vector<uint16_t>& locked = session_.kept().locked_labels;
     const bool changes = !done.labels.is_same_as(job.labels);
-    if (changes && labels && !labels->is_same_as(job.labels)) { // a person has gone on drawing
+    // A person has gone on drawing, or has locked a label. While a hand draws without a pause, this
+    // goes on, and the result comes after.
+    if (changes && labels && (!labels->is_same_as(job.labels) || locked != job.locked)) {
         SegmentJob anew = job;
+        if (!job.ready) {
+            anew.before = job.labels;
+            anew.ready = std::make_shared<const SegmentDone>(std::move(done));
+        }
         anew.labels = *labels;
-        if (!anew.again)
-            anew.ready = std::make_shared<SegmentDone>(std::move(done));
+        anew.locked = locked;
         return run_segmenting(std::move(anew));
     }
     const std::string told = told_of(job, done);
     const Beside before = beside();
     strength_ = std::move(done.strength);
+    if (!job.again)
+        std::erase_if(found_[job.method->name],
+                      [&](const auto& old) { return !job.given.contains(old.first); });
     for (const auto& [name, value] : done.found)
         if (!job.given.contains(name)) // else a person chose it
             found_[job.method->name].insert_or_assign(name, value);

@@ -1,17 +1,21 @@
 // The part of a document's work that undoes and redoes steps.
 
+#include <algorithm>
+
 #include "apps/palpate/view/work.h"
 
 namespace palpate::view {
 
 void Work::step_back(bool is_undo) {
+    size_t redo_steps = edited().redo_steps;
     const auto step = [&] { return is_undo ? session_.undo() : session_.redo(); };
     if (!step()) { // a long way back: the editor comes after
         session_.settle();
+        redo_steps = edited().redo_steps;
         step();
     }
-    const EditState now = edited();
-    stepping_ = {is_undo, now.redo_steps, session_.commands_given()};
+    stepping_ = {is_undo, redo_steps, session_.commands_given()};
+    went_back_ = went_back_ || is_undo;
 }
 
 // Says which step was undone or redone, once all that was asked for is done. Moves of clip planes,
@@ -35,8 +39,7 @@ Work::Beside Work::beside() const {
     Beside now{loaded_.label_names, {}, {}};
     if (const auto& layer = session_.scene().labels)
         now.styles = layer->styles;
-    if (strength_)
-        now.bound = strength_->bound, now.is_unbounded = strength_->is_unbounded;
+    now.strength = strength_;
     return now;
 }
 
@@ -48,38 +51,54 @@ void Work::exchange_beside(Beside& other) {
         scene.labels->styles = other.styles;
         session_.show(std::move(scene));
     }
-    if (strength_ && other.bound)
-        strength_->bound = *other.bound, strength_->is_unbounded = other.is_unbounded;
+    if (strength_ && other.strength && strength_->owner.is_same_as(other.strength->owner))
+        strength_ = other.strength; // of one run, by another bound
     other = std::move(now);
 }
 
 void Work::keep_beside(Beside before, std::string title) {
-    const size_t step = edited().undo_steps + 1;
-    std::erase_if(steps_beside_, [&](const StepBeside& one) { return one.step >= step; });
     steps_beside_.push_back(
-        {step, session_.commands_given(), std::move(title), true, std::move(before)});
+        {session_.commands_given(), std::move(title), {}, true, std::move(before)});
 }
 
 void Work::follow_beside() {
-    if (steps_beside_.empty())
-        return;
     const EditState now = edited();
+    const std::array<uint64_t, 3> at{now.commands_done, now.undo_steps, now.redo_steps};
+    if (steps_beside_.empty() || std::exchange(beside_at_, at) == at)
+        return;
     const std::vector<std::string> titles = session_.step_titles();
-    std::erase_if(steps_beside_, [&](const StepBeside& one) { // another step is in its place
-        return now.commands_done >= one.command &&
-               (one.step > titles.size() || titles[one.step - 1] != one.title);
-    });
-    const auto go_over = [&](StepBeside& one, bool to) {
-        if (now.commands_done < one.command || one.is_done == to ||
-            (now.undo_steps >= one.step) != to)
-            return;
-        exchange_beside(one.other);
-        one.is_done = to;
-    };
-    for (auto one = steps_beside_.rbegin(); one != steps_beside_.rend(); ++one)
-        go_over(*one, false);
+    const auto is_done = [&](const StepBeside& one) { return *one.step <= now.undo_steps; };
+    for (StepBeside& one : steps_beside_) { // the newest step of its title, which may be undone
+        if (one.step || now.commands_done < one.command)
+            continue;
+        for (size_t step = std::min(now.undo_steps, titles.size()); step > 0 && !one.step; --step)
+            if (titles[step - 1] == one.title)
+                one.step = step;
+        for (size_t step = now.undo_steps + 1; step <= titles.size() && !one.step; ++step)
+            if (titles[step - 1] == one.title)
+                one.step = step;
+    }
+    for (size_t i = steps_beside_.size(); i-- > 0;) {
+        StepBeside& one = steps_beside_[i];
+        if (now.commands_done < one.command)
+            continue;
+        const bool is_there =
+            one.step && *one.step <= titles.size() && titles[*one.step - 1] == one.title;
+        // Another step is in its place: it was undone, and a new one came, or it was refused.
+        const bool was_undone = !is_there && (went_back_ || !one.step);
+        if (one.is_done && (was_undone || (is_there && !is_done(one)))) {
+            exchange_beside(one.other);
+            one.is_done = false;
+        }
+        if (!is_there)
+            steps_beside_.erase(steps_beside_.begin() + static_cast<ptrdiff_t>(i));
+    }
     for (StepBeside& one : steps_beside_)
-        go_over(one, true);
+        if (one.step && !one.is_done && is_done(one)) {
+            exchange_beside(one.other);
+            one.is_done = true;
+        }
+    went_back_ = stepping_ && stepping_->is_undo;
 }
 
 } // namespace palpate::view
