@@ -125,6 +125,18 @@ double felt_radius_mm(double radius_mm, const Grid& grid) {
     return std::max(0.0, radius_mm - largest_spacing_mm(grid));
 }
 
+bool is_tool_with_hand(const Stylus& stylus, double radius_mm, glm::dvec3 hand_mm,
+                       glm::dvec3 tool_mm) {
+    if (!stylus.by_pointer || stylus.clear_mm <= 0.0)
+        return true;
+    // A surface holds the tool's middle off by its radius, and by how deep it is pushed; where it
+    // is steep, that is beside the hand.
+    const double most_mm = 1.5 * radius_mm + std::max(0.0, stylus.push_mm);
+    const glm::dvec3 forward = glm::normalize(stylus.meant.position_mm - stylus.eye_mm),
+                     off = tool_mm - hand_mm;
+    return glm::length(off - glm::dot(off, forward) * forward) <= most_mm;
+}
+
 bool press_hand(ViewState& state, const Event& event, const Subject& subject, bool in_view) {
     if (event.button == Button::middle)
         return false;

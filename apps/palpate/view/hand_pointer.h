@@ -20,6 +20,12 @@ void begin_hand(ViewState& state, const Subject& subject);
 // A ball is felt a sample smaller than it cuts: else the felt surface keeps the tool away.
 double felt_radius_mm(double radius_mm, const Grid& grid);
 
+// Whether the tool of the hand (the proxy) is where the hand is, as one sees it in 3D: not beside
+// it, held by what lies between. A tool that is pressed there would bore its way to the hand. In
+// depth it may be away, as where one pushes. Always, where the pointer is in no 3D view.
+bool is_tool_with_hand(const Stylus& stylus, double radius_mm, glm::dvec3 hand_mm,
+                       glm::dvec3 tool_mm);
+
 // False: the event is not the hand's.
 bool press_hand(ViewState& state, const Event& event, const Subject& subject, bool in_view);
 bool wheel_hand(ViewState& state, const Event& event, const Subject& subject);

@@ -194,6 +194,7 @@ class Work {
     void hold_tools(const ViewState& state);
     void measure_backlog(double time_s);
     void press_widgets(ViewState& state);
+    uint32_t granted_buttons(const ViewState& state, double time_s);
     void move_by_hand(ViewState& state);
     void follow_milling(const ViewState& state, double time_s);
     void obey_hand(const Order& order, const ViewState& state);
@@ -289,6 +290,8 @@ class Work {
     std::shared_ptr<const Mesh> palette_mesh_;
     bool widget_down_ = false;
     uint32_t pressed_buttons_ = 0;       // of the pointer's hand, in the last frame
+    uint32_t granted_ = 0;               // of those that are pressed
+    std::optional<double> held_since_s_; // the others are not, from when on; infinite: it was told
     std::optional<Volume> before_press_; // the grey values, while it presses
     struct HandPull {                    // of the mesh, by the hand's button
         glm::dvec3 held_mm, from_mm;

@@ -1,5 +1,7 @@
 // The hand of a window, beside its document.
 
+#include <cmath>
+
 #include "apps/palpate/view/dump.h"
 #include "apps/palpate/view/hand_pointer.h"
 #include "apps/palpate/view/work.h"
@@ -85,6 +87,34 @@ void Work::measure_backlog(double time_s) {
     backlog_ = {given - done, given_.empty() ? 0.0 : time_s - given_.front().second};
 }
 
+// The pressed buttons of which the tool may know: from when the hand has come to the pointer and
+// its tool with it.
+uint32_t Work::granted_buttons(const ViewState& state, double time_s) {
+    constexpr double kHeld_s = 0.5; // after which a person is told
+    const Stylus& stylus = state.stylus;
+    granted_ &= stylus.buttons;
+    const std::optional<TouchSample>& now = touch_.now();
+    const bool is_there =
+        !now ||
+        (is_tool_with_hand(stylus, state.radius_mm, now->probe.position_mm,
+                           now->proxy.position_mm) &&
+         (!stylus.by_pointer || glm::distance(now->probe.position_mm, stylus.meant.position_mm) <=
+                                    1e3 * haptics::PointerHand::kFar_m + std::abs(stylus.push_mm)));
+    if (is_there)
+        granted_ = stylus.buttons;
+    if (granted_ == stylus.buttons) {
+        held_since_s_.reset();
+    } else if (!held_since_s_) {
+        held_since_s_ = time_s;
+    } else if (*held_since_s_ < time_s - kHeld_s) {
+        message_ =
+            "the tool is held by what lies between it and the pointer: fetch it there, or "
+            "start the hand again (O twice)";
+        held_since_s_ = INFINITY; // told
+    }
+    return granted_;
+}
+
 void Work::follow_hand(ViewState& state, double time_s) {
     measure_backlog(time_s);
     if (touch_.running())
@@ -95,7 +125,9 @@ void Work::follow_hand(ViewState& state, double time_s) {
         before_press_.reset();
     else if (!before_press_) // the servo does not know of the press yet
         before_press_ = *edited().document.find(grey_);
-    touch_.frame(state.stylus, time_s);
+    Stylus given = state.stylus;
+    given.buttons = granted_buttons(state, time_s);
+    touch_.frame(given, time_s);
     follow_milling(state, time_s);
     const Carve carves[] = {state.stylus.first, state.stylus.second};
     for (size_t i = 0; i < 2; ++i)
