@@ -47,6 +47,14 @@ class Segmentation : public ViewerTest {
         button(false);
         frame({});
     }
+    void paint_outside() { // a dab in the air
+        click_widget("tab/segment");
+        click_widget("segment/outside", 0.05);
+        move(middle(Panel::axial) + glm::dvec2(100, 0));
+        button(true);
+        button(false);
+        frame({});
+    }
     void choose(const char* method) {
         click_widget("tab/segment");
         click_widget("segment/methods");
@@ -99,12 +107,7 @@ TEST_F(Segmentation, PutsTheMethodsResultIntoTheLabelsAsOneStep) {
 // Seeds of what is no object keep the front out of it, and are no label themselves.
 TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
     paint_seeds();
-    click_widget("tab/segment");
-    click_widget("segment/outside", 0.05);
-    move(middle(Panel::axial) + glm::dvec2(100, 0));
-    button(true);
-    button(false);
-    frame({});
+    paint_outside();
     EXPECT_GT(count_of(Work::kSeeds, Work::kOutside), 0u);
     choose("watershed");
     click_widget("segment/run");
@@ -208,12 +211,7 @@ TEST_F(SegmentBound, SliderKeepsItsEnds) {
 // A method that has no such parameter, as the random walker, is bounded, too.
 TEST_F(SegmentBound, OfAMethodWithoutAThreshold) {
     paint_seeds();
-    click_widget("tab/segment");
-    click_widget("segment/outside", 0.05);
-    move(middle(Panel::axial) + glm::dvec2(100, 0));
-    button(true);
-    button(false);
-    frame({});
+    paint_outside();
     choose("random-walker");
     click_widget("segment/run");
     frame({});
