@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <cstring>
+#include <exception>
 
 namespace palpate::io {
 
@@ -60,25 +60,15 @@ std::optional<double> decimal(const DataSet& set, Tag tag) {
     return numbers.empty() ? std::nullopt : std::optional(numbers.front());
 }
 
-std::vector<uint16_t> words(const DataSet& set, Tag tag) {
-    const gdcm::DataElement* found = element(set, tag);
-    const gdcm::ByteValue* bytes = found ? found->GetByteValue() : nullptr;
-    if (!bytes)
-        return {};
-    std::vector<uint16_t> values(bytes->GetLength() / 2);
-    std::memcpy(values.data(), bytes->GetPointer(), 2 * values.size());
-    return values;
-}
-
-DicomItems sequence(const DataSet& set, Tag tag) {
-    const gdcm::DataElement* found = element(set, tag);
-    return found ? found->GetValueAsSQ() : nullptr;
-}
-
-const DataSet* item(const DicomItems& items, size_t index) {
-    return items && index >= 1 && index <= items->GetNumberOfItems()
-               ? &items->GetItem(index).GetNestedDataSet()
-               : nullptr;
+DicomItems::DicomItems(const DataSet& set, Tag tag) {
+    const gdcm::DataElement* const found = element(set, tag);
+    if (!found)
+        return;
+    try { // GDCM parses what is in implicit VR only now
+        sequence_ = found->GetValueAsSQ();
+    } catch (const std::exception&) {
+        sequence_ = nullptr;
+    }
 }
 
 std::optional<Tag> private_tag(const DataSet& set, uint16_t group, const std::string& creator,

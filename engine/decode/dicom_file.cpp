@@ -10,6 +10,7 @@
 #include "engine/base/printable.h"
 #include "engine/decode/dicom_codestream.h"
 #include "engine/decode/dicom_elements.h"
+#include "engine/decode/dicom_geometry.h"
 #include "engine/decode/dicom_mosaic.h"
 #include "engine/decode/dicom_structure.h"
 
@@ -42,34 +43,6 @@ constexpr Kind kOtherKinds[] = {
 };
 constexpr const char* kSegmentationKinds[] = {"1.2.840.10008.5.1.4.1.1.66.4",
                                               "1.2.840.10008.5.1.4.1.1.66.7"};
-
-// Places and spacings from an image's own elements, or from a functional group's.
-void take_geometry(const DataSet& set, DicomFrame& frame) {
-    if (const auto p = decimals(set, Tag(0x0020, 0x0032)); p.size() == 3)
-        frame.position = glm::dvec3(p[0], p[1], p[2]);
-    if (const auto a = decimals(set, Tag(0x0020, 0x0037)); a.size() == 6)
-        frame.axes = glm::dmat2x3{{a[0], a[1], a[2]}, {a[3], a[4], a[5]}};
-    for (const Tag& tag : {Tag(0x0018, 0x1164), Tag(0x0028, 0x0030)}) // the second is preferred
-        if (const auto s = decimals(set, tag); s.size() == 2 && s[0] > 0 && s[1] > 0)
-            frame.spacing_mm = glm::dvec2(s[1], s[0]); // stored: between rows, between columns
-    for (const Tag& tag : {Tag(0x0018, 0x0050), Tag(0x0018, 0x0088)})
-        if (const auto step = decimal(set, tag); step && *step > 0)
-            frame.slice_step_mm = step;
-    frame.rescale.slope = decimal(set, Tag(0x0028, 0x1053)).value_or(frame.rescale.slope);
-    frame.rescale.intercept = decimal(set, Tag(0x0028, 0x1052)).value_or(frame.rescale.intercept);
-}
-
-// The functional groups of an enhanced multi-frame image that place a frame and name its segment.
-void take_groups(const DataSet* groups, DicomFrame& frame) {
-    if (!groups)
-        return;
-    for (const Tag& tag :
-         {Tag(0x0020, 0x9113), Tag(0x0020, 0x9116), Tag(0x0028, 0x9110), Tag(0x0028, 0x9145)})
-        if (const DataSet* group = item(sequence(*groups, tag), 1))
-            take_geometry(*group, frame);
-    if (const DataSet* group = item(sequence(*groups, Tag(0x0062, 0x000a)), 1))
-        frame.segment = word<0x0062, 0x000b>(*group).value_or(frame.segment);
-}
 
 std::optional<ComponentType> component_type(uint16_t allocated, bool is_signed) {
     switch (allocated) {
@@ -124,12 +97,12 @@ Result<Segmentation> segmentation_of(const std::string& name, const DataSet& set
     if (segmentation.kind == SegmentationKind::fractional &&
         (segmentation.largest_fraction == 0 || !word<0x0062, 0x000e>(set)))
         return fail("{}: is a fractional segmentation without its largest value", name);
-    const auto segments = sequence(set, Tag(0x0062, 0x0002));
-    for (size_t i = 1; const DataSet* segment = item(segments, i); ++i) {
+    const DicomItems segments(set, Tag(0x0062, 0x0002));
+    for (size_t i = 0; const DicomItem segment = segments.at(i); ++i) {
         LabelName& label = segmentation.segments.emplace_back();
         label.label = word<0x0062, 0x0004>(*segment).value_or(0);
         label.name = text(*segment, Tag(0x0062, 0x0005));
-        if (const auto lab = words(*segment, Tag(0x0062, 0x000d)); lab.size() == 3)
+        if (const auto lab = numbers<uint16_t>(*segment, Tag(0x0062, 0x000d)); lab.size() == 3)
             label.color =
                 color_of_cielab({lab[0] / 65535.0 * 100.0, lab[1] / 65535.0 * 255.0 - 128.0,
                                  lab[2] / 65535.0 * 255.0 - 128.0});
@@ -282,9 +255,8 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         file.frames = std::move(tiles);
         return file;
     }
-    const auto shared = sequence(set, Tag(0x5200, 0x9229));
-    const auto per_frame = sequence(set, Tag(0x5200, 0x9230));
-    take_groups(item(shared, 1), frame);
+    const DicomItems per_frame(set, Tag(0x5200, 0x9230));
+    take_groups(first_item(set, Tag(0x5200, 0x9229)), frame);
     if (count > 1)
         frame.position.reset(); // one place cannot be every frame's
     for (uint32_t i = 0; i < static_cast<uint32_t>(count); ++i) {
@@ -292,7 +264,7 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         one.frame = i;
         if (count > 1)
             one.instance_number = i;
-        take_groups(item(per_frame, i + 1), one);
+        take_groups(per_frame.at(i), one);
     }
     return file;
 }

@@ -71,7 +71,7 @@ CsaValues csa_of(const gdcm::DataSet& set) {
 
 double tile_count(const gdcm::DataSet& set, const CsaValues& csa) {
     if (const auto tag = private_tag(set, 0x0019, kImageHeader, 0x0a))
-        if (const std::vector<uint16_t> count = words(set, *tag); !count.empty())
+        if (const auto count = io::numbers<uint16_t>(set, *tag); !count.empty())
             return count.front();
     const std::vector<double> count = numbers(csa, "NumberOfImagesInMosaic");
     return count.empty() ? 0.0 : count.front();

@@ -91,8 +91,8 @@ std::optional<std::vector<fs::path>> files_of_directory(const fs::path& path,
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     std::vector<fs::path> files;
     size_t named = 0;
-    const DicomItems records = sequence(reader.GetFile().GetDataSet(), Tag(0x0004, 0x1220));
-    for (size_t i = 1; const gdcm::DataSet* record = item(records, i); ++i) {
+    const DicomItems records(reader.GetFile().GetDataSet(), Tag(0x0004, 0x1220));
+    for (size_t i = 0; const DicomItem record = records.at(i); ++i) {
         const std::vector<std::string> parts = texts(*record, Tag(0x0004, 0x1500));
         if (parts.empty())
             continue;

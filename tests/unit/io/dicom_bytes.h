@@ -1,5 +1,8 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
+#include <bit>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -11,73 +14,141 @@
 // DICOM files written byte by byte (PS3.5 7 and PS3.10 7), so that tests know what they hold.
 namespace palpate::test {
 
+constexpr const char* kImplicitLittle = "1.2.840.10008.1.2";
 constexpr const char* kExplicitLittle = "1.2.840.10008.1.2.1";
 constexpr const char* kRle = "1.2.840.10008.1.2.5";
 constexpr const char* kJpegLsLossless = "1.2.840.10008.1.2.4.80";
 constexpr const char* kJpeg2000Lossless = "1.2.840.10008.1.2.4.90";
 
-// A data set, explicit little-endian. Putting an element again replaces it.
+// How a data set is written: with or without representations, and sequences and items with their
+// lengths or up to delimiters (PS3.5 7.5).
+struct Encoding {
+    bool implicit = false;
+    bool delimited = false;
+};
+
+// The encoding of files for which a test names none.
+inline Encoding default_encoding;
+
+// Tests that run in each of the four encodings.
+class InEveryEncoding : public testing::TestWithParam<Encoding> {
+ protected:
+    InEveryEncoding() { default_encoding = GetParam(); }
+    ~InEveryEncoding() override { default_encoding = {}; }
+};
+inline auto every_encoding() {
+    return testing::Values(Encoding{false, false}, Encoding{false, true}, Encoding{true, false},
+                           Encoding{true, true});
+}
+inline std::string encoding_name(const testing::TestParamInfo<Encoding>& info) {
+    return std::string(info.param.implicit ? "Implicit" : "Explicit") +
+           (info.param.delimited ? "Delimited" : "Stated");
+}
+
+// A data set. Putting an element again replaces it.
 class DicomData {
  public:
     DicomData& put(uint16_t group, uint16_t number, const std::string& vr, std::string value) {
         if (value.size() % 2)
             value.push_back(vr == "UI" || vr == "OB" ? '\0' : ' ');
-        const bool is_long = vr == "OW" || vr == "OB" || vr == "SQ" || vr == "UN";
-        elements_[{group, number}] =
-            little(group, 2) + little(number, 2) + vr +
-            (is_long ? little(0, 2) + little(value.size(), 4) : little(value.size(), 2)) + value;
+        elements_[{group, number}] = {vr, std::move(value), {}, {}};
         return *this;
     }
-    DicomData& put_words(uint16_t group, uint16_t number, const std::vector<uint16_t>& values) {
+    DicomData& put_words(uint16_t group, uint16_t number, const std::vector<uint16_t>& values,
+                         const char* vr = "US") {
         std::string bytes;
         for (const uint16_t value : values)
             bytes += little(value, 2);
-        return put(group, number, "US", bytes);
+        return put(group, number, vr, bytes);
+    }
+    DicomData& put_longs(uint16_t group, uint16_t number, const std::vector<uint32_t>& values) {
+        std::string bytes;
+        for (const uint32_t value : values)
+            bytes += little(value, 4);
+        return put(group, number, "UL", bytes);
+    }
+    DicomData& put_doubles(uint16_t group, uint16_t number, const std::vector<double>& values) {
+        std::string bytes;
+        for (const double value : values)
+            bytes += little(std::bit_cast<uint64_t>(value), 8);
+        return put(group, number, "FD", bytes);
     }
     DicomData& put_items(uint16_t group, uint16_t number, const std::vector<DicomData>& items) {
-        std::string bytes;
-        for (const DicomData& one : items) {
-            const std::string body = one.bytes();
-            bytes += little(0xfffe, 2) + little(0xe000, 2) + little(body.size(), 4) + body;
-        }
-        return put(group, number, "SQ", bytes);
+        elements_[{group, number}] = {"SQ", {}, items, {}};
+        return *this;
     }
     // Encapsulated pixel data: an empty table of offsets, then an item for each fragment.
     DicomData& put_fragments(const std::vector<std::string>& fragments) {
-        std::string bytes = little(0x7fe0, 2) + little(0x10, 2) + "OB" + little(0, 2) +
-                            little(0xffffffff, 4) + little(0xe000fffe, 4) + little(0, 4);
-        for (std::string fragment : fragments) {
-            if (fragment.size() % 2)
-                fragment.push_back('\0');
-            bytes += little(0xe000fffe, 4) + little(fragment.size(), 4) + fragment;
-        }
-        elements_[{0x7fe0, 0x10}] = bytes + little(0xe0ddfffe, 4) + little(0, 4);
+        elements_[{0x7fe0, 0x10}] = {"OB", {}, {}, fragments};
         return *this;
     }
     DicomData& erase(uint16_t group, uint16_t number) {
         elements_.erase({group, number});
         return *this;
     }
-    std::string bytes() const {
+    std::string bytes(Encoding encoding) const {
         std::string all;
-        for (const auto& [tag, text] : elements_)
-            all += text;
+        for (const auto& [tag, element] : elements_)
+            all += element_bytes(tag, element, encoding);
         return all;
     }
-    // A whole file, with the preamble.
+    // A whole file, with the preamble. Where no syntax is stated, the encoding tells it; where one
+    // is, it tells whether representations are written.
     std::string file(const std::string& class_uid, const std::string& instance_uid,
-                     const std::string& syntax = kExplicitLittle) const {
+                     std::string syntax = {}, Encoding encoding = default_encoding) const {
+        if (syntax.empty())
+            syntax = encoding.implicit ? kImplicitLittle : kExplicitLittle;
+        encoding.implicit = syntax == kImplicitLittle;
         DicomData meta;
         meta.put(2, 2, "UI", class_uid).put(2, 3, "UI", instance_uid).put(2, 0x10, "UI", syntax);
         DicomData data = *this;
         data.put(8, 0x16, "UI", class_uid).put(8, 0x18, "UI", instance_uid);
-        const std::string rest = meta.bytes();
-        meta.put(2, 0, "UL", little(rest.size(), 4));
-        return std::string(128, '\0') + "DICM" + meta.bytes() + data.bytes();
+        meta.put(2, 0, "UL", little(meta.bytes({}).size(), 4));
+        return std::string(128, '\0') + "DICM" + meta.bytes({}) + data.bytes(encoding);
     }
 
  private:
-    std::map<std::pair<uint16_t, uint16_t>, std::string> elements_;
+    using Tag = std::pair<uint16_t, uint16_t>;
+    struct Element {
+        std::string vr, value;
+        std::vector<DicomData> items;       // of SQ
+        std::vector<std::string> fragments; // of encapsulated pixels
+    };
+
+    static std::string head(Tag tag, const std::string& vr, size_t length, Encoding encoding) {
+        const std::string start = little(tag.first, 2) + little(tag.second, 2);
+        if (encoding.implicit)
+            return start + little(length, 4);
+        const bool is_long = vr == "OB" || vr == "OD" || vr == "OF" || vr == "OW" || vr == "SQ" ||
+                             vr == "UN" || vr == "UT";
+        return start + vr +
+               (is_long ? std::string(2, '\0') + little(length, 4) : little(length, 2));
+    }
+    static std::string item(const std::string& body, bool delimited) {
+        const std::string start = little(0xe000fffe, 4);
+        return delimited
+                   ? start + little(kUndefined, 4) + body + little(0xe00dfffe, 4) + little(0, 4)
+                   : start + little(body.size(), 4) + body;
+    }
+    static std::string element_bytes(Tag tag, const Element& element, Encoding encoding) {
+        std::string body = element.value;
+        for (const DicomData& one : element.items)
+            body += item(one.bytes(encoding), encoding.delimited);
+        if (!element.fragments.empty())
+            body += item("", false);
+        for (std::string fragment : element.fragments) {
+            if (fragment.size() % 2)
+                fragment.push_back('\0');
+            body += item(fragment, false);
+        }
+        const bool delimited =
+            !element.fragments.empty() || (element.vr == "SQ" && encoding.delimited);
+        return head(tag, element.vr, delimited ? kUndefined : body.size(), encoding) + body +
+               (delimited ? little(0xe0ddfffe, 4) + little(0, 4) : "");
+    }
+
+    static constexpr uint32_t kUndefined = 0xffffffff;
+    std::map<Tag, Element> elements_;
 };
 
 constexpr const char* kCtClass = "1.2.840.10008.5.1.4.1.1.2";

@@ -37,9 +37,18 @@ std::string error_of(const std::filesystem::path& path, const ReadOptions& optio
     return result ? "loaded" : result.error().message;
 }
 
+class DicomPreview : public test::InEveryEncoding {};
+class Mosaic : public test::InEveryEncoding {};
+class DicomFolders : public test::InEveryEncoding {};
+class Dicomdir : public test::InEveryEncoding {};
+INSTANTIATE_TEST_SUITE_P(Each, DicomPreview, test::every_encoding(), test::encoding_name);
+INSTANTIATE_TEST_SUITE_P(Each, Mosaic, test::every_encoding(), test::encoding_name);
+INSTANTIATE_TEST_SUITE_P(Each, DicomFolders, test::every_encoding(), test::encoding_name);
+INSTANTIATE_TEST_SUITE_P(Each, Dicomdir, test::every_encoding(), test::encoding_name);
+
 // ---- previews and progress
 
-TEST(DicomPreview, IsTheMiddleImageOfTheSeries) {
+TEST_P(DicomPreview, IsTheMiddleImageOfTheSeries) {
     const Folder folder("middle");
     for (const int z : {0, 1, 2, 3, 4, 5, 6}) // names are in another order
         test::write(folder / fmt::format("{}.dcm", z * 3 % 7), test::dicom_slice(z));
@@ -194,7 +203,7 @@ DicomData mosaic(double normal_z, const std::string& position) {
     return data.put(0x7fe0, 0x10, "OW", test::words_16(values));
 }
 
-TEST(Mosaic, IsAStackOfItsTiles) {
+TEST_P(Mosaic, IsAStackOfItsTiles) {
     // Slices that ascend from z = 20 mm and slices that descend from there.
     for (const double normal : {1.0, -1.0}) {
         const Folder folder("mosaic");
@@ -218,7 +227,7 @@ TEST(Mosaic, IsAStackOfItsTiles) {
     }
 }
 
-TEST(Mosaic, OfATimeSeriesAreFrames) {
+TEST_P(Mosaic, OfATimeSeriesAreFrames) {
     const Folder folder("mosaics");
     for (int time = 0; time < 3; ++time) {
         DicomData data = mosaic(1.0, "-9\\2\\20");
@@ -233,7 +242,7 @@ TEST(Mosaic, OfATimeSeriesAreFrames) {
     EXPECT_EQ(loaded(folder.path(), {.frame = 2}).volume.value({1, 2, 4}), 421.0f);
 }
 
-TEST(Mosaic, IsRefusedByNameWhereItsHeaderLacksSomething) {
+TEST_P(Mosaic, IsRefusedByNameWhereItsHeaderLacksSomething) {
     const Folder folder("mosaic");
     const auto refused = [&](const DicomData& data) {
         test::write(folder / "a.dcm", data.file(test::kMrClass, "1.2.1"));
@@ -278,7 +287,7 @@ void expect_archive(const LoadedVolume& archive) {
     EXPECT_EQ(archive.volume.grid().world_from_index[2], glm::dvec4(0, 0, 2.5, 0));
 }
 
-TEST(DicomFolders, MayBeNested) {
+TEST_P(DicomFolders, MayBeNested) {
     const Folder folder("nested");
     write_archive(folder);
     const LoadedVolume archive = loaded(folder.path());
@@ -286,7 +295,7 @@ TEST(DicomFolders, MayBeNested) {
     EXPECT_THAT(archive.warnings, IsEmpty());
 }
 
-TEST(DicomFolders, ListWhatIsPassedOverBesideACt) {
+TEST_P(DicomFolders, ListWhatIsPassedOverBesideACt) {
     const Folder folder("beside");
     write_archive(folder);
     test::write(folder / "structures.dcm", structure_set());
@@ -298,7 +307,7 @@ TEST(DicomFolders, ListWhatIsPassedOverBesideACt) {
     EXPECT_THAT(error_of(folder.path(), {.series = "2"}), HasSubstr("(RTSTRUCT)"));
 }
 
-TEST(DicomFolders, PassOverADamagedFileByName) {
+TEST_P(DicomFolders, PassOverADamagedFileByName) {
     const Folder folder("damaged");
     write_archive(folder);
     const std::string slice = test::dicom_slice(5);
@@ -309,7 +318,7 @@ TEST(DicomFolders, PassOverADamagedFileByName) {
                                                     HasSubstr("expected 64 bytes"))));
 }
 
-TEST(DicomFolders, HoldNoDataWhereADamagedSliceLay) {
+TEST_P(DicomFolders, HoldNoDataWhereADamagedSliceLay) {
     const Folder folder("hole");
     write_archive(folder);
     const auto file = folder / "patient/study/series/even/IM0002";
@@ -327,7 +336,7 @@ TEST(DicomFolders, HoldNoDataWhereADamagedSliceLay) {
     EXPECT_THAT(whole.warnings, Contains(HasSubstr("resampled")));
 }
 
-TEST(DicomFolders, LetOrientationsOfOneSeriesBeChosen) {
+TEST_P(DicomFolders, LetOrientationsOfOneSeriesBeChosen) {
     const Folder folder("orientations");
     write_archive(folder);
     for (int i = 0; i < 3; ++i) {
@@ -363,7 +372,7 @@ std::string directory_of_archive() {
     return data.put_items(4, 0x1220, records).file("1.2.840.10008.1.3.10", "1.2.7");
 }
 
-TEST(Dicomdir, StandsForTheFilesThatItNames) {
+TEST_P(Dicomdir, StandsForTheFilesThatItNames) {
     const Folder folder("dicomdir");
     write_archive(folder);
     namespace fs = std::filesystem;
@@ -386,7 +395,7 @@ TEST(Dicomdir, StandsForTheFilesThatItNames) {
     EXPECT_THAT(error_of(folder / "DICOMDIR"), HasSubstr("5 of the 5 files"));
 }
 
-TEST(Dicomdir, NamesNoFileOutsideItsFolder) {
+TEST_P(Dicomdir, NamesNoFileOutsideItsFolder) {
     const Folder folder("dicomdir_out");
     std::filesystem::create_directories(folder / "in");
     test::write(folder / "secret.dcm", test::dicom_slice(0));
@@ -398,7 +407,7 @@ TEST(Dicomdir, NamesNoFileOutsideItsFolder) {
     EXPECT_THAT(error_of(folder / "in/DICOMDIR"), HasSubstr("1 of the 1 files"));
 }
 
-TEST(DicomFolders, PassOverDamagedCodestreams) {
+TEST(DicomCodestreams, ThatAreDamagedArePassedOver) {
     for (const char* syntax : {test::kJpeg2000Lossless, test::kJpegLsLossless, test::kRle}) {
         SCOPED_TRACE(syntax);
         const Folder folder("codestreams");

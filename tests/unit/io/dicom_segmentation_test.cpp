@@ -16,6 +16,9 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
+class Segmentation : public test::InEveryEncoding {};
+INSTANTIATE_TEST_SUITE_P(Each, Segmentation, test::every_encoding(), test::encoding_name);
+
 // 5 x 3 samples a frame, so that the bits of frames do not end at bytes.
 constexpr int kColumns = 5, kRows = 3, kSamples = kColumns * kRows;
 
@@ -102,7 +105,7 @@ const auto left = [](int x, int) { return x < 2; };
 const auto right = [](int x, int) { return x >= 2; };
 const auto upper = [](int, int y) { return y == 0; };
 
-TEST(Segmentation, BinaryFramesLieWhereTheirGroupsPlaceThem) {
+TEST_P(Segmentation, BinaryFramesLieWhereTheirGroupsPlaceThem) {
     // Stored from the top down, and sparse: nothing lies at 12 mm.
     const auto loaded = read(segmentation("BINARY", 1,
                                           {{1, 14, where(1, left)},
@@ -129,7 +132,7 @@ TEST(Segmentation, BinaryFramesLieWhereTheirGroupsPlaceThem) {
     EXPECT_EQ(loaded->modality, "SEG");
 }
 
-TEST(Segmentation, StatedSpacingCountsWhereEverySecondSliceIsEmpty) {
+TEST_P(Segmentation, StatedSpacingCountsWhereEverySecondSliceIsEmpty) {
     const auto loaded =
         read(segmentation("BINARY", 1, {{1, 0, all(1)}, {1, 4, all(1)}, {1, 8, all(1)}}));
     ASSERT_TRUE(loaded) << loaded.error().message;
@@ -141,7 +144,7 @@ TEST(Segmentation, StatedSpacingCountsWhereEverySecondSliceIsEmpty) {
     EXPECT_EQ(unstated->volume.size().z, 4u);
 }
 
-TEST(Segmentation, NamesAndColoursAreKept) {
+TEST_P(Segmentation, NamesAndColoursAreKept) {
     const auto loaded = read(segmentation("BINARY", 1, {{1, 0, all(1)}}));
     ASSERT_TRUE(loaded) << loaded.error().message;
     ASSERT_EQ(loaded->labels.size(), 2u);
@@ -156,7 +159,7 @@ TEST(Segmentation, NamesAndColoursAreKept) {
     EXPECT_FALSE(loaded->labels[1].color);
 }
 
-TEST(Segmentation, OverlapsGoToTheHigherNumberAndAreNamed) {
+TEST_P(Segmentation, OverlapsGoToTheHigherNumberAndAreNamed) {
     const auto loaded = read(segmentation(
         "BINARY", 1, {{300, 0, where(1, upper)}, {1, 0, where(1, left)}, {1, 2, all(1)}}));
     ASSERT_TRUE(loaded) << loaded.error().message;
@@ -169,7 +172,7 @@ TEST(Segmentation, OverlapsGoToTheHigherNumberAndAreNamed) {
                                   HasSubstr("higher number"))));
 }
 
-TEST(Segmentation, FractionsOfAHalfOrMoreCarryTheLabel) {
+TEST_P(Segmentation, FractionsOfAHalfOrMoreCarryTheLabel) {
     DicomData data = segmentation("FRACTIONAL", 8,
                                   {{1, 0, where(100, left)},
                                    {300, 0, where(99, upper)},
@@ -187,7 +190,7 @@ TEST(Segmentation, FractionsOfAHalfOrMoreCarryTheLabel) {
                 AllOf(Contains(HasSubstr("100 of 200")), Contains(HasSubstr("in 2 samples"))));
 }
 
-TEST(Segmentation, LabelMapsHoldTheNumbersOfSegments) {
+TEST_P(Segmentation, LabelMapsHoldTheNumbersOfSegments) {
     for (const uint16_t bits : {8, 16}) {
         const int tumour = bits == 8 ? 200 : 300;
         const auto loaded = read(
@@ -200,7 +203,7 @@ TEST(Segmentation, LabelMapsHoldTheNumbersOfSegments) {
     }
 }
 
-TEST(Segmentation, IsRefusedWhereItCannotBePlaced) {
+TEST_P(Segmentation, IsRefusedWhereItCannotBePlaced) {
     const auto error_of = [](const DicomData& data) {
         const auto loaded = read(data);
         return loaded ? std::string("loaded") : loaded.error().message;
@@ -219,7 +222,7 @@ TEST(Segmentation, IsRefusedWhereItCannotBePlaced) {
     EXPECT_THAT(error_of(segmentation("SOME", 8, {{1, 0, all(1)}})), HasSubstr("'SOME'"));
 }
 
-TEST(Segmentation, BesideACtIsListedAndChosen) {
+TEST_P(Segmentation, BesideACtIsListedAndChosen) {
     const Folder folder("seg_beside");
     for (int z = 0; z < 3; ++z)
         test::write(folder / fmt::format("{}.dcm", z), test::dicom_slice(z));
