@@ -11,6 +11,7 @@
 #include "engine/decode/dicom_codestream.h"
 #include "engine/decode/dicom_elements.h"
 #include "engine/decode/dicom_geometry.h"
+#include "engine/decode/dicom_marks.h"
 #include "engine/decode/dicom_mosaic.h"
 #include "engine/decode/dicom_structure.h"
 
@@ -240,6 +241,7 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
 
     frame.size = {*word<0x0028, 0x0011>(set), *word<0x0028, 0x0010>(set)};
     take_geometry(set, frame);
+    take_marks(set, frame.marks);
     const double count = decimal(set, Tag(0x0028, 0x0008)).value_or(1.0);
     const double claimed = std::ceil(count * frame.size.x * frame.size.y * allocated / 8.0);
     if (!(claimed > 0) || claimed > file.most_expansion * static_cast<double>(bytes))

@@ -1,5 +1,7 @@
 #include "engine/decode/dicom_geometry.h"
 
+#include "engine/decode/dicom_marks.h"
+
 namespace palpate::io {
 
 using gdcm::DataSet;
@@ -29,6 +31,7 @@ void take_groups(const DicomItem& groups, DicomFrame& frame) {
             take_geometry(*group, frame);
     if (const DicomItem group = first_item(*groups, Tag(0x0062, 0x000a)))
         frame.segment = word<0x0062, 0x000b>(*group).value_or(frame.segment);
+    take_group_marks(*groups, frame.marks);
 }
 
 } // namespace palpate::io

@@ -10,8 +10,8 @@ namespace palpate::io {
 // functional group. An element that is absent or malformed changes nothing.
 void take_geometry(const gdcm::DataSet& set, DicomFrame& frame);
 
-// The same from the functional groups of an enhanced multi-frame image (PS3.3 C.7.6.16), and the
-// frame's segment; `groups` may be empty.
+// The same from the functional groups of an enhanced multi-frame image (PS3.3 C.7.6.16), the
+// frame's segment, and its marks; `groups` may be empty.
 void take_groups(const DicomItem& groups, DicomFrame& frame);
 
 } // namespace palpate::io

@@ -258,6 +258,7 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
                         found->damaged > 0 ? "; " + found->warnings.back() : "");
         decoded.warnings.insert(decoded.warnings.end(), stack->warnings.begin(),
                                 stack->warnings.end());
+        decoded.notes.insert(decoded.notes.end(), stack->notes.begin(), stack->notes.end());
         decoded.grid = stack->grid;
 
         const VoxelClaim claim = claim_of(found->files, *stack, decoded);

@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "engine/decode/frame_order.h"
 #include "engine/decode/slice_gaps.h"
 
 namespace palpate::io {
@@ -41,8 +42,8 @@ double along_normal(const DicomFrame& frame, glm::dvec3 normal) {
 }
 
 // Several images at each position are frames of a 4-D series: keeps the one asked for.
-Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal,
-                        std::vector<DicomFrame>& frames, std::vector<std::string>& warnings) {
+Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal, DicomStack& stack) {
+    std::vector<DicomFrame>& frames = stack.frames;
     std::vector<std::vector<DicomFrame>> places;
     for (DicomFrame& frame : frames) {
         if (places.empty() ||
@@ -60,14 +61,15 @@ Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal,
                 request.path.string(), leaf(more[0]), leaf(more[1]), along_normal(more[0], normal));
         }
     const auto count = static_cast<uint32_t>(places.front().size());
-    PALPATE_TRY(const uint32_t chosen, choose_frame(request, count, warnings));
-    frames.clear();
-    for (auto& place : places) {
-        std::stable_sort(place.begin(), place.end(), [](const auto& a, const auto& b) {
-            return a.instance_number < b.instance_number;
-        });
-        frames.push_back(std::move(place[chosen]));
+    if (count > 1) {
+        PALPATE_TRY(const std::string order, order_frames(request.path.string(), places));
+        stack.notes.push_back(
+            fmt::format("{}: frames are ordered by {}", request.path.string(), order));
     }
+    PALPATE_TRY(const uint32_t chosen, choose_frame(request, count, stack.warnings));
+    frames.clear();
+    for (auto& place : places)
+        frames.push_back(std::move(place[chosen]));
     return {};
 }
 
@@ -249,7 +251,7 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, 
                       : a.instance_number < b.instance_number;
     });
     if (placed) {
-        PALPATE_TRY(keep_frame(request, normal, frames, stack.warnings));
+        PALPATE_TRY(keep_frame(request, normal, stack));
     } else if (frames.size() > 1 && frames[0].file == frames[1].file) {
         // Frames of one file without places are frames in time.
         const auto count = static_cast<uint32_t>(frames.size());

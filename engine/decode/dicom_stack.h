@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/decode/frame_marks.h"
 #include "engine/io/decoder.h"
 
 // From many DICOM images to one regular stack. Plain data: knows nothing of the library that reads.
@@ -32,6 +33,7 @@ struct DicomFrame {
     std::optional<glm::dvec2> spacing_mm; // along a row (x), along a column (y)
     std::optional<double> slice_step_mm;  // spacing between slices, else their thickness
     Rescale rescale;
+    FrameMarks marks;
 };
 
 // Images of one series, in the order in which they fill a volume.
@@ -40,7 +42,7 @@ struct DicomStack {
     Grid grid;
     // The images do not lie on the grid: they are to be resampled to it (dicom_resample.h).
     bool resampled = false;
-    std::vector<std::string> warnings;
+    std::vector<std::string> warnings, notes;
 };
 
 // One choice in a folder: the images of a series that have one size and orientation, or a
@@ -75,9 +77,9 @@ std::vector<std::string> list_series(const std::vector<DicomSeries>& all,
                                      std::optional<size_t> chosen);
 
 // Sorts the images along their normal, splits off the frame asked for where several images lie at
-// each position, and derives the grid. Slices keep a shear (gantry tilt). What departs from a
-// regular stack is a warning where the geometry stays true, and an error with the files and numbers
-// where it would not: missing slices, uneven gaps beyond 10 %.
+// each position (frame_order.h), and derives the grid. Slices keep a shear (gantry tilt). What
+// departs from a regular stack is a warning where the geometry stays true, and an error with the
+// files and numbers where it would not: missing slices, uneven gaps beyond 10 %.
 //
 // Up to `damaged` slices (files that could not be read) may be missing from an otherwise regular
 // stack: it then has frames without a file in their places.

@@ -231,14 +231,14 @@ TEST_P(Mosaic, OfATimeSeriesAreFrames) {
     const Folder folder("mosaics");
     for (int time = 0; time < 3; ++time) {
         DicomData data = mosaic(1.0, "-9\\2\\20");
-        data.put(0x20, 0x13, "IS", std::to_string(3 - time));
+        data.put(0x20, 0x12, "IS", std::to_string(3 - time));
         data.put(0x28, 0x1052, "DS", std::to_string(1000 * time)).put(0x28, 0x1053, "DS", "1");
         test::write(folder / fmt::format("{}.dcm", time),
                     data.file(test::kMrClass, fmt::format("1.2.{}", time)));
     }
     const LoadedVolume first = loaded(folder.path());
     EXPECT_THAT(first.warnings, ElementsAre(HasSubstr("3 frames")));
-    EXPECT_EQ(first.volume.value({1, 2, 4}), 2421.0f); // instance 1 is the third file
+    EXPECT_EQ(first.volume.value({1, 2, 4}), 2421.0f); // acquisition 1 is the third file
     EXPECT_EQ(loaded(folder.path(), {.frame = 2}).volume.value({1, 2, 4}), 421.0f);
 }
 

@@ -181,10 +181,12 @@ TEST(DicomStack, RefusesADuplicatePosition) {
 
 TEST(DicomStack, SplitsATimeSeriesIntoFrames) {
     auto frames = axial(4);
+    for (DicomFrame& frame : frames)
+        frame.marks[FrameKey::acquisition_number] = 1;
     for (DicomFrame later : axial(4)) {
         later.file = "later_" + later.file.string();
         later.instance_uid += ".1";
-        later.instance_number += 100;
+        later.marks[FrameKey::acquisition_number] = 2;
         frames.push_back(later);
     }
     const auto first = stack_of(frames);
