@@ -257,17 +257,8 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         file.frames = std::move(tiles);
         return file;
     }
-    const DicomItems per_frame(set, Tag(0x5200, 0x9230));
-    take_groups(first_item(set, Tag(0x5200, 0x9229)), frame);
-    if (count > 1)
-        frame.position.reset(); // one place cannot be every frame's
-    for (uint32_t i = 0; i < static_cast<uint32_t>(count); ++i) {
-        DicomFrame& one = file.frames.emplace_back(frame);
-        one.frame = i;
-        if (count > 1)
-            one.instance_number = i;
-        take_groups(per_frame.at(i), one);
-    }
+    PALPATE_TRY(file.frames,
+                frames_of(name, set, frame, static_cast<uint32_t>(count), file.warnings));
     return file;
 }
 

@@ -241,7 +241,8 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, 
     drop_copies(name, frames, stack.warnings);
 
     const glm::dmat2x3 axes = axes_of(frames.front());
-    const glm::dvec3 normal = glm::cross(axes[0], axes[1]);
+    const glm::dvec3 cross = glm::cross(axes[0], axes[1]);
+    const glm::dvec3 normal = frames.front().against_normal ? -cross : cross;
     if (std::abs(glm::length(normal) - 1) > 1e-3)
         return fail("{}: the image axes of {} are no unit vectors at right angles", name,
                     leaf(frames.front()));

@@ -32,6 +32,7 @@ struct DicomFrame {
     std::optional<glm::dmat2x3> axes;     // unit vectors along a row and along a column
     std::optional<glm::dvec2> spacing_mm; // along a row (x), along a column (y)
     std::optional<double> slice_step_mm;  // spacing between slices, else their thickness
+    bool against_normal = false;          // slices follow one another against the axes' normal
     Rescale rescale;
     FrameMarks marks;
 };

@@ -14,6 +14,9 @@
 // sentence that names the file and a cause.
 namespace palpate::fuzz {
 
+// Nothing that the files of the tables can hold needs more memory.
+constexpr uint64_t kMostBytes = 64 << 20;
+
 struct Reader {
     std::string name;               // "PNG": names failures, and seeds what is changed
     std::string file_name;          // what the damaged file is called: "slice.png"
@@ -49,6 +52,7 @@ Outcomes meet_damaged_files(const Reader& reader, uint64_t count,
 
 // The tables, one a kind of file.
 std::vector<Reader> volume_readers(); // decoded in this process: our own code
+std::vector<Reader> dicom_readers();  // of several frames, decoded in this process
 std::vector<Reader> sandboxed_readers();
 std::vector<Reader> mesh_readers();
 std::vector<Reader> text_readers(); // scenes and strokes

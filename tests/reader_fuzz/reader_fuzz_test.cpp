@@ -20,7 +20,8 @@ namespace {
 
 std::vector<Reader> all_readers() {
     std::vector<Reader> all;
-    for (auto* const table : {volume_readers, sandboxed_readers, mesh_readers, text_readers})
+    for (auto* const table :
+         {volume_readers, dicom_readers, sandboxed_readers, mesh_readers, text_readers})
         for (Reader& reader : table())
             all.push_back(std::move(reader));
     return all;

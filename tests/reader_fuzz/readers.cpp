@@ -30,9 +30,6 @@ std::optional<Error> error_of(const Result<T>& result) {
     return result ? std::optional<Error>() : result.error();
 }
 
-// Nothing that these files can hold needs more.
-constexpr uint64_t kMostBytes = 64 << 20;
-
 // Decodes in this process, so that a crash is the test's; every 16th through the child, too.
 std::optional<Error> read_volume(const fs::path& path) {
     static uint64_t calls = 0;

@@ -25,6 +25,7 @@ constexpr const char* kJpeg2000Lossless = "1.2.840.10008.1.2.4.90";
 struct Encoding {
     bool implicit = false;
     bool delimited = false;
+    bool unknown = false; // explicit, but sequences are UN and implicit within (PS3.5 6.2.2)
 };
 
 // The encoding of files for which a test names none.
@@ -132,8 +133,11 @@ class DicomData {
     }
     static std::string element_bytes(Tag tag, const Element& element, Encoding encoding) {
         std::string body = element.value;
+        const bool unknown = encoding.unknown && !encoding.implicit && element.vr == "SQ";
+        const std::string vr = unknown ? "UN" : element.vr;
+        const Encoding within{encoding.implicit || unknown, encoding.delimited};
         for (const DicomData& one : element.items)
-            body += item(one.bytes(encoding), encoding.delimited);
+            body += item(one.bytes(within), encoding.delimited);
         if (!element.fragments.empty())
             body += item("", false);
         for (std::string fragment : element.fragments) {
@@ -143,7 +147,7 @@ class DicomData {
         }
         const bool delimited =
             !element.fragments.empty() || (element.vr == "SQ" && encoding.delimited);
-        return head(tag, element.vr, delimited ? kUndefined : body.size(), encoding) + body +
+        return head(tag, vr, delimited ? kUndefined : body.size(), encoding) + body +
                (delimited ? little(0xe0ddfffe, 4) + little(0, 4) : "");
     }
 

@@ -10,8 +10,16 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
-class ReportedDicom : public SharedData {};
+class ReportedDicom : public SharedData {
+ protected:
+    static void expect_column(const LoadedVolume& loaded, int column, glm::dvec3 expected) {
+        const glm::dvec3 found(loaded.volume.grid().world_from_index[column]);
+        // Decimal strings of five digits at places up to 100 mm.
+        EXPECT_LT(glm::distance(found, expected), 1e-9) << column;
+    }
+};
 
 uint64_t differences(const Volume& a, const Volume& b, float offset) {
     uint64_t differ = 0;
@@ -43,6 +51,34 @@ TEST_F(ReportedDicom, EchoesAreFramesInTheOrderOfEchoTime) {
         ASSERT_EQ(echo.volume.size().z, 24u);
         EXPECT_EQ(differences(first.volume, echo.volume, 7.0f * static_cast<float>(t)), 0u);
     }
+}
+
+TEST_F(ReportedDicom, NuclearSlicesFollowTheSignOfTheirSpacing) {
+    const LoadedVolume nm = loaded("reported/multiframe/nm_negative_spacing.dcm");
+    EXPECT_EQ(nm.volume.size(), glm::uvec3(32, 28, 24));
+    expect_column(nm, 0, {4.4, 0, 0});
+    expect_column(nm, 1, {0, 4.4, 0});
+    expect_column(nm, 2, {0, 0, -4.41806});
+    expect_column(nm, 3, {-70, -60, 100});
+    EXPECT_THAT(nm.warnings, IsEmpty());
+}
+
+TEST_F(ReportedDicom, OnePositionOfAFileIsThatOfItsFirstSlice) {
+    const LoadedVolume ct = loaded("reported/multiframe/ct_top_level_position.dcm");
+    EXPECT_EQ(ct.volume.size(), glm::uvec3(32, 28, 24));
+    expect_column(ct, 0, {0.5, 0, 0});
+    expect_column(ct, 2, {0, 0, 1.5});
+    expect_column(ct, 3, {1, 2, 3});
+    EXPECT_THAT(ct.warnings, IsEmpty());
+}
+
+TEST_F(ReportedDicom, UltrasoundVolumesLieInTheAxesOfTheTransducer) {
+    const LoadedVolume us = loaded("reported/multiframe/enhanced_us.dcm");
+    EXPECT_EQ(us.volume.size(), glm::uvec3(32, 28, 24));
+    expect_column(us, 0, {0.4, 0, 0});
+    expect_column(us, 2, {0, 0, 0.6});
+    expect_column(us, 3, {-5, -6, 10});
+    EXPECT_THAT(us.warnings, ElementsAre(HasSubstr("transducer")));
 }
 
 } // namespace
