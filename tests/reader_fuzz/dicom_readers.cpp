@@ -1,6 +1,8 @@
 // DICOM files of several frames, decoded in this process: every place in which their geometry and
 // their order may stand, in every encoding.
 
+#include <gdcmTrace.h>
+
 #include "tests/reader_fuzz/harness.h"
 #include "tests/unit/io/dicom_bytes.h"
 #include "tests/unit/io_formats/decode_here.h"
