@@ -157,6 +157,13 @@ Result<void> place_classic(const std::string& name, const DataSet& set,
     const std::vector<Tag> increment = frame_increment(set);
     const bool in_time =
         !increment.empty() && std::none_of(increment.begin(), increment.end(), is_slice_increment);
+    if (slices != vectors.end() && frames.size() > 1 && !frames.front().position) {
+        warnings.push_back(name +
+                           ": does not state the position of its slices; (0, 0, 0) mm is "
+                           "assumed for the first");
+        for (DicomFrame& frame : frames)
+            frame.position = frame.position.value_or(glm::dvec3(0));
+    }
     if (frames.size() == 1 || !frames.front().position || in_time)
         return {};
     const std::optional<double> step = signed_step(name, set, warnings);

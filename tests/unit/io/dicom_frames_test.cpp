@@ -205,6 +205,19 @@ TEST_P(DicomFrames, OfNuclearMedicineFollowTheSliceVectorAndTheSignOfTheSpacing)
     }
 }
 
+TEST_P(DicomFrames, OfNuclearMedicineAreSlicesAlsoWithoutAPosition) {
+    Random random(3);
+    Truth truth = random_truth(random, true);
+    truth.origin = {};
+    truth.across = {1, 0, 0};
+    truth.down = {0, 1, 0};
+    write(nuclear(truth, stored_frames(random, truth, true)).erase(0x54, 0x22), kNuclearClass);
+    expect_truth(folder_ / "a.dcm", truth);
+    EXPECT_THAT(decoded(folder_ / "a.dcm")->decoded.warnings,
+                AllOf(Contains(HasSubstr("(0, 0, 0) mm is assumed")),
+                      Contains(HasSubstr("orientation (axial)"))));
+}
+
 TEST_P(DicomFrames, OfNuclearMedicineAreRefusedByTheVectorThatDoesNotFit) {
     Random random(1);
     const Truth truth = random_truth(random, false);
