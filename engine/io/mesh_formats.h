@@ -31,6 +31,21 @@ inline glm::vec3 unit_normal(glm::dvec3 normal) {
 // Positions as floats about an origin that lies near them.
 void set_world_positions(Mesh& mesh, const std::vector<glm::dvec3>& world);
 
+// Places the positions that a file states, and the normals of loaded.mesh with them, in the world.
+// `statement`, the comments of the file, may name the axes as 3D Slicer writes them: with SPACE=RAS
+// x and y change their sign, which turns about z and mirrors nothing; SPACE=LPS, or none, leaves
+// all as it is, and another space does so with a warning. An error where it names both. Source:
+// vtkMRMLModelStorageNode of 3D Slicer.
+Result<void> place_in_world(LoadedMesh& loaded, std::vector<glm::dvec3>& positions,
+                            std::string_view statement, const std::string& name);
+
+// Adds the beginning of a line to the comments of a file; those of a damaged one may be long.
+inline void add_comment(std::string& comments, std::string_view line) {
+    constexpr size_t most = 256, most_together = 1 << 16;
+    if (comments.size() < most_together)
+        comments.append(line.substr(0, most)).append("\n");
+}
+
 // Takes words off a text that is apart by white space.
 class Words {
  public:
@@ -59,9 +74,11 @@ class Words {
             return {};
         return value;
     }
-    void skip_line() {
-        const size_t end = rest_.find('\n');
-        rest_.remove_prefix(end == std::string_view::npos ? rest_.size() : end + 1);
+    // The rest of the line.
+    std::string_view line() {
+        const std::string_view line = rest_.substr(0, rest_.find('\n'));
+        rest_.remove_prefix(std::min(rest_.size(), line.size() + 1));
+        return line;
     }
     // The word that number() took last, for messages: "the end" or a quotation.
     std::string quoted() const {

@@ -27,6 +27,9 @@ struct MeshWriteOptions {
 //   OBJ  vn          a group "label_N" or "label_N_M" a label     text
 //   STL  of facets   none                                         float
 //
+// All state SPACE=LPS as 3D Slicer does: in the header of STL, a comment of PLY and OBJ, and the
+// field data of VTP.
+//
 // float where it holds every coordinate to 1e-4 mm, double where it does not; STL, which has floats
 // alone, is refused where they are off by more than 0.01 mm. A mesh of a position that is not
 // finite is refused by all.
@@ -61,9 +64,10 @@ struct LoadedMesh {
 //
 // Points and lines are left out with a warning.
 //
-// Positions are taken as world millimetres; where they lie too far off for floats, world_from_mesh
-// holds the offset, a whole number of millimetres. Normals are kept where every vertex has one, and
-// labels where every face has one.
+// Positions are world millimetres, LPS unless the file states SPACE=RAS as 3D Slicer does, which is
+// turned to LPS. Where they lie too far off for floats, world_from_mesh holds the offset, a whole
+// number of millimetres. Normals are kept where every vertex has one, and labels where every face
+// has one.
 //
 // Everything a header claims is held against the file's length before memory is taken for it. An
 // error is one sentence that names the file, what was expected and what was found.

@@ -64,6 +64,61 @@ void io::set_world_positions(Mesh& mesh, const std::vector<glm::dvec3>& world) {
 
 namespace {
 
+bool is_letter(char c) {
+    return std::isalpha(static_cast<unsigned char>(c)) != 0;
+}
+
+// The values of "SPACE=..." in a text, in upper case.
+std::vector<std::string> stated_spaces(std::string_view text) {
+    constexpr std::string_view key = "SPACE";
+    std::string upper(text);
+    std::transform(upper.begin(), upper.end(), upper.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    std::vector<std::string> spaces;
+    for (size_t at = upper.find(key); at != upper.npos; at = upper.find(key, at + 1)) {
+        const auto white = [&](size_t from) {
+            return std::min(upper.find_first_not_of(" \t", from), upper.size());
+        };
+        const size_t sign = white(at + key.size());
+        if ((at > 0 && is_letter(upper[at - 1])) || sign == upper.size() || upper[sign] != '=')
+            continue;
+        const size_t begin = white(sign + 1);
+        size_t end = begin;
+        while (end < upper.size() && (is_letter(upper[end]) || upper[end] == '-'))
+            ++end;
+        spaces.push_back(upper.substr(begin, end - begin));
+    }
+    return spaces;
+}
+
+} // namespace
+
+Result<void> io::place_in_world(LoadedMesh& loaded, std::vector<glm::dvec3>& positions,
+                                std::string_view statement, const std::string& name) {
+    bool is_ras = false, is_lps = false;
+    for (const std::string& space : stated_spaces(statement)) {
+        is_ras = is_ras || space == "RAS" || space == "RIGHT-ANTERIOR-SUPERIOR";
+        is_lps = is_lps || space == "LPS" || space == "LEFT-POSTERIOR-SUPERIOR";
+        if (!is_ras && !is_lps)
+            loaded.warnings.push_back(
+                fmt::format("{}: expected SPACE=LPS or SPACE=RAS, found \"{}\"; LPS is assumed",
+                            name, space.substr(0, 40)));
+    }
+    if (is_ras && is_lps)
+        return fail("{}: expected one space, found both SPACE=RAS and SPACE=LPS", name);
+    if (is_ras) {
+        const glm::dvec3 lps_from_ras(-1.0, -1.0, 1.0);
+        for (glm::dvec3& p : positions)
+            p = p * lps_from_ras + glm::dvec3(0.0); // no -0
+        for (glm::vec3& n : loaded.mesh.normals)
+            n = n * glm::vec3(lps_from_ras) + glm::vec3(0.0f);
+    }
+    set_world_positions(loaded.mesh, positions);
+    return {};
+}
+
+namespace {
+
 using Parse = Result<LoadedMesh> (*)(std::string_view text, const std::string& name,
                                      uint64_t limit_bytes);
 

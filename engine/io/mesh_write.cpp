@@ -114,8 +114,10 @@ class Writer {
 void write_ply(Writer& out, const WorldMesh& world, bool ascii) {
     const Mesh& mesh = world.mesh;
     const char* real = world.needs_double() ? "double" : "float";
-    out.print("ply\nformat {} 1.0\ncomment world millimetres, left-posterior-superior\n",
-              ascii ? "ascii" : "binary_little_endian");
+    out.print(
+        "ply\nformat {} 1.0\ncomment world millimetres, left-posterior-superior\n"
+        "comment SPACE=LPS\n",
+        ascii ? "ascii" : "binary_little_endian");
     out.print("element vertex {}\n", mesh.positions.size());
     for (const char* axis : {"x", "y", "z"})
         out.print("property {} {}\n", real, axis);
@@ -163,7 +165,7 @@ void write_ply(Writer& out, const WorldMesh& world, bool ascii) {
 }
 
 void write_stl(Writer& out, const WorldMesh& world, bool ascii) {
-    const char* about = "palpate, world millimetres LPS";
+    const char* about = "palpate, world millimetres. SPACE=LPS";
     if (ascii) {
         out.print("solid {}\n", about);
     } else {
@@ -201,7 +203,7 @@ void write_stl(Writer& out, const WorldMesh& world, bool ascii) {
 
 void write_obj(Writer& out, const WorldMesh& world) {
     const Mesh& mesh = world.mesh;
-    out.text("# world millimetres, left-posterior-superior\n");
+    out.text("# world millimetres, left-posterior-superior. SPACE=LPS\n");
     for (const glm::dvec3 p : world.positions) {
         out.text("v ");
         out.words(p, world.needs_double());
@@ -241,6 +243,8 @@ void write_vtp(Writer& out, const WorldMesh& world) {
     out.print(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\" "
         "byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<PolyData>\n"
+        "<FieldData>\n<Array type=\"String\" Name=\"SPACE\" NumberOfTuples=\"1\" "
+        "format=\"ascii\">76 80 83 0</Array>\n</FieldData>\n"
         "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"0\" "
         "NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
         points, polys);

@@ -87,6 +87,18 @@ Counts count(std::string_view text) {
     return counts;
 }
 
+// The comments before the first vertex.
+std::string first_comments(std::string_view text) {
+    std::string comments;
+    while (!text.empty() && !text.starts_with("v ") && !text.starts_with("v\t")) {
+        const std::string_view line = text.substr(0, text.find('\n'));
+        if (line.starts_with('#'))
+            add_comment(comments, line);
+        text.remove_prefix(std::min(text.size(), line.size() + 1));
+    }
+    return comments;
+}
+
 // The labels of a group that save_mesh() has named "label_N" or "label_N_M".
 struct GroupLabels {
     std::optional<uint16_t> label, outer;
@@ -126,7 +138,7 @@ constexpr std::string_view kFreeForm[] = {"vp",   "cstype", "deg",  "bmat", "ste
 class ObjReader {
  public:
     ObjReader(std::string_view text, const std::string& name, const Counts& counts)
-        : lines_(text), name_(name), counts_(counts) {
+        : lines_(text), first_comments_(first_comments(text)), name_(name), counts_(counts) {
         world_.reserve(counts.points);
         normals_.reserve(counts.normals);
         normal_of_.assign(counts.normals > 0 ? counts.points : 0, kNone);
@@ -267,11 +279,12 @@ class ObjReader {
         if (passed_over_ > 0)
             loaded_.warnings.push_back(
                 fmt::format("{}: {} points and lines are left out", name_, passed_over_));
-        set_world_positions(loaded_.mesh, world_);
+        PALPATE_TRY(place_in_world(loaded_, world_, first_comments_, name_));
         return std::move(loaded_);
     }
 
     ObjLines lines_;
+    const std::string first_comments_;
     const std::string& name_;
     const Counts counts_;
     LoadedMesh loaded_;

@@ -39,6 +39,7 @@ struct Element {
 struct Header {
     enum class Encoding { ascii, little, big } encoding{};
     std::vector<Element> elements;
+    std::string comments;
     std::string_view body;
 };
 
@@ -73,6 +74,8 @@ Result<Header> parse_header(std::string_view text, const std::string& name) {
         Words words(text.substr(0, end));
         text.remove_prefix(end + 1);
         const std::string_view key = words.next();
+        if (key == "comment" || key == "obj_info")
+            add_comment(header.comments, words.rest());
         if (key == "ply" || key == "comment" || key == "obj_info" || key.empty())
             continue;
         if (key == "format") {
@@ -346,7 +349,7 @@ class Body {
         if (!numbers_.only_white_is_left())
             loaded_.warnings.push_back(
                 fmt::format("{}: {} bytes follow the last element", name_, numbers_.rest()));
-        set_world_positions(loaded_.mesh, points_);
+        PALPATE_TRY(place_in_world(loaded_, points_, header_.comments, name_));
         return std::move(loaded_);
     }
 

@@ -23,10 +23,11 @@ Result<void> expect_room(uint64_t facets, uint64_t limit_bytes, const std::strin
 }
 
 // Corners in threes; equal ones become one vertex.
-LoadedMesh welded(const std::vector<glm::dvec3>& corners) {
+Result<LoadedMesh> welded(std::vector<glm::dvec3>& corners, std::string_view statement,
+                          const std::string& name) {
     LoadedMesh loaded;
-    Mesh soup;
-    set_world_positions(soup, corners);
+    PALPATE_TRY(place_in_world(loaded, corners, statement, name));
+    Mesh& soup = loaded.mesh;
     soup.triangles.reserve(corners.size() / 3);
     for (uint32_t i = 0; i < corners.size(); i += 3)
         soup.triangles.emplace_back(i, i + 1, i + 2);
@@ -62,7 +63,7 @@ Result<LoadedMesh> parse_binary(std::string_view text, const std::string& name,
             corners.push_back(p);
         }
     }
-    LoadedMesh loaded = welded(corners);
+    PALPATE_TRY(LoadedMesh loaded, welded(corners, text.substr(0, 80), name));
     if (text.size() > expected)
         loaded.warnings.push_back(
             fmt::format("{}: {} bytes follow the last triangle", name, text.size() - expected));
@@ -85,10 +86,12 @@ Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name,
                         ? "the end of the file"
                         : fmt::format("\"{}\"", word.substr(0, std::min<size_t>(40, word.size()))));
     };
+    std::string titles;   // of the solids
     bool is_open = false; // between solid and endsolid
     for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
         if (word == (is_open ? "endsolid" : "solid")) {
-            words.skip_line(); // the rest is a name
+            if (const std::string_view title = words.line(); !is_open)
+                add_comment(titles, title);
             is_open = !is_open;
             continue;
         }
@@ -124,7 +127,7 @@ Result<LoadedMesh> parse_ascii(std::string_view text, const std::string& name,
     }
     if (is_open)
         return fail("{}: expected \"endsolid\", found the end of the file", name);
-    return welded(corners);
+    return welded(corners, titles, name);
 }
 
 } // namespace

@@ -153,6 +153,19 @@ Result<std::string> VtkSource::take(size_t bytes) {
     text.remove_prefix(bytes);
     return out;
 }
+
+Result<uint64_t> array_bytes(VtkSource source, const VtkLayout& layout) {
+    PALPATE_TRY(const std::string head, source.take((layout.packed ? 3 : 1) * layout.word_bytes));
+    const uint64_t first = word_at(head, 0, layout);
+    if (!layout.packed)
+        return first;
+    // Blocks, the bytes of each but for a last partial one, and the bytes of that.
+    const uint64_t each = word_at(head, 1, layout), last = word_at(head, 2, layout);
+    if (first > source.most_bytes() || each > uint64_t{1} << 27 || last > each)
+        return fail("claims {} blocks of {} bytes", first, each);
+    return first == 0 ? 0 : (last == 0 ? first : first - 1) * each + last;
+}
+
 Result<void> fill(VtkSource source, const VtkLayout& layout, std::span<std::byte> out) {
     if (layout.packed)
         return unpack(source, layout, out);

@@ -53,6 +53,9 @@ struct VtkSource {
     uint64_t most_bytes() const { return base64 ? text.size() / 4 * 3 + 3 : text.size(); }
 };
 
+// How many bytes an array that is not text holds, as its own head states it.
+Result<uint64_t> array_bytes(VtkSource source, const VtkLayout& layout);
+
 // Fills `out` with an array of exactly its size, in the byte order of the file.
 Result<void> fill(VtkSource source, const VtkLayout& layout, std::span<std::byte> out);
 

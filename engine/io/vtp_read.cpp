@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <pugixml.hpp>
 
@@ -34,7 +35,8 @@ class VtpReader {
         if (passed_over_ > 0)
             loaded_.warnings.push_back(
                 fmt::format("{}: {} points and lines are left out", name_, passed_over_));
-        set_world_positions(mesh, world_);
+        PALPATE_TRY(const std::string space, read_space(poly_data));
+        PALPATE_TRY(place_in_world(loaded_, world_, space, name_));
         return std::move(loaded_);
     }
 
@@ -61,6 +63,59 @@ class VtpReader {
         return static_cast<uint64_t>(*value);
     }
 
+    // What 3D Slicer states in the field data, as "SPACE=RAS"; empty where it states none. Strings
+    // are arrays of bytes that end in 0.
+    Result<std::string> read_space(const pugi::xml_node& poly_data) {
+        const pugi::xml_node array =
+            poly_data.child("FieldData").find_child_by_attribute("Array", "Name", "SPACE");
+        if (!array || std::string_view(array.attribute("type").value()) != "String")
+            return std::string();
+        std::string space = "SPACE=";
+        if (std::string_view(array.attribute("format").as_string("ascii")) == "ascii") {
+            for (const std::string_view word : words_of(array.text().get()))
+                if (const auto code = parse_integer(word); code && *code > 0 && *code < 128)
+                    space.push_back(static_cast<char>(*code));
+                else
+                    break;
+            return space;
+        }
+        PALPATE_TRY(const VtkSource source, source_of(array, "the space"));
+        const Result<uint64_t> bytes = array_bytes(source, layout_);
+        std::array<std::byte, 64> text{};
+        Result<void> filled;
+        if (bytes && *bytes <= text.size())
+            filled = fill(source, layout_, std::span(text).first(*bytes));
+        if (!bytes || !filled || *bytes > text.size())
+            return fail("{}: its space: {}", name_,
+                        !bytes    ? bytes.error().message
+                        : !filled ? filled.error().message
+                                  : fmt::format("expected a name of a few letters, found {} bytes",
+                                                *bytes));
+        for (const std::byte b : text) {
+            if (b == std::byte{0})
+                break;
+            space.push_back(static_cast<char>(b));
+        }
+        return space;
+    }
+
+    // Where the bytes of an array lie that is not text.
+    Result<VtkSource> source_of(const pugi::xml_node& array, const std::string& what) const {
+        const std::string_view format = array.attribute("format").as_string("ascii");
+        if (format == "binary")
+            return VtkSource{array.text().get(), true};
+        if (format != "appended")
+            return fail("{}: expected {} as ascii, binary or appended, found \"{}\"", name_, what,
+                        format.substr(0, 40));
+        const std::optional<int64_t> offset = parse_integer(array.attribute("offset").value());
+        if (!offset || *offset < 0 || static_cast<uint64_t>(*offset) > split_.appended.size())
+            return fail("{}: expected {} from a byte up to {} of the appended data, found \"{}\"",
+                        name_, what, split_.appended.size(),
+                        std::string_view(array.attribute("offset").value()).substr(0, 40));
+        return VtkSource{split_.appended.substr(static_cast<size_t>(*offset)),
+                         layout_.appended_base64};
+    }
+
     // The numbers of an array, of which there must be `count`.
     Result<Numbers> numbers(const pugi::xml_node& array, uint64_t count, const std::string& what) {
         if (!array)
@@ -70,21 +125,11 @@ class VtpReader {
         if (!type)
             return fail("{}: expected numbers for {}, found the type \"{}\"", name_, what,
                         type_name.substr(0, 40));
-        const std::string_view format = array.attribute("format").as_string("ascii");
-        const bool is_text = format == "ascii", is_appended = format == "appended";
-        if (!is_text && !is_appended && format != "binary")
-            return fail("{}: expected {} as ascii, binary or appended, found \"{}\"", name_, what,
-                        format.substr(0, 40));
+        const bool is_text =
+            std::string_view(array.attribute("format").as_string("ascii")) == "ascii";
         VtkSource source{array.text().get(), true};
-        if (is_appended) {
-            const std::optional<int64_t> offset = parse_integer(array.attribute("offset").value());
-            if (!offset || *offset < 0 || static_cast<uint64_t>(*offset) > split_.appended.size())
-                return fail(
-                    "{}: expected {} from a byte up to {} of the appended data, found \"{}\"",
-                    name_, what, split_.appended.size(),
-                    std::string_view(array.attribute("offset").value()).substr(0, 40));
-            source = {split_.appended.substr(static_cast<size_t>(*offset)),
-                      layout_.appended_base64};
+        if (!is_text) {
+            PALPATE_TRY(source, source_of(array, what));
         }
         const size_t each = bytes_per_component(*type);
         const double most = is_text          ? (source.text.size() + 1) / 2.0 * double(each)

@@ -68,6 +68,15 @@ class Writer {
         appended_ += data;
         return tag + "appended\" offset=\"" + offset + "\"/>\n";
     }
+    // A string is an array of its bytes and a 0.
+    std::string string(const char* name, const std::string& text) {
+        std::vector<int8_t> codes(text.begin(), text.end());
+        codes.push_back(0);
+        std::string tag = array("String", name, 1, codes);
+        for (size_t at; (at = tag.find("DataArray")) != std::string::npos;)
+            tag.erase(at, 4);
+        return tag;
+    }
     std::string file(const std::string& poly_data) const {
         std::string xml = "<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\" version=\"1.0\"";
         xml += style_.big_endian ? " byte_order=\"BigEndian\"" : " byte_order=\"LittleEndian\"";
@@ -109,14 +118,17 @@ class Writer {
     std::string appended_;
 };
 
-// Points (0 0 0) (1 0 0) (1 1 0) (0 1 0) (2 0 0) (2 1 0), normals (0 0 1); a line comes first.
-inline std::string square(const Style& style) {
+// Points (0 0 0) (1 0 0) (1 1 0) (0 1 0) (2 0 0) (2 1 0), normals (0 0 1); a line comes first. The
+// field data state `space`, where it is given, as 3D Slicer does.
+inline std::string square(const Style& style, const std::string& space = "") {
     Writer out(style);
     std::vector<float> points{0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 0, 0, 2, 1, 0}, normals;
     for (int i = 0; i < 6; ++i)
         normals.insert(normals.end(), {0, 0, 1});
     using Ids = std::vector<int64_t>;
     std::string piece =
+        space.empty() ? "" : "<FieldData>\n" + out.string("SPACE", space) + "</FieldData>\n";
+    piece +=
         "<Piece NumberOfPoints=\"6\" NumberOfVerts=\"0\" NumberOfLines=\"1\" NumberOfStrips=\"1\" "
         "NumberOfPolys=\"2\">\n<PointData Normals=\"N\">\n";
     piece += out.array("Float32", "N", 3, normals) + "</PointData>\n<CellData>\n";
