@@ -1,7 +1,11 @@
 #include "engine/decode/meta_image_header.h"
 
+#include <algorithm>
+#include <charconv>
 #include <map>
 
+#include "engine/decode/file_list.h"
+#include "engine/decode/length_units.h"
 #include "engine/io/text_header.h"
 
 namespace palpate::io {
@@ -23,7 +27,8 @@ bool is_true(std::string_view text) {
 }
 
 // Splits the header into its fields; ElementDataFile is the last. Returns how many bytes it takes.
-Result<size_t> split(const std::string& name, std::string_view text, Fields& fields) {
+Result<size_t> split(const std::string& name, std::string_view text, Fields& fields,
+                     std::vector<std::string>& listed_files) {
     std::string_view rest = text;
     while (true) {
         std::optional<std::string_view> line = take_line(rest);
@@ -42,6 +47,12 @@ Result<size_t> split(const std::string& name, std::string_view text, Fields& fie
         const std::string key(trimmed(line->substr(0, equals)));
         if (!fields.emplace(key, trimmed(line->substr(equals + 1))).second)
             return fail("{}: has two fields {}", name, key);
+        if (key == "ElementDataFile" && is_list_mark(fields.find(key)->second)) {
+            if (text.size() >= kMostHeaderBytes)
+                return fail("{}: expected a list of data files within {} bytes, found a longer one",
+                            name, kMostHeaderBytes);
+            listed_files = names_in(rest);
+        }
         if (key == "ElementDataFile")
             return text.size() - rest.size();
     }
@@ -111,14 +122,12 @@ Result<void> read_geometry(const std::string& name, const Fields& fields, MetaIm
                 numbers(name, fields, {"ElementSpacing", "ElementSize"}, count));
     double unit = 1;
     if (const std::string_view units = field(fields, {"DistanceUnits"}); !units.empty()) {
-        if (units == "um")
-            unit = 0.001;
-        else if (units == "cm")
-            unit = 10;
-        else if (units != "mm" && units != "?")
+        const std::optional<double> found = length_in_mm(units);
+        if (!found && units != "?")
             warnings.push_back(
                 fmt::format("{}: expected DistanceUnits um, mm or cm, found \"{}\"; mm are assumed",
                             name, units));
+        unit = found.value_or(1);
     }
     if (spacing.empty())
         warnings.push_back(fmt::format("{}: names no ElementSpacing; 1 mm is assumed", name));
@@ -164,13 +173,71 @@ Result<void> read_payload_fields(const std::string& name, const Fields& fields,
     return {};
 }
 
+// "2D" or "2": how many axes each file of a list holds.
+size_t dimensions_of(const MetaImageHeader& header) {
+    const size_t axes = header.sizes.size(), usual = std::max<size_t>(axes, 2) - 1;
+    const std::vector<std::string_view> words = words_of(header.data_file);
+    size_t found = 0;
+    if (words.size() > 1)
+        std::from_chars(words[1].data(), words[1].data() + words[1].size(), found);
+    return found == 0 || found > axes ? usual : found; // as MetaIO takes others
+}
+
+// The last axis has a file a sample: from 1 on by 1, unless numbers follow the pattern: the first,
+// the last and the step.
+Result<std::vector<std::string>> listed_names(const std::filesystem::path& path,
+                                              const MetaImageHeader& header) {
+    if (is_list_mark(header.data_file))
+        return header.listed_files;
+    constexpr int64_t most = int64_t{1} << 40; // refused below, but without overflow here
+    const std::optional<FilePattern> pattern = file_pattern(header.data_file, 3);
+    if (!pattern)
+        return fail(
+            "{}: expected one data file, \"LIST\" or \"name%03d.raw first last step\", found "
+            "another "
+            "list of them (\"{}\")",
+            path.string(), header.data_file.substr(0, 80));
+    const std::vector<int64_t>& numbers = pattern->numbers;
+    const int64_t more = header.sizes.back() - 1;
+    const int64_t first = numbers.empty() ? 1 : std::clamp<int64_t>(numbers[0], -most, most);
+    const int64_t last =
+        numbers.size() > 1 ? std::clamp<int64_t>(numbers[1], -most, most) : first + more;
+    int64_t step = numbers.size() > 2 ? numbers[2] : 1;
+    if (numbers.size() == 2 && more > 0 && (last - first) % more == 0)
+        step = (last - first) / more;
+    return names_of(path, pattern->pattern, first, last, step);
+}
+
 } // namespace
+
+bool MetaImageHeader::is_local() const {
+    return lower_case(data_file) == "local";
+}
+
+Result<std::vector<std::filesystem::path>> meta_image_data_files(const std::filesystem::path& path,
+                                                                 const MetaImageHeader& header) {
+    std::vector<std::filesystem::path> files;
+    if (header.is_local())
+        return files;
+    const bool is_list = is_list_mark(header.data_file);
+    if (!is_list && header.data_file.find('%') == std::string::npos) {
+        PALPATE_TRY(files.emplace_back(), file_beside(path, header.data_file));
+        return files;
+    }
+    PALPATE_TRY(const std::vector<std::string> names, listed_names(path, header));
+    const uint64_t wanted =
+        files_for(header.sizes, is_list ? dimensions_of(header) : header.sizes.size() - 1);
+    if (names.size() != wanted)
+        return fail("{}: expected {} data files in the list of them, found {}", path.string(),
+                    wanted, names.size());
+    return files_of(path, names);
+}
 
 Result<MetaImageHeader> parse_meta_image_header(const std::string& name, std::string_view text,
                                                 std::vector<std::string>& warnings) {
     Fields fields;
     MetaImageHeader header;
-    PALPATE_TRY(header.bytes, split(name, text, fields));
+    PALPATE_TRY(header.bytes, split(name, text, fields, header.listed_files));
     if (const std::string_view kind = field(fields, {"ObjectType"});
         !kind.empty() && kind != "Image")
         return fail("{}: expected an ObjectType Image, found \"{}\"", name, kind);

@@ -10,19 +10,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Result<void> place(const std::string& name, const fs::path& header_path,
+Result<void> place(const std::string& name, const fs::path& first_file,
                    const MetaImageHeader& header, Payload& payload) {
-    const bool local =
-        header.data_file == "LOCAL" || header.data_file == "Local" || header.data_file == "local";
-    payload.file = header_path;
-    payload.offset = header.bytes;
-    if (!local) {
-        if (header.data_file.starts_with("LIST") || header.data_file.find('%') != std::string::npos)
-            return fail("{}: expected one data file, found a list of them (\"{}\")", name,
-                        header.data_file);
-        PALPATE_TRY(payload.file, file_beside(header_path, header.data_file));
-        payload.offset = 0;
-    }
+    const bool local = header.is_local();
+    payload.file = first_file;
+    payload.offset = local ? header.bytes : 0;
     if (!header.binary)
         payload.encoding = Encoding::ascii;
     else if (header.compressed)
@@ -69,7 +61,13 @@ Result<Decoded> decode_meta_image(const DecodeRequest& request, VoxelSink& sink)
     if (header.rescale != Rescale{})
         decoded.rescale = {header.rescale};
     decoded.modality = header.modality;
-    PALPATE_TRY(place(name, request.path, header, payload));
+    PALPATE_TRY(const std::vector<fs::path> files, meta_image_data_files(request.path, header));
+    PALPATE_TRY(place(name, files.empty() ? request.path : files.front(), header, payload));
+    if (files.size() > 1) {
+        payload.file = request.path;
+        PALPATE_TRY(read_file_list(payload, files, sink, decoded.warnings));
+        return decoded;
+    }
     PALPATE_TRY(read_payload(payload, sink, decoded.warnings));
     return decoded;
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <map>
 
+#include "engine/decode/file_list.h"
+#include "engine/decode/length_units.h"
 #include "engine/io/text_header.h"
 
 namespace palpate::io {
@@ -66,8 +68,7 @@ std::string usual_name(std::string name) {
     constexpr std::pair<std::string_view, std::string_view> names[] = {{"datafile", "data file"},
                                                                        {"lineskip", "line skip"},
                                                                        {"byteskip", "byte skip"},
-                                                                       {"axismins", "axis mins"},
-                                                                       {"units", "space units"}};
+                                                                       {"axismins", "axis mins"}};
     for (const auto& [second, usual] : names)
         if (name == second)
             name = usual;
@@ -77,30 +78,35 @@ std::string usual_name(std::string name) {
 // Keys and values of the user's own.
 using Keys = std::map<std::string, std::string, std::less<>>;
 
-// The segments of 3D Slicer. One without a value of its own is left out.
-std::vector<LabelName> segments_of(const Keys& keys) {
-    std::vector<LabelName> labels;
-    for (size_t i = 0;; ++i) {
+// The segments of 3D Slicer.
+std::vector<NrrdHeader::Segment> segments_of(const Keys& keys) {
+    std::vector<NrrdHeader::Segment> segments;
+    for (uint32_t i = 0;; ++i) {
         const auto find = [&](const char* what) {
             const auto found = keys.find(fmt::format("Segment{}_{}", i, what));
             return found == keys.end() ? std::string_view() : std::string_view(found->second);
         };
         if (find("ID").empty() && find("Name").empty() && find("LabelValue").empty())
-            return labels;
-        const std::optional<int64_t> value = parse_integer(find("LabelValue"));
-        if (!value || *value < 1 || *value > 65535)
-            continue;
-        LabelName label{static_cast<uint32_t>(*value), std::string(find("Name")), {}};
+            return segments;
+        NrrdHeader::Segment segment{i, {0, std::string(find("Name")), {}}, {}};
+        segment.layer = parse_integer(find("Layer"));
+        const std::string_view value = find("LabelValue");
+        const std::optional<int64_t> label = parse_integer(value);
+        if (label && *label >= 1 && *label <= 65535)
+            segment.label.label = static_cast<uint32_t>(*label);
+        else if (!value.empty())
+            continue; // no label can have this value
         const auto color = parse_doubles(find("Color"));
         if (color && color->size() == 3 &&
             std::all_of(color->begin(), color->end(), [](double c) { return c >= 0 && c <= 1; }))
-            label.color = glm::dvec3((*color)[0], (*color)[1], (*color)[2]);
-        labels.push_back(std::move(label));
+            segment.label.color = glm::dvec3((*color)[0], (*color)[1], (*color)[2]);
+        segments.push_back(std::move(segment));
     }
 }
 
 // Splits the header into its fields; returns how many bytes it takes.
-Result<size_t> split(const std::string& name, std::string_view text, Fields& fields, Keys& keys) {
+Result<size_t> split(const std::string& name, std::string_view text, Fields& fields, Keys& keys,
+                     std::vector<std::string>& listed_files) {
     std::string_view rest = text;
     const std::optional<std::string_view> magic = take_line(rest);
     if (!magic || !magic->starts_with("NRRD000"))
@@ -133,6 +139,13 @@ Result<size_t> split(const std::string& name, std::string_view text, Fields& fie
         const std::string key = usual_name(lower_case(trimmed(line->substr(0, colon))));
         if (!fields.emplace(key, trimmed(line->substr(colon + 1))).second)
             return fail("{}: has two fields \"{}\"", name, key);
+        if (key == "data file" && is_list_mark(field(fields, key))) {
+            if (text.size() >= kMostHeaderBytes)
+                return fail("{}: expected a list of data files within {} bytes, found a longer one",
+                            name, kMostHeaderBytes);
+            listed_files = names_in(rest); // the last field: names follow, a line each
+            return text.size();
+        }
     }
 }
 
@@ -182,39 +195,53 @@ std::string long_space_name(std::string space) {
     return space;
 }
 
-double mm_per(std::string_view unit) {
-    constexpr std::pair<std::string_view, double> units[] = {
-        {"mm", 1}, {"millimeter", 1}, {"cm", 10}, {"m", 1000}, {"um", 0.001}, {"\xc2\xb5m", 0.001}};
-    for (const auto& [name, mm] : units)
-        if (unit == name)
-            return mm;
-    return 0;
-}
-
-Result<void> read_units(const std::string& name, const Fields& fields, NrrdHeader& header,
-                        std::vector<std::string>& warnings) {
-    std::string_view text = field(fields, "space units");
-    std::optional<double> common;
-    while (true) { // "mm" "mm" "mm"
+// "mm" "mm" "mm", or without quotes: millimetres in each. Units that are no lengths count as the
+// first that is one, or as millimetres; they are warned of unless they are of time or none.
+std::vector<double> lengths_of(const std::string& name, std::string_view text,
+                               std::vector<std::string>& warnings) {
+    std::vector<std::string_view> units;
+    if (text.find('"') == std::string_view::npos)
+        units = words_of(text);
+    while (true) {
         const size_t start = text.find('"');
         const size_t end = text.find('"', start + 1);
         if (start == std::string_view::npos || end == std::string_view::npos)
             break;
-        const std::string_view unit = text.substr(start + 1, end - start - 1);
+        units.push_back(text.substr(start + 1, end - start - 1));
         text.remove_prefix(end + 1);
-        const double mm = mm_per(unit);
-        if (mm == 0) {
-            if (!unit.empty() && unit != "s" && unit != "ms" && unit != "???")
-                warnings.push_back(fmt::format(
-                    "{}: expected a unit of length, found \"{}\"; mm are assumed", name, unit));
-        } else if (common && *common != mm) {
-            return fail("{}: expected one unit of length, found different ones", name);
-        } else {
-            common = mm;
-        }
     }
-    header.mm_per_unit = common.value_or(1);
-    return {};
+    std::vector<double> lengths;
+    double usual = 0;
+    for (const std::string_view unit : units) {
+        lengths.push_back(length_in_mm(unit).value_or(0));
+        if (usual == 0)
+            usual = lengths.back();
+        constexpr std::string_view none[] = {"",       "s",       "ms",   "us",   "sec",
+                                             "second", "seconds", "none", "None", "???"};
+        if (lengths.back() == 0 &&
+            std::find(std::begin(none), std::end(none), unit) == std::end(none))
+            warnings.push_back(fmt::format(
+                "{}: expected a unit of length, found \"{}\"; {}", name, unit.substr(0, 40),
+                usual == 0 || usual == 1 ? "mm are assumed"
+                                         : "that of the axis before is assumed"));
+    }
+    for (double& length : lengths)
+        if (length == 0)
+            length = usual == 0 ? 1 : usual;
+    return lengths;
+}
+
+void read_units(const std::string& name, const Fields& fields, NrrdHeader& header,
+                std::vector<std::string>& warnings) {
+    const std::vector<double> of_axes = lengths_of(name, field(fields, "units"), warnings);
+    for (size_t i = 0; i < std::min(of_axes.size(), header.axes.size()); ++i)
+        header.axes[i].mm_per_unit = of_axes[i];
+    const std::vector<double> of_space = lengths_of(name, field(fields, "space units"), warnings);
+    if (of_space.empty())
+        return;
+    header.mm_per_unit = glm::dvec3(of_space[0]);
+    for (size_t i = 1; i < std::min<size_t>(of_space.size(), 3); ++i)
+        (*header.mm_per_unit)[static_cast<int>(i)] = of_space[i];
 }
 
 Result<void> read_axes(const std::string& name, const Fields& fields, NrrdHeader& header) {
@@ -241,6 +268,7 @@ Result<void> read_axes(const std::string& name, const Fields& fields, NrrdHeader
             const std::string kind = lower_case(kinds[i]);
             header.axes[i].is_spatial =
                 kind == "domain" || kind == "space" || kind == "???" || kind == "none";
+            header.axes[i].is_list = kind == "list" || kind == "time";
         }
     }
     if (const std::string_view text = field(fields, "space directions"); !text.empty()) {
@@ -321,13 +349,16 @@ Result<NrrdHeader> parse_nrrd_header(const std::string& name, std::string_view t
     Fields fields;
     NrrdHeader header;
     Keys keys;
-    PALPATE_TRY(header.bytes, split(name, text, fields, keys));
-    header.labels = segments_of(keys);
+    PALPATE_TRY(header.bytes, split(name, text, fields, keys, header.listed_files));
+    header.segments = segments_of(keys);
     if (const auto modality = keys.find("modality"); modality != keys.end())
         header.modality = modality->second;
     PALPATE_TRY(read_payload_fields(name, fields, header));
     PALPATE_TRY(read_axes(name, fields, header));
-    PALPATE_TRY(read_units(name, fields, header, warnings));
+    if (!header.segments.empty()) // an axis beside space is that of layers
+        for (NrrdHeader::Axis& axis : header.axes)
+            axis.is_list = axis.is_list || !axis.is_spatial;
+    read_units(name, fields, header, warnings);
 
     if (!field(fields, "axis mins").empty())
         warnings.push_back(

@@ -1,7 +1,7 @@
 #include "engine/decode/affine.h"
 #include "engine/decode/formats.h"
 #include "engine/decode/nrrd_header.h"
-#include "engine/decode/nrrd_list.h"
+#include "engine/decode/nrrd_layers.h"
 #include "engine/decode/payload.h"
 #include "engine/io/text_header.h"
 
@@ -28,48 +28,69 @@ glm::dvec3 axes_of(const std::string& name, const NrrdHeader& header,
     return kLps;
 }
 
-// Sorts the axes of the array into space, interleaved components and frames.
+// Sorts the axes of the array into space, interleaved components and frames. Frames of a list or of
+// times may lie before, between or after the axes in space, others after them.
 Result<void> arrange(const std::string& name, const NrrdHeader& header, Payload& payload,
                      std::vector<const NrrdHeader::Axis*>& spatial) {
-    std::vector<const NrrdHeader::Axis*> frames;
-    uint64_t frame_count = 1, components = 1;
+    uint64_t before = 1; // numbers before the first frame axis
+    uint64_t frames = 1, components = 1;
+    bool has_frames = false, has_passed_frames = false, has_unknown = false;
     for (const NrrdHeader::Axis& axis : header.axes) {
-        if (axis.is_spatial && spatial.size() < 3) {
-            if (frame_count > 1)
-                return fail("{}: expected frames after the spatial axes, found them between", name);
-            spatial.push_back(&axis);
-        } else if (spatial.empty()) {
-            components *= static_cast<uint64_t>(axis.size); // 16 axes of 2^31 are caught below
+        const auto size = static_cast<uint64_t>(axis.size); // below 2^31
+        const bool is_space = axis.is_spatial && spatial.size() < 3;
+        if (is_space || (!axis.is_list && spatial.empty())) {
+            if (has_unknown)
+                return fail(
+                    "{}: expected frames after the spatial axes or on an axis of the kind list, "
+                    "found them between",
+                    name);
+            if (is_space)
+                spatial.push_back(&axis);
+            else
+                components *= size;
+            has_passed_frames = has_passed_frames || (has_frames && size > 1);
+            if (!has_frames && before < (uint64_t{1} << 62) / size)
+                before *= size;
         } else {
-            frame_count *= static_cast<uint64_t>(axis.size);
+            if (size > 1 && has_passed_frames)
+                return fail(
+                    "{}: expected its frames on axes that follow one another, found others "
+                    "between them",
+                    name);
+            frames *= size;
+            has_frames = has_frames || size > 1;
+            has_unknown = has_unknown || (size > 1 && !axis.is_list);
         }
-        if (components > INT32_MAX || frame_count > INT32_MAX)
+        if (components > INT32_MAX || frames > INT32_MAX)
             return fail("{}: expected at most {} components and frames, found more", name,
                         INT32_MAX);
     }
     if (spatial.empty())
         return fail("{}: expected an axis in space, found none", name);
     payload.components = static_cast<uint32_t>(components);
-    payload.frames = frame_count;
+    payload.frames = frames;
     payload.size = glm::uvec3(1);
     for (size_t i = 0; i < spatial.size(); ++i)
         payload.size[static_cast<int>(i)] = static_cast<uint32_t>(spatial[i]->size);
+    payload.run = has_frames ? before : 0;
     return {};
 }
 
 Result<Grid> nrrd_grid(const std::string& name, const NrrdHeader& header,
                        const std::vector<const NrrdHeader::Axis*>& spatial, glm::uvec3 size,
                        std::vector<std::string>& warnings) {
-    const double unit = header.mm_per_unit;
+    const glm::dvec3 unit = header.mm_per_unit.value_or(glm::dvec3(spatial[0]->mm_per_unit));
     glm::dmat3 steps(0);
     glm::dvec3 origin{};
     for (size_t i = 0; i < spatial.size(); ++i) {
         const int axis = static_cast<int>(i);
-        if (spatial[i]->direction) {
+        if (!spatial[i]->direction)
+            steps[axis][axis] =
+                spatial[i]->spacing * (header.mm_per_unit ? unit[axis] : spatial[i]->mm_per_unit);
+        else if (header.mm_per_unit)
             steps[axis] = *spatial[i]->direction * unit;
-        } else {
-            steps[axis][axis] = spatial[i]->spacing * unit;
-        }
+        else
+            steps[axis] = *spatial[i]->direction * spatial[i]->mm_per_unit;
     }
     if (header.origin)
         origin = *header.origin * unit;
@@ -91,19 +112,10 @@ Result<uint64_t> after_lines(const fs::path& file, uint64_t offset, int64_t line
     return offset;
 }
 
-Result<void> place(const std::string& name, const fs::path& header_path, const NrrdHeader& header,
+Result<void> place(const std::string& name, const fs::path& first_file, const NrrdHeader& header,
                    Payload& payload) {
-    payload.file = header_path;
-    payload.offset = header.bytes;
-    if (!header.data_file.empty()) {
-        if (header.data_file.starts_with("LIST") || header.data_file.find('%') != std::string::npos)
-            return fail(
-                "{}: expected one data file or \"name.%d first last step\", found another list of "
-                "them (\"{}\")",
-                name, header.data_file);
-        PALPATE_TRY(payload.file, file_beside(header_path, header.data_file));
-        payload.offset = 0;
-    }
+    payload.file = first_file;
+    payload.offset = header.data_file.empty() ? header.bytes : 0;
     if (header.line_skip > 0) {
         PALPATE_TRY(payload.offset, after_lines(payload.file, payload.offset, header.line_skip));
     }
@@ -157,29 +169,33 @@ Result<Decoded> decode_nrrd(const DecodeRequest& request, VoxelSink& sink) {
     PALPATE_TRY(const std::string text, load_beginning(name));
     Decoded decoded;
     PALPATE_TRY(const NrrdHeader header, parse_nrrd_header(name, text, decoded.warnings));
-    decoded.labels = header.labels;
     decoded.modality = header.modality;
     Payload payload;
     payload.type = header.type;
     payload.big_endian = header.big_endian;
     std::vector<const NrrdHeader::Axis*> spatial;
     PALPATE_TRY(arrange(name, header, payload, spatial));
-    PALPATE_TRY(payload.frame,
-                choose_frame(request, static_cast<uint32_t>(payload.frames), decoded.warnings));
     PALPATE_TRY(decoded.grid, nrrd_grid(name, header, spatial, payload.size, decoded.warnings));
-    PALPATE_TRY(const std::optional<std::vector<fs::path>> files,
-                nrrd_file_list(request.path, header.data_file));
-    if (files) {
-        if (header.encoding != NrrdHeader::Encoding::raw || header.line_skip > 0)
-            return fail("{}: expected raw data files without a line skip in a list of them", name);
-        payload.file = request.path;
-        payload.skip.reset();
-        if (header.byte_skip >= 0)
-            payload.skip = static_cast<uint64_t>(header.byte_skip);
-        PALPATE_TRY(read_file_list(payload, *files, sink));
+    PALPATE_TRY(const std::vector<fs::path> files, nrrd_data_files(request.path, header));
+    if (files.size() > 1 && header.line_skip > 0)
+        return fail("{}: expected data files without a line skip in a list of them", name);
+    PALPATE_TRY(place(name, files.empty() ? request.path : files.front(), header, payload));
+    if (has_layers(header)) {
+        if (files.size() > 1)
+            return fail("{}: expected the layers of a segmentation in one data file, found {}",
+                        name, files.size());
+        PALPATE_TRY(choose_frame(request, 1, decoded.warnings));
+        PALPATE_TRY(read_layers(name, header, payload, sink, decoded));
         return decoded;
     }
-    PALPATE_TRY(place(name, request.path, header, payload));
+    decoded.labels = names_of_labels(header);
+    PALPATE_TRY(payload.frame,
+                choose_frame(request, static_cast<uint32_t>(payload.frames), decoded.warnings));
+    if (files.size() > 1) {
+        payload.file = request.path;
+        PALPATE_TRY(read_file_list(payload, files, sink, decoded.warnings));
+        return decoded;
+    }
     PALPATE_TRY(pass_nifti_header(name, payload, decoded.warnings));
     PALPATE_TRY(read_payload(payload, sink, decoded.warnings));
     return decoded;
