@@ -18,8 +18,9 @@ void add_read_flags(CLI::App& app, ReadFlags& flags) {
 }
 
 void add_read_limits(CLI::App& app, ReadFlags& flags) {
-    app.add_option("--frame", flags.frame,
-                   "Frame of a 4-D file, counted from 0 (default: 0, with a warning)")
+    app.add_option(
+           "--frame", flags.frame,
+           "Frame of a 4-D file, or channel of a TIFF, counted from 0 (default: 0, with a warning)")
         ->check(CLI::Range(int64_t{0}, int64_t{0xffffffff}))
         ->type_name("N");
     app.add_option("--series", flags.series,

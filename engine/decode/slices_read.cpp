@@ -2,8 +2,10 @@
 #include <fstream>
 
 #include "engine/decode/formats.h"
+#include "engine/decode/payload.h"
 #include "engine/decode/picture.h"
 #include "engine/decode/slice_list.h"
+#include "engine/decode/tiff_stack.h"
 #include "engine/io/byte_source.h"
 #include "engine/io/text_header.h"
 
@@ -47,14 +49,15 @@ Result<Slices> find_slices(const fs::path& path, std::vector<std::string>& warni
     return slices;
 }
 
-Grid grid_of(const std::string& name, const SliceSidecar& sidecar, glm::uvec3 size,
+Grid grid_of(const std::string& name, const SliceSidecar& sidecar,
+             const std::optional<glm::dvec3>& stated_mm, glm::uvec3 size,
              std::vector<std::string>& warnings) {
-    if (!sidecar.spacing_mm)
+    if (!sidecar.spacing_mm && !stated_mm)
         warnings.push_back(
             fmt::format("{}: slices do not state their spacing, 1 x 1 x 1 mm is "
                         "assumed ({} beside them may state it)",
                         name, kSidecarName));
-    const glm::dvec3 spacing = sidecar.spacing_mm.value_or(glm::dvec3(1.0));
+    const glm::dvec3 spacing = sidecar.spacing_mm.value_or(stated_mm.value_or(glm::dvec3(1.0)));
     Grid grid;
     grid.size = size;
     for (int axis = 0; axis < 3; ++axis)
@@ -72,8 +75,65 @@ Result<uint64_t> bytes_of(const std::vector<fs::path>& files) {
     return total;
 }
 
-Result<void> read_pictures(const std::string& name, const Slices& slices, VoxelSink& sink,
-                           VoxelClaim& claim) {
+// Reads the slices of one channel at one time out of a TIFF, whose other pages are read too.
+Result<void> read_stack(const fs::path& file, const TiffStack& stack, uint32_t frame,
+                        const PictureHeader& pages, VoxelSink& sink, VoxelClaim& claim) {
+    const std::string name = file.string();
+    claim.size = {pages.size.x, pages.size.y, stack.slices};
+    VoxelClaim all = claim;
+    all.size = pages.size;
+    const std::optional<uint64_t> all_bytes = claimed_bytes(all);
+    if (!all_bytes)
+        return fail("{}: its pages are of no possible size", name);
+    claim.working_bytes = 4 * *all_bytes;
+    PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));
+    std::vector<std::byte> every(*all_bytes);
+    PALPATE_TRY(read_picture(file, every));
+    const size_t page = voxels.size() / stack.slices;
+    for (size_t z = 0; z < stack.slices; ++z)
+        std::copy_n(&every[page * stack.pages[z + size_t{stack.slices} * frame]], page,
+                    &voxels[page * z]);
+    return {};
+}
+
+// ImageJ's stacks of more than 4 GiB have one page, behind which the pixels of all follow, by
+// channel, then slice, then time.
+Result<void> read_raw_stack(const fs::path& file, const TiffStack& stack, uint32_t frame,
+                            const PictureHeader& page, VoxelSink& sink, VoxelClaim& claim,
+                            std::vector<std::string>& warnings) {
+    Payload payload;
+    payload.file = file;
+    payload.type = page.type;
+    payload.big_endian = stack.big_endian;
+    payload.components = page.components;
+    payload.size = {page.size.x, page.size.y, stack.slices};
+    payload.run = uint64_t{page.size.x} * page.size.y * page.components;
+    payload.frames = stack.channels;
+    payload.frame = frame % stack.channels;
+    payload.has_footer = true;
+    const uint64_t time = frame / stack.channels;
+    claim.size = payload.size;
+    payload.offset = *stack.raw_from;
+    if (const std::optional<uint64_t> bytes = claimed_bytes(claim); bytes && time > 0)
+        payload.offset += time * std::min(*bytes * stack.channels, uint64_t{1} << 40);
+    return read_payload(payload, sink, warnings);
+}
+
+// What TIFF files state beside their pixels.
+Result<std::optional<TiffStack>> stack_of(const Slices& slices, const PictureHeader& first,
+                                          std::vector<std::string>& warnings) {
+    const fs::path& file = slices.files.front();
+    if (!lower_case(file.extension().string()).starts_with(".tif"))
+        return std::optional<TiffStack>();
+    if (slices.files.size() == 1)
+        return read_tiff_stack(file, first.size.z, warnings);
+    std::vector<std::string> ignored; // of a series: a file's metadata may be those of the whole
+    return read_tiff_stack(file, first.size.z, ignored).value_or(std::optional<TiffStack>());
+}
+
+Result<void> read_pictures(const std::string& name, const Slices& slices,
+                           const DecodeRequest& request, VoxelSink& sink, VoxelClaim& claim,
+                           Decoded& decoded, std::optional<glm::dvec3>& stated_mm) {
     PALPATE_TRY(const PictureHeader first, read_picture_header(slices.files.front()));
     if (first.size.z > 1 && slices.files.size() > 1)
         return fail("{}: has {} pages, expected one page a slice", slices.files.front().string(),
@@ -92,6 +152,27 @@ Result<void> read_pictures(const std::string& name, const Slices& slices, VoxelS
     claim.type = first.type;
     claim.components = first.components;
     claim.most_expansion = kPictureExpansion;
+    const bool is_one = slices.files.size() == 1;
+    PALPATE_TRY(const std::optional<TiffStack> stack, stack_of(slices, first, decoded.warnings));
+    if (stack) {
+        stated_mm = stack->spacing_mm;
+        if (stack->rescale)
+            decoded.rescale = {*stack->rescale};
+    }
+    std::vector<std::string> ignored;
+    PALPATE_TRY(const uint32_t frame,
+                choose_frame(request, is_one && stack ? stack->frames() : 1, ignored));
+    if (is_one && stack && stack->frames() > 1 && !request.frame)
+        decoded.warnings.push_back(
+            fmt::format("{}: has {}; the first is read (--frame chooses{})", name, stack->words(),
+                        stack->channels > 1 && stack->times > 1
+                            ? fmt::format(": channel + {} x time", stack->channels)
+                            : ""));
+    if (is_one && stack && stack->raw_from)
+        return read_raw_stack(slices.files.front(), *stack, frame, first, sink, claim,
+                              decoded.warnings);
+    if (is_one && stack && !stack->is_plain(first.size.z))
+        return read_stack(slices.files.front(), *stack, frame, first, sink, claim);
     VoxelClaim one = claim;
     one.size = first.size;
     claim.working_bytes = 3 * claimed_bytes(one).value_or(0);
@@ -148,14 +229,17 @@ Result<Decoded> decode_slices(const DecodeRequest& request, VoxelSink& sink) {
     const std::string name = request.path.string();
     Decoded decoded;
     PALPATE_TRY(const Slices slices, find_slices(request.path, decoded.warnings));
-    PALPATE_TRY(choose_frame(request, 1, decoded.warnings));
     PALPATE_TRY(const uint64_t bytes, bytes_of(slices.files));
     VoxelClaim claim;
     claim.source_bytes = bytes;
-    PALPATE_TRY(is_picture(lower_case(slices.files.front().extension().string()))
-                    ? read_pictures(name, slices, sink, claim)
-                    : read_raw(name, slices, sink, claim, decoded.warnings));
-    decoded.grid = grid_of(name, slices.sidecar, claim.size, decoded.warnings);
+    std::optional<glm::dvec3> stated_mm;
+    if (is_picture(lower_case(slices.files.front().extension().string()))) {
+        PALPATE_TRY(read_pictures(name, slices, request, sink, claim, decoded, stated_mm));
+    } else {
+        PALPATE_TRY(choose_frame(request, 1, decoded.warnings));
+        PALPATE_TRY(read_raw(name, slices, sink, claim, decoded.warnings));
+    }
+    decoded.grid = grid_of(name, slices.sidecar, stated_mm, claim.size, decoded.warnings);
     decoded.modality = slices.sidecar.modality;
     return decoded;
 }
