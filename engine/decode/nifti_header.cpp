@@ -110,31 +110,59 @@ Result<NiftiHeader> parse_nifti_header(const std::string& name, std::span<const 
                 kNifti1Bytes, kNifti2Bytes, HeaderFields(bytes, false).at<uint32_t>(0));
 }
 
+namespace {
+
+// The method of the qform: spacing, a quaternion and an offset.
+Result<Grid> qform_grid(const std::string& name, const NiftiHeader& header, glm::uvec3 size,
+                        double unit) {
+    glm::dmat3 steps = rotation(header.quatern);
+    if (header.pixdim[0] < 0)
+        steps[2] = -steps[2];
+    for (int axis = 0; axis < 3; ++axis)
+        steps[axis] *= std::abs(header.pixdim[axis + 1]) * unit;
+    return grid_from_columns(name, size, steps, header.qoffset * unit, kRas);
+}
+
+// Why a matrix is of no use, without the name of the file.
+std::string reason(const std::string& name, const Error& error) {
+    return error.message.starts_with(name + ": ") ? error.message.substr(name.size() + 2)
+                                                  : error.message;
+}
+
+} // namespace
+
 Result<Grid> nifti_grid(const std::string& name, const NiftiHeader& header, glm::uvec3 size,
                         std::vector<std::string>& warnings) {
     const double unit = mm_per_unit(name, header.xyzt_units, warnings);
-    if (header.sform_code > 0)
-        return grid_from_columns(name, size, glm::dmat3(header.srow) * unit,
-                                 glm::dvec3(header.srow[3]) * unit, kRas);
-    glm::dvec3 spacing;
-    for (int axis = 0; axis < 3; ++axis)
-        spacing[axis] = std::abs(header.pixdim[axis + 1]) * unit;
-    glm::dmat3 steps(1);
-    glm::dvec3 origin{};
-    if (header.qform_code > 0) {
-        steps = rotation(header.quatern);
-        if (header.pixdim[0] < 0)
-            steps[2] = -steps[2];
-        origin = header.qoffset * unit;
-    } else {
-        warnings.push_back(fmt::format(
-            "{}: stores spacing but no position; axes are taken as right, anterior, superior, and "
-            "left and right may be swapped",
-            name));
+    if (header.sform_code > 0) {
+        const Result<Grid> sform = grid_from_columns(name, size, glm::dmat3(header.srow) * unit,
+                                                     glm::dvec3(header.srow[3]) * unit, kRas);
+        if (sform)
+            return sform;
+        const std::string why = reason(name, sform.error());
+        if (header.qform_code <= 0)
+            return fail("{}: its sform (code {}) cannot be used: {}; it has no qform (code {})",
+                        name, header.sform_code, why, header.qform_code);
+        Result<Grid> qform = qform_grid(name, header, size, unit);
+        if (!qform)
+            return fail(
+                "{}: neither its sform (code {}: {}) nor its qform (code {}: {}) can be used", name,
+                header.sform_code, why, header.qform_code, reason(name, qform.error()));
+        warnings.push_back(
+            fmt::format("{}: its sform (code {}) cannot be used: {}; its qform (code {}) is taken",
+                        name, header.sform_code, why, header.qform_code));
+        return qform;
     }
+    if (header.qform_code > 0)
+        return qform_grid(name, header, size, unit);
+    warnings.push_back(fmt::format(
+        "{}: stores spacing but no position; axes are taken as right, anterior, superior, and "
+        "left and right may be swapped",
+        name));
+    glm::dmat3 steps(1);
     for (int axis = 0; axis < 3; ++axis)
-        steps[axis] *= spacing[axis];
-    return grid_from_columns(name, size, steps, origin, kRas);
+        steps[axis] *= std::abs(header.pixdim[axis + 1]) * unit;
+    return grid_from_columns(name, size, steps, glm::dvec3(0.0), kRas);
 }
 
 } // namespace palpate::io

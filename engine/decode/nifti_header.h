@@ -38,7 +38,8 @@ struct NiftiHeader {
 Result<NiftiHeader> parse_nifti_header(const std::string& name, std::span<const std::byte> bytes);
 
 // Where the samples lie, LPS millimetres: the sform where its code is above 0, else the qform,
-// else spacing alone with a warning. Shear is kept as written.
+// else spacing alone with a warning. Shear is kept as written. An sform that cannot be used (of
+// zeros, say) gives way to the qform with a warning; an error where there is none either.
 Result<Grid> nifti_grid(const std::string& name, const NiftiHeader& header, glm::uvec3 size,
                         std::vector<std::string>& warnings);
 

@@ -19,7 +19,7 @@ constexpr size_t kMostLabels = 65535;
 
 // The text of the first extension of Caret; empty where there is none.
 Result<std::string> caret_text(const std::filesystem::path& path, Packing packing,
-                               const NiftiHeader& header) {
+                               const NiftiHeader& header, std::vector<std::string>& warnings) {
     PALPATE_TRY(ByteSource source, ByteSource::open(path, packing));
     const bool second = header.kind == NiftiHeader::Kind::nifti2;
     const uint64_t begin = second ? kNifti2Bytes : kNifti1Bytes;
@@ -29,27 +29,40 @@ Result<std::string> caret_text(const std::filesystem::path& path, Packing packin
     if (passed < begin || flags < 4 || head[0] == std::byte{0})
         return std::string();
     // Of a pair they end with the file.
-    const uint64_t end = header.pair ? UINT64_MAX : static_cast<uint64_t>(header.vox_offset);
+    if (!header.pair && !(header.vox_offset >= 0 && header.vox_offset < 9e15))
+        return std::string(); // refused with the voxels
+    const uint64_t end = header.pair ? uint64_t{1} << 53 : static_cast<uint64_t>(header.vox_offset);
     for (uint64_t at = begin + 4; at + head.size() <= end;) {
         PALPATE_TRY(const size_t got, source.read(head));
         const HeaderFields fields(head, header.big_endian);
-        const auto size = static_cast<uint32_t>(got < head.size() ? 0 : fields.at<int32_t>(0));
-        if (size < 16 || size % 16 != 0 || size > end - at)
-            return std::string(); // others may not keep to the standard
-        const uint64_t bytes = size - head.size();
-        const int32_t code = fields.at<int32_t>(4);
-        if ((code == kCaret || code == kUnknown) && bytes <= kMost) {
-            std::string text(bytes, '\0');
-            PALPATE_TRY(const size_t read, source.read(std::as_writable_bytes(std::span(text))));
-            text.resize(std::min(read, text.find('\0')));
-            if (text.find("<CaretExtension") != std::string::npos)
-                return text;
-        } else {
-            PALPATE_TRY(const uint64_t skipped, source.skip(bytes));
-            if (skipped < bytes)
-                return std::string();
+        const int64_t size = got < head.size() ? 0 : fields.at<int32_t>(0);
+        if (size == 0) // the end of the file, or room that was left
+            return std::string();
+        // A size that is no multiple of 16 is taken as it is; nibabel does so too.
+        const uint64_t bytes = static_cast<uint64_t>(std::max<int64_t>(size, 8)) - head.size();
+        uint64_t held = 0;
+        if (size >= 8 && bytes <= end - at - head.size()) {
+            const int32_t code = fields.at<int32_t>(4);
+            if ((code == kCaret || code == kUnknown) && bytes <= kMost) {
+                std::string text(bytes, '\0');
+                PALPATE_TRY(held, source.read(std::as_writable_bytes(std::span(text))));
+                text.resize(std::min(held, text.find('\0')));
+                if (held == bytes && text.find("<CaretExtension") != std::string::npos)
+                    return text;
+            } else {
+                PALPATE_TRY(held, source.skip(bytes));
+            }
         }
-        at += size;
+        if (size < 8 || held < bytes) {
+            warnings.push_back(fmt::format(
+                "{}: its extension at byte {} is left out: it claims {} bytes, expected 8 or more, "
+                "before {}",
+                path.string(), at, size,
+                header.pair ? "the end of the file"
+                            : fmt::format("the voxels at byte {} and the end of the file", end)));
+            return std::string();
+        }
+        at += bytes + head.size();
     }
     return std::string();
 }
@@ -74,7 +87,7 @@ std::vector<LabelName> nifti_label_names(const std::filesystem::path& path, Pack
     std::vector<LabelName> names;
     if (header.kind == NiftiHeader::Kind::analyze)
         return names;
-    const Result<std::string> text = caret_text(path, packing, header);
+    const Result<std::string> text = caret_text(path, packing, header, warnings);
     if (!text || text->empty())
         return names; // damage is told with the voxels
     pugi::xml_document document;

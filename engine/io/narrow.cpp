@@ -25,6 +25,7 @@ struct Survey {
     uint64_t not_finite = 0;
     uint64_t beyond_float = 0; // finite, but beyond the range of float
     bool whole = true;         // every finite value is a whole number
+    bool near_whole = true;    // but for the rounding of floats (label_rounding)
     bool grey = true;          // all components of every voxel agree
 
     void include(const Survey& other) {
@@ -34,6 +35,7 @@ struct Survey {
         not_finite += other.not_finite;
         beyond_float += other.beyond_float;
         whole = whole && other.whole;
+        near_whole = near_whole && other.near_whole;
         grey = grey && other.grey;
     }
 };
@@ -57,6 +59,25 @@ struct Source {
 // 64-bit integers pass 2^53, where double rounds; long double (64-bit mantissa) holds them all.
 template <class T>
 using Wide = std::conditional_t<std::is_integral_v<T> && sizeof(T) == 8, long double, double>;
+
+// How far a label may lie from a whole number, where floats held it or what it was computed from.
+// Each rounding to float moves a number by 2^-24 of it at the most: that of the slope, of the
+// stored value and of their product move the product, that of the intercept the intercept, and that
+// of the sum the value. Labels count in ones, so that those near 0 are off by the rounding of a 1.
+double label_rounding(const Rescale& rescale, double stored, double value) {
+    return 0x1p-24 * (3 * std::max(std::abs(rescale.slope * stored), 1.0) +
+                      std::abs(rescale.intercept) + std::abs(value));
+}
+
+template <class T>
+void survey_whole(const Rescale& rescale, T stored, double value, bool is_whole, Survey& survey) {
+    if (is_whole)
+        return;
+    survey.whole = false;
+    survey.near_whole =
+        survey.near_whole && std::abs(value - std::round(value)) <=
+                                 label_rounding(rescale, static_cast<double>(stored), value);
+}
 
 template <class T>
 void survey_row(const Source<T>& source, uint32_t y, uint32_t z, Survey& survey) {
@@ -84,12 +105,14 @@ void survey_row(const Source<T>& source, uint32_t y, uint32_t z, Survey& survey)
                              static_cast<double>(std::abs(value - static_cast<Wide<T>>(nearest))));
             else
                 ++survey.beyond_float;
-            survey.whole = survey.whole && std::trunc(value) == value;
+            survey_whole(rescale, *voxel, static_cast<double>(value), std::trunc(value) == value,
+                         survey);
         } else if (!plain) {
             survey.largest_rounding =
                 std::max(survey.largest_rounding,
                          static_cast<double>(std::abs(value - static_cast<float>(value))));
-            survey.whole = survey.whole && std::trunc(value) == value;
+            survey_whole(rescale, *voxel, static_cast<double>(value), std::trunc(value) == value,
+                         survey);
         }
     }
 }
@@ -128,8 +151,9 @@ ScalarType smallest_type(const Survey& survey) {
     return ScalarType::f32;
 }
 
+// `round`: to the nearest whole number, which To holds.
 template <class To, class T>
-Volume build(const Grid& grid, const Source<T>& source) {
+Volume build(const Grid& grid, const Source<T>& source, bool round) {
     VolumeBuilder builder(grid, scalar_type_of<To>);
     const glm::uvec3 count = builder.brick_count();
     tbb::parallel_for(size_t{0}, size_t{count.x} * count.y * count.z, [&](size_t i) {
@@ -146,9 +170,14 @@ Volume build(const Grid& grid, const Source<T>& source) {
                     source.row(start.y + y, start.z + z) + size_t{start.x} * source.components;
                 To* to = &staged[offset_in_brick({0, y, z})];
                 for (uint32_t x = 0; x < valid.x; ++x, voxel += source.components)
-                    to[x] = plain ? static_cast<To>(*voxel)
-                                  : static_cast<To>(rescale.slope * static_cast<double>(*voxel) +
-                                                    rescale.intercept);
+                    if (round)
+                        to[x] = static_cast<To>(std::round(
+                            rescale.slope * static_cast<double>(*voxel) + rescale.intercept));
+                    else
+                        to[x] = plain
+                                    ? static_cast<To>(*voxel)
+                                    : static_cast<To>(rescale.slope * static_cast<double>(*voxel) +
+                                                      rescale.intercept);
             }
         }
         builder.set_brick(position, Brick::make(std::span<const To>(staged), valid));
@@ -162,15 +191,15 @@ Result<ScalarType> label_type(const std::string& name, const Survey& survey) {
             "{}: a label map may hold whole numbers only, found {} values that are not "
             "finite",
             name, survey.not_finite);
-    if (!survey.whole)
+    if (!survey.near_whole)
         return fail(
             "{}: a label map may hold whole numbers only, found fractions between {} and "
             "{}",
             name, survey.min, survey.max);
-    if (survey.min < 0 || survey.max > 65535)
+    if (std::round(survey.min) < 0 || std::round(survey.max) > 65535)
         return fail("{}: labels must lie in 0 .. 65535, found values from {} to {}", name,
                     survey.min, survey.max);
-    return survey.max <= 255 ? ScalarType::u8 : ScalarType::u16;
+    return std::round(survey.max) <= 255 ? ScalarType::u8 : ScalarType::u16;
 }
 
 void add_warnings(const std::string& name, const Survey& survey, ScalarType type,
@@ -219,8 +248,9 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
                 "{}: its voxels and the volume made of them need {} bytes of memory, more "
                 "than the limit of {} (--max-memory)",
                 name, needed, max_memory_bytes);
-        Volume volume =
-            visit_scalar(type, [&](auto to) { return build<decltype(to)>(decoded.grid, source); });
+        const bool round = kind == VolumeKind::labels && !survey.whole;
+        Volume volume = visit_scalar(
+            type, [&](auto to) { return build<decltype(to)>(decoded.grid, source, round); });
         LoadedVolume loaded{
             std::move(volume), decoded.warnings, decoded.notes, decoded.modality, {},
             decoded.labels};

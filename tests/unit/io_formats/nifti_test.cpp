@@ -263,6 +263,75 @@ TEST_F(Nifti, NamesOfLabelsAreReadFromAnExtension) {
                 testing::ElementsAre(HasSubstr("the table of its labels is left out")));
 }
 
+// A matrix that is of no use gives way to the qform, in both versions and byte orders.
+TEST_F(Nifti, AnSformOfNoUseGivesWayToTheQform) {
+    const double nan = std::nan("");
+    const std::vector<double> useless[] = {
+        {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0},
+        {0, 0, 0, 5, 0, 0, 0, 6, 0, 0, 0, 7},
+        {1, 2, 0, 0, 2, 4, 0, 0, 0, 0, 1, 0},
+        {nan, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+    };
+    for (const std::vector<double>& rows : useless)
+        for (const int version : {1, 2})
+            for (const bool big_endian : {false, true})
+                for (const int code : {1, 2, 4}) {
+                    const auto file = [&](int qform_code, const std::vector<double>& quaternion) {
+                        return NiftiBytes(version, big_endian)
+                            .sform(code, rows)
+                            .qform(qform_code, quaternion)
+                            .with(twelve_shorts(big_endian));
+                    };
+                    // Half a turn about x; RAS turns to LPS.
+                    const auto result = decode(file(2, {1, 0, 0, -5, -6, -7}));
+                    ASSERT_TRUE(result) << result.error().message;
+                    EXPECT_EQ(result->values, kOneToTwelve);
+                    EXPECT_EQ(world_point(result->decoded.grid, {0, 0, 0}), glm::dvec3(5, 6, -7));
+                    EXPECT_EQ(world_point(result->decoded.grid, {1, 1, 1}), glm::dvec3(3, 9, -11));
+                    EXPECT_THAT(result->decoded.warnings,
+                                testing::ElementsAre(testing::AllOf(
+                                    HasSubstr(fmt::format("its sform (code {})", code)),
+                                    HasSubstr("its qform (code 2) is taken"))));
+                    const std::string both = refusal(file(2, {nan, 0, 0, 0, 0, 0}));
+                    EXPECT_THAT(both, HasSubstr(fmt::format("neither its sform (code {}", code)));
+                    EXPECT_THAT(both, HasSubstr("nor its qform (code 2"));
+                    EXPECT_THAT(refusal(file(0, {1, 0, 0, 0, 0, 0})),
+                                HasSubstr("it has no qform (code 0)"));
+                }
+}
+
+// Extensions that claim more than lies before the voxels, or than the file holds.
+TEST_F(Nifti, ExtensionsOfImpossibleSizeAreLeftOutWithAWarning) {
+    for (const int version : {1, 2})
+        for (const bool big_endian : {false, true})
+            for (const bool packed : {false, true})
+                for (const int32_t size : {16, 24, 32, 48, 1 << 20, 0x7fffffff, -16, 7, 0}) {
+                    const size_t header = version == 2 ? 540 : 348;
+                    const auto number = [&](int32_t value) {
+                        return bytes_of(std::vector<int32_t>{value}, big_endian);
+                    };
+                    std::string bytes = NiftiBytes(version, big_endian)
+                                            .vox_offset(static_cast<double>(header + 4 + 32))
+                                            .with(number(size) + number(6) + std::string(24, '\0') +
+                                                  twelve_shorts(big_endian));
+                    bytes[header] = 1; // extensions follow
+                    const auto path = folder_.write(packed ? "v.nii.gz" : "v.nii",
+                                                    packed ? deflated(bytes) : bytes);
+                    const auto result = decode_here(path);
+                    ASSERT_TRUE(result) << result.error().message;
+                    EXPECT_EQ(result->values, kOneToTwelve);
+                    const bool fits = size == 0 || (size >= 8 && size <= 32);
+                    ASSERT_EQ(result->decoded.warnings.size(), fits ? 0u : 1u) << size;
+                    if (!fits) {
+                        EXPECT_THAT(result->decoded.warnings[0],
+                                    HasSubstr(fmt::format("it claims {} bytes", size)));
+                    }
+                }
+    // Voxels that should begin behind the end of the file.
+    EXPECT_THAT(refusal(NiftiBytes().vox_offset(4096).with(twelve_shorts())),
+                HasSubstr("should begin at byte 4096, but the file holds 376 bytes"));
+}
+
 TEST_F(Nifti, OffsetOfVoxelsIsChecked) {
     const auto sentence = [&](double offset, int version = 1) {
         return refusal(NiftiBytes(version).vox_offset(offset).with(twelve_shorts()));
