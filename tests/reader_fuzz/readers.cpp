@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/base/file.h"
+#include "engine/decode/tiff_stack.h"
 #include "engine/edit/stroke.h"
 #include "engine/io/brick_file.h"
 #include "engine/io/mesh_io.h"
@@ -18,6 +19,7 @@
 #include "tests/unit/io/sample_files.h"
 #include "tests/unit/io_formats/decode_here.h"
 #include "tests/unit/io_formats/sample_files.h"
+#include "tests/unit/io_formats/tiff_bytes.h"
 
 namespace palpate::fuzz {
 
@@ -42,6 +44,28 @@ std::optional<Error> read_volume(const fs::path& path) {
         EXPECT_EQ(loaded ? "" : fault_of(message, path), "") << message;
     }
     return error_of(here);
+}
+
+// A header that names three files, "v.nhdr.0" and so on, with a third of twelve shorts each.
+std::optional<Error> read_listed(const fs::path& path) {
+    const std::string shorts = io::twelve_shorts();
+    for (size_t i = 0; i < 3; ++i)
+        if (const fs::path part = path.string() + "." + std::to_string(i); !fs::exists(part))
+            std::ofstream(part, std::ios::binary) << shorts.substr(8 * i, 8);
+    return read_volume(path);
+}
+
+// The metadata of a TIFF of six pages, without its pixels.
+std::optional<Error> read_tiff_metadata(const fs::path& path) {
+    std::vector<std::string> warnings;
+    const auto stack = io::read_tiff_stack(path, 6, warnings);
+    if (stack && *stack) {
+        for (const uint32_t page : (*stack)->pages)
+            EXPECT_LT(page, 6u);
+    }
+    for (const std::string& warning : warnings)
+        EXPECT_EQ(fault_of(warning, path), "") << warning;
+    return error_of(stack);
 }
 
 std::optional<Error> read_sandboxed(const fs::path& path) {
@@ -157,10 +181,51 @@ std::string segmentation(const char* kind, uint16_t allocated) {
               "1.2.4");
 }
 
+// Six pages with what ImageJ or OME states of them.
+std::vector<std::string> tiff_stacks() {
+    std::vector<std::string> files;
+    for (const bool big : {false, true}) {
+        io::TiffBytes tiff{.big_endian = big, .big_tiff = big};
+        tiff.x_pixels = tiff.y_pixels = 3;
+        tiff.unit = 2;
+        const auto pages = io::pages_of({3, 2, 3, 1}, 2, 1, "czt");
+        tiff.description =
+            "ImageJ=1.53t\nimages=6\nchannels=2\nslices=3\nhyperstack=true\nunit=\\u00B5m\n"
+            "spacing=20.5\ncf=0\nc0=-32768.0\nc1=1.0\nzunit=nm\n";
+        files.push_back(tiff.file(3, 2, pages));
+        tiff.description =
+            "<?xml version=\"1.0\"?><OME xmlns=\"o\"><Image><Pixels DimensionOrder=\"XYCZT\" "
+            "SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\" PhysicalSizeX=\"2\" PhysicalSizeY=\"2\" "
+            "PhysicalSizeZ=\"3\" PhysicalSizeZUnit=\"nm\"><Channel/><TiffData IFD=\"0\" "
+            "PlaneCount=\"4\"/><TiffData IFD=\"4\" FirstZ=\"2\"/><TiffData IFD=\"5\" FirstC=\"1\" "
+            "FirstZ=\"2\"/></Pixels></Image></OME>";
+        files.push_back(tiff.file(3, 2, pages));
+    }
+    return files;
+}
+
+// A header of 2 x 3 x 2 x 1 numbers whose first axis is a list.
+std::string list_first(const std::string& more) {
+    return "NRRD0005\ntype: short\ndimension: 4\nsizes: 2 3 2 1\nspace: LPS\n"
+           "kinds: list domain domain domain\nspace directions: none (1,0,0) (0,1,0) (0,0,2)\n"
+           "units: \"\" \"um\" \"um\" \"um\"\nendian: little\n" +
+           more;
+}
+
 } // namespace
 
 std::vector<Reader> volume_readers() {
     using namespace io;
+    const std::string segments =
+        "Segment0_ID:=a\nSegment0_Name:=liver\nSegment0_Layer:=0\nSegment0_LabelValue:=3\n"
+        "Segment0_Color:=1 0.5 0\nSegment1_ID:=b\nSegment1_Layer:=1\nSegment1_LabelValue:=4\n";
+    std::string extended =
+        NiftiBytes(1)
+            .sform(1, std::vector<double>(12, 0))
+            .qform(1, {0, 0, 1, 1, 2, 3})
+            .vox_offset(352 + 32)
+            .with(bytes_of(std::vector<int32_t>{32, 6}) + std::string(24, 'c') + twelve_shorts());
+    extended[348] = 1; // extensions follow
     const std::string shorts = twelve_shorts();
     const std::string gzip = "encoding: gzip\nendian: little\n", text = "encoding: ascii\n";
     return {
@@ -178,6 +243,32 @@ std::vector<Reader> volume_readers() {
          {meta_image_header("") + shorts,
           meta_image_header("CompressedData = True\n") + deflated(shorts, 15)},
          read_volume},
+        {"NiftiExtension", "v.nii", {extended, deflated(extended)}, read_volume},
+        {"NrrdFrames",
+         "v.nrrd",
+         {list_first("encoding: raw\n") + "\n" + shorts,
+          list_first("encoding: gzip\n") + "\n" + deflated(shorts),
+          list_first("encoding: ascii\n") + "\n1 2 3 4 5 6 7 8 9 10 11 12"},
+         read_volume},
+        {"NrrdLayers",
+         "v.seg.nrrd",
+         {list_first("encoding: raw\n" + segments) + "\n" + shorts,
+          list_first("encoding: gzip\n" + segments) + "\n" + deflated(shorts)},
+         read_volume},
+        {"NrrdList",
+         "v.nhdr",
+         {nrrd_header("encoding: raw\nendian: little\ndata file: LIST 3\n") +
+              "v.nhdr.0\nv.nhdr.1\nv.nhdr.2\n",
+          nrrd_header("encoding: raw\nendian: little\ndata file: v.nhdr.%d 0 2 1\n")},
+         read_listed},
+        {"MetaList",
+         "v.mhd",
+         {"NDims = 3\nDimSize = 2 2 3\nElementType = MET_SHORT\nElementSpacing = 1 1 1\n"
+          "DistanceUnits = um\nElementDataFile = LIST 2D\nv.mhd.0\nv.mhd.1\nv.mhd.2\n",
+          "NDims = 3\nDimSize = 2 2 3\nElementType = MET_SHORT\nElementSpacing = 1 1 1\n"
+          "ElementDataFile = v.mhd.%01d 0 2 1\n"},
+         read_listed},
+        {"TiffMetadata", "a.tif", tiff_stacks(), read_tiff_metadata},
         {"Vtk", "v.vtk", {test::legacy_vtk(false), test::legacy_vtk(true)}, read_volume},
         {"Vti", "v.vti", {test::vti()}, read_volume},
         {"Invesalius", "p.inv3", {project(), deflated(project())}, read_volume},
@@ -210,6 +301,7 @@ std::vector<Reader> sandboxed_readers() {
          "slice.tif",
          {test::tiff({{1, 2, 3}, {400, 500, 600}}), test::tiff({{1, 2}, {400, 500}}, true)},
          read_sandboxed},
+        {"TiffStack", "a.tif", tiff_stacks(), read_sandboxed},
         {"Bmp",
          "slice.bmp",
          {test::bmp({{1, 2, 3}, {40, 50, 60}}), test::bmp({{1, 2, 3}, {40, 50, 60}}, true)},
@@ -240,7 +332,8 @@ std::vector<Reader> mesh_readers() {
         {"Vtp",
          "m.vtp",
          {mesh_bytes("m.vtp", false), vtp::square({}), vtp::square({vtp::Form::base64, true}),
-          vtp::square({vtp::Form::appended_base64}), vtp::square({vtp::Form::appended_raw, true})},
+          vtp::square({vtp::Form::appended_base64}), vtp::square({vtp::Form::appended_raw, true}),
+          vtp::square({}, "RAS"), vtp::square({vtp::Form::appended_raw, true}, "RAS")},
          read_mesh},
         {"Stl", "m.stl", {mesh_bytes("m.stl", false), mesh_bytes("m.stl", true)}, read_mesh},
         {"X3d",

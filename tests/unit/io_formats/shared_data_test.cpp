@@ -1,6 +1,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+
+#include "engine/io/mesh_io.h"
+#include "engine/io/narrow.h"
 #include "engine/volume/grid.h"
 #include "tests/support/paths.h"
 #include "tests/unit/io_formats/decode_here.h"
@@ -283,6 +287,130 @@ TEST(SharedData, ProjectLooksForwardAndUpward) {
     bone /= bone_count;
     EXPECT_LT(teeth.y, bone.y - 50); // posterior is positive
     EXPECT_LT(teeth.z, bone.z - 50); // superior is positive
+}
+
+// Inputs after public reports; shared/data/reported/README.md states the right values.
+const fs::path kReported = kShared / "reported";
+
+TEST(Reported, MicronsAndFramesOfNrrd) {
+    SKIP_WITHOUT(kReported);
+    const auto microns = decode_here(kReported / "nrrd/microns.nrrd");
+    ASSERT_TRUE(microns) << microns.error().message;
+    const glm::dvec3 spacing = spacing_mm(microns->decoded.grid);
+    EXPECT_NEAR(spacing.x, 0.1, 1e-15);
+    EXPECT_NEAR(spacing.y, 0.1, 1e-15);
+    EXPECT_NEAR(spacing.z, 0.2, 1e-15);
+    const fs::path frames = kReported / "nrrd/list_axis_first.nrrd";
+    double sums[5]{};
+    for (uint32_t t = 0; t < 5; ++t) {
+        const auto frame = decode_here(frames, t);
+        ASSERT_TRUE(frame) << frame.error().message;
+        EXPECT_EQ(frame->decoded.grid.size, glm::uvec3(32, 28, 24));
+        sums[t] = frame->sum();
+    }
+    // numpy.frombuffer(gzip.decompress(payload), "<i2").reshape(24, 28, 32, 5).sum((0, 1, 2))
+    const double expected[] = {-18969700, -18754660, -18539620, -18324580, -18109540};
+    for (int t = 0; t < 5; ++t)
+        EXPECT_EQ(sums[t], expected[t]) << t;
+    EXPECT_THAT(decode_here(frames, 5).error().message, HasSubstr("5 frames"));
+}
+
+TEST(Reported, LayersOfASegmentation) {
+    SKIP_WITHOUT(kReported);
+    const auto map = decode_here(kReported / "nrrd/two_layers.seg.nrrd");
+    ASSERT_TRUE(map) << map.error().message;
+    int counts[4]{};
+    for (const double label : map->values)
+        ++counts[static_cast<int>(label)];
+    // 515 and 33 samples less the 228 and 1 that the tumour of 257 covers.
+    EXPECT_EQ(counts[1], 287);
+    EXPECT_EQ(counts[2], 32);
+    EXPECT_EQ(counts[3], 257);
+    ASSERT_EQ(map->decoded.labels.size(), 3u);
+    EXPECT_EQ(map->decoded.labels[2].name, "Tumour");
+    ASSERT_EQ(map->decoded.warnings.size(), 1u);
+    for (const char* words : {"1 'Liver' (515 samples) and 3 'Tumour' (257 samples) in 228 samples",
+                              "2 'Kidney' (33 samples) and 3 'Tumour' (257 samples) in 1 samples"})
+        EXPECT_THAT(map->decoded.warnings[0], HasSubstr(words));
+}
+
+TEST(Reported, ListsOfDataFiles) {
+    SKIP_WITHOUT(kReported);
+    for (const char* name : {"list_nhdr/list.nhdr", "list_mhd/list.mhd"}) {
+        const auto list = decode_here(kReported / name);
+        ASSERT_TRUE(list) << list.error().message;
+        EXPECT_EQ(list->decoded.grid.size, glm::uvec3(32, 28, 24));
+        EXPECT_THAT(list->decoded.warnings, testing::IsEmpty());
+        // The sum of numpy.fromfile(file, "<i2") over the 24 files.
+        EXPECT_EQ(list->sum(), name[5] == 'n' ? -18969700 : -18969700);
+    }
+}
+
+TEST(Reported, StacksOfImageJ) {
+    SKIP_WITHOUT(kReported);
+    for (uint32_t channel = 0; channel < 2; ++channel) {
+        const auto stack = decode_here(kReported / "tiff/ij_2ch.tif", channel);
+        ASSERT_TRUE(stack) << stack.error().message;
+        EXPECT_EQ(stack->decoded.grid.size, glm::uvec3(32, 28, 24));
+        EXPECT_EQ(spacing_mm(stack->decoded.grid), glm::dvec3(0.5, 0.5, 2));
+        // tifffile.imread(file)[:, channel].sum()
+        EXPECT_EQ(stack->sum(), channel == 0 ? 2534300 : 2641820);
+    }
+    const auto um = decode_here(kReported / "tiff/ij_um.tif");
+    ASSERT_TRUE(um) << um.error().message;
+    const glm::dvec3 spacing = spacing_mm(um->decoded.grid);
+    // The file's quotient is 429496730 by 4294967295, whose numerator is rounded by a half.
+    EXPECT_NEAR(spacing.x, 0.01, 0.01 * 0.5 / 429496729);
+    EXPECT_NEAR(spacing.y, 0.01, 0.01 * 0.5 / 429496729);
+    EXPECT_NEAR(spacing.z, 0.02, 1e-15);
+    EXPECT_THAT(um->decoded.warnings, testing::IsEmpty());
+}
+
+TEST(Reported, ASformOfZerosGivesWayToTheQform) {
+    SKIP_WITHOUT(kReported);
+    const auto volume = decode_here(kReported / "other/zero_sform_good_qform.nii");
+    ASSERT_TRUE(volume) << volume.error().message;
+    EXPECT_EQ(world_point(volume->decoded.grid, {0, 0, 0}), glm::dvec3(5, 6, -7));
+    EXPECT_EQ(world_point(volume->decoded.grid, {1, 1, 1}), glm::dvec3(4, 5, -5));
+    ASSERT_EQ(volume->decoded.warnings.size(), 1u);
+    EXPECT_THAT(volume->decoded.warnings[0], HasSubstr("its qform (code 1) is taken"));
+}
+
+TEST(Reported, ASlopeOf1By255GivesLabels0And1) {
+    SKIP_WITHOUT(kReported);
+    const fs::path path = kReported / "labels/slope_1_255.nii.gz";
+    const auto mask = decode_here(path);
+    ASSERT_TRUE(mask) << mask.error().message;
+    std::vector<uint8_t> stored;
+    for (const double value : mask->values)
+        stored.push_back(static_cast<uint8_t>(value));
+    const auto labels = narrow(path.string(), mask->decoded, mask->claim,
+                               std::as_bytes(std::span(stored)), VolumeKind::labels, 1 << 30);
+    ASSERT_TRUE(labels) << labels.error().message;
+    size_t i = 0;
+    const glm::uvec3 size = labels->volume.size();
+    for (uint32_t z = 0; z < size.z; ++z)
+        for (uint32_t y = 0; y < size.y; ++y)
+            for (uint32_t x = 0; x < size.x; ++x)
+                ASSERT_EQ(labels->volume.value({x, y, z}), stored[i++] == 255 ? 1.0f : 0.0f);
+}
+
+TEST(Reported, AMeshOfSpaceRasIsTurnedToLps) {
+    SKIP_WITHOUT(kReported);
+    const auto mesh = load_mesh(kReported / "mesh_space/space_ras.stl");
+    ASSERT_TRUE(mesh) << mesh.error().message;
+    glm::dvec3 low(1e9), high(-1e9);
+    for (const glm::vec3 p : mesh->mesh.positions) {
+        low = glm::min(low, glm::dvec3(p));
+        high = glm::max(high, glm::dvec3(p));
+    }
+    // numpy.fromfile(file, stl, offset=84): least and largest corner, times (-1, -1, 1).
+    for (int i = 0; i < 3; ++i) {
+        EXPECT_EQ(low[i], (std::array<double, 3>{-27.36111068725586, -24.233333587646484,
+                                                 5.42307710647583})[static_cast<size_t>(i)]);
+        EXPECT_EQ(high[i], (std::array<double, 3>{-8.423076629638672, -7.42307710647583,
+                                                  16.576923370361328})[static_cast<size_t>(i)]);
+    }
 }
 
 } // namespace
