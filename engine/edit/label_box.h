@@ -24,4 +24,8 @@ struct LabelBox {
 // Samples low .. high, both included; may reach beyond the volume, which holds u8 or u16.
 LabelBox read_labels(const Volume& volume, glm::ivec3 low, glm::ivec3 high);
 
+// A label map of u8 as one of u16, which holds every label, 0 .. 65535: the same samples in a later
+// snapshot. A map of u16 is returned as it is. Reads every brick, on all cores.
+Volume as_u16_labels(const Volume& labels);
+
 } // namespace palpate

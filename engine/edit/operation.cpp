@@ -80,9 +80,6 @@ Result<void> check(const Operation& operation, const Volume& volume, const Volum
     if (operation.on_labels()) {
         if (type != ScalarType::u8 && type != ScalarType::u16)
             return fail("{}: expected labels stored as u8 or u16, found {}", name, name_of(type));
-        if (type == ScalarType::u8 && operation.label > 255)
-            return fail("{}: expected a label of at most 255 in a volume of u8, found {}", name,
-                        operation.label);
         if (operation.only_values && !guide)
             return fail("{}: only_values needs a guide, a volume of grey values", name);
         if (operation.only_values)

@@ -21,7 +21,7 @@ namespace palpate {
 // not count, neither for nor against. "Free" samples are those that may be overwritten: `over`
 // lists their labels; without it, all are.
 //
-// On labels (u8, u16):
+// On labels (u8, u16; a map of u8 becomes u16 with the first sample of an L above 255):
 //   draw     free samples become L
 //   erase    samples with a label in `over` (without it: any) become 0
 //   erode    samples of L with a sample not of L in N(p) become 0: one layer, however long the tool

@@ -261,6 +261,10 @@ std::vector<ReplacedBrick> replaced_bricks(const Volume& before, const Volume& a
 
 Volume taken_back(const Volume& before, const Volume& after) {
     std::vector<PlacedBrick> bricks;
+    if (before.type() != after.type()) { // labels that have grown share no brick
+        bricks.push_back({glm::uvec3(0), before.brick_ptr(glm::uvec3(0))});
+        return with_bricks(before, bricks);
+    }
     for (const ChangedBrick& brick : unshared_bricks(before, after))
         bricks.push_back({brick.position, before.brick_ptr(brick.position)});
     return with_bricks(after, bricks);

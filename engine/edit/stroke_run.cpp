@@ -97,14 +97,16 @@ Result<std::unique_ptr<StrokeRun>> StrokeRun::start(Volume before, Tool tool, Op
 }
 
 StrokeRun::StrokeRun(Volume before, Tool tool, Operation operation, std::optional<Volume> guide)
-    : before_(before),
+    : given_(before),
+      before_(before),
       now_(std::move(before)),
       tool_(std::move(tool)),
       operation_(std::move(operation)),
       guide_(std::move(guide)),
-      free_(operation_.on_labels() ? 65536 : 0) {
-    for (uint32_t label = 0; label < free_.size(); ++label)
-        free_[label] = operation_.is_free(label);
+      free_(operation_.on_labels() ? 65536 : 0, operation_.over ? 0 : 1) {
+    if (operation_.on_labels() && operation_.over)
+        for (const uint16_t label : *operation_.over)
+            free_[label] = 1;
 }
 
 StrokeRun::~StrokeRun() = default;
@@ -150,6 +152,9 @@ void StrokeRun::add_segment(const StrokePose& from, const StrokePose& to) {
 bool StrokeRun::work(const std::function<bool()>& go_on, const std::stop_token& stop) {
     const profile::Scope scope("edit bricks");
     PALPATE_ASSERT(!stopped_);
+    const bool names_label = operation_.on_labels() && operation_.kind != OperationKind::erase;
+    if (names_label && operation_.label > 255 && before_.type() == ScalarType::u8)
+        before_ = now_ = as_u16_labels(given_); // here, where samples that cannot be read are told
     while (!waiting_.empty()) {
         const size_t n = std::min(kBricksPerSlice, waiting_.size());
         const std::vector<Touched*> slice(waiting_.begin(), waiting_.begin() + ptrdiff_t(n));
@@ -423,7 +428,7 @@ Volume StrokeRun::publish() {
         now_ = edit_->commit();
         edit_.reset();
     }
-    return now_;
+    return now_.is_same_as(before_) ? given_ : now_;
 }
 
 Result<Volume> apply_stroke(const Volume& before, const Tool& tool, const Operation& operation,

@@ -45,9 +45,10 @@ class StrokeRun {
         work([] { return true; });
     }
 
-    // The snapshot so far; the last one where nothing has changed since.
+    // The snapshot so far; the last one where nothing has changed since. It is u16 where a label
+    // above 255 was drawn into a map of u8, and before() itself as long as no sample has changed.
     Volume publish();
-    const Volume& before() const { return before_; }
+    const Volume& before() const { return given_; }
 
     uint64_t samples_seen() const { return samples_seen_; } // in T, each once
 
@@ -71,7 +72,8 @@ class StrokeRun {
     void change(const Touched& brick, const SampleMask& fresh, std::span<T> out,
                 const std::stop_token& stop) const;
 
-    Volume before_, now_;
+    const Volume given_;  // as it was at tool-down
+    Volume before_, now_; // the same samples, in the type that holds the stroke's label
     Tool tool_;
     Operation operation_;
     std::optional<Volume> guide_;

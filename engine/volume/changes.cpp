@@ -7,8 +7,29 @@
 
 namespace palpate {
 
+namespace {
+
+// Of bricks of two types, the blocks in which a value differs.
+uint64_t blocks_of_other_values(const Brick& a, const Brick& b) {
+    const auto same = [](float x, float y) { return x == y || (x != x && y != y); };
+    if (a.is_constant() && b.is_constant())
+        return same(a.value(0), b.value(0)) ? 0 : ~uint64_t{0};
+    std::vector<float> values_a(kBrickSamples), values_b(kBrickSamples);
+    a.read(std::span(values_a));
+    b.read(std::span(values_b));
+    uint64_t blocks = 0;
+    for (uint32_t i = 0; i < kBrickSamples; ++i)
+        if (!same(values_a[i], values_b[i]))
+            blocks |= uint64_t{1} << block_of({i % kBrickSide, i / kBrickSide % kBrickSide,
+                                               i / (kBrickSide * kBrickSide)});
+    return blocks;
+}
+
+} // namespace
+
 std::vector<ChangedBrick> changed_bricks(const Volume& before, const Volume& after) {
-    PALPATE_ASSERT(before.size() == after.size() && before.type() == after.type());
+    PALPATE_ASSERT(before.size() == after.size());
+    const bool same_type = before.type() == after.type();
     std::vector<ChangedBrick> changed;
     const Volume::Root& a = before.root();
     const Volume::Root& b = after.root();
@@ -24,7 +45,8 @@ std::vector<ChangedBrick> changed_bricks(const Volume& before, const Volume& aft
                 continue;
             const glm::uvec3 slot(s % kPageSide, s / kPageSide % kPageSide,
                                   s / (kPageSide * kPageSide));
-            if (const uint64_t blocks = differing_blocks(*was, *is))
+            if (const uint64_t blocks =
+                    same_type ? differing_blocks(*was, *is) : blocks_of_other_values(*was, *is))
                 changed.push_back({page * kPageSide + slot, blocks});
         }
     }

@@ -23,8 +23,8 @@ BrickBox changed_samples(const ChangedBrick& brick);
 // The bricks in which two snapshots of one volume differ, in x-fastest order.
 //
 // The only list of changes: upload, meshing, min-max and touch all read it. Pages and bricks that
-// the snapshots share are skipped by pointer, so the cost follows the edit, not the volume. Both
-// must have the same size and type.
+// the snapshots share are skipped by pointer, so the cost follows the edit. Both have one size; of
+// two types (labels that grew from u8 to u16) no brick is shared, and all are compared by value.
 std::vector<ChangedBrick> changed_bricks(const Volume& before, const Volume& after);
 
 } // namespace palpate
