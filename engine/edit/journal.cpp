@@ -11,6 +11,7 @@
 #include <span>
 
 #include "engine/base/file.h"
+#include "engine/base/printable.h"
 #include "engine/edit/journal_records.h"
 #include "engine/volume/content_hash.h"
 
@@ -19,6 +20,11 @@ namespace palpate {
 namespace {
 
 constexpr uint64_t kMostBytes = (uint64_t{4} << 30) - 1; // so that lengths have 32 bits
+
+tl::unexpected<Error> too_large(const std::filesystem::path& path) {
+    return fail("{}: expected at most {} GiB in a journal, found more", path.string(),
+                (kMostBytes + 1) >> 30);
+}
 
 Json base_json(const Journal::Base& base) {
     if (base.save > 0)
@@ -89,15 +95,46 @@ std::string difference(std::string_view first, const Journal::Base& base) {
     return text;
 }
 
-Result<void> expect_magic(std::string_view file, const std::filesystem::path& path) {
-    if (file.starts_with(kOlderMagic))
+// Zeros at the end that are more than the rest of a sector: what a write that never ended leaves,
+// or steps that were there.
+constexpr size_t kSector = 512;
+size_t zeros_at_end(std::string_view file) {
+    const size_t zeros = file.size() - (file.find_last_not_of('\0') + 1);
+    return zeros < kSector ? 0 : zeros;
+}
+
+std::optional<Journal::Damage> damage_by_zeros(std::string_view file, size_t at) {
+    const size_t zeros = std::min(zeros_at_end(file), file.size() - at);
+    if (zeros < kSector)
+        return {};
+    return Journal::Damage{
+        at, fmt::format("expected a step, found {} bytes of zeros", zeros), 0, {}};
+}
+
+// Where the records begin: the file's end where the first line itself is cut, or zeros that it was
+// never written over. An error where the file begins in another way.
+Result<size_t> begin_of_records(std::string_view file, const std::filesystem::path& path) {
+    if (file.starts_with(kJournalMagic))
+        return kJournalMagic.size();
+    const std::string_view start = file.substr(0, file.find_last_not_of('\0') + 1);
+    if (start.size() < kJournalMagic.size() && kJournalMagic.starts_with(start))
+        return file.size();
+    if (file.starts_with(kAnyMagic)) {
+        const std::string_view version = file.substr(kAnyMagic.size()).substr(0, 8);
         return fail(
-            "{}: expected a journal of version 2, found 1; the palpate that wrote "
-            "it can recover it",
-            path.string());
-    if (!file.starts_with(kJournalMagic))
+            "{}: expected a journal of version 2, found {}; the palpate that wrote it can recover "
+            "it",
+            path.string(), printable(version.substr(0, version.find('\n'))));
+    }
+    const size_t steps = count_steps(file, 0);
+    if (steps == 0 && file.front() != '\0')
         return fail("{}: expected a journal of palpate, found something else", path.string());
-    return {};
+    const size_t zeros = std::min(file.find_first_not_of('\0'), file.size());
+    return fail(
+        "{}: damaged at byte 0: expected the first line of a journal, found {}; it stays as it is, "
+        "with {} step{} that could be read",
+        path.string(), zeros > 0 ? fmt::format("{} bytes of zeros", zeros) : "something else",
+        steps, steps == 1 ? "" : "s");
 }
 
 // Whether a file made just now in this folder is there after a loss of power too.
@@ -178,6 +215,8 @@ Result<Journal::Contents> read_entries(std::string_view text, size_t& at,
     contents.cut = tail.kind == JournalTail::Kind::unfinished;
     if (tail.kind == JournalTail::Kind::damaged)
         contents.damage = {at, tail.what, tail.later, {}};
+    else if (contents.cut)
+        contents.damage = damage_by_zeros(text, at);
     return contents;
 }
 
@@ -224,7 +263,7 @@ Result<void> Journal::begin(const Base& base) {
     if (::ftruncate(fd_.get(), 0) != 0 || !write_all(fd_, std::as_bytes(std::span(kJournalMagic))))
         return fail("{}: cannot be written: {}", path_.string(), std::strerror(errno));
     end_ = kJournalMagic.size();
-    return write_record(json_line(base_json(base)) + "\n");
+    return write_records(record_of(json_line(base_json(base)) + "\n"));
 }
 
 Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Base& base) {
@@ -234,17 +273,16 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
     PALPATE_TRY(lock(journal.fd_, path));
     PALPATE_TRY(const std::string file, load_text(path, kMostBytes));
     const std::string_view text(file);
-    // The magic itself may be cut, or zeros that it was never written over.
-    const std::string_view start = text.substr(0, text.find_last_not_of('\0') + 1);
-    const bool torn_start = start.size() < kJournalMagic.size() && kJournalMagic.starts_with(start);
-    if (!torn_start)
-        PALPATE_TRY(expect_magic(text, path));
-    size_t at = torn_start ? text.size() : kJournalMagic.size();
+    PALPATE_TRY(size_t at, begin_of_records(text, path));
     const std::optional<std::string_view> first = next_record(text, at);
     if (!first) { // ended before the first entry could be: begin anew
         PALPATE_TRY(expect_no_damage_at_start(text, at, path));
+        std::optional<Damage> damage = damage_by_zeros(text, 0);
+        if (damage) {
+            PALPATE_TRY(damage->kept_as, keep_copy(path, file));
+        }
         PALPATE_TRY(journal.begin(base));
-        return Found{{{}, true, {}}, std::move(journal)};
+        return Found{{{}, true, std::move(damage)}, std::move(journal)};
     }
     if (const std::string differs = difference(*first, base); !differs.empty())
         return fail("{}: belongs to another edit: {}", path.string(), differs);
@@ -262,14 +300,10 @@ Result<Journal::Found> Journal::open(const std::filesystem::path& path, const Ba
 
 Result<Journal::Contents> Journal::peek(const std::filesystem::path& path) {
     PALPATE_TRY(const std::string file, load_text(path, kMostBytes));
-    size_t at = kJournalMagic.size();
-    if (file.starts_with(kOlderMagic))
-        PALPATE_TRY(expect_magic(file, path));
-    if (!file.starts_with(kJournalMagic))
-        return Contents();
+    PALPATE_TRY(size_t at, begin_of_records(file, path));
     if (!next_record(file, at)) {
         PALPATE_TRY(expect_no_damage_at_start(file, at, path));
-        return Contents();
+        return Contents{{}, false, damage_by_zeros(file, 0)};
     }
     return read_entries(file, at, path);
 }
@@ -299,11 +333,18 @@ Result<void> Journal::discard(const std::filesystem::path& path) {
     return {};
 }
 
-Result<void> Journal::append(const JournalEntry& entry) {
-    return write_record(entry.text());
+Result<void> Journal::append(std::span<const JournalEntry> entries) {
+    std::string records;
+    for (const JournalEntry& entry : entries) {
+        const std::string text = entry.text();
+        if (text.size() > kMostBytes)
+            return too_large(path_);
+        records += record_of(text);
+    }
+    return write_records(records);
 }
 
-Result<void> Journal::write_record(const std::string& payload) {
+Result<void> Journal::write_records(const std::string& records) {
     const auto failed = [&](int reason) {
         return fail("{}: cannot be written: {}", path_.string(), std::strerror(reason));
     };
@@ -311,16 +352,14 @@ Result<void> Journal::write_record(const std::string& payload) {
     if (torn_ && ::ftruncate(fd_.get(), static_cast<off_t>(end_)) != 0)
         return failed(errno);
     torn_ = false;
-    if (end_ + payload.size() + 8 > kMostBytes)
-        return fail("{}: expected at most {} GiB in a journal, found more", path_.string(),
-                    (kMostBytes + 1) >> 30);
-    const std::string record = record_of(payload);
-    if (!write_all(fd_, std::as_bytes(std::span(record))) || ::fdatasync(fd_.get()) != 0) {
+    if (end_ + records.size() > kMostBytes)
+        return too_large(path_);
+    if (!write_all(fd_, std::as_bytes(std::span(records))) || ::fdatasync(fd_.get()) != 0) {
         const int reason = errno;
         torn_ = ::ftruncate(fd_.get(), static_cast<off_t>(end_)) != 0;
         return failed(reason);
     }
-    end_ += record.size();
+    end_ += records.size();
     return {};
 }
 

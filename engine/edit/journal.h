@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -78,17 +79,19 @@ class Journal {
     struct Contents {
         std::vector<JournalEntry> entries; // before the damage, if there is any
         bool cut = false;                  // there was more, of an entry that never was whole
-        std::optional<Damage> damage;
+        std::optional<Damage> damage;      // also of many zeros, which may have been entries
     };
 
     // One that is there, to go on with, and what it holds. Refused where it belongs to other
-    // volumes, where its first line is not a journal's, and where what tells the volumes has
-    // changed. A volume that it knows and that is not in `base` is missing only where an entry
-    // names it.
+    // volumes, where its first line is not a journal's (zeros, say, that were written over it), and
+    // where what tells the volumes has changed: the file stays, and the error tells how many steps
+    // in it could be read. A volume that it knows and that is not in `base` is missing only where
+    // an entry names it.
     struct Found;
     static Result<Found> open(const std::filesystem::path& path, const Base& base);
 
-    // Reads a journal without its volumes; changes nothing, needs no lock.
+    // Reads a journal without its volumes; changes nothing, needs no lock. Refused as open() does,
+    // but for the volumes.
     static Result<Contents> peek(const std::filesystem::path& path);
 
     // Whether another has it open for writing; false, too, where it cannot be read.
@@ -100,7 +103,9 @@ class Journal {
     static Result<void> discard(const std::filesystem::path& path);
 
     // When this fails, a full disk say, the journal is what it was before, and may be tried again.
-    Result<void> append(const JournalEntry& entry);
+    Result<void> append(const JournalEntry& entry) { return append(std::span(&entry, 1)); }
+    // All of them or, where this fails, none.
+    Result<void> append(std::span<const JournalEntry> entries);
 
     // Removes the file, once its result is saved elsewhere.
     void remove();
@@ -108,7 +113,7 @@ class Journal {
  private:
     Journal(std::filesystem::path path, Fd fd) : path_(std::move(path)), fd_(std::move(fd)) {}
     Result<void> begin(const Base& base);
-    Result<void> write_record(const std::string& payload);
+    Result<void> write_records(const std::string& records);
 
     std::filesystem::path path_;
     Fd fd_;

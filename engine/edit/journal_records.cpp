@@ -36,19 +36,21 @@ bool looks_like_record(std::string_view file, size_t at) {
                                       payload.starts_with("redo"));
 }
 
-// Whole records from `at` on, wherever they begin. No header lies within text, whose lengths would
-// have no zeros, and hardly one within a packed difference, which would need its CRC-32, too.
-size_t count_records(std::string_view file, size_t at) {
+} // namespace
+
+// No header lies within text, whose lengths would have no zeros, and hardly one within a packed
+// difference, which would need its CRC-32, too.
+size_t count_steps(std::string_view file, size_t at) {
     size_t count = 0;
-    while (at + sizeof(RecordHeader) < file.size())
-        if (looks_like_record(file, at) && next_record(file, at))
-            ++count;
-        else
+    while (at + sizeof(RecordHeader) < file.size()) {
+        const auto payload = looks_like_record(file, at) ? next_record(file, at) : std::nullopt;
+        if (!payload)
             ++at;
+        else if (!payload->starts_with("{\"volumes\"") && !payload->starts_with("{\"save\""))
+            ++count; // and not the first record, which says what the others belong to
+    }
     return count;
 }
-
-} // namespace
 
 std::string record_of(std::string_view payload) {
     const RecordHeader header{static_cast<uint32_t>(payload.size()), crc_of(payload)};
@@ -71,13 +73,13 @@ JournalTail tail_of(std::string_view file, size_t at) {
     using Kind = JournalTail::Kind;
     if (at >= file.size())
         return {};
-    const size_t later = count_records(file, at);
+    const size_t later = count_steps(file, at);
     const std::optional<RecordHeader> header = header_at(file, at);
     if (!header || (later == 0 && file.back() == '\0'))
         return {Kind::unfinished, {}, 0};
     const std::string_view rest = file.substr(at + sizeof *header);
     const bool fits = header->bytes > 0 && header->bytes <= rest.size();
-    if (!fits && later == 0 && crc_of(rest) != header->crc)
+    if (header->bytes > 0 && !fits && later == 0 && crc_of(rest) != header->crc)
         return {Kind::unfinished, {}, 0};
     if (!fits)
         return {

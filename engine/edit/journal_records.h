@@ -11,7 +11,7 @@ namespace palpate {
 //
 // Payloads are text, or begin and end with a line of text. All begin with '{', "undo" or "redo".
 constexpr std::string_view kJournalMagic = "palpate journal 2\n";
-constexpr std::string_view kOlderMagic = "palpate journal 1\n"; // strokes on a volume without name
+constexpr std::string_view kAnyMagic = "palpate journal "; // and the version
 
 // The payload is not empty: zeros, which a file may end in after a loss of power, are no record
 // though the CRC of nothing is 0.
@@ -19,6 +19,9 @@ std::string record_of(std::string_view payload);
 
 // The payload of the record at `at`, which moves behind it; nothing where it is not whole.
 std::optional<std::string_view> next_record(std::string_view file, size_t& at);
+
+// Whole records of steps from `at` on, wherever they begin: what could be read of a damaged file.
+size_t count_steps(std::string_view file, size_t at);
 
 // The end of the file behind the last whole record.
 //

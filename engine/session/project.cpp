@@ -34,6 +34,13 @@ std::string note_of(const Journal::Contents& contents, const fs::path& path) {
                         : std::string();
 }
 
+// Of a journal that cannot be read.
+tl::unexpected<Error> with_way_out(const Error& error, const fs::path& folder) {
+    return fail(
+        "{}; `palpate project {} --discard` goes back to the last save and keeps the journal",
+        error.message, folder.string());
+}
+
 // Calls visit(number, path) for the journal of a save and those that later saves began which did
 // not end: each goes on from the one before. It returns what the journal holds.
 template <class Visit>
@@ -87,14 +94,14 @@ Result<void> set_journals_aside(const fs::path& folder, uint64_t save) {
         return fail("{}: no such file", (folder / journal_name(save)).string());
     for (const fs::path& path : paths)
         PALPATE_TRY(Journal::expect_ended(path));
-    PALPATE_TRY(const Journal::Contents first, Journal::peek(paths.front()));
+    const Result<Journal::Contents> first = Journal::peek(paths.front());
     while (paths.size() > 1) {
         fs::rename(paths.back(), set_aside_name(paths.back()), error);
         if (error)
             return fail("{}: cannot be renamed: {}", paths.back().string(), error.message());
         paths.pop_back();
     }
-    if (first.entries.empty() && !first.damage && !first.cut)
+    if (first && first->entries.empty() && !first->damage && !first->cut)
         return {};
     fs::copy_file(paths.front(), set_aside_name(paths.front()), error);
     fs::path fresh = paths.front();
@@ -168,16 +175,19 @@ struct Project::Snapshot {
     std::vector<Steps> journals;
 };
 
-Result<Project::Snapshot> Project::read_files(const fs::path& folder) {
+Result<Project::Snapshot> Project::read_files(const fs::path& folder, bool unsaved) {
     Snapshot snapshot;
     PALPATE_TRY(snapshot.description, read_project_description(folder));
     PALPATE_TRY(snapshot.files, open_volumes(folder, snapshot.description));
     const auto visit = [&](uint64_t, const fs::path& name) -> Result<Journal::Contents> {
-        PALPATE_TRY(Journal::Contents found, Journal::peek(name));
-        snapshot.journals.push_back({name, found});
+        Result<Journal::Contents> found = Journal::peek(name);
+        if (!found)
+            return with_way_out(found.error(), folder);
+        snapshot.journals.push_back({name, *found});
         return found;
     };
-    PALPATE_TRY(for_each_journal(folder, snapshot.description.save, visit));
+    if (unsaved)
+        PALPATE_TRY(for_each_journal(folder, snapshot.description.save, visit));
     return snapshot;
 }
 
@@ -187,6 +197,10 @@ size_t Project::Seen::in_effect() const {
 }
 
 Result<Project::Seen> Project::look(const fs::path& path, const std::stop_token& stop) {
+    return look(path, Opening{.unsaved = true, .stop = stop});
+}
+
+Result<Project::Seen> Project::look(const fs::path& path, const Opening& opening) {
     const fs::path folder = project_folder(path);
     // A save that goes on meanwhile replaces the files one after the other. A step that is being
     // written looks like one that was cut.
@@ -195,7 +209,7 @@ Result<Project::Seen> Project::look(const fs::path& path, const std::stop_token&
     Result<Snapshot> read = fail("");
     for (int looks = 1; looks <= kLooks; ++looks) {
         const std::string before = files_text(folder);
-        read = read_files(folder);
+        read = read_files(folder, opening.unsaved);
         const bool is_cut = read && !read->journals.empty() && read->journals.back().contents.cut;
         if (files_text(folder) == before && !(is_cut && looks < kLooksAtCut))
             break;
@@ -226,7 +240,8 @@ Result<Project::Seen> Project::look(const fs::path& path, const std::stop_token&
     };
     for (const Snapshot::Steps& steps : read->journals) {
         for (const JournalEntry& entry : steps.contents.entries) {
-            Result<Replayed> replayed = replay(seen.contents.document, history, entry, stop);
+            Result<Replayed> replayed =
+                replay(seen.contents.document, history, entry, opening.stop);
             if (!replayed)
                 return fail("{}: {}", steps.path.string(), replayed.error().message);
             if (entry.kind == JournalEntry::Kind::undo) {
@@ -263,14 +278,16 @@ Result<Project::Opened> Project::open(const fs::path& path, const Opening& openi
     std::optional<Journal> journal;
     size_t unsaved = 0;
     const auto visit = [&](uint64_t number, const fs::path& name) -> Result<Journal::Contents> {
-        PALPATE_TRY(Journal::Found found, Journal::open(name, {.save = number}));
-        PALPATE_TRY(replay_all(document, *history, found, name, opening.stop));
-        if (std::string note = note_of(found, name); !note.empty())
+        Result<Journal::Found> found = Journal::open(name, {.save = number});
+        if (!found)
+            return with_way_out(found.error(), folder);
+        PALPATE_TRY(replay_all(document, *history, *found, name, opening.stop));
+        if (std::string note = note_of(*found, name); !note.empty())
             notes.push_back(std::move(note));
-        unsaved += found.entries.size();
+        unsaved += found->entries.size();
         project.journal_ = number;
-        journal.emplace(std::move(found.journal));
-        return found;
+        journal.emplace(std::move(found->journal));
+        return std::move(*found);
     };
     PALPATE_TRY(for_each_journal(folder, read.save, visit));
     project.modality_ = read.modality;

@@ -89,6 +89,8 @@ class Project {
         size_t in_effect() const; // how many of the unsaved steps are
     };
     static Result<Seen> look(const std::filesystem::path& folder, const std::stop_token& stop = {});
+    struct Opening;
+    static Result<Seen> look(const std::filesystem::path& folder, const Opening& opening);
 
     // Opens one and applies what its journals hold. An error names the file, what was expected and
     // what was found.
@@ -157,7 +159,7 @@ class Project {
     static Result<std::vector<File>> open_volumes(const std::filesystem::path& folder,
                                                   const ProjectDescription& description);
     struct Snapshot; // of its files, for look()
-    static Result<Snapshot> read_files(const std::filesystem::path& folder);
+    static Result<Snapshot> read_files(const std::filesystem::path& folder, bool unsaved);
     ProjectContents contents_of(Session& session) const; // its document: of now
     static std::string settings_text(const ProjectContents& contents);
     Result<void> end_save(); // waits for it

@@ -49,7 +49,9 @@ Result<void> apply_steps(KeptSteps& steps, const Journal::Contents& found,
     steps.history = std::move(history);
     steps.recovered = steps.history->stats().undo_steps;
     if (found.damage)
-        steps.note = fmt::format("{} steps behind a damaged one are lost", found.damage->later);
+        steps.note =
+            fmt::format("steps are lost: {}; {} later ones are kept in {}", found.damage->what,
+                        found.damage->later, found.damage->kept_as.string());
     return {};
 }
 
@@ -104,7 +106,10 @@ KeptSteps keep_steps(Document document, const fs::path& folder, const std::stop_
             return steps;
         found = fail("closed");
         fs::path aside = best;
-        fs::rename(best, aside += ".damaged", error);
+        for (int n = 1; fs::exists(aside, error); ++n)
+            aside = best.string() + (n == 1 ? ".damaged" : fmt::format(".damaged-{}", n));
+        fs::rename(best, aside, error);
+        why += fmt::format("; they are kept in {}", aside.string());
     }
     Result<Journal> made = Journal::create(best, base);
     if (made) {

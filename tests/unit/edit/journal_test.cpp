@@ -145,6 +145,106 @@ TEST_F(JournalTest, AFlippedBitIsNamedAndLosesNothing) {
     }
 }
 
+// Zeros over any part, as a disk that loses a block leaves them: over the first line, over the
+// first entry, over steps and over the end. Nothing is lost without a word: either the file stays
+// as it is and is refused, or what is before the zeros is there and the whole is kept beside it.
+TEST_F(JournalTest, ZerosOverAnyPartAreTold) {
+    const auto all = entries(24);
+    std::vector<size_t> ends;
+    {
+        Result<Journal> journal = Journal::create(file("j"), base_);
+        ends.push_back(bytes_of("j").size());
+        for (const JournalEntry& entry : all) {
+            ASSERT_TRUE(journal->append(entry));
+            ends.push_back(bytes_of("j").size());
+        }
+    }
+    const std::string whole = bytes_of("j");
+    ASSERT_GT(whole.size(), 6000u);
+    Random random(3);
+    for (int i = 0; i < 150; ++i) {
+        size_t from = size_t(pick(random, 0, int(whole.size()) - 9));
+        size_t count = size_t(pick(random, 8, 40));
+        if (i % 4 == 0) // whole blocks
+            from = from / 512 * 512, count = 512 * size_t(pick(random, 1, 8));
+        else if (i % 4 == 1) // of the first line and the first entry
+            from = size_t(pick(random, 0, int(ends[0]) - 8));
+        else if (i % 4 == 2 && i % 8 == 2) // all from there on
+            count = whole.size();
+        const size_t to = std::min(from + count, whole.size());
+        SCOPED_TRACE(fmt::format("zeros over {} .. {} of {}", from, to, whole.size()));
+        std::string damaged = whole;
+        std::fill(damaged.begin() + ptrdiff_t(from), damaged.begin() + ptrdiff_t(to), '\0');
+        write("bad", damaged);
+        size_t before = 0, later = 0; // steps
+        for (size_t k = 1; k < ends.size(); ++k) {
+            before += ends[k] <= from;
+            later += ends[k - 1] >= to;
+        }
+        const bool to_the_end = to == whole.size();
+        const Result<Journal::Contents> seen = Journal::peek(file("bad"));
+        const Result<Journal::Found> found = Journal::open(file("bad"), base_);
+        if (from < ends[0] && !to_the_end) {
+            for (const std::string& why :
+                 {seen ? "" : seen.error().message, found ? "" : found.error().message}) {
+                EXPECT_THAT(why, AllOf(HasSubstr("damaged at byte"), HasSubstr("stays as it is")));
+                EXPECT_THAT(why, HasSubstr(fmt::format("with {} step", later)));
+            }
+            EXPECT_EQ(bytes_of("bad"), damaged);
+            continue;
+        }
+        ASSERT_TRUE(seen && found);
+        ASSERT_EQ(texts(found->entries), texts({all.begin(), all.begin() + ptrdiff_t(before)}));
+        EXPECT_EQ(seen->entries.size(), before);
+        const bool is_much = whole.size() - from >= 512; // else a write that never ended
+        EXPECT_EQ(found->cut, to_the_end);
+        if (to_the_end && !is_much)
+            continue;
+        ASSERT_TRUE(seen->damage && found->damage);
+        EXPECT_EQ(found->damage->later, later);
+        EXPECT_EQ(bytes_of(found->damage->kept_as.filename()), damaged);
+        std::filesystem::remove(found->damage->kept_as);
+    }
+}
+
+TEST_F(JournalTest, FilesThatBeginInAnotherWayStay) {
+    {
+        Result<Journal> journal = Journal::create(file("j"), base_);
+        ASSERT_TRUE(journal->append(entries(1)[0]));
+    }
+    const std::string whole = bytes_of("j"), rest = whole.substr(18);
+    for (const auto& [bytes, why] :
+         {std::pair(std::string("palpate journal 3\n") + rest, "of version 2, found 3"),
+          {std::string("palpate journal 12\n") + rest, "of version 2, found 12"},
+          {std::string("Palpate journal 2\n") + rest, "something else; it stays as it is, with 1"},
+          {std::string(18, '\0') + rest, "18 bytes of zeros; it stays as it is, with 1 step that"},
+          {rest, "something else; it stays as it is, with 1 step"},
+          {std::string("a letter, and no journal at all"), "found something else"}}) {
+        write("other", bytes);
+        EXPECT_THAT(Journal::open(file("other"), base_).error().message, HasSubstr(why));
+        EXPECT_THAT(Journal::peek(file("other")).error().message, HasSubstr(why));
+        EXPECT_EQ(bytes_of("other"), bytes);
+    }
+}
+
+// Several at once: all of them or, where the disk is full, none.
+TEST_F(JournalTest, SeveralEntriesAreKeptTogether) {
+    const auto all = entries(5);
+    Result<Journal> journal = Journal::create(file("j"), base_);
+    ASSERT_TRUE(journal->append(all[0]));
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit old{};
+    ::getrlimit(RLIMIT_FSIZE, &old);
+    const size_t room = all[1].text().size() + all[2].text().size() + 20; // of two more
+    const rlimit little{bytes_of("j").size() + room, old.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &little);
+    EXPECT_FALSE(journal->append(std::span(all).subspan(1)));
+    ::setrlimit(RLIMIT_FSIZE, &old);
+    EXPECT_EQ(Journal::peek(file("j"))->entries.size(), 1u);
+    ASSERT_TRUE(journal->append(std::span(all).subspan(1)));
+    EXPECT_EQ(texts(Journal::peek(file("j"))->entries), texts(all));
+}
+
 TEST_F(JournalTest, TellsBothChecksumsAndKeepsEveryCopy) {
     const auto all = entries(3);
     size_t first = 0;

@@ -7,6 +7,7 @@
 
 #include "engine/base/profile.h"
 #include "engine/volume/builder.h"
+#include "engine/volume/content_hash.h"
 #include "tests/unit/session/project_fixture.h"
 
 namespace palpate {
@@ -166,6 +167,85 @@ TEST_F(ProjectTest, UnsavedStepsAreOfferedAndCanBePutAside) {
         EXPECT_EQ(what_is_there(), expected()[6]);
         EXPECT_EQ(Journal::peek(file("p/journal-2.set-aside"))->entries.size(), 1u);
         EXPECT_EQ(files().contains("journal-3.set-aside"), cut);
+    }
+}
+
+// A journal whose first bytes are zeros is named, and stays; the last save opens beside it.
+TEST_F(ProjectTest, AJournalThatLostItsBeginningIsToldAndKept) {
+    for (const size_t zeros : {18u, 30u}) { // of the first line, and of what it belongs to
+        make();
+        ASSERT_TRUE(work(file("p"), 0, 3, [](int) {}));
+        std::string damaged = bytes_of("p/journal-1");
+        std::fill_n(damaged.begin(), std::min(zeros, damaged.size()), '\0');
+        write("p/journal-1", damaged);
+        for (const std::string& why :
+             {Project::look(file("p")).error().message, Project::open(file("p")).error().message})
+            EXPECT_THAT(
+                why, AllOf(HasSubstr("journal-1: damaged at byte 0"),
+                           HasSubstr("with 3 steps that could be read"), HasSubstr("--discard")));
+        EXPECT_EQ(bytes_of("p/journal-1"), damaged);
+        EXPECT_EQ(
+            all_of(Project::look(file("p"), {.unsaved = false, .stop = {}})->contents.document),
+            expected()[0]);
+        const auto opened = Project::open(file("p"), {.unsaved = false, .stop = {}});
+        ASSERT_TRUE(opened) << opened.error().message;
+        EXPECT_EQ(all_of(opened->setup.document), expected()[0]);
+        EXPECT_EQ(bytes_of("p/journal-1.set-aside"), damaged);
+    }
+}
+
+// A map of u8 in which a label above 255 is drawn is u16 from then on, saved or not; undone, it is
+// u8 again.
+TEST_F(ProjectTest, LabelsThatGrowAreKeptSavedAndTakenBack) {
+    make();
+    const auto draw = [](Session& session, uint16_t label) {
+        const Stroke stroke = *make_stroke(*parse_json(R"({"kind": "ball", "radius_mm": 4})", ""),
+                                           {.kind = OperationKind::draw, .label = label}, {{}});
+        ASSERT_TRUE(session.use({stroke.shape, stroke.tool, stroke.operation, "organs", ""}));
+        const Grid& grid = session.state().document.find("organs")->grid();
+        const StrokePose at{0.0, {world_point(grid, glm::dvec3(grid.size / 2u)), {1, 0, 0, 0}}};
+        ASSERT_TRUE(session.stroke(EditInput::Kind::down, at));
+        ASSERT_TRUE(session.stroke(EditInput::Kind::up, at));
+        session.settle();
+    };
+    const auto organs = [](const Document& document) { return *document.find("organs"); };
+    const Volume before = organs(contents().document);
+    ASSERT_EQ(before.type(), ScalarType::u8);
+    for (const bool saved : {false, true}) {
+        {
+            Result<Project::Opened> opened = Project::open(file("p"));
+            opened->setup.edit.threaded = false;
+            Session session(std::move(opened->setup));
+            draw(session, saved ? 65535 : 300);
+            EXPECT_EQ(session.felt().labels->type(), ScalarType::u16);
+            if (saved) {
+                ASSERT_TRUE(opened->project.save(session));
+                ASSERT_TRUE(session.undo());
+                session.settle();
+                EXPECT_EQ(session.state().document.find("organs")->type(), ScalarType::u16)
+                    << "300 is there still";
+                ASSERT_TRUE(session.redo());
+                session.settle();
+            }
+        }
+        const Result<Project::Seen> seen = Project::look(file("p"));
+        ASSERT_TRUE(seen) << seen.error().message;
+        const Volume grown = organs(seen->contents.document);
+        EXPECT_EQ(grown.type(), ScalarType::u16);
+        EXPECT_EQ(grown.range().max, saved ? 65535.0f : 300.0f);
+        Result<Project::Opened> opened = Project::open(file("p"));
+        EXPECT_EQ(content_hash(organs(opened->setup.document)), content_hash(grown));
+        opened->setup.edit.threaded = false;
+        if (saved)
+            continue;
+        Session session(std::move(opened->setup));
+        ASSERT_TRUE(session.undo());
+        session.settle();
+        EXPECT_EQ(organs(session.state().document).type(), ScalarType::u8);
+        EXPECT_EQ(content_hash(organs(session.state().document)), content_hash(before));
+        ASSERT_TRUE(session.redo());
+        session.settle();
+        EXPECT_EQ(content_hash(organs(session.state().document)), content_hash(grown));
     }
 }
 
