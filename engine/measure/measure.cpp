@@ -69,9 +69,48 @@ struct Flat {
         }
         return inside;
     }
+    // The area of the points that an odd number of turns goes round, by slabs between the heights
+    // of corners, in which no edges cross.
+    double even_odd_area() const {
+        struct Edge {
+            glm::dvec2 low, high;
+            double at(double y) const {
+                return low.x + (high.x - low.x) * ((y - low.y) / (high.y - low.y));
+            }
+        };
+        std::vector<Edge> edges;
+        std::vector<double> heights, crossings;
+        for (size_t i = 0, j = corners.size() - 1; i < corners.size(); j = i++) {
+            const glm::dvec2 a = corners[i], b = corners[j];
+            heights.push_back(a.y);
+            if (a.y != b.y)
+                edges.push_back(a.y < b.y ? Edge{a, b} : Edge{b, a});
+        }
+        std::ranges::sort(heights);
+        std::ranges::sort(edges, {}, [](const Edge& e) { return e.low.y; });
+        std::vector<const Edge*> here;
+        size_t next = 0;
+        double area = 0.0;
+        for (size_t i = 0; i + 1 < heights.size(); ++i) {
+            const double low = heights[i], high = heights[i + 1];
+            for (; next < edges.size() && edges[next].low.y <= low; ++next)
+                here.push_back(&edges[next]);
+            std::erase_if(here, [&](const Edge* e) { return e->high.y <= low; });
+            crossings.clear();
+            for (const Edge* e : here)
+                crossings.push_back(e->at(0.5 * (low + high)));
+            std::ranges::sort(crossings);
+            for (size_t c = 0; c + 1 < crossings.size(); c += 2)
+                area += (crossings[c + 1] - crossings[c]) * (high - low);
+        }
+        return area;
+    }
     static double side(glm::dvec2 a, glm::dvec2 b, glm::dvec2 p) {
         return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
     }
+    // Whether two edges cross, or touch so that the path round the corners turns about some points
+    // in the other direction or twice: without an edge that crosses another, the area by the turns
+    // is that of the points inside if and only if it does not.
     bool crosses_itself() const {
         const size_t n = corners.size();
         for (size_t i = 0; i < n; ++i)
@@ -83,7 +122,14 @@ struct Flat {
                 if (side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0)
                     return true;
             }
-        return false;
+        double by_turns = 0.0, scale = 0.0;
+        for (size_t i = 0, j = n - 1; i < n; j = i++) {
+            by_turns += 0.5 * (corners[j].x * corners[i].y - corners[i].x * corners[j].y);
+            scale = std::max(scale, glm::length(corners[i]));
+        }
+        // Each sum has at most 2 n terms of at most scale^2.
+        return std::abs(std::abs(by_turns) - even_odd_area()) >
+               1e-14 * static_cast<double>(n) * scale * scale;
     }
 };
 
@@ -191,7 +237,20 @@ size_t points_needed(MeasureKind kind) {
 glm::dvec3 plane_normal(const Points& polygon) {
     const glm::dvec3 area = vector_area(polygon);
     const double size = extent(polygon);
-    return glm::length(area) > 1e-12 * size * size ? glm::normalize(area) : glm::dvec3(0.0);
+    if (glm::length(area) > 1e-6 * size * size)
+        return glm::normalize(area);
+    // Turns in both directions cancel, or the corners are nearly on a line: the plane is that of
+    // the two longest ways from a corner, and its side that of the area, if there is one.
+    const auto far = std::ranges::max_element(
+        polygon, {}, [&](glm::dvec3 p) { return glm::distance(p, polygon.front()); });
+    glm::dvec3 most(0.0);
+    for (const glm::dvec3 p : polygon)
+        if (const glm::dvec3 one = glm::cross(*far - polygon.front(), p - polygon.front());
+            glm::length(one) > glm::length(most))
+            most = one;
+    if (!(glm::length(most) > 1e-12 * size * size))
+        return glm::dvec3(0.0);
+    return glm::normalize(glm::dot(most, area) < 0.0 ? -most : most);
 }
 
 Result<void> check(const Measure& measure) {

@@ -54,8 +54,8 @@ struct Measured {
 // its foot on the plane lies inside. So in a slice along the samples these are the pixels whose
 // centres lie inside.
 //
-// An angle with two points in one place, a polygon whose edges cross, and its values where all
-// corners are on a line, are not defined. Nothing where `stop` was asked.
+// Not defined: an angle with two points in one place, a polygon that crosses itself or turns about
+// a part twice, and its values where all corners are on a line. Nothing where `stop` was asked.
 std::optional<Measured> measure(const Measure& measure, const Volume& volume,
                                 const std::stop_token& stop = {});
 

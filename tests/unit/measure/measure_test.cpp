@@ -87,6 +87,57 @@ TEST(Measure, APolygonThatCrossesItselfHasNoArea) {
     EXPECT_THAT(line.note, HasSubstr("line"));
 }
 
+// Figures that turn about some points the other way or twice, through crossings of edges or through
+// corners that meet, in any plane, order and place: none has an area, not even 0. Those that touch
+// themselves and turn about each point once have theirs.
+TEST(Measure, APolygonWithoutAnAreaIsToldFromOneOnALine) {
+    const Volume volume = noise_volume(make_grid(glm::uvec3(4), glm::dvec3(1)));
+    struct Figure {
+        std::vector<glm::dvec2> corners;
+        std::optional<double> area;
+    };
+    const Figure figures[] = {
+        {{{0, 0}, {2, 2}, {2, 0}, {0, 2}}, {}},                 // a bow tie: areas cancel
+        {{{0, 0}, {1, 1}, {2, 2}, {2, 0}, {1, 1}, {0, 2}}, {}}, // the same, by its corners
+        {{{0, 0}, {4, 4}, {4, 0}, {0, 3}}, {}},                 // of two sizes
+        {{{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0}, {2, 0}, {2, 2}, {0, 2}}, {}}, // a part twice
+        {{{0, 3}, {2, -3}, {-3, 1}, {3, 1}, {-2, -3}}, {}},                     // a pentagram
+        // A square with a hole that an edge leads to and back.
+        {{{0, 0}, {4, 0}, {4, 4}, {0, 4}, {0, 0}, {1, 1}, {1, 2}, {2, 2}, {2, 1}, {1, 1}}, 15.0},
+        // Two triangles that meet in a corner, and turn the same way.
+        {{{0, 0}, {1, 1}, {0, 2}, {2, 2}, {1, 1}, {2, 0}}, 2.0},
+        {{{0, 0}, {1, 1}, {2, 0}, {2, 2}, {1, 1}, {0, 2}}, 2.0},
+    };
+    std::mt19937 random(5);
+    for (const Figure& figure : figures)
+        for (int i = 0; i < 20; ++i) {
+            const glm::dvec3 normal = glm::normalize(random_point(random, 1)),
+                             u = glm::normalize(glm::cross(normal, random_point(random, 1))),
+                             v = glm::cross(normal, u), place = random_point(random, 200);
+            std::vector<glm::dvec3> corners;
+            for (const glm::dvec2 c : figure.corners)
+                corners.push_back(place + c.x * u + c.y * v);
+            std::rotate(corners.begin(), corners.begin() + i % ptrdiff_t(corners.size()),
+                        corners.end());
+            if (i % 2)
+                std::reverse(corners.begin(), corners.end());
+            const Measured found = measured(MeasureKind::polygon, corners, volume);
+            if (figure.area) {
+                ASSERT_TRUE(found.area_mm2) << found.note;
+                EXPECT_NEAR(*found.area_mm2, *figure.area, 1e-9); // places within 1e-13 mm
+                continue;
+            }
+            EXPECT_FALSE(found.area_mm2) << *found.area_mm2;
+            EXPECT_FALSE(found.values);
+            EXPECT_THAT(found.note, HasSubstr("cross"));
+        }
+    // One whose areas cancel has a plane, too, and its corners lie in it or are refused.
+    EXPECT_THAT(check({MeasureKind::polygon, {{0, 0, 0}, {2, 2, 0.5}, {2, 0, 0}, {0, 2, 0}}, {}})
+                    .error()
+                    .message,
+                HasSubstr("in one plane"));
+}
+
 void expect_values(const ValueStatistics& found, std::vector<double> values, double no_data) {
     ASSERT_EQ(found.count, values.size());
     EXPECT_EQ(static_cast<double>(found.no_data), no_data);
