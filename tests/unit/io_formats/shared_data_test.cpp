@@ -359,9 +359,9 @@ TEST(Reported, StacksOfImageJ) {
     const auto um = decode_here(kReported / "tiff/ij_um.tif");
     ASSERT_TRUE(um) << um.error().message;
     const glm::dvec3 spacing = spacing_mm(um->decoded.grid);
-    // The file's quotient is 429496730 by 4294967295, whose numerator is rounded by a half.
-    EXPECT_NEAR(spacing.x, 0.01, 0.01 * 0.5 / 429496729);
-    EXPECT_NEAR(spacing.y, 0.01, 0.01 * 0.5 / 429496729);
+    // 0.01 but for the file's quotient of two 32-bit numbers.
+    EXPECT_DOUBLE_EQ(spacing.x, 1e-3 * 4294967295.0 / 429496730.0);
+    EXPECT_DOUBLE_EQ(spacing.y, 1e-3 * 4294967295.0 / 429496730.0);
     EXPECT_NEAR(spacing.z, 0.02, 1e-15);
     EXPECT_THAT(um->decoded.warnings, testing::IsEmpty());
 }
