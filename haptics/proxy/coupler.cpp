@@ -1,10 +1,6 @@
 #include "haptics/proxy/coupler.h"
 
 #include <algorithm>
-#include <array>
-
-#include "engine/volume/cubic_weights.h"
-#include "haptics/field/samples.h"
 
 namespace palpate::haptics {
 
@@ -26,50 +22,15 @@ double never_or(double yield_n) {
     return yield_n > 0.0 ? yield_n : kNever_n;
 }
 
-} // namespace
-
-Feel feel_at(const Volume& labels, dvec3 index, const TouchParameters& q) {
-    const Feel plain = plain_feel(q);
-    if (q.source != TouchSource::labels || q.label_count == 0 ||
-        glm::any(glm::greaterThan(glm::abs(index), dvec3(1e6))))
-        return plain;
-    const dvec3 low = glm::floor(index);
-    const dvec3 f = index - low;
-    const auto x = cubic_weights(f.x).value, y = cubic_weights(f.y).value,
-               z = cubic_weights(f.z).value;
-    const uint32_t count = std::min(q.label_count, TouchParameters::kMostLabels);
-    Feel sum{};
-    double total = 0.0, give = 0.0, heaviest = 0.0;
-    std::array<double, TouchParameters::kMostLabels> shares{};
-    for (int i = 0; i < 64; ++i) {
-        const glm::ivec3 at(i & 3, i >> 2 & 3, i >> 4);
-        const float label = resident_sample(labels, glm::ivec3(low) - 1 + at);
-        if (!(label > 0.0f))
-            continue;
-        const double weight = x[size_t(at.x)] * y[size_t(at.y)] * z[size_t(at.z)];
-        Feel feel = plain;
-        for (uint32_t k = 0; k < count; ++k) {
-            const LabelTouch& l = q.labels[k];
-            if (double{label} != l.label)
-                continue;
-            feel = {l.stiffness_n_per_m, l.friction_static, l.friction_dynamic, l.yield_n, l.label};
-            shares[k] += weight;
-            if (shares[k] > heaviest) {
-                heaviest = shares[k];
-                sum.label = l.label;
-            }
-        }
-        sum.stiffness_n_per_m += weight * feel.stiffness_n_per_m;
-        sum.friction_static += weight * feel.friction_static;
-        sum.friction_dynamic += weight * feel.friction_dynamic;
-        give += feel.yield_n > 0.0 ? weight / feel.yield_n : 0.0; // what never yields gives nothing
-        total += weight;
-    }
-    if (total < 1e-6)
-        return plain;
-    return {sum.stiffness_n_per_m / total, sum.friction_static / total,
-            sum.friction_dynamic / total, give > 0.0 ? total / give : 0.0, sum.label};
+// T0 falls at once to the force that is felt, and on from there by the rate of edits. It rises by
+// 5 % of the larger 1 / T0 a millisecond. Both are above 0.
+double slewed_yield(double now_n, double target_n, double felt_n, double dt_s) {
+    if (target_n < now_n)
+        return std::max(target_n, std::min(now_n, felt_n) - Yielding::kRate_n_per_s * dt_s);
+    return 1.0 / slewed(1.0 / now_n, 1.0 / target_n, dt_s);
 }
+
+} // namespace
 
 void Coupler::reset(dvec3 tool_mm) {
     *this = Coupler{};
@@ -104,25 +65,41 @@ dvec3 Coupler::hand_of(const TickInput& input) {
     return yielding_.hand(input.tool.position_mm);
 }
 
-TickOutput Coupler::couple(const TickInput& input, const Geometry& geometry, const Feel& may_be) {
-    yield(input, geometry, may_be);
+TickOutput Coupler::couple(const TickInput& input, const Geometry& geometry,
+                           const std::optional<Feel>& may_be) {
+    take_feel(input, geometry, may_be);
+    yield(input, geometry);
     return finish(input, geometry);
 }
 
-void Coupler::yield(const TickInput& input, const Geometry& geometry, const Feel& may_be) {
+// While a force is felt, its properties are slewed; else they change at once. So a first contact
+// has the properties of what it touches, and not of the air before it.
+void Coupler::take_feel(const TickInput& input, const Geometry& geometry,
+                        const std::optional<Feel>& may_be) {
     const double dt = input.dt_s;
-    const bool in_contact = geometry.touching || yielding_.is_inside();
-    const double yield_n = never_or(may_be.yield_n);
-    if (in_contact && !is_first_) {
-        feel_.stiffness_n_per_m = slewed(feel_.stiffness_n_per_m, may_be.stiffness_n_per_m, dt);
-        feel_.friction_static = slewed(feel_.friction_static, may_be.friction_static, dt);
-        feel_.friction_dynamic = slewed(feel_.friction_dynamic, may_be.friction_dynamic, dt);
-        feel_.yield_n = slewed(feel_.yield_n, yield_n, dt);
-        feel_.label = may_be.label;
-    } else {
-        feel_ = may_be; // in the air nothing jumps
+    const bool is_felt = had_force_ || yielding_.is_inside();
+    if (!may_be && is_felt)
+        return;
+    const TouchParameters& q = *input.parameters;
+    // A proxy that is not where the hand is will be felt, also where work ended on its way.
+    const bool is_air =
+        !geometry.touching && geometry.proxy_mm == yielding_.hand(input.tool.position_mm);
+    const Feel target = may_be.value_or(is_air ? plain_feel(q) : softest_feel(q));
+    const double yield_n = never_or(target.yield_n);
+    if (!is_felt) {
+        feel_ = target;
         feel_.yield_n = yield_n;
+        return;
     }
+    feel_.stiffness_n_per_m = slewed(feel_.stiffness_n_per_m, target.stiffness_n_per_m, dt);
+    feel_.friction_static = slewed(feel_.friction_static, target.friction_static, dt);
+    feel_.friction_dynamic = slewed(feel_.friction_dynamic, target.friction_dynamic, dt);
+    feel_.yield_n = slewed_yield(feel_.yield_n, yield_n, cut_.felt_n(), dt);
+    feel_.label = target.label;
+}
+
+void Coupler::yield(const TickInput& input, const Geometry& geometry) {
+    const double dt = input.dt_s;
     const dvec3 x = input.tool.position_mm;
     const double k = 1e-3 * feel_.stiffness_n_per_m; // N/mm
     if (!(k > 0.0))

@@ -4,26 +4,10 @@
 
 #include "haptics/field/coupling.h"
 #include "haptics/proxy/effects.h"
+#include "haptics/proxy/feel.h"
 #include "haptics/proxy/yielding.h"
 
 namespace palpate::haptics {
-
-// Haptic properties at a position: the parameters, or means over labels.
-struct Feel {
-    double stiffness_n_per_m = 0.0;
-    double friction_static = 0.0, friction_dynamic = 0.0;
-    double yield_n = 0.0;
-    uint32_t label = 0; // the one that counts most
-};
-
-// The feel where no label has its own.
-inline Feel plain_feel(const TouchParameters& p) {
-    return {p.stiffness_n_per_m, p.friction_static, p.friction_dynamic, p.yield_n, 0};
-}
-
-// Means over the labels about a point of index space, weighted by the cubic B-spline of 4x4x4
-// samples; plain_feel() where there is no label, or where no labels are felt.
-Feel feel_at(const Volume& labels, glm::dvec3 index, const TouchParameters& parameters);
 
 // The contact state after the tick before, and the place of the proxy.
 struct Felt {
@@ -94,13 +78,17 @@ class Coupler {
     // Fades out; for inputs that cannot be used.
     TickOutput unknown();
 
-    // `may_be` says what is felt at the proxy.
-    TickOutput couple(const TickInput& input, const Geometry& geometry, const Feel& may_be);
+    // `may_be`: the feel where the proxy touches. Without one, that of the tick before stays while
+    // a force is felt.
+    TickOutput couple(const TickInput& input, const Geometry& geometry,
+                      const std::optional<Feel>& may_be);
 
  private:
     bool stays_inside(bool is_free, double grain_mm);
     glm::dvec3 hand_of(const TickInput& input);
-    void yield(const TickInput& input, const Geometry& geometry, const Feel& may_be);
+    void take_feel(const TickInput& input, const Geometry& geometry,
+                   const std::optional<Feel>& may_be);
+    void yield(const TickInput& input, const Geometry& geometry);
     TickOutput finish(const TickInput& input, const Geometry& geometry);
 
     // Of the last tick: what was rendered, the hand, and the hand as geometry took it.

@@ -38,7 +38,6 @@ class SweptTriangles final : public Algorithm {
     }
 
     TickOutput tick(const TickInput& input) noexcept override {
-        const TouchParameters& q = *input.parameters;
         looks_left_ = kMostLooks;
         if (!is_sane(input) || !surface_.follow(input))
             return coupler_.unknown();
@@ -58,10 +57,7 @@ class SweptTriangles final : public Algorithm {
             move(x, is_first, geometry);
         geometry.lacks_data = surface_.lacks_data();
         geometry.iterations = static_cast<uint32_t>(kMostLooks - looks_left_);
-        const std::optional<Volume>& volume = Felt::volume_of(input);
-        return coupler_.couple(
-            input, geometry,
-            volume ? feel_at(*volume, index_point(volume->grid(), proxy_), q) : plain_feel(q));
+        return coupler_.couple(input, geometry, feel(input, geometry));
     }
 
  private:
@@ -72,6 +68,19 @@ class SweptTriangles final : public Algorithm {
         TriangleSpan span = surface_.span();
         span.looks_left = &looks_left_;
         return span;
+    }
+    std::optional<Feel> feel(const TickInput& input, const Geometry& geometry) const {
+        const std::optional<Volume>& volume = Felt::volume_of(input);
+        FeelMean mean(*input.parameters);
+        if (mean.is_plain() || !volume)
+            return plain_feel(*input.parameters);
+        const dvec3 place = coupler_.is_inside() ? coupler_.place_mm() : proxy_;
+        const dvec3 normal = geometry.touching ? geometry.normal : dvec3(0.0);
+        const Grid& grid = volume->grid();
+        const dvec3 inward_mm = -0.5 * smallest_spacing_mm(grid) * normal;
+        const dvec3 index = index_point(grid, place);
+        mean.add(*volume, index, index_point(grid, place + inward_mm) - index);
+        return mean.feel();
     }
     // Geometry's part of a tick, for a hand at x.
     void move(dvec3 x, bool is_first, Geometry& geometry) {

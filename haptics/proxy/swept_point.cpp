@@ -241,7 +241,10 @@ TickOutput SweptPoint::tick(const TickInput& input) noexcept {
 
     geometry.lacks_data = field_.lacked_brick();
     const dvec3 felt = coupler_.is_inside() ? coupler_.place_mm() : s.touching ? s.proxy : x;
-    return coupler_.couple(input, geometry, feel_at(*volume, field_.index_of(felt), q));
+    const dvec3 inward = geometry.touching ? -0.5 * field_.voxel_mm() * s.normal : dvec3(0.0);
+    FeelMean mean(q);
+    mean.add(*volume, field_.index_of(felt), dvec3(field_.offset_of(inward)));
+    return coupler_.couple(input, geometry, mean.feel());
 }
 
 // Geometry's part of a tick, for a hand at x.

@@ -201,9 +201,11 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     geometry.touching = s.touching && !is_inside;
     geometry.normal = s.normal;
     geometry.lacks_data = field.lacked_brick();
-    const bool is_held = !is_inside && s.held_count > 0 && contacts_.has(s.held[0]);
-    const dvec3 felt = is_held ? s.proxy + contacts_.arm_of(s.held[0]) : s.proxy;
-    TickOutput output = coupler_.couple(input, geometry, feel_at(*volume, field.index_of(felt), q));
+    // In material that it yielded into, its contacts are those of the way in.
+    std::optional<Feel> feel;
+    if (geometry.touching || is_inside || s.proxy != hand)
+        feel = contacts_.feel_at(s.proxy, is_inside ? dvec3(0.0) : unit_or_zero(s.proxy - hand), q);
+    TickOutput output = coupler_.couple(input, geometry, feel);
     const bool yields = output.contact == Contact::yielding;
     if (geometry.touching)
         lever_mm_ = lever_of(output.force_n);

@@ -10,6 +10,7 @@
 #include "haptics/field/algorithm.h"
 #include "haptics/field/field.h"
 #include "haptics/field/sphere_samples.h"
+#include "haptics/proxy/feel.h"
 #include "haptics/proxy/tool_hold.h"
 #include "haptics/proxy/tool_points.h"
 
@@ -76,6 +77,10 @@ class ToolContacts {
         return is_ball_ ? reach_mm_ * touch.way : points_[touch.sample];
     }
     const Field& field() const { return field_; }
+    // The feel of what the tool touches at a place: at the contacts of the last find() that push it
+    // along push_mm; where there are none, at its samples in material or nearly so. None where
+    // nothing is touched.
+    std::optional<Feel> feel_at(glm::dvec3 at_mm, glm::dvec3 push_mm, const TouchParameters& q);
 
  private:
     void place_points(const TickInput& input);
@@ -128,6 +133,7 @@ class ToolContacts {
 
     uint32_t count_ = 0;
     std::array<Hold, kMost> holds_; // one that is_pushed comes first
+    glm::dvec3 found_at_{0.0};      // where find() looked for them
     Look look_;
     uint32_t considered_ = 0, scanned_ = 0, leaps_ = 0; // in this tick
 };

@@ -1,0 +1,47 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "tests/unit/haptics_proxy/yield_grid.h"
+
+namespace palpate::haptics {
+namespace {
+
+void expect_held_at_t0(const PressCase& c, PressScenes& scenes, double& most_share) {
+    SCOPED_TRACE(name_of(c));
+    const Pressed pressed = press(c, scenes);
+    EXPECT_TRUE(pressed.is_finite);
+    EXPECT_LE(pressed.most_n, 1.03 * pressed.t0_n);
+    // A small ball slips aside, and so does what stands on edge.
+    const bool is_firm = c.body == 0 || c.body == 1 || c.body == 5;
+    if (is_firm && pressed.asked_n > 1.5 * pressed.t0_n) {
+        EXPECT_GE(pressed.most_n, 0.97 * pressed.t0_n);
+    }
+    most_share = std::max(most_share, pressed.most_n / pressed.t0_n);
+}
+
+// Every source of T0 meets every body, radius and rate in some case.
+TEST(YieldSource, NoForceIsLargerThanT0WhereverItIsStated) {
+    constexpr double kRadii[] = {0.4, 1.5, 3.0, 6.0}, kRates[] = {100.0, 1000.0, 4000.0};
+    PressScenes scenes;
+    double most = 0.0;
+    uint32_t turn = 0;
+    for (const T0From from : kAllT0)
+        for (uint32_t body = 0; body < kPressBodies; ++body, ++turn) {
+            PressCase c{.from = from,
+                        .body = body,
+                        .radius_mm = kRadii[turn % 4],
+                        .hertz = kRates[(turn + body) % 3]};
+            expect_held_at_t0(c, scenes, most);
+            c.radius_mm = 0.0;
+            c.algorithm = turn % 2 ? "swept-point" : "swept-local";
+            expect_held_at_t0(c, scenes, most);
+            if (from != T0From::parameters_grey) {
+                c.algorithm = "swept-mesh";
+                expect_held_at_t0(c, scenes, most);
+            }
+        }
+    fmt::print("largest force: {:.4f} T0\n", most);
+}
+
+} // namespace
+} // namespace palpate::haptics
