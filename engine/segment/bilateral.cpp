@@ -31,7 +31,7 @@ struct Pass {
     glm::ivec3 low, high;
     const Tap* taps;
     size_t tap_count;
-    float range_factor; // t = range_factor * difference^2 is the exponent of 2
+    float range_factor; // t = -(range_factor * difference)^2 is the exponent of 2
 };
 
 // 2^t for t <= 0; below -126 as at -126. Relative error below 5e-6: the polynomial is Taylor's to
@@ -68,7 +68,8 @@ template <bool kLacks>
             Eight value;
             std::memcpy(&value, pass.in + from + 8 * half, sizeof value);
             const Eight d = value - centre[half];
-            Eight w = weight * power_of_two(pass.range_factor * (d * d));
+            const Eight share = pass.range_factor * d;
+            Eight w = weight * power_of_two(-(share * share));
             if (kLacks) {
                 Eight has;
                 std::memcpy(&has, pass.has + from + 8 * half, sizeof has);
@@ -163,6 +164,7 @@ BrickPtr Bilateral::brick(glm::uvec3 at) const {
 } // namespace
 
 Result<BrickMaker> bilateral_bricks(const Volume& volume, const BilateralOptions& o) {
+    PALPATE_TRY(check_magnitude(volume));
     const Grid& grid = volume.grid();
     const double most = kLongest / kBilateralReach * smallest_spacing_mm(grid);
     if (!(o.sigma_mm > 0.0 && o.sigma_mm <= most))
@@ -184,7 +186,7 @@ Result<BrickMaker> bilateral_bricks(const Volume& volume, const BilateralOptions
             "sigma: expected a reach of at most {} samples, found {:g} mm on a sheared grid",
             kLongest, o.sigma_mm);
     auto filter = std::make_shared<Bilateral>(
-        Bilateral{volume, {}, {}, glm::ivec3(0), float(-0.5 * M_LOG2E / (o.range * o.range))});
+        Bilateral{volume, {}, {}, glm::ivec3(0), float(std::sqrt(0.5 * M_LOG2E) / o.range)});
     const auto add = [&](glm::ivec3 reach) {
         std::vector<Tap> taps;
         for (int z = -reach.z; z <= reach.z; ++z)

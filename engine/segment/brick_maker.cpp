@@ -64,6 +64,16 @@ void read_neighbourhood(const Volume& volume, glm::uvec3 brick, glm::ivec3 halo,
              out.samples.data());
 }
 
+Result<void> check_magnitude(const Volume& volume) {
+    const ValueRange range = volume.range();
+    if (!range.empty() && (range.min < -kLargestFiltered || range.max > kLargestFiltered))
+        return fail(
+            "expected values from {:g} to {:g}, found {:g} to {:g}: this filter works in single "
+            "precision; divide the values first, or take out those that stand for no data",
+            -kLargestFiltered, kLargestFiltered, range.min, range.max);
+    return {};
+}
+
 BrickPtr constant_brick(ScalarType type, float value) {
     return visit_scalar(type, [&](auto t) {
         t = static_cast<decltype(t)>(value);

@@ -36,6 +36,11 @@ void read_neighbourhood(const Volume& volume, glm::uvec3 brick, glm::ivec3 halo,
 // Whether the bricks that hold those samples are constant and of one value, which is returned.
 std::optional<float> constant_around(const Volume& volume, glm::uvec3 brick, glm::ivec3 halo);
 
+// Filters that weight and add in single precision take values of at most this, so that no sum or
+// derivative exceeds the largest float, 3.4e38. Beyond it, a sentence that says so.
+constexpr float kLargestFiltered = 1e30f;
+Result<void> check_magnitude(const Volume& volume);
+
 // A constant brick of a type that holds the value.
 BrickPtr constant_brick(ScalarType type, float value);
 

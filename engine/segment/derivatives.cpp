@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "engine/segment/gaussian.h"
 #include "engine/segment/separable.h"
@@ -16,7 +17,9 @@ int place_of(glm::ivec3 order) {
     return order.x + 3 * order.y + 9 * order.z;
 }
 
-// Derivatives of one box of samples, each made once and when it is asked for.
+// Derivatives of one box of samples, each made once and when it is asked for. The axes along which
+// a derivative is taken come first: a smoothed sample of large values would be rounded before the
+// difference.
 class BoxDerivatives {
  public:
     void begin(glm::ivec3 size, const float* samples,
@@ -24,36 +27,41 @@ class BoxDerivatives {
         size_ = size;
         samples_ = samples;
         kernels_ = &kernels;
-        has_x_ = {};
-        has_xy_ = {};
-        has_ = {};
+        for (auto& [passes, step] : made_)
+            step.is_made = false;
     }
 
     const std::vector<float>& of(glm::ivec3 order) {
-        const auto at = size_t(place_of(order)), x = size_t(order.x), xy = at % 9;
-        if (!has_x_[x])
-            convolve(size_, samples_, 0, (*kernels_)[0][x], x_[x]);
-        has_x_[x] = true;
-        if (!has_xy_[xy])
-            convolve(x_[x].size, x_[x].samples.data(), 1, (*kernels_)[1][size_t(order.y)], xy_[xy]);
-        has_xy_[xy] = true;
-        if (!has_[at])
-            convolve(xy_[xy].size, xy_[xy].samples.data(), 2, (*kernels_)[2][size_t(order.z)],
-                     all_[at]);
-        has_[at] = true;
-        return all_[at].samples;
+        glm::ivec3 size = size_;
+        const float* from = samples_;
+        const Box* last = nullptr;
+        int passes = 0; // a digit for each: its axis and order
+        for (const bool smooths : {false, true})
+            for (int axis = 0; axis < 3; ++axis) {
+                if ((order[axis] == 0) != smooths)
+                    continue;
+                passes = 10 * passes + 3 * axis + order[axis] + 1;
+                Step& step = made_[passes];
+                if (!step.is_made)
+                    convolve(size, from, axis, (*kernels_)[size_t(axis)][size_t(order[axis])],
+                             step.box);
+                step.is_made = true;
+                last = &step.box;
+                size = last->size;
+                from = last->samples.data();
+            }
+        return last->samples;
     }
 
  private:
+    struct Step {
+        Box box;
+        bool is_made = false;
+    };
     glm::ivec3 size_{};
     const float* samples_ = nullptr;
     const std::array<std::array<Kernel, 3>, 3>* kernels_ = nullptr;
-    std::array<Box, 3> x_;
-    std::array<Box, 9> xy_;
-    std::array<Box, 27> all_;
-    std::array<bool, 3> has_x_{};
-    std::array<bool, 9> has_xy_{};
-    std::array<bool, 27> has_{};
+    std::map<int, Step> made_;
 };
 
 struct Scratch {
@@ -94,8 +102,9 @@ void quotient(Scratch& scratch, glm::ivec3 order, size_t count,
 
 } // namespace
 
-Result<void> Derivatives::check(const Grid& grid, double sigma_mm) {
-    const double most = kLargestSigma * smallest_spacing_mm(grid);
+Result<void> Derivatives::check(const Volume& volume, double sigma_mm) {
+    PALPATE_TRY(check_magnitude(volume));
+    const double most = kLargestSigma * smallest_spacing_mm(volume.grid());
     if (!(sigma_mm >= 0.0 && sigma_mm <= most))
         return fail(
             "sigma: expected 0 .. {:g} mm, which is {:g} samples of the finest axis, found {:g}",
@@ -130,11 +139,13 @@ bool Derivatives::compute(glm::uvec3 brick, std::span<const glm::ivec3> orders,
         }
         return true;
     }
+    // 0 takes the place of no data: of values about the middle of all.
+    const float middle = 0.5f * (volume_.range().min + volume_.range().max);
     scratch.has_data.resize(samples.size());
     for (size_t i = 0; i < samples.size(); ++i) {
         const bool has = !std::isnan(samples[i]);
         scratch.has_data[i] = has ? 1.0f : 0.0f;
-        samples[i] = has ? samples[i] : 0.0f;
+        samples[i] = has ? samples[i] - middle : 0.0f;
     }
     scratch.values.begin(scratch.near.size, samples.data(), kernels_);
     scratch.weights.begin(scratch.near.size, scratch.has_data.data(), kernels_);
@@ -145,6 +156,7 @@ bool Derivatives::compute(glm::uvec3 brick, std::span<const glm::ivec3> orders,
     for (size_t i = 0; i < orders.size(); ++i) {
         quotient(scratch, orders[i], count, made);
         const std::vector<float>& from = made[size_t(place_of(orders[i]))];
+        const float add = orders[i] == glm::ivec3(0) ? middle : 0.0f;
         out[i].resize(kBrickSamples);
         for (uint32_t z = 0; z < planes; ++z)
             for (uint32_t y = 0; y < kBrickSide; ++y)
@@ -155,7 +167,7 @@ bool Derivatives::compute(glm::uvec3 brick, std::span<const glm::ivec3> orders,
                     const uint32_t to = offset_in_brick({x, y, z});
                     out[i][to] = scratch.has_data[at] == 0.0f
                                      ? std::numeric_limits<float>::quiet_NaN()
-                                     : from[to];
+                                     : from[to] + add;
                 }
     }
     return true;

@@ -13,8 +13,9 @@ namespace palpate {
 // Gaussian filters and of those built on a gradient or a Hessian matrix. Rules: gaussian.h.
 class Derivatives {
  public:
-    // sigma_mm is not negative and at most kLargestSigma samples on each axis; check() says so.
-    static Result<void> check(const Grid& grid, double sigma_mm);
+    // sigma_mm is not negative and at most kLargestSigma samples on each axis, and values are as
+    // check_magnitude() asks; check() says so.
+    static Result<void> check(const Volume& volume, double sigma_mm);
     Derivatives(Volume volume, double sigma_mm);
 
     // For each of `orders` (derivatives along x, y, z; together at most 2) an array of the brick's

@@ -16,7 +16,7 @@ using Arrays = std::vector<std::vector<float>>;
 template <class Combine>
 Result<BrickMaker> derived(const Volume& volume, double sigma_mm, std::vector<glm::ivec3> orders,
                            const Combine& combine, bool keeps_constants) {
-    PALPATE_TRY(Derivatives::check(volume.grid(), sigma_mm));
+    PALPATE_TRY(Derivatives::check(volume, sigma_mm));
     return BrickMaker{volume.grid(), ScalarType::f32,
                       [derivatives = Derivatives(volume, sigma_mm), orders = std::move(orders),
                        combine, keeps_constants](glm::uvec3 at) {
@@ -63,7 +63,9 @@ PALPATE_CLONES void lengths(Arrays& arrays, const float* m) {
         const float a = m[0] * x[i] + m[3] * y[i] + m[6] * z[i];
         const float b = m[1] * x[i] + m[4] * y[i] + m[7] * z[i];
         const float c = m[2] * x[i] + m[5] * y[i] + m[8] * z[i];
-        x[i] = std::sqrt(a * a + b * b + c * c);
+        // The square of a float's value is within a double.
+        const double square = double{a} * double{a} + double{b} * double{b} + double{c} * double{c};
+        x[i] = float(std::sqrt(square));
     }
 }
 

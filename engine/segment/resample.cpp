@@ -254,6 +254,8 @@ Result<BrickMaker> resample_bricks(const Volume& volume, const ResampleOptions& 
     if (const std::string apart = apart_text("the grid", options.grid, volume.grid());
         !apart.empty())
         return fail("{}", apart);
+    if (options.interpolation == ResampledBy::cubic)
+        PALPATE_TRY(check_magnitude(volume));
     auto resampler = std::make_shared<Resampler>(Resampler{
         volume, options, index_from_world(volume.grid()) * options.grid.world_from_index});
     return BrickMaker{

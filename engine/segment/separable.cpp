@@ -17,8 +17,8 @@ struct Pass {
     float* out;
     size_t rows;   // of `width` outputs each
     size_t in_row; // from row to row, in elements
-    size_t width;  // a multiple of 8
-    size_t step;   // from sample to sample along the axis
+    size_t width;
+    size_t step; // from sample to sample along the axis
     const float* weights;
     int radius;
 };
@@ -30,8 +30,6 @@ template <int kOrder, int kRun>
     for (int i = 0; i < kRun; ++i) {
         std::memcpy(&centre[i], in + 8 * i, sizeof(Eight));
         total[i] = kOrder == 0 ? centre[i] : Eight{};
-        if (kOrder != 1)
-            centre[i] += centre[i];
     }
     for (int k = 1; k <= pass.radius; ++k) {
         const float* after = in + size_t(k) * pass.step;
@@ -43,12 +41,25 @@ template <int kOrder, int kRun>
             std::memcpy(&b, before + 8 * i, sizeof b);
             if (kOrder == 1)
                 total[i] += w * (a - b);
-            else
-                total[i] += w * ((a + b) - centre[i]);
+            else // differences first: they are exact where values are large and alike
+                total[i] += w * ((a - centre[i]) + (b - centre[i]));
         }
     }
     for (int i = 0; i < kRun; ++i)
         std::memcpy(out + 8 * i, &total[i], sizeof(Eight));
+}
+
+// The same for one output.
+template <int kOrder>
+[[gnu::always_inline]] inline float one_of(const float* in, const Pass& pass) {
+    const float centre = *in;
+    float total = kOrder == 0 ? centre : 0.0f;
+    for (int k = 1; k <= pass.radius; ++k) {
+        const float a = in[size_t(k) * pass.step];
+        const float b = *(in - size_t(k) * pass.step);
+        total += pass.weights[k] * (kOrder == 1 ? a - b : (a - centre) + (b - centre));
+    }
+    return total;
 }
 
 template <int kOrder>
@@ -59,8 +70,10 @@ template <int kOrder>
         size_t x = 0;
         for (; x + 32 <= pass.width; x += 32)
             run_of<kOrder, 4>(in + x, out + x, pass);
-        for (; x < pass.width; x += 8)
+        for (; x + 8 <= pass.width; x += 8)
             run_of<kOrder, 1>(in + x, out + x, pass);
+        for (; x < pass.width; ++x)
+            out[x] = one_of<kOrder>(in + x, pass);
     }
 }
 
@@ -79,7 +92,7 @@ PALPATE_CLONES void second_derivative(const Pass& pass) {
 void convolve(const glm::ivec3& size, const float* in, int axis, const Kernel& kernel, Box& out) {
     out.size = size;
     out.size[axis] -= 2 * kernel.radius();
-    PALPATE_ASSERT(out.size[axis] > 0 && out.size.x % 8 == 0);
+    PALPATE_ASSERT(out.size[axis] > 0);
     const glm::uvec3 n(out.size);
     out.samples.resize(size_t{n.x} * n.y * n.z);
     const auto radius = size_t(kernel.radius());

@@ -14,7 +14,8 @@ struct Box {
 };
 
 // Passes a kernel along an axis (0, 1, 2). The box becomes shorter by twice the kernel's radius.
-// Rows of `out` (its size.x) are a multiple of 8. The same bits on every processor.
+// Differences of neighbours are taken before they are weighted, so that large values that are alike
+// lose nothing. The same bits on every processor.
 void convolve(const glm::ivec3& size, const float* in, int axis, const Kernel& kernel, Box& out);
 
 } // namespace palpate

@@ -100,7 +100,7 @@ struct Scales {
     }
 };
 
-Result<void> check(const VesselnessOptions& o, const Grid& grid) {
+Result<void> check(const VesselnessOptions& o, const Volume& volume) {
     if (!(o.from_mm > 0.0 && o.to_mm >= o.from_mm))
         return fail("scales: expected 0 < from <= to, found {:g} .. {:g} mm", o.from_mm, o.to_mm);
     if (o.steps < 1 || o.steps > 32)
@@ -108,7 +108,7 @@ Result<void> check(const VesselnessOptions& o, const Grid& grid) {
     if (!(o.alpha > 0.0 && o.beta > 0.0 && o.structure.value_or(1.0) > 0.0))
         return fail("expected alpha, beta and structure above 0, found {:g}, {:g} and {:g}",
                     o.alpha, o.beta, o.structure.value_or(1.0));
-    return Derivatives::check(grid, o.to_mm);
+    return Derivatives::check(volume, o.to_mm);
 }
 
 } // namespace
@@ -131,7 +131,7 @@ glm::dvec3 eigenvalues(double xx, double yy, double zz, double xy, double xz, do
 
 Result<BrickMaker> vesselness_bricks(const Volume& volume, const VesselnessOptions& o,
                                      const Task& task) {
-    PALPATE_TRY(check(o, volume.grid()));
+    PALPATE_TRY(check(o, volume));
     auto scales = std::make_shared<Scales>();
     scales->options = o;
     const glm::dmat3 gradient =

@@ -79,6 +79,19 @@ TEST(Bilateral, ConstantsStayAndThreadsChangeNoBit) {
     }
 }
 
+// Squares of differences and of the range may exceed a float; of 3e38 sums do, too.
+TEST(Bilateral, LargeValuesAreRightOrRefused) {
+    const auto edge = [](double factor) {
+        return make_volume(make_grid({8, 4, 4}, {1, 1, 1}), ScalarType::f32,
+                           [=](glm::uvec3 i) { return factor * (i.x < 4 ? -1.0 : 1.0); });
+    };
+    const Volume unit = *bilateral(edge(1.0), {1.0, 0.5}, {});
+    const Volume large = *bilateral(edge(1e25), {1.0, 0.5e25}, {});
+    for (uint32_t x = 0; x < 8; ++x)
+        EXPECT_NEAR(double{large.value({x, 2, 2})} / 1e25, unit.value({x, 2, 2}), 1e-5);
+    EXPECT_FALSE(bilateral(edge(3e38), {1.0, 1e38}, {}));
+}
+
 TEST(Bilateral, RefusesWhatItCannotDo) {
     const Volume volume = twin::noise(make_grid({8, 8, 8}, {1, 1, 1}), ScalarType::i16);
     const auto message = [&](BilateralOptions o) {

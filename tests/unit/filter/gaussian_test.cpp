@@ -236,6 +236,55 @@ TEST(Gaussian, ThinVolumesAndOneSample) {
     }
 }
 
+// Values of 1e6 with differences of some units, in which a float's last place is 0.0625:
+// derivatives are right to 1e-5 of the largest difference, also where data lack.
+TEST(Gaussian, AnOffsetCostsADerivativeNothing) {
+    for (const uint32_t missing : {0u, 9u}) {
+        const Grid grid = twin::turned({33, 9, 8}, {0.8, 1.0, 1.6});
+        const Volume small = twin::noise(grid, ScalarType::f32, missing);
+        const Volume large = make_volume(grid, ScalarType::f32, [&](glm::uvec3 i) {
+            return 1e6 + std::round(double{small.value(i)} / 100.0);
+        });
+        const Volume length = *gradient_magnitude(large, {0.8}, {});
+        const Volume cross = *derivative(large, {0.8, 0, 2}, {});
+        const Twin twin(large, 0.8);
+        const glm::dmat3 m = glm::transpose(glm::inverse(glm::dmat3(grid.world_from_index)));
+        for (const glm::ivec3 i : indices({33, 9, 8})) {
+            if (i.x % 8 != 1 || std::isnan(large.value(glm::uvec3(i))))
+                continue;
+            glm::dvec3 g;
+            glm::dmat3 h;
+            for (int p = 0; p < 3; ++p) {
+                glm::ivec3 order(0);
+                order[p] = 1;
+                g[p] = twin.of(i, order);
+                for (int q = 0; q < 3; ++q) {
+                    glm::ivec3 both = order;
+                    ++both[q];
+                    h[p][q] = twin.of(i, both);
+                }
+            }
+            // Values differ by up to 20.
+            EXPECT_NEAR(length.value(glm::uvec3(i)), glm::length(m * g), 20e-5);
+            EXPECT_NEAR(cross.value(glm::uvec3(i)), (m * h * glm::transpose(m))[0][2], 20e-5);
+        }
+    }
+}
+
+// Sums of the largest floats are no floats; squares of 1e25 are none either.
+TEST(Gaussian, LargeValuesAreRightOrRefused) {
+    const auto ramp = [](double factor) {
+        return make_volume(make_grid({9, 5, 4}, {1, 1, 1}), ScalarType::f32,
+                           [=](glm::uvec3 i) { return factor * (double(i.x) - 4.0); });
+    };
+    EXPECT_THAT(
+        gaussian(ramp(7e37), {1.0}, {}).error().message,
+        testing::HasSubstr("expected values from -1e+30 to 1e+30, found -2.8e+38 to 2.8e+38"));
+    EXPECT_FALSE(gradient_magnitude(ramp(7e37), {0.0}, {}));
+    const Volume slope = *gradient_magnitude(ramp(1e25), {0.0}, {});
+    EXPECT_NEAR(double{slope.value({4, 2, 2})} / 1e25, 1.0, 1e-6);
+}
+
 TEST(Gaussian, RefusesWhatItCannotDo) {
     const Volume volume = twin::noise(make_grid({8, 8, 8}, {0.5, 1, 1}), ScalarType::i16);
     const auto message = [](const Result<Volume>& made) {

@@ -98,6 +98,16 @@ TEST(Resample, PolynomialsAreExact) {
     }
 }
 
+TEST(Resample, CubicRefusesValuesWhoseSumsAreNoFloats) {
+    const Grid grid = make_grid({8, 4, 4}, {1, 1, 1});
+    const Volume edge =
+        make_volume(grid, ScalarType::f32, [](glm::uvec3 i) { return i.x < 4 ? -3e38 : 3e38; });
+    EXPECT_FALSE(resample(edge, {grid, ResampledBy::cubic, 0.0}, {}));
+    const Result<Volume> linear = resample(edge, {grid, ResampledBy::linear, 0.0}, {});
+    ASSERT_TRUE(linear);
+    EXPECT_EQ(linear->value({7, 2, 2}), 3e38f);
+}
+
 TEST(Resample, OntoItselfIsTheSame) {
     for (const uint32_t missing : {0u, 5u}) {
         const Volume v =
