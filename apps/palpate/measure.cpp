@@ -69,6 +69,8 @@ Result<Measure> read_sphere(const std::string& text) {
 std::string values_text(const ValueStatistics& v) {
     if (v.count == 0)
         return "";
+    if (v.count == 1) // without a standard deviation
+        return fmt::format("  {:g}, 1 sample", v.mean);
     return fmt::format("  {:g} +- {:g}, {:g} .. {:g}, median {:g}, {} samples", v.mean, v.sd, v.min,
                        v.max, v.median, v.count);
 }
@@ -95,10 +97,11 @@ std::string text_of(const MeasureReport& report) {
     }
     for (const MeasureReport::Label& label : report.labels) {
         const LabelStatistics& s = label.statistics;
-        text +=
-            fmt::format("label {}{}{}  {:g} ml, {} samples{}, {:g} mm2\n", s.label,
-                        label.name.empty() ? "" : " ", printable(label.name), s.volume_mm3 / 1000.0,
-                        s.count, values_text(s.values), label.surface.area_mm2);
+        text += fmt::format("label {}{}{}  {:g} ml, {} sample{}{}, {:g} mm2{}\n", s.label,
+                            label.name.empty() ? "" : " ", printable(label.name),
+                            s.volume_mm3 / 1000.0, s.count, s.count == 1 ? "" : "s",
+                            values_text(s.values), label.surface.area_mm2,
+                            label.surface.note.empty() ? "" : "  (" + label.surface.note + ")");
     }
     return text.empty() ? "nothing to measure: no label, and no measure was named\n" : text;
 }

@@ -22,6 +22,7 @@
 #include "engine/io/label_names.h"
 #include "engine/io/mesh_io.h"
 #include "engine/mesh/decimate.h"
+#include "engine/mesh/open_edges.h"
 #include "engine/mesh/smooth.h"
 #include "engine/mesh/topology.h"
 #include "engine/surface/marching_cubes.h"
@@ -275,6 +276,22 @@ std::string read_labels(const std::string& text, SurfaceCommand& options) {
     return {};
 }
 
+// A note where the surface ends in open edges.
+void tell_open_edges(const SurfaceCommand& options, const Mesh& mesh) {
+    if (options.labels)
+        return;
+    const uint64_t open = count_open_edges(mesh);
+    if (open == 0)
+        return;
+    if (options.closed)
+        log::info("{}: {} open edges are left where data is missing", options.out, open);
+    else
+        log::info(
+            "{}: {} open edges are left, where the surface meets the volume's border or missing "
+            "data, so that it encloses no volume; --closed closes it at the border",
+            options.out, open);
+}
+
 // A sentence about a file under the name that a person gave it.
 std::string with_name(std::string sentence, const std::string& unnamed, const std::string& name) {
     if (const size_t at = sentence.find(unnamed); at != std::string::npos)
@@ -368,9 +385,11 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         report.update(extra);
         return write_text(options.report, report_text(report));
     });
-    if (done)
+    if (done) {
         tell_made(options.out, fmt::format("{} triangles, {} vertices", mesh.triangles.size(),
                                            mesh.positions.size()));
+        tell_open_edges(options, mesh);
+    }
     return done;
 }
 

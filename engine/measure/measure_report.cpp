@@ -130,6 +130,8 @@ Json report_json(const MeasureReport& report) {
         json["area_mm2"] = label.surface.area_mm2;
         json["surface_volume_mm3"] = label.surface.volume_mm3;
         json["sphericity"] = label.surface.sphericity;
+        if (!label.surface.note.empty())
+            json["note"] = label.surface.note;
         const PrincipalAxes axes = principal_axes(s.covariance_mm2);
         json["semi_axes_mm"] = axes.semi_axes_mm;
         Json directions = Json::array();
@@ -177,6 +179,7 @@ std::string report_csv(const MeasureReport& report) {
                 value = std::to_string(s.count);
         fields.emplace_back("area_mm2", number(label.surface.area_mm2));
         fields.emplace_back("sphericity", number(label.surface.sphericity));
+        fields.emplace_back("note", label.surface.note);
         const PrincipalAxes principal = principal_axes(s.covariance_mm2);
         for (int i = 0; i < 3; ++i) {
             const glm::dvec3 d = principal.direction[size_t(i)];

@@ -96,26 +96,39 @@ EdgeCounts look_at_vertex(const Mesh& mesh, const TrianglesOfVertex& incident, u
     return counts;
 }
 
-// Area and volume in world millimetres. Differences of floats are taken from the mesh's first
-// position, so that the whole is exact to double whatever the offset.
+// Area and volume in world millimetres. Differences of floats are taken from the middle of the
+// positions' box, so that the whole is exact to double whatever the offset, and does not depend on
+// which position comes first.
 struct Measure {
     explicit Measure(const Mesh& mesh)
         : linear(mesh.world_from_mesh), scale(std::abs(glm::determinant(linear))) {
-        if (!mesh.positions.empty())
-            origin = glm::dvec3(mesh.positions[0]);
+        if (mesh.positions.empty())
+            return;
+        glm::vec3 low = mesh.positions[0], high = low;
+        for (const glm::vec3 position : mesh.positions) {
+            low = glm::min(low, position);
+            high = glm::max(high, position);
+        }
+        origin = 0.5 * (glm::dvec3(low) + glm::dvec3(high));
     }
     glm::dmat3 linear;
     double scale; // volume in the world of a unit volume of mesh space; mirrors do not turn it
     glm::dvec3 origin{0.0};
 
-    void add(const Mesh& mesh, glm::uvec3 t, MeshComponent& component, uint64_t& flat) const {
+    // Of triangle n. The volume of a wall between two labels belongs to the one and is missing from
+    // the other: nothing of their sum.
+    void add(const Mesh& mesh, size_t n, MeshComponent& component, uint64_t& flat) const {
+        const glm::uvec3 t = mesh.triangles[n];
         const glm::dvec3 a = glm::dvec3(mesh.positions[t.x]) - origin;
         const glm::dvec3 b = glm::dvec3(mesh.positions[t.y]) - origin;
         const glm::dvec3 c = glm::dvec3(mesh.positions[t.z]) - origin;
         const glm::dvec3 u = linear * (b - a), v = linear * (c - a);
         const double twice_area = glm::length(glm::cross(u, v));
         component.area_mm2 += 0.5 * twice_area;
-        component.volume_mm3 += scale * glm::dot(a, glm::cross(b, c)) / 6.0;
+        const bool is_inner =
+            !mesh.outer_labels.empty() && mesh.outer_labels[n] != 0 && mesh.labels[n] != 0;
+        if (!is_inner)
+            component.volume_mm3 += scale * glm::dot(a, glm::cross(b, c)) / 6.0;
         // The rounding of a cross product of vectors of these lengths is below 2^-50 of them.
         flat += twice_area <= 0x1p-50 * glm::length(u) * glm::length(v);
     }
@@ -166,7 +179,8 @@ MeshTopology topology(const Mesh& mesh) {
     constexpr uint32_t kNone = ~0u;
     std::vector<uint32_t> component_of_root(vertex_count, kNone);
     const Measure measure(mesh);
-    for (const glm::uvec3 t : mesh.triangles) {
+    for (size_t n = 0; n < mesh.triangles.size(); ++n) {
+        const glm::uvec3 t = mesh.triangles[n];
         if (is_degenerate(t)) {
             ++found.degenerate_triangles;
             continue;
@@ -178,7 +192,7 @@ MeshTopology topology(const Mesh& mesh) {
         }
         MeshComponent& component = found.components[at];
         ++component.triangles;
-        measure.add(mesh, t, component, found.zero_area_triangles);
+        measure.add(mesh, n, component, found.zero_area_triangles);
     }
     for (uint32_t v = 0; v < vertex_count; ++v)
         if (incident.first[v] != incident.first[v + 1]) {

@@ -16,11 +16,11 @@ struct MeshComponent {
     double volume_mm3 = 0.0; // enclosed; negative where it is a hollow, its normals facing inward
 };
 
-// Topology and size of a mesh. Lengths are world millimetres, computed in double.
-//
-// Vertices are the same where their index is the same: weld() first where positions should count.
-// Triangles that name one vertex twice are counted in degenerate_triangles and otherwise left out.
-// The volume of a mesh that is not closed depends on where the origin of mesh space lies.
+// Topology and size of a mesh. Lengths are world millimetres, computed in double. Vertices are the
+// same where their index is the same: weld() first where positions should count. Triangles that
+// name one vertex twice are counted in degenerate_triangles and otherwise left out. Shared walls
+// enclose the sum of their labels' volumes, 0 apart, each in its own closed surface. The volume of
+// a mesh that is not closed is not defined: it is taken from the middle of the positions' box.
 struct MeshTopology {
     std::vector<MeshComponent> components; // in the order of their first triangles
     uint64_t triangles = 0;                // of the components

@@ -1,5 +1,6 @@
 #include "engine/measure/label_scores.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -211,6 +212,41 @@ TEST(LabelShape, OfABallIsRound) {
     EXPECT_NEAR(one.area_mm2, sphere, 2.0 * off * sphere);
     EXPECT_LE(one.sphericity, 1.0); // the isoperimetric inequality
     EXPECT_GT(one.sphericity, 0.95);
+    EXPECT_EQ(one.note, "");
+}
+
+// Lines, sheets and single samples in any direction, of which no smoothed surface is left; beside
+// them a plate of two samples.
+TEST(LabelShape, ALabelOneSampleThickHasANote) {
+    const glm::dvec3 spacing(0.5, 1.0, 2.0);
+    const Grid grid = make_grid(glm::uvec3(24), spacing);
+    for (int axis = 0; axis < 3; ++axis) {
+        const int u = (axis + 1) % 3, v = (axis + 2) % 3;
+        const auto label = [&](glm::uvec3 at) {
+            const bool on_line = at[u] == 4 && at[v] == 4 && at[axis] >= 2 && at[axis] < 20;
+            const bool on_sheet = at[axis] == 12 && at[u] >= 8 && at[v] >= 8;
+            const bool on_plate = at[axis] >= 16 && at[axis] < 18 && at[u] >= 8 && at[v] >= 8;
+            return on_line                      ? 1.0
+                   : on_sheet                   ? 2.0
+                   : on_plate                   ? 4.0
+                   : at == glm::uvec3(22, 1, 1) ? 3.0
+                                                : 0.0;
+        };
+        const auto found = label_surfaces(make_volume(grid, ScalarType::u8, label)).value();
+        const glm::dvec3 face(spacing.y * spacing.z, spacing.z * spacing.x, spacing.x * spacing.y);
+        const double line = 2.0 * (face[axis] + 18.0 * (face[u] + face[v]));
+        const double sheet = 2.0 * (256.0 * face[axis] + 16.0 * (face[u] + face[v]));
+        const double sample = 2.0 * (face.x + face.y + face.z);
+        for (const auto& [number, faces] : {std::pair(1, line), {2, sheet}, {3, sample}}) {
+            const LabelSurface& one = found.at(static_cast<uint16_t>(number));
+            EXPECT_EQ(one.note,
+                      fmt::format("one sample thick: the area is of a surface that smoothing makes "
+                                  "thinner; the faces of the samples have {:g} mm2",
+                                  faces));
+            EXPECT_LT(one.area_mm2, faces);
+        }
+        EXPECT_EQ(found.at(4).note, "");
+    }
 }
 
 } // namespace

@@ -2,13 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 
 #include "engine/mesh/label_surfaces.h"
 #include "engine/mesh/mesh_check.h"
+#include "engine/mesh/open_edges.h"
 #include "tests/support/meshes.h"
 
 namespace palpate {
@@ -183,6 +186,7 @@ TEST(Topology, EqualsBruteForceOnRandomTriangles) {
         const BruteCounts expected = brute_counts(mesh);
         const MeshTopology found = topology(mesh);
         ASSERT_EQ(found.open_edges, expected.open) << round;
+        ASSERT_EQ(count_open_edges(mesh), expected.open) << round;
         ASSERT_EQ(found.non_manifold_edges, expected.non_manifold) << round;
         ASSERT_EQ(found.misoriented_edges, expected.misoriented) << round;
         ASSERT_EQ(found.non_manifold_vertices, expected.split_vertices) << round;
@@ -190,6 +194,105 @@ TEST(Topology, EqualsBruteForceOnRandomTriangles) {
         ASSERT_EQ(found.euler_number, expected.euler) << round;
         ASSERT_EQ(found.components.size(), expected.components) << round;
     }
+}
+
+// Labels of samples by chance; between two samples of different labels a wall of two triangles,
+// once, counter-clockwise seen from the lower label.
+Mesh boxes_of_labels(std::mt19937& random, glm::ivec3 size, uint64_t& labelled) {
+    Mesh mesh;
+    std::vector<uint16_t> labels;
+    for (int n = size.x * size.y * size.z; n > 0; --n)
+        labels.push_back(static_cast<uint16_t>(random() % 4));
+    labelled = static_cast<uint64_t>(
+        std::count_if(labels.begin(), labels.end(), [](uint16_t label) { return label > 0; }));
+    const auto label_at = [&](glm::ivec3 at) {
+        const bool inside =
+            glm::all(glm::greaterThanEqual(at, glm::ivec3(0))) && glm::all(glm::lessThan(at, size));
+        return inside ? labels[static_cast<size_t>(at.x + size.x * (at.y + size.y * at.z))]
+                      : uint16_t{0};
+    };
+    const auto vertex = [&](glm::ivec3 at) {
+        return static_cast<uint32_t>(at.x + (size.x + 1) * (at.y + (size.y + 1) * at.z));
+    };
+    for (int z = 0; z <= size.z; ++z)
+        for (int y = 0; y <= size.y; ++y)
+            for (int x = 0; x <= size.x; ++x)
+                mesh.positions.emplace_back(x + 100, y, z);
+    for (int axis = 0; axis < 3; ++axis)
+        for (int z = 0; z <= size.z; ++z)
+            for (int y = 0; y <= size.y; ++y)
+                for (int x = 0; x <= size.x; ++x) {
+                    const glm::ivec3 here(x, y, z);
+                    glm::ivec3 along(0), u(0), v(0);
+                    along[axis] = u[(axis + 1) % 3] = v[(axis + 2) % 3] = 1;
+                    const uint16_t below = label_at(here - along), above = label_at(here);
+                    if (below == above || glm::any(glm::greaterThan(here + u + v, size)))
+                        continue;
+                    glm::uvec4 q(vertex(here), vertex(here + u), vertex(here + u + v),
+                                 vertex(here + v)); // seen from above it is counter-clockwise
+                    if (above > below)
+                        std::swap(q.y, q.w);
+                    for (const glm::uvec3 t : {glm::uvec3(q.x, q.y, q.z), {q.x, q.z, q.w}}) {
+                        mesh.triangles.push_back(t);
+                        mesh.labels.push_back(std::max(above, below));
+                        mesh.outer_labels.push_back(std::min(above, below));
+                    }
+                }
+    return mesh;
+}
+
+// The same mesh with positions and triangles in another order.
+Mesh shuffled(const Mesh& mesh, std::mt19937& random) {
+    std::vector<uint32_t> order(mesh.positions.size()), place(mesh.positions.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::shuffle(order.begin(), order.end(), random);
+    Mesh out{.world_from_mesh = mesh.world_from_mesh};
+    for (uint32_t v = 0; v < order.size(); ++v) {
+        place[order[v]] = v;
+        out.positions.push_back(mesh.positions[order[v]]);
+    }
+    std::vector<uint32_t> triangles(mesh.triangles.size());
+    std::iota(triangles.begin(), triangles.end(), 0u);
+    std::shuffle(triangles.begin(), triangles.end(), random);
+    for (const uint32_t n : triangles) {
+        const glm::uvec3 t = mesh.triangles[n];
+        out.triangles.emplace_back(place[t.x], place[t.y], place[t.z]);
+        if (!mesh.labels.empty())
+            out.labels.push_back(mesh.labels[n]);
+        if (!mesh.outer_labels.empty())
+            out.outer_labels.push_back(mesh.outer_labels[n]);
+    }
+    return out;
+}
+
+// Whole coordinates: a unit cube for each labelled sample, whatever the order.
+TEST(Topology, SharedWallsEncloseWhatTheirLabelsDoInAnyOrder) {
+    std::mt19937 random(7);
+    for (int round = 0; round < 20; ++round) {
+        uint64_t labelled = 0;
+        const Mesh mesh = boxes_of_labels(random, {5, 4, 3}, labelled);
+        double sum = 0.0;
+        for_each_label(mesh, [&](uint16_t label, const Mesh& surface) {
+            sum += label > 0 ? topology(surface).volume_mm3 : 0.0;
+        });
+        EXPECT_NEAR(sum, static_cast<double>(labelled), 1e-9);
+        for (int order = 0; order < 4; ++order)
+            EXPECT_NEAR(topology(shuffled(mesh, random)).volume_mm3, static_cast<double>(labelled),
+                        1e-9)
+                << round;
+    }
+}
+
+// Its volume is not defined, but is the same in any order.
+TEST(Topology, FiguresOfAnOpenMeshDoNotDependOnItsOrder) {
+    std::mt19937 random(8);
+    Mesh open = meshes::tetrahedron();
+    open.triangles.pop_back();
+    for (glm::vec3& position : open.positions)
+        position += glm::vec3(50, 60, 70);
+    const double volume = topology(open).volume_mm3;
+    for (int order = 0; order < 10; ++order)
+        EXPECT_NEAR(topology(shuffled(open, random)).volume_mm3, volume, 1e-9);
 }
 
 TEST(Topology, WorldMayBeFarAndMirrored) {
