@@ -9,12 +9,18 @@
 #include "apps/palpate/option_checks.h"
 #include "engine/session/default_scene.h"
 #include "engine/volume/extent.h"
+#include "engine/volume/thickness.h"
 
 namespace palpate {
 
 namespace {
 
 using Sentences = std::vector<std::string>;
+
+// Of the volume as it is drawn: a sample wide where it is one sample thick.
+Grid drawn_grid(const SceneToDraw& d) {
+    return thickened(d.loaded.data.volume.grid());
+}
 
 void add_isos(const SceneToDraw& d, Sentences& out) {
     std::vector<double> values;
@@ -51,38 +57,31 @@ std::pair<double, double> before_plane(const Grid& grid, glm::dvec3 point, glm::
 }
 
 void add_slices(const SceneToDraw& d, Sentences& out) {
-    const Grid& grid = d.loaded.data.volume.grid();
+    const Grid grid = drawn_grid(d);
     const double slack = slack_mm(grid);
-    const std::optional<SliceLayer> flat = only_slice(grid);
+    const std::optional<SliceLayer> flat = only_slice(d.loaded.data.volume.grid());
     for (size_t i = 0; i < d.scene.slices.size(); ++i) {
         const SliceLayer& slice = d.scene.slices[i];
         const std::string name = d.options.slices.empty()
                                      ? fmt::format("slice {}", i + 1)
                                      : fmt::format("--slice {}", d.options.slices[i]);
         const auto [least, most] = before_plane(grid, slice.point_mm, slice.normal);
+        const auto [first, last] =
+            before_plane(d.loaded.data.volume.grid(), slice.point_mm, slice.normal);
         if (least > slack || most < -slack)
             out.push_back(fmt::format(
                 "{} lies outside the volume, which is within {} (LPS), and draws nothing", name,
                 text_of(world_box(grid))));
-        else if (flat && most - least > slack)
+        else if (flat && last - first > (most - least) - (last - first)) // more than its thickness
             out.push_back(fmt::format(
-                "{} meets the volume, which is one sample thick and tilted against it, in a line "
-                "alone and draws nothing; --slice {} is the volume's own plane",
+                "{} cuts across the volume, which is one sample thick, and draws a strip; --slice "
+                "{} is the volume's own plane",
                 name, plane_text(flat->point_mm, flat->normal)));
     }
 }
 
-void add_rays_through_one_slice(const SceneToDraw& d, Sentences& out) {
-    const Grid& grid = d.loaded.data.volume.grid();
-    if (const std::optional<SliceLayer> flat = only_slice(grid); flat && d.scene.ray_cast)
-        out.push_back(fmt::format(
-            "rays see nothing of a volume that is one sample thick ({} x {} x {} samples); "
-            "--slice {} draws it",
-            grid.size.x, grid.size.y, grid.size.z, plane_text(flat->point_mm, flat->normal)));
-}
-
 void add_clips(const SceneToDraw& d, Sentences& out) {
-    const Grid& grid = d.loaded.data.volume.grid();
+    const Grid grid = drawn_grid(d);
     const bool others = std::any_of(d.file.surfaces.begin(), d.file.surfaces.end(),
                                     [](const SurfaceSource& s) { return !s.mesh.empty(); });
     if (d.scene.clip_planes.empty() || others || (!d.scene.ray_cast && d.scene.surfaces.empty()))
@@ -159,7 +158,7 @@ void add_camera(const SceneToDraw& d, Sentences& out) {
                                     [](const SurfaceSource& s) { return !s.mesh.empty(); });
     if (others || d.scene.stereo)
         return;
-    const Grid& grid = d.loaded.data.volume.grid();
+    const Grid grid = drawn_grid(d);
     std::vector<HalfSpace> both = half_spaces(grid);
     const std::vector<HalfSpace> seen = seen_by(d.scene.camera, d.scene.size_px);
     both.insert(both.end(), seen.begin(), seen.end());
@@ -196,8 +195,8 @@ std::vector<std::string> empty_parts(const SceneToDraw& drawn) {
     if (drawn.loaded.data.volume.range().empty())
         out.push_back("the volume has no data: every sample is NaN or infinite");
     else
-        for (const auto add : {add_isos, add_slices, add_rays_through_one_slice, add_clips,
-                               add_labels, add_transfer, add_camera})
+        for (const auto add :
+             {add_isos, add_slices, add_clips, add_labels, add_transfer, add_camera})
             add(drawn, out);
     return out;
 }

@@ -4,6 +4,7 @@
 #include "engine/io/mesh_io.h"
 #include "engine/surface/marching_cubes.h"
 #include "engine/surface/surface_nets.h"
+#include "engine/volume/thickness.h"
 
 namespace palpate {
 
@@ -18,8 +19,9 @@ Result<std::shared_ptr<const Mesh>> make_scene_mesh(const SceneFile& file,
                                                     const SurfaceSource& source,
                                                     LoadedScene& loaded) {
     if (source.iso)
-        return std::make_shared<const Mesh>(marching_cubes(
-            loaded.data.volume, static_cast<float>(*source.iso), {.closed_at_border = true}));
+        return std::make_shared<const Mesh>(marching_cubes(thickened(loaded.data.volume),
+                                                           static_cast<float>(*source.iso),
+                                                           {.closed_at_border = true}));
     if (source.labels)
         return std::make_shared<const Mesh>(
             surface_nets(*loaded.data.labels, {.passes = kLabelSmoothing}));

@@ -7,6 +7,7 @@
 #include "engine/reference/cubic.h"
 #include "engine/reference/picture.h"
 #include "engine/reference/quadrature.h"
+#include "engine/volume/thickness.h"
 
 namespace palpate {
 
@@ -225,7 +226,8 @@ class TruthMarcher {
 
 // Calls use(picture) with the true picture of a scene.
 template <class Use>
-auto with_picture(const Scene& scene, const SceneData& data, int eye, const Use& use) {
+auto with_picture(const Scene& scene, SceneData data, int eye, const Use& use) {
+    data.volume = thickened(data.volume);
     const RayCastLayer layer = scene.ray_cast.value_or(RayCastLayer{});
     const auto make_marcher = [&](const Rays& rays, Sampler& sampler) {
         return TruthMarcher(layer, data.volume, rays, sampler);

@@ -2,6 +2,7 @@
 
 #include "engine/reference/exact.h"
 #include "engine/reference/picture.h"
+#include "engine/volume/thickness.h"
 
 namespace palpate {
 
@@ -11,7 +12,8 @@ namespace {
 
 // Calls use(picture) with the twin's picture of a scene.
 template <class Use>
-auto with_twin_picture(const Scene& scene, const SceneData& data, int eye, const Use& use) {
+auto with_twin_picture(const Scene& scene, SceneData data, int eye, const Use& use) {
+    data.volume = thickened(data.volume);
     TransferTable table, slice_table;
     RayCastLayer layer;
     if (scene.ray_cast) {

@@ -10,6 +10,7 @@
 #include "engine/render/ray_cast_pass.h"
 #include "engine/render/slice_pass.h"
 #include "engine/render/surface_pass.h"
+#include "engine/volume/thickness.h"
 #include "shaders/shared/tiles.h"
 
 namespace palpate {
@@ -29,7 +30,7 @@ struct Renderer::Passes {
 struct Renderer::Task {
     Commands& commands;
     const Scene& scene;
-    const SceneData& data;
+    SceneData data;         // of a volume one sample thick, its thickened one
     Timer* timer = nullptr; // where somebody waits: begins when uploads are through
     bool counts_samples = false;
     std::optional<PixelBox> only{}; // over the frame before; none: all
@@ -81,6 +82,7 @@ FrameStats FrameTicket::stats() const {
 // Brings what is kept in line with the scene, by copies recorded into the commands.
 Result<FrameStats> Renderer::prepare(Task& task, double step_factor) {
     const profile::Scope scope("prepare");
+    task.data.volume = thickened(task.data.volume);
     const auto& [scene, data] = std::tie(task.scene, task.data);
     PALPATE_ASSERT(scene.ray_cast || !scene.slices.empty() || !scene.surfaces.empty());
     PALPATE_ASSERT(scene.labels.has_value() == data.labels.has_value());
@@ -264,6 +266,11 @@ Scene without_values(Scene scene) {
     return scene;
 }
 
+// `changed` is of the samples alone, beside which a volume one sample thick is drawn, too.
+PixelBox pixels_to_draw(const Scene& scene, const SceneData& data, const PixelBox& changed) {
+    return is_thin(data.volume.grid()) ? PixelBox{glm::uvec2(0), scene.size_px} : changed;
+}
+
 PixelBox rows_of(const Scene& scene, uint32_t first_row, uint32_t rows) {
     PALPATE_ASSERT_CMP(first_row + rows, <=, Renderer::tile_rows(scene));
     const uint32_t side = gpu::kTileSide;
@@ -325,7 +332,10 @@ Result<RecordedFrame> Renderer::record_changed(Commands& commands, const Scene& 
     const profile::Scope scope("record changed pixels");
     const Scene plain = scene.ray_cast ? without_values(scene) : scene;
     return or_from_nothing([&] {
-        Task task{.commands = commands, .scene = plain, .data = data, .only = changed};
+        Task task{.commands = commands,
+                  .scene = plain,
+                  .data = data,
+                  .only = pixels_to_draw(plain, data, changed)};
         return plain.ray_cast ? record_only(std::move(task), true) : record_full(std::move(task));
     });
 }
@@ -373,7 +383,7 @@ Result<FrameStats> Renderer::refine(const Scene& scene, const SceneData& data, u
 
 Result<FrameStats> Renderer::redraw(const Scene& scene, const SceneData& data,
                                     const PixelBox& changed) {
-    return draw_only(scene, data, changed, true);
+    return draw_only(scene, data, pixels_to_draw(scene, data, changed), true);
 }
 
 Result<FrameStats> Renderer::draw_only(const Scene& scene, const SceneData& data,

@@ -92,6 +92,8 @@ Camera frame_volume(const Grid& grid, glm::dvec3 direction, glm::dvec3 up, doubl
         radius =
             std::max(radius, 0.5 * glm::length(axes * (extent * glm::dvec3(1.0, corner & 1 ? 1 : -1,
                                                                            corner & 2 ? 1 : -1))));
+    if (radius == 0.0) // one sample
+        radius = 0.5 * glm::length(axes * glm::dvec3(1.0));
     radius = std::max(radius, 1e-9);
     Camera camera;
     camera.target_mm = center_mm(grid);

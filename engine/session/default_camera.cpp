@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "engine/session/default_scene.h"
+#include "engine/volume/thickness.h"
 
 namespace palpate {
 
@@ -126,19 +127,20 @@ void add_visible(const Scene& scene, const SceneData& data, Fit& fit) {
 }
 
 Camera fitted_camera(const Scene& scene, const SceneData& data) {
-    Fit fit(data.volume.grid(), kViews[0].view, scene.size_px);
+    const Grid grid = thickened(data.volume.grid());
+    Fit fit(grid, kViews[0].view, scene.size_px);
     const bool labels = data.labels && data.labels->is_same_as(data.volume);
     if (labels || (scene.ray_cast && scene.slices.empty() && scene.surfaces.empty()))
         add_visible(scene, data, fit);
     if (fit.empty())
-        fit.add(glm::dvec3(0.0), glm::dvec3(data.volume.size()));
+        fit.add(glm::dvec3(0.0), glm::dvec3(grid.size));
     return fit.camera();
 }
 
 } // namespace
 
 Camera default_camera(const Scene& scene, const SceneData& data) {
-    const Grid& grid = data.volume.grid();
+    const Grid grid = thickened(data.volume.grid());
     if (scene.ray_cast || scene.slices.size() != 1)
         return fitted_camera(scene, data);
     const glm::dvec3 normal = glm::normalize(scene.slices[0].normal);
