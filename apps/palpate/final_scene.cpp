@@ -13,6 +13,7 @@
 #include "engine/base/log.h"
 #include "engine/io/x3d.h"
 #include "engine/scene/presets.h"
+#include "engine/session/bright_background.h"
 #include "engine/session/default_scene.h"
 
 namespace palpate {
@@ -267,6 +268,7 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
             options.view_angle_deg.value_or(file.framing->view_angle_deg);
     }
     Scene scene = resolved_scene(file, grid);
+    const std::optional<RayCastLayer> given = scene.ray_cast;
     if (is_x3d_file(options.input)) { // it names no transfer function, and maybe no iso-value
         RayCastLayer layer = default_ray_cast(scene.ray_cast->mode, loaded);
         if (!scene.ray_cast->isos.empty())
@@ -305,6 +307,10 @@ Result<Scene> final_scene(const SceneOptions& options, SceneFile file, const Loa
     PALPATE_TRY(apply_clips(options, scene));
     PALPATE_TRY(apply_camera(options, grid, scene));
     apply_display(options, scene);
+    const bool chosen = scene.ray_cast && scene.ray_cast->mode != RayMode::iso &&
+                        !has_transfer(options) && (!given || given->mode != scene.ray_cast->mode);
+    if (const std::string told = chosen ? told_of_bright_background(loaded) : ""; !told.empty())
+        log::info("{}: {}", file.volume, told);
     return scene;
 }
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/reference/table_span.h"
+#include "engine/scene/least_value.h"
 
 namespace palpate::reference {
 
@@ -168,21 +169,22 @@ Marched ExactMarcher::march_alpha(const LocalRay& ray, Stretch t) {
 }
 
 Marched ExactMarcher::march_mip(const LocalRay& ray, Stretch t) {
-    double maximum = -std::numeric_limits<double>::infinity();
+    const double sign = shows_least_value(layer_.transfer) ? -1.0 : 1.0;
+    double maximum = -std::numeric_limits<double>::infinity(); // of sign * value
     for_each_piece(ray, t, [&](const Piece* piece) {
         if (piece && piece->tint.visible) {
             const MonotonePieces monotone = monotone_pieces(piece->value);
             for (int m = 0; m <= monotone.count; ++m)
-                maximum = std::max(maximum, piece->value(monotone.ends[m]));
+                maximum = std::max(maximum, sign * piece->value(monotone.ends[m]));
         }
         return true;
     });
     Marched result;
     if (std::isinf(maximum))
         return result;
-    const glm::dvec4 entry = nearest_entry(table_, maximum);
+    result.value = sign * maximum;
+    const glm::dvec4 entry = nearest_entry(table_, result.value);
     result.add(glm::dvec3(entry), -std::expm1(-entry.w * layer_.transfer.opacity_unit_mm));
-    result.value = maximum;
     return result;
 }
 

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/scene/least_value.h"
+
 namespace palpate::reference {
 
 namespace {
@@ -122,9 +124,10 @@ Marched Marcher::march_alpha(const LocalRay& ray, Stretch t) {
 }
 
 Marched Marcher::march_mip(const LocalRay& ray, Stretch t) {
-    double maximum = -std::numeric_limits<double>::infinity();
+    const double sign = shows_least_value(layer_.transfer) ? -1.0 : 1.0;
+    double maximum = -std::numeric_limits<double>::infinity(); // of sign * value
     for_each_segment(t, [&](const Segment& segment) {
-        const double value = sampler_.value(ray, segment.middle);
+        const double value = sign * sampler_.value(ray, segment.middle);
         if (value > maximum && sampler_.tint(ray, segment.middle).visible) // false for no-data
             maximum = value;
         return true;
@@ -132,9 +135,9 @@ Marched Marcher::march_mip(const LocalRay& ray, Stretch t) {
     Marched result;
     if (std::isinf(maximum))
         return result;
-    const glm::dvec4 entry = nearest_entry(table_, maximum);
+    result.value = sign * maximum;
+    const glm::dvec4 entry = nearest_entry(table_, result.value);
     result.add(glm::dvec3(entry), -std::expm1(-entry.w * layer_.transfer.opacity_unit_mm));
-    result.value = maximum;
     return result;
 }
 

@@ -7,6 +7,7 @@
 #include "engine/reference/cubic.h"
 #include "engine/reference/picture.h"
 #include "engine/reference/quadrature.h"
+#include "engine/scene/least_value.h"
 #include "engine/volume/thickness.h"
 
 namespace palpate {
@@ -157,22 +158,23 @@ class TruthMarcher {
     }
 
     Marched mip(const LocalRay& ray, Stretch t) {
-        double maximum = -std::numeric_limits<double>::infinity();
+        const double sign = shows_least_value(layer_.transfer) ? -1.0 : 1.0;
+        double maximum = -std::numeric_limits<double>::infinity(); // of sign * value
         for_each_piece(ray, t, [&](const CellPiece& piece) {
             if (piece.has_data && piece.tint.visible) {
                 const MonotonePieces monotone = monotone_pieces(piece.value);
                 for (int m = 0; m <= monotone.count; ++m)
-                    maximum = std::max(maximum, piece.value(monotone.ends[m]));
+                    maximum = std::max(maximum, sign * piece.value(monotone.ends[m]));
             }
             return true;
         });
         Marched result;
         if (std::isinf(maximum))
             return result;
+        result.value = sign * maximum;
         const double depth =
-            tau_per_mm_at(layer_.transfer, maximum) * layer_.transfer.opacity_unit_mm;
-        result.add(color_at(layer_.transfer, maximum), -std::expm1(-depth));
-        result.value = maximum;
+            tau_per_mm_at(layer_.transfer, result.value) * layer_.transfer.opacity_unit_mm;
+        result.add(color_at(layer_.transfer, result.value), -std::expm1(-depth));
         return result;
     }
 

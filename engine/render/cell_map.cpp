@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/scene/least_value.h"
+
 namespace palpate {
 
 namespace {
@@ -53,7 +55,8 @@ bool CellMap::is_for(const RayCastLayer& layer, float value_scale, float value_b
         return false;
     switch (layer.mode) {
         case RayMode::mip:
-            return shown_->value_scale == value_scale && shown_->value_bias == value_bias;
+            return shown_->value_scale == value_scale && shown_->value_bias == value_bias &&
+                   shown_->least == shows_least_value(layer.transfer);
         case RayMode::alpha: // distances do not depend on how texels are stored
             return shown_->transfer == layer.transfer;
         case RayMode::iso:
@@ -117,6 +120,7 @@ void CellMap::show_all(const RayCastLayer& layer, float value_scale, float value
         if (layer.mode == RayMode::iso)
             wanted.isos.push_back(iso.value);
     if (layer.mode == RayMode::mip) {
+        wanted.least = shows_least_value(layer.transfer);
         while (wanted.side < kMipSide) {
             wanted.side *= 2;
             wanted.count = (wanted.count + 1u) / 2u;
@@ -161,13 +165,15 @@ float CellMap::texel_of(glm::uvec3 cell) const {
     const CellRanges& ranges = this->ranges();
     const uint32_t wider = shown_->side / ranges.side;
     const glm::uvec3 low = cell * wider, high = glm::min(low + wider, ranges.count);
-    float highest = -std::numeric_limits<float>::infinity();
+    const float sign = shown_->least ? -1.0f : 1.0f;
+    float highest = -std::numeric_limits<float>::infinity(); // of sign * value
     for (uint32_t z = low.z; z < high.z; ++z)
         for (uint32_t y = low.y; y < high.y; ++y)
-            for (uint32_t x = low.x; x < high.x; ++x)
-                highest = std::max(
-                    highest, ranges.high[x + ranges.count.x * (y + size_t{ranges.count.y} * z)]);
-    return (highest - shown_->value_bias) / shown_->value_scale;
+            for (uint32_t x = low.x; x < high.x; ++x) {
+                const size_t at = x + ranges.count.x * (y + size_t{ranges.count.y} * z);
+                highest = std::max(highest, shown_->least ? -ranges.low[at] : ranges.high[at]);
+            }
+    return (highest - sign * shown_->value_bias) / shown_->value_scale;
 }
 
 void CellMap::upload(std::span<const CellBox> boxes, Commands& commands) {

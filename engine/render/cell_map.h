@@ -39,9 +39,10 @@ class VolumeCells {
 // The image that rays skip empty space by: one texel (R32F) for each macro-cell of the volume.
 //
 // Modes alpha and iso: the distance, in cells and on the longest axis, to the nearest cell in which
-// something can be seen (occupancy.h). Mode MIP: the highest texel of the cell, -infinity where it
-// has no data, from which bounds are made for the rays of a tile (shaders/mip_slabs.comp). A new
-// transfer function or iso-value costs one pass over the cells, an edit what it changed.
+// something can be seen (occupancy.h). Mode MIP: the highest texel of the cell, or the lowest with
+// its sign turned where the smallest value is shown; -infinity where it has no data. From these
+// bounds are made for the rays of a tile (shaders/mip_slabs.comp). A new transfer function or
+// iso-value costs one pass over the cells, an edit what it changed.
 class CellMap {
  public:
     CellMap(GpuDevice& device, std::shared_ptr<VolumeCells> cells)
@@ -83,6 +84,7 @@ class CellMap {
         double margin;
         uint32_t side;
         glm::uvec3 count;
+        bool least = false; // MIP: of the smallest value
     };
     const CellRanges& ranges() const { return cells_->ranges(); }
     void show_all(const RayCastLayer& layer, float value_scale, float value_bias,

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "engine/base/assert.h"
+#include "engine/scene/least_value.h"
 #include "engine/volume/extent.h"
 #include "shaders/shared/ray_cast.h"
 
@@ -131,6 +132,7 @@ void fill_ray_cast(gpu::Frame& frame, const RayCastLayer& layer, const Grid& gri
         frame.jitter_mm = frame.step;
         frame.jitter_seed = *layer.jitter_seed;
     }
+    frame.mip_sign = shows_least_value(layer.transfer) ? -1.0f : 1.0f;
     frame.sub_steps = static_cast<float>(layer.sub_steps);
     frame.sub_steps_per_bend =
         static_cast<float>(layer.sub_steps * layer.sub_steps / (8.0 * detail_entries));

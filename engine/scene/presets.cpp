@@ -195,6 +195,10 @@ TransferFunction stretched(const TransferFunction& function, double low, double 
         point.value = low + point.value / 1000.0 * (high - low);
     for (auto& point : result.opacities)
         point.value = low + point.value / 1000.0 * (high - low);
+    if (low > high) {
+        std::reverse(result.colors.begin(), result.colors.end());
+        std::reverse(result.opacities.begin(), result.opacities.end());
+    }
     return result;
 }
 

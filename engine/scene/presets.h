@@ -43,7 +43,7 @@ double preset_unit_mm(const Grid& grid);
 // The function with the unit of presets where it leaves its own open (opacity_unit_mm is 0).
 TransferFunction sized(TransferFunction function, const Grid& grid);
 
-// All values moved so that 0 .. 1000 becomes low .. high: fits `mr` to a volume. low < high.
+// All values moved so that 0 .. 1000 becomes low .. high, rising or falling: fits `mr` to a volume.
 TransferFunction stretched(const TransferFunction& function, double low, double high);
 
 // A JSON file (docs/reference/scene.md, "Transfer functions"), or the name of a preset. As

@@ -1,23 +1,34 @@
 #pragma once
 
+#include <optional>
+
 #include "engine/volume/volume.h"
 
 namespace palpate {
 
 // Statistics of a volume's values, from which default pictures are chosen.
 //
-// Made from a regular subset of the samples, the same one every time: about 10^5 voxels, and every
-// sample along at most 48 x 48 grid lines of each axis. No-data counts nowhere.
+// Made from a regular subset of the samples, the same one every time: about 10^5 voxels with their
+// neighbours, and every sample along at most 48 x 48 grid lines of each axis. No-data counts
+// nowhere. A value counts as an outlier where it lies four times as far out as any value that two
+// samples in a row reach, so that the window without it has at least a quarter of its greys.
 struct ValueSurvey {
     // Where the values of interest begin and end; low < high. `low` is the value below which 1 % of
-    // the voxels lie or, where it is higher, the one value that at least a fifth of all voxels have
-    // and no more than half of them lie below (the background). 0.5 % of the voxels above `low` lie
-    // above `high`.
+    // the voxels lie or, where it is higher, the background: the one value that at least a fifth of
+    // all voxels have, with ten times as many above it as below. 0.5 % of the voxels above `low`
+    // lie above `high`, outliers apart. Where the background is bright, all of this is turned over:
+    // `high` is the background, and 0.5 % of the voxels below it lie below `low`.
     double low = 0.0, high = 1.0;
 
     // Of the maxima along grid lines, those that rise above `low` by 5 % of the way to the highest
-    // 0.1 %: the value that 95 % of them lie below. > low.
+    // 0.1 %: the value that 95 % of them lie below. > low; outliers apart.
     double projected_high = 1.0;
+    // Where the background is bright: the same of the minima, downwards from `high`. < high.
+    double projected_low = 0.0;
+
+    // The median along the twelve edges of the box of samples, where ten times as many voxels are
+    // darker than what noise makes of it (three interquartile ranges) as are brighter.
+    std::optional<double> bright_background;
 
     double lower_percent = 0.0; // 1 % of the voxels lie below it
     double upper_quarter = 0.0; // 75 % do

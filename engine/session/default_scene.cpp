@@ -4,6 +4,7 @@
 
 #include "engine/io/hounsfield.h"
 #include "engine/scene/presets.h"
+#include "engine/session/bright_background.h"
 
 namespace palpate {
 
@@ -13,6 +14,9 @@ namespace {
 // twice the time for a third of the error (palpate_ray_costs, shaded alpha).
 constexpr double kAlphaStep_voxels = 0.5;
 
+constexpr glm::dvec2 kTissue_hu(-160.0, 240.0); // the soft-tissue window
+constexpr double kDenseBone_hu = 200.0, kBone_hu = 300.0;
+
 ValueSurvey survey_of(const LoadedScene& loaded) {
     return survey_of(loaded.data.volume, loaded.coarser);
 }
@@ -21,17 +25,55 @@ ValueSurvey survey_of(const LoadedScene& loaded) {
 std::optional<double> hounsfield_offset(const LoadedScene& loaded, const ValueSurvey& values) {
     if (loaded.modality == "CT")
         return lacks_ct_offset(loaded.modality, loaded.data.volume, values) ? kLostCtOffset : 0.0;
+    constexpr double kLeastPadding = -32768.0; // outside of the scanner's circle, of 16 bits
     const bool likely = loaded.modality.empty() && values.lower_percent < -200.0 &&
+                        values.lower_percent >= kLeastPadding && values.high > 0.0 &&
                         values.high < 4000.0; // metal ends at 3071 where 12 bits do
     return likely ? std::optional(0.0) : std::nullopt;
 }
 
-// A function of HU, or of 0 .. 1000 for data without a unit, as it suits the volume.
-TransferFunction moved(const TransferFunction& function, bool in_hu, const ValueSurvey& values,
-                       std::optional<double> offset) {
-    if (!in_hu)
-        return stretched(function, values.low, values.high);
-    return stretched(function, offset.value_or(0.0), offset.value_or(0.0) + 1000.0);
+// What is chosen from.
+struct Look {
+    ValueSurvey values;
+    std::optional<double> hu; // where a CT has its 0 HU
+    // A background that is brighter than bone, or than all else in data without a unit, hides what
+    // lies in it from rays that look for what is bright.
+    bool looks_for_dark;
+
+    explicit Look(const LoadedScene& loaded)
+        : values(survey_of(loaded)),
+          hu(hounsfield_offset(loaded, values)),
+          looks_for_dark(values.bright_background &&
+                         (!hu || *values.bright_background >= *hu + kBone_hu)) {}
+
+    double highest() const { return std::max(values.high, values.projected_high); }
+    // Whether the values spread over an eighth of a window in HU, 32 of 256 greys.
+    bool fills(double low_hu, double high_hu) const {
+        const double least = std::min(values.low, values.lower_percent);
+        return hu && std::min(highest(), *hu + high_hu) - std::max(least, *hu + low_hu) >=
+                         0.125 * (high_hu - low_hu);
+    }
+    bool fills_tissue() const { return fills(kTissue_hu.x, kTissue_hu.y); }
+};
+
+// `mr` over the values.
+TransferFunction over_values(const TransferFunction& function, const Look& look) {
+    const ValueSurvey& values = look.values;
+    return look.looks_for_dark ? stretched(function, values.high, values.low)
+                               : stretched(function, values.low, values.high);
+}
+
+// Of mode alpha: bone, or soft tissue where nothing is as dense as bone.
+TransferFunction alpha_preset(const Look& look) {
+    if (look.looks_for_dark || !look.fills_tissue())
+        return over_values(*preset("mr"), look);
+    const bool has_bone = look.highest() >= *look.hu + kDenseBone_hu;
+    return stretched(*preset(has_bone ? "ct-bone" : "ct-soft-tissue"), *look.hu, *look.hu + 1000.0);
+}
+
+// From white at `low` to black at `high`: a MIP then shows the smallest value.
+TransferFunction window_of_dark(double low, double high) {
+    return {{{low, glm::dvec3(1.0)}, {high, glm::dvec3(0.0)}}, {{low, 1.0}, {high, 0.0}}, 1.0};
 }
 
 } // namespace
@@ -60,43 +102,61 @@ std::optional<SliceLayer> only_slice(const Grid& grid) {
     return std::nullopt;
 }
 
+std::string told_of_bright_background(const LoadedScene& loaded) {
+    const Look look(loaded);
+    if (!look.looks_for_dark)
+        return "";
+    return fmt::format(
+        "its background of {:g} is brighter than what lies in it, so by default rays look for dark "
+        "values: opaque in mode alpha, and the smallest in mode mip (--window LOW,HIGH looks for "
+        "bright ones)",
+        *look.values.bright_background);
+}
+
 TransferFunction fitted(TransferFunction function, const std::string& preset_name,
                         const LoadedScene& loaded) {
-    const ValueSurvey values = survey_of(loaded);
-    function = moved(function, preset_name != "mr", values, hounsfield_offset(loaded, values));
+    const Look look(loaded);
+    const double zero = look.hu.value_or(0.0);
+    function = preset_name == "mr" ? over_values(function, look)
+                                   : stretched(function, zero, zero + 1000.0);
     function.opacity_unit_mm = preset_unit_mm(loaded.data.volume.grid());
     return function;
 }
 
 RayCastLayer default_ray_cast(RayMode mode, const LoadedScene& loaded) {
-    const ValueSurvey values = survey_of(loaded);
-    const std::optional<double> hu = hounsfield_offset(loaded, values);
+    const Look look(loaded);
+    const ValueSurvey& values = look.values;
     const Grid& grid = loaded.data.volume.grid();
     RayCastLayer layer;
     layer.mode = mode;
     if (mode == RayMode::mip) {
-        const double low = hu ? *hu - 200.0 : values.low;
-        const double high =
-            hu ? std::max(values.projected_high, *hu + 300.0) : values.projected_high;
-        layer.transfer = window_function(low, high, 1.0);
+        if (look.looks_for_dark)
+            layer.transfer = window_of_dark(values.projected_low, values.high);
+        else if (look.fills(-200.0, 300.0))
+            layer.transfer = window_function(
+                *look.hu - 200.0, std::max(values.projected_high, *look.hu + 300.0), 1.0);
+        else
+            layer.transfer = window_function(values.low, values.projected_high, 1.0);
         return layer;
     }
-    layer.transfer = moved(*preset(hu ? "ct-bone" : "mr"), hu.has_value(), values, hu);
+    layer.transfer = alpha_preset(look);
     layer.transfer.opacity_unit_mm = preset_unit_mm(grid);
     layer.shading = Shading{};
+    const double in_values = 0.35 * (values.high - values.low);
     if (mode == RayMode::iso)
-        layer.isos =
-            iso_surfaces({hu ? *hu + 300.0 : values.low + 0.35 * (values.high - values.low)});
+        layer.isos = iso_surfaces({look.looks_for_dark ? values.high - in_values
+                                   : look.hu           ? *look.hu + kBone_hu
+                                                       : values.low + in_values});
     else
         layer.step_mm = kAlphaStep_voxels * step_mm_of(layer, grid);
     return layer;
 }
 
 TransferFunction default_slice_transfer(const LoadedScene& loaded) {
-    const ValueSurvey values = survey_of(loaded);
-    if (const std::optional<double> hu = hounsfield_offset(loaded, values))
-        return window_function(*hu - 160.0, *hu + 240.0, 1.0);
-    return window_function(values.low, values.high, 1.0);
+    const Look look(loaded);
+    if (look.fills_tissue())
+        return window_function(*look.hu + kTissue_hu.x, *look.hu + kTissue_hu.y, 1.0);
+    return window_function(look.values.low, look.values.high, 1.0);
 }
 
 TransferFunction default_fusion_transfer(ValueRange range) {

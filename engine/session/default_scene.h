@@ -23,12 +23,12 @@ bool is_label_map(const LoadedScene& loaded);
 // The plane of a volume that is one sample thick; nothing for others.
 std::optional<SliceLayer> only_slice(const Grid& grid);
 
-// A ray-cast layer that suits the volume: presets in HU for CT, stretched over the values' range
-// else; a MIP's white is the value that 95 % of the maxima over the body lie below. The opacity of
-// presets is by the volume's size.
+// A ray-cast layer that suits the volume (docs/reference/scene.md, "Defaults for a volume"):
+// presets in HU for CT, stretched over the values' range else; where the background is bright, dark
+// values are looked for (bright_background.h). The opacity of presets is by the volume's size.
 RayCastLayer default_ray_cast(RayMode mode, const LoadedScene& loaded);
 
-// Grey for slices: the soft-tissue window for CT, the values' range else.
+// Grey for slices: the soft-tissue window for CT where that shows its values, their range else.
 TransferFunction default_slice_transfer(const LoadedScene& loaded);
 
 // Black, red, yellow, white over the values' range, for a volume over slices: the lowest tenth can

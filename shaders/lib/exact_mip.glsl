@@ -18,7 +18,7 @@ Marched march_mip_exact(RaySampler s, vec2 t, vec2 span, bool inside) {
                 leap(w, passed ? min(leaves - kClearance * frame.step, end) : -3e38, ends.y, p);
             }
             ends = vec2(ends.y, max(ends.y, min(next_cut(w, p), end)));
-            c = cell_cubic(w, p, ends.x, ends.y);
+            c = frame.mip_sign * cell_cubic(w, p, ends.x, ends.y);
             if (kCount != 0u && going) // a piece counts as one sample
                 samples_taken += 1u;
             counts = going && ends.x < end && is_data(c.x) && hull(c).y > maximum;

@@ -4,7 +4,7 @@
 
 struct Marched {
     vec4 color;  // premultiplied; a is what the ray hides
-    float value; // MIP: the maximum; iso: the value of the first hit; else NaN
+    float value; // MIP: the maximum or minimum; iso: the value of the first hit; else NaN
     float depth; // iso: distance of the first hit in mm; else NaN
 };
 
@@ -194,8 +194,9 @@ Marched march_alpha(RaySampler s, vec2 t, vec2 span, bool inside) {
 
 // ---- maximum intensity ----
 
+// Texels are turned over where the smallest value is shown (frame.mip_sign).
 float mip_sample(RaySampler s, float t, float maximum) {
-    const float texel = texel_at(s, t);
+    const float texel = frame.mip_sign * texel_at(s, t);
     bool counts = texel > maximum; // false for no-data
 #if HAS_LABELS
     counts = counts && label_tint(s, t).a >= 0.0;
@@ -208,9 +209,10 @@ float highest_texel = kNoTexel; // of the last march
 
 Marched mip_of(float maximum) {
     const bool found = maximum > kNoTexel;
-    const vec4 entry = table_entry(maximum, kTableRowTau);
+    const float texel = frame.mip_sign * maximum;
+    const vec4 entry = table_entry(texel, kTableRowTau);
     const float alpha = found ? hidden_by(entry.a * frame.opacity_unit_mm) : 0.0;
-    const float value = maximum * frame.value_scale + frame.value_bias;
+    const float value = texel * frame.value_scale + frame.value_bias;
     return Marched(vec4(entry.rgb, 1.0) * alpha, found ? value : kNaN, kNaN);
 }
 

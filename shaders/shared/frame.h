@@ -49,6 +49,7 @@ struct Frame {
     vec3 cell_texture;
     float cell_side;
     float cell_margin;      // texels: how far a sampled texel may lie above its cell's highest
+    float mip_sign;         // MIP: 1 shows the largest value, -1 the smallest; texels and cells bear it
     float step;             // mm
     float sub_steps;        // exact: pieces of a cell at most
     float sub_steps_per_bend; // exact: pieces^2 by the table entries a second derivative amounts to

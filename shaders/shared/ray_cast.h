@@ -16,7 +16,7 @@ const uint kRayValues = 8u;       // (value, distance in mm); NaN where there is
 // Integrator exact:
 const uint kRayCorners = 20u;     // the volume, unfiltered
 const uint kRaySmoothTable = 21u; // the table, linear between entries
-const uint kRayCells = 9u;        // distances to occupied macro-cells; MIP: highest texel of each
+const uint kRayCells = 9u;        // distances to occupied macro-cells; MIP: highest of mip_sign * texel in each
 const uint kRayTiles = 10u;       // TileEntry[]
 const uint kRayTileGroups = 11u;  // how many of them, as the groups of dispatches (kTileGroups)
 const uint kRayPages = 12u;       // atlas: where each brick lies

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "engine/scene/least_value.h"
 #include "engine/volume/extent.h"
 #include "engine/volume/sample.h"
 
@@ -51,6 +52,7 @@ std::optional<glm::dvec3> first_seen(const Ray& ray, const Volume& volume, const
         return double{cursor.value(glm::dvec3(to_index * glm::dvec4(place(t), 1.0)))};
     };
     const double step = 0.5 * smallest_spacing_mm(volume.grid());
+    const double sign = scene.ray_cast && shows_least_value(scene.ray_cast->transfer) ? -1.0 : 1.0;
     double depth = 0.0, most = -INFINITY, most_at = NAN, last = NAN;
     for (double t = span.begin + 0.5 * step; t < span.end; t += step) {
         const double v = value(t);
@@ -63,8 +65,8 @@ std::optional<glm::dvec3> first_seen(const Ray& ray, const Volume& volume, const
             return place(high);
         }
         if (mode == RayMode::mip) {
-            if (v > most) {
-                most = v;
+            if (sign * v > most) {
+                most = sign * v;
                 most_at = t;
             }
         } else if (mode == RayMode::alpha && !std::isnan(v)) {

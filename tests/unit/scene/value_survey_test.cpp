@@ -57,6 +57,52 @@ TEST(ValueSurvey, MetalDoesNotDarkenAProjection) {
     EXPECT_GT(survey.projected_high, 590.0);
 }
 
+// The commonest value is the largest: a background where the box's edges have it, else an object.
+TEST(ValueSurvey, TellsABrightBackgroundFromABrightObject) {
+    const auto inside = [](glm::uvec3 at) { return glm::length(glm::dvec3(at) - 12.0) < 8.0; };
+    for (const double sd : {0.0, 30.0}) {
+        const ValueSurvey background =
+            survey_values(made(glm::uvec3(25), ScalarType::f32, [&](glm::uvec3 at) {
+                return (inside(at) ? 600.0 : 3000.0) + sd * (noise(at) - 0.5);
+            }));
+        ASSERT_TRUE(background.bright_background.has_value());
+        EXPECT_NEAR(*background.bright_background, 3000.0, 0.1 * sd);
+        EXPECT_NEAR(background.low, 600.0, sd);
+        EXPECT_NEAR(background.projected_low, 600.0, sd);
+        EXPECT_NEAR(background.high, 3000.0, sd);
+        const ValueSurvey object =
+            survey_values(made(glm::uvec3(17), ScalarType::f32, [&](glm::uvec3 at) {
+                return (glm::length(glm::dvec3(at) - 8.0) < 8.5 ? 3000.0 : 600.0) + sd * noise(at);
+            }));
+        EXPECT_FALSE(object.bright_background.has_value());
+        EXPECT_NEAR(object.low, 600.0, sd + 1.0);
+        EXPECT_NEAR(object.high, 3000.0, sd + 1.0);
+    }
+}
+
+// Signed data about a common 0 keep what is negative.
+TEST(ValueSurvey, AValueAmidOthersIsNoBackground) {
+    const ValueSurvey survey =
+        survey_values(made(glm::uvec3(30), ScalarType::f32, [](glm::uvec3 at) {
+            return at.z < 12 ? 0.0 : 100.0 * (noise(at) - 0.5);
+        }));
+    EXPECT_LT(survey.low, -40.0);
+    EXPECT_GT(survey.high, 40.0);
+}
+
+TEST(ValueSurvey, SingleSamplesFarOutAreLeftOut) {
+    for (const double outlier : {1e6, 1e30}) {
+        const ValueSurvey survey =
+            survey_values(made(glm::uvec3(40), ScalarType::f32, [=](glm::uvec3 at) {
+                if (at.x % 8 == 3 && at.y % 8 == 2 && at.z % 8 == 5)
+                    return outlier;
+                return glm::length(glm::dvec3(at) - 20.0) < 10.0 ? 100.0 + noise(at) : 0.0;
+            }));
+        EXPECT_LT(survey.high, 102.0);
+        EXPECT_LT(survey.projected_high, 102.0);
+    }
+}
+
 TEST(ValueSurvey, KnowsLabelsByTheirNeighbours) {
     const auto labels = [](glm::uvec3 at) {
         return at.x < 5 || at.y < 5 ? 0.0 : 1.0 + at.x / 10 + 4 * (at.z / 10);
