@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "apps/palpate/option_checks.h"
+#include "engine/annotate/legend_width.h"
 #include "engine/session/default_scene.h"
 
 namespace palpate {
@@ -48,6 +49,44 @@ Figure figure_of(const FigureOptions& o, const OpenedScene& opened, bool transpa
                         : FigureInk::bright,
         .transparent = transparent,
         .line_px = o.text_px};
+}
+
+void make_room_for_legend(const FigureOptions& options, const SceneOptions& chosen,
+                          OpenedScene& opened) {
+    Scene& scene = opened.scene;
+    const bool is_lone_slice =
+        scene.slices.size() == 1 && !scene.ray_cast && scene.surfaces.empty();
+    if (!options.has("legend") || !is_lone_slice || scene.stereo || has_scene(chosen.input) ||
+        !chosen.camera.empty() || !chosen.view.empty() || chosen.projection)
+        return;
+    const Figure figure{.legend = legend_of(scene, opened.loaded), .line_px = options.text_px};
+    const glm::dvec2 size(scene.size_px);
+    const double taken = legend_width_px(figure, scene.size_px);
+    if (taken == 0.0 || taken > 0.5 * size.x)
+        return;
+    // Where the slice begins, in pixels from the left.
+    const auto slice_begins = [&](const Camera& camera) {
+        const View view = make_view(camera, scene.size_px);
+        const Grid& grid = opened.loaded.data.volume.grid();
+        double left = size.x;
+        for (int corner = 0; corner < 8; ++corner) {
+            const glm::dvec3 index = (glm::dvec3(grid.size) - 1.0) *
+                                     glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2);
+            const double along = glm::dot(view.right, world_point(grid, index) - view.eye_mm);
+            left = std::min(left, (along - view.left) / (view.right_edge - view.left) * size.x);
+        }
+        return left;
+    };
+    if (slice_begins(scene.camera) >= taken)
+        return;
+    Scene beside = scene; // what is left of the picture
+    beside.size_px.x -= static_cast<uint32_t>(taken);
+    scene.camera = default_camera(beside, opened.loaded.data);
+    const double missing = std::max(0.0, taken - slice_begins(scene.camera));
+    const glm::dvec3 shift = missing * scene.camera.view_height_mm / size.y *
+                             make_view(scene.camera, scene.size_px).right;
+    scene.camera.eye_mm -= shift;
+    scene.camera.target_mm -= shift;
 }
 
 std::string idle_mark(const FigureOptions& o, const OpenedScene& opened) {

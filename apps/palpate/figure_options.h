@@ -30,6 +30,11 @@ Figure figure_of(const FigureOptions& options, const OpenedScene& opened, bool t
 // out.
 std::vector<LegendEntry> legend_of(const Scene& scene, const LoadedScene& loaded);
 
+// Moves a lone slice to the right, smaller where it must be, so that its legend lies beside it. Not
+// where the person chose the camera, or where the legend takes more than half of the picture.
+void make_room_for_legend(const FigureOptions& options, const SceneOptions& chosen,
+                          OpenedScene& opened);
+
 // A sentence where a mark that was asked for has nothing to show; else empty.
 std::string idle_mark(const FigureOptions& options, const OpenedScene& opened);
 

@@ -118,6 +118,7 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     PALPATE_TRY(check_names(options));
     const Interrupt interrupt;
     PALPATE_TRY(OpenedScene opened, open_scene(options.scene, options.read, interrupt));
+    make_room_for_legend(options.figure, options.scene, opened);
     auto& [file, loaded, scene] = opened;
     const SceneToDraw to_draw{options.scene, file, scene, loaded};
     warn_of_idle_options(app, to_draw, options.output, options.frames.frames);

@@ -201,7 +201,8 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
         ->check(CLI::Range(-180.0, 180.0));
     app.add_option("--ambient-occlusion", o.occlusion_mm,
                    "Iso: darken what lies in hollows of up to this radius, in mm, by 192 more "
-                   "samples a hit; a cue to depth, not a simulation of light (default: 0, none)")
+                   "samples a hit; a cue to depth, not a simulation of light. It also darkens open "
+                   "bone, whose stairs and roughness count as hollows (default: 0, none)")
         ->check(within(0.0, 1e6))
         ->type_name("MM");
     app.add_option("--min-transmittance", o.min_transmittance,

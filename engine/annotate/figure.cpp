@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/annotate/legend_width.h"
 #include "engine/annotate/measure.h"
 #include "engine/annotate/strokes.h"
 
@@ -36,6 +37,47 @@ double brightness(const Image& image, const Box& box, bool transparent) {
     return count > 0.0 ? sum / count : 0.0;
 }
 
+double width_px(const std::string& text, double line) {
+    return text_width(text) * line / kLine;
+}
+
+// With ".." at its end where it has no room.
+std::string shortened(std::string text, double line, double most_px) {
+    while (width_px(text, line) > most_px && text.size() > 3)
+        text.replace(text.size() - 3, 3, "..");
+    return text;
+}
+
+double line_of(const Figure& figure, glm::uvec2 size_px) {
+    return figure.line_px > 0.0 ? figure.line_px : std::max(kLeastLine_px, kLineShare * size_px.y);
+}
+double edge_of(double line) {
+    return std::round(0.6 * line);
+}
+
+// What a legend has room for.
+struct LegendRows {
+    std::vector<std::string> texts; // none where the picture is too small
+    size_t whole = 0;               // so many are names; one more counts the others
+    double width = 0.0;             // of the longest
+};
+LegendRows legend_rows(const std::vector<LegendEntry>& entries, double line, double edge,
+                       glm::dvec2 size) {
+    const double most_px = 0.45 * size.x - edge - 1.12 * line; // not to the letter below
+    const auto rows = static_cast<size_t>(std::max(0.0, (0.42 * size.y - edge) / line));
+    LegendRows out;
+    if (entries.empty() || rows < 2)
+        return out;
+    out.whole = entries.size() <= rows ? entries.size() : rows - 1;
+    for (size_t i = 0; i < out.whole; ++i)
+        out.texts.push_back(shortened(entries[i].name, line, most_px));
+    if (out.whole < entries.size())
+        out.texts.push_back(fmt::format("and {} more", entries.size() - out.whole));
+    for (const std::string& text : out.texts)
+        out.width = std::max(out.width, width_px(text, line));
+    return out;
+}
+
 struct Marks {
     std::span<Image> eyes;
     const Figure& figure;
@@ -43,7 +85,7 @@ struct Marks {
     double edge; // room between marks and the picture's edge
 
     glm::dvec2 size() const { return glm::dvec2(eyes.front().size_px); }
-    double width_of(const std::string& text) const { return text_width(text) * line / kLine; }
+    double width_of(const std::string& text) const { return width_px(text, line); }
 
     // For what covers this box, in both eyes.
     Pen pen_on(const Box& box, double line_px) const {
@@ -131,20 +173,8 @@ struct Marks {
 
     void legend() const {
         const std::vector<LegendEntry>& entries = figure.legend;
-        const double side = 0.7 * line;                             // of a patch of colour
-        const double most_px = 0.45 * size().x - edge - 1.6 * side; // not to the letter below
-        const auto rows = static_cast<size_t>(std::max(0.0, (0.42 * size().y - edge) / line));
-        if (entries.empty() || rows < 2)
-            return; // the picture is too small for it
-        const size_t whole = entries.size() <= rows ? entries.size() : rows - 1;
-        std::vector<std::string> texts;
-        for (size_t i = 0; i < whole; ++i)
-            texts.push_back(shortened(entries[i].name, most_px));
-        if (whole < entries.size())
-            texts.push_back(fmt::format("and {} more", entries.size() - whole));
-        double width = 0.0;
-        for (const std::string& text : texts)
-            width = std::max(width, width_of(text));
+        const double side = 0.7 * line; // of a patch of colour
+        const auto [texts, whole, width] = legend_rows(entries, line, edge, size());
         const double foot = size().y - edge;
         const double top = foot - static_cast<double>(texts.size()) * line;
         const Pen pen = pen_on({{edge, top}, {edge + 1.6 * side + width, foot}}, line);
@@ -159,19 +189,12 @@ struct Marks {
         }
     }
 
-    // With ".." at its end where it has no room.
-    std::string shortened(std::string text, double most_px) const {
-        while (width_of(text) > most_px && text.size() > 3)
-            text.replace(text.size() - 3, 3, "..");
-        return text;
-    }
-
     void note() const {
         const double most_px = 0.45 * size().x - edge; // not to the letter in the middle
         std::vector<std::string> lines = figure.note;
         double width = 0.0;
         for (std::string& text : lines) {
-            text = shortened(text, most_px);
+            text = shortened(text, line, most_px);
             width = std::max(width, width_of(text));
         }
         const double height = static_cast<double>(lines.size()) * line;
@@ -187,9 +210,8 @@ void annotate(std::span<Image> eyes, const Scene& scene, const Figure& figure) {
     if (eyes.empty())
         return;
     const glm::uvec2 size = eyes.front().size_px;
-    const double line =
-        figure.line_px > 0.0 ? figure.line_px : std::max(kLeastLine_px, kLineShare * size.y);
-    const Marks marks{eyes, figure, line, std::round(0.6 * line)};
+    const double line = line_of(figure, size);
+    const Marks marks{eyes, figure, line, edge_of(line)};
     if (figure.letters)
         marks.letters(make_view(scene.camera, size));
     if (figure.scale_bar)
@@ -198,6 +220,12 @@ void annotate(std::span<Image> eyes, const Scene& scene, const Figure& figure) {
         marks.color_bar(*function);
     marks.legend();
     marks.note();
+}
+
+double legend_width_px(const Figure& figure, glm::uvec2 size_px) {
+    const double line = line_of(figure, size_px), edge = edge_of(line);
+    const LegendRows rows = legend_rows(figure.legend, line, edge, glm::dvec2(size_px));
+    return rows.texts.empty() ? 0.0 : edge + 1.12 * line + rows.width + edge;
 }
 
 const TransferFunction* color_function(const Scene& scene) {

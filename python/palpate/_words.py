@@ -39,6 +39,8 @@ def words(options: "dict[str, Any]") -> List[str]:
     """``mode="iso", clip=[(..), (..)], values=True`` as ``--mode=iso --clip=.. --clip=.. --values``."""
     out: List[str] = []
     for name, value in options.items():
+        if not re.fullmatch(r"[a-z][a-z0-9_-]*", name):
+            raise _core.Error(_unknown(name))
         flag = "--" + name.replace("_", "-")
         if value is None or value is False:
             continue
@@ -51,6 +53,20 @@ def words(options: "dict[str, Any]") -> List[str]:
         except (TypeError, ValueError) as error:
             raise _core.Error(f"{name}: expected a number, a text or a list, found {value!r}") from error
     return out
+
+
+def as_typed(text: str, options: "dict[str, Any]") -> str:
+    """A sentence about options of the command line, with their names as they were typed here."""
+    for name in sorted(options, key=len, reverse=True):
+        flag = rf"(?<![\w-])--{re.escape(name.replace('_', '-'))}(?![\w-])"
+        if " not expected: " in text and re.search(flag, text):
+            return _unknown(name)
+        text = re.sub(flag, lambda _: name, text)
+    return in_python(text)
+
+
+def _unknown(name: str) -> str:
+    return f"{name}: expected an option of palpate render by name, with _ for -; none has this name"
 
 
 def in_python(text: str) -> str:

@@ -120,7 +120,7 @@ class Scene:
         try:
             self._core = _core.open_scene(_words.words(options) + ["--", name], volumes, meshes, progress)
         except _core.Error as error:
-            raise _core.Error(_words.in_python(str(error))) from None
+            raise _core.Error(_words.as_typed(str(error), options)) from None
         if isinstance(camera, Camera):
             self.camera = camera
 

@@ -79,6 +79,7 @@ ScenePtr open_words(const std::vector<std::string>& list, const Volumes& volumes
     return run<ScenePtr>(progress, [&](const Report& report) -> Result<ScenePtr> {
         const PictureOptions& o = words.options;
         PALPATE_TRY(OpenedScene opened, open_scene(o.scene, o.read, report.stop, memory));
+        make_room_for_legend(o.figure, o.scene, opened);
         PALPATE_TRY(check_budget(o, opened.scene));
         const SceneToDraw to_draw{o.scene, opened.file, opened.scene, opened.loaded};
         warn_of_idle_options(words.app, to_draw, "picture.exr", 1);

@@ -276,6 +276,40 @@ def test_a_batch_draws_what_single_commands_draw(labelled):
         assert (labelled / job["output"]).read_bytes() == (labelled / words[-1]).read_bytes(), job
 
 
+def test_a_batch_equals_single_commands_to_the_bit_in_all_modes(labelled):
+    """Also shaded, where stored gradients would differ by a level."""
+    ways = [
+        {"mode": "alpha"},
+        {"mode": "alpha", "tf": "mr", "light": [30, 40], "background": "white"},
+        {"mode": "alpha", "integrator": "preintegrated", "step": 0.7},
+        {"mode": "mip", "integrator": "exact", "view": "left", "fill": 0.7},
+        {"iso": [20, 60], "ambient-occlusion": 4},
+        {"slice": ["axial", "sagittal:12"], "slab": 5, "slab-mode": "maximum", "interpolation": "cubic"},
+        {"surface": ["iso=50"], "surface-opacity": [0.5], "labels": "labels.seg.nrrd"},
+        {"labels": "labels.seg.nrrd", "slice": "axial:20", "annotate": ["legend", "note", "scale-bar"]},
+        {"mode": "alpha", "stereo": "anaglyph"},
+        {"mode": "alpha", "error": 0.02},
+    ]
+    names = [f"{i}.{'png' if 'annotate' in way else 'exr'}" for i, way in enumerate(ways)]
+    jobs = [{"input": "grey.nrrd", "output": f"b{name}", "size": [32, 24], **way} for name, way in zip(names, ways)]
+    (labelled / "jobs.jsonl").write_text("\n".join(map(json.dumps, jobs)))
+    made = run("batch", "jobs.jsonl", cwd=labelled)
+    assert made.returncode == 0, made.stderr
+    for name, job in zip(names, jobs):
+        words = []
+        for option, value in job.items():
+            if option not in ("input", "output"):
+                texts = isinstance(value, list) and isinstance(value[0], str) and option != "annotate"
+                listed = value if texts else [",".join(map(str, value)) if isinstance(value, list) else value]
+                words += [f"--{option}={one}" for one in listed]
+        alone = run("render", "grey.nrrd", *words, "-o", f"s{name}", cwd=labelled)
+        assert alone.returncode == 0, alone.stderr
+        assert (labelled / f"b{name}").read_bytes() == (labelled / f"s{name}").read_bytes(), job
+    (labelled / "jobs.jsonl").write_text(json.dumps({"input": "grey.nrrd", "output": "stored.png", "size": [40, 32]}))
+    assert run("batch", "jobs.jsonl", "--gradients", "stored", cwd=labelled).returncode == 0
+    assert "differ by up to 1e-3" in " ".join(run("batch", "--help").stdout.split())
+
+
 def test_a_batch_says_which_line_is_wrong(tmp_path):
     def batch(text, *more):
         (tmp_path / "jobs.jsonl").write_text(text)
@@ -301,6 +335,102 @@ def test_a_batch_says_which_line_is_wrong(tmp_path):
     assert stopped.returncode == 1 and (tmp_path / "a.png").exists() and not (tmp_path / "c.png").exists()
     went_on = batch("\n".join([good, absent, last]), "--keep-going")
     assert went_on.returncode == 1 and (tmp_path / "c.png").exists() and "1 of 3 jobs failed" in went_on.stderr
+
+
+# -- what is seen by default ---------------------------------------------------------------------------------
+
+
+def test_what_a_bright_background_surrounds_is_seen_in_slices_and_rays(tmp_path):
+    """Of values alike 3000 outside, 600 in a ball, and 300 in its core, with noise and without."""
+    where = np.stack(np.meshgrid(*[np.arange(32)] * 3, indexing="ij"), -1) - np.array([17, 14, 16])
+    radius = np.linalg.norm(where, axis=-1)
+    for seed, sd in ((1, 0), (2, 30)):
+        values = np.where(radius < 4, 300, np.where(radius < 9, 600, 3000))
+        values = values + sd * np.random.default_rng(seed).standard_normal(values.shape)
+        volume = palpate.Volume.from_numpy(np.round(values).astype(np.int16), spacing=(1, 1, 1))
+        palpate.save(tmp_path / "v.nrrd", volume)
+        for mode in ([], ["--mode", "mip"], ["--slice", "axial"]):
+            made = run("render", tmp_path / "v.nrrd", *mode, "--size", "48,48", "-o", tmp_path / "p.png")
+            assert made.returncode == 0, made.stderr
+            assert ("is brighter than what lies in it" in made.stderr) == (mode[:1] != ["--slice"])
+            grey = read_png(tmp_path / "p.png").mean(axis=2)
+            assert abs(grey[22:26, 22:26].mean() - grey[22:26, 2:8].mean()) > 32, (mode, sd)
+        bright = run("render", tmp_path / "v.nrrd", "--mode", "mip", "--window", "0,3000", "--size", "48,48", "-o", tmp_path / "p.png")
+        assert "brighter" not in bright.stderr
+        assert read_png(tmp_path / "p.png")[24, 24].min() > 240  # the largest values, which hide the ball
+
+
+def test_a_line_of_samples_is_drawn_in_all_modes(tmp_path):
+    for shape in ((1, 1, 30), (30, 1, 1), (1, 9, 12)):
+        along = int(np.argmax(shape))
+        index = np.indices(shape)[along]
+        values = np.where(index < shape[along] // 2, 900, 100).astype(np.int16)
+        palpate.save(tmp_path / "thin.nrrd", palpate.Volume.from_numpy(values, spacing=(2, 2, 2)))
+        for mode in ([], ["--mode", "mip"], ["--iso", "500"], ["--slice", "coronal"], ["--surface", "iso=500"]):
+            made = run("render", tmp_path / "thin.nrrd", *mode, "--size", "64,64", "-o", tmp_path / "p.png")
+            assert made.returncode == 0, made.stderr
+            picture = read_png(tmp_path / "p.png")
+            assert picture.max() > 60, (shape, mode, made.stderr)
+            if not mode:  # the slice's own plane: bright and dark halves of one size
+                bright, dark = (picture[..., 0] > 200).sum(), ((picture[..., 0] > 0) & (picture[..., 0] < 60)).sum()
+                assert bright > 0 and "so it is drawn as a slice" in made.stderr, (shape, bright, dark)
+
+
+def test_a_legend_lies_beside_the_slice(labelled):
+    """In a picture that is wider than high, and in a square one, where the slice becomes smaller."""
+    for size in ("300,200", "200,200"):
+        run("render", "grey.nrrd", "--labels", "labels.seg.nrrd", "--slice", "axial:20", "--annotate", "legend", "--window",
+            "-100,300", "--background", "0.2,0.5,0.9", "--size", size, "-o", "legend.png", cwd=labelled)  # fmt: skip
+        picture = read_png(labelled / "legend.png").astype(int)
+        background = np.array([51, 128, 230])
+        # The slice is grey or the colour of a label: at the height of its middle, all that differs from the background.
+        middle = np.abs(picture[picture.shape[0] // 2] - background).max(axis=1) > 8
+        begins = int(np.argmax(middle))
+        left = np.abs(picture[:, :begins] - background).max(axis=2) > 8
+        assert left.any(), "the legend is there"
+        # A free column between the two.
+        assert not left[:, begins - 2].any() and (~left.any(axis=0)).sum() > 2
+        right = np.abs(picture[:, begins:] - background).max(axis=2) > 8
+        columns = np.flatnonzero(right.any(axis=0))
+        assert columns[-1] < picture.shape[1] - begins  # and none of the slice is cut
+
+
+def test_help_says_what_ambient_occlusion_darkens():
+    assert "It also darkens open bone" in " ".join(run("render", "--help").stdout.split())
+
+
+# -- measures and surfaces -----------------------------------------------------------------------------------
+
+
+def test_a_label_one_sample_thick_has_a_note_and_no_nan(tmp_path):
+    labels = np.zeros((30, 20, 16), np.uint8)
+    labels[5:25, 10, 8] = 1
+    labels[3, 3, 3] = 2
+    labels[6:14, 2:8, 2:7] = 3
+    palpate.save(tmp_path / "l.nrrd", palpate.Volume.from_numpy(labels, spacing=(1, 1, 1)))
+    palpate.save(tmp_path / "v.nrrd", palpate.Volume.from_numpy(100 * (labels > 0).astype(np.int16), spacing=(1, 1, 1)))
+    said = run("measure", tmp_path / "v.nrrd", "--labels", tmp_path / "l.nrrd").stdout
+    assert "nan" not in said
+    curve, sample, box = said.strip().split("\n")
+    assert curve.endswith("the faces of the samples have 82 mm2)") and "one sample thick" in curve
+    assert sample.startswith("label 2  0.001 ml, 1 sample  100, 1 sample, ") and "have 6 mm2)" in sample
+    assert "thick" not in box
+    listed = json.loads(run("measure", tmp_path / "v.nrrd", "--labels", tmp_path / "l.nrrd", "--json", "-").stdout)["labels"]
+    assert ["note" in one for one in listed] == [True, True, False]
+
+
+def test_a_surface_says_how_many_edges_are_open(tmp_path):
+    x = np.arange(20) - 9.5
+    values = np.broadcast_to(100 - 10 * np.hypot(*np.meshgrid(x, x)), (16, 20, 20)).astype(np.float32)
+    palpate.save(tmp_path / "rod.nrrd", palpate.Volume.from_numpy(values, spacing=(1, 1, 1)))
+    made = run("surface", tmp_path / "rod.nrrd", "--iso", "50", "-o", tmp_path / "rod.ply", "--report", "-")
+    report = json.loads(made.stdout)
+    assert report["open_edges"] > 0
+    assert f"{report['open_edges']} open edges are left" in made.stderr and "--closed closes it" in made.stderr
+    closed = run("surface", tmp_path / "rod.nrrd", "--iso", "50", "--closed", "-o", tmp_path / "closed.ply")
+    assert "open edges" not in closed.stderr
+    ball = run("surface", BALL, "--iso", "300", "-o", tmp_path / "ball.ply")  # ends nowhere
+    assert ball.returncode == 0 and "open edges" not in ball.stderr
 
 
 # -- convert, edit -------------------------------------------------------------------------------------------

@@ -183,3 +183,13 @@ def test_one_iso_surface_is_where_numpy_has_it(ball):
     # 2 mm at r = 10: 0.05 mm in value's distance; along a ray at 9 mm from the axis by 1 / cos = 2.3 of it.
     assert np.abs(picture.depth - depth)[inside].max() < 0.05 * 2.3 + 1e-3
     assert isinstance(io.BytesIO(picture._repr_png_()).read(), bytes)
+
+
+def test_a_wrong_keyword_is_named_as_it_was_typed(ball):
+    for wrong in ("ambient_oclusion", "windowLevel", "Iso", "_iso", "iso_", "view-angel", "background_colour2"):
+        with pytest.raises(palpate.Error) as raised:
+            palpate.Scene(ball, **{wrong: 3})
+        assert str(raised.value).startswith(f"{wrong}: expected an option of palpate render"), raised.value
+    with pytest.raises(palpate.Error) as raised:
+        palpate.Scene(ball, view_angle=-5)
+    assert "view_angle" in str(raised.value) and "--" not in str(raised.value)
