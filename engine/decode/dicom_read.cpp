@@ -4,6 +4,7 @@
 #include <set>
 
 #include "engine/decode/dicom_codestream.h"
+#include "engine/decode/dicom_fit.h"
 #include "engine/decode/dicom_resample.h"
 #include "engine/decode/dicom_segmentation.h"
 #include "engine/decode/dicom_walk.h"
@@ -110,7 +111,17 @@ Failures resample_pixels(const Files& files, const DicomStack& stack, std::span<
     return failures;
 }
 
-// Warns where other images of the chosen series have another size or orientation.
+// The images of the chosen series that have another size or orientation.
+std::vector<DicomFrame> other_planes(const std::vector<DicomSeries>& all, size_t chosen) {
+    std::vector<DicomFrame> others;
+    for (size_t i = 0; i < all.size(); ++i)
+        if (i != chosen && all[i].uid == all[chosen].uid &&
+            all[i].frames.front().object == DicomObject::image)
+            others.insert(others.end(), all[i].frames.begin(), all[i].frames.end());
+    return others;
+}
+
+// Warns where there are such images.
 void warn_of_other_planes(const std::string& name, const std::vector<DicomSeries>& all,
                           size_t chosen, std::vector<std::string>& warnings) {
     std::string others;
@@ -120,9 +131,10 @@ void warn_of_other_planes(const std::string& name, const std::vector<DicomSeries
         if (i == chosen || all[i].uid != all[chosen].uid || first.object != DicomObject::image)
             continue;
         left_out += all[i].frames.size();
-        others +=
-            fmt::format("{}{} like {} ({}; --series {} reads them)", others.empty() ? "" : ", ",
-                        all[i].frames.size(), leaf(first), plane_words(first), i + 1);
+        others += fmt::format("{}{} like {} ({}: {}; --series {} reads {})",
+                              others.empty() ? "" : ", ", all[i].frames.size(), leaf(first),
+                              difference_words(first, all[chosen].frames.front()),
+                              plane_words(first), i + 1, all[i].frames.size() == 1 ? "it" : "them");
     }
     images += left_out;
     if (left_out > 0)
@@ -242,6 +254,7 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
     if (request.middle_image)
         series.frames = {middle_of(std::move(series.frames))};
     std::vector<std::string> warnings;
+    const std::vector<DicomFrame> left_out = other_planes(all, chosen);
     warn_of_other_planes(name, all, chosen, warnings);
     set_damaged_aside(*found, series, sink);
     sink.alive();
@@ -252,10 +265,11 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
         decoded.heeded_resample_slices = true;
         decoded.warnings = found->warnings;
         decoded.warnings.insert(decoded.warnings.end(), warnings.begin(), warnings.end());
-        Result<DicomStack> stack = make_stack(request, series, found->damaged);
+        Result<DicomStack> stack = make_stack(request, series, found->damaged, left_out);
         if (!stack)
-            return fail("{}{}", stack.error().message,
-                        found->damaged > 0 ? "; " + found->warnings.back() : "");
+            return fail("{}{}{}", stack.error().message,
+                        found->damaged > 0 ? "; " + found->warnings.back() : "",
+                        left_out.empty() ? "" : "; " + warnings.back());
         decoded.warnings.insert(decoded.warnings.end(), stack->warnings.begin(),
                                 stack->warnings.end());
         decoded.notes.insert(decoded.notes.end(), stack->notes.begin(), stack->notes.end());

@@ -3,15 +3,12 @@
 #include <map>
 
 #include "engine/base/assert.h"
-#include "engine/decode/dicom_stack.h"
+#include "engine/decode/dicom_fit.h"
 #include "engine/io/text_header.h"
 
 namespace palpate::io {
 
 namespace {
-
-// Direction cosines of one series are written alike; 1e-4 is 0.006 degrees.
-constexpr double kSameDirection = 1e-4;
 
 std::string orientation_words(glm::dvec3 normal) {
     constexpr const char* words[] = {"sagittal", "coronal", "axial"};
@@ -57,16 +54,13 @@ std::vector<size_t> described(const std::vector<DicomSeries>& all, const std::st
 } // namespace
 
 bool same_plane(const DicomFrame& a, const DicomFrame& b) {
-    if (a.size != b.size || a.axes.has_value() != b.axes.has_value() ||
-        a.position.has_value() != b.position.has_value())
+    if (!same_kind(a, b))
         return false;
-    if (a.axes && (glm::distance((*a.axes)[0], (*b.axes)[0]) > kSameDirection ||
-                   glm::distance((*a.axes)[1], (*b.axes)[1]) > kSameDirection))
-        return false;
-    if (a.spacing_mm.has_value() != b.spacing_mm.has_value())
+    if (a.axes && (glm::distance((*a.axes)[0], (*b.axes)[0]) > kEqualDirection ||
+                   glm::distance((*a.axes)[1], (*b.axes)[1]) > kEqualDirection))
         return false;
     return !a.spacing_mm || glm::distance(*a.spacing_mm, *b.spacing_mm) <=
-                                kSameDirection * glm::length(*a.spacing_mm);
+                                kEqualDirection * glm::length(*a.spacing_mm);
 }
 
 std::string plane_words(const DicomFrame& frame) {
@@ -94,7 +88,7 @@ std::vector<DicomSeries> group_series(std::vector<DicomFrame> frames) {
                 return false;
             switch (frame.object) {
                 case DicomObject::image:
-                    return same_plane(first, frame);
+                    return same_kind(first, frame);
                 case DicomObject::segmentation:
                     return first.file == frame.file;
                 case DicomObject::other:
@@ -112,8 +106,14 @@ std::vector<DicomSeries> group_series(std::vector<DicomFrame> frames) {
     }
     std::vector<DicomSeries> all;
     for (auto& [uid, groups] : by_uid)
-        for (DicomSeries& group : groups)
-            all.push_back(std::move(group));
+        for (DicomSeries& group : groups) {
+            if (group.frames.front().object != DicomObject::image) {
+                all.push_back(std::move(group));
+                continue;
+            }
+            for (std::vector<DicomFrame>& plane : split_planes(std::move(group.frames)))
+                all.push_back({group.uid, group.description, group.modality, std::move(plane)});
+        }
     std::stable_sort(all.begin(), all.end(), [](const DicomSeries& a, const DicomSeries& b) {
         const DicomObject first = a.frames.front().object, second = b.frames.front().object;
         return first != second ? first < second : a.frames.size() > b.frames.size();

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
 
+#include "engine/decode/dicom_fit.h"
+#include "engine/decode/dicom_places.h"
 #include "engine/decode/frame_order.h"
 #include "engine/decode/slice_gaps.h"
 
@@ -12,8 +13,8 @@ namespace palpate::io {
 
 namespace {
 
-// Beyond this share of the step, a slice put on the regular lattice would be in a wrong place.
-constexpr double kMostUneven = 0.1;
+// Lengths that differ from 1 by more, or cosines between axes, are no noise.
+constexpr double kMostLength = 5e-3, kMostCosine = 0.0447; // 2.6 degrees
 
 void drop_copies(const std::string& name, std::vector<DicomFrame>& frames,
                  std::vector<std::string>& warnings) {
@@ -33,8 +34,10 @@ void drop_copies(const std::string& name, std::vector<DicomFrame>& frames,
                                        name, before - frames.size(), example));
 }
 
-glm::dmat2x3 axes_of(const DicomFrame& frame) {
-    return frame.axes.value_or(glm::dmat2x3{{1, 0, 0}, {0, 1, 0}});
+bool are_unit_vectors_at_right_angles(const glm::dmat2x3& axes) {
+    return std::abs(glm::length(axes[0]) - 1) <= kMostLength &&
+           std::abs(glm::length(axes[1]) - 1) <= kMostLength &&
+           std::abs(glm::dot(axes[0], axes[1])) <= kMostCosine;
 }
 
 double along_normal(const DicomFrame& frame, glm::dvec3 normal) {
@@ -71,104 +74,6 @@ Result<void> keep_frame(const DecodeRequest& request, glm::dvec3 normal, DicomSt
     for (auto& place : places)
         frames.push_back(std::move(place[chosen]));
     return {};
-}
-
-double tilt_degrees(glm::dvec3 step, glm::dvec3 normal) {
-    return std::acos(std::min(1.0, glm::dot(step, normal) / glm::length(step))) * 180 /
-           std::acos(-1.0);
-}
-
-// The sorted images of a stack, and where they lie.
-struct Places {
-    glm::dvec3 normal;
-    std::vector<double> along_mm; // on the normal, rising
-    glm::dvec3 step;              // from the first to the last, shared out evenly
-    double farthest_mm = 0;       // of an image from its place in the even stack
-    double sideways_mm = 0;       // by which the last lies off the first's normal
-};
-
-Places places_of(const std::vector<DicomFrame>& frames, glm::dvec3 normal) {
-    Places places;
-    places.normal = normal;
-    const glm::dvec3 first = *frames.front().position;
-    const auto last = static_cast<double>(frames.size() - 1);
-    places.step = (*frames.back().position - first) / last;
-    for (size_t k = 0; k < frames.size(); ++k) {
-        places.along_mm.push_back(along_normal(frames[k], normal));
-        places.farthest_mm = std::max(
-            places.farthest_mm,
-            glm::distance(*frames[k].position, first + static_cast<double>(k) * places.step));
-    }
-    places.sideways_mm = last * glm::length(places.step - glm::dot(places.step, normal) * normal);
-    return places;
-}
-
-// Puts frames without a file where slices are missing; false where the rest is not regular.
-bool fill_holes(std::vector<DicomFrame>& frames, const std::vector<size_t>& missing,
-                glm::dvec3 normal) {
-    std::vector<DicomFrame> filled;
-    for (size_t k = 0; k < frames.size(); ++k) {
-        for (size_t i = 1; i <= missing[k]; ++i) {
-            DicomFrame hole = frames[k - 1];
-            const double share = static_cast<double>(i) / static_cast<double>(missing[k] + 1);
-            hole.position = glm::mix(*frames[k - 1].position, *frames[k].position, share);
-            hole.file.clear();
-            hole.rescale = {};
-            filled.push_back(std::move(hole));
-        }
-        filled.push_back(frames[k]);
-    }
-    const Places places = places_of(filled, normal);
-    if (places.farthest_mm > kMostUneven * glm::length(places.step))
-        return false;
-    frames = std::move(filled);
-    return true;
-}
-
-// The step from slice to slice of sorted images, in world mm.
-Result<glm::dvec3> slice_step(const std::string& name, std::vector<DicomFrame>& frames,
-                              glm::dvec3 normal, size_t damaged,
-                              std::vector<std::string>& warnings) {
-    Places places = places_of(frames, normal);
-    if (places.farthest_mm > kMostUneven * glm::length(places.step)) {
-        const std::vector<size_t> missing = missing_before(places.along_mm);
-        const size_t holes = std::accumulate(missing.begin(), missing.end(), size_t{0});
-        if (holes == 0 || holes > damaged || !fill_holes(frames, missing, normal)) {
-            size_t at = 0;
-            for (size_t k = 0; k + 1 < frames.size(); ++k)
-                if (places.along_mm[k + 1] - places.along_mm[k] >
-                    places.along_mm[at + 1] - places.along_mm[at])
-                    at = k;
-            std::string what = holes > 0 ? fmt::format("{} slice{} to be missing", holes,
-                                                       holes == 1 ? " seems" : "s seem")
-                                         : "the slices are not evenly spaced";
-            if (damaged > 0)
-                what += fmt::format(" ({} damaged file{} passed over)", damaged,
-                                    damaged == 1 ? " was" : "s were");
-            return fail(
-                "{}: {}: {} (largest gap between {} and {}); a regular stack would be wrong by up "
-                "to {:.4g} mm, --resample-slices interpolates to an even spacing",
-                name, what, gap_words(places.along_mm), leaf(frames[at]), leaf(frames[at + 1]),
-                places.farthest_mm);
-        }
-        warnings.push_back(fmt::format(
-            "{}: {} of {} slices {} missing, as {} damaged file{} passed over; {} no data", name,
-            holes, frames.size(), holes == 1 ? "is" : "are", damaged,
-            damaged == 1 ? " was" : "s were", holes == 1 ? "it holds" : "they hold"));
-        places = places_of(frames, normal);
-    }
-    const double usual = glm::length(places.step);
-    if (places.farthest_mm > std::max(kPositionRoundingMm, 0.01 * usual))
-        warnings.push_back(
-            fmt::format("{}: {}; slices are placed evenly, {:.4g} mm from their "
-                        "place at most (--resample-slices interpolates)",
-                        name, gap_words(places.along_mm), places.farthest_mm));
-    if (places.sideways_mm > 10 * kPositionRoundingMm)
-        warnings.push_back(
-            fmt::format("{}: gantry tilt: slices are stacked {:.2f} degrees off their normal; the "
-                        "shear is kept in the geometry (--resample-slices removes it)",
-                        name, tilt_degrees(places.step, normal)));
-    return places.step;
 }
 
 // An upright grid of even spacing that holds all images, for resampling.
@@ -208,8 +113,8 @@ Result<Grid> upright_grid(const std::string& name, const std::vector<DicomFrame>
         what += fmt::format(
             "; gantry tilt of {:.2f} degrees removed, {} x {} samples a slice "
             "became {} x {} (no data where no image lies)",
-            tilt_degrees(places.step, places.normal), frames.front().size.x, frames.front().size.y,
-            grid.size.x, grid.size.y);
+            tilt_degrees(places), frames.front().size.x, frames.front().size.y, grid.size.x,
+            grid.size.y);
     warnings.push_back(what);
     return grid;
 }
@@ -234,18 +139,20 @@ void assume_what_is_absent(const std::string& name, const DicomFrame& first, siz
 
 } // namespace
 
-Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, size_t damaged) {
+Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, size_t damaged,
+                              const std::vector<DicomFrame>& left_out) {
     const std::string name = request.path.string();
     DicomStack stack;
     std::vector<DicomFrame>& frames = stack.frames = std::move(series.frames);
     drop_copies(name, frames, stack.warnings);
 
-    const glm::dmat2x3 axes = axes_of(frames.front());
-    const glm::dvec3 cross = glm::cross(axes[0], axes[1]);
-    const glm::dvec3 normal = frames.front().against_normal ? -cross : cross;
-    if (std::abs(glm::length(normal) - 1) > 1e-3)
-        return fail("{}: the image axes of {} are no unit vectors at right angles", name,
-                    leaf(frames.front()));
+    for (const DicomFrame& frame : frames)
+        if (frame.axes && !are_unit_vectors_at_right_angles(*frame.axes))
+            return fail("{}: the image axes of {} are no unit vectors at right angles", name,
+                        leaf(frame));
+    FittedPlane plane = fit_plane(frames);
+    const double sign = frames.front().against_normal ? -1.0 : 1.0;
+    glm::dvec3 normal = sign * glm::cross(plane.axes[0], plane.axes[1]);
     const bool placed = frames.front().position.has_value();
     std::stable_sort(frames.begin(), frames.end(), [&](const DicomFrame& a, const DicomFrame& b) {
         return placed ? along_normal(a, normal) < along_normal(b, normal)
@@ -261,31 +168,39 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, 
     }
     const DicomFrame first = frames.front();
     assume_what_is_absent(name, first, frames.size(), stack.warnings);
-    const glm::dvec2 spacing = first.spacing_mm.value_or(glm::dvec2(1.0));
+    const glm::dvec2 spacing = plane.spacing_mm.value_or(glm::dvec2(1.0));
+    glm::dvec3 origin = first.position.value_or(glm::dvec3(0.0));
     glm::dvec3 step = normal * first.slice_step_mm.value_or(1.0);
     if (placed && frames.size() > 1) {
-        const Places places = places_of(frames, normal);
+        Places places = places_of(frames, normal);
+        turn_to_line(plane, sign * places.step);
+        normal = sign * glm::cross(plane.axes[0], plane.axes[1]);
+        places = places_of(frames, normal);
+        if (const std::string words = noise_words(frames, plane); !words.empty())
+            stack.warnings.push_back(fmt::format("{}: {}", name, words));
         const double usual = glm::length(places.step);
         if (request.resample_slices &&
             (places.farthest_mm > std::max(kPositionRoundingMm, 0.01 * usual) ||
              places.sideways_mm > 10 * kPositionRoundingMm)) {
             PALPATE_TRY(stack.grid,
-                        upright_grid(name, frames, places, axes, spacing, stack.warnings));
+                        upright_grid(name, frames, places, plane.axes, spacing, stack.warnings));
             stack.resampled = true;
             return stack;
         }
-        PALPATE_TRY(step, slice_step(name, frames, normal, damaged, stack.warnings));
+        PALPATE_TRY(places,
+                    regular_places(name, frames, normal, damaged, left_out, stack.warnings));
+        origin = places.first;
+        step = places.step;
     }
     if (request.resample_slices)
         stack.warnings.push_back(
             fmt::format("{}: --resample-slices has no effect: the slices are evenly spaced and "
                         "stacked along their normal",
                         name));
-    const glm::dvec3 origin = frames.front().position.value_or(glm::dvec3(0.0));
     stack.grid.size = {frames.front().size, frames.size()};
-    stack.grid.world_from_index = {glm::dvec4(axes[0] * spacing.x, 0.0),
-                                   glm::dvec4(axes[1] * spacing.y, 0.0), glm::dvec4(step, 0.0),
-                                   glm::dvec4(origin, 1.0)};
+    stack.grid.world_from_index = {glm::dvec4(plane.axes[0] * spacing.x, 0.0),
+                                   glm::dvec4(plane.axes[1] * spacing.y, 0.0),
+                                   glm::dvec4(step, 0.0), glm::dvec4(origin, 1.0)};
     return stack;
 }
 

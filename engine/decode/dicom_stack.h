@@ -56,7 +56,7 @@ struct DicomSeries {
 // Positions and spacings are decimal strings, often of few digits: this much is rounding.
 constexpr double kPositionRoundingMm = 0.01;
 
-// Whether two images have one size, spacing and orientation.
+// Whether two images have one size, spacing and orientation, up to 1e-4.
 bool same_plane(const DicomFrame& a, const DicomFrame& b);
 
 // "64 x 48 at 0.5 x 0.5 mm, axial", as far as the image says it.
@@ -65,6 +65,7 @@ std::string plane_words(const DicomFrame& frame);
 // The file's name, and the frame's number where it is not the first.
 std::string leaf(const DicomFrame& frame);
 
+// Images of one series lie in one plane where they differ by noise alone (dicom_fit.h).
 // Images first, then segmentations, then others; each by descending number of images, then by UID.
 std::vector<DicomSeries> group_series(std::vector<DicomFrame> frames);
 
@@ -80,14 +81,18 @@ std::vector<std::string> list_series(const std::vector<DicomSeries>& all,
 // Sorts the images along their normal, splits off the frame asked for where several images lie at
 // each position (frame_order.h), and derives the grid. Slices keep a shear (gantry tilt). What
 // departs from a regular stack is a warning where the geometry stays true, and an error with the
-// files and numbers where it would not: missing slices, uneven gaps beyond 10 %.
+// files and numbers where it would not: missing slices, uneven gaps beyond 10 %, images out of
+// line. Orientations, pixel spacings and positions that differ by noise are fitted (dicom_fit.h),
+// with a warning that states the largest difference.
 //
 // Up to `damaged` slices (files that could not be read) may be missing from an otherwise regular
-// stack: it then has frames without a file in their places.
+// stack, and those that `left_out` explains: images of the series in another plane. It then has
+// frames without a file in their places (dicom_places.h).
 //
 // With request.resample_slices, uneven and tilted stacks get an upright grid of even spacing, to
 // which their images are to be resampled. The spacing is the smallest that occurs between three or
 // more slices in a row, made to fit between the first and the last; the grid holds all images.
-Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, size_t damaged = 0);
+Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, size_t damaged = 0,
+                              const std::vector<DicomFrame>& left_out = {});
 
 } // namespace palpate::io
