@@ -183,8 +183,9 @@ class Drawer {
         if (plain && key != key_) {
             const LoadedScene& loaded = opened.loaded;
             key_ = key;
-            kept_ = LoadedVolume{loaded.data.volume, {}, {}, loaded.modality, loaded.coarser,
-                                 loaded.label_names};
+            kept_ = LoadedVolume{
+                loaded.data.volume, {}, {}, loaded.modality, loaded.coarser, loaded.label_names,
+                loaded.inverted};
         }
         return opened;
     }

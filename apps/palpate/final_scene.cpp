@@ -65,13 +65,14 @@ Result<TransferFunction> transfer_of(const SceneOptions& options, const LoadedSc
                                      RayMode mode) {
     const Grid& grid = loaded.data.volume.grid();
     const double max_opacity = mode == RayMode::mip ? 1.0 : 0.1;
-    if (!options.window.empty()) {
-        const double low = options.window[0], high = options.window[1];
-        return window_function(low, high, max_opacity, preset_unit_mm(grid));
-    }
+    const auto ends = [&](double low, double high) {
+        const TransferFunction grey = window_function(low, high, max_opacity, preset_unit_mm(grid));
+        return loaded.inverted ? mirrored(grey) : grey;
+    };
+    if (!options.window.empty())
+        return ends(options.window[0], options.window[1]);
     const auto window = [&](double level, double width) {
-        return window_function(level - 0.5 * width, level + 0.5 * width, max_opacity,
-                               preset_unit_mm(grid));
+        return ends(level - 0.5 * width, level + 0.5 * width);
     };
     if (!options.window_level.empty())
         return window(options.window_level[0], options.window_level[1]);

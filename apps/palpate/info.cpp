@@ -57,6 +57,8 @@ Json json_of(const LoadedVolume& loaded) {
     json["no_data_count"] = volume.no_data_count();
     if (!loaded.modality.empty())
         json["modality"] = loaded.modality;
+    if (loaded.inverted)
+        json["photometric_interpretation"] = "MONOCHROME1";
     for (const LabelName& label : loaded.labels) {
         Json entry{{"label", label.label}, {"name", label.name}};
         if (label.color)
@@ -107,6 +109,8 @@ std::string text_of(const LoadedVolume& loaded) {
         fmt::format("no data    {} of {} samples\n", volume.no_data_count(), sample_count(grid));
     if (!loaded.modality.empty())
         text += fmt::format("modality   {}\n", printable(loaded.modality));
+    if (loaded.inverted)
+        text += "shown      inverted: small values are bright (MONOCHROME1)\n";
     for (const LabelName& label : loaded.labels) {
         text += fmt::format("label {:<5}{}", label.label, printable(label.name));
         if (label.color) {

@@ -37,7 +37,8 @@ Result<LoadedScene> load_inputs(const SceneOptions& options, SceneFile& file, co
                              {},
                              {},
                              volume->coarser,
-                             volume->labels}
+                             volume->labels,
+                             volume->inverted}
                : load_scene_input(options.input, to_read, read_options(read, stop));
     if (!loaded)
         return loaded;

@@ -153,8 +153,10 @@ void add_scene_options(CLI::App& app, SceneOptions& o) {
                     fmt::join(preset_names(), ", ")));
     transfer->transform(preset_in_any_case());
     CLI::Option* window =
-        app.add_option("--window", o.window,
-                       "Grey ramp from LOW to HIGH, in the volume's units, instead of --tf")
+        app.add_option(
+               "--window", o.window,
+               "Grey ramp from LOW to HIGH, in the volume's units, instead of --tf; white at "
+               "LOW for a DICOM MONOCHROME1")
             ->delimiter(',')
             ->expected(2)
             ->excludes(transfer);

@@ -39,6 +39,13 @@ std::vector<T> numbers(const gdcm::DataSet& set, gdcm::Tag tag) {
     return values;
 }
 
+// The first of them.
+template <class T>
+std::optional<T> number(const gdcm::DataSet& set, gdcm::Tag tag) {
+    const std::vector<T> all = numbers<T>(set, tag);
+    return all.empty() ? std::nullopt : std::optional(all.front());
+}
+
 // The first 16-bit number of an element.
 template <uint16_t group, uint16_t number>
 std::optional<uint16_t> word(const gdcm::DataSet& set) {

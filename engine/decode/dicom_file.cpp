@@ -13,6 +13,7 @@
 #include "engine/decode/dicom_geometry.h"
 #include "engine/decode/dicom_marks.h"
 #include "engine/decode/dicom_mosaic.h"
+#include "engine/decode/dicom_spacing.h"
 #include "engine/decode/dicom_structure.h"
 
 namespace palpate::io {
@@ -22,7 +23,11 @@ namespace {
 using gdcm::DataSet;
 using gdcm::Tag;
 
-const Tag kPixels(0x7fe0, 0x0010);
+constexpr uint16_t kPixelGroup = 0x7fe0, kFloats = 0x0008, kDoubles = 0x0009;
+
+bool is_floating(uint16_t pixel_element) {
+    return pixel_element == kFloats || pixel_element == kDoubles;
+}
 
 // Encodings store a black image in next to nothing; this bounds what the header may claim.
 constexpr double kCodecExpansion = 20000.0;
@@ -45,7 +50,12 @@ constexpr Kind kOtherKinds[] = {
 constexpr const char* kSegmentationKinds[] = {"1.2.840.10008.5.1.4.1.1.66.4",
                                               "1.2.840.10008.5.1.4.1.1.66.7"};
 
-std::optional<ComponentType> component_type(uint16_t allocated, bool is_signed) {
+std::optional<ComponentType> component_type(uint16_t allocated, bool is_signed,
+                                            uint16_t pixel_element) {
+    if (pixel_element == kFloats)
+        return allocated == 32 ? std::optional(ComponentType::f32) : std::nullopt;
+    if (pixel_element == kDoubles)
+        return allocated == 64 ? std::optional(ComponentType::f64) : std::nullopt;
     switch (allocated) {
         case 8:
             return is_signed ? ComponentType::i8 : ComponentType::u8;
@@ -68,7 +78,8 @@ double most_expansion(const gdcm::TransferSyntax& syntax) {
 }
 
 // Why an object is not read; empty where it is an image of one grey value a sample.
-std::string refusal_of(const DataSet& set, const std::string& kind, bool segmentation) {
+std::string refusal_of(const DataSet& set, const std::string& kind, bool segmentation,
+                       const DicomFile& file) {
     for (const Kind& other : kOtherKinds)
         if (kind == other.uid)
             return fmt::format("is a {}, expected a DICOM image", other.name);
@@ -80,8 +91,15 @@ std::string refusal_of(const DataSet& set, const std::string& kind, bool segment
         return fmt::format("holds colours ({}), expected one grey value a sample",
                            printable(colours));
     const uint16_t allocated = word<0x0028, 0x0100>(set).value_or(0);
-    if (!(segmentation && allocated == 1) && !component_type(allocated, false))
-        return fmt::format("holds samples of {} bits, expected 8, 16 or 32", allocated);
+    const bool floating = is_floating(file.pixel_element);
+    if (!(segmentation && allocated == 1) && !component_type(allocated, false, file.pixel_element))
+        return fmt::format("holds {}samples of {} bits, expected {}",
+                           floating ? "floating-point " : "", allocated,
+                           !floating                       ? "8, 16 or 32"
+                           : file.pixel_element == kFloats ? "32"
+                                                           : "64");
+    if (floating && file.encapsulated)
+        return "holds encoded floating-point pixels, which DICOM does not have";
     return {};
 }
 
@@ -192,13 +210,16 @@ bool looks_like_dicom(std::string_view bytes, const std::string& extension) {
 Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     const std::string name = path.string();
     PALPATE_TRY(const uint64_t bytes, regular_file_bytes(path));
-    PALPATE_TRY(const std::string stated_syntax, check_structure(path));
+    PALPATE_TRY(const DicomStructure structure, check_structure(path));
+    const uint16_t pixel_element =
+        is_floating(structure.pixel_element) ? structure.pixel_element : uint16_t{0x0010};
+    const Tag pixels(kPixelGroup, pixel_element);
     gdcm::Reader reader;
     reader.SetFileName(path.c_str());
     // Skipped, the pixels are not read: the stream then stands at their first byte.
-    if (!reader.ReadUpToTag(kPixels, {kPixels}))
+    if (!reader.ReadUpToTag(pixels, {pixels}))
         return fail("{}: is no DICOM file, or a damaged one: no data set in transfer syntax '{}'",
-                    name, printable(stated_syntax));
+                    name, printable(structure.syntax));
     const DataSet& set = reader.GetFile().GetDataSet();
     const gdcm::TransferSyntax& syntax = reader.GetFile().GetHeader().GetDataSetTransferSyntax();
 
@@ -211,6 +232,7 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     DicomFile file;
     file.path = path;
     file.bytes = bytes;
+    file.pixel_element = pixel_element;
     file.pixels_at = reader.GetStreamCurrentPosition();
     file.syntax = syntax.GetString();
     file.encapsulated = syntax.IsEncapsulated();
@@ -223,7 +245,7 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
     frame.modality = text(set, Tag(0x0008, 0x0060));
     frame.instance_uid = text(set, Tag(0x0008, 0x0018));
     frame.instance_number = static_cast<int64_t>(decimal(set, Tag(0x0020, 0x0013)).value_or(0.0));
-    file.refusal = refusal_of(set, kind, segmentation);
+    file.refusal = refusal_of(set, kind, segmentation, file);
     if (!file.refusal.empty()) {
         frame.object = DicomObject::other;
         frame.object_words = file.refusal;
@@ -231,8 +253,8 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
         return file;
     }
     const uint16_t allocated = word<0x0028, 0x0100>(set).value_or(0);
-    file.type =
-        *component_type(allocated == 1 ? 8 : allocated, word<0x0028, 0x0103>(set).value_or(0) == 1);
+    file.type = *component_type(allocated == 1 ? 8 : allocated,
+                                word<0x0028, 0x0103>(set).value_or(0) == 1, pixel_element);
     file.bits_allocated = allocated;
     file.bits_stored = word<0x0028, 0x0101>(set).value_or(allocated);
     file.high_bit = word<0x0028, 0x0102>(set).value_or(file.bits_stored - 1);
@@ -241,7 +263,10 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
 
     frame.size = {*word<0x0028, 0x0011>(set), *word<0x0028, 0x0010>(set)};
     take_geometry(set, frame);
+    take_other_spacing(set, frame);
     take_marks(set, frame.marks);
+    frame.padding = padding_of(set, file);
+    frame.inverted = text(set, Tag(0x0028, 0x0004)) == "MONOCHROME1";
     const double count = decimal(set, Tag(0x0028, 0x0008)).value_or(1.0);
     const double claimed = std::ceil(count * frame.size.x * frame.size.y * allocated / 8.0);
     if (!(claimed > 0) || claimed > file.most_expansion * static_cast<double>(bytes))
@@ -265,8 +290,8 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
 Result<std::vector<char>> read_dicom_pixels(const DicomFile& file) {
     const std::string name = file.path.string();
     PALPATE_TRY(const uint32_t stream_bits, check_codestreams(file));
-    PALPATE_TRY(std::vector<char> pixels,
-                lies_high(file) ? read_dicom_bytes(file) : decode_pixels(file));
+    const bool plain = lies_high(file) || is_floating(file.pixel_element);
+    PALPATE_TRY(std::vector<char> pixels, plain ? read_dicom_bytes(file) : decode_pixels(file));
     const glm::uvec2 size = file.frames.front().size;
     const uint64_t images = file.mosaic ? 1 : file.frames.size();
     const glm::uvec2 plane = file.mosaic.value_or(size);
@@ -292,7 +317,8 @@ Result<std::vector<char>> read_dicom_bytes(const DicomFile& file) {
     gdcm::Reader reader;
     reader.SetFileName(file.path.c_str());
     const gdcm::DataElement* found =
-        reader.Read() ? element(reader.GetFile().GetDataSet(), kPixels) : nullptr;
+        reader.Read() ? element(reader.GetFile().GetDataSet(), Tag(kPixelGroup, file.pixel_element))
+                      : nullptr;
     const gdcm::ByteValue* bytes = found ? found->GetByteValue() : nullptr;
     if (!bytes)
         return fail("{}: its pixels cannot be read (transfer syntax {})", name, file.syntax);

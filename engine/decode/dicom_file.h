@@ -27,11 +27,12 @@ struct DicomFile {
     std::filesystem::path path;
     std::vector<DicomFrame> frames;   // in the order in which the file stores them; one or more
     ComponentType type{};             // of the stored samples; u8 where they are bits
-    uint32_t bits_allocated = 0;      // for a sample: 1, 8, 16 or 32
+    uint32_t bits_allocated = 0;      // for a sample: 1, 8, 16 or 32; 64 of doubles
     uint32_t bits_stored = 0;         // the sample's low bits that count, once shifted down
     uint32_t high_bit = 0;            // the highest of them
     double most_expansion = 1.0;      // of the pixel data's encoding, see VoxelClaim
     uint64_t bytes = 0;               // of the file
+    uint16_t pixel_element = 0x0010;  // (7fe0,xxxx): Pixel Data, or floating-point ones
     uint64_t pixels_at = 0;           // the byte at which the pixel data begins
     std::string syntax;               // UID of the transfer syntax
     bool encapsulated = false;        // the pixels are encoded, in items

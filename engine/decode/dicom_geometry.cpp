@@ -15,9 +15,10 @@ void take_geometry(const DataSet& set, DicomFrame& frame) {
         frame.position = glm::dvec3(p[0], p[1], p[2]);
     if (const auto a = decimals(set, Tag(0x0020, 0x0037)); a.size() == 6)
         frame.axes = glm::dmat2x3{{a[0], a[1], a[2]}, {a[3], a[4], a[5]}};
-    for (const Tag& tag : {Tag(0x0018, 0x1164), Tag(0x0028, 0x0030)}) // the second is preferred
-        if (const auto s = decimals(set, tag); s.size() == 2 && s[0] > 0 && s[1] > 0)
-            frame.spacing_mm = glm::dvec2(s[1], s[0]); // stored: between rows, between columns
+    if (const auto s = decimals(set, Tag(0x0028, 0x0030)); s.size() == 2 && s[0] > 0 && s[1] > 0) {
+        frame.spacing_mm = glm::dvec2(s[1], s[0]); // stored: between rows, between columns
+        frame.spacing_words.clear();               // of another element
+    }
     for (const Tag& tag : {Tag(0x0018, 0x0050), Tag(0x0018, 0x0088)})
         if (const auto step = decimal(set, tag); step && *step > 0)
             frame.slice_step_mm = step;

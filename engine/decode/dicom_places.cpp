@@ -45,6 +45,7 @@ std::vector<Hole> holes_of(const std::vector<DicomFrame>& frames,
             hole.frame.position = glm::mix(*frames[k - 1].position, *frames[k].position, share);
             hole.frame.file.clear();
             hole.frame.rescale = {};
+            hole.frame.padding = {};
         }
     return holes;
 }

@@ -24,7 +24,7 @@ using Failures =
 constexpr size_t kMostFailuresInARow = 8;
 
 // One type that holds every file's: its own where they agree, else f64, which also holds NaN for
-// missing slices.
+// missing slices. Padding becomes NaN later, in the parent (StoredRange).
 ComponentType common_type(const Files& files, const DicomStack& stack) {
     if (stack.resampled)
         return ComponentType::f32;
@@ -37,7 +37,7 @@ ComponentType common_type(const Files& files, const DicomStack& stack) {
 
 void copy_frame(const DicomFile& file, std::span<const char> pixels, uint32_t frame,
                 ComponentType type, std::span<std::byte> out) {
-    if (file.type == type) { // of integers: the samples of no file are f64
+    if (file.type == type) {
         std::memcpy(out.data(), pixels.data() + frame * out.size(), out.size());
         return;
     }
@@ -101,7 +101,9 @@ Failures resample_pixels(const Files& files, const DicomStack& stack, std::span<
         copy_frame(file, pixels, frame.frame, ComponentType::f64,
                    std::as_writable_bytes(std::span(values)));
         for (double& value : values)
-            value = frame.rescale.slope * value + frame.rescale.intercept;
+            value = frame.padding.holds(value)
+                        ? std::nan("")
+                        : frame.rescale.slope * value + frame.rescale.intercept;
         return values;
     };
     const Result<void> made = resample_stack(
@@ -180,8 +182,10 @@ VoxelClaim claim_of(const Files& files, const DicomStack& stack, Decoded& decode
     uint64_t largest = 0;
     std::set<fs::path> counted;
     for (const DicomFrame& frame : stack.frames) {
-        if (!stack.resampled)
+        if (!stack.resampled) { // else it is done in values
             decoded.rescale.push_back(frame.rescale);
+            decoded.padding.push_back(frame.padding);
+        }
         if (frame.file.empty() || !counted.insert(frame.file).second)
             continue;
         const DicomFile& file = files.at(frame.file);
@@ -203,6 +207,9 @@ VoxelClaim claim_of(const Files& files, const DicomStack& stack, Decoded& decode
     if (stack.resampled || made > 1)
         claim.most_expansion *= std::max(1.0, made) * 8.0;
     claim.working_bytes = largest;
+    if (std::all_of(decoded.padding.begin(), decoded.padding.end(),
+                    [](const StoredRange& padding) { return padding == StoredRange{}; }))
+        decoded.padding.clear();
     return claim;
 }
 
@@ -274,6 +281,7 @@ Result<Decoded> decode_dicom(const DecodeRequest& request, VoxelSink& sink) {
                                 stack->warnings.end());
         decoded.notes.insert(decoded.notes.end(), stack->notes.begin(), stack->notes.end());
         decoded.grid = stack->grid;
+        decoded.inverted = series.frames.front().inverted;
 
         const VoxelClaim claim = claim_of(found->files, *stack, decoded);
         PALPATE_TRY(const std::span<std::byte> voxels, sink.allocate(name, claim));

@@ -167,6 +167,8 @@ Result<DicomStack> make_stack(const DecodeRequest& request, DicomSeries series, 
         frames = {frames[chosen]};
     }
     const DicomFrame first = frames.front();
+    if (!first.spacing_words.empty())
+        stack.warnings.push_back(fmt::format("{}: {}", name, first.spacing_words));
     assume_what_is_absent(name, first, frames.size(), stack.warnings);
     const glm::dvec2 spacing = plane.spacing_mm.value_or(glm::dvec2(1.0));
     glm::dvec3 origin = first.position.value_or(glm::dvec3(0.0));

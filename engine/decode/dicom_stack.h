@@ -31,10 +31,13 @@ struct DicomFrame {
     std::optional<glm::dvec3> position;   // centre of the first sample
     std::optional<glm::dmat2x3> axes;     // unit vectors along a row and along a column
     std::optional<glm::dvec2> spacing_mm; // along a row (x), along a column (y)
+    std::string spacing_words;            // a warning about it; empty: none
     std::optional<double> slice_step_mm;  // spacing between slices, else their thickness
     bool against_normal = false;          // slices follow one another against the axes' normal
     Rescale rescale;
     FrameMarks marks;
+    StoredRange padding;   // stored values without data
+    bool inverted = false; // MONOCHROME1: small values are bright
 };
 
 // Images of one series, in the order in which they fill a volume.

@@ -107,6 +107,8 @@ class Walk {
         return {};
     }
 
+    uint16_t pixel_element() const { return pixel_element_; }
+
     Fault read_head(uint64_t end, bool implicit, Head& head) {
         head.at = input_.at();
         std::string_view bytes = input_.look(std::min<uint64_t>(kHeadBytes, end - head.at));
@@ -148,6 +150,9 @@ class Walk {
 
     Fault value(const Head& head, uint64_t end, bool implicit, int depth) {
         const bool pixels = head.is(0x7fe0, 0x0010);
+        const bool any_pixels = pixels || head.is(0x7fe0, 0x0008) || head.is(0x7fe0, 0x0009);
+        if (any_pixels && depth == 0)
+            pixel_element_ = head.number;
         const bool open = head.length == kUndefined;
         if (open) {
             if (pixels && (head.vr == "OB" || head.vr == "OW" || head.vr.empty()))
@@ -157,7 +162,7 @@ class Walk {
             return items(head, end, true, false, implicit || head.vr == "UN", depth);
         }
         const uint64_t left = end - input_.at();
-        if (head.length > left && pixels && depth == 0)
+        if (head.length > left && any_pixels && depth == 0)
             return fmt::format("it is cut off: expected {} bytes of pixels, found {}", head.length,
                                left);
         if (head.length > left)
@@ -203,6 +208,7 @@ class Walk {
     Input& input_;
     bool big_endian_;
     uint64_t seen_ = 0;
+    uint16_t pixel_element_ = 0;
 };
 
 // Where the data set begins and how it is written.
@@ -252,20 +258,24 @@ Form form_of(const std::string& syntax) {
 }
 
 Result<Fault> walk_data(const std::filesystem::path& path, Packing packing, uint64_t start,
-                        uint64_t end, Form form) {
+                        uint64_t end, Form form, uint16_t& pixel_element) {
     PALPATE_TRY(ByteSource source, ByteSource::open(path, packing, start));
     Input input(std::move(source), packing == Packing::none ? start : 0);
-    return Walk(input, form).elements(end, false, form == Form::implicit_little, 0);
+    Walk walk(input, form);
+    Fault fault = walk.elements(end, false, form == Form::implicit_little, 0);
+    pixel_element = walk.pixel_element();
+    return fault;
 }
 
 } // namespace
 
-Result<std::string> check_structure(const std::filesystem::path& path) {
+Result<DicomStructure> check_structure(const std::filesystem::path& path) {
     PALPATE_TRY(const uint64_t bytes, regular_file_bytes(path));
     PALPATE_TRY(ByteSource source, ByteSource::open(path, Packing::none));
     Input input(std::move(source), 0);
     Meta meta;
     Fault fault = read_meta(input, bytes, meta);
+    uint16_t pixel_element = 0;
     if (fault.empty()) {
         Packing packing = Packing::none;
         uint64_t end = bytes;
@@ -276,11 +286,12 @@ Result<std::string> check_structure(const std::filesystem::path& path) {
         }
         const Form form =
             meta.syntax.empty() ? guessed_form(input.look(kHeadBytes)) : form_of(meta.syntax);
-        PALPATE_TRY(fault, walk_data(path, packing, meta.data_at, end, form));
+        PALPATE_TRY(fault, walk_data(path, packing, meta.data_at, end, form, pixel_element));
         if (!fault.empty() && form != Form::explicit_big) { // some name the other of the two
             const Form other =
                 form == Form::implicit_little ? Form::explicit_little : Form::implicit_little;
-            const Result<Fault> walked = walk_data(path, packing, meta.data_at, end, other);
+            const Result<Fault> walked =
+                walk_data(path, packing, meta.data_at, end, other, pixel_element);
             if (walked && walked->empty())
                 fault.clear();
         }
@@ -288,7 +299,7 @@ Result<std::string> check_structure(const std::filesystem::path& path) {
     if (!fault.empty())
         return fail("{}: is {}: {}", path.string(),
                     meta.has_preamble ? "damaged" : "no DICOM file, or a damaged one", fault);
-    return meta.syntax;
+    return DicomStructure{meta.syntax, pixel_element};
 }
 
 } // namespace palpate::io

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -14,8 +15,12 @@ namespace palpate::io {
 // little-endian, explicit big-endian and deflated data sets. Sequences may be nested 32 deep, and
 // hold 2^24 elements in all.
 //
-// Returns the UID of the transfer syntax, empty where the file states none. An error names the
-// file, the tag and the byte at which the element begins (of the data set, where it is deflated).
-Result<std::string> check_structure(const std::filesystem::path& path);
+// An error names the file, the tag and the byte at which the element begins (of the data set, where
+// it is deflated).
+struct DicomStructure {
+    std::string syntax;         // UID of the transfer syntax; empty where the file states none
+    uint16_t pixel_element = 0; // (7fe0,xxxx) of the pixel data: 0008, 0009 or 0010; 0: none
+};
+Result<DicomStructure> check_structure(const std::filesystem::path& path);
 
 } // namespace palpate::io

@@ -88,10 +88,23 @@ struct Rescale {
     friend bool operator==(const Rescale&, const Rescale&) = default;
 };
 
+// Stored values, both ends included, that stand for no data: the padding of DICOM images. Holds
+// nothing by default.
+struct StoredRange {
+    double low = 1;
+    double high = 0;
+
+    bool holds(double value) const { return value >= low && value <= high; }
+    friend bool operator==(const StoredRange&, const StoredRange&) = default;
+};
+
 // The result of a decoder beside the voxels in the sink. `grid` must have the claimed size.
 struct Decoded {
     Grid grid;                    // world_from_index in LPS millimetres, for voxels in stored order
     std::vector<Rescale> rescale; // empty: none; one: for all; grid.size.z of them: one per slice
+    // Of values, not of labels: empty: none; else grid.size.z of them, one per slice.
+    std::vector<StoredRange> padding;
+    bool inverted = false; // small values are meant to be bright (DICOM's MONOCHROME1)
     std::string modality;
     std::vector<std::string> warnings; // sentences, which name the file where there are several
     std::vector<std::string> notes;

@@ -23,6 +23,7 @@ struct Survey {
     double min = kInfinity, max = -kInfinity; // of finite values
     double largest_rounding = 0;              // |value - nearest float|, finite in float
     uint64_t not_finite = 0;
+    uint64_t padding = 0;
     uint64_t beyond_float = 0; // finite, but beyond the range of float
     bool whole = true;         // every finite value is a whole number
     bool near_whole = true;    // but for the rounding of floats (label_rounding)
@@ -33,6 +34,7 @@ struct Survey {
         max = std::max(max, other.max);
         largest_rounding = std::max(largest_rounding, other.largest_rounding);
         not_finite += other.not_finite;
+        padding += other.padding;
         beyond_float += other.beyond_float;
         whole = whole && other.whole;
         near_whole = near_whole && other.near_whole;
@@ -47,9 +49,13 @@ struct Source {
     glm::uvec3 size;
     uint32_t components;
     const std::vector<Rescale>& rescale;
+    const std::vector<StoredRange>& padding;
 
     Rescale rescale_of(uint32_t z) const {
         return rescale.empty() ? Rescale{} : rescale[rescale.size() == 1 ? 0 : z];
+    }
+    StoredRange padding_of(uint32_t z) const {
+        return padding.empty() ? StoredRange{} : padding[z];
     }
     const T* row(uint32_t y, uint32_t z) const {
         return &stored[(y + size_t{size.y} * z) * size.x * components];
@@ -83,10 +89,16 @@ template <class T>
 void survey_row(const Source<T>& source, uint32_t y, uint32_t z, Survey& survey) {
     const Rescale rescale = source.rescale_of(z);
     const bool plain = rescale == Rescale{};
+    const StoredRange padding = source.padding_of(z);
+    const bool pads = padding != StoredRange{};
     const T* voxel = source.row(y, z);
     for (uint32_t x = 0; x < source.size.x; ++x, voxel += source.components) {
         for (uint32_t c = 1; c < source.components; ++c)
             survey.grey = survey.grey && voxel[c] == voxel[0];
+        if (pads && padding.holds(static_cast<double>(*voxel))) {
+            ++survey.padding;
+            continue;
+        }
         const Wide<T> value =
             plain ? static_cast<Wide<T>>(*voxel)
                   : static_cast<Wide<T>>(rescale.slope * static_cast<double>(*voxel) +
@@ -138,7 +150,7 @@ ScalarType smallest_type(const Survey& survey) {
         return survey.min >= std::numeric_limits<decltype(t)>::min() &&
                survey.max <= std::numeric_limits<decltype(t)>::max();
     };
-    if (!survey.whole || survey.not_finite > 0)
+    if (!survey.whole || survey.not_finite > 0 || survey.padding > 0)
         return ScalarType::f32;
     if (holds(uint8_t{}))
         return ScalarType::u8;
@@ -165,6 +177,8 @@ Volume build(const Grid& grid, const Source<T>& source, bool round) {
         for (uint32_t z = 0; z < valid.z; ++z) {
             const Rescale rescale = source.rescale_of(start.z + z);
             const bool plain = rescale == Rescale{};
+            const StoredRange padding = source.padding_of(start.z + z);
+            const bool pads = std::is_floating_point_v<To> && padding != StoredRange{};
             for (uint32_t y = 0; y < valid.y; ++y) {
                 const T* voxel =
                     source.row(start.y + y, start.z + z) + size_t{start.x} * source.components;
@@ -173,6 +187,8 @@ Volume build(const Grid& grid, const Source<T>& source, bool round) {
                     if (round)
                         to[x] = static_cast<To>(std::round(
                             rescale.slope * static_cast<double>(*voxel) + rescale.intercept));
+                    else if (pads && padding.holds(static_cast<double>(*voxel)))
+                        to[x] = std::numeric_limits<To>::quiet_NaN();
                     else
                         to[x] = plain
                                     ? static_cast<To>(*voxel)
@@ -225,12 +241,16 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
                             const VoxelClaim& claim, std::span<const std::byte> bytes,
                             VolumeKind kind, uint64_t max_memory_bytes) {
     PALPATE_ASSERT_CMP(bytes.size(), ==, claimed_bytes(claim).value_or(0));
+    // The numbers of a label map are labels, also that of its background.
+    const std::vector<StoredRange> padding =
+        kind == VolumeKind::labels ? std::vector<StoredRange>() : decoded.padding;
     return visit_component(claim.type, [&](auto t) -> Result<LoadedVolume> {
         using T = decltype(t);
         const Source<T> source{{reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T)},
                                claim.size,
                                claim.components,
-                               decoded.rescale};
+                               decoded.rescale,
+                               padding};
         const Survey survey = survey_of(source);
         if (!survey.grey)
             return fail(
@@ -253,8 +273,11 @@ Result<LoadedVolume> narrow(const std::string& name, const Decoded& decoded,
             type, [&](auto to) { return build<decltype(to)>(decoded.grid, source, round); });
         LoadedVolume loaded{
             std::move(volume), decoded.warnings, decoded.notes, decoded.modality, {},
-            decoded.labels};
+            decoded.labels,    decoded.inverted};
         add_warnings(name, survey, type, claim.components, samples, loaded.warnings);
+        if (survey.padding > 0)
+            loaded.notes.push_back(fmt::format("{}: {} of {} samples are padding: no data", name,
+                                               survey.padding, samples));
         return loaded;
     });
 }

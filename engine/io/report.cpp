@@ -68,6 +68,11 @@ Decoded decoded_from(const JsonValue& in) {
         const std::vector<double> both = doubles(entry, 2);
         decoded.rescale.push_back({both[0], both[1]});
     }
+    for (const JsonValue& entry : list(in.at("padding"))) {
+        const std::vector<double> both = doubles(entry, 2);
+        decoded.padding.push_back({both[0], both[1]});
+    }
+    decoded.inverted = in.at("inverted").boolean();
     decoded.modality = in.at("modality").text();
     decoded.warnings = texts(in.at("warnings"));
     decoded.notes = texts(in.at("notes"));
@@ -108,6 +113,9 @@ std::string decoded_report(const Decoded& decoded) {
     Json rescale = Json::array();
     for (const Rescale& entry : decoded.rescale)
         rescale.push_back(Json::array({bits(entry.slope), bits(entry.intercept)}));
+    Json padding = Json::array();
+    for (const StoredRange& entry : decoded.padding)
+        padding.push_back(Json::array({bits(entry.low), bits(entry.high)}));
     Json labels = Json::array();
     for (const LabelName& label : decoded.labels) {
         Json entry{{"label", label.label}, {"name", label.name}};
@@ -119,6 +127,8 @@ std::string decoded_report(const Decoded& decoded) {
                        {{"size", size_json(decoded.grid.size)},
                         {"world_from_index", matrix},
                         {"rescale", rescale},
+                        {"padding", padding},
+                        {"inverted", decoded.inverted},
                         {"modality", decoded.modality},
                         {"warnings", decoded.warnings},
                         {"notes", decoded.notes},

@@ -180,6 +180,8 @@ Result<void> check_decoded(const Decoded& decoded, const VoxelClaim& claim) {
         return fail("its axes span no space (spacing or directions of zero)");
     if (decoded.rescale.size() > 1 && decoded.rescale.size() != claim.size.z)
         return fail("{} slices have {} rescale entries", claim.size.z, decoded.rescale.size());
+    if (!decoded.padding.empty() && decoded.padding.size() != claim.size.z)
+        return fail("{} slices have {} ranges of padding", claim.size.z, decoded.padding.size());
     for (const Rescale& rescale : decoded.rescale)
         if (!std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept))
             return fail("its rescale slope or intercept is not finite");

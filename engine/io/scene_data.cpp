@@ -37,8 +37,13 @@ Result<LoadedScene> load_scene_data(const SceneFile& file, const ReadOptions& op
         volume_options.series = file.series;
     volume_options.resample_slices |= file.resample_slices;
     PALPATE_TRY(const LoadedVolume volume, load_named(file, file.volume, false, volume_options));
-    LoadedScene scene{
-        {volume.volume, std::nullopt}, volume.modality, {}, {}, volume.coarser, volume.labels};
+    LoadedScene scene{{volume.volume, std::nullopt},
+                      volume.modality,
+                      {},
+                      {},
+                      volume.coarser,
+                      volume.labels,
+                      volume.inverted};
     keep_messages(scene, volume);
     ReadOptions other_options = options;
     other_options.frame.reset();

@@ -13,6 +13,7 @@ struct LoadedScene {
     std::vector<std::string> notes, warnings;
     std::vector<Volume> coarser;        // of a volume from a brick file: levels 1, 2, ..
     std::vector<LabelName> label_names; // of the labels, or of a volume that names its values
+    bool inverted = false;              // small values of the volume are meant to be bright
 };
 
 // Loads, or makes (synthetic:NAME), the volumes and labels of a scene. `options` says how files

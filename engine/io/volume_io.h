@@ -55,6 +55,7 @@ struct LoadedVolume {
     std::string modality;              // as DICOM names it: "CT", "MR"; empty where unknown
     std::vector<Volume> coarser;       // of a brick file: levels 1, 2, .., each half as fine
     std::vector<LabelName> labels;     // of a label map that names them, such as a DICOM SEG
+    bool inverted = false;             // small values are meant to be bright (DICOM's MONOCHROME1)
 };
 
 // Reads a volume: a file, a folder (DICOM series, also in folders below it, or slices) or a slice
@@ -63,7 +64,8 @@ struct LoadedVolume {
 // Voxels keep the order in which they are stored; world_from_index says where they lie, in LPS
 // millimetres. Values are physical (HU for CT): the smallest of u8, i8, u16, i16 and f32 that holds
 // every one exactly; where none does, f32, and a warning states the largest rounding. NaN and
-// infinities are no-data, counted in a warning.
+// infinities are no-data, counted in a warning; so is the padding of DICOM images, counted in a
+// note.
 //
 // A brick file (engine/io/brick_file.h) is opened, and its samples are fetched as they are read; a
 // reader that meets a damaged one gets a SourceError.

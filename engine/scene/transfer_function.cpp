@@ -80,6 +80,24 @@ TransferFunction window_function(double low, double high, double max_opacity,
             opacity_unit_mm};
 }
 
+TransferFunction mirrored(const TransferFunction& function) {
+    const std::vector<double> cuts = knots(function);
+    TransferFunction result = function;
+    std::reverse(result.colors.begin(), result.colors.end());
+    std::reverse(result.opacities.begin(), result.opacities.end());
+    // The ends to the bit.
+    const auto turned = [&](double value) {
+        return value == cuts.front()  ? cuts.back()
+               : value == cuts.back() ? cuts.front()
+                                      : cuts.front() + (cuts.back() - value);
+    };
+    for (auto& point : result.colors)
+        point.value = turned(point.value);
+    for (auto& point : result.opacities)
+        point.value = turned(point.value);
+    return result;
+}
+
 bool shows_after(const TransferTable& table, size_t entry) {
     return entry + 1 < table.integrals.size() &&
            table.integrals[entry + 1].w > table.integrals[entry].w;

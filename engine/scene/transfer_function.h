@@ -46,6 +46,9 @@ double finest_detail(const TransferFunction& function);
 TransferFunction window_function(double low, double high, double max_opacity,
                                  double opacity_unit_mm = 1.0);
 
+// The function turned over within its ends: the lowest value looks as the highest did.
+TransferFunction mirrored(const TransferFunction& function);
+
 // The function sampled for the GPU: entry i stands for low + i / (n - 1) * (high - low); a value is
 // looked up at the nearest entry, values outside at the ends. rgb and tau per mm.
 struct TransferTable {

@@ -37,14 +37,16 @@ struct Look {
     ValueSurvey values;
     std::optional<double> hu; // where a CT has its 0 HU
     // A background that is brighter than bone, or than all else in data without a unit, hides what
-    // lies in it from rays that look for what is bright.
+    // lies in it from rays that look for what is bright. Small values may be meant to be bright,
+    // too.
     bool looks_for_dark;
 
     explicit Look(const LoadedScene& loaded)
         : values(survey_of(loaded)),
           hu(hounsfield_offset(loaded, values)),
-          looks_for_dark(values.bright_background &&
-                         (!hu || *values.bright_background >= *hu + kBone_hu)) {}
+          looks_for_dark(
+              (loaded.inverted && !hu) ||
+              (values.bright_background && (!hu || *values.bright_background >= *hu + kBone_hu))) {}
 
     double highest() const { return std::max(values.high, values.projected_high); }
     // Whether the values spread over an eighth of a window in HU, 32 of 256 greys.
@@ -74,6 +76,11 @@ TransferFunction alpha_preset(const Look& look) {
 // From white at `low` to black at `high`: a MIP then shows the smallest value.
 TransferFunction window_of_dark(double low, double high) {
     return {{{low, glm::dvec3(1.0)}, {high, glm::dvec3(0.0)}}, {{low, 1.0}, {high, 0.0}}, 1.0};
+}
+
+// A grey function of a volume whose small values may be meant to be bright.
+TransferFunction as_meant(const TransferFunction& function, const LoadedScene& loaded) {
+    return loaded.inverted ? mirrored(function) : function;
 }
 
 } // namespace
@@ -133,10 +140,13 @@ RayCastLayer default_ray_cast(RayMode mode, const LoadedScene& loaded) {
         if (look.looks_for_dark)
             layer.transfer = window_of_dark(values.projected_low, values.high);
         else if (look.fills(-200.0, 300.0))
-            layer.transfer = window_function(
-                *look.hu - 200.0, std::max(values.projected_high, *look.hu + 300.0), 1.0);
+            layer.transfer =
+                as_meant(window_function(*look.hu - 200.0,
+                                         std::max(values.projected_high, *look.hu + 300.0), 1.0),
+                         loaded);
         else
-            layer.transfer = window_function(values.low, values.projected_high, 1.0);
+            layer.transfer =
+                as_meant(window_function(values.low, values.projected_high, 1.0), loaded);
         return layer;
     }
     layer.transfer = alpha_preset(look);
@@ -155,8 +165,9 @@ RayCastLayer default_ray_cast(RayMode mode, const LoadedScene& loaded) {
 TransferFunction default_slice_transfer(const LoadedScene& loaded) {
     const Look look(loaded);
     if (look.fills_tissue())
-        return window_function(*look.hu + kTissue_hu.x, *look.hu + kTissue_hu.y, 1.0);
-    return window_function(look.values.low, look.values.high, 1.0);
+        return as_meant(window_function(*look.hu + kTissue_hu.x, *look.hu + kTissue_hu.y, 1.0),
+                        loaded);
+    return as_meant(window_function(look.values.low, look.values.high, 1.0), loaded);
 }
 
 TransferFunction default_fusion_transfer(ValueRange range) {

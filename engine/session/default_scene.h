@@ -25,10 +25,12 @@ std::optional<SliceLayer> only_slice(const Grid& grid);
 
 // A ray-cast layer that suits the volume (docs/reference/scene.md, "Defaults for a volume"):
 // presets in HU for CT, stretched over the values' range else; where the background is bright, dark
-// values are looked for (bright_background.h). The opacity of presets is by the volume's size.
+// values are looked for (bright_background.h), and where small values are meant to be bright in
+// data without Hounsfield units. The opacity of presets is by the volume's size.
 RayCastLayer default_ray_cast(RayMode mode, const LoadedScene& loaded);
 
-// Grey for slices: the soft-tissue window for CT where that shows its values, their range else.
+// Grey for slices: the soft-tissue window for CT where that shows its values, their range else;
+// black and white are exchanged where small values are meant to be bright.
 TransferFunction default_slice_transfer(const LoadedScene& loaded);
 
 // Black, red, yellow, white over the values' range, for a volume over slices: the lowest tenth can

@@ -1,7 +1,10 @@
-// DICOM files of several frames, decoded in this process: every place in which their geometry and
-// their order may stand, in every encoding.
+// DICOM files decoded in this process, in every encoding: of several frames, every place in which
+// their geometry and their order may stand; and of one, floating-point pixels, padding and
+// ultrasound regions.
 
 #include <gdcmTrace.h>
+
+#include <cstring>
 
 #include "tests/reader_fuzz/harness.h"
 #include "tests/unit/io/dicom_bytes.h"
@@ -70,6 +73,41 @@ DicomData grouped(bool volume) {
     return data.put_items(0x5200, 0x9229, {shared}).put_items(0x5200, 0x9230, per_frame);
 }
 
+// Floating-point pixels, the first eight of which are padding.
+template <class T>
+DicomData floating() {
+    const bool doubles = sizeof(T) == 8;
+    DicomData data = test::samples(kColumns, kRows, doubles ? 64 : 32, 16, false);
+    test::place(data, "0\\0\\0", kAxes, "1\\1");
+    const auto bytes = [](T value) {
+        std::string text(sizeof(T), '\0');
+        std::memcpy(text.data(), &value, sizeof(T));
+        return text;
+    };
+    std::string pixels;
+    for (int i = 0; i < kColumns * kRows; ++i)
+        pixels += bytes(static_cast<T>(0.25 * i));
+    const char* const vr = doubles ? "FD" : "FL";
+    data.put(0x28, doubles ? 0x123 : 0x122, vr, bytes(T(0)));
+    data.put(0x28, doubles ? 0x125 : 0x124, vr, bytes(T(1.75)));
+    return data.put(0x7fe0, doubles ? 9 : 8, doubles ? "OD" : "OF", pixels);
+}
+
+// Whole numbers with a range of padding, and their spacing in ultrasound regions.
+DicomData padded() {
+    DicomData data = test::samples(kColumns, kRows, 16, 12, true), region;
+    test::place(data, "0\\0\\0", kAxes, "1\\1");
+    data.erase(0x28, 0x30).put(0x28, 4, "CS", "MONOCHROME1");
+    data.put_words(0x28, 0x120, {0xf830}, "SS").put_words(0x28, 0x121, {8}, "SS");
+    region.put_words(0x18, 0x6024, {3}).put_words(0x18, 0x6026, {3});
+    region.put_doubles(0x18, 0x602c, {0.05}).put_doubles(0x18, 0x602e, {0.04});
+    data.put_items(0x18, 0x6011, {region, region});
+    std::vector<int> values;
+    for (int i = 0; i < kColumns * kRows; ++i)
+        values.push_back(i);
+    return data.put(0x7fe0, 0x10, "OW", test::words_16(values));
+}
+
 std::optional<Error> read_here(const std::filesystem::path& path) {
     const auto decoded = io::decode_here(path, {}, kMostBytes);
     return decoded ? std::optional<Error>() : decoded.error();
@@ -96,6 +134,9 @@ std::vector<Reader> dicom_readers() {
          read_here},
         {"DicomVolume", "a.dcm", in_every_encoding(grouped(true), "1.2.840.10008.5.1.4.1.1.6.2"),
          read_here},
+        {"DicomFloats", "a.dcm", in_every_encoding(floating<float>(), test::kCtClass), read_here},
+        {"DicomDoubles", "a.dcm", in_every_encoding(floating<double>(), test::kCtClass), read_here},
+        {"DicomPadding", "a.dcm", in_every_encoding(padded(), test::kCtClass), read_here},
     };
 }
 

@@ -52,7 +52,7 @@ Outcomes meet_damaged_files(const Reader& reader, uint64_t count,
 
 // The tables, one a kind of file.
 std::vector<Reader> volume_readers(); // decoded in this process: our own code
-std::vector<Reader> dicom_readers();  // of several frames, decoded in this process
+std::vector<Reader> dicom_readers();  // decoded in this process
 std::vector<Reader> sandboxed_readers();
 std::vector<Reader> mesh_readers();
 std::vector<Reader> text_readers(); // scenes and strokes

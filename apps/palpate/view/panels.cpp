@@ -243,7 +243,7 @@ void Interface::draw_volume(ViewState& state, Work& work) {
     }
     if (scene.ray_cast && scene.ray_cast->mode == RayMode::mip) {
         if (ImGui::Button("as the slices' window")) {
-            scene.ray_cast->transfer = window_function(state.window.low, state.window.high, 1.0);
+            scene.ray_cast->transfer = grey_of(state);
             changed = true;
         }
         note("volume/as_window");

@@ -48,8 +48,9 @@ std::vector<std::byte> preview_of(const LoadedVolume& loaded, uint32_t side_px) 
     const GreyRange window = window_of(loaded, values);
     std::vector<std::byte> rgba;
     for (const double value : values) {
-        const double share =
-            std::isnan(value) ? 0.0 : (value - window.low) / (window.high - window.low);
+        const double share = std::isnan(value) ? 0.0
+                             : loaded.inverted ? (window.high - value) / (window.high - window.low)
+                                               : (value - window.low) / (window.high - window.low);
         const auto grey = static_cast<std::byte>(std::lround(255.0 * std::clamp(share, 0.0, 1.0)));
         rgba.insert(rgba.end(), {grey, grey, grey, std::byte{255}});
     }

@@ -119,6 +119,11 @@ bool are_whole_enough(ValueRange range) {
     return double{range.max} - range.min >= 200.0;
 }
 
+TransferFunction grey_of(const ViewState& state) {
+    const TransferFunction grey = window_function(state.window.low, state.window.high, 1.0);
+    return state.window_inverted ? mirrored(grey) : grey;
+}
+
 Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scene& base,
                bool has_labels) {
     Scene scene = base;
@@ -129,7 +134,7 @@ Scene scene_of(const ViewState& state, const Grid& grid, Panel panel, const Scen
         scene.labels.reset();
     // What only slices show changes nothing of a volume without them, and rays are not cast anew.
     if (is_slice(panel) || state.slices_in_volume) {
-        scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
+        scene.slice_transfer = grey_of(state);
         if (scene.labels)
             scene.labels->slice_opacity = state.label_opacity;
         for (std::optional<LabelLayer>* layer : {&scene.labels, &scene.overlay})

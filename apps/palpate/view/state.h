@@ -120,6 +120,7 @@ struct ViewState {
     std::array<SliceView, kSlicePanels> slices;
     Camera camera; // of the volume
     GreyWindow window;
+    bool window_inverted = false;        // black and white are exchanged (DICOM's MONOCHROME1)
     StereoView stereo;                   // of the volume's view
     std::optional<glm::dvec3> cursor_mm; // in stereo: where the pointer is in 3D
 
@@ -253,6 +254,9 @@ void move_crosshair(ViewState& state, const Grid& grid, glm::dvec3 to_mm);
 
 // The sample nearest to a point; none outside the volume.
 std::optional<glm::uvec3> sample_at(const Grid& grid, glm::dvec3 point_mm);
+
+// The slices' window as a grey function.
+TransferFunction grey_of(const ViewState& state);
 
 // What a view's picture shows: `base` is the document's scene, of which rays, colours of labels and
 // clip planes are taken.

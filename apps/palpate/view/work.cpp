@@ -205,8 +205,10 @@ Work::Work(Source source, glm::uvec2 window_px, double text_scale, bool threaded
         home.outline_px = opened.labels->outline_px;
     home.seen_as = seen_as(session_.scene());
     const TransferFunction& grey = session_.scene().slice_transfer;
-    home.window =
-        window_of(grey.colors.empty() ? default_slice_transfer(loaded_) : grey, subject_.range);
+    const TransferFunction shown = grey.colors.empty() ? default_slice_transfer(loaded_) : grey;
+    home.window = window_of(shown, subject_.range);
+    home.window_inverted = !shown.colors.empty() && // as it was saved, or by default
+                           shown.colors.front().color.x > shown.colors.back().color.x;
     home.measuring.measures = measures_saved_ = session_.kept().measures;
     home.clipping.planes = session_.scene().clip_planes;
     for (ClipPlane& plane : home.clipping.planes)

@@ -61,7 +61,7 @@ void Work::save(const ViewState& state, const std::string& folder) {
     Scene scene = session_.scene();
     scene.camera = state.camera;
     scene.fusion = fusion_; // and not what a segmentation shows for a while
-    scene.slice_transfer = window_function(state.window.low, state.window.high, 1.0);
+    scene.slice_transfer = grey_of(state);
     session_.show(std::move(scene));
     Kept kept = session_.kept();
     kept.crosshair_mm = state.crosshair_mm;

@@ -45,5 +45,38 @@ TEST(DefaultScene, OtherModalitiesHaveNoUnit) {
         EXPECT_EQ(value_unit(head(modality, 1024.0)), "") << modality;
 }
 
+TEST(DefaultScene, SmallValuesThatAreMeantToBeBrightAreShownSo) {
+    for (const char* modality : {"", "MR", "CT"}) {
+        SCOPED_TRACE(modality);
+        // Without a modality, values that cannot be Hounsfield units.
+        const LoadedScene plain = head(modality, *modality == 'C' ? 0.0 : 5000.0);
+        LoadedScene turned = plain;
+        turned.inverted = true;
+        const auto expect_mirrored = [](const TransferFunction& a, const TransferFunction& b) {
+            const double low = a.colors.front().value, high = a.colors.back().value;
+            EXPECT_EQ(b.colors.front().value, low);
+            EXPECT_EQ(b.colors.back().value, high);
+            for (const double share : {0.0, 0.2, 0.5, 0.9, 1.0}) {
+                const double at = low + share * (high - low), other = high - share * (high - low);
+                EXPECT_NEAR(glm::distance(color_at(a, at), color_at(b, other)), 0.0, 1e-9);
+                EXPECT_NEAR(opacity_at(a, at), opacity_at(b, other), 1e-9);
+            }
+        };
+        expect_mirrored(default_slice_transfer(plain), default_slice_transfer(turned));
+        const TransferFunction mip = default_ray_cast(RayMode::mip, turned).transfer;
+        EXPECT_EQ(mip.colors.front().color.x, 1.0);
+        EXPECT_EQ(mip.colors.back().color.x, 0.0);
+        EXPECT_GT(mip.opacities.front().opacity, mip.opacities.back().opacity);
+        // What is chosen by Hounsfield units stands for matter, not for a shade of grey.
+        const bool hu = *modality == 'C';
+        const double iso = default_ray_cast(RayMode::iso, plain).isos.front().value;
+        const double other = default_ray_cast(RayMode::iso, turned).isos.front().value;
+        EXPECT_EQ(iso == other, hu);
+        EXPECT_EQ(default_ray_cast(RayMode::alpha, plain).transfer ==
+                      default_ray_cast(RayMode::alpha, turned).transfer,
+                  hu);
+    }
+}
+
 } // namespace
 } // namespace palpate
