@@ -107,10 +107,14 @@ void add_felt_mesh(Feel& feel, std::shared_ptr<const Mesh> mesh) {
         feel.scene.mesh = feel.scene.touch_mesh->mesh;
         return;
     }
-    if (!mesh)
+    const bool is_of_samples = !mesh;
+    if (is_of_samples)
         mesh = std::make_shared<const Mesh>(haptics::touch_surface(felt, feel.parameters));
     feel.scene.mesh = mesh;
-    feel.scene.touch_mesh = haptics::make_touch_mesh(mesh, cell_mm);
+    auto made =
+        std::make_shared<haptics::TouchMesh>(*haptics::make_touch_mesh(feel.scene.mesh, cell_mm));
+    made->is_of_samples = is_of_samples;
+    feel.scene.touch_mesh = made;
 }
 
 SessionSetup session_setup(Feel& feel) {

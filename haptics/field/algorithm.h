@@ -119,7 +119,7 @@ enum class Contact : uint8_t {
     yielding,  // pushed into material beyond T0
     submerged, // inside material, and no way out is known
     behind,    // the work of a tick ends before the hand is reached: force fades and does not rise
-    unknown,   // samples are missing or without data: force fades
+    unknown,   // samples there are missing or without data: force fades by 90 N/s
 };
 
 // When a tool works on the material, and where.

@@ -98,6 +98,17 @@ Field::Both Field::both(glm::dvec3 world_mm, bool sharp, bool smooth) {
     return found;
 }
 
+bool Field::lacks_data(glm::dvec3 world_mm) const {
+    if (!volume_ || !may_lack_data())
+        return false;
+    const glm::dvec3 index = index_of(world_mm);
+    if (is_far(index))
+        return false;
+    const int reach = std::max(filters_.sharp.reach, filters_.smooth.reach);
+    const glm::ivec3 cell(glm::floor(index));
+    return haptics::lacks_data(*volume_, cell - 1 - reach, cell + 2 + reach);
+}
+
 bool Field::is_clear(glm::dvec3 from_mm, glm::dvec3 to_mm, double margin_samples) const {
     if (!volume_)
         return true;

@@ -41,10 +41,10 @@ struct FieldSample {
 // sample are still solid at 0.5.
 //
 // Samples beyond the volume, without data, or in bricks not in memory count as the lowest value
-// there is: free. Cost: about 0.04 us an evaluation, and a few us for each block of 4x4x4 samples
-// that is read for the first time. Nothing is allocated. Blocks lie in a table that any box of 32
-// samples fits into. They outlive a snapshot: a block is made again only where samples that it was
-// made of have changed.
+// there is: free. What is felt near the last two is not known: lacks_data(). Cost: about 0.04 us an
+// evaluation, and a few us for each block of 4x4x4 samples that is read for the first time. Nothing
+// is allocated. Blocks lie in a table that any box of 32 samples fits into. They outlive a
+// snapshot: a block is made again only where samples that it was made of have changed.
 //
 // All is stored in floats, less the iso-value that was first asked for: near the surface, where it
 // matters, rounding is 2^-24 of the contrast for each of a few sums, 1e-6 samples in all.
@@ -59,8 +59,10 @@ class Field {
     }
     // No volume is followed: everything is free.
     bool is_empty() const { return volume_ == nullptr; }
-    // Whether something read since follow() was not in memory.
-    bool lacked_brick() const { return lacked_brick_; }
+    // Whether one of the samples that the views of a place are made of has no data, or is not in
+    // memory and was missed since follow(). About 1 us where there is no-data in the same brick.
+    bool lacks_data(glm::dvec3 world_mm) const;
+    bool may_lack_data() const { return volume_->no_data_count() > 0 || lacked_brick_; }
 
     double value(glm::dvec3 world_mm);       // of sharp()
     FieldSample sharp(glm::dvec3 world_mm);  // the gradient is the derivative of the value

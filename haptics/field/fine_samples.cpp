@@ -164,6 +164,12 @@ bool FineSamples::is_free(glm::ivec3 sample) const {
            threshold_;
 }
 
+bool FineSamples::lacks_data(glm::dvec3 index) const {
+    const int reach = std::max(sharp_view_.reach, smooth_view_.reach) + 1; // and a cell's corners
+    const glm::ivec3 cell(glm::floor(glm::clamp(index, -1e6, 1e6)));
+    return haptics::lacks_data(*volume_, cell - 1 - reach, cell + 2 + reach);
+}
+
 FineSamples::Matter FineSamples::matter(glm::ivec3 low, glm::ivec3 high) const {
     if (has_table_) // what is high need not be solid
         return Matter::unknown;

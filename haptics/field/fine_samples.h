@@ -37,7 +37,10 @@ class FineSamples {
     Box smooth(glm::ivec3 first, int side);
 
     uint64_t settings() const { return settings_; } // changes where any point may, but for samples
-    float threshold() const { return threshold_; }  // sharp values at or above it are solid
+    // Whether one of the samples that points about a place of index space are made of has no data,
+    // or is not in memory.
+    bool lacks_data(glm::dvec3 index) const;
+    float threshold() const { return threshold_; } // sharp values at or above it are solid
     // The least that a point can be: far from everything solid.
     float free_value() const { return free_value_; }
     // Whether a sample, as it was stored, is free; those that are not there are.

@@ -22,7 +22,7 @@ void Patch::extract(const Volume& volume, glm::dvec3 world_mm, const TouchParame
     const glm::ivec3 first = glm::ivec3(glm::round(index - 0.5 * (side_ - 1.0)));
     const float lowest = std::min(volume.range().empty() ? 0.0f : volume.range().min,
                                   static_cast<float>(p.iso) - 1.0f);
-    lacked_brick_ = copy_resident(volume, first, glm::ivec3(side_), lowest, samples_.data());
+    copy_resident(volume, first, glm::ivec3(side_), lowest, samples_.data());
     const size_t count = size_t(side_) * size_t(side_) * size_t(side_);
     const bool labels = p.source == TouchSource::labels;
     for (size_t i = 0; i < count; ++i) {
@@ -50,14 +50,13 @@ int64_t Patch::extract(FineSamples& samples, const Volume& volume, glm::dvec3 wo
     low_ = glm::dvec3(first) * spacing;
     high_ = low_ + (side_ - 1.0) * spacing;
     span_ = {};
-    lacked_brick_ = is_solid_amid_ = false;
+    is_solid_amid_ = false;
     const FineSamples::Matter matter = samples.matter(first, first + side_ - 1);
     is_solid_amid_ = matter == FineSamples::Matter::solid;
     if (matter != FineSamples::Matter::unknown)
         return 0;
     const size_t count = size_t(side_) * size_t(side_) * size_t(side_);
     const FineSamples::Box sharp = samples.sharp(first, side_);
-    lacked_brick_ = sharp.lacks_brick;
     is_solid_amid_ = sharp.values[count / 2] >= samples.threshold();
     made_ = surface_.extract(std::span<const float>(sharp.values, count), glm::vec3(spacing),
                              glm::vec3(low_), samples.threshold());

@@ -34,7 +34,6 @@ class Patch {
     const TriangleSpan& span() const { return span_; }
     glm::dvec3 low_mm() const { return low_; } // of the window, mesh space
     glm::dvec3 high_mm() const { return high_; }
-    bool lacked_brick() const { return lacked_brick_; }
     bool is_solid_amid() const { return is_solid_amid_; } // the middle of the window
 
     static glm::dmat4 mesh_from_world(const Volume& volume);
@@ -53,7 +52,7 @@ class Patch {
     glm::ivec3 first_point_{0};
     glm::dvec3 spacing_{1.0};
     glm::dvec3 low_{0.0}, high_{0.0};
-    bool lacked_brick_ = false, is_solid_amid_ = false;
+    bool is_solid_amid_ = false;
     std::array<float, kMostSide * kMostSide * kMostSide> samples_;
     std::array<glm::vec3, kMostPositions> filtered_, normals_;
     std::array<float, kMostPositions> weights_;

@@ -151,6 +151,58 @@ bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, floa
     return lacks_brick;
 }
 
+namespace {
+
+template <class T>
+bool any_nan(const Brick& brick, glm::ivec3 low, glm::ivec3 high) {
+    if constexpr (std::is_floating_point_v<T>) { // whole numbers have no NaN
+        if (brick.is_constant())
+            return true;
+        const Brick::Pinned pinned = brick.pin();
+        const auto* samples = reinterpret_cast<const T*>(pinned.bytes);
+        for (int z = low.z; z <= high.z; ++z)
+            for (int y = low.y; y <= high.y; ++y)
+                for (int x = low.x; x <= high.x; ++x)
+                    if (const T sample = samples[offset_in_brick(glm::uvec3(x, y, z) % kBrickSide)];
+                        sample != sample)
+                        return true;
+    }
+    return false;
+}
+
+bool lacks(const Volume& volume, glm::ivec3 low, glm::ivec3 high, bool is_missing_lacking) {
+    low = glm::max(low, glm::ivec3(0));
+    high = glm::min(high, glm::ivec3(volume.size()) - 1);
+    if (glm::any(glm::lessThan(high, low)))
+        return false;
+    const int side = kBrickSide;
+    const glm::ivec3 first = low / side, last = high / side;
+    for (int z = first.z; z <= last.z; ++z)
+        for (int y = first.y; y <= last.y; ++y)
+            for (int x = first.x; x <= last.x; ++x) {
+                const glm::ivec3 at(x, y, z);
+                const Brick& brick = volume.brick(glm::uvec3(at));
+                const bool has_gaps = brick.no_data_count() > 0;
+                if (brick.is_in_source()
+                        ? has_gaps || is_missing_lacking
+                        : has_gaps && visit_scalar(brick.type(), [&](auto t) {
+                              return any_nan<decltype(t)>(brick, glm::max(low, side * at),
+                                                          glm::min(high, side * (at + 1) - 1));
+                          }))
+                    return true;
+            }
+    return false;
+}
+
+} // namespace
+
+bool lacks_data(const Volume& volume, glm::ivec3 low, glm::ivec3 high) {
+    return lacks(volume, low, high, true);
+}
+bool has_no_data(const Volume& volume, glm::ivec3 low, glm::ivec3 high) {
+    return lacks(volume, low, high, false);
+}
+
 ValueRange range_about(const Volume& volume, glm::ivec3 low, glm::ivec3 high, bool& lacks_some) {
     lacks_some = volume.no_data_count() > 0 || glm::any(glm::lessThan(low, glm::ivec3(0))) ||
                  glm::any(glm::greaterThanEqual(high, glm::ivec3(volume.size())));

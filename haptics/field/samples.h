@@ -24,6 +24,13 @@ glm::dvec3 resident_gradient(const Volume& volume, glm::dvec3 index);
 bool copy_resident(const Volume& volume, glm::ivec3 start, glm::ivec3 size, float missing,
                    float* out);
 
+// Whether any sample of the box [low, high] (index space, both ends included) is in the volume and
+// has no data, or is not in memory. In bricks without no-data it costs some ns, else about 1 ns a
+// sample.
+bool lacks_data(const Volume& volume, glm::ivec3 low, glm::ivec3 high);
+// The same where only no-data counts; of a brick that is not in memory, any of it.
+bool has_no_data(const Volume& volume, glm::ivec3 low, glm::ivec3 high);
+
 // A range that holds every sample in the box [low, high] (index space, both ends included): that of
 // the blocks of 8x8x8 samples it has a part in. Empty where it has none. `lacks_some`: some of the
 // box may be beyond the volume or without data.

@@ -67,6 +67,10 @@ dvec3 Coupler::hand_of(const TickInput& input) {
 
 TickOutput Coupler::couple(const TickInput& input, const Geometry& geometry,
                            const std::optional<Feel>& may_be) {
+    if (geometry.lacks_data) {
+        yielding_ = {};
+        return finish(input, {.proxy_mm = input.tool.position_mm, .lacks_data = true});
+    }
     take_feel(input, geometry, may_be);
     yield(input, geometry);
     return finish(input, geometry);
@@ -105,7 +109,8 @@ void Coupler::yield(const TickInput& input, const Geometry& geometry) {
     if (!(k > 0.0))
         return;
     const dvec3 spring = geometry.proxy_mm - yielding_.hand(x);
-    if (!yielding_.is_inside() && geometry.touching && feel_.yield_n < kNever_n &&
+    // What the end of a gap in the data moves is bled off first.
+    if (!lacked_data_ && !yielding_.is_inside() && geometry.touching && feel_.yield_n < kNever_n &&
         k * glm::dot(spring, geometry.normal) > feel_.yield_n) {
         // From where it was rendered: what an edit or coming out left to make up for is not asked
         // now.
@@ -124,11 +129,14 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
     const bool is_inside = yielding_.is_inside(), in_contact = geometry.touching || is_inside;
     const dvec3 tool = input.tool.position_mm, x = is_inside ? tool : yielding_.hand(tool);
     const double dt = input.dt_s, k = 1e-3 * feel_.stiffness_n_per_m;
+    const bool is_exchanged = geometry.was_replaced || lacked_data_;
     catching_up_s_ =
-        geometry.was_replaced && !is_first_ ? kCatchingUp_s : std::max(0.0, catching_up_s_ - dt);
+        is_exchanged && !is_first_ ? kCatchingUp_s : std::max(0.0, catching_up_s_ - dt);
     dvec3 rendered = is_inside ? yielding_.place_mm() : geometry.proxy_mm;
     // Force stays what it was, and then falls, also where geometry takes some ticks to get there.
-    if (yielding_.is_leaving())
+    if (geometry.lacks_data)
+        bleed_.take_up(rendered_ + (x - hand_), rendered, 0.0);
+    else if (yielding_.is_leaving())
         bleed_.take_up(rendered_ + (has_come_out_ ? tool - tool_ : x - hand_), rendered, 0.0);
     else if (catching_up_s_ > 0.0 && !is_inside)
         bleed_.take_up(rendered_ + (x - hand_), rendered, glm::distance(x, hand_));
@@ -142,8 +150,8 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
 
     TickOutput output;
     const double fade = dt / kFade_s;
-    presence_ = geometry.lacks_data || geometry.is_behind ? std::max(0.0, presence_ - fade)
-                                                          : std::min(1.0, presence_ + fade);
+    presence_ =
+        geometry.is_behind ? std::max(0.0, presence_ - fade) : std::min(1.0, presence_ + fade);
     const double damping = rendered == x ? 0.0 : q.damping_n_s_per_m;
     output.force_n = coupling_n(feel_.stiffness_n_per_m, damping, x, rendered,
                                 input.velocity_mm_per_s, (rendered - rendered_) / dt);
@@ -175,6 +183,7 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
         output.force_n += input.removal * q.vibration_n * vibration_.next(dt) * last_normal_;
 
     is_first_ = false;
+    lacked_data_ = geometry.lacks_data;
     has_settled_ = in_contact || rendered == x;
     rendered_ = rendered;
     tool_ = tool;

@@ -12,6 +12,7 @@ namespace palpate::haptics {
 // The contact state after the tick before, and the place of the proxy.
 struct Felt {
     bool has_proxy = false, touching = false, slipping = false;
+    bool is_restarted = false; // whatever is felt now is another than before
     glm::dvec3 proxy{0.0}, normal{0.0};
     uint64_t version = 0;
     double iso = 0.0;
@@ -21,12 +22,19 @@ struct Felt {
         return input.parameters->source == TouchSource::labels ? input.scene->labels
                                                                : input.scene->grey;
     }
+    // Whatever is felt at a place is to be found anew.
+    void restart(glm::dvec3 at_mm) {
+        *this = Felt{};
+        has_proxy = is_restarted = true;
+        proxy = at_mm;
+    }
     // Notes what is felt now, and says whether it is anything else than before. The first proxy is
     // at the tool.
     bool exchange(const TickInput& input, const Volume& volume) {
         const TouchParameters& p = *input.parameters;
-        const bool other =
-            !has_proxy || volume.version() != version || p.iso != iso || p.source != source;
+        const bool other = !has_proxy || is_restarted || volume.version() != version ||
+                           p.iso != iso || p.source != source;
+        is_restarted = false;
         version = volume.version();
         iso = p.iso;
         source = p.source;
@@ -44,7 +52,7 @@ struct Geometry {
     bool touching = false;
     bool submerged = false;    // in material, and no way out is known; nothing is felt
     bool was_replaced = false; // the touched scene was exchanged since the tick before
-    bool lacks_data = false;   // something near was not in memory
+    bool lacks_data = false;   // what holds the proxy is made of samples without data
     bool is_behind = false;    // work ended before the proxy was where the hand draws it
     double confidence = 1.0;
     uint32_t iterations = 0, contacts = 0;
@@ -75,11 +83,16 @@ class Coupler {
     // then of this one.
     glm::dvec3 rubbed(glm::dvec3 hand_mm, glm::dvec3 proxy_mm, glm::dvec3 normal,
                       bool& slipping) const;
+    // The proxy is rendered at the hand: there is no force left.
+    bool is_at_hand() const { return rendered_ == hand_; }
     // Fades out; for inputs that cannot be used.
     TickOutput unknown();
 
     // `may_be`: the feel where the proxy touches. Without one, that of the tick before stays while
     // a force is felt.
+    // Where geometry.lacks_data, the spring of the tick before goes along with the hand, shrinks as
+    // edits are felt, and nothing else of geometry counts. The caller's next geometry starts from
+    // what was known before this tick; once is_at_hand(), at the hand.
     TickOutput couple(const TickInput& input, const Geometry& geometry,
                       const std::optional<Feel>& may_be);
 
@@ -97,8 +110,9 @@ class Coupler {
     double spring_n_ = 0.0;      // in the last tick, before it faded
     double catching_up_s_ = 0.0; // since an exchange
     bool is_first_ = true, had_force_ = false, has_come_out_ = false;
-    bool has_settled_ = true; // in the last tick: on a surface, or where the hand is
-    Feel feel_;               // where nothing yields, yield_n is that of kNever_n
+    bool lacked_data_ = false; // in the last tick
+    bool has_settled_ = true;  // in the last tick: on a surface, or where the hand is
+    Feel feel_;                // where nothing yields, yield_n is that of kNever_n
     Yielding yielding_;
     ForceCut cut_;
     Bleed bleed_;

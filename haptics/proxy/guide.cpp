@@ -29,6 +29,7 @@ class Guide final : public Algorithm {
     struct Distance {
         double mm;
         dvec3 slope; // mm per mm
+        bool lacks_data;
     };
     Distance distance_at(const Volume& field, dvec3 tool_mm);
 
@@ -44,14 +45,15 @@ Guide::Distance Guide::distance_at(const Volume& field, dvec3 tool_mm) {
         const double margin = std::min(kReach, 0.5 * last[k]);
         within[k] = std::clamp(index[k], margin, last[k] - margin);
     }
-    const FieldSample found = field_.sharp(world_point(field.grid(), within));
+    const dvec3 place = world_point(field.grid(), within);
+    const FieldSample found = field_.sharp(place);
     // The chain rule of d(clamp(x)): no slope along a clamped axis of the grid.
     const glm::dmat3 world_from_index(field.grid().world_from_index);
     dvec3 slope = glm::transpose(world_from_index) * found.gradient; // per sample
     for (int k = 0; k < 3; ++k)
         if (within[k] != index[k])
             slope[k] = 0.0;
-    return {found.value, world_gradient(field.grid(), slope)};
+    return {found.value, world_gradient(field.grid(), slope), field_.lacks_data(place)};
 }
 
 TickOutput Guide::tick(const TickInput& input) noexcept {
@@ -67,7 +69,7 @@ TickOutput Guide::tick(const TickInput& input) noexcept {
         return output;
     field_.follow(*field, TouchSource::grey, 0.0, 0.0);
     const Distance d = distance_at(*field, tool_mm);
-    if (field_.lacked_brick() || !std::isfinite(d.mm) || !is_finite(d.slope))
+    if (d.lacks_data || !std::isfinite(d.mm) || !is_finite(d.slope))
         return unknown_output(tool_mm);
     const double off_mm = both_sides_ ? d.mm : std::max(d.mm, 0.0);
     const double spring_n = 1e-3 * p.stiffness_n_per_m * std::abs(off_mm);
@@ -81,6 +83,10 @@ TickOutput Guide::tick(const TickInput& input) noexcept {
     if (is_held)
         output.force_n -=
             1e-3 * p.damping_n_s_per_m * glm::dot(input.velocity_mm_per_s, along) * along;
+    // The slope of a distance that is not exact may be above 1, and damping adds
+    // to the spring.
+    if (const double felt_n = glm::length(output.force_n); p.yield_n > 0.0 && felt_n > p.yield_n)
+        output.force_n *= p.yield_n / felt_n;
     output.contact = is_held ? Contact::touching : Contact::yielding;
     output.normal = off_mm > 0.0 ? -along : along;
     output.depth_mm = std::abs(pull_n) * 1e3 / std::max(p.stiffness_n_per_m, 1e-9);

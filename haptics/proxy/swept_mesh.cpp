@@ -4,10 +4,12 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <tuple>
 
 #include "engine/volume/extent.h"
-#include "haptics/field/patch.h"
+#include "haptics/field/samples.h"
 #include "haptics/proxy/coupler.h"
+#include "haptics/proxy/local_window.h"
 #include "haptics/proxy/rest.h"
 
 namespace palpate::haptics {
@@ -31,7 +33,7 @@ template <class Surface>
 class SweptTriangles final : public Algorithm {
  public:
     void reset(const TickInput& input) noexcept override {
-        has_proxy_ = touching_ = slipping_ = is_on_its_way_ = false;
+        has_proxy_ = touching_ = slipping_ = is_on_its_way_ = is_restarted_ = false;
         if (is_place(input.tool.position_mm))
             proxy_ = input.tool.position_mm;
         coupler_.reset(proxy_);
@@ -41,6 +43,9 @@ class SweptTriangles final : public Algorithm {
         looks_left_ = kMostLooks;
         if (!is_sane(input) || !surface_.follow(input))
             return coupler_.unknown();
+        const auto before =
+            std::tuple(touching_, slipping_, is_on_its_way_, proxy_, hand_, normal_);
+        const bool was_inside = coupler_.is_inside();
         const dvec3 x = coupler_.hand(input, surface_.grain_mm(),
                                       [&](dvec3 p) { return is_free(surface_.from_world(p)); });
         if (coupler_.has_come_out()) {
@@ -51,13 +56,24 @@ class SweptTriangles final : public Algorithm {
             proxy_ = x;
         Geometry geometry;
         const bool is_first = !has_proxy_;
-        geometry.was_replaced = is_first || surface_.is_new();
+        geometry.was_replaced = is_first || is_restarted_ || surface_.is_new();
         has_proxy_ = true;
+        is_restarted_ = false;
         if (!coupler_.is_inside())
             move(x, is_first, geometry);
-        geometry.lacks_data = surface_.lacks_data();
+        geometry.lacks_data =
+            surface_.lacks_data(coupler_.is_inside() ? coupler_.place_mm() : proxy_);
         geometry.iterations = static_cast<uint32_t>(kMostLooks - looks_left_);
-        return coupler_.couple(input, geometry, feel(input, geometry));
+        const TickOutput output = coupler_.couple(input, geometry, feel(input, geometry));
+        if (geometry.lacks_data) {
+            std::tie(touching_, slipping_, is_on_its_way_, proxy_, hand_, normal_) = before;
+            is_restarted_ = was_inside || coupler_.is_at_hand();
+            if (is_restarted_) {
+                proxy_ = input.tool.position_mm;
+                touching_ = slipping_ = is_on_its_way_ = false;
+            }
+        }
+        return output;
     }
 
  private:
@@ -221,6 +237,7 @@ class SweptTriangles final : public Algorithm {
     int64_t looks_left_ = 0;
     Coupler coupler_;
     bool has_proxy_ = false, touching_ = false, slipping_ = false;
+    bool is_restarted_ = false;  // after a gap in the data: at the hand, whatever is there
     bool is_on_its_way_ = false; // the last tick ended before the proxy was where it is drawn
     double stepped_mm_ = 0.0;    // by the hand in this tick
     dvec3 proxy_{0.0}, hand_{0.0};
@@ -235,6 +252,9 @@ class MeshSurface {
         is_new_ = mesh != mesh_ || input.scene->version != version_;
         mesh_ = mesh;
         version_ = input.scene->version;
+        const std::optional<Volume>& volume = Felt::volume_of(input);
+        made_of_ = mesh && mesh->is_of_samples && volume && volume->no_data_count() > 0 ? &*volume
+                                                                                        : nullptr;
         return mesh != nullptr;
     }
     bool is_new() const { return is_new_; }
@@ -275,115 +295,24 @@ class MeshSurface {
     }
     dvec3 low_mm() const { return low_; }
     dvec3 high_mm() const { return high_; }
-    bool lacks_data() const { return false; }
+    // Next to samples without data a mesh that was made of them is no surface.
+    bool lacks_data(dvec3 world_mm) const {
+        if (!made_of_)
+            return false;
+        constexpr int kReach = 4; // of the filters, and a cell's corners
+        const dvec3 index = index_point(made_of_->grid(), world_mm);
+        const glm::ivec3 cell(glm::floor(glm::clamp(index, -1e6, 1e6)));
+        return has_no_data(*made_of_, cell - 1 - kReach, cell + 2 + kReach);
+    }
     double grain_mm() const { return mesh_->grain_mm; }
 
  private:
     const TouchMesh* mesh_ = nullptr;
+    const Volume* made_of_ = nullptr; // where some of it has no data
     uint64_t version_ = 0;
     bool is_new_ = false;
     dvec3 low_{0.0}, high_{0.0};
     glm::ivec3 from_{0}, to_{0};
-};
-
-// The marching-cubes surface about a place, made when it is asked for.
-class LocalWindow {
- public:
-    LocalWindow() : patch_(Patch::kMostSide), samples_(kFiner) {}
-    bool follow(const TickInput& input) {
-        const std::optional<Volume>& volume = Felt::volume_of(input);
-        if (!volume)
-            return false;
-        samples_.follow(*volume, *input.parameters);
-        is_new_ = volume->version() != version_ || samples_.settings() != settings_;
-        has_window_ &= !is_new_;
-        version_ = volume->version();
-        settings_ = samples_.settings();
-        volume_ = &*volume;
-        space_ = rigid_space(world_from_mesh(volume->grid()));
-        from_world_ = glm::inverse(space_.world_from_rigid);
-        mesh_from_ = glm::inverse(space_.from_mesh);
-        spacing_ = spacing_mm(volume->grid()) / double{kFiner};
-        grain_mm_ = smallest_spacing_mm(volume->grid()) / kFiner;
-        largest_mm_ = largest_spacing_mm(volume->grid());
-        lacks_data_ = false;
-        return true;
-    }
-    bool is_new() const { return is_new_; }
-    dvec3 from_world(dvec3 p) const { return moved(from_world_, p); }
-    dvec3 to_world(dvec3 p) const { return moved(space_.world_from_rigid, p); }
-    dvec3 turn_to_world(dvec3 v) const { return unit_or_zero(turned(space_.world_from_rigid, v)); }
-    // How much of a way, from its start, may be leapt over: nothing solid lies about it.
-    double clear_share(dvec3 from, dvec3 to) const {
-        const dvec3 a = point_of(from), way = point_of(to) - a;
-        const double share = std::min(1.0, kLeap / std::max(glm::length(way), 1e-9));
-        const dvec3 b = a + share * way;
-        const dvec3 low = glm::min(a, b) - 1.0, high = glm::max(a, b) + 1.0;
-        if (glm::any(glm::greaterThan(glm::max(glm::abs(low), glm::abs(high)), dvec3(4e6))))
-            return 0.0;
-        return samples_.is_clear(glm::ivec3(glm::floor(low)), glm::ivec3(glm::ceil(high))) ? share
-                                                                                           : 0.0;
-    }
-    // A window serves places about its middle, too.
-    int64_t gather(dvec3 at, double) {
-        int64_t points = 0;
-        const dvec3 off = glm::abs(point_of(at) - middle_);
-        if (!has_window_ || std::max({off.x, off.y, off.z}) > 1.0) {
-            points = patch_.extract(samples_, *volume_, to_world(at), space_);
-            const dvec3 middle_mm = 0.5 * (patch_.low_mm() + patch_.high_mm());
-            dvec3 half_mm = 0.5 * (patch_.high_mm() - patch_.low_mm());
-            half_mm *= space_.inner_share(half_mm);
-            middle_ = middle_mm / spacing_;
-            low_ = space_.from_mesh * middle_mm - half_mm;
-            high_ = space_.from_mesh * middle_mm + half_mm;
-            has_window_ = true;
-        }
-        lacks_data_ |= patch_.lacked_brick();
-        return points;
-    }
-    int64_t shade() { return patch_.shade(samples_, space_); }
-    // Where the window has no triangles: whether it lies in material.
-    bool is_solid_amid() const { return patch_.is_solid_amid(); }
-    bool is_free_amid() const { return !patch_.is_solid_amid(); }
-    // The nearest place with a free sample, within four of the coarsest spacings: along `first`, or
-    // one of 26 ways.
-    bool find_free(dvec3 from, dvec3 first, dvec3& found) const {
-        const double step_mm = 0.5 * largest_mm_;
-        for (int i = 1; i <= 8; ++i)
-            for (int way = -1; way < 27; ++way) {
-                const dvec3 towards =
-                    way < 0 ? first : dvec3(way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1);
-                found = from + i * step_mm * unit_or_zero(towards);
-                const dvec3 sample = glm::clamp(point_of(found) / double{kFiner}, -1e6, 1e6);
-                if (towards != dvec3(0.0) && samples_.is_free(glm::ivec3(glm::round(sample))))
-                    return true;
-            }
-        return false;
-    }
-    const TriangleSpan& span() const { return patch_.span(); }
-    dvec3 low_mm() const { return low_; }
-    dvec3 high_mm() const { return high_; }
-    bool lacks_data() const { return lacks_data_; }
-    double grain_mm() const { return grain_mm_; }
-
- private:
-    static constexpr int kFiner = 4;
-    static constexpr double kLeap = 64.0; // points of the lattice
-
-    // Of the lattice, from zero on.
-    dvec3 point_of(dvec3 p) const { return mesh_from_ * p / spacing_; }
-
-    Patch patch_;
-    FineSamples samples_;
-    const Volume* volume_ = nullptr;
-    uint64_t version_ = 0, settings_ = 0;
-    bool is_new_ = false, lacks_data_ = false, has_window_ = false;
-    dvec3 middle_{0.0}, spacing_{1.0}; // in points of the lattice; mm
-    dvec3 low_{0.0}, high_{0.0};       // of a box in the window
-    double grain_mm_ = 1.0, largest_mm_ = 1.0;
-    RigidSpace space_;
-    glm::dmat4 from_world_{1.0};
-    glm::dmat3 mesh_from_{1.0};
 };
 
 } // namespace

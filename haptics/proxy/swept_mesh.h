@@ -21,6 +21,9 @@ struct TouchMesh {
     std::vector<uint32_t> first;       // of each cell's triangles; one more at the end
     std::vector<glm::uvec3> triangles; // in each cell that their boxes meet
     double bulge_mm = 0.0;             // TriangleSpan::bulge_mm
+    // It is the surface of the volume that is felt: where that has no data, the mesh says nothing.
+    // False for a mesh from elsewhere.
+    bool is_of_samples = true;
 };
 // Cells of about `grain_mm`, or of three mean edges, if that is less; larger where there would be
 // more than 2^22. Not for the servo thread.

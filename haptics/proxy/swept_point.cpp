@@ -229,6 +229,8 @@ TickOutput SweptPoint::tick(const TickInput& input) noexcept {
         return coupler_.unknown();
     field_.follow(*volume, q);
     budget_ = Budget{};
+    const State before = s;
+    const bool was_inside = coupler_.is_inside();
     const dvec3 x = coupler_.hand(input, field_.voxel_mm(), [&](dvec3 p) { return !is_solid(p); });
     if (coupler_.has_come_out()) {
         s.proxy = coupler_.place_mm();
@@ -239,12 +241,19 @@ TickOutput SweptPoint::tick(const TickInput& input) noexcept {
     if (!coupler_.is_inside())
         move(x, geometry);
 
-    geometry.lacks_data = field_.lacked_brick();
+    geometry.lacks_data = field_.lacks_data(coupler_.is_inside() ? coupler_.place_mm() : s.proxy);
     const dvec3 felt = coupler_.is_inside() ? coupler_.place_mm() : s.touching ? s.proxy : x;
     const dvec3 inward = geometry.touching ? -0.5 * field_.voxel_mm() * s.normal : dvec3(0.0);
     FeelMean mean(q);
     mean.add(*volume, field_.index_of(felt), dvec3(field_.offset_of(inward)));
-    return coupler_.couple(input, geometry, mean.feel());
+    const TickOutput output = coupler_.couple(input, geometry, mean.feel());
+    if (geometry.lacks_data)
+        s = before;
+    if (geometry.lacks_data && (was_inside || coupler_.is_at_hand())) {
+        s = State{};
+        s.restart(input.tool.position_mm);
+    }
+    return output;
 }
 
 // Geometry's part of a tick, for a hand at x.

@@ -29,8 +29,10 @@ namespace palpate::haptics {
 //   vibration  while material is removed, band-limited to 20 - 400 Hz
 //
 // A tool that starts in material is pushed out where a surface is within 4 samples; else it is
-// `submerged` and feels nothing until it is free. While bricks that it reads are missing, the
-// output is `unknown` and the force fades within 20 ms.
+// `submerged` and feels nothing until it is free. Where samples that the surface at the proxy is
+// made of have no data or are not in memory, the output is `unknown`: the spring goes along with
+// the hand and fades by 90 N/s. Until it has faded, contact goes on where it was as soon as that is
+// known; then the proxy is at the hand, as if it started there, and force comes by 90 N/s.
 std::unique_ptr<Algorithm> make_swept_point();
 
 } // namespace palpate::haptics

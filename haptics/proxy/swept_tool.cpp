@@ -186,6 +186,8 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
         return coupler_.unknown();
     contacts_.follow(input, *volume);
     const Field& field = contacts_.field();
+    const State before = s;
+    const bool was_inside = coupler_.is_inside();
     Geometry geometry;
     geometry.was_replaced = is_exchanged(input, *volume);
     const dvec3 hand =
@@ -200,18 +202,28 @@ TickOutput SweptTool::tick(const TickInput& input) noexcept {
     geometry.proxy_mm = s.proxy;
     geometry.touching = s.touching && !is_inside;
     geometry.normal = s.normal;
-    geometry.lacks_data = field.lacked_brick();
     // In material that it yielded into, its contacts are those of the way in.
+    const dvec3 push = is_inside ? dvec3(0.0) : unit_or_zero(s.proxy - hand);
+    geometry.lacks_data =
+        contacts_.lacks_data(s.proxy, push, {before.held.data(), before.held_count});
     std::optional<Feel> feel;
     if (geometry.touching || is_inside || s.proxy != hand)
-        feel = contacts_.feel_at(s.proxy, is_inside ? dvec3(0.0) : unit_or_zero(s.proxy - hand), q);
+        feel = contacts_.feel_at(s.proxy, push, q);
     TickOutput output = coupler_.couple(input, geometry, feel);
     const bool yields = output.contact == Contact::yielding;
-    if (geometry.touching)
+    if (geometry.touching && !geometry.lacks_data)
         lever_mm_ = lever_of(output.force_n);
-    if (geometry.touching || yields)
+    if (geometry.touching || yields || geometry.lacks_data)
         output.torque_nm = 1e-3 * glm::cross(lever_mm_, output.force_n);
-    s.stamps = contacts_.stamps_about(s.proxy);
+    if (!geometry.lacks_data) {
+        s.stamps = contacts_.stamps_about(s.proxy);
+        return output;
+    }
+    s = before;
+    if (was_inside || coupler_.is_at_hand()) {
+        s = State{};
+        s.restart(input.tool.position_mm);
+    }
     return output;
 }
 

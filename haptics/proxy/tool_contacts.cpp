@@ -299,7 +299,7 @@ std::optional<Feel> ToolContacts::feel_at(dvec3 at, dvec3 push, const TouchParam
     for (const double near_mm : {kPressing * voxel_mm, 4.0 * voxel_mm}) {
         for (const Hold& hold : holds()) {
             const double share = glm::dot(hold.normal, push);
-            if (share > 0.0 && hold.clearance_mm + glm::dot(hold.normal, at - found_at_) < near_mm)
+            if (share > 0.0 && left_mm(hold, at) < near_mm)
                 mean.add(labels, field_.index_of(at + arm_of(hold.touch)),
                          dvec3(field_.offset_of(-0.5 * voxel_mm * hold.normal)), share);
         }
@@ -310,6 +310,29 @@ std::optional<Feel> ToolContacts::feel_at(dvec3 at, dvec3 push, const TouchParam
     for (uint32_t i = 0; i < count; i += step)
         mean.add(labels, field_.index_of(at + points_[inside_[i].point]), dvec3(0.0));
     return mean.feel();
+}
+
+bool ToolContacts::lacks_data(dvec3 at, dvec3 push, std::span<const Touch> held) const {
+    if (!field_.may_lack_data())
+        return false;
+    bool is_pushed = false;
+    for (const Hold& hold : holds())
+        if (glm::dot(hold.normal, push) > 0.0 &&
+            left_mm(hold, at) < kPressing * field_.voxel_mm()) {
+            if (field_.lacks_data(at + arm_of(hold.touch)))
+                return true;
+            is_pushed = true;
+        }
+    if (is_pushed)
+        return false;
+    for (const Touch& touch : held)
+        if (has(touch) && field_.lacks_data(at + arm_of(touch)))
+            return true;
+    const uint32_t step = point_count_ / kMostFelt + 1;
+    for (uint32_t i = 0; i < point_count_; i += step)
+        if (field_.lacks_data(at + points_[i]))
+            return true;
+    return field_.lacks_data(at);
 }
 
 void ToolContacts::find(dvec3 at, const Asked& asked) {

@@ -77,6 +77,9 @@ class ToolContacts {
         return is_ball_ ? reach_mm_ * touch.way : points_[touch.sample];
     }
     const Field& field() const { return field_; }
+    // Whether the contacts that push it there are made of samples without data or not in memory;
+    // where none does, whether some of its points are, or what held it before.
+    bool lacks_data(glm::dvec3 at_mm, glm::dvec3 push_mm, std::span<const Touch> held) const;
     // The feel of what the tool touches at a place: at the contacts of the last find() that push it
     // along push_mm; where there are none, at its samples in material or nearly so. None where
     // nothing is touched.
@@ -97,6 +100,9 @@ class ToolContacts {
     double clearance_of(const FieldSample& sharp, double slope, glm::dvec3 normal) const;
     bool is_held_where_pushed() const { return is_ball_ && !is_labels_; }
     void face(Hold& found) const;
+    double left_mm(const Hold& hold, glm::dvec3 at) const {
+        return hold.clearance_mm + glm::dot(hold.normal, at - found_at_);
+    }
     void keep(const Hold& found);
     Touch touch_of(uint32_t sample) const {
         return {sample, is_ball_ ? points_[sample] / reach_mm_ : glm::dvec3(0.0)};

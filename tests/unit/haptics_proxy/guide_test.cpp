@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "engine/volume/builder.h"
 #include "engine/volume/grid.h"
+#include "haptics/proxy/algorithms.h"
 
 namespace palpate::haptics {
 namespace {
@@ -51,6 +53,54 @@ TEST(Guide, InsideNothingIsFeltAndOutsideASpringToTheSurface) {
         EXPECT_LE(glm::length(far.force_n + 1.0 * way), 0.02);
         EXPECT_EQ(far.contact, Contact::yielding);
     }
+}
+
+// A distance that is a third too steep, as one of a filter may be, and damping.
+TEST(Guide, NoForceIsLargerThanT0) {
+    TouchScene scene{.version = 1};
+    const Grid grid = make_grid({32, 32, 32}, dvec3(1.0), dvec3(-15.5));
+    scene.field[0] = make_volume(grid, ScalarType::f32, [&](glm::uvec3 i) {
+        return 1.3 * (glm::length(world_point(grid, dvec3(i))) - 6.0);
+    });
+    const TouchParameters parameters{
+        .stiffness_n_per_m = 400.0, .damping_n_s_per_m = 5.0, .yield_n = 1.0};
+    for (const AlgorithmEntry* entry :
+         {find_algorithm("guide-inside"), find_algorithm("guide-onto")}) {
+        const auto guide = entry->make();
+        double most_n = 0.0;
+        for (double x = 6.0; x < 14.0; x += 0.05)
+            most_n = std::max(
+                most_n,
+                glm::length(
+                    felt(*guide, scene, parameters, {x, 0.3, 0.2}, {50.0, 0.0, 0.0}).force_n));
+        EXPECT_NEAR(most_n, 1.0, 1e-9) << entry->name;
+    }
+}
+
+TEST(Guide, FadesWhereTheDistanceHasNoData) {
+    TouchScene scene = ball_scene();
+    const Grid grid = scene.field[0]->grid();
+    scene.field[0] = make_volume(grid, ScalarType::f32, [&](glm::uvec3 i) {
+        const dvec3 p = world_point(grid, dvec3(i));
+        return std::abs(p.y) < 1.5 ? std::numeric_limits<double>::quiet_NaN()
+                                   : glm::length(p) - 10.0;
+    });
+    const TouchParameters parameters{.stiffness_n_per_m = 400.0};
+    const auto guide = find_algorithm("guide-inside")->make();
+    dvec3 last_n(0.0);
+    int unknown = 0;
+    for (int tick = 0; tick < 400; ++tick) { // 0.1 mm a tick
+        const TickOutput out =
+            felt(*guide, scene, parameters, {13.0, -15.0 + 0.1 * std::min(tick, 300), 0.0});
+        // The spring's own change is less than its stiffness times the hand's motion.
+        if (tick > 0) {
+            EXPECT_LE(glm::distance(out.force_n, last_n), 0.4 * 0.1 * 1.02 + 0.09) << tick;
+        }
+        unknown += out.contact == Contact::unknown;
+        last_n = out.force_n;
+    }
+    EXPECT_GT(unknown, 30);
+    EXPECT_GT(glm::length(last_n), 3.0);
 }
 
 TEST(Guide, OntoHoldsFromBothSidesAndDampsAcross) {
