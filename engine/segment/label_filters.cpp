@@ -72,8 +72,8 @@ Result<Volume> close_holes(const Volume& volume, const FilterValues& v, const Ta
     return fill_holes(
         volume, {.background = neighbours_of(v.numbers[0]), .label = label_of(v.numbers[1])}, task);
 }
-Result<BrickMaker> smooth_walls(const Volume& volume, const FilterValues& v, const Task&) {
-    return smooth_labels_bricks(volume, {v.numbers[0]});
+Result<BrickMaker> smooth_walls(const Volume& volume, const FilterValues& v, const Task& task) {
+    return smooth_labels_bricks(volume, {v.numbers[0]}, task);
 }
 
 FilterParameter label() {
