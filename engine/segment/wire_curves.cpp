@@ -83,15 +83,23 @@ Result<Curve> evened(const Grid& grid, const WireCurve& curve, size_t number) {
             glm::mix(points[at - 1], points[at], step > 0.0 ? (to - length[at - 1]) / step : 0.0));
     }
     const size_t side = std::min(size_t(kEven_samples / kStep), count / 8);
+    // Places on the parabola through the points to each side (Savitzky & Golay 1964), as a mean
+    // would draw a circle inward; directions from their means, which are steadier.
+    const auto m = double(side);
+    std::vector<glm::dvec3> means;
     for (size_t i = 0; i < count; ++i) {
-        glm::dvec3 sum(0.0);
-        for (size_t k = 0; k <= 2 * side; ++k)
-            sum += even[(i + count + k - side) % count];
-        out.at.push_back(sum / double(2 * side + 1));
+        glm::dvec3 sum(0.0), mean(0.0);
+        for (size_t k = 0; k <= 2 * side; ++k) {
+            const double off = double(k) - m;
+            const glm::dvec3 p = even[(i + count + k - side) % count];
+            sum += 3.0 * (3.0 * m * m + 3.0 * m - 1.0 - 5.0 * off * off) * p;
+            mean += p / (2.0 * m + 1.0);
+        }
+        out.at.push_back(sum / ((2.0 * m - 1.0) * (2.0 * m + 1.0) * (2.0 * m + 3.0)));
+        means.push_back(mean);
     }
     for (size_t i = 0; i < count; ++i) {
-        const glm::dvec3 by =
-            out.at[(i + side + 1) % count] - out.at[(i + count - side - 1) % count];
+        const glm::dvec3 by = means[(i + side + 1) % count] - means[(i + count - side - 1) % count];
         out.along.push_back(glm::length(by) > 0.0 ? glm::normalize(by) : out.up);
     }
     return out;
@@ -326,39 +334,6 @@ Result<std::vector<WireBody>> wire_bodies(const Grid& grid, std::span<const Wire
     for (const auto& [label, own] : by_label)
         PALPATE_TRY(add_bodies(label, own, diagonal_mm(grid), bodies));
     return bodies;
-}
-
-Result<WireCurve> along_edges(const Volume& volume, const WireCurve& curve,
-                              const LiveWireOptions& options, const Task& task) {
-    const Grid& grid = volume.grid();
-    const glm::dvec3 last = glm::dvec3(grid.size) - 1.0;
-    std::vector<glm::uvec3> places;
-    for (const glm::dvec3 p : curve.points_mm)
-        places.emplace_back(glm::clamp(glm::round(index_point(grid, p)), glm::dvec3(0.0), last));
-    glm::bvec3 flat(true); // axes along which no point differs
-    for (const glm::uvec3 p : places)
-        flat = glm::bvec3(flat.x && p.x == places[0].x, flat.y && p.y == places[0].y,
-                          flat.z && p.z == places[0].z);
-    WireCurve out{curve.label, {curve.points_mm.front()}};
-    for (size_t i = 1; i < places.size(); ++i) {
-        const glm::uvec3 a = glm::min(places[i - 1], places[i]);
-        const glm::uvec3 b = glm::max(places[i - 1], places[i]);
-        const double apart = glm::length(glm::dvec3(b - a));
-        const glm::uvec3 more(uint32_t(std::max(8.0, 0.5 * apart)));
-        glm::uvec3 low = a - glm::min(a, more), high = glm::min(b + more, grid.size - 1u);
-        low = glm::mix(low, a, flat), high = glm::mix(high, b, flat);
-        PALPATE_TRY(LiveWireRegion region,
-                    live_wire_region(volume, low, high - low + 1u, options, {task.stop, {}}));
-        LiveWire wire(std::move(region));
-        wire.set_anchor(places[i - 1] - low);
-        const std::vector<glm::uvec3> path = wire.path(places[i] - low);
-        for (size_t k = 1; k + 1 < path.size(); ++k)
-            out.points_mm.push_back(world_point(grid, glm::dvec3(low + path[k])));
-        out.points_mm.push_back(curve.points_mm[i]);
-        if (task.progress)
-            task.progress(double(i) / double(places.size()));
-    }
-    return out;
 }
 
 } // namespace palpate

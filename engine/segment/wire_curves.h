@@ -32,7 +32,11 @@ Result<std::vector<WireBody>> wire_bodies(const Grid& grid, std::span<const Wire
 
 // The curve through the same points on which each goes to the next along a live-wire, in the box of
 // both and half their distance more (8 samples at least); where all points lie in a slice, within
-// that. Refused: what wire_bodies() refuses of a single curve.
+// that. A wire of samples leaps from side to side of a sharp edge, which lies between them, and
+// wanders along its surface. So the curve is the smooth one through the points (Catmull & Rom
+// 1974), moved across the edge where the wire says that it lies elsewhere: not at all by half a
+// sample, wholly by one and a half, and to where values change most (smoothed by a Gaussian of a
+// sample). Refused: what wire_bodies() refuses of a single curve.
 Result<WireCurve> along_edges(const Volume& volume, const WireCurve& curve,
                               const LiveWireOptions& options, const Task& task);
 

@@ -9,6 +9,7 @@
 #include "engine/segment/smooth_interpolant.h"
 #include "engine/segment/wire_curves.h"
 #include "tests/unit/shape/random_labels.h"
+#include "tests/unit/shape/wire_balls.h"
 
 namespace palpate {
 namespace {
@@ -219,6 +220,13 @@ TEST(LiveWireSurface, CurvesFollowEdgesBetweenPoints) {
     EXPECT_GT(wire->points_mm.size(), 60u);
     for (const glm::dvec3 p : wire->points_mm)
         EXPECT_NEAR(glm::length(p), 15.0, 1.5); // the steepest samples, and their neighbours
+}
+
+// Small turned balls with sharp edges, on whose surface a wire of samples wanders; all 36 are in
+// wire_balls_long_test.cpp. A surface half a sample off would have a Dice of 0.9.
+TEST(LiveWireSurface, FindsBallsWithSharpEdges) {
+    for (const int number : {1, 5, 9, 13})
+        EXPECT_GE(wire_balls::dice_of(number), 0.97) << number;
 }
 
 TEST(LiveWireSurface, RefusesCurvesInOneSentence) {
