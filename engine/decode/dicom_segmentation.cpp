@@ -1,10 +1,13 @@
 #include "engine/decode/dicom_segmentation.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <set>
+#include <utility>
 
 namespace palpate::io {
 
@@ -119,7 +122,54 @@ void unpack_frame(const DicomFile& file, const std::vector<char>& pixels, bool b
 
 using Overlaps = std::map<std::pair<uint32_t, uint32_t>, uint64_t>;
 
-// Paints the frames of one segment each, in rising order of segments.
+// Counts the samples that two segments share, for every pair of them: a sample in three segments
+// counts in three pairs. Frames come slice by slice.
+class SliceOverlaps {
+ public:
+    SliceOverlaps(size_t samples, Overlaps& counts)
+        : words_((samples + 63) / 64), counts_(&counts) {}
+
+    // One frame: the samples of a segment in a slice, by numbers that rise within a slice.
+    void begin(size_t slice, uint32_t segment) {
+        if (slice_ != slice) {
+            frames_.clear();
+            covered_.assign(words_, 0);
+        }
+        slice_ = slice;
+        if (frames_.empty() || frames_.back().segment != segment)
+            frames_.push_back({segment, std::vector<uint64_t>(words_)});
+    }
+    void add(size_t sample) { frames_.back().bits[sample / 64] |= uint64_t{1} << sample % 64; }
+    // After the last frame of a segment in its slice.
+    void end() {
+        const std::vector<uint64_t>& own = frames_.back().bits;
+        bool meets = false;
+        for (size_t w = 0; w < words_; ++w) {
+            meets |= (own[w] & covered_[w]) != 0;
+            covered_[w] |= own[w];
+        }
+        for (size_t f = 0; meets && f + 1 < frames_.size(); ++f) {
+            uint64_t shared = 0;
+            for (size_t w = 0; w < words_; ++w)
+                shared += static_cast<uint64_t>(std::popcount(own[w] & frames_[f].bits[w]));
+            if (shared > 0)
+                (*counts_)[{frames_[f].segment, frames_.back().segment}] += shared;
+        }
+    }
+
+ private:
+    struct Frame {
+        uint32_t segment;
+        std::vector<uint64_t> bits; // by sample of the slice
+    };
+    size_t words_;
+    Overlaps* counts_;
+    size_t slice_ = std::numeric_limits<size_t>::max();
+    std::vector<Frame> frames_;
+    std::vector<uint64_t> covered_; // by any of the frames
+};
+
+// Paints the frames of one segment each, in rising order of segments within a slice.
 template <class Label>
 void paint(const DicomFile& file, const std::vector<char>& pixels, const Placed& placed,
            std::span<Label> labels, const VoxelSink& sink, Overlaps& overlaps) {
@@ -132,13 +182,18 @@ void paint(const DicomFile& file, const std::vector<char>& pixels, const Placed&
     for (size_t i = 0; i < order.size(); ++i)
         order[i] = i;
     std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) {
-        return file.frames[a].segment < file.frames[b].segment;
+        return std::pair(placed.slice_of[a], file.frames[a].segment) <
+               std::pair(placed.slice_of[b], file.frames[b].segment);
     });
-    for (const size_t i : order) {
+    SliceOverlaps shared(samples.size(), overlaps);
+    for (size_t k = 0; k < order.size(); ++k) {
+        const size_t i = order[k];
         sink.alive();
         unpack_frame(file, pixels, file.bits_allocated == 1, i, samples);
         const size_t start = placed.slice_of[i] * samples.size();
         const uint32_t segment = file.frames[i].segment;
+        if (kind != SegmentationKind::label_map)
+            shared.begin(placed.slice_of[i], segment);
         for (size_t at = 0; at < samples.size(); ++at) {
             Label& label = labels[start + at];
             const uint32_t value = samples[at];
@@ -148,8 +203,7 @@ void paint(const DicomFile& file, const std::vector<char>& pixels, const Placed&
             }
             if (value < (kind == SegmentationKind::binary ? 1 : half))
                 continue;
-            if (label != 0 && label != segment)
-                ++overlaps[{label, segment}];
+            shared.add(at);
             if (!best.empty()) {
                 if (value < best[start + at])
                     continue;
@@ -157,6 +211,11 @@ void paint(const DicomFile& file, const std::vector<char>& pixels, const Placed&
             }
             label = static_cast<Label>(segment);
         }
+        const bool goes_on = k + 1 < order.size() &&
+                             placed.slice_of[order[k + 1]] == placed.slice_of[i] &&
+                             file.frames[order[k + 1]].segment == segment;
+        if (kind != SegmentationKind::label_map && !goes_on)
+            shared.end();
     }
 }
 

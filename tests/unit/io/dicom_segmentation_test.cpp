@@ -2,6 +2,10 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <map>
+#include <random>
+
 #include "engine/io/volume_io.h"
 #include "tests/unit/io/dicom_bytes.h"
 
@@ -170,6 +174,56 @@ TEST_P(Segmentation, OverlapsGoToTheHigherNumberAndAreNamed) {
     EXPECT_THAT(loaded->warnings,
                 ElementsAre(AllOf(HasSubstr("1 'liver' and 300 'tumour' in 2 samples"),
                                   HasSubstr("higher number"))));
+}
+
+// Segments of chance, up to six at a sample, whose frames come in any order and more than once: of
+// each pair the samples are counted that both have.
+TEST_P(Segmentation, EveryPairOfSegmentsIsCountedWhereverMoreOverlap) {
+    constexpr uint16_t kSegments[] = {1, 2, 3, 4, 5, 6};
+    for (uint32_t seed = 0; seed < 6; ++seed) { // of each kind, in each encoding
+        std::mt19937 random(seed);
+        const bool fractional = seed % 3 == 2;
+        const size_t segments = 2 + seed % 3; // six pairs at most, which are all in words
+        const int per_cent = 20 + int(random() % 70);
+        std::vector<Frame> frames;
+        std::map<std::pair<int, std::pair<double, int>>, bool> has; // segment, z, sample
+        for (size_t s = 0; s < segments; ++s)
+            for (const double z : {0.0, 2.0, 4.0})
+                for (uint32_t again = 0; again < 1 + random() % 2; ++again) {
+                    Frame frame{kSegments[s], z, all(0)};
+                    for (int i = 0; i < kSamples; ++i)
+                        if (int(random() % 100) < per_cent) {
+                            frame.values[size_t(i)] = fractional ? 100 + int(random() % 100) : 1;
+                            has[{kSegments[s], {z, i}}] = true;
+                        }
+                    frames.push_back(std::move(frame));
+                }
+        std::shuffle(frames.begin(), frames.end(), random);
+        DicomData data =
+            segmentation(fractional ? "FRACTIONAL" : "BINARY", fractional ? 8 : 1, frames);
+        if (fractional)
+            data.put_words(0x62, 0xe, {200});
+        const auto loaded = read(data);
+        ASSERT_TRUE(loaded) << loaded.error().message;
+        std::string expected;
+        const auto words = [](int segment) {
+            return segment == 1 ? std::string("1 'liver'") : std::to_string(segment);
+        };
+        for (size_t a = 0; a < segments; ++a)
+            for (size_t b = a + 1; b < segments; ++b) {
+                int both = 0;
+                for (const double z : {0.0, 2.0, 4.0})
+                    for (int i = 0; i < kSamples; ++i)
+                        both += has.contains({kSegments[a], {z, i}}) &&
+                                has.contains({kSegments[b], {z, i}});
+                if (both > 0)
+                    expected +=
+                        fmt::format("{}{} and {} in {} samples", expected.empty() ? "" : ", ",
+                                    words(kSegments[a]), words(kSegments[b]), both);
+            }
+        EXPECT_THAT(loaded->warnings, Contains(HasSubstr("segments overlap: " + expected + ";")))
+            << "seed " << seed;
+    }
 }
 
 TEST_P(Segmentation, FractionsOfAHalfOrMoreCarryTheLabel) {
