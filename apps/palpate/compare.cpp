@@ -282,7 +282,7 @@ Result<Json> compare_surfaces(const CompareOptions& options, Verdict& verdict) {
         MeshReadOptions read;
         if (options.max_memory_mib > 0)
             read.max_memory_bytes =
-                static_cast<uint64_t>(std::min(options.max_memory_mib, 1e12) * 1024 * 1024);
+                ReadFlags{.max_memory_mib = options.max_memory_mib}.max_memory_bytes();
         PALPATE_TRY(LoadedMesh loaded, load_mesh(path, read));
         for (const std::string& warning : loaded.warnings)
             log::warning("{}", warning);

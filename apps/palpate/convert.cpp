@@ -58,10 +58,11 @@ Result<std::vector<std::pair<const Filter*, FilterValues>>> changes_of(const Con
 
 // Loads the volume and changes it as the options say.
 Result<LoadedVolume> load_changed(const ConvertOptions& o, const Interrupt& interrupt) {
-    PALPATE_TRY(const auto changes, changes_of(o));
+    PALPATE_TRY(auto changes, changes_of(o));
     PALPATE_TRY(LoadedVolume loaded, load(o.read, o.labels, interrupt));
-    for (const auto& [filter, values] : changes) {
+    for (auto& [filter, values] : changes) {
         Progress progress(filter->name);
+        values.memory_bytes = o.read.max_memory_bytes();
         Result<Volume> made =
             run_filter(*filter, loaded.volume, values,
                        {interrupt.token(), [&](double share) { progress.show(share); }});

@@ -128,6 +128,7 @@ Result<void> run_filters(const FilterOptions& o) {
     for (size_t i = 0; i < steps.size(); ++i) {
         Step& step = steps[i];
         step.values.others = &others;
+        step.values.memory_bytes = o.read.max_memory_bytes();
         is_labels |= step.filter->takes_labels;
         Progress progress(steps.size() == 1 ? fmt::format("{}", step.filter->name)
                                             : fmt::format("{} ({} of {})", step.filter->name, i + 1,

@@ -3,6 +3,7 @@
 #include "apps/palpate/project_input.h"
 #include "engine/base/log.h"
 #include "engine/io/label_names.h"
+#include "engine/scene/scene_check.h"
 #include "engine/volume/extent.h"
 
 namespace palpate {
@@ -89,6 +90,11 @@ Result<OpenedScene> open_scene(const SceneOptions& options, const ReadFlags& rea
     for (const std::string& volume : {options.input, options.labels})
         PALPATE_TRY(expect_no_mesh(volume));
     PALPATE_TRY(SceneFile file, base_scene(options));
+    const bool sized = options.size_px.size() == 2;
+    const glm::uvec2 size_px =
+        sized ? glm::uvec2(options.size_px[0], options.size_px[1]) : file.scene.size_px;
+    PALPATE_TRY(expect_picture_memory(size_px, stereo_layout(options, file.scene) ? 2 : 1,
+                                      read.max_memory_bytes()));
     if (read.frame >= 0)
         file.frame = static_cast<uint32_t>(read.frame);
     if (!read.series.empty())

@@ -31,9 +31,14 @@ void add_read_limits(CLI::App& app, ReadFlags& flags) {
                  "DICOM: interpolate unevenly spaced or tilted slices linearly to even spacing "
                  "along their normal (default: uneven spacing is refused, tilt is kept)");
     app.add_option("--max-memory", flags.max_memory_mib,
-                   "Memory limit for reading, in MiB (default: 75 % of this machine's memory)")
+                   "Memory limit for what is read, and for a size that another option asks for, in "
+                   "MiB (default: 75 % of this machine's memory)")
         ->check(positive())
         ->type_name("MIB");
+}
+
+uint64_t ReadFlags::max_memory_bytes() const {
+    return static_cast<uint64_t>(std::min(max_memory_mib, 1e12) * 1024 * 1024);
 }
 
 Result<void> expect_no_mesh(const std::string& path) {
@@ -53,9 +58,8 @@ ReadOptions read_options(const ReadFlags& flags, const std::stop_token& stop) {
     if (!flags.series.empty())
         options.series = flags.series;
     options.resample_slices = flags.resample_slices;
-    if (flags.max_memory_mib > 0)
-        options.max_memory_bytes =
-            static_cast<uint64_t>(std::min(flags.max_memory_mib, 1e12) * 1024 * 1024);
+    if (const uint64_t most = flags.max_memory_bytes(); most > 0)
+        options.max_memory_bytes = most;
     options.stop = stop;
     options.progress = flags.progress;
     return options;

@@ -20,6 +20,8 @@ struct ReadFlags {
     bool resample_slices = false;
     double max_memory_mib = 0;                    // 0: the default of ReadOptions
     std::function<void(double share)> progress{}; // ReadOptions
+
+    uint64_t max_memory_bytes() const; // of max_memory_mib; 0: the default
 };
 
 // Adds --frame, --series, --resample-slices and --max-memory.

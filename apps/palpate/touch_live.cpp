@@ -11,7 +11,7 @@
 
 #include "apps/palpate/hung_device.h"
 #include "engine/base/log.h"
-#include "engine/base/memory.h"
+#include "engine/base/memory_limit.h"
 #include "haptics/core/clock.h"
 
 namespace palpate {
@@ -137,11 +137,8 @@ Result<TouchRun> run_touch_live(TouchRunSetup setup, const Grid& grid, double du
     constexpr double kBytes = sizeof(ServoTick) + sizeof(DeviceRecord) + 1024;
     // A device that sets the pace may tick up to twice as often (pace.h).
     const double most = 2.0 * duration_s * setup.rate_hz;
-    if (!(most * kBytes < 0.75 * static_cast<double>(physical_memory_bytes())))
-        return fail(
-            "--duration: {:g} s at {:g} Hz need {:.3g} GiB: more than 75 % of this machine's "
-            "memory",
-            duration_s, setup.rate_hz, most * kBytes * 0x1p-30);
+    PALPATE_TRY(expect_memory(
+        fmt::format("--duration: {:g} s at {:g} Hz", duration_s, setup.rate_hz), most * kBytes));
     const double scale =
         setup.scale > 0.0 ? setup.scale : scale_for(grid, setup.device.capabilities);
     log::info("{}: {:.3g} mm of the volume per mm of the hand", setup.device.name, scale);

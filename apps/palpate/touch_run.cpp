@@ -9,7 +9,7 @@
 
 #include "apps/palpate/hung_device.h"
 #include "engine/base/log.h"
-#include "engine/base/memory.h"
+#include "engine/base/memory_limit.h"
 #include "haptics/core/clock.h"
 
 namespace palpate {
@@ -112,10 +112,8 @@ Result<TouchRun> run_touch_loop(TouchRunSetup setup, std::stop_token stop,
     // All ticks are kept, and as text in the end; the device may have the path as well.
     constexpr double kBytes = sizeof(ServoTick) + 2 * sizeof(DeviceRecord) + 1024;
     const double needed = path.end_s() * setup.rate_hz * kBytes;
-    if (!(needed < 0.75 * static_cast<double>(physical_memory_bytes())))
-        return fail(
-            "a path of {:g} s at {:g} Hz needs {:.3g} GiB: more than 75 % of this machine's memory",
-            path.end_s() - kLead_s, setup.rate_hz, needed * 0x1p-30);
+    PALPATE_TRY(expect_memory(
+        fmt::format("a path of {:g} s at {:g} Hz", path.end_s() - kLead_s, setup.rate_hz), needed));
     const auto count = static_cast<size_t>(path.end_s() * setup.rate_hz) + 1;
     const int64_t begin_ns = setup.real_time ? monotonic_ns() + period_ns : 0;
     PALPATE_TRY(const std::unique_ptr<HapticDevice> device,

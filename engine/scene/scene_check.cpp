@@ -4,7 +4,19 @@
 #include <cmath>
 #include <tuple>
 
+#include "engine/base/memory_limit.h"
+
 namespace palpate {
+
+namespace {
+
+// Bytes a pixel of one eye takes on a device that is the processor, where a picture is in memory as
+// images of the device, as they are read back, as floats for its marks and its layout, and as 8
+// bits.
+constexpr double kPixelBytes = 96.0;
+constexpr size_t kAlwaysDrawn_px = size_t{4096} * 4096;
+
+} // namespace
 
 Result<void> check_transfer_function(const TransferFunction& function) {
     if (function.colors.empty() || function.opacities.empty())
@@ -30,12 +42,21 @@ Result<void> check_transfer_function(const TransferFunction& function) {
     return {};
 }
 
+Result<void> expect_picture_memory(glm::uvec2 size_px, int eyes, uint64_t limit_bytes) {
+    const double pixels = static_cast<double>(size_px.x) * size_px.y * eyes;
+    const std::string what = fmt::format("a picture of {} x {} pixels{}", size_px.x, size_px.y,
+                                         eyes > 1 ? " for each of two eyes" : "");
+    return expect_memory(what, pixels * kPixelBytes, limit_bytes);
+}
+
 Result<void> check_drawable(const Scene& scene, const SceneData& data) {
     if (!scene.ray_cast && scene.slices.empty() && scene.surfaces.empty())
         return fail("a scene: expected a ray cast, a slice or a surface, found none");
     if (scene.size_px.x == 0 || scene.size_px.y == 0)
         return fail("a scene: expected one pixel or more, found {} x {}", scene.size_px.x,
                     scene.size_px.y);
+    if (size_t{scene.size_px.x} * scene.size_px.y > kAlwaysDrawn_px) // asked for every frame
+        PALPATE_TRY(expect_picture_memory(scene.size_px, scene.stereo ? 2 : 1));
     const glm::dvec3 forward = scene.camera.target_mm - scene.camera.eye_mm;
     const double sine = glm::length(glm::cross(forward, scene.camera.up)) /
                         (glm::length(forward) * glm::length(scene.camera.up));

@@ -6,6 +6,7 @@
 #include "engine/segment/median.h"
 #include "engine/segment/pointwise.h"
 #include "engine/segment/resample.h"
+#include "engine/segment/result_memory.h"
 #include "engine/segment/vector_flow.h"
 #include "engine/segment/vesselness.h"
 
@@ -340,6 +341,7 @@ Result<Volume> run_filter(const Filter& filter, const Volume& volume, const Filt
     if (!filter.bricks)
         return filter.whole(volume, values, task);
     PALPATE_TRY(const BrickMaker maker, filter.bricks(volume, values, {task.stop, {}}));
+    PALPATE_TRY(expect_result_memory(maker, volume, values.memory_bytes));
     return make_bricks(maker, task);
 }
 

@@ -28,6 +28,7 @@ struct FilterValues {
     std::vector<double> numbers;
     std::string text;                                 // of a filter that takes one
     const std::map<std::string, Volume>* others = {}; // further volumes, by name; may be null
+    uint64_t memory_bytes = 0; // most of a result of another size (expect_memory()); 0: the default
 };
 
 struct Filter {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/base/memory_limit.h"
+#include "engine/segment/result_memory.h"
 #include "engine/segment/separable.h"
 #include "engine/volume/box.h"
 #include "engine/volume/cubic_weights.h"
@@ -230,6 +232,20 @@ BrickPtr Resampler::brick(glm::uvec3 at) const {
 
 } // namespace
 
+Result<void> expect_result_memory(const BrickMaker& maker, const Volume& from,
+                                  uint64_t limit_bytes) {
+    const glm::uvec3 size = maker.grid.size;
+    const auto samples = [](glm::dvec3 of) { return of.x * of.y * of.z; };
+    if (samples(glm::dvec3(size)) <= samples(glm::dvec3(from.size())))
+        return {};
+    return expect_memory(
+        fmt::format("a result of {} x {} x {} samples of {}", size.x, size.y, size.z,
+                    name_of(maker.type)),
+        samples(glm::dvec3(size)) * static_cast<double>(bytes_per_sample(maker.type)) +
+            static_cast<double>(from.bytes()),
+        limit_bytes);
+}
+
 Result<Grid> grid_of_spacing(const Grid& grid, glm::dvec3 wanted_mm) {
     const glm::dvec3 spacing = spacing_mm(grid);
     Grid made = grid;
@@ -266,6 +282,7 @@ Result<BrickMaker> resample_bricks(const Volume& volume, const ResampleOptions& 
 
 Result<Volume> resample(const Volume& volume, const ResampleOptions& options, const Task& task) {
     PALPATE_TRY(const BrickMaker maker, resample_bricks(volume, options));
+    PALPATE_TRY(expect_result_memory(maker, volume, 0));
     return make_bricks(maker, task);
 }
 

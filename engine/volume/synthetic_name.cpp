@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/base/memory_limit.h"
 #include "engine/volume/builder.h"
 #include "engine/volume/synthetic.h"
 
@@ -143,8 +144,7 @@ Result<SyntheticVolume> find_synthetic(const std::string& name) {
 Result<Volume> make_synthetic(const std::string& name, uint64_t limit_bytes) {
     PALPATE_TRY(const SyntheticVolume found, find_synthetic(name));
     const uint64_t bytes = sample_count(found.grid) * bytes_per_sample(found.type);
-    if (bytes > limit_bytes)
-        return fail("{}: needs {} bytes of memory, and the limit is {}", name, bytes, limit_bytes);
+    PALPATE_TRY(expect_memory(name, static_cast<double>(bytes), limit_bytes));
     return make_volume(found.grid, found.type, found.value);
 }
 

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include <cmath>
 #include <memory>
 #include <vector>
+
+#include "engine/base/memory_limit.h"
 
 namespace palpate {
 namespace {
@@ -12,6 +15,20 @@ namespace {
 TEST(Memory, IsWhatAMachineMayHave) {
     EXPECT_GE(physical_memory_bytes(), uint64_t{1} << 26);
     EXPECT_LE(physical_memory_bytes(), uint64_t{1} << 50);
+}
+
+TEST(Memory, IsRefusedBeforeItIsTaken) {
+    EXPECT_TRUE(expect_memory("little", 1e6));
+    EXPECT_TRUE(expect_memory("all of it", 1000.0, 1000));
+    EXPECT_EQ(expect_memory("more", 1024.0 * 1.5, 1024).error().message,
+              "more: needs 1.5 KiB of memory, and the limit is 1 KiB (--max-memory)");
+    const Result<void> far = expect_memory("a result of 65536 x 65536 x 65536 samples of f32",
+                                           4.0 * 65536.0 * 65536.0 * 65536.0);
+    ASSERT_FALSE(far);
+    EXPECT_NE(far.error().message.find("needs 1 PiB of memory, and the limit is "),
+              std::string::npos);
+    EXPECT_TRUE(far.error().message.ends_with("(75 % of this machine's memory)"));
+    EXPECT_FALSE(expect_memory("no number", std::nan("")));
 }
 
 // Blocks of volumes, pictures and meshes are freed in another order than they were made, among
