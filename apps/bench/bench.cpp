@@ -110,7 +110,7 @@ Command add_bench_suites(CLI::App& app) {
                 o->suite);
         return {};
     });
-    return {[o] { return run_bench(*o); }, [o] { return files_of(*o); }};
+    return {[o] { return run_bench(*o); }, [o] { return files_of(*o); }, /*files_together=*/false};
 }
 
 } // namespace palpate

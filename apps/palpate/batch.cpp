@@ -204,10 +204,13 @@ Result<void> run_batch(const BatchOptions& options) {
     size_t failed = 0;
     for (const std::unique_ptr<Job>& job : jobs) {
         const Timer timer;
-        const Result<void> drawn = drawer.draw(*job);
+        FilesTogether pictures; // of both eyes
+        Result<void> drawn = drawer.draw(*job);
         if (interrupt.token().stop_requested())
             return fail("{}: interrupted; the pictures of the jobs before are written, each whole",
                         job->place);
+        if (drawn)
+            drawn = pictures.commit();
         if (!drawn && !options.keep_going)
             return fail("{}: {}; the pictures of the jobs before are written", job->place,
                         drawn.error().message);

@@ -65,7 +65,8 @@ Command add_bench(CLI::App& app) {
     app.set_help_flag(); // palpate-bench has the help, and all options
     app.fallthrough(false);
     app.prefix_command();
-    return {[&app] { return start(app); }, [] { return std::vector<NamedFile>(); }};
+    return {[&app] { return start(app); }, [] { return std::vector<NamedFile>(); },
+            /*files_together=*/false};
 }
 
 } // namespace palpate

@@ -276,14 +276,18 @@ Result<void> run_edit(const EditOptions& options) {
                                                labels ? "" : input.volume.modality);
         !saved)
         return keep_journal(saved.error());
+    if (!options.report.empty()) {
+        Json report = replay.report();
+        report["edit_ms"] = edit_ms;
+        report["save_ms"] = timer.ms() - edit_ms;
+        if (const Result<void> said = write_text(options.report, report_text(report)); !said)
+            return keep_journal(said.error());
+    }
+    if (const Result<void> named = FilesTogether::commit_newest(); !named)
+        return keep_journal(named.error());
     found.journal.remove();
     tell_made(options.out, replay.volume());
-    if (options.report.empty())
-        return {};
-    Json report = replay.report();
-    report["edit_ms"] = edit_ms;
-    report["save_ms"] = timer.ms() - edit_ms;
-    return write_text(options.report, report_text(report));
+    return {};
 }
 
 } // namespace

@@ -9,6 +9,7 @@
 #include "apps/palpate/output.h"
 #include "apps/palpate/progress.h"
 #include "apps/palpate/read_options.h"
+#include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/io/brick_file.h"
 #include "engine/segment/convert_type.h"
@@ -151,9 +152,11 @@ Result<void> run_filters(const FilterOptions& o) {
         is_labels &= maker->type != ScalarType::f32;
         temporary.push_back(std::make_unique<TemporaryFile>(
             TemporaryFile{fmt::format("{}.step{}.pbv", o.out, i + 1)}));
+        FilesTogether of_the_step; // which the next one reads
         PALPATE_TRY(save_brick_file(
             temporary.back()->path, {maker->grid, maker->type, false, {}, maker->brick},
             {interrupt.token(), [&](double share) { progress.show(share); }}));
+        PALPATE_TRY(of_the_step.commit());
         PALPATE_TRY(BrickFile opened, open_brick_file(temporary.back()->path));
         volume = std::move(opened.volume);
     }

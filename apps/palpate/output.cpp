@@ -41,10 +41,12 @@ Result<void> write_text(const std::string& path, const std::string& text) {
 void tell_made(const std::string& path, const std::string& what) {
     namespace fs = std::filesystem;
     std::error_code error;
-    double bytes = static_cast<double>(fs::file_size(path, error));
-    if (fs::path(path).extension() == ".mhd")
-        bytes +=
-            static_cast<double>(fs::file_size(fs::path(path).replace_extension(".raw"), error));
+    const auto size_of = [&](const fs::path& file) {
+        return static_cast<double>(fs::file_size(FilesTogether::written(file), error));
+    };
+    double bytes = size_of(path);
+    if (!error && fs::path(path).extension() == ".mhd")
+        bytes += size_of(fs::path(path).replace_extension(".raw"));
     if (error)
         return;
     log::info("{}: {}, {}", path, what,

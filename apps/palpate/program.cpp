@@ -16,6 +16,7 @@
 #include "apps/palpate/output.h"
 #include "apps/palpate/program.h"
 #include "apps/version/version.h"
+#include "engine/base/file.h"
 #include "engine/base/json_value.h"
 #include "engine/base/log.h"
 #include "engine/base/printable.h"
@@ -36,6 +37,15 @@ Result<void> profiled(const Command& command, const std::string& trace) {
         return command.run();
     }();
     return result ? profile::save(trace) : result;
+}
+
+// The same for a command whose files appear together, or not at all.
+Result<void> run_whole(const Command& command, const std::string& trace) {
+    if (!command.files_together)
+        return profiled(command, trace);
+    FilesTogether files;
+    const Result<void> done = profiled(command, trace);
+    return done ? files.commit() : done;
 }
 
 // The version, and the commit where the build knew it; nothing that asks a driver.
@@ -147,7 +157,7 @@ int run_program(int argc, char** argv, std::span<const ProgramCommand> commands)
             if (sub->parsed()) {
                 Result<void> result = expect_files(command, trace);
                 if (result)
-                    result = profiled(command, trace);
+                    result = run_whole(command, trace);
                 if (!result)
                     log::error("{}", result.error().message);
                 else if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)

@@ -1,3 +1,5 @@
+#include <filesystem>
+#include <span>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/interrupt.h"
@@ -116,7 +118,8 @@ Result<void> describe(const ProjectOptions& o, const Project::Seen& seen) {
 }
 
 // Strokes as steps: those on labels work on the labels that are seen, others on the values.
-Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const SessionSetup& setup) {
+Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const Document& document,
+                                           const std::string& grey, const std::string& labels) {
     std::vector<JournalEntry> entries;
     if (!o.strokes.empty()) {
         PALPATE_TRY(const std::string text, load_text(o.strokes, uint64_t{1} << 30));
@@ -125,9 +128,9 @@ Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const Sessio
             Operation& operation = stroke.operation;
             const bool on_labels = operation.on_labels();
             const bool guided = on_labels && operation.only_values;
-            const std::string& on = on_labels ? setup.labels : setup.grey;
-            const Volume* volume = setup.document.find(on);
-            const Volume* guide = guided ? setup.document.find(setup.grey) : nullptr;
+            const std::string& on = on_labels ? labels : grey;
+            const Volume* volume = document.find(on);
+            const Volume* guide = guided ? document.find(grey) : nullptr;
             if (!volume)
                 return fail("{}: '{}' needs {}, and the project has none", o.strokes,
                             name_of(operation.kind), on_labels ? "labels" : "grey values");
@@ -135,7 +138,7 @@ Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const Sessio
                 return fail("{}: {}", o.strokes, fits.error().message);
             operation = settled(std::move(operation), *volume);
             entries.push_back(
-                {JournalEntry::Kind::stroke, std::move(stroke), on, guided ? setup.grey : "", {}});
+                {JournalEntry::Kind::stroke, std::move(stroke), on, guided ? grey : "", {}});
         }
     }
     entries.insert(entries.end(), o.undo, {.kind = JournalEntry::Kind::undo});
@@ -143,34 +146,102 @@ Result<std::vector<JournalEntry>> steps_of(const ProjectOptions& o, const Sessio
     return entries;
 }
 
-// Each step is in the journal before the next begins, so that one who ends this loses none.
+// Does all of them in memory: where one cannot be done, nothing is kept of any.
+// Returns what is to be said of strokes that changed no sample.
+Result<std::vector<std::string>> take_steps(const ProjectOptions& o,
+                                            std::span<const JournalEntry> entries,
+                                            Document& document, History& history,
+                                            const Interrupt& interrupt) {
+    using Kind = JournalEntry::Kind;
+    size_t strokes = 0;
+    uint32_t back = 0, forth = 0;
+    std::vector<std::string> idle;
+    for (const JournalEntry& entry : entries) {
+        const History::Stats steps = history.stats();
+        const bool is_undo = entry.kind == Kind::undo, is_redo = entry.kind == Kind::redo;
+        if ((is_undo && steps.undo_steps == 0) || (is_redo && steps.redo_steps == 0))
+            return fail(
+                "{}: nothing is left to {}: expected at most --{} {} since the last save, found "
+                "{}; "
+                "nothing is changed",
+                o.folder, is_undo ? "undo" : "redo", is_undo ? "undo" : "redo",
+                is_undo ? back : forth, is_undo ? o.undo : o.redo);
+        const Result<Replayed> done = replay(document, history, entry, interrupt.token());
+        if (!done)
+            return fail("{}; nothing is changed", done.error().message);
+        back += is_undo;
+        forth += is_redo;
+        strokes += entry.kind == Kind::stroke;
+        if (!done->why_idle.empty())
+            idle.push_back(fmt::format("{}: stroke {} changed no sample: {}", o.strokes, strokes,
+                                       done->why_idle));
+    }
+    return idle;
+}
+
+Result<void> expect_exported(const ProjectOptions& o, const Document& document) {
+    const Result<void> there =
+        o.exported.empty() ? Result<void>() : expect_volume(document, o.exported);
+    if (!there)
+        return fail("--export: {}", there.error().message);
+    return {};
+}
+
+Result<void> write_export(const ProjectOptions& o, const Document& document,
+                          const std::string& grey, const std::string& modality,
+                          const Interrupt& interrupt) {
+    if (o.exported.empty())
+        return {};
+    PALPATE_TRY(expect_exported(o, document));
+    return save_volume(o.out, *document.find(o.exported), interrupt.token(),
+                       o.exported == grey ? modality : "");
+}
+
+// All that is asked for, or nothing: steps are done in memory, the export is written, and then
+// either the journal takes all steps at once or, with --save, the save has them.
 Result<void> change(const ProjectOptions& o, const Interrupt& interrupt) {
+    if (o.discard) { // which is tried on the last save first
+        PALPATE_TRY(Project::Seen saved,
+                    Project::look(o.folder, {.unsaved = false, .stop = interrupt.token()}));
+        ProjectContents& last = saved.contents;
+        PALPATE_TRY(const auto entries, steps_of(o, last.document, last.grey, last.labels));
+        History history;
+        PALPATE_TRY(take_steps(o, entries, last.document, history, interrupt));
+        PALPATE_TRY(expect_exported(o, last.document));
+    }
     PALPATE_TRY(Project::Opened opened,
                 Project::open(o.folder, {.unsaved = !o.discard, .stop = interrupt.token()}));
     for (const std::string& note : opened.notes)
         log::warning("{}", note);
     SessionSetup& setup = opened.setup;
-    PALPATE_TRY(const std::vector<JournalEntry> entries, steps_of(o, setup));
-    size_t strokes = 0;
-    for (const JournalEntry& entry : entries) {
-        const History::Stats steps = setup.edit.begun->stats();
-        const bool is_undo = entry.kind == JournalEntry::Kind::undo;
-        if ((is_undo && steps.undo_steps == 0) ||
-            (entry.kind == JournalEntry::Kind::redo && steps.redo_steps == 0))
-            return fail("{}: nothing is left to {}; steps before the last save stay", o.folder,
-                        is_undo ? "undo" : "redo");
-        PALPATE_TRY(const Replayed done,
-                    replay(setup.document, *setup.edit.begun, entry, interrupt.token()));
-        strokes += entry.kind == JournalEntry::Kind::stroke;
-        if (!done.why_idle.empty())
-            log::warning("{}: stroke {} changed no sample: {}", o.strokes, strokes, done.why_idle);
-        PALPATE_TRY(setup.edit.journal->append(entry));
+    PALPATE_TRY(const auto entries, steps_of(o, setup.document, setup.grey, setup.labels));
+    PALPATE_TRY(const auto idle,
+                take_steps(o, entries, setup.document, *setup.edit.begun, interrupt));
+    FilesTogether files;
+    PALPATE_TRY(write_export(o, setup.document, setup.grey, opened.project.modality(), interrupt));
+    files.close(); // those of a save take their names in an order of their own
+    if (o.save) {
+        setup.edit.threaded = false;
+        Session session(std::move(setup));
+        PALPATE_TRY(opened.project.save(session));
+    } else {
+        PALPATE_TRY(setup.edit.journal->append(entries));
     }
-    if (!o.save)
+    for (const std::string& sentence : idle)
+        log::warning("{}", sentence);
+    return files.commit();
+}
+
+Result<void> change_or_export(const ProjectOptions& o, const Interrupt& interrupt) {
+    if (o.changes())
+        return change(o, interrupt);
+    if (o.exported.empty())
         return {};
-    setup.edit.threaded = false;
-    Session session(std::move(setup));
-    return opened.project.save(session);
+    PALPATE_TRY(const Project::Seen seen, Project::look(o.folder, interrupt.token()));
+    for (const std::string& note : seen.notes)
+        log::warning("{}", note);
+    return write_export(o, seen.contents.document, seen.contents.grey, seen.contents.modality,
+                        interrupt);
 }
 
 Result<void> run_project(const ProjectOptions& o, const CLI::App& app) {
@@ -182,22 +253,20 @@ Result<void> run_project(const ProjectOptions& o, const CLI::App& app) {
         PALPATE_TRY(expect_volume_name(o.out));
     if (!o.from.empty()) {
         PALPATE_TRY(create(o, interrupt));
-    } else if (!Project::is_one(o.folder)) {
-        return fail("{}: expected the folder of a project; --new SCENE creates one", o.folder);
+        Result<void> done = change_or_export(o, interrupt);
+        std::error_code ignored;
+        if (!done) // the folder is of this command alone
+            std::filesystem::remove_all(o.folder, ignored);
+        return done;
     }
-    if (o.changes())
-        PALPATE_TRY(change(o, interrupt));
-    if (o.exported.empty() && !describes)
-        return {};
+    if (!Project::is_one(o.folder))
+        return fail("{}: expected the folder of a project; --new SCENE creates one", o.folder);
+    if (!describes)
+        return change_or_export(o, interrupt);
     PALPATE_TRY(const Project::Seen seen, Project::look(o.folder, interrupt.token()));
     for (const std::string& note : seen.notes)
         log::warning("{}", note);
-    if (o.exported.empty())
-        return describe(o, seen);
-    if (Result<void> there = expect_volume(seen.contents.document, o.exported); !there)
-        return fail("--export: {}", there.error().message);
-    return save_volume(o.out, *seen.contents.document.find(o.exported), interrupt.token(),
-                       o.exported == seen.contents.grey ? seen.contents.modality : "");
+    return describe(o, seen);
 }
 
 } // namespace
@@ -238,7 +307,8 @@ Command add_project(CLI::App& app) {
                     ->type_name("FILE");
     exported->needs(out);
     app.add_flag("--json", o->json, "The description as JSON");
-    return {[o, &app] { return run_project(*o, app); }, [o] { return files_of(*o); }};
+    return {[o, &app] { return run_project(*o, app); }, [o] { return files_of(*o); },
+            /*files_together=*/false};
 }
 
 } // namespace palpate

@@ -10,6 +10,7 @@
 #include "apps/palpate/render_warnings.h"
 #include "apps/palpate/turntable.h"
 #include "apps/palpate/written_scene.h"
+#include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/base/percentile.h"
 #include "engine/base/profile.h"
@@ -146,7 +147,9 @@ Result<void> run_render(const RenderOptions& options, const CLI::App& app) {
     std::optional<Preview> preview;
     if (!options.preview.empty()) {
         PALPATE_TRY(preview, draw_preview(device, renderer_options, scene, loaded));
+        FilesTogether at_once; // for who waits for it
         PALPATE_TRY(save_frame(options.preview, look, scene, preview->eyes, {}));
+        PALPATE_TRY(at_once.commit());
         log::info("{}: level {} of the volume, after {:.2f} s", options.preview, preview->level,
                   preview->ms / 1000.0);
     }

@@ -292,13 +292,6 @@ void tell_open_edges(const SurfaceCommand& options, const Mesh& mesh) {
             options.out, open);
 }
 
-// A sentence about a file under the name that a person gave it.
-std::string with_name(std::string sentence, const std::string& unnamed, const std::string& name) {
-    if (const size_t at = sentence.find(unnamed); at != std::string::npos)
-        sentence.replace(at, unnamed.size(), name);
-    return sentence;
-}
-
 // What is wrong with the options whatever the volume.
 Result<void> check_together(const SurfaceCommand& o) {
     if (o.smoothing == Smoothing::bounded && !(o.labels && o.walls == Walls::shared))
@@ -374,17 +367,13 @@ Result<void> run_surface(const SurfaceCommand& options, const CLI::App& app) {
         });
     if (!done)
         return done;
-    // The mesh takes its name when the report has been written, so that neither is there alone.
-    done = write_atomically(options.out, [&](const std::filesystem::path& unnamed) -> Result<void> {
-        Result<void> saved = stages.run("write", 0.9, [&]() -> Result<void> {
-            return save_mesh(unnamed, mesh, {.ascii = options.ascii, .stop = interrupt.token()});
-        });
-        if (!saved)
-            return fail("{}", with_name(saved.error().message, unnamed.string(), options.out));
-        report["ms"] = stages.ms();
-        report.update(extra);
-        return write_text(options.report, report_text(report));
+    done = stages.run("write", 0.9, [&]() -> Result<void> {
+        return save_mesh(options.out, mesh, {.ascii = options.ascii, .stop = interrupt.token()});
     });
+    report["ms"] = stages.ms();
+    report.update(extra);
+    if (done)
+        done = write_text(options.report, report_text(report));
     if (done) {
         tell_made(options.out, fmt::format("{} triangles, {} vertices", mesh.triangles.size(),
                                            mesh.positions.size()));

@@ -251,6 +251,8 @@ Result<void> run_touch(const TouchOptions& o, const CLI::App& app) {
                       : run_touch_loop(std::move(setup), interrupt.token(), show);
     Result<void> done =
         run ? write_all(o, *run, modality, interrupt.token()) : Result<void>(pass_on(run));
+    if (done) // before the journal goes that stands in for them
+        done = FilesTogether::commit_newest();
     if (journalled)
         done = end_journal(strokes, std::move(done));
     if (!done && project)

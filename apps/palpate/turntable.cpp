@@ -7,6 +7,7 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/project_input.h"
 #include "apps/palpate/scene_options.h"
+#include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/image/movie.h"
 #include "engine/scene/camera_path.h"
@@ -145,8 +146,9 @@ Result<void> draw_turntable(
     const std::stop_token& stop) {
     PALPATE_TRY(const std::vector<Camera> cameras, cameras_of(o, first, grid));
     TemporaryFolder folder; // of a movie's frames, beside it
-    std::string names = output;
+    std::optional<FilesTogether> movie_frames;
     if (is_movie(output)) {
+        movie_frames.emplace();
         if (Result<void> there = expect_movie_encoder(); !there)
             return fail("{}: {}; --turntable also writes single pictures, to a name with ####",
                         output, there.error().message);
@@ -165,12 +167,20 @@ Result<void> draw_turntable(
         if (!drawn && is_movie(output))
             return fail("{}: {}, in picture {} of {}; nothing is written", output,
                         drawn.error().message, i + 1, o.frames);
-        if (!drawn)
+        if (!drawn && stop.stop_requested()) {
+            PALPATE_TRY(FilesTogether::commit_newest());
             return fail("{}; {} of {} pictures are written, each whole", drawn.error().message, i,
                         o.frames);
+        }
+        if (!drawn)
+            return fail("{}, in picture {} of {}; nothing is written", drawn.error().message, i + 1,
+                        o.frames);
     }
-    return is_movie(output) ? make_movie(folder.path, o.frames_per_s, output, stop)
-                            : Result<void>();
+    if (!is_movie(output))
+        return {};
+    PALPATE_TRY(movie_frames->commit());
+    movie_frames.reset();
+    return make_movie(folder.path, o.frames_per_s, output, stop);
 }
 
 } // namespace palpate

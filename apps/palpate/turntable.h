@@ -30,7 +30,7 @@ Result<void> check_together(const TurntableOptions& options, const std::string& 
 std::vector<std::string> frame_names(const TurntableOptions& options, const std::string& output);
 
 // Draws all frames: `draw(camera, file)` writes one, whole. Interrupted, it leaves the whole frames
-// before that; of an .mp4 nothing. `grid` is the volume's.
+// before that; of an .mp4, and where a frame fails, nothing. `grid` is the volume's.
 Result<void> draw_turntable(
     const TurntableOptions& options, const Camera& first, const Grid& grid,
     const std::string& output,

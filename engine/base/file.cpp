@@ -6,6 +6,8 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <mutex>
+#include <utility>
 
 #include "engine/base/fd.h"
 #include "engine/base/writable.h"
@@ -15,6 +17,18 @@ namespace palpate {
 namespace fs = std::filesystem;
 
 namespace {
+
+std::mutex g_together_mutex; // of what follows and of the files in it
+FilesTogether* g_together = nullptr;
+
+Result<void> rename_to(const fs::path& temporary, const fs::path& path) {
+    std::error_code renamed, ignored;
+    fs::rename(temporary, path, renamed);
+    if (!renamed)
+        return {};
+    fs::remove(temporary, ignored);
+    return fail("{}: cannot be written: {}", path.string(), renamed.message());
+}
 
 Result<void> sync_to_disk(const fs::path& path) {
     const Fd fd(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
@@ -69,13 +83,75 @@ Result<void> write_atomically(const fs::path& asked,
         fs::remove(temporary, ignored);
         return written;
     }
-    std::error_code renamed;
-    fs::rename(temporary, path, renamed);
-    if (renamed) {
-        fs::remove(temporary, ignored);
-        return fail("{}: cannot be written: {}", path.string(), renamed.message());
+    {
+        const std::scoped_lock held(g_together_mutex);
+        if (g_together) {
+            std::vector<FilesTogether::File>& files = g_together->files_;
+            // One that is written again has the same temporary name.
+            std::erase_if(files, [&](const auto& file) { return file.path == path; });
+            files.push_back({temporary, path});
+            return {};
+        }
     }
-    return {};
+    return rename_to(temporary, path);
+}
+
+FilesTogether::FilesTogether() {
+    const std::scoped_lock held(g_together_mutex);
+    outer_ = std::exchange(g_together, this);
+}
+
+FilesTogether::~FilesTogether() {
+    const std::scoped_lock held(g_together_mutex);
+    remove_files();
+    if (open_)
+        g_together = outer_;
+}
+
+void FilesTogether::close() {
+    const std::scoped_lock held(g_together_mutex);
+    if (std::exchange(open_, false))
+        g_together = outer_;
+}
+
+void FilesTogether::remove_files() {
+    std::error_code ignored;
+    for (const File& file : files_)
+        fs::remove(file.temporary, ignored);
+    files_.clear();
+}
+
+Result<void> FilesTogether::commit() {
+    const std::scoped_lock held(g_together_mutex);
+    Result<void> done;
+    for (size_t i = 0; done && i < files_.size(); ++i) // before the first takes its name
+        done = expect_writable(files_[i].path);
+    for (size_t i = 0; done && i < files_.size(); ++i)
+        done = rename_to(files_[i].temporary, files_[i].path);
+    if (done)
+        files_.clear();
+    remove_files();
+    return done;
+}
+
+Result<void> FilesTogether::commit_newest() {
+    FilesTogether* newest = nullptr;
+    {
+        const std::scoped_lock held(g_together_mutex);
+        newest = g_together;
+    }
+    return newest ? newest->commit() : Result<void>();
+}
+
+fs::path FilesTogether::written(const fs::path& path) {
+    const std::scoped_lock held(g_together_mutex);
+    std::error_code ignored;
+    const fs::path whole = fs::weakly_canonical(path, ignored);
+    for (const FilesTogether* one = g_together; one; one = one->outer_)
+        for (const File& file : one->files_)
+            if (fs::weakly_canonical(file.path, ignored) == whole)
+                return file.temporary;
+    return path;
 }
 
 Result<void> save_bytes(const fs::path& path, std::span<const std::byte> bytes) {

@@ -6,6 +6,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 
@@ -22,7 +23,46 @@ Result<void> write_atomically(
     const std::filesystem::path& path,
     const std::function<Result<void>(const std::filesystem::path& temporary)>& write);
 
-// The same for bytes at hand.
+// Files that appear together or not at all, for a command that writes several.
+//
+// While one lives, the files of write_atomically() are whole and on disk, but keep their temporary
+// names until commit() gives them their own, in the order in which they were written. Without a
+// commit() they are removed, and what had those names stays. The newest of several takes the files.
+// Of the whole process: writes may come from any thread.
+class FilesTogether {
+ public:
+    FilesTogether();
+    ~FilesTogether();
+    FilesTogether(const FilesTogether&) = delete;
+    FilesTogether& operator=(const FilesTogether&) = delete;
+
+    // Later files are not among these. Call it for the newest.
+    void close();
+
+    // An error names the first file that cannot take its name; those behind it are removed. May be
+    // called again for files that were written since.
+    Result<void> commit();
+    // commit() of the newest; nothing where there is none. For what shall stay whatever follows.
+    static Result<void> commit_newest();
+
+    // The file that holds what was written to `path`: a temporary one before commit().
+    static std::filesystem::path written(const std::filesystem::path& path);
+
+ private:
+    friend Result<void> write_atomically(
+        const std::filesystem::path& path,
+        const std::function<Result<void>(const std::filesystem::path& temporary)>& write);
+    struct File {
+        std::filesystem::path temporary, path;
+    };
+    void remove_files();
+
+    FilesTogether* outer_;
+    bool open_ = true;
+    std::vector<File> files_;
+};
+
+// The same as write_atomically() for bytes at hand.
 Result<void> save_bytes(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
 // A whole text file; refused when larger than `limit_bytes` or not a regular file.

@@ -244,6 +244,11 @@ Result<std::optional<Document>> History::redo(const Document& now) {
     return state_->take(now, false);
 }
 
+void History::forget_redo() {
+    const std::lock_guard lock(state_->mutex);
+    state_->redo.clear();
+}
+
 std::vector<std::string> History::titles() const {
     const std::lock_guard lock(state_->mutex);
     std::vector<std::string> titles;

@@ -49,6 +49,9 @@ class History {
     Result<std::optional<Document>> undo(const Document& now);
     Result<std::optional<Document>> redo(const Document& now);
 
+    // Steps that could be redone are gone: what was undone had to be taken back.
+    void forget_redo();
+
     struct Stats {
         size_t undo_steps = 0, redo_steps = 0;
         size_t packed_steps = 0, spilled_steps = 0;

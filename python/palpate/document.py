@@ -85,7 +85,7 @@ class Document:
     def apply(
         self, strokes: str, *, on: Optional[str] = None, guide: str = "", progress: Progress = None
     ) -> List[str]:
-        """Applies the text of a stroke file. A sentence for each stroke that changed nothing."""
+        """Applies the text of a stroke file, all of it or nothing. A sentence for each stroke that changed nothing."""
         return self._core.apply(strokes, on or self.names[0], guide, progress)[1]
 
     def put(self, name: str, volume: Any, *, labels: bool = False, title: str = "put") -> None:

@@ -40,7 +40,7 @@ class EditedDocument {
     }
 
     // `text`: strokes as in a stroke file. How many samples lay within their tools, and a sentence
-    // for each that changed nothing. Where one fails, those before it are done.
+    // for each that changed nothing. Where one fails, none is done.
     std::pair<uint64_t, std::vector<std::string>> apply(const std::string& text,
                                                         const std::string& on,
                                                         const std::string& guide,
@@ -51,16 +51,23 @@ class EditedDocument {
             PALPATE_TRY(expect_volume(now_, on));
             PALPATE_TRY(std::vector<Stroke> strokes, parse_strokes(text, "strokes"));
             Done done;
+            std::vector<JournalEntry> entries;
             for (size_t i = 0; i < strokes.size(); ++i) {
                 strokes[i].operation = settled(std::move(strokes[i].operation), *now_.find(on));
-                const JournalEntry entry{
+                JournalEntry entry{
                     JournalEntry::Kind::stroke, std::move(strokes[i]), on, guide, {}};
-                PALPATE_TRY(const Replayed replayed, do_entry(entry, report.stop));
-                done.first += replayed.samples_seen;
-                if (!replayed.why_idle.empty())
-                    done.second.push_back(replayed.why_idle);
+                const Result<Replayed> replayed = replay(now_, history_, entry, report.stop);
+                if (!replayed)
+                    return take_back(entries.size(), replayed.error());
+                entries.push_back(std::move(entry));
+                done.first += replayed->samples_seen;
+                if (!replayed->why_idle.empty())
+                    done.second.push_back(replayed->why_idle);
                 report.progress(static_cast<double>(i + 1) / static_cast<double>(strokes.size()));
             }
+            if (journal_)
+                if (const Result<void> kept = journal_->append(entries); !kept)
+                    return take_back(entries.size(), kept.error());
             return done;
         });
     }
@@ -114,6 +121,15 @@ class EditedDocument {
         const py::gil_scoped_release others_run;
         const std::lock_guard lock(mutex_);
         return now_;
+    }
+
+    // The newest steps of the history, for what followed them failed.
+    tl::unexpected<Error> take_back(size_t steps, const Error& why) {
+        for (; steps > 0; --steps)
+            if (Result<std::optional<Document>> was = history_.undo(now_); was && *was)
+                now_ = std::move(**was);
+        history_.forget_redo();
+        return fail("{}", why.message);
     }
 
     Result<Replayed> do_entry(const JournalEntry& entry, const std::stop_token& stop) {

@@ -215,7 +215,9 @@ TEST_F(FigureCommand, AnInterruptedTurntableLeavesWholeFramesAlone) {
                                ::open(messages.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0666)));
     int status = 0;
     pid_t ended = 0; // before there was a frame
-    while (!fs::exists(file("f_0000.png")) && ended == 0) {
+    // Whole frames wait under their temporary names (FilesTogether).
+    const auto first = file("." + std::to_string(child) + ".tmp.f_0000.png");
+    while (!fs::exists(first) && ended == 0) {
         std::this_thread::yield();
         ended = ::waitpid(child, &status, WNOHANG);
     }

@@ -1,8 +1,10 @@
 // What every command has in common: help that can be read, a version, and no file for two options.
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <cctype>
+#include <csignal>
 #include <cstring>
 
 #include "tests/support/program.h"
@@ -50,6 +52,72 @@ TEST_F(EveryCommand, NamesTheVolumeInAFolderThatIsNoSeries) {
     EXPECT_THAT(ran.messages, HasSubstr("expected a folder of DICOM files"));
     EXPECT_THAT(ran.messages, HasSubstr("to read the volume in it, name its file: " +
                                         file("study/a.nii.gz").string()));
+}
+
+// A limit on the size of files stands for a full disk: of several outputs one does not fit, and
+// none is there, or is another than before.
+TEST_F(EveryCommand, WritesAllItsFilesOrNone) {
+    const std::string v = "synthetic:phantom?size=32"; // no reader's process, which has files too
+    write("cut.jsonl",
+          R"({"stroke": 1, "units": "mm", "shape": {"kind": "ball", "radius_mm": 20}, )"
+          R"("operation": {"kind": "cut"}})"
+          "\n{\"p_mm\": [0, 0, 0]}\n");
+    const auto path = [&](const char* name) { return file(name).string(); };
+    std::signal(SIGXFSZ, SIG_IGN);
+    rlimit old{};
+    ::getrlimit(RLIMIT_FSIZE, &old);
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"render", v, "--mode", "mip", "--size", "256,256",
+                                   "--write-scene", path("small"), "-o", path("large.png")},
+          {"surface", v, "--iso", "0", "--report", path("small"), "-o", path("large.ply")},
+          {"edit", v, path("cut.jsonl"), "--report", path("small"), "-o", path("large.nrrd")},
+          {"render", v, "--mode", "mip", "--size", "128,128", "--stereo", "separate",
+           "--write-scene", path("small"), "-o", path("large.exr")}}) {
+        SCOPED_TRACE(command.front());
+        write("small", "as it was");
+        const rlimit little{6000, old.rlim_max};
+        ::setrlimit(RLIMIT_FSIZE, &little);
+        const ProgramRun ran = run(command);
+        ::setrlimit(RLIMIT_FSIZE, &old);
+        EXPECT_EQ(ran.exit_code, 1);
+        EXPECT_THAT(ran.messages, HasSubstr("large"));
+        EXPECT_EQ(bytes_of("small"), "as it was");
+        for (const auto& entry : std::filesystem::directory_iterator(file(""))) {
+            const std::string name = entry.path().filename();
+            EXPECT_TRUE(name.find("large") == name.npos || name == "large.nrrd.journal") << name;
+        }
+        std::filesystem::remove(file("large.nrrd.journal")); // of the edit, which goes on from it
+    }
+}
+
+// A size that a person asks for is held against the memory there is before anything is allocated:
+// what would take terabytes is refused in a moment, and so is what --max-memory does not allow.
+TEST_F(EveryCommand, RefusesASizeBeforeItIsAllocated) {
+    ASSERT_EQ(run({"convert", "synthetic:ball?size=24", file("v.nrrd").string()}).exit_code, 0);
+    const std::string v = file("v.nrrd").string(), out = file("o.nrrd").string();
+    for (const std::vector<std::string>& command :
+         {std::vector<std::string>{"convert", v, out, "--spacing", "0.01"},
+          {"filter", v, "--resample", "0.01,cubic", "-o", out},
+          {"filter", v, "--resample", "0.01,nearest", "-o", out},
+          {"filter", v, "--pad", "4096,4096,4096", "-o", out, "--max-memory", "100000"},
+          {"convert", "synthetic:ball?size=4096", out, "--max-memory", "1000"},
+          {"convert", v, out, "--spacing", "1", "--max-memory", "2"},
+          {"filter", v, "--resample", "1,linear", "-o", out, "--max-memory", "2"},
+          {"filter", v, "--pad", "64,64,64", "-o", out, "--max-memory", "1"},
+          {"info", "synthetic:ball?size=512", "--max-memory", "100"},
+          {"render", v, "--size", "2000,2000", "-o", file("p.png").string(), "--max-memory", "100"},
+          {"render", v, "--size", "1400,1400", "--stereo", "side_by_side", "-o",
+           file("p.png").string(), "--max-memory", "300"},
+          {"render", v, "--size", "2000,2000", "--turntable", "4", "-o", file("p_#.png").string(),
+           "--max-memory", "100"}}) {
+        const ProgramRun ran = run(command);
+        EXPECT_EQ(ran.exit_code, 1) << testing::PrintToString(command);
+        EXPECT_THAT(ran.messages, testing::AllOf(HasSubstr(" of memory, and the limit is "),
+                                                 testing::AnyOf(HasSubstr("(--max-memory)"),
+                                                                HasSubstr("of this machine's"))))
+            << testing::PrintToString(command);
+    }
+    EXPECT_EQ(run({"convert", v, out, "--spacing", "4", "--max-memory", "2"}).exit_code, 0);
 }
 
 TEST_F(EveryCommand, TellsItsVersion) {

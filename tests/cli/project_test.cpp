@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "engine/io/volume_io.h"
@@ -212,6 +213,109 @@ TEST_F(ProjectCommand, ATouchThatEditsWritesItsStrokesIntoTheProject) {
     EXPECT_THAT(done.messages, HasSubstr("leave out --labels"));
     EXPECT_THAT(with({"--drill", "3", "--journal"}).messages,
                 HasSubstr("without effect here: --journal"));
+}
+
+// All that a command asks for, or nothing of it: too many undos, a stroke that does not fit behind
+// some that do, an export that cannot be written, in any order and together with others.
+TEST_F(ProjectCommand, DoesAllOrNothing) {
+    create();
+    write_strokes();
+    ASSERT_EQ(run_project({"--strokes", file("cut.jsonl").string()}).exit_code, 0);
+    write("third.jsonl", bytes_of("cut.jsonl") +
+                             R"({"stroke": 1, "units": "mm", "shape": {"kind": "ball", )"
+                             R"("radius_mm": 3}, "operation": {"kind": "cut", "to_value": 1e9}})"
+                             "\n{\"p_mm\": [0, 0, 0]}\n");
+    const auto all_files = [&] {
+        std::map<std::string, std::string> all;
+        for (const auto& entry : std::filesystem::directory_iterator(project()))
+            all[entry.path().filename()] = bytes_of("p/" + entry.path().filename().string());
+        return all;
+    };
+    const auto before = all_files();
+    const std::string good = file("cut.jsonl").string(), bad = file("third.jsonl").string(),
+                      out = file("x.nrrd").string();
+    for (const std::vector<std::string>& asked :
+         {std::vector<std::string>{"--undo", "5"},
+          {"--undo", "2", "--redo", "3"},
+          {"--redo", "1"},
+          {"--strokes", bad},
+          {"--strokes", bad, "--save"},
+          {"--strokes", bad, "--discard"},
+          {"--strokes", good, "--undo", "9", "--save"},
+          {"--strokes", good, "--undo", "9", "--discard"},
+          {"--strokes", good, "--export", "nose", "-o", out},
+          {"--discard", "--export", "nose", "-o", out},
+          {"--undo", "3", "--export", "volume", "-o", out}}) {
+        const ProgramRun done = run_project(asked);
+        EXPECT_EQ(done.exit_code, 1) << testing::PrintToString(asked);
+        EXPECT_EQ(all_files(), before) << testing::PrintToString(asked);
+        EXPECT_FALSE(std::filesystem::exists(out));
+    }
+    EXPECT_THAT(run_project({"--undo", "5"}).messages,
+                HasSubstr("nothing is left to undo: expected at most --undo 2 since the last save, "
+                          "found 5; nothing is changed"));
+    // A project that is created and cannot be changed as asked is not there.
+    const std::string fresh = file("q").string();
+    EXPECT_EQ(run({"project", fresh, "--new", file("ct.nrrd").string(), "--undo", "1"}).exit_code,
+              1);
+    EXPECT_FALSE(std::filesystem::exists(fresh));
+    // And all of it where it can be: from the last save on, kept by a save, written to a file.
+    const ProgramRun done = run_project(
+        {"--discard", "--strokes", good, "--undo", "1", "--export", "volume", "-o", out});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(hash_of("x.nrrd"), hash_of_export("volume"));
+    EXPECT_NE(hash_of("x.nrrd"), hash_of("ct.nrrd"));
+    EXPECT_EQ(hash_of_export("labels"), hash_of("labels.nrrd"));
+    ASSERT_EQ(run_project({"--redo", "1", "--save"}).exit_code, 0);
+    EXPECT_NE(hash_of_export("labels"), hash_of("labels.nrrd"));
+    EXPECT_THAT(run_project({}).output, HasSubstr("steps      0 since the last save"));
+}
+
+// Steps are not lost without a word where the beginning of their journal is.
+TEST_F(ProjectCommand, TellsOfAJournalThatLostItsBeginning) {
+    create();
+    write_strokes();
+    ASSERT_EQ(run_project({"--strokes", file("cut.jsonl").string()}).exit_code, 0);
+    std::string damaged = bytes_of("p/journal-1");
+    std::fill_n(damaged.begin(), 18, '\0');
+    write("p/journal-1", damaged);
+    for (const std::vector<std::string>& asked :
+         {std::vector<std::string>{}, {"--undo", "1"}, {"--save"}}) {
+        const ProgramRun done = run_project(asked);
+        EXPECT_EQ(done.exit_code, 1);
+        EXPECT_THAT(done.messages, AllOf(HasSubstr("journal-1: damaged at byte 0"),
+                                         HasSubstr("2 steps that could be read")));
+        EXPECT_EQ(bytes_of("p/journal-1"), damaged);
+    }
+    ASSERT_EQ(run_project({"--discard"}).exit_code, 0);
+    EXPECT_EQ(bytes_of("p/journal-1.set-aside"), damaged);
+    EXPECT_EQ(hash_of_export("volume"), hash_of("ct.nrrd"));
+}
+
+// Any label goes into any map, and an undo makes it what it was.
+TEST_F(ProjectCommand, LabelsAbove255MakeTheMapU16) {
+    create();
+    std::string strokes;
+    for (const int label : {5, 300, 65535})
+        strokes += fmt::format(R"({{"stroke": 1, "units": "mm", "shape": {{"kind": "ball", )"
+                               R"("radius_mm": 3}}, "operation": {{"kind": "draw", )"
+                               R"("label": {}}}}})"
+                               "\n{{\"p_mm\": [{}, 0, 3]}}\n",
+                               label, label % 7 - 3);
+    write("high.jsonl", strokes);
+    ASSERT_EQ(run_project({"--strokes", file("high.jsonl").string()}).exit_code, 0);
+    EXPECT_THAT(run_project({}).output, AllOf(HasSubstr("draw 65535 on labels"), HasSubstr("u16")));
+    ASSERT_EQ(run_project({"--undo", "2"}).exit_code, 0);
+    EXPECT_THAT(run_project({}).output,
+                testing::ContainsRegex("labels: labels, 24 x 24 x 24, .*, u8"));
+    ASSERT_EQ(run_project({"--redo", "2", "--save"}).exit_code, 0);
+    EXPECT_THAT(run_project({}).output,
+                testing::ContainsRegex("labels: labels, 24 x 24 x 24, .*, u16"));
+    const uint64_t saved = hash_of_export("labels");
+    const ProgramRun done = run({"edit", file("labels.nrrd").string(), file("high.jsonl").string(),
+                                 "-o", file("e.nrrd").string()});
+    ASSERT_EQ(done.exit_code, 0) << done.messages;
+    EXPECT_EQ(hash_of("e.nrrd"), saved);
 }
 
 TEST_F(ProjectCommand, SaysWhatIsWrong) {

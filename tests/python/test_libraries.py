@@ -87,6 +87,55 @@ def test_a_document_cuts_undoes_and_recovers(tmp_path):
     assert not journal.exists()
 
 
+def test_any_label_is_drawn_into_any_map(tmp_path):
+    before = np.zeros((30, 20, 20), np.uint8)
+    before[3:9] = 7
+    random = np.random.default_rng(5)
+    journal = tmp_path / "labels.journal"
+    document = palpate.Document(before, labels=True, journal=journal)
+    expected = [before]
+    for label in [9, 300, 255, 65535, int(random.integers(256, 65535))]:
+        place = random.integers(4, 16, 3)
+        document.stroke({"kind": "ball", "radius_mm": 3}, {"kind": "draw", "label": label}, [place])
+        drawn = expected[-1].astype(np.uint16 if label > 255 else expected[-1].dtype)
+        near = sum((axis - p) ** 2 for axis, p in zip(np.indices(before.shape), place)) <= 9
+        drawn[near] = label
+        expected.append(drawn)
+        found = document.volume.to_numpy()
+        assert found.dtype == drawn.dtype and np.array_equal(found, drawn)
+    for k in (3, 2, 1, 0):
+        document.undo()
+        found = document.volume.to_numpy()
+        assert found.dtype == expected[k + 1].dtype and np.array_equal(found, expected[k + 1])
+    for k in (2, 3, 4):
+        document.redo()
+        assert np.array_equal(document.volume.to_numpy(), expected[k])
+    del document
+    again = palpate.Document(before, labels=True, journal=journal, recover=True)
+    assert np.array_equal(again.volume.to_numpy(), expected[4])
+    palpate.save(tmp_path / "grown.nrrd", again.volume)
+    assert np.array_equal(palpate.load(tmp_path / "grown.nrrd", labels=True).to_numpy(), expected[4])
+
+
+def test_strokes_are_applied_all_or_none(tmp_path):
+    document = palpate.Document(np.zeros((20, 20, 20), np.int16), journal=tmp_path / "j")
+    cut = '{"stroke": 1, "units": "mm", "shape": {"kind": "ball", "radius_mm": 3}, "operation": {"kind": "cut", "to_value": %s}}\n{"p_mm": [10, 10, 10]}\n'
+    document.apply(cut % 5)
+    size = (tmp_path / "j").stat().st_size
+    with pytest.raises(palpate.Error, match="to_value"):
+        document.apply(cut % 7 + cut % 1e9)
+    assert document.volume.to_numpy().max() == 5 and document.undo_steps == 1 and document.redo_steps == 0
+    assert (tmp_path / "j").stat().st_size == size
+    document.apply(cut % 7 + cut % 8)
+    assert document.volume.to_numpy().max() == 8 and document.undo_steps == 3
+
+
+def test_a_size_beyond_memory_is_refused():
+    volume = palpate.Volume.from_numpy(np.zeros((60, 60, 60), np.uint8))
+    with pytest.raises(palpate.Error, match="of memory, and the limit is"):
+        palpate.filter(volume, "resample", 0.001, "nearest")
+
+
 def test_documents_of_several_volumes():
     grey = np.arange(27000, dtype=np.float32).reshape(30, 30, 30)
     document = palpate.Document({"grey": grey, "organs": np.zeros(grey.shape, np.uint8)}, labels=["organs"])

@@ -311,7 +311,8 @@ Command add_view(CLI::App& app) {
     app.add_flag("--validate", o->validate,
                  "Run under Vulkan validation; a validation message is a failure");
     refuse_where_wrong(app, [o] { return check_together(*o); });
-    return {[o, &app] { return run_view(*o, app); }, [o] { return files_of(*o); }};
+    return {[o, &app] { return run_view(*o, app); }, [o] { return files_of(*o); },
+            /*files_together=*/false};
 }
 
 } // namespace palpate

@@ -62,6 +62,49 @@ TEST_F(File, FailingWriterLeavesWhatWasThere) {
     EXPECT_EQ(names(), std::set<std::string>{"old"});
 }
 
+// Whole files wait under their temporary names until all are there.
+TEST_F(File, FilesTogetherAppearTogetherOrNotAtAll) {
+    write("old", "kept");
+    for (const bool succeeds : {false, true}) {
+        FilesTogether files;
+        ASSERT_TRUE(save_bytes(file("old"), as_bytes("first")));
+        ASSERT_TRUE(save_bytes(file("old"), as_bytes("second"))); // written again
+        ASSERT_TRUE(save_bytes(file("new"), as_bytes("beside it")));
+        EXPECT_EQ(bytes_of("old"), "kept");
+        EXPECT_FALSE(fs::exists(file("new")));
+        EXPECT_EQ(fs::file_size(FilesTogether::written(file("new"))), 9u);
+        EXPECT_EQ(FilesTogether::written(file("other")), file("other"));
+        if (succeeds) {
+            ASSERT_TRUE(files.commit());
+        }
+    }
+    EXPECT_EQ(bytes_of("old"), "second");
+    EXPECT_EQ(names(), (std::set<std::string>{"new", "old"}));
+}
+
+TEST_F(File, TheNewestFilesTogetherTakeWhatIsWritten) {
+    {
+        FilesTogether outer;
+        ASSERT_TRUE(save_bytes(file("outer"), as_bytes("1")));
+        {
+            FilesTogether inner;
+            ASSERT_TRUE(save_bytes(file("inner"), as_bytes("2")));
+            ASSERT_TRUE(FilesTogether::commit_newest());
+            EXPECT_EQ(names().count("inner"), 1u);
+            ASSERT_TRUE(save_bytes(file("left"), as_bytes("3")));
+        }
+        EXPECT_EQ(names().count("outer"), 0u);
+        outer.close();
+        ASSERT_TRUE(save_bytes(file("later"), as_bytes("4")));
+        EXPECT_EQ(names().count("later"), 1u);
+        fs::create_directory(file("outer")); // its name is taken meanwhile
+        const Result<void> done = outer.commit();
+        ASSERT_FALSE(done);
+        EXPECT_NE(done.error().message.find("outer"), std::string::npos);
+    }
+    EXPECT_EQ(names(), (std::set<std::string>{"inner", "later", "outer"}));
+}
+
 TEST_F(File, WriterThatWritesNothingIsAnError) {
     const Result<void> written =
         write_atomically(file("a"), [](const fs::path&) -> Result<void> { return {}; });
