@@ -70,6 +70,7 @@ SafetyChain::SafetyChain(const SafetyLimits& limits, const DeviceCapabilities& d
       most_n_(haptics::most_force_n(limits, device)),
       most_nm_(smaller_limit(limits.most_torque_nm, device.max_torque_nm, limits.device_share)),
       passivity_(passivity_settings(limits, device)),
+      self_driven_(std::max(0.0, device.delay_s)),
       dt_s_(1.0 / rate_hz),
       period_ns_(static_cast<int64_t>(kNsPerS / rate_hz)),
       history_(static_cast<size_t>(std::ceil(limits.history_s * rate_hz))) {
@@ -84,6 +85,7 @@ void SafetyChain::arm() noexcept {
     passivity_.reset();
     impulse_.reset();
     shaking_.reset();
+    self_driven_.reset();
     taken_ns_ = last_ns_;
     start_.disarm();
     start_.arm();
@@ -192,7 +194,14 @@ Wrench SafetyChain::finish(const Wrench& wanted, double stiffness_n_per_m) noexc
     if (open && speed > limits_.trip_speed_m_per_s &&
         glm::length(sent_.force_n) > limits_.trip_force_share * most_n_)
         latch(kFaultVelocity);
-    if (shaking_.shakes(limits_, measured, sent_.force_n, dt_s_)) // 4
+    const bool shakes = shaking_.shakes(limits_, measured, sent_.force_n, dt_s_); // 4
+    bool is_driven = false;
+    if (open)
+        is_driven = self_driven_.drives(used_.position_m, sent_.force_n, dt_s_, is_fresh_) ||
+                    (self_driven_.seems_driven() && shaking_.turns() > limits_.shake_few_turns);
+    else
+        self_driven_.reset();
+    if (shakes || is_driven)
         latch(kFaultShaking);
     if ((faults_ & kFaultLatched) == kFaultVelocity) {
         const double step_n = most_n_ * dt_s_ / limits_.trip_ramp_s;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptics/safety/passivity.h"
+#include "haptics/safety/self_driven.h"
 #include "haptics/safety/stages.h"
 
 namespace palpate::haptics {
@@ -94,6 +95,7 @@ class SafetyChain {
     double share() const noexcept { return now_.share; }
     double heat() const noexcept { return heat_.level(); }
     const Passivity& passivity() const noexcept { return passivity_; }
+    const SelfDriven& self_driven() const noexcept { return self_driven_; }
     double most_force_n() const noexcept { return most_n_; }
     // Damping that soft start and passivity added in the last tick, before the force limits; N.
     double damping_n() const noexcept { return damping_n_; }
@@ -113,6 +115,7 @@ class SafetyChain {
     SoftStart start_;
     Passivity passivity_;
     Shaking shaking_;
+    SelfDriven self_driven_;
     ImpulseLimit impulse_;
     Heat heat_;
     uint32_t faults_ = 0;

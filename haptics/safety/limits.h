@@ -34,6 +34,7 @@ struct SafetyLimits {
     double shake_force_n = 0.5;
     double shake_turns_per_s = 16.0;
     double shake_turns = 10.0;
+    double shake_few_turns = 1.5; // enough where the forces seem to drive it (self_driven.h)
 
     // 5 Magnitude.
     double most_force_n = 6.0;

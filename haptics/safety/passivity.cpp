@@ -25,12 +25,21 @@ glm::dvec3 opposing(glm::dvec3 force_n, glm::dvec3 direction, double most_n, dou
 
 } // namespace
 
+// What was sent stays in memory and is not read any more: a servo without force resets every tick.
+void Passivity::reset() noexcept {
+    has_last_ = false;
+    unseen_s_ = made_j_ = work_j_ = damping_ = steady_ = last_stored_j_ = 0.0;
+    slow_n_ = glm::dvec3(0.0);
+    count_ = 1;
+    sent_[next_] = {};
+}
+
 Passivity::Held Passivity::mean(double from_s, double to_s) const noexcept {
     Held mean;
     double begin_s = 0.0; // of an entry, back from now
-    for (uint32_t back = 0; back < kMostSent && begin_s < to_s; ++back) {
+    for (uint32_t back = 0; back < count_ && begin_s < to_s; ++back) {
         const Sent& sent = sent_[(next_ + kMostSent - back) % kMostSent];
-        const double end_s = back + 1 < kMostSent ? begin_s + sent.dt_s : to_s;
+        const double end_s = begin_s + sent.dt_s;
         const double shared_s = std::min(end_s, to_s) - std::max(begin_s, from_s);
         if (shared_s > 0.0) {
             const double share = shared_s / (to_s - from_s);
@@ -90,6 +99,7 @@ glm::dvec3 Passivity::limit(glm::dvec3 position_m, glm::dvec3 velocity_m_per_s, 
     const glm::dvec3 damping_n = slow_n_ - steady_ * velocity_m_per_s;
     damping_ = speed > 0.0 ? glm::length(damping_n) / speed : 0.0;
     next_ = (next_ + 1) % kMostSent;
+    count_ = std::min(count_ + 1, kMostSent);
     sent_[next_] = {.force_n = force_n + damping_n, .damping_n_s_per_m = damping_};
     return sent_[next_].force_n;
 }

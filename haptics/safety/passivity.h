@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <glm/glm.hpp>
@@ -39,14 +40,15 @@ class Passivity {
         // Lost is what the controller cannot get back soon: E is kept at or below it.
         double most_j = 0.05;
         // From the moment a sample was taken until the force of the tick that reads it acts, beyond
-        // that tick; >= 0. Forces are remembered for kMostSent ticks: a longer delay counts as
-        // that.
+        // that tick; >= 0. A longer delay than kMostDelay_s counts as that.
         double delay_s = 0.0;
     };
-    static constexpr uint32_t kMostSent = 32;
-    explicit Passivity(const Settings& settings) : settings_(settings) {}
+    static constexpr double kMostDelay_s = 0.040;
+    explicit Passivity(const Settings& settings) : settings_(settings) {
+        settings_.delay_s = std::min(settings_.delay_s, kMostDelay_s);
+    }
 
-    void reset() noexcept { *this = Passivity(settings_); }
+    void reset() noexcept;
 
     // The virtual spring: its energy now, and its stiffness to the hand.
     struct Spring {
@@ -68,6 +70,8 @@ class Passivity {
     double damping() const noexcept { return damping_; } // of the last tick, N s/m
 
  private:
+    // Forces are remembered for so many ticks: kMostDelay_s at 10 kHz, and a fifth more.
+    static constexpr uint32_t kMostSent = 480;
     Settings settings_;
     struct Sent {
         glm::dvec3 force_n{0.0};
@@ -86,7 +90,7 @@ class Passivity {
     glm::dvec3 last_m_{0.0};
     double unseen_s_ = 0.0;              // since the last fresh sample
     std::array<Sent, kMostSent> sent_{}; // a ring; next_: the newest
-    uint32_t next_ = 0;
+    uint32_t next_ = 0, count_ = 1;      // count_: of entries since the reset
     double last_stored_j_ = 0.0;
     double made_j_ = 0.0, work_j_ = 0.0, damping_ = 0.0;
     double steady_ = 0.0; // N s/m

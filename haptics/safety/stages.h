@@ -65,6 +65,7 @@ class Shaking {
     bool shakes(const SafetyLimits& limits, glm::dvec3 velocity_m_per_s, glm::dvec3 sent_n,
                 double dt_s) noexcept;
     void reset() noexcept { *this = {}; }
+    double turns() const noexcept { return turns_; } // beyond a hand's
 
  private:
     glm::dvec3 swing_m_per_s_{0.0};      // the fastest since the last reversal

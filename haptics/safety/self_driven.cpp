@@ -1,0 +1,229 @@
+#include "haptics/safety/self_driven.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::haptics {
+
+namespace {
+
+constexpr double kForget_s = 0.12; // one cycle of 8 Hz
+constexpr double kPoint_s = 1e-3;  // between points, at least
+constexpr double kReach_s = 8e-3;  // of a difference, at least
+// A motion that counts: reversals of more than the speed, with more than the force, within a time.
+constexpr double kSpeed_m_per_s = 0.02, kForce_n = 0.18, kTurns_s = 0.5;
+constexpr double kBetter = 0.5;
+// A motion is driven where the fit leaves less than so much unexplained, and less than so much of
+// the power factor. Below: where it seems to be.
+constexpr double kPowerFactor = 0.05, kUnexplained = 0.04, kUnexplainedPower = 0.15;
+constexpr double kSeemsPowerFactor = 0.03, kSeemsUnexplained = 0.15;
+
+template <size_t N>
+using Matrix = std::array<std::array<double, N>, N>;
+
+// The lower triangle of Cholesky's decomposition in place of A, which is positive definite.
+template <size_t N>
+void decompose(Matrix<N>& a) {
+    for (size_t j = 0; j < N; ++j)
+        for (size_t i = j; i < N; ++i) {
+            for (size_t k = 0; k < j; ++k)
+                a[i][j] -= a[i][k] * a[j][k];
+            a[i][j] = i == j ? std::sqrt(std::max(a[i][j], 1e-12)) : a[i][j] / a[j][j];
+        }
+}
+// L^-1 b: its squares are what each term explains beyond those before it.
+template <size_t N>
+std::array<double, N> forward(const Matrix<N>& l, std::array<double, N> b) {
+    for (size_t i = 0; i < N; ++i) {
+        for (size_t k = 0; k < i; ++k)
+            b[i] -= l[i][k] * b[k];
+        b[i] /= l[i][i];
+    }
+    return b;
+}
+// The solution for the first `count` terms, where the others are left out; 0 for these.
+template <size_t N>
+std::array<double, N> backward(const Matrix<N>& l, std::array<double, N> y, size_t count) {
+    std::fill(y.begin() + static_cast<std::ptrdiff_t>(count), y.end(), 0.0);
+    for (size_t i = count; i-- > 0;) {
+        for (size_t k = i + 1; k < count; ++k)
+            y[i] -= l[k][i] * y[k];
+        y[i] /= l[i][i];
+    }
+    return y;
+}
+
+// The second derivative under a triangle: twice the second divided difference.
+glm::dvec3 bend(const std::array<glm::dvec3, 3>& y, const std::array<double, 3>& t) {
+    return 2.0 * ((y[0] - y[1]) / (t[0] - t[1]) - (y[1] - y[2]) / (t[1] - t[2])) / (t[0] - t[2]);
+}
+
+} // namespace
+
+SelfDriven::SelfDriven(double stated_delay_s) noexcept {
+    lags_s_[0] = std::min(stated_delay_s, kMostStated_s);
+    for (uint32_t i = 1; i < kLags; ++i)
+        lags_s_[i] = kMostDelay_s * (i - 1) / (kLags - 2);
+    turns_s_.fill(-kTurns_s);
+}
+
+// The double integral of the force; exact for a force that is held between points.
+glm::dvec3 SelfDriven::twice_at(double time_s) const noexcept {
+    // Points are kPoint_s apart at least, so that none further back than this is newer.
+    const double most = (now_.time_s - time_s) / kPoint_s + 1.0;
+    uint32_t i = std::min(count_ - 2, static_cast<uint32_t>(std::max(0.0, most)));
+    while (i > 0 && back(i).time_s <= time_s)
+        --i;
+    const Point &from = back(i + 1), &to = back(i);
+    const double share_s = time_s - from.time_s;
+    const glm::dvec3 force = (to.once - from.once) / (to.time_s - from.time_s);
+    return from.twice + share_s * (from.once + 0.5 * share_s * force);
+}
+
+// What is linear in time makes no second difference, and would grow for ever.
+void SelfDriven::rebase() noexcept {
+    const Point origin = now_;
+    const auto shift = [&](Point& p) {
+        p.time_s -= origin.time_s;
+        p.twice -= origin.twice + p.time_s * origin.once;
+        p.once -= origin.once;
+    };
+    std::for_each(points_.begin(), points_.end(), shift);
+    shift(now_);
+}
+
+bool SelfDriven::drives(glm::dvec3 position_m, glm::dvec3 held_n, double dt_s,
+                        bool is_fresh) noexcept {
+    now_.twice += dt_s * (now_.once + 0.5 * dt_s * held_n);
+    now_.once += dt_s * held_n;
+    now_.time_s += dt_s;
+    now_.position_m = position_m;
+    clock_s_ += dt_s;
+    if (!is_fresh)
+        return false;
+    const double passed_s = count_ > 0 ? now_.time_s - back(0).time_s : kPoint_s;
+    if (passed_s < kPoint_s * (1.0 - 1e-6))
+        return false;
+    points_[next_] = now_;
+    next_ = (next_ + 1) % kPoints;
+    count_ = std::min(count_ + 1, kPoints);
+    const bool is_new = take_in(passed_s);
+    seems_driven_ = false;
+    if (next_ == 0)
+        rebase();
+    if (!is_new || clock_s_ - turns_s_.back() > kTurns_s)
+        return false;
+    solve();
+    if (fit_.mass_kg <= 0.0 || fit_.force_n < kForce_n || fit_.speed_m_per_s < kSpeed_m_per_s)
+        return false;
+    const double unexplained = 1.0 - fit_.explained;
+    seems_driven_ = unexplained < kSeemsUnexplained && fit_.power_factor > kSeemsPowerFactor;
+    return fit_.power_factor > kPowerFactor &&
+           unexplained < std::min(kUnexplained, kUnexplainedPower * fit_.power_factor);
+}
+
+// False: too little is known yet.
+bool SelfDriven::take_in(double passed_s) noexcept {
+    uint32_t reach = 1;
+    while (2 * reach < count_ && now_.time_s - back(reach).time_s < kReach_s * (1.0 - 1e-6))
+        ++reach;
+    if (2 * reach >= count_)
+        return false;
+    const std::array<double, 3> t{now_.time_s, back(reach).time_s, back(2 * reach).time_s};
+    if (t[2] - std::max(lags_s_.front(), lags_s_.back()) < back(count_ - 1).time_s)
+        return false;
+    const std::array<glm::dvec3, 3> x{now_.position_m, back(reach).position_m,
+                                      back(2 * reach).position_m};
+    const glm::dvec3 velocity = (x[0] - x[2]) / (t[0] - t[2]);
+    const double speed = glm::length(velocity);
+    see_turn(velocity);
+
+    const std::array<glm::dvec3, kTerms> terms{bend(x, t), velocity,
+                                               velocity / std::max(speed, kSpeed_m_per_s),
+                                               0.25 * (x[0] + 2.0 * x[1] + x[2])};
+    const double keep = std::exp(-passed_s / kForget_s);
+    weight_ = keep * weight_ + passed_s;
+    for (uint32_t i = 0; i < kTerms; ++i) {
+        terms_[i] = keep * terms_[i] + passed_s * terms[i];
+        for (uint32_t k = 0; k <= i; ++k)
+            products_[i][k] = keep * products_[i][k] + passed_s * glm::dot(terms[i], terms[k]);
+    }
+    for (uint32_t i = 0; i < kLags; ++i) {
+        const double lag_s = lags_s_[i];
+        const glm::dvec3 force =
+            bend({twice_at(t[0] - lag_s), twice_at(t[1] - lag_s), twice_at(t[2] - lag_s)}, t);
+        Lag& lag = of_lag_[i];
+        lag.force = keep * lag.force + passed_s * force;
+        lag.square = keep * lag.square + passed_s * glm::dot(force, force);
+        for (uint32_t k = 0; k < kTerms; ++k)
+            lag.products[k] = keep * lag.products[k] + passed_s * glm::dot(terms[k], force);
+    }
+    return true;
+}
+
+void SelfDriven::see_turn(glm::dvec3 velocity_m_per_s) noexcept {
+    const double speed = glm::length(velocity_m_per_s);
+    if (speed < kSpeed_m_per_s)
+        return;
+    const bool turns = glm::dot(velocity_m_per_s, swing_m_per_s_) < 0.0;
+    if (turns) {
+        std::copy_backward(turns_s_.begin(), turns_s_.end() - 1, turns_s_.end());
+        turns_s_.front() = clock_s_;
+    }
+    if (turns || speed > glm::length(swing_m_per_s_))
+        swing_m_per_s_ = velocity_m_per_s;
+}
+
+void SelfDriven::solve() noexcept {
+    // About means, and in units of each term's spread.
+    Matrix<kTerms> covariance{};
+    std::array<double, kTerms> spread{};
+    for (uint32_t i = 0; i < kTerms; ++i)
+        for (uint32_t k = 0; k <= i; ++k)
+            covariance[i][k] = products_[i][k] - glm::dot(terms_[i], terms_[k]) / weight_;
+    for (uint32_t i = 0; i < kTerms; ++i)
+        spread[i] = std::sqrt(std::max(covariance[i][i], 1e-30));
+    for (uint32_t i = 0; i < kTerms; ++i) {
+        for (uint32_t k = 0; k <= i; ++k)
+            covariance[i][k] /= spread[i] * spread[k];
+        covariance[i][i] += 1e-9;
+    }
+    decompose(covariance);
+    fit_ = {};
+    double left = 1.0; // of the best
+    for (uint32_t i = 0; i < kLags; ++i) {
+        const Lag& lag = of_lag_[i];
+        const double variance = lag.square - glm::dot(lag.force, lag.force) / weight_;
+        std::array<double, kTerms> with{};
+        for (uint32_t k = 0; k < kTerms; ++k)
+            with[k] = (lag.products[k] - glm::dot(terms_[k], lag.force) / weight_) / spread[k];
+        // The stiffness comes last: where it would be negative, the fit goes without it.
+        const std::array<double, kTerms> shares = forward(covariance, with);
+        uint32_t count = kTerms;
+        std::array<double, kTerms> found = backward(covariance, shares, count);
+        if (found.back() < 0.0)
+            found = backward(covariance, shares, --count);
+        double explained = 0.0;
+        for (uint32_t k = 0; k < count; ++k)
+            explained += shares[k] * shares[k];
+        explained = variance > 1e-12 ? std::clamp(explained / variance, 0.0, 1.0) : 0.0;
+        const double mass = found[0] / spread[0], stiffness = found[3] / spread[3];
+        if (i > 0 && (1.0 - explained > left || mass <= 0.0))
+            continue;
+        left = i == 0 ? kBetter * (1.0 - explained) : 1.0 - explained;
+        // What the hand takes up by the fit: unlike f . x' it does not waver within a cycle.
+        const double power =
+            found[1] / spread[1] * products_[1][1] + found[2] / spread[2] * products_[2][1];
+        const double both = variance * products_[1][1];
+        fit_ = {.delay_s = lags_s_[i],
+                .explained = explained,
+                .power_factor = both > 0.0 ? power / std::sqrt(both) : 0.0,
+                .work_j = power,
+                .force_n = std::sqrt(variance / weight_),
+                .speed_m_per_s = std::sqrt(products_[1][1] / weight_),
+                .mass_kg = mass,
+                .stiffness_n_per_m = stiffness};
+    }
+}
+
+} // namespace palpate::haptics

@@ -1,0 +1,79 @@
+#include "tests/unit/haptics_safety/limit_cycles_cases.h"
+
+namespace palpate::haptics {
+namespace {
+
+// Loops as they were found, and every 47th of all 1452.
+TEST(LimitCycles, EachIsEndedWithinHalfASecondAndSaid) {
+    const LoopCase found[] = {
+        {"omega", 10000.0, 0.01, 3000.0, 0.3, true},   // 31 mm, 552 mJ in 3 s
+        {"ideal", 10000.0, 0.01, 500.0, 0.3, true},    // 16 mm
+        {"ideal", 1000.0, 0.003, 10000.0, 0.3, false}, // 13 mm at 7 Hz
+        {"omega", 1000.0, 0.003, 3000.0, 0.3, false},  // 9 mm at 7 Hz
+        {"falcon", 10000.0, 0.005, 3000.0, 1.0, false}, {"touch", 1000.0, 0.01, 500.0, 0.3, false},
+        {"ideal", 100.0, 0.005, 500.0, 0.3, false},
+    };
+    for (const LoopCase& c : found)
+        expect_it_is_ended(c);
+    const std::vector<LoopCase> all = all_loops();
+    int faults = 0;
+    for (size_t i = 0; i < all.size(); i += 47)
+        faults += expect_it_is_ended(all[i]).fault_s >= 0.0;
+    EXPECT_GE(faults, 3);
+}
+
+TEST(LimitCycles, QuickHandsAreLetBe) {
+    double most_n = 0.0;
+    for (uint64_t seed = 1; seed <= 30; ++seed)
+        most_n = std::max(most_n, expect_it_is_let_be(quick_hand(seed)).most_n);
+    EXPECT_GT(most_n, 3.0);
+}
+
+// The motion of a mass and a hand tells both, and the delay that the driver does not state.
+TEST(SelfDriven, FindsTheDelayTheMassAndTheWork) {
+    for (const double delay_s : {0.003, 0.005, 0.01}) {
+        DevicePreset preset = *find_device_preset("ideal");
+        const HandModel hand{.grip = 0.3};
+        SimulatedDevice device(
+            preset, hand,
+            std::make_shared<HandAlong<double (*)(double)>>([](double) { return 5e-3; }));
+        SelfDriven self_driven;
+        DeviceSample sample;
+        std::deque<Wrench> under_way;
+        bool drives = false;
+        double held_n = 0.0;
+        for (int64_t now = 0; now < 1'500'000'000 && !drives; now += 1'000'000) {
+            if (static_cast<double>(under_way.size()) >= delay_s * 1e3) {
+                device.write(now, under_way.front());
+                under_way.pop_front();
+            }
+            device.read(now, sample);
+            drives = self_driven.drives(sample.position_m, {held_n, 0, 0}, 1e-3);
+            held_n = -std::min(6.0, 1500.0 * std::max(0.0, sample.position_m.x));
+            under_way.push_back({{held_n, 0, 0}, {}});
+        }
+        EXPECT_TRUE(drives) << delay_s;
+        // Lags are 1 ms apart.
+        EXPECT_NEAR(self_driven.fit().delay_s, delay_s, 1e-3);
+        const double mass_kg = preset.plant.mass_kg + hand.grip * hand.mass_kg;
+        EXPECT_NEAR(self_driven.fit().mass_kg, mass_kg, 0.1 * mass_kg);
+        EXPECT_GT(self_driven.fit().work_j, 0.0);
+    }
+}
+
+// A sine under a linear spring fits for every delay: the stated one counts, and by that it does no
+// work.
+TEST(SelfDriven, APureSineIsGivenTheStatedDelay) {
+    SelfDriven self_driven;
+    double held_n = 0.0;
+    for (int tick = 0; tick < 3000; ++tick) {
+        const double x = 5e-3 * std::sin(2.0 * std::numbers::pi * 6.0 * 1e-3 * tick);
+        ASSERT_FALSE(self_driven.drives({x, 0, 0}, {held_n, 0, 0}, 1e-3)) << tick;
+        held_n = -800.0 * x;
+    }
+    EXPECT_EQ(self_driven.fit().delay_s, 0.0);
+    EXPECT_LT(std::abs(self_driven.fit().power_factor), 0.05);
+}
+
+} // namespace
+} // namespace palpate::haptics
