@@ -1,6 +1,6 @@
 #include "engine/decode/dicom_file.h"
 
-#include <gdcmImageReader.h>
+#include <gdcmPixmapReader.h>
 #include <gdcmReader.h>
 
 #include <algorithm>
@@ -69,6 +69,7 @@ std::optional<ComponentType> component_type(uint16_t allocated, bool is_signed,
 }
 
 constexpr const char* kBigEndian = "1.2.840.10008.1.2.2";
+constexpr const char* kPrivateBigEndian = "1.2.840.113619.5.2"; // of GE
 constexpr const char* kDeflated = "1.2.840.10008.1.2.1.99";
 
 double most_expansion(const gdcm::TransferSyntax& syntax) {
@@ -173,13 +174,15 @@ void take_bits(const DicomFile& file, uint32_t high_bit, std::vector<char>& pixe
     });
 }
 
+// A reader of images would parse geometry, too, and ends the process where an element is absent
+// that it takes for granted: the position of a nuclear detector, say.
 Result<std::vector<char>> decode_pixels(const DicomFile& file) {
     const std::string name = file.path.string();
-    gdcm::ImageReader reader;
+    gdcm::PixmapReader reader;
     reader.SetFileName(file.path.c_str());
     if (!reader.Read())
         return fail("{}: its pixels cannot be read (transfer syntax {})", name, file.syntax);
-    const gdcm::Image& image = reader.GetImage();
+    const gdcm::Pixmap& image = reader.GetPixmap();
     std::vector<char> pixels(image.GetBufferLength());
     if (!image.GetBuffer(pixels.data()))
         return fail("{}: its pixels cannot be decoded (transfer syntax {})", name, file.syntax);
@@ -190,10 +193,9 @@ bool is_signed(ComponentType type) {
     return type == ComponentType::i8 || type == ComponentType::i16 || type == ComponentType::i32;
 }
 
-// GDCM's own decoding of plain samples holds only where they lie at the low end of their words.
-bool lies_high(const DicomFile& file) {
-    return !file.encapsulated && file.syntax != kBigEndian && file.bits_stored > 0 &&
-           file.high_bit + 1 > file.bits_stored;
+// Samples that are stored as they are. Big-endian ones GDCM puts in order.
+bool is_plain(const DicomFile& file) {
+    return !file.encapsulated && file.syntax != kBigEndian && file.syntax != kPrivateBigEndian;
 }
 
 } // namespace
@@ -290,7 +292,7 @@ Result<DicomFile> read_dicom_header(const std::filesystem::path& path) {
 Result<std::vector<char>> read_dicom_pixels(const DicomFile& file) {
     const std::string name = file.path.string();
     PALPATE_TRY(const uint32_t stream_bits, check_codestreams(file));
-    const bool plain = lies_high(file) || is_floating(file.pixel_element);
+    const bool plain = is_plain(file) || is_floating(file.pixel_element);
     PALPATE_TRY(std::vector<char> pixels, plain ? read_dicom_bytes(file) : decode_pixels(file));
     const glm::uvec2 size = file.frames.front().size;
     const uint64_t images = file.mosaic ? 1 : file.frames.size();
@@ -303,7 +305,7 @@ Result<std::vector<char>> read_dicom_pixels(const DicomFile& file) {
                     pixels.size(), expected, images, plane.x, plane.y, name_of(file.type));
     // Decoders put samples at the low end of their words. A codestream that is signed itself, and
     // has more bits than the header says, knows better.
-    if (lies_high(file))
+    if (is_plain(file))
         take_bits(file, file.high_bit, pixels);
     else if (is_signed(file.type) && stream_bits <= file.bits_stored)
         take_bits(file, file.bits_stored - 1, pixels);

@@ -249,10 +249,11 @@ class Order {
         for (size_t i = 0; i < std::min<size_t>(each_, 3); ++i)
             files += (i == 0 ? "" : ", ") + leaf(*images_[i]);
         const glm::dvec3 at = images_.front()->position.value_or(glm::dvec3(0));
-        return fmt::format(
-            "{}: {} images lie at each of {} places ({}{} at ({:.6g}, {:.6g}, "
-            "{:.6g}) mm)",
-            name_, each_, images_.size() / each_, files, each_ > 3 ? ", .." : "", at.x, at.y, at.z);
+        const size_t places = images_.size() / each_;
+        return fmt::format("{}: {} images lie at {} ({}{} at ({:.6g}, {:.6g}, {:.6g}) mm)", name_,
+                           each_,
+                           places == 1 ? "one place" : fmt::format("each of {} places", places),
+                           files, each_ > 3 ? ", .." : "", at.x, at.y, at.z);
     }
 
     // The first place at which two columns show it.

@@ -211,7 +211,11 @@ TEST_P(DicomFrames, OfNuclearMedicineAreSlicesAlsoWithoutAPosition) {
     truth.origin = {};
     truth.across = {1, 0, 0};
     truth.down = {0, 1, 0};
-    write(nuclear(truth, stored_frames(random, truth, true)).erase(0x54, 0x22), kNuclearClass);
+    DicomData data = nuclear(truth, stored_frames(random, truth, true)), detector;
+    write(data.erase(0x54, 0x22), kNuclearClass);
+    expect_truth(folder_ / "a.dcm", truth);
+    detector.put(0x54, 0x200, "DS", "0"); // the start angle of a detector that states no more
+    write(data.put_items(0x54, 0x22, {detector}), kNuclearClass);
     expect_truth(folder_ / "a.dcm", truth);
     EXPECT_THAT(decoded(folder_ / "a.dcm")->decoded.warnings,
                 AllOf(Contains(HasSubstr("(0, 0, 0) mm is assumed")),

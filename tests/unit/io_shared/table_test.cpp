@@ -359,6 +359,8 @@ TEST_F(SharedData, EveryFileIsInTheTable) {
         if (!entry.is_regular_file())
             continue;
         const fs::path name = fs::relative(entry.path(), kShared);
+        if (*name.begin() == "reported") // these have tests of their own, after their README
+            continue;
         const bool is_slice = std::any_of(kSlices.begin(), kSlices.end(), [&](const Slices& row) {
             return name.parent_path() == row.folder;
         });
