@@ -7,6 +7,7 @@
 #include "engine/image/display_byte.h"
 #include "engine/reference/twin.h"
 #include "engine/render/display_pass.h"
+#include "engine/volume/builder.h"
 #include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
 #include "tests/gpu/gpu_fixture.h"
@@ -108,6 +109,38 @@ TEST_F(OverlaysTest, FusionAndTwoLabelMapsAreThoseOfTheTwin) {
     scene.ray_cast->transfer = window_function(300, 1200, 0.02);
     scene.ray_cast->step_mm = 1.0;
     EXPECT_LE(share_beyond(scene, 0.02), kBorders);
+}
+
+// Label maps that become u16 with a label above 255, grow on, and become u8 again by an undo: what
+// one renderer makes of them in turn is what a new one makes of each, to the bit.
+TEST_F(OverlaysTest, LabelsThatGrowAreDrawnAsByANewRenderer) {
+    const auto drawn_into = [](const Volume& labels, double label, ScalarType type) {
+        return make_volume(labels.grid(), type, [&](glm::uvec3 i) {
+            const bool inside = i.x >= 12 && i.x < 26 && i.y >= 10 && i.y < 22;
+            return inside && label > 0.0 ? label : double{labels.value(i)};
+        });
+    };
+    scene.ray_cast = RayCastLayer{};
+    scene.ray_cast->transfer = window_function(300, 1200, 0.02);
+    scene.ray_cast->step_mm = 1.0;
+    const Volume labels = *data.labels, overlay = *data.overlay;
+    Renderer renderer(device());
+    std::vector<std::vector<float>> pictures;
+    for (const auto& [label, type] : {std::pair(0.0, ScalarType::u8),
+                                      {255.0, ScalarType::u8},
+                                      {300.0, ScalarType::u16},
+                                      {65535.0, ScalarType::u16},
+                                      {0.0, ScalarType::u8},
+                                      {4097.0, ScalarType::u16}}) {
+        data.labels = drawn_into(labels, label, type);
+        data.overlay = drawn_into(overlay, label, type);
+        const Result<Frame> frame = renderer.render(scene, data);
+        ASSERT_TRUE(frame) << frame.error().message;
+        pictures.push_back(frame->eyes.front().samples);
+        EXPECT_EQ(pictures.back(), drawn(scene, data).samples) << label;
+    }
+    EXPECT_NE(pictures[0], pictures[2]);
+    EXPECT_EQ(pictures[0], pictures[4]);
 }
 
 TEST_F(OverlaysTest, FusionFollowsItsOpacityAndLeavesTheRestAlone) {

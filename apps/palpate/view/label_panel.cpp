@@ -31,12 +31,12 @@ std::vector<uint32_t> listed_labels(const ViewState& state, Work& work) {
     return {all.begin(), all.end()};
 }
 
-// The lowest number from 1 to 255 that is not listed; 0: none.
+// The lowest number from 1 to 65535 that is not listed; 0: none.
 uint32_t first_free(const std::vector<uint32_t>& listed) {
     uint32_t free = 1; // the list ascends
     for (const uint32_t label : listed)
         free += label == free;
-    return free <= 255 ? free : 0;
+    return free <= 65535 ? free : 0;
 }
 
 // Whether a name has a part, whatever the case of its letters; an empty part is in all.

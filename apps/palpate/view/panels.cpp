@@ -142,7 +142,7 @@ void Interface::draw_hand(ViewState& state, Work& work, std::vector<Order>& orde
     draw_hands(state);
     int label = state.label;
     if (ImGui::InputInt("label", &label))
-        state.label = static_cast<uint16_t>(std::clamp(label, 1, 255));
+        state.label = static_cast<uint16_t>(std::clamp(label, 1, 65535));
     note("tool/label");
     const EditState edit = work.edited();
     const auto button = [&](const char* name, bool possible, Order::Kind kind) {

@@ -28,7 +28,7 @@ void Interface::draw_seed_brush(ViewState& state, std::vector<Order>& orders) {
     note("segment/radius");
     int label = state.label;
     if (ImGui::InputInt("label", &label))
-        state.label = static_cast<uint16_t>(std::clamp(label, 1, Work::kOutside - 1));
+        state.label = static_cast<uint16_t>(std::clamp(label, 1, int{Work::kLastSeeded}));
     note("segment/label");
     if (ImGui::Button("clear seeds"))
         orders.push_back({Order::Kind::clear_seeds, {}, time_s_, {}});

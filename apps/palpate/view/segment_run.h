@@ -41,7 +41,7 @@ struct SegmentJob {
     const SegmentMethod* method = nullptr;
     ParameterValues given;
     Volume volume, labels;       // the map that the result is put into
-    std::optional<Volume> seeds; // of labels 1 .. 254, and `outside`
+    std::optional<Volume> seeds; // of labels, and `outside`
     uint16_t outside = 0;
     std::vector<uint16_t> locked{}; // labels that stay as they are
     uint16_t label = 0;             // in the hand: of several, the one that is bounded again

@@ -116,7 +116,8 @@ std::optional<std::vector<uint16_t>> Work::free_labels(const ViewState& state) {
     // Strokes that are under way may still bring the label of the hand.
     const float highest = labels && !labels->range().empty() ? labels->range().max : 0.0f;
     std::vector<uint16_t> free;
-    for (uint32_t label = 0; label <= std::max(static_cast<uint32_t>(highest), 255u); ++label)
+    const uint32_t last = std::max(static_cast<uint32_t>(highest), uint32_t{state.label});
+    for (uint32_t label = 0; label <= std::max(last, 255u); ++label)
         if (!is_locked(state, static_cast<uint16_t>(label)))
             free.push_back(static_cast<uint16_t>(label));
     return free;

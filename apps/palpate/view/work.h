@@ -174,8 +174,10 @@ class Work {
 
     static constexpr const char* kGrey = "volume";
     static constexpr const char* kLabels = "labels";
-    static constexpr const char* kSeeds = "seeds"; // labels, and kOutside
-    static constexpr uint16_t kOutside = 255;      // the seed of what is no object
+    // Seeds are labels, 1 .. kLastSeeded, but for kOutside, the seed of what is no object: label
+    // 255 itself is kSeedOf255 there.
+    static constexpr const char* kSeeds = "seeds";
+    static constexpr uint16_t kOutside = 255, kSeedOf255 = 65535, kLastSeeded = 65534;
 
  private:
     void take_project(Project project);

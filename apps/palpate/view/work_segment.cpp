@@ -4,9 +4,25 @@
 
 #include "apps/palpate/view/work.h"
 #include "engine/measure/measure_report.h"
+#include "engine/segment/map_values.h"
 #include "engine/volume/builder.h"
 
 namespace palpate::view {
+
+namespace {
+
+// The seeds as a method takes them: each is its label, and what is no object is kSeedOf255.
+Result<Volume> seeds_by_label(const Volume& seeds) {
+    constexpr uint16_t kOutside = Work::kOutside, kOther = Work::kSeedOf255;
+    if (!(seeds.range().max >= kOutside))
+        return seeds;
+    return map_values<uint16_t>(std::array{&seeds}, {}, [](std::array<float, 1> seed) {
+        const auto one = static_cast<uint16_t>(seed[0]);
+        return one == kOutside ? kOther : one == kOther ? kOutside : one;
+    });
+}
+
+} // namespace
 
 Volume empty_labels(const Grid& grid) {
     return VolumeBuilder(grid, ScalarType::u8).finish();
@@ -72,11 +88,17 @@ void Work::begin_segmenting(const ViewState& state) {
         .given = given == state.segmenting.given.end() ? ParameterValues() : given->second,
         .volume = *now.document.find(grey_),
         .labels = labels ? *labels : empty_labels(subject_.grid),
-        .outside = kOutside,
+        .outside = kSeedOf255,
         .locked = state.locked_labels,
         .label = state.label};
-    if (method->takes_seeds)
-        job.seeds = *seeds;
+    if (method->takes_seeds) {
+        Result<Volume> by_label = seeds_by_label(*seeds);
+        if (!by_label) {
+            message_ = fmt::format("{}: {}", method->name, by_label.error().message);
+            return;
+        }
+        job.seeds = std::move(*by_label);
+    }
     run_segmenting(std::move(job));
 }
 
@@ -200,15 +222,17 @@ Json Work::dump_segmenting(const ViewState& state) const {
 
 std::optional<EditSetup> Work::seed_brush(const ViewState& state, TipShape shape) {
     const SeedBrush brush = state.segmenting.brush;
-    if (brush == SeedBrush::inside && state.label >= kOutside) {
-        message_ = fmt::format("seeds are of labels 1 .. {}, found {}", kOutside - 1, state.label);
+    if (brush == SeedBrush::inside && state.label > kLastSeeded) {
+        message_ = fmt::format("seeds are of labels 1 .. {}, found {}", kLastSeeded, state.label);
         return std::nullopt;
     }
     if (!put_seeds())
         return std::nullopt;
     ToolFor made_for = tool_for();
     made_for.labels = kSeeds;
-    const uint16_t label = brush == SeedBrush::inside ? state.label : kOutside;
+    const uint16_t label = brush != SeedBrush::inside ? kOutside
+                           : state.label == kOutside  ? kSeedOf255
+                                                      : state.label;
     return make_tool(brush == SeedBrush::erase ? Carve::erase : Carve::draw, shape, state.radius_mm,
                      label, 0.0, made_for);
 }
