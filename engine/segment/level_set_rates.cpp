@@ -44,8 +44,9 @@ struct Pass {
     const LevelSetRates::Factors& factors;
     const Near& distances;
     const BrickBits& active;
-    Field speed, edge;
-    const float* edges; // with a sample around the brick; null where none are needed
+    const float* speeds; // with a sample around the brick; null where there are none
+    Field edge;
+    const float* edges; // as speeds; null where none are needed
     std::array<Field, 3> flow;
     std::vector<float>& rates;
     LevelSetRates::Bounds& bounds;
@@ -128,6 +129,35 @@ PALPATE_INLINE Eight slope(const LevelSetRates::Factors& f, Eight sign,
     return root(most(squares, zero));
 }
 
+// P where the surface is nearest to the samples, by differences to the neighbours on that side; the
+// samples themselves may lie where it is quite another. `steps` grows by what stability asks for,
+// as P changes with the distance.
+PALPATE_INLINE Eight speed_at_surface(const Pass& pass, Eight here,
+                                      const std::array<Differences, 3>& d, int x, int y, int z,
+                                      Eight& steps) {
+    const LevelSetRates::Factors& f = pass.factors;
+    const glm::mat3& m = f.metric;
+    std::array<Eight, 3> along;
+    Eight square{};
+    for (int i = 0; i < 3; ++i) {
+        along[size_t(i)] = m[i][0] * d[0].central + m[i][1] * d[1].central + m[i][2] * d[2].central;
+        square += along[size_t(i)] * d[size_t(i)].central;
+    }
+    const float* at = pass.speeds + (x + 1 + kWide * (y + 1 + kWide * (z + 1)));
+    const int strides[] = {1, kWide, kWide * kWide};
+    const Eight zero{}, one = zero + 1.0f, own = load(at);
+    Eight speed = own;
+    for (size_t i = 0; i < 3; ++i) {
+        const Eight way = square > 1e-6f ? -here * along[i] / square : zero; // samples
+        const Eight low = own - load(at - strides[i]), high = load(at + strides[i]) - own;
+        const Eight to = way > 0.0f ? high : low;
+        const Eight rise = is_none(to) ? zero : to;
+        speed += most(least(way, one), -one) * rise;
+        steps += std::abs(f.propagation) * f.per_mm[int(i)] * absolute(rise);
+    }
+    return speed;
+}
+
 // v + w by the index.
 PALPATE_INLINE std::array<Eight, 3> wind_of(const Pass& pass, int x, int y, int z) {
     const LevelSetRates::Factors& f = pass.factors;
@@ -167,7 +197,8 @@ PALPATE_INLINE void find_part(const Pass& pass, int x, int y, int z, Eight& rate
     rate = steps = zero;
     if (f.propagation != 0.0f) {
         const Eight speed =
-            pass.speed.samples ? f.propagation * pass.speed.at(offset) : zero + f.propagation;
+            f.propagation *
+            (pass.speeds ? speed_at_surface(pass, here, d, x, y, z, steps) : zero + 1.0f);
         rate -= speed * slope(f, speed > 0.0f ? zero + 1.0f : zero - 1.0f, d);
         steps += 2.0f * (f.per_mm.x + f.per_mm.y + f.per_mm.z) * absolute(speed);
     }
@@ -249,9 +280,13 @@ LevelSetRates::Bounds LevelSetRates::of(const LevelSetBand& band, size_t brick,
         return {pinned.bytes, given.stride(), volume.type() == ScalarType::u16};
     };
     const Near distances(band.distances(), position);
-    Pass pass{factors_, distances, active, {}, {}, nullptr, {}, rates, bounds};
-    if (forces_.speed)
-        pass.speed = field(*forces_.speed, 0);
+    Pass pass{factors_, distances, active, nullptr, {}, nullptr, {}, rates, bounds};
+    thread_local std::vector<float> speeds(size_t{kWide} * kWide * kWide);
+    if (forces_.speed && factors_.propagation != 0.0f) {
+        read_box(*forces_.speed, glm::ivec3(position) * kSide - 1, glm::ivec3(kWide),
+                 packed(glm::uvec3(kWide)), speeds.data());
+        pass.speeds = speeds.data();
+    }
     if (forces_.edge)
         pass.edge = field(*forces_.edge, 1);
     thread_local std::vector<float> edges(size_t{kWide} * kWide * kWide);

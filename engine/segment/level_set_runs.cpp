@@ -4,13 +4,19 @@
 
 #include "engine/segment/level_set.h"
 #include "engine/segment/level_set_speed.h"
+#include "engine/segment/march_cost.h"
 #include "engine/segment/method_parts.h"
 #include "engine/segment/method_runs.h"
+#include "engine/segment/signed_distance.h"
 #include "engine/segment/vector_flow.h"
 
 namespace palpate {
 
 namespace {
+
+// The last steps of a surface of the usual curvature: the share of it, and for how long, in
+// the smallest spacing. The surface goes no farther than that.
+constexpr double kLastCurvature = 0.05, kLastWay = 4.0;
 
 // What was found from the data, for people and as values of parameters.
 struct Found {
@@ -35,6 +41,17 @@ Result<VectorField> flow_of(const Volume& volume, double sigma_mm, const Task& t
     return VectorField{parts[0], parts[1], parts[2]};
 }
 
+// The distance to the seeds of a label less a radius whose curvature is half as strong as a speed
+// of 1: a start that can grow, also from a point.
+Result<Volume> start_about(const Volume& seeds, uint16_t label, const LevelSetOptions& options) {
+    const glm::dvec3 h = spacing_mm(seeds.grid());
+    const double radius = std::max(4.0 * options.curvature_mm, std::min({h.x, h.y, h.z}));
+    PALPATE_TRY(const Volume distance,
+                signed_distance(seeds, {.of = DistanceOf::label, .label = label}, {}));
+    return map_values<float>(std::array{&distance}, {},
+                             [&](auto v) { return float(std::max(double{v[0]}, 0.0) - radius); });
+}
+
 // All objects, one after the other; where they overlap, the one whose surface is farther has the
 // sample. make() fills in forces, and options beside those that all methods have.
 Result<Segmented> run_level(
@@ -45,14 +62,14 @@ Result<Segmented> run_level(
     const double least = std::min({h.x, h.y, h.z});
     LevelSetOptions options{.most_iterations = int(value_of(values, "iterations")),
                             .with_distance = true};
-    options.curvature_mm =
-        is_set(values, "curvature") ? value_of(values, "curvature") : 0.5 * least;
+    const double usual = 0.5 * least;
+    options.curvature_mm = is_set(values, "curvature") ? value_of(values, "curvature") : usual;
     options.tolerance_mm = is_set(values, "change") ? value_of(values, "change") : least / 500.0;
     Winner winner;
     bool any = false;
     Segmented made{*input.seeds, {}, {}, {}};
     made.found = {{"curvature", options.curvature_mm}, {"change", options.tolerance_mm}};
-    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
+    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds, input.balls);
     for (size_t i = 0; i < all.size(); ++i) {
         if (all[i].label == input.background)
             continue;
@@ -63,9 +80,33 @@ Result<Segmented> run_level(
         const LevelSetForces given{forces.speed ? &*forces.speed : nullptr,
                                    forces.edge ? &*forces.edge : nullptr,
                                    forces.flow ? &*forces.flow : nullptr};
-        PALPATE_TRY(const LevelSetResult moved,
-                    level_set({.labels = &*input.seeds, .label = all[i].label}, given, options,
-                              task.part(from + 0.2 * share, from + share)));
+        const Task part = task.part(from + 0.2 * share, from + share);
+        PALPATE_TRY(
+            LevelSetResult moved,
+            level_set({.labels = &*input.seeds, .label = all[i].label}, given, options, part));
+        using End = LevelSetReport::End;
+        if (moved.report.end == End::vanished) {
+            // Curvature takes away what is thin: once more, from as much about the seeds as it
+            // leaves. Not on a sheared grid, which has no such distance.
+            if (const Result<Volume> start = start_about(*input.seeds, all[i].label, options)) {
+                PALPATE_TRY(moved, level_set({.distance = &*start}, given, options, part));
+            }
+            if (moved.report.end == End::vanished)
+                found.note += "; add seeds, or choose another range of values or less curvature";
+        }
+        if (options.curvature_mm == usual && moved.report.end == End::settled) {
+            // It has kept the surface even as it grew, and now holds it off where the speed is 0.
+            LevelSetOptions last = options;
+            last.curvature_mm *= kLastCurvature;
+            last.last_time = kLastWay * least;
+            const int grown = moved.report.iterations;
+            last.most_iterations -= grown;
+            PALPATE_TRY(const LevelSetResult moved_on,
+                        level_set({.distance = &*moved.distance}, given, last, part));
+            moved = moved_on;
+            moved.report.iterations += grown;
+            moved.report.end = End::settled;
+        }
         PALPATE_TRY(winner.add(all[i].label, *moved.distance, {task.stop, {}}));
         made.notes.push_back(
             fmt::format("label {}: {}; {}", all[i].label, found.note, text_of(moved.report)));
@@ -88,10 +129,18 @@ Result<Segmented> run_level_threshold(const SegmentInput& input, const Parameter
         input, values, task,
         [&](const SeedValues& seeds, LevelSetOptions&, Found& found,
             const Task& part) -> Result<Forces> {
-            const double reach = value_of(values, "deviations") * spread_of(seeds, input.volume);
-            const ValueInterval interval{
-                is_set(values, "low") ? value_of(values, "low") : seeds.mean - reach,
-                is_set(values, "high") ? value_of(values, "high") : seeds.mean + reach};
+            const double deviations = value_of(values, "deviations");
+            ValueInterval interval{value_of(values, "low"), value_of(values, "high")};
+            if (!is_set(values, "low") || !is_set(values, "high")) {
+                PALPATE_TRY(const ObjectValues object,
+                            object_values(input.volume, *input.seeds, seeds, deviations, part));
+                // At least half-way to what lies around: there is the object's edge.
+                const double reach = std::max(deviations * object.values.sd, 0.5 * object.contrast);
+                if (!is_set(values, "low"))
+                    interval.low = object.values.mean - reach;
+                if (!is_set(values, "high"))
+                    interval.high = object.values.mean + reach;
+            }
             found = {fmt::format("values {:g} .. {:g}", interval.low, interval.high),
                      {{"low", interval.low}, {"high", interval.high}}};
             PALPATE_TRY(const Volume speed, threshold_speed(input.volume, interval, part));
@@ -103,18 +152,26 @@ Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValu
                                   const Task& task) {
     const auto make = [&](const SeedValues& seeds, LevelSetOptions& options, Found& found,
                           const Task& part) -> Result<Forces> {
-        EdgeSpeedOptions edges{value_of(values, "edge"), value_of(values, "exponent"),
-                               value_of(values, "sigma")};
+        EdgeSpeedOptions edges{is_set(values, "edge") ? value_of(values, "edge") : 0.0,
+                               value_of(values, "exponent"), value_of(values, "sigma")};
         options.propagation = value_of(values, "propagation");
         options.advection_mm = value_of(values, "advection");
         options.flow = value_of(values, "flow");
         if (!is_set(values, "edge")) {
             PALPATE_TRY(const Volume slopes,
                         gradient_magnitude(input.volume, {edges.sigma_mm}, {part.stop, {}}));
-            edges.edge = 1.0; // where values are even
             for (const SeedValues& under : seed_values(slopes, *input.seeds))
-                if (under.label == seeds.label && under.mean > 0.0)
+                if (under.label == seeds.label)
                     edges.edge = 3.0 * under.mean;
+            // Where values are even under the seeds: well below the edge of the object's contrast,
+            // which smoothing spreads over sigma and a sample to each side.
+            PALPATE_TRY(const ObjectValues object,
+                        object_values(input.volume, *input.seeds, seeds, 2.0, {part.stop, {}}));
+            const glm::dvec3 h = spacing_mm(input.volume.grid());
+            const double wide = edges.sigma_mm + std::min({h.x, h.y, h.z});
+            edges.edge = std::max(edges.edge, 0.1 * object.contrast / wide);
+            if (!(edges.edge > 0.0))
+                edges.edge = 1.0; // one value everywhere
         }
         found = {fmt::format("edges of {:g} units per mm", edges.edge), {{"edge", edges.edge}}};
         Forces forces;
@@ -130,7 +187,7 @@ Result<Segmented> run_level_edges(const SegmentInput& input, const ParameterValu
 
 Result<Segmented> run_level_regions(const SegmentInput& input, const ParameterValues& values,
                                     const Task& task) {
-    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
+    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds, input.balls);
     const auto make = [&](const SeedValues& seeds, LevelSetOptions&, Found& found,
                           const Task& part) -> Result<Forces> {
         // All seeds of other labels as one.

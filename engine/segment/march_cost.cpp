@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include "engine/segment/edges.h"
+#include "engine/segment/flood.h"
 #include "engine/segment/map_values.h"
 #include "engine/volume/box.h"
 
@@ -77,6 +80,116 @@ BrickPtr smoothed_brick(const Volume& volume, glm::uvec3 position) {
 }
 
 } // namespace
+
+namespace {
+
+// Calls visit(index) for the samples of a label.
+template <class Visit>
+void for_label(const Volume& labels, uint16_t label, const Visit& visit) {
+    for_each_brick(labels, [&](glm::uvec3 position) {
+        const Brick& brick = labels.brick(position);
+        if (!(brick.range().max >= float(label)))
+            return;
+        const Brick::Pinned pinned = brick.pin();
+        const glm::uvec3 valid = labels.valid_in_brick(position);
+        for (uint32_t z = 0; z < valid.z; ++z)
+            for (uint32_t y = 0; y < valid.y; ++y)
+                for (uint32_t x = 0; x < valid.x; ++x)
+                    if (brick.value(pinned, offset_in_brick({x, y, z})) == float(label))
+                        visit(glm::ivec3(position * kBrickSide) + glm::ivec3(x, y, z));
+    });
+}
+
+// The p-quantile, 0 where there is none.
+double quantile(std::vector<float>& values, double p) {
+    if (values.empty())
+        return 0.0;
+    const auto at = values.begin() + ptrdiff_t(p * double(values.size() - 1));
+    std::ranges::nth_element(values, at);
+    return double{*at};
+}
+
+// A few seeds with what lies beside them.
+void take_neighbours(const Volume& volume, const Volume& seeds, SeedValues& values) {
+    const glm::ivec3 last = glm::ivec3(volume.size()) - 1;
+    const auto near = [](const glm::ivec3& a, const glm::ivec3& b) {
+        return std::tie(a.z, a.y, a.x) < std::tie(b.z, b.y, b.x);
+    };
+    std::set<glm::ivec3, decltype(near)> block(near);
+    for_label(seeds, values.label, [&](glm::ivec3 at) {
+        const glm::ivec3 low = glm::max(at - 1, glm::ivec3(0)), high = glm::min(at + 1, last);
+        for (int z = low.z; z <= high.z; ++z)
+            for (int y = low.y; y <= high.y; ++y)
+                for (int x = low.x; x <= high.x; ++x)
+                    block.insert({x, y, z});
+    });
+    std::vector<float> differences;
+    for (const glm::ivec3& at : block)
+        for (int k = 0; k < 3; ++k) {
+            glm::ivec3 to = at;
+            ++to[k];
+            if (!block.contains(to))
+                continue;
+            const float by = volume.value(glm::uvec3(to)) - volume.value(glm::uvec3(at));
+            if (!std::isnan(by))
+                differences.push_back(std::abs(by));
+        }
+    const double noise = 1.05 * quantile(differences, 0.5), mean = values.mean;
+    double sum = 0.0, count = 0.0;
+    for (const glm::ivec3& at : block) {
+        const double v = volume.value(glm::uvec3(at));
+        if (std::abs(v - mean) <= 3.0 * std::sqrt(2.0) * noise)
+            sum += v, ++count;
+    }
+    if (count > 0.0)
+        values.mean = sum / count;
+    values.sd = std::max(values.sd, noise);
+}
+
+// How far values go on from the mean across the faces of an object.
+double contrast_of(const Volume& volume, const Volume& object, const SeedValues& values) {
+    constexpr int kLongest = 16; // samples of an edge
+    const glm::ivec3 size(volume.size());
+    std::vector<float> contrasts;
+    for_label(object, values.label, [&](glm::ivec3 at) {
+        for (int side = 0; side < 6; ++side) {
+            glm::ivec3 step(0), to = at;
+            step[side / 2] = side % 2 == 0 ? -1 : 1;
+            double off = 0.0;
+            for (int n = 0; n < kLongest; ++n) {
+                to += step;
+                if (glm::any(glm::lessThan(to, glm::ivec3(0))) ||
+                    glm::any(glm::greaterThanEqual(to, size)) ||
+                    (n == 0 && object.value(glm::uvec3(to)) == float(values.label)))
+                    break;
+                const double next = std::abs(double{volume.value(glm::uvec3(to))} - values.mean);
+                if (!(next > off))
+                    break;
+                off = next;
+            }
+            if (off > 0.0)
+                contrasts.push_back(float(off));
+        }
+    });
+    return quantile(contrasts, 0.2);
+}
+
+} // namespace
+
+Result<ObjectValues> object_values(const Volume& volume, const Volume& seeds, const SeedValues& own,
+                                   double deviations, const Task& task) {
+    SeedValues values = own;
+    if (values.count < kFewSeeds)
+        take_neighbours(volume, seeds, values);
+    values.sd = spread_of(values, volume);
+    const double reach = deviations * values.sd;
+    const LabelInterval interval{values.label, {values.mean - reach, values.mean + reach}};
+    PALPATE_TRY(const Volume object,
+                region_growing(volume, seeds, std::span(&interval, 1), Neighbors::face_6, task));
+    const double contrast = contrast_of(volume, object, values);
+    values.sd = std::max(values.sd, contrast / 10.0);
+    return ObjectValues{values, contrast};
+}
 
 Result<Volume> statistics_cost(const Volume& volume, const SeedValues& seeds,
                                const StatisticsCostOptions& options, const Task& task) {

@@ -27,6 +27,25 @@ Result<double> edge_under_seeds(const Volume& volume, const Volume& seeds, uint1
 // with the seeds' mean and standard deviation (spread_of), `deviations` > 0 and `floor` > 0. V is
 // first smoothed by (1 2 1) / 4 along each axis `passes` times, as noise of single samples holds a
 // front up everywhere; neighbours without data are left out.
+
+// The values of an object as far as its seeds and what lies around them tell: `own`, the values
+// under the seeds, but
+// - fewer than kFewSeeds samples tell neither mean nor spread. The noise is then 1.05 medians of
+//   the differences of neighbours beside the seeds (a normal distribution's standard deviation),
+//   and neighbours within three standard deviations of a difference count as seeds;
+// - the spread is at least a tenth of the object's contrast. Where values are even, an edge that is
+//   a few samples wide would be slow at its foot already. The object is here what joins the seeds
+//   within `deviations` of the spread. Of each face between it and what lies around, the contrast
+//   is how far values rise or fall on from the mean, sample by sample; a fifth of the faces has
+//   less than the object's.
+constexpr uint64_t kFewSeeds = 27;
+struct ObjectValues {
+    SeedValues values;
+    double contrast = 0.0; // 0 where the object has no faces
+};
+Result<ObjectValues> object_values(const Volume& volume, const Volume& seeds, const SeedValues& own,
+                                   double deviations, const Task& task);
+
 struct StatisticsCostOptions {
     double deviations = 2.5, floor = 0.01;
     int passes = 1; // 0 .. 10

@@ -68,7 +68,7 @@ Result<Segmented> run_growing(const SegmentInput& input, const ParameterValues& 
                               const Task& task) {
     Segmented made{*input.seeds, {}, {}, {}};
     std::vector<LabelInterval> intervals;
-    for (const SeedValues& seeds : seed_values(input.volume, *input.seeds)) {
+    for (const SeedValues& seeds : seed_values(input.volume, *input.seeds, input.balls)) {
         const double reach = value_of(values, "deviations") * spread_of(seeds, input.volume);
         const ValueInterval interval{
             is_set(values, "low") ? value_of(values, "low") : seeds.mean - reach,
@@ -95,6 +95,10 @@ Result<Segmented> run_watershed(const SegmentInput& input, const ParameterValues
     const auto neighbors = neighbors_of(int(value_of(values, "neighbors")));
     if (!neighbors)
         return fail("neighbors: expected 6, 18 or 26, found {:g}", value_of(values, "neighbors"));
+    if (label_counts(*input.seeds).size() < 2)
+        return fail(
+            "watershed: expected seeds of two labels or more, such as an object and its "
+            "background, found one: it would take the whole volume");
     PALPATE_TRY(const Volume edges, edge_strength(input.volume, task.part(0.0, 0.2)));
     PALPATE_TRY(const Volume flooded,
                 watershed(edges, *input.seeds, *neighbors, task.part(0.2, 1.0)));
@@ -113,7 +117,7 @@ Result<Volume> negated(const Volume& volume, const Task& task) {
 Result<Segmented> run_connectedness(const SegmentInput& input, const ParameterValues& values,
                                     const Task& task) {
     Winner winner; // of 1 - connectedness
-    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
+    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds, input.balls);
     Segmented made{*input.seeds, {}, {}, {}};
     for (size_t i = 0; i < all.size(); ++i) {
         const double sd = spread_of(all[i], input.volume);
@@ -142,7 +146,7 @@ Result<Segmented> run_connectedness(const SegmentInput& input, const ParameterVa
 
 Result<Segmented> run_walker(const SegmentInput& input, const ParameterValues& values,
                              const Task& task) {
-    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
+    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds, input.balls);
     RandomWalkerOptions options{.sd = value_of(values, "homogeneity"),
                                 .tolerance = value_of(values, "tolerance")};
     if (!is_set(values, "homogeneity")) {
@@ -175,12 +179,15 @@ Result<Volume> march_cost(const SegmentInput& input, const SeedValues& seeds,
                           const ParameterValues& values, bool from_edges, Segmented& made,
                           const Task& task) {
     if (!from_edges) {
+        const double deviations = value_of(values, "deviations");
+        PALPATE_TRY(const ObjectValues found,
+                    object_values(input.volume, *input.seeds, seeds, deviations, {task.stop, {}}));
+        const SeedValues& object = found.values;
         made.notes.push_back(fmt::format("label {}: values {:g} +- {:g} under {} seeds",
-                                         seeds.label, seeds.mean, seeds.sd, seeds.count));
-        return statistics_cost(input.volume, seeds,
-                               {value_of(values, "deviations"), value_of(values, "floor"),
-                                int(value_of(values, "passes"))},
-                               task);
+                                         object.label, object.mean, object.sd, object.count));
+        return statistics_cost(
+            input.volume, object,
+            {deviations, value_of(values, "floor"), int(value_of(values, "passes"))}, task);
     }
     double edge = value_of(values, "edge");
     if (!is_set(values, "edge")) {
@@ -198,19 +205,17 @@ struct Stop {
     std::optional<double> time;
     std::string grows{};
 };
-Result<Stop> time_to_stop(const Volume& arrival, const Volume& cost, const ParameterValues& values,
-                          const Task& task) {
+Result<Stop> time_to_stop(const Volume& arrival, const Volume& cost, const Volume& volume,
+                          const ParameterValues& values, const Task& task) {
     Stop stop;
     if (value_of(values, "rule") == 0.0) {
         PALPATE_TRY(stop.time, band_cost_time(arrival, cost, value_of(values, "rise"), task));
-        if (stop.time)
-            return stop;
+    } else {
+        PALPATE_TRY(stop.time, boundary_time(arrival, cost, volume, task));
     }
-    PALPATE_TRY(const ArrivalGrowth growth, arrival_growth(arrival, task));
-    if (value_of(values, "rule") != 0.0)
-        stop.time = boundary_time(growth);
-    if (stop.time || growth.times.empty())
+    if (stop.time)
         return stop;
+    PALPATE_TRY(const ArrivalGrowth growth, arrival_growth(arrival, task));
     const double all = double(sample_count(arrival.grid()));
     for (const double share : {0.001, 0.01, 0.1, 0.5}) {
         const auto there = std::ranges::lower_bound(growth.counts, share * all);
@@ -225,7 +230,7 @@ Result<Stop> time_to_stop(const Volume& arrival, const Volume& cost, const Param
 
 Result<Segmented> run_march(const SegmentInput& input, const ParameterValues& values,
                             bool from_edges, const Task& task) {
-    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds);
+    const std::vector<SeedValues> all = seed_values(input.volume, *input.seeds, input.balls);
     Segmented made{*input.seeds, {}, {}, {}};
     std::vector<double> last(65536, value_of(values, "threshold"));
     Winner winner;
@@ -247,7 +252,8 @@ Result<Segmented> run_march(const SegmentInput& input, const ParameterValues& va
             marching.look = {};
         PALPATE_TRY(const Volume arrival, fast_marching(cost, start, options, marching));
         if (is_object && !is_set(values, "threshold")) {
-            PALPATE_TRY(const Stop stop, time_to_stop(arrival, cost, values, {task.stop, {}}));
+            PALPATE_TRY(const Stop stop,
+                        time_to_stop(arrival, cost, input.volume, values, {task.stop, {}}));
             last[all[i].label] = stop.time.value_or(-1.0); // before the seeds: no sample
             if (stop.time) {
                 made.notes.push_back(

@@ -60,7 +60,7 @@ const MethodParameter kRule{"rule",
                             1,
                             nullptr,
                             "How a threshold is found: 0 as printed, by the mean cost of the "
-                            "front's band; 1 by the growth of the volume"};
+                            "front's band; 1 by the clearest boundary that the front lies on"};
 const MethodParameter kRise{"rise",
                             "",
                             1.001,

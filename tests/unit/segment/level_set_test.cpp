@@ -409,6 +409,41 @@ TEST(LevelSet, GoesOnThinVolumes) {
     EXPECT_EQ(run({.labels = &one}, {}, {}).report.end, End::vanished);
 }
 
+// The surface comes to rest where its speed is 0, and that is between samples: signed distances of
+// balls whose values pass 100 at their radius, on unequal spacings of up to twice the blur of the
+// edge, from seeds in their middle.
+TEST(LevelSet, DistancesAreRightWhereItComesToRest) {
+    for (const auto& [radius_mm, spacing] :
+         {std::pair(7.0, glm::dvec3(1.0, 1.1, 1.4)), std::pair(9.0, glm::dvec3(0.7, 0.9, 1.4))})
+        for (const double blur_mm : {0.7, 1.5}) {
+            const Grid grid = make_grid(
+                glm::uvec3(glm::ceil(glm::dvec3(2.0 * radius_mm + 9.0) / spacing)), spacing);
+            const glm::dvec3 middle = center_mm(grid) + glm::dvec3(0.3, -0.2, 0.4);
+            const auto away = [&, r = radius_mm](glm::dvec3 p) {
+                return glm::distance(p, middle) - r;
+            };
+            const Volume values = sampled(grid, [&](glm::dvec3 p) {
+                return 100.0 * std::erfc(away(p) / (std::sqrt(2.0) * blur_mm));
+            });
+            const Volume speed = *threshold_speed(values, {100.0, 300.0}, {});
+            const Volume start =
+                sampled(grid, [&](glm::dvec3 p) { return glm::distance(p, middle) - 4.0; });
+            const LevelSetResult made =
+                run({.distance = &start}, {.speed = &speed}, {.tolerance_mm = 0.002});
+            EXPECT_EQ(made.report.end, End::settled);
+            const double reach = 1.9 * std::min({spacing.x, spacing.y, spacing.z});
+            double squares = 0.0, count = 0.0;
+            for (const glm::ivec3 i : twin::indices(glm::ivec3(grid.size))) {
+                const double expected = away(world_point(grid, glm::dvec3(i)));
+                if (std::abs(expected) > reach)
+                    continue;
+                const double off = made.distance->value(glm::uvec3(i)) - expected;
+                squares += off * off, ++count;
+            }
+            EXPECT_LE(std::sqrt(squares / count), 0.1) << radius_mm << " " << blur_mm;
+        }
+}
+
 TEST(LevelSet, RefusesWhatDoesNotFitAndEndsWhenItIsStopped) {
     const Grid grid = make_grid({9, 9, 9}, {1, 1, 1});
     const Volume start = ball(grid, 3.0), none = ball(grid, -1.0);
