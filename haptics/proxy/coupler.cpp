@@ -138,7 +138,7 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
         bleed_.take_up(rendered_ + (x - hand_), rendered, 0.0);
     else if (yielding_.is_leaving())
         bleed_.take_up(rendered_ + (has_come_out_ ? tool - tool_ : x - hand_), rendered, 0.0);
-    else if (catching_up_s_ > 0.0 && !is_inside)
+    else if ((catching_up_s_ > 0.0 || geometry.submerged != was_submerged_) && !is_inside)
         bleed_.take_up(rendered_ + (x - hand_), rendered, glm::distance(x, hand_));
     // What a proxy that lags made up for in this tick, with the hand that geometry took, it has
     // moved.
@@ -157,12 +157,17 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
                                 input.velocity_mm_per_s, (rendered - rendered_) / dt);
     output.force_n =
         cut_.cut(output.force_n, feel_.yield_n < kNever_n ? feel_.yield_n : INFINITY, dt);
-    // A spring that is long because work ended says nothing of what is touched.
+    // A spring that is long because work ended says nothing of what is touched. Afterwards it grows
+    // as an edit is felt, and by what the hand moves.
     const double spring_n = glm::length(output.force_n);
-    if (geometry.is_behind && spring_n > spring_n_)
-        output.force_n *= spring_n_ / spring_n;
-    else
-        spring_n_ = spring_n;
+    const double grows_n = kBleed_n_per_s * dt + k * glm::distance(x, hand_);
+    const double most_n = geometry.is_behind ? spring_n_
+                          : is_returning_    ? spring_n_ + grows_n
+                                             : INFINITY;
+    is_returning_ = spring_n > most_n;
+    if (is_returning_)
+        output.force_n *= most_n / spring_n;
+    spring_n_ = std::min(spring_n, most_n);
     if (is_inside)
         output.force_n -= 1e-3 * q.viscosity_n_s_per_m * input.velocity_mm_per_s;
     // Doubt comes and goes no faster than an edit is felt, and not while one is.
@@ -184,6 +189,7 @@ TickOutput Coupler::finish(const TickInput& input, const Geometry& geometry) {
 
     is_first_ = false;
     lacked_data_ = geometry.lacks_data;
+    was_submerged_ = geometry.submerged;
     has_settled_ = in_contact || rendered == x;
     rendered_ = rendered;
     tool_ = tool;

@@ -111,8 +111,10 @@ class Coupler {
     double catching_up_s_ = 0.0; // since an exchange
     bool is_first_ = true, had_force_ = false, has_come_out_ = false;
     bool lacked_data_ = false; // in the last tick
-    bool has_settled_ = true;  // in the last tick: on a surface, or where the hand is
-    Feel feel_;                // where nothing yields, yield_n is that of kNever_n
+    bool was_submerged_ = false;
+    bool is_returning_ = false; // from a force that was held back while behind
+    bool has_settled_ = true;   // in the last tick: on a surface, or where the hand is
+    Feel feel_;                 // where nothing yields, yield_n is that of kNever_n
     Yielding yielding_;
     ForceCut cut_;
     Bleed bleed_;

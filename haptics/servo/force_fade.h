@@ -15,14 +15,22 @@ namespace palpate::haptics {
 double natural_change_n(const TouchParameters& parameters, double moved_mm, double sped_mm_per_s,
                         double removal) noexcept;
 
-// The rendered force after a command: another scene, table, switch or tool changes at once what is
-// felt, and the force must not jump.
+// Whether the force says nothing of a surface that holds the tool out: there is none, it is not
+// known, or it was not reached.
+inline bool has_no_surface(Contact contact) noexcept {
+    return contact == Contact::submerged || contact == Contact::behind ||
+           contact == Contact::unknown;
+}
+
+// The rendered force after a command, or after a change of status: another scene, table, switch or
+// tool changes at once what is felt, and so does a surface that is lost or found
+// (has_no_surface()). The force must not jump.
 //
-// For kWatch_s from a command on (and surface_delay_s, after which a local surface is exchanged),
-// the force changes in a tick by at most the natural change and kRate_n_per_s * dt. What is beyond
-// is kept as a difference to the rendered force, which shrinks by as much a tick: the spring stays
-// as stiff as it is, and within kWatch_s + 2 * most_n / kRate_n_per_s the force is the rendered
-// one. Without a command nothing changes. Torque likewise, over a lever of kLever_m.
+// For kWatch_s from a command or a change on (and surface_delay_s, after which a local surface is
+// exchanged), the force changes in a tick by at most the natural change and kRate_n_per_s * dt.
+// What is beyond is kept as a difference to the rendered force, which shrinks by as much a tick:
+// the spring stays as stiff as it is, and within kWatch_s + 2 * most_n / kRate_n_per_s the force is
+// the rendered one. Without either nothing changes. Torque likewise, over a lever of kLever_m.
 //
 // Neither allocates nor throws; a function of its inputs.
 class ForceFade {

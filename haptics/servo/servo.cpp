@@ -125,6 +125,10 @@ ServoTick Servo::tick(int64_t now_ns, int64_t due_ns) noexcept {
         seen_scene_ = seen_scene;
         seen_parameters_ = seen_parameters;
         t.touched = parts_.algorithm.tick(input);
+        const Contact before = std::exchange(contact_, t.touched.contact);
+        if (was_usable_ && contact_ != before &&
+            (has_no_surface(contact_) || has_no_surface(before)))
+            fade_.command(0.0);
         const glm::dvec3 pressed_n =
             press_.tick(scene->plates.get(), t.tool.position_mm, now.tool_radius_mm);
         t.plate = press_.touch();

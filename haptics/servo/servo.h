@@ -123,6 +123,7 @@ class Servo {
         uint64_t epoch = 0;
         friend bool operator==(const Seen&, const Seen&) = default;
     } seen_scene_, seen_parameters_;
+    Contact contact_ = Contact::free; // of the last usable tick
     ToolPose last_tool_;
     glm::dvec3 last_velocity_mm_per_s_{0.0};
     std::atomic<Command> command_{Command::none};

@@ -180,5 +180,56 @@ TEST(ForceFade, CommandsUnderAPressedHandMakeNoJump) {
     EXPECT_GT(jumped, 10u);
 }
 
+// An algorithm whose status and force change at once, while the hand rests.
+constexpr uint32_t kChange = 50; // the last tick before it
+Contact status_before, status_after;
+double force_before_n, force_after_n;
+struct Script {
+    uint32_t ticks = 0;
+};
+TickOutput script_tick(Script& script, const TickInput& input) noexcept {
+    const bool is_after = ++script.ticks > kChange;
+    TickOutput out{.proxy = input.tool};
+    out.force_n.z = is_after ? force_after_n : force_before_n;
+    out.contact = is_after ? status_after : status_before;
+    return out;
+}
+
+TEST(ForceFade, AChangeOfStatusMakesNoJump) {
+    constexpr Contact kAll[] = {Contact::free,      Contact::touching, Contact::yielding,
+                                Contact::submerged, Contact::behind,   Contact::unknown};
+    for (const Contact before : kAll)
+        for (const Contact after : kAll) {
+            if (before == after || !(has_no_surface(before) || has_no_surface(after)))
+                continue;
+            status_before = before;
+            status_after = after;
+            // Lost, found, and turned.
+            for (const auto& [from_n, to_n] : {std::pair(3.0, 0.0), {0.0, 3.0}, {3.0, -2.0}}) {
+                force_before_n = from_n;
+                force_after_n = to_n;
+                const HandPath rests({{.time_s = 0}, {.time_s = 1}});
+                Loop loop(
+                    {}, {.stiffness_n_per_m = 500.0},
+                    std::make_unique<StatefulAlgorithm<Script, script_tick>>(),
+                    std::make_unique<RecordedDevice>(
+                        DeviceCapabilities{.workspace_m = glm::dvec3(0.05), .max_force_n = 8},
+                        records_of_path(rests, Workspace({0, 0, 0}, 1.0), kTick_ns), kTick_ns));
+                glm::dvec3 last(0.0);
+                for (uint32_t i = 1; i < kChange + 200; ++i) {
+                    const ServoTick t = loop.tick();
+                    if (i > 1) {
+                        ASSERT_LE(glm::distance(t.rendered_world_n, last),
+                                  kRate_n_per_tick + kRounding_n)
+                            << static_cast<int>(before) << " to " << static_cast<int>(after)
+                            << ", tick " << i;
+                    }
+                    last = t.rendered_world_n;
+                }
+                EXPECT_EQ(last.z, to_n);
+            }
+        }
+}
+
 } // namespace
 } // namespace palpate::haptics
