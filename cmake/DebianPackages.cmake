@@ -1,5 +1,5 @@
 # Read by CPack for each generator. DEB: palpate (the program, its data and its documentation),
-# palpate-bench, libpalpate-dev and python3-palpate, as they install on Debian 12. dpkg-shlibdeps finds the
+# palpate-bench, libpalpate-dev and python3-palpate, as they install on the Debian that built them. dpkg-shlibdeps finds the
 # libraries that each needs; the Vulkan loader is opened by name, so it is named here.
 if(NOT CPACK_GENERATOR STREQUAL "DEB")
     return()
@@ -36,6 +36,11 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
 set(CPACK_COMPONENT_GROUP_DEVELOPMENT_DESCRIPTION "See, touch and carve CT and MR volumes: libraries\nHeaders, static libraries and the CMake package.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-palpate)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+# The module serves the minor version of Python that it was built with, and no other.
+string(REPLACE "." ";" version "${CPACK_PALPATE_PYTHON_VERSION}.0")
+list(GET version 0 major)
+list(GET version 1 minor)
+math(EXPR next "${minor} + 1")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
-    "palpate (= ${CPACK_PACKAGE_VERSION}), python3 (>= 3.11), python3 (<< 3.12), python3-numpy, libvulkan1")
+    "palpate (= ${CPACK_PACKAGE_VERSION}), python3 (>= ${major}.${minor}), python3 (<< ${major}.${next}), python3-numpy, libvulkan1")
 set(CPACK_COMPONENT_GROUP_PYTHON_DESCRIPTION "See, touch and carve CT and MR volumes: Python\nThe package palpate.")

@@ -39,6 +39,12 @@ if(PALPATE_TIDY)
     set(CMAKE_CXX_CLANG_TIDY ${CLANG_TIDY} --quiet)
 endif()
 
+# palpate_compile_fast(<target>)
+# For what says what is to be done and leaves the work to libraries: -O1 compiles in two thirds of the time of -O2.
+function(palpate_compile_fast target)
+    target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1>)
+endfunction()
+
 # palpate_library(<name> SOURCES ... [DEPENDS ...] [PRIVATE_DEPENDS ...])
 # Declares the static library palpate_<name>, known to users as palpate::<name>.
 # DEPENDS are seen through its headers; PRIVATE_DEPENDS by its sources only.

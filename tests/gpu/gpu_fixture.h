@@ -6,6 +6,7 @@
 
 #include "engine/gpu/device.h"
 #include "engine/render/renderer.h"
+#include "tests/support/kept_device.h"
 
 namespace palpate {
 
@@ -14,8 +15,8 @@ namespace palpate {
 class GpuTest : public ::testing::Test {
  protected:
     static GpuDevice& device() {
-        static GpuDevice instance({.validation = true});
-        return instance;
+        static KeptDevice& kept = KeptDevice::make({.validation = true});
+        return kept.get();
     }
     void SetUp() override { messages_before_ = device().validation_messages().size(); }
     void TearDown() override {

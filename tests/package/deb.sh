@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The Debian packages hold what they say, name libraries that Debian 12 has, and run from a folder where they
+# The Debian packages hold what they say, name libraries that this Debian has, and run from a folder where they
 # are unpacked. Installing them into an empty Debian needs a network: `apt-get install ./*.deb` there.
 #
 #   deb.sh BUILD WORK

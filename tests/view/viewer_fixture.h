@@ -4,6 +4,7 @@
 
 #include "apps/palpate/view/loop.h"
 #include "engine/session/default_scene.h"
+#include "tests/support/kept_device.h"
 
 namespace palpate::view {
 
@@ -26,8 +27,8 @@ inline OpenedScene open_synthetic(const std::string& name) {
 class ViewerTest : public ::testing::Test {
  protected:
     static GpuDevice& device() {
-        static GpuDevice instance(headless_device("", true));
-        return instance;
+        static KeptDevice& kept = KeptDevice::make(headless_device("", true));
+        return kept.get();
     }
     void SetUp() override { messages_before_ = device().validation_messages().size(); }
     void TearDown() override {

@@ -6,6 +6,7 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 
 namespace palpate::view {
@@ -99,6 +100,15 @@ Result<std::unique_ptr<Window>> Window::create(glm::uvec2 size_px, const std::st
             "window ({}); --headless --shot F.png draws without one",
             g_error);
     };
+    // GLFW 3.4 would try both all the same, and libwayland then writes to standard error.
+    const auto is_set = [](const char* name) {
+        const char* value = std::getenv(name);
+        return value && *value;
+    };
+    if (!is_set("DISPLAY") && !is_set("WAYLAND_DISPLAY")) {
+        g_error = "neither is set";
+        return refuse();
+    }
     if (!glfwInit())
         return refuse();
     std::unique_ptr<Window> window(new Window());

@@ -3,6 +3,7 @@
 #include <itkMedianImageFilter.h>
 #include <itkRecursiveGaussianImageFilter.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 

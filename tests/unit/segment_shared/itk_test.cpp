@@ -6,6 +6,7 @@
 #include <itkMorphologicalWatershedFromMarkersImageFilter.h>
 #include <itkThresholdSegmentationLevelSetImageFilter.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
