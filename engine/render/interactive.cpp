@@ -61,14 +61,14 @@ constexpr double kDoubted = 0.5;
 // A frame that takes so much longer than those before is of another view, and not averaged.
 constexpr double kSudden = 1.5;
 
-// The part of a frame's time that its rays take: what changes with their number.
-double ray_ms_of(const FrameStats& frame) {
+// Rays take the part of a frame's time that changes with their number.
+Interactive::Times measured(const FrameStats& frame) {
     double sum = 0.0;
     for (const PassTime& pass : frame.passes)
         for (const char* const name :
              {"few pixels", "every second pixel", "listed pixels", "ray cast"})
             sum += pass.name == name ? pass.gpu_ms : 0.0;
-    return std::min(sum, frame.wall_ms);
+    return {frame.wall_ms, std::min(sum, frame.wall_ms)};
 }
 
 uint32_t tiles_of(const PixelBox& box) {
@@ -101,7 +101,7 @@ uint64_t version_of(const std::optional<Volume>& volume) {
 } // namespace
 
 Interactive::Interactive(Renderer& renderer, double budget_ms)
-    : renderer_(&renderer), budget_ms_(budget_ms) {
+    : renderer_(&renderer), budget_ms_(budget_ms), times_of_(measured) {
     PALPATE_ASSERT(budget_ms > 0);
 }
 
@@ -150,8 +150,9 @@ Result<InteractiveFrame> Interactive::draw_changed(const Scene& scene, const Sce
         last_.reset(); // nobody knows what is there
         return pass_on(drawn);
     }
-    tile_ms_ = ray_ms_of(*drawn) / tiles_of(changed);
-    others_ms_ = drawn->wall_ms - ray_ms_of(*drawn);
+    const Times took = times_of_(*drawn);
+    tile_ms_ = took.ray_ms / tiles_of(changed);
+    others_ms_ = took.wall_ms - took.ray_ms;
     InteractiveFrame frame = unchanged();
     frame.frame = std::move(*drawn);
     frame.changed = of_whole_tiles(changed, scene.size_px);
@@ -190,13 +191,14 @@ void Interactive::choose_level(const CoarseStats& drawn, const Scene& scene) {
     static_assert(kLevels.size() == kLevelCount);
     const Level level = kLevels[level_];
     const bool has_steps = scene.ray_cast->integrator != Integrator::exact;
-    const double ray_ms = ray_ms_of(drawn.frame);
+    const Times took = times_of_(drawn.frame);
+    const double frame_ms = took.wall_ms, ray_ms = took.ray_ms;
     const double longest_ms = std::max(budget_ms_, longest_ms_);
     for (double& known_ms : level_ms_)
         known_ms *= kForgotten; // so that it is tried again
     double& own_ms = level_ms_[level_];
-    const bool is_alike = own_ms > 0.0 && drawn.frame.wall_ms < kSudden * own_ms;
-    own_ms = is_alike ? 0.5 * (own_ms + drawn.frame.wall_ms) : drawn.frame.wall_ms;
+    const bool is_alike = own_ms > 0.0 && frame_ms < kSudden * own_ms;
+    own_ms = is_alike ? 0.5 * (own_ms + frame_ms) : frame_ms;
     const double wall_ms = own_ms;
     // Of a level that is not known it is guessed from its samples, which is too much for a better
     // one: rays that lie far apart take longer each.
@@ -232,7 +234,7 @@ Result<InteractiveFrame> Interactive::draw_resting(const Scene& scene, const Sce
     const auto rows =
         static_cast<uint32_t>(std::clamp(room, 1.0, static_cast<double>(all - next_row_)));
     PALPATE_TRY(FrameStats drawn, renderer_->refine(scene, data, next_row_, rows));
-    row_ms_ = drawn.wall_ms / rows;
+    row_ms_ = times_of_(drawn).wall_ms / rows;
     const uint32_t side = gpu::kTileSide;
     const PixelBox drawn_box{{0, next_row_ * side}, {scene.size_px.x, (next_row_ + rows) * side}};
     next_row_ += rows;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -41,6 +42,15 @@ class Interactive {
     Result<InteractiveFrame> draw(const Scene& scene, const SceneData& data,
                                   const std::optional<PixelBox>& changed = {});
 
+    // What decides about a frame: how long it took, and how much of that its rays took.
+    struct Times {
+        double wall_ms, ray_ms;
+    };
+    // Gives the times of frames in place of the clock's and the device's, so that tests decide.
+    void set_times(std::function<Times(const FrameStats&)> times_of) {
+        times_of_ = std::move(times_of);
+    }
+
     void set_budget_ms(double budget_ms) { budget_ms_ = budget_ms; }
     // While the error estimate of moving frames is above `error`, they may take up to longest_ms.
     void set_aim(double error, double longest_ms) {
@@ -59,6 +69,7 @@ class Interactive {
 
     Renderer* renderer_;
     double budget_ms_;
+    std::function<Times(const FrameStats&)> times_of_;
     double aim_ = std::numeric_limits<double>::infinity(), longest_ms_ = 0;
     static constexpr size_t kLevelCount = 10;
     size_t level_ = 0;                           // of quality: the next frame's steps and rays
