@@ -111,8 +111,8 @@ std::optional<SliceLayer> only_slice(const Grid& grid) {
 
 std::string told_of_bright_background(const LoadedScene& loaded) {
     const Look look(loaded);
-    if (!look.looks_for_dark)
-        return "";
+    if (!look.looks_for_dark || !look.values.bright_background)
+        return ""; // what is stored inverted is told by its reader
     return fmt::format(
         "its background of {:g} is brighter than what lies in it, so by default rays look for dark "
         "values: opaque in mode alpha, and the smallest in mode mip (--window LOW,HIGH looks for "
