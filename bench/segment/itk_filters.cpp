@@ -1,5 +1,7 @@
 // ITK's filters, as a user of ITK would call them.
 
+#include <algorithm>
+
 #include <itkBSplineInterpolateImageFunction.h>
 #include <itkBilateralImageFilter.h>
 #include <itkBinaryCrossStructuringElement.h>

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr int64_t kMostFiles = 65536;
+constexpr int64_t kMostListedFiles = 65536;
 
 // Whether a pattern holds exactly one "%d" or "%0Nd", N of one or two digits, and no other "%".
 bool is_number_pattern(std::string_view pattern) {
@@ -51,9 +51,9 @@ Result<std::vector<std::string>> names_of(const fs::path& header, const std::str
     const auto is_int = [](int64_t n) { return n >= -INT32_MAX && n <= INT32_MAX; };
     if (step == 0 || !is_int(first) || !is_int(last) || !is_int(step) ||
         (last > first && step < 0) || (last < first && step > 0) ||
-        (last - first) / step >= kMostFiles)
+        (last - first) / step >= kMostListedFiles)
         return fail("{}: expected a range of 1 .. {} files, found \"{} {} {} {}\"", header.string(),
-                    kMostFiles, pattern, first, last, step);
+                    kMostListedFiles, pattern, first, last, step);
     std::vector<std::string> names;
     for (int64_t i = first; step > 0 ? i <= last : i >= last; i += step) {
         std::array<char, 512> name;
@@ -72,9 +72,9 @@ Result<std::vector<fs::path>> files_of(const fs::path& header,
     if (names.empty())
         return fail("{}: expected the names of its data files, a list of them, found none",
                     header.string());
-    if (names.size() > static_cast<size_t>(kMostFiles))
+    if (names.size() > static_cast<size_t>(kMostListedFiles))
         return fail("{}: expected a list of at most {} data files, found {}", header.string(),
-                    kMostFiles, names.size());
+                    kMostListedFiles, names.size());
     std::vector<fs::path> files;
     files.reserve(names.size());
     for (const std::string& name : names) {

@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr size_t kHeadBytes = 1024;
+constexpr size_t kFormatHeadBytes = 1024;
 
 bool is_folder(const FileHead& head) {
     return fs::is_directory(head.path);
@@ -122,9 +122,9 @@ std::string lower_extension(const fs::path& path) {
 FileHead head_of(const fs::path& path) {
     FileHead head{path, lower_extension(path), {}};
     if (fs::is_regular_file(path)) {
-        head.bytes.resize(kHeadBytes);
+        head.bytes.resize(kFormatHeadBytes);
         std::ifstream in(path, std::ios::binary);
-        in.read(head.bytes.data(), kHeadBytes);
+        in.read(head.bytes.data(), kFormatHeadBytes);
         head.bytes.resize(static_cast<size_t>(in.gcount()));
     }
     return head;

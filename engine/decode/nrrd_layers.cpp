@@ -11,20 +11,21 @@ namespace palpate::io {
 namespace {
 
 constexpr uint64_t kMostLayers = 65535;
-constexpr uint64_t kBlockBytes = 1 << 20;
-constexpr size_t kMostPairsInWords = 8;
+constexpr uint64_t kLayerBlockBytes = 1 << 20;
+constexpr size_t kMostLayerPairsInWords = 8;
 
 // Where one segment lies, and what it becomes.
-struct Placed {
+struct PlacedSegment {
     uint64_t layer = 0;
     uint32_t value = 0;
     LabelName label;
     uint64_t samples = 0; // of the segment itself, before others cover it
 };
 
-Result<std::vector<Placed>> place_segments(const std::string& name, const NrrdHeader& header,
-                                           uint64_t layers, std::vector<std::string>& notes) {
-    std::vector<Placed> placed;
+Result<std::vector<PlacedSegment>> place_segments(const std::string& name, const NrrdHeader& header,
+                                                  uint64_t layers,
+                                                  std::vector<std::string>& notes) {
+    std::vector<PlacedSegment> placed;
     std::set<std::pair<uint64_t, uint32_t>> taken;
     std::set<uint32_t> values;
     for (const NrrdHeader::Segment& segment : header.segments) {
@@ -49,14 +50,16 @@ Result<std::vector<Placed>> place_segments(const std::string& name, const NrrdHe
     if (!keep)
         notes.push_back(fmt::format(
             "{}: its layers use the same values, so its labels are the numbers of segments", name));
-    std::sort(placed.begin(), placed.end(),
-              [](const Placed& a, const Placed& b) { return a.label.label < b.label.label; });
+    std::sort(placed.begin(), placed.end(), [](const PlacedSegment& a, const PlacedSegment& b) {
+        return a.label.label < b.label.label;
+    });
     return placed;
 }
 
 class Painter {
  public:
-    Painter(std::vector<Placed>& segments, uint64_t layers) : segments_(segments), of_(layers) {
+    Painter(std::vector<PlacedSegment>& segments, uint64_t layers)
+        : segments_(segments), of_(layers) {
         for (size_t i = 0; i < segments.size(); ++i) {
             std::vector<uint32_t>& of_layer = of_[segments[i].layer];
             of_layer.resize(std::max<size_t>(of_layer.size(), segments[i].value + 1), 0);
@@ -104,25 +107,25 @@ class Painter {
         std::string pairs;
         size_t listed = 0;
         for (const auto& [pair, samples] : overlaps_)
-            if (listed++ < kMostPairsInWords)
+            if (listed++ < kMostLayerPairsInWords)
                 pairs += fmt::format("{}{} and {} in {} samples", pairs.empty() ? "" : ", ",
                                      words(pair.first), words(pair.second), samples);
-        if (listed > kMostPairsInWords)
-            pairs += fmt::format(", and {} more pairs", listed - kMostPairsInWords);
+        if (listed > kMostLayerPairsInWords)
+            pairs += fmt::format(", and {} more pairs", listed - kMostLayerPairsInWords);
         warnings.push_back(fmt::format(
             "{}: segments overlap: {}; the one with the higher number is kept", name, pairs));
     }
 
  private:
     std::string words(uint32_t segment) const {
-        const Placed& placed = segments_[segment];
+        const PlacedSegment& placed = segments_[segment];
         return fmt::format(
             "{}{} ({} samples)", placed.label.label,
             placed.label.name.empty() ? "" : fmt::format(" '{}'", placed.label.name.substr(0, 60)),
             placed.samples);
     }
 
-    std::vector<Placed>& segments_;
+    std::vector<PlacedSegment>& segments_;
     std::vector<std::vector<uint32_t>> of_; // layer and value: index of a segment + 1
     std::vector<uint32_t> found_;
     std::map<std::pair<uint32_t, uint32_t>, uint64_t> overlaps_;
@@ -134,7 +137,7 @@ Result<void> paint(const Payload& payload, std::span<Label> labels, const VoxelS
                    Painter& painter) {
     const uint64_t run = payload.run == 0 ? labels.size() : payload.run;
     const uint64_t group = run * payload.frames * bytes_per_component(payload.type);
-    const uint64_t groups_in_block = std::max<uint64_t>(1, kBlockBytes / group);
+    const uint64_t groups_in_block = std::max<uint64_t>(1, kLayerBlockBytes / group);
     std::vector<uint64_t> block((groups_in_block * group + 7) / 8); // aligned for every type
     PALPATE_TRY(VoxelStream stream, VoxelStream::open(payload));
     for (size_t at = 0; at < labels.size();) {
@@ -181,7 +184,7 @@ Result<void> read_layers(const std::string& name, const NrrdHeader& header, cons
     if (payload.components > 1)
         return fail("{}: expected one value a layer and sample, found {}", name,
                     payload.components);
-    PALPATE_TRY(std::vector<Placed> segments,
+    PALPATE_TRY(std::vector<PlacedSegment> segments,
                 place_segments(name, header, payload.frames, decoded.notes));
     VoxelClaim claim;
     claim.size = payload.size;
@@ -193,7 +196,7 @@ Result<void> read_layers(const std::string& name, const NrrdHeader& header, cons
     claim.most_expansion =
         std::max(1.0, std::ceil(static_cast<double>(samples * bytes_per_component(claim.type)) /
                                 static_cast<double>(std::max<uint64_t>(claim.source_bytes, 1))));
-    claim.working_bytes = 2 * kBlockBytes + (payload.run == 1 ? 0 : in_bytes) +
+    claim.working_bytes = 2 * kLayerBlockBytes + (payload.run == 1 ? 0 : in_bytes) +
                           (payload.encoding == Encoding::ascii ? claim.source_bytes : 0);
     PALPATE_TRY(const std::span<std::byte> out, sink.allocate(name, claim));
     Painter painter(segments, payload.frames);
@@ -204,7 +207,7 @@ Result<void> read_layers(const std::string& name, const NrrdHeader& header, cons
         PALPATE_TRY(paint<uint16_t>(payload, {reinterpret_cast<uint16_t*>(out.data()), samples},
                                     sink, painter));
     painter.warn(name, decoded.warnings);
-    for (const Placed& placed : segments)
+    for (const PlacedSegment& placed : segments)
         decoded.labels.push_back(placed.label);
     return {};
 }

@@ -59,7 +59,7 @@ std::optional<double> length_mm(const std::string& name, const pugi::xml_node& p
 }
 
 // Sizes of the dimensions beside x and y, fastest first, by their letters.
-struct Order {
+struct PlaneOrder {
     std::string letters; // such as "CZT"
     uint64_t z = 1, c = 1, t = 1;
 
@@ -68,7 +68,7 @@ struct Order {
 };
 
 // The planes of one TiffData, from (z, c, t) on, to the pages from `page` on.
-Result<void> assign(const std::string& name, const pugi::xml_node& data, const Order& order,
+Result<void> assign(const std::string& name, const pugi::xml_node& data, const PlaneOrder& order,
                     uint32_t found_pages, std::vector<std::optional<uint32_t>>& page_of) {
     const bool has_page = data.attribute("IFD") != nullptr;
     const auto page = whole(data, "IFD", 0), first_z = whole(data, "FirstZ", 0),
@@ -144,7 +144,7 @@ Result<std::optional<TiffStack>> ome_stack(const std::filesystem::path& path,
             "{}: expected sizes above 0 and an order such as XYZCT in its OME-XML, found {} "
             "x {} x {} and \"{}\"",
             name, z.value_or(0), c.value_or(0), t.value_or(0), dimensions.substr(0, 20));
-    Order order{dimensions.substr(2), *z, *c / *in_page, *t};
+    PlaneOrder order{dimensions.substr(2), *z, *c / *in_page, *t};
     const auto data = children(pixels, "TiffData");
     if (const std::set<std::string> files = files_of(data);
         files.size() > 1 || (files.size() == 1 && order.z * order.c > found_pages))

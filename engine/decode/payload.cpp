@@ -10,10 +10,10 @@ namespace palpate::io {
 
 namespace {
 
-constexpr double kMostAsciiExpansion = 4.0;  // "1 " stands for the 8 bytes of a double
-constexpr uint64_t kMostSurplus = 64 << 20;  // unpacked bytes counted beyond what a header claims
-constexpr uint64_t kBlockBytes = 1 << 20;    // of frames that are interleaved
-constexpr uint64_t kShortRunBytes = 1 << 12; // shorter runs are picked out of a block
+constexpr double kMostAsciiExpansion = 4.0;    // "1 " stands for the 8 bytes of a double
+constexpr uint64_t kMostSurplus = 64 << 20;    // unpacked bytes counted beyond what a header claims
+constexpr uint64_t kFrameBlockBytes = 1 << 20; // of frames that are interleaved
+constexpr uint64_t kShortRunBytes = 1 << 12;   // shorter runs are picked out of a block
 
 double most_expansion(Encoding encoding) {
     switch (encoding) {
@@ -68,7 +68,7 @@ Result<void> read_frame(const Payload& payload, std::span<std::byte> out,
         }
         return stream.finish(warnings);
     }
-    std::vector<std::byte> block(std::max<uint64_t>(1, kBlockBytes / group) * group);
+    std::vector<std::byte> block(std::max<uint64_t>(1, kFrameBlockBytes / group) * group);
     for (uint64_t at = 0; at < out.size();) {
         const uint64_t groups = std::min(block.size() / group, (out.size() - at) / run);
         PALPATE_TRY(stream.read(std::span(block).first(groups * group)));

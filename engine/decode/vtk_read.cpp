@@ -9,7 +9,7 @@ namespace palpate::io {
 
 namespace {
 
-constexpr TypeKey<std::string_view> kTypes[] = {
+constexpr TypeKey<std::string_view> kVtkTypes[] = {
     {"unsigned_char", ComponentType::u8},   {"char", ComponentType::i8},
     {"unsigned_short", ComponentType::u16}, {"short", ComponentType::i16},
     {"unsigned_int", ComponentType::u32},   {"int", ComponentType::i32},
@@ -43,7 +43,7 @@ Result<glm::dvec3> three_numbers(std::string_view line) {
 Result<void> take_scalars(const std::vector<std::string_view>& words, VtkHeader& header) {
     if (words.size() < 3 || words.size() > 4)
         return fail("expected SCALARS with a name and a type");
-    header.type = find_type(kTypes, std::string_view(lower_case(words[2])));
+    header.type = find_type(kVtkTypes, std::string_view(lower_case(words[2])));
     if (!header.type)
         return fail("its samples are of type {}, which is not read", words[2]);
     if (words.size() == 4) {

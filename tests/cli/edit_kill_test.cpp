@@ -13,6 +13,7 @@
 #include "engine/volume/builder.h"
 #include "engine/volume/content_hash.h"
 #include "engine/volume/synthetic.h"
+#include "tests/support/given.h"
 #include "tests/support/kill.h"
 #include "tests/support/program.h"
 
@@ -49,6 +50,8 @@ class Terminal {
  private:
     int here_, there_ = -1;
 };
+
+const int kKills = int(given("PALPATE_KILLS", 6));
 
 class KilledEdit : public ProgramTest {
  protected:
@@ -113,8 +116,7 @@ TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
     const Terminal terminal;
     bool listen = false; // not to the run that nobody disturbs, whose messages no check takes
     kill_at_many_moments(
-        PALPATE_KILLS,
-        [&] { return become_program(arguments(false), listen ? terminal.there() : -1); },
+        kKills, [&] { return become_program(arguments(false), listen ? terminal.there() : -1); },
         [&] {
             listen = true;
             const size_t told = done_of(terminal.read());
@@ -161,7 +163,7 @@ TEST_F(KilledEdit, LosesNoStrokeThatWasDone) {
                            [&] { return become_program(arguments(false), terminal.there()); }),
               End::finished);
     EXPECT_EQ(done_of(terminal.read()), strokes_.size());
-    if (PALPATE_KILLS >= 100) { // few moments may all miss
+    if (kKills >= 100) { // few moments may all miss
         EXPECT_GT(between, 0u);
     }
 }
@@ -171,7 +173,7 @@ TEST_F(KilledEdit, AStrokeThatCountsAsDoneIsInTheJournal) {
     std::mt19937 random(3);
     const Volume base = load_volume(file("in.nrrd"))->volume;
     const Journal::Base of = Journal::base_of(base);
-    for (int i = 0; i < PALPATE_KILLS; ++i) {
+    for (int i = 0; i < kKills; ++i) {
         std::filesystem::remove(file("j"));
         int pipe[2];
         ASSERT_EQ(::pipe(pipe), 0);

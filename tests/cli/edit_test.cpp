@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <gmock/gmock.h>
 #include <unistd.h>
 
@@ -19,7 +21,7 @@
 namespace palpate {
 namespace {
 
-const glm::dquat kUpright(1, 0, 0, 0);
+const glm::dquat kUnturned(1, 0, 0, 0);
 
 using testing::HasSubstr;
 
@@ -42,7 +44,7 @@ class EditCommand : public ProgramTest {
             std::vector<StrokePose> poses;
             for (int k = 0; k < 40; ++k)
                 poses.push_back(
-                    {0.01 * k, {glm::dvec3(-80 + 2 * k, 10 * (i % 7), 5 * (i % 5)), kUpright}});
+                    {0.01 * k, {glm::dvec3(-80 + 2 * k, 10 * (i % 7), 5 * (i % 5)), kUnturned}});
             strokes.push_back(*make_stroke(
                 *parse_json(R"({"kind": "burr", "radius_mm": 9, "flutes": 4})", ""), op, poses));
         }

@@ -11,6 +11,7 @@
 #include <tuple>
 
 #include "tests/cli/touch_command.h"
+#include "tests/support/given.h"
 #include "tests/support/kill.h"
 
 namespace palpate {
@@ -236,7 +237,7 @@ TEST_F(CarvingTouch, ThatIsKilledLosesNoStrokeThatHadEnded) {
     };
     std::map<size_t, int> kept;
     kill_at_many_moments(
-        PALPATE_KILLS, [&] { return become_program(touch()); },
+        int(given("PALPATE_KILLS", 6)), [&] { return become_program(touch()); },
         [&] {
             if (exists("out.nrrd")) {
                 ASSERT_EQ(bytes_of("out.nrrd"), after.back());

@@ -1,5 +1,6 @@
 // Layouts for screens: on the CPU against closed forms, on the device against the CPU.
 
+#include <algorithm>
 #include <cstring>
 #include <functional>
 #include <random>

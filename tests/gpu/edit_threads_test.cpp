@@ -27,6 +27,7 @@
 #include "engine/volume/synthetic.h"
 #include "haptics/device/recorded.h"
 #include "tests/gpu/gpu_fixture.h"
+#include "tests/support/given.h"
 #include "tests/support/kill.h"
 
 namespace palpate {
@@ -34,12 +35,8 @@ namespace {
 
 using Reader = EditLag::Reader;
 
-double given(const char* name, double otherwise) {
-    const char* text = std::getenv(name);
-    return text ? std::atof(text) : otherwise;
-}
 double seconds() {
-    return given("PALPATE_SECONDS", PALPATE_SECONDS);
+    return given("PALPATE_SECONDS", 0.5);
 }
 
 constexpr double kIso = 250.0;
@@ -54,7 +51,7 @@ class EditThreads : public GpuTest {
     ~EditThreads() override { std::filesystem::remove(journal_); }
 
     static Volume ball() {
-        const double samples = given("PALPATE_SAMPLES", PALPATE_SAMPLES);
+        const double samples = given("PALPATE_SAMPLES", 96);
         const Grid grid = make_grid(glm::uvec3(samples), glm::dvec3(40.0 / samples),
                                     glm::dvec3(-20.0 + 20.0 / samples));
         return synthetic::sample(synthetic::sphere({0, 0, 0}, 10.0, 0.5), grid, ScalarType::i16);

@@ -13,24 +13,13 @@
 #include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
 #include "tests/gpu/gpu_fixture.h"
+#include "tests/gpu/steepest.h"
 #include "tests/support/hard_cases.h"
 
 namespace palpate {
 namespace {
 
 using namespace synthetic;
-
-double steepest(const Volume& volume) {
-    double most = 0.0;
-    const glm::uvec3 size = volume.size();
-    for (uint32_t z = 1; z < size.z; ++z)
-        for (uint32_t y = 1; y < size.y; ++y)
-            for (uint32_t x = 1; x < size.x; ++x)
-                for (const glm::uvec3 d : {glm::uvec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}})
-                    most = std::max<double>(most, std::abs(volume.value({x, y, z}) -
-                                                           volume.value(glm::uvec3(x, y, z) - d)));
-    return most;
-}
 
 // In voxels. Eye and direction are rounded once each and the place of entry is their product and
 // sum, all as far out as the eye; from there on distances and places are below twice the volume's

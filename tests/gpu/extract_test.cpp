@@ -1,5 +1,6 @@
 // The surface that compute passes extract against that of the CPU, block by block and byte by byte.
 
+#include <algorithm>
 #include <random>
 #include <set>
 

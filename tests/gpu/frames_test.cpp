@@ -1,6 +1,7 @@
 // Frames like the ones before make no Vulkan object and allocate no device memory; and one is
 // recorded while the one before is drawn.
 
+#include <algorithm>
 #include <deque>
 #include <functional>
 
@@ -136,7 +137,7 @@ class FramesTest : public GpuTest {
             data.labels = labels_;
         if (one.meshes)
             data.meshes = {
-                std::make_shared<Mesh>(testing_meshes::torus({0, 0, 0}, 60, 20)),
+                std::make_shared<Mesh>(testing_meshes::torus_mesh({0, 0, 0}, 60, 20)),
                 std::make_shared<Mesh>(testing_meshes::box({-40, -90, -40}, {30, -20, 30}))};
         if (one.live)
             data.meshes = {nullptr};

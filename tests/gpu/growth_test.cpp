@@ -446,7 +446,7 @@ TEST_F(GrowthTest, AMeshThatChangesUploadsWhatChanged) {
     scene.surfaces.resize(1);
     SceneData data{ball(96), std::nullopt, {}};
     const auto first = std::make_shared<Mesh>(
-        testing_meshes::torus(glm::dvec3(0.0), 20.0, 8.0, /*across=*/192, /*down=*/96));
+        testing_meshes::torus_mesh(glm::dvec3(0.0), 20.0, 8.0, /*across=*/192, /*down=*/96));
     data.meshes = {first};
     Renderer renderer(device());
     ASSERT_TRUE(renderer.draw(scene, data));

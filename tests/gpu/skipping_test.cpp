@@ -70,11 +70,11 @@ class SkippingTest : public GpuTest {
     }
 };
 
-const glm::dvec3 kViews[] = {{-0.45, -1.0, 0.4}, {0, -1, 0}, {1, 0, 0}, {0.02, 0.1, -1.0}};
+const glm::dvec3 kSkippingViews[] = {{-0.45, -1.0, 0.4}, {0, -1, 0}, {1, 0, 0}, {0.02, 0.1, -1.0}};
 
 TEST_F(SkippingTest, EveryModeGivesTheSameBits) {
     const SceneData data = phantom(false);
-    for (const glm::dvec3 view : kViews)
+    for (const glm::dvec3 view : kSkippingViews)
         for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
             SCOPED_TRACE(testing::Message() << "mode " << static_cast<int>(mode) << " view "
                                             << view.x << " " << view.y << " " << view.z);
@@ -94,7 +94,7 @@ TEST_F(SkippingTest, EveryIntegratorAndShadingGivesTheSameBits) {
                 SCOPED_TRACE(testing::Message()
                              << "step " << step << " integrator " << static_cast<int>(integrator)
                              << " shaded " << shaded);
-                Scene scene = scene_of(data, RayMode::alpha, kViews[0]);
+                Scene scene = scene_of(data, RayMode::alpha, kSkippingViews[0]);
                 scene.ray_cast->integrator = integrator;
                 scene.ray_cast->step_mm = step;
                 if (shaded)
@@ -107,7 +107,7 @@ TEST_F(SkippingTest, LabelsClipsSlicesAndStereoGiveTheSameBits) {
     const SceneData data = phantom(true);
     for (const RayMode mode : {RayMode::mip, RayMode::alpha, RayMode::iso}) {
         SCOPED_TRACE(static_cast<int>(mode));
-        Scene scene = scene_of(data, mode, kViews[0]);
+        Scene scene = scene_of(data, mode, kSkippingViews[0]);
         scene.labels = LabelLayer{};
         scene.labels->styles = {{}, {{1, 0, 0}, true}, {{0, 1, 0}, false}};
         scene.clip_planes = {{{10, 0, 0}, {1, 0.3, 0}}};
@@ -124,7 +124,7 @@ TEST_F(SkippingTest, TakesAFractionOfTheSamples) {
     const SceneData data = phantom(false);
     for (const auto& [mode, most] :
          {std::pair(RayMode::alpha, 0.6), std::pair(RayMode::iso, 0.5)}) {
-        Scene scene = scene_of(data, mode, kViews[0]);
+        Scene scene = scene_of(data, mode, kSkippingViews[0]);
         for (const Integrator integrator : {Integrator::fast, Integrator::exact}) {
             scene.ray_cast->integrator = integrator;
             uint64_t with = 0, without = 0;
@@ -171,7 +171,7 @@ TEST_F(SkippingTest, AMipGivesTheSameBitsFromFewerSamplesWherePixelsAreSmall) {
 // A brute-force MIP takes one sample a segment: the counter is not just any number.
 TEST_F(SkippingTest, CountsEverySampleOfAPlainMip) {
     const SceneData data = phantom(false);
-    const Scene scene = scene_of(data, RayMode::mip, kViews[0]);
+    const Scene scene = scene_of(data, RayMode::mip, kSkippingViews[0]);
     uint64_t samples = 0;
     draw(scene, data, false, &samples);
     const auto segments = static_cast<double>(count_segments(scene, data.volume.grid()));

@@ -1,5 +1,6 @@
 // What must not change a bit of a picture of meshes, and what drawing them holds.
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -11,7 +12,7 @@ namespace {
 using namespace testing_meshes;
 
 TEST_F(SurfaceTest, OrderOfTrianglesAndTwoRunsChangeNoBit) {
-    Mesh mesh = torus({0, 0, 0}, 22, 8, 200, 100);
+    Mesh mesh = torus_mesh({0, 0, 0}, 22, 8, 200, 100);
     SceneData data = data_with({mesh});
     Scene scene = scene_of({layer({0.9, 0.5, 0.3}, 0.4)});
     scene.value_and_depth = false;
@@ -27,7 +28,7 @@ TEST_F(SurfaceTest, OrderOfTrianglesAndTwoRunsChangeNoBit) {
 // Only rows of pixels in which a mesh can be seen are looked at. A vertex that no triangle has lies
 // behind the eye: then all rows are, and the picture is the same.
 TEST_F(SurfaceTest, RowsThatNoMeshReachesChangeNoBit) {
-    Mesh small = torus({4, 0, 11}, 6, 3);
+    Mesh small = torus_mesh({4, 0, 11}, 6, 3);
     small.world_from_mesh = {{0.8, 0.6, 0, 0}, {-0.6, 0.8, 0, 0}, {0, 0, 1, 0}, {4, -3, 2, 1}};
     const auto wide = [](Mesh mesh) {
         mesh.positions.push_back({70.0f, -400.0f, 60.0f});
@@ -73,7 +74,7 @@ TEST_F(SurfaceTest, RowsThatNoMeshReachesChangeNoBit) {
 TEST_F(SurfaceTest, ASmallMeshTakesLittleTime) {
     if (!device().info().is_cpu())
         GTEST_SKIP() << "a device on which pixels take no time";
-    const Mesh small = torus({0, 0, 0}, 3, 1);
+    const Mesh small = torus_mesh({0, 0, 0}, 3, 1);
     Mesh wide = small;
     wide.positions.push_back({70.0f, -400.0f, 60.0f});
     if (!wide.normals.empty())
@@ -100,7 +101,7 @@ TEST_F(SurfaceTest, ASmallMeshTakesLittleTime) {
 
 // More triangles at one depth than a pixel keeps: those with the smallest numbers stay.
 TEST_F(SurfaceTest, OfTrianglesThatCoincideTheFirstAreKept) {
-    const Mesh mesh = torus({0, 0, 0}, 22, 8);
+    const Mesh mesh = torus_mesh({0, 0, 0}, 22, 8);
     Mesh thrice = mesh;
     for (int copy = 1; copy < 3; ++copy)
         thrice.triangles.insert(thrice.triangles.end(), mesh.triangles.begin(),
@@ -161,10 +162,10 @@ TEST_F(SurfaceTest, RaysThroughEdgesAndCornersMeetOneTriangle) {
 TEST_F(SurfaceTest, FarFromTheWorldsOriginThePictureIsTheSame) {
     Scene scene = scene_of({layer({0.9, 0.5, 0.3}, 0.4)});
     scene.clip_planes = {{{0, -4, 0}, {0, 1, 0}}};
-    SceneData data = data_with({torus({0, 0, 0}, 22, 8)});
+    SceneData data = data_with({torus_mesh({0, 0, 0}, 22, 8)});
     const Image near = drawn(scene, data)[0];
     const glm::dvec3 away(1e7, -3e6, 2e6);
-    Mesh mesh = torus({0, 0, 0}, 22, 8);
+    Mesh mesh = torus_mesh({0, 0, 0}, 22, 8);
     mesh.world_from_mesh[3] = glm::dvec4(away, 1.0);
     data.meshes = {shared(mesh)};
     scene.camera.eye_mm += away;
@@ -181,7 +182,7 @@ TEST_F(SurfaceTest, FarFromTheWorldsOriginThePictureIsTheSame) {
 TEST_F(SurfaceTest, PartsOfAVolumeChangeNoBit) {
     const Grid grid = make_grid({150, 120, 130}, {0.5, 0.5, 0.5}, {-37.0, -30.0, -32.0});
     SceneData data{sample(synthetic::gaussian({}, 14.0), grid, ScalarType::f32), std::nullopt, {}};
-    data.meshes = {shared(torus({0, 0, 0}, 18, 7)), shared(box({-4, -35, -12}, {8, -6, 9}))};
+    data.meshes = {shared(torus_mesh({0, 0, 0}, 18, 7)), shared(box({-4, -35, -12}, {8, -6, 9}))};
     for (const RayMode mode : {RayMode::alpha, RayMode::iso}) {
         Scene scene = scene_of({layer({0.9, 0.5, 0.3}, 0.45), layer({0.3, 0.6, 0.9}, 0.7)});
         add_rays(scene, mode);
@@ -218,7 +219,7 @@ TEST_F(SurfaceTest, ASceneHoldsWhatItShowsAndNothingElse) {
             return r.kind != "pipeline" && r.name.find(part) != std::string::npos;
         });
     };
-    const SceneData data = data_with({torus({0, 0, 0}, 22, 8)});
+    const SceneData data = data_with({torus_mesh({0, 0, 0}, 22, 8)});
     Scene scene = scene_of({layer({0.9, 0.5, 0.3})});
     Renderer renderer(device());
     ASSERT_TRUE(renderer.draw(scene, data));
@@ -240,7 +241,8 @@ TEST_F(SurfaceTest, ASceneHoldsWhatItShowsAndNothingElse) {
 }
 
 TEST_F(SurfaceTest, InteractiveFramesSettleOnTheFullPicture) {
-    const SceneData data = data_with({torus({0, 0, 0}, 18, 7), box({-4, -35, -12}, {8, -6, 9})});
+    const SceneData data =
+        data_with({torus_mesh({0, 0, 0}, 18, 7), box({-4, -35, -12}, {8, -6, 9})});
     Scene scene = scene_of({layer({0.9, 0.5, 0.3}, 0.45), layer({0.3, 0.6, 0.9})});
     scene.value_and_depth = false;
     add_rays(scene, RayMode::alpha);

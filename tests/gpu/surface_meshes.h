@@ -29,8 +29,8 @@ Mesh wrapped(uint32_t across, uint32_t down, const Place& place) {
 }
 
 // A torus about the z axis.
-inline Mesh torus(glm::dvec3 center, double radius_mm, double tube_mm, uint32_t across = 48,
-                  uint32_t down = 24) {
+inline Mesh torus_mesh(glm::dvec3 center, double radius_mm, double tube_mm, uint32_t across = 48,
+                       uint32_t down = 24) {
     return wrapped(across, down, [&](double u, double v) {
         const glm::dvec3 out(std::cos(u), std::sin(u), 0.0);
         const glm::dvec3 normal = std::cos(v) * out + glm::dvec3(0.0, 0.0, std::sin(v));

@@ -132,8 +132,8 @@ class SurfaceTest : public GpuTest {
  protected:
     // As a device that has no atomic operations on 64 bits.
     static GpuDevice& narrow_device() {
-        static GpuDevice instance({.validation = true, .int64_atomics = false});
-        return instance;
+        static KeptDevice& kept = KeptDevice::make({.validation = true, .int64_atomics = false});
+        return kept.get();
     }
 
     static std::vector<Image> drawn_on(GpuDevice& which, const Scene& scene, const SceneData& data,

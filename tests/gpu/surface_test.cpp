@@ -16,7 +16,7 @@ using namespace testing_meshes;
 TEST_F(SurfaceTest, OpaqueMeshes) {
     Mesh rotated = box({-18, -10, -6}, {12, 9, 20}, 3);
     rotated.world_from_mesh = {{0.8, 0.6, 0, 0}, {-0.6, 0.8, 0, 0}, {0, 0, 1, 0}, {4, -3, 2, 1}};
-    const SceneData data = data_with({torus({0, 0, 0}, 24, 9), rotated});
+    const SceneData data = data_with({torus_mesh({0, 0, 0}, 24, 9), rotated});
     Scene scene = scene_of({layer({0.9, 0.5, 0.3}), layer({0.3, 0.6, 0.9})});
     expect_like_twin(scene, data);
     scene.surfaces[0].smooth = false;
@@ -28,7 +28,7 @@ TEST_F(SurfaceTest, OpaqueMeshes) {
 }
 
 TEST_F(SurfaceTest, SeeThroughMeshesAreBlendedInOrder) {
-    const SceneData data = data_with({torus({0, 0, 0}, 22, 8), torus({6, 0, 4}, 20, 7)});
+    const SceneData data = data_with({torus_mesh({0, 0, 0}, 22, 8), torus_mesh({6, 0, 4}, 20, 7)});
     Scene scene = scene_of({layer({0.9, 0.5, 0.3}, 0.4), layer({0.3, 0.6, 0.9}, 0.6)});
     expect_like_twin(scene, data);
     scene.surface_depth = 2;
@@ -39,7 +39,8 @@ TEST_F(SurfaceTest, SeeThroughMeshesAreBlendedInOrder) {
 }
 
 TEST_F(SurfaceTest, RaysAreMarchedAmongMeshesAndSlices) {
-    const SceneData data = data_with({torus({0, 0, 0}, 18, 7), box({-4, -35, -12}, {8, -6, 9})});
+    const SceneData data =
+        data_with({torus_mesh({0, 0, 0}, 18, 7), box({-4, -35, -12}, {8, -6, 9})});
     for (const RayMode mode : {RayMode::alpha, RayMode::mip, RayMode::iso})
         for (const double opacity : {0.45, 1.0}) {
             Scene scene = scene_of({layer({0.9, 0.5, 0.3}, opacity), layer({0.3, 0.6, 0.9})});
@@ -52,7 +53,7 @@ TEST_F(SurfaceTest, RaysAreMarchedAmongMeshesAndSlices) {
 }
 
 TEST_F(SurfaceTest, IntegratorExactAmongMeshes) {
-    const SceneData data = data_with({torus({0, 0, 0}, 18, 7)});
+    const SceneData data = data_with({torus_mesh({0, 0, 0}, 18, 7)});
     for (const RayMode mode : {RayMode::alpha, RayMode::iso}) {
         Scene scene = scene_of({layer({0.9, 0.5, 0.3}, 0.45)});
         add_rays(scene, mode);
@@ -62,14 +63,14 @@ TEST_F(SurfaceTest, IntegratorExactAmongMeshes) {
 }
 
 TEST_F(SurfaceTest, CapsCloseWhatClipPlanesCut) {
-    Mesh mirrored = torus({0, 0, 0}, 20, 9);
+    Mesh mirrored = torus_mesh({0, 0, 0}, 20, 9);
     mirrored.world_from_mesh[0][0] = -1.0; // turns triangles inside out, and the mesh back
     for (auto& t : mirrored.triangles)
         std::swap(t.y, t.z);
     for (const double opacity : {1.0, 0.4})
         for (const bool turned : {false, true}) {
-            const Mesh outer = turned ? mirrored : torus({0, 0, 0}, 20, 9);
-            const SceneData data = data_with({outer, torus({0, 0, 0}, 20, 4)});
+            const Mesh outer = turned ? mirrored : torus_mesh({0, 0, 0}, 20, 9);
+            const SceneData data = data_with({outer, torus_mesh({0, 0, 0}, 20, 4)});
             Scene scene = scene_of({layer({0.9, 0.5, 0.3}, opacity), layer({0.3, 0.6, 0.9})});
             scene.clip_planes = {{{2, -3, 0}, {0.2, 1, 0}}, {{0, 0, 4}, {0, 0.1, -1}}};
             expect_like_twin(scene, data);
@@ -132,7 +133,7 @@ TEST_F(SurfaceTest, SharedWallsShowTheLabelBehindThem) {
 
 // Large triangles run through the plane of the eye, and small ones behind it.
 TEST_F(SurfaceTest, EyeWithinAMesh) {
-    const SceneData data = data_with({box({-60, -60, -60}, {60, 60, 60}), torus({}, 24, 9)});
+    const SceneData data = data_with({box({-60, -60, -60}, {60, 60, 60}), torus_mesh({}, 24, 9)});
     Scene scene = scene_of({layer({0.9, 0.5, 0.3}), layer({0.3, 0.6, 0.9}, 0.5)});
     scene.camera.view_angle_deg = 95.0;
     for (const glm::dvec3 eye : {glm::dvec3(25, 1, 2), glm::dvec3(-40, 30, 20)}) {

@@ -15,13 +15,14 @@
 #include "engine/volume/edit.h"
 #include "engine/volume/synthetic.h"
 #include "tests/gpu/gpu_fixture.h"
+#include "tests/gpu/steepest.h"
 
 namespace palpate {
 namespace {
 
 using namespace synthetic;
 
-// A phantom on an oblique, uneven grid with one negative axis.
+// A oblique_phantom on an oblique, uneven grid with one negative axis.
 Grid oblique_grid(glm::uvec3 size) {
     const double angle = 0.3;
     Grid grid;
@@ -36,7 +37,7 @@ Grid oblique_grid(glm::uvec3 size) {
     return grid;
 }
 
-SceneData phantom() {
+SceneData oblique_phantom() {
     const Grid grid = oblique_grid({120, 128, 60});
     return {sample(ct_phantom(), grid, ScalarType::i16), std::nullopt};
 }
@@ -56,19 +57,6 @@ Scene base_scene(const SceneData& data, RayMode mode) {
     layer.isos = {{300.0}};
     scene.ray_cast = layer;
     return scene;
-}
-
-// Largest difference of samples that are neighbours along an axis.
-double steepest(const Volume& volume) {
-    double most = 0.0;
-    const glm::uvec3 size = volume.size();
-    for (uint32_t z = 1; z < size.z; ++z)
-        for (uint32_t y = 1; y < size.y; ++y)
-            for (uint32_t x = 1; x < size.x; ++x)
-                for (const glm::uvec3 d : {glm::uvec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}})
-                    most = std::max<double>(most, std::abs(volume.value({x, y, z}) -
-                                                           volume.value(glm::uvec3(x, y, z) - d)));
-    return most;
 }
 
 struct Errors {
@@ -147,14 +135,14 @@ class TwinTest : public GpuTest {
 };
 
 TEST_F(TwinTest, Alpha) {
-    const SceneData data = phantom();
+    const SceneData data = oblique_phantom();
     const Scene scene = base_scene(data, RayMode::alpha);
     EXPECT_EQ(compare(scene, data, bound_of(scene, data)).share_beyond, 0.0);
     EXPECT_EQ(compare(scene, data, bound_of(scene, data), TexelFormat::unorm16).share_beyond, 0.0);
 }
 
 TEST_F(TwinTest, AlphaPreintegrated) {
-    const SceneData data = phantom();
+    const SceneData data = oblique_phantom();
     Scene scene = base_scene(data, RayMode::alpha);
     scene.ray_cast->integrator = Integrator::preintegrated;
     EXPECT_EQ(compare(scene, data, bound_of(scene, data)).share_beyond, 0.0);
@@ -181,7 +169,7 @@ TEST_F(TwinTest, AlphaShaded) {
 
 // The maximum errs by a value's error: its colour and its opacity, one entry each.
 TEST_F(TwinTest, Mip) {
-    const SceneData data = phantom();
+    const SceneData data = oblique_phantom();
     const Scene scene = base_scene(data, RayMode::mip);
     const Errors e = errors_of(scene, data, scene.ray_cast->transfer);
     const double bound = e.color + e.color + 0x1p-20; // opacity is the grey value itself
@@ -193,7 +181,7 @@ TEST_F(TwinTest, Mip) {
 // few; elsewhere the normal errs as above. The shell's edge rises 500 HU a voxel; false position
 // leaves a hit the same for both.
 TEST_F(TwinTest, Iso) {
-    const SceneData data = phantom();
+    const SceneData data = oblique_phantom();
     Scene scene = base_scene(data, RayMode::iso);
     const Errors e = errors_of(scene, data, scene.ray_cast->transfer);
     const Shading shading;
@@ -226,7 +214,7 @@ TEST_F(TwinTest, MissingData) {
 
 // A slice pixel errs by one entry's colour; a border between labels may fall on the other side.
 TEST_F(TwinTest, SlicesLabelsStereoClipOrthographic) {
-    SceneData data = phantom();
+    SceneData data = oblique_phantom();
     Scene scene = base_scene(data, RayMode::alpha);
     scene.slices = {SliceLayer{}, SliceLayer{{0, 0, 0}, {0, 1, 0.2}, Interpolation::cubic}};
     scene.slice_transfer = window_function(-160, 240, 1.0);

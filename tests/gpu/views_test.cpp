@@ -15,7 +15,7 @@
 namespace palpate {
 namespace {
 
-RayCastLayer layer_of(RayMode mode) {
+RayCastLayer rays_of(RayMode mode) {
     RayCastLayer layer;
     layer.mode = mode;
     layer.transfer = window_function(100, 1500, mode == RayMode::mip ? 1.0 : 0.3);
@@ -34,7 +34,7 @@ SliceLayer slice_of(int axis, double at_mm) {
 
 // Three slices, one with labels, and four that cast rays: two of one look, one of these for two
 // eyes.
-constexpr int kViews = 7;
+constexpr int kViewCount = 7;
 
 class ViewsTest : public GpuTest {
  protected:
@@ -49,9 +49,9 @@ class ViewsTest : public GpuTest {
         if (view == 2)
             scene.labels = LabelLayer{};
         if (view >= 3)
-            scene.ray_cast = layer_of(view == 3   ? RayMode::mip
-                                      : view == 6 ? RayMode::iso
-                                                  : RayMode::alpha);
+            scene.ray_cast = rays_of(view == 3   ? RayMode::mip
+                                     : view == 6 ? RayMode::iso
+                                                 : RayMode::alpha);
         if (view == 5) {
             scene.stereo = StereoSettings{};
             scene.slices = {slice_of(1, 20.0)};
@@ -106,7 +106,7 @@ class ViewsTest : public GpuTest {
     const Volume labels_ =
         make_volume(grid_, ScalarType::u8, [](glm::uvec3 i) { return (i.x / 25 + i.y / 25) % 3; });
     const std::shared_ptr<const Mesh> mesh_ =
-        std::make_shared<Mesh>(testing_meshes::torus({0, 0, 0}, 60, 20));
+        std::make_shared<Mesh>(testing_meshes::torus_mesh({0, 0, 0}, 60, 20));
 };
 
 // Frames of all views recorded into the same commands, without waiting, while the volume is edited,
@@ -128,9 +128,9 @@ TEST_F(ViewsTest, PicturesAreThoseOfRenderersOfTheirOwn) {
     };
     for (const auto& [name, option] : options) {
         SCOPED_TRACE(name);
-        std::deque<Renderer> views = views_of_one_store(kViews, option);
+        std::deque<Renderer> views = views_of_one_store(kViewCount, option);
         std::deque<Renderer> alone;
-        for (int view = 0; view < kViews; ++view)
+        for (int view = 0; view < kViewCount; ++view)
             alone.emplace_back(device(), option);
         Volume volume = volume_;
         for (int frame = 0; frame < 6; ++frame) {
@@ -139,7 +139,7 @@ TEST_F(ViewsTest, PicturesAreThoseOfRenderersOfTheirOwn) {
             std::deque<Recording<>> recordings;
             const auto is_shown = [&](int view) { return (view + frame) % 3 != 0 || frame == 0; };
             Commands commands(device());
-            for (int view = 0; view < kViews; ++view)
+            for (int view = 0; view < kViewCount; ++view)
                 if (is_shown(view)) {
                     recordings.emplace_back(commands);
                     recordings.back().take(
@@ -147,7 +147,7 @@ TEST_F(ViewsTest, PicturesAreThoseOfRenderersOfTheirOwn) {
                 }
             commands.submit();
             commands.finish();
-            for (int view = 0; view < kViews; ++view) {
+            for (int view = 0; view < kViewCount; ++view) {
                 if (!is_shown(view))
                     continue;
                 const Scene scene = scene_of(view, frame);
@@ -265,7 +265,7 @@ TEST_F(ViewsTest, SurfacesLieThereOnceAndChangeOnce) {
 
 // Two layers of one scene: the same mesh, then one of them another.
 TEST_F(ViewsTest, LayersThatShareAMeshPart) {
-    const auto other = std::make_shared<Mesh>(testing_meshes::torus({10, 0, 20}, 50, 15));
+    const auto other = std::make_shared<Mesh>(testing_meshes::torus_mesh({10, 0, 20}, 50, 15));
     Scene scene = scene_of(6, 0);
     scene.ray_cast.reset();
     scene.surfaces.resize(2);
@@ -353,13 +353,13 @@ TEST_F(ViewsTest, AnAtlasKeepsWhatTheOthersNeedWhereItHasRoom) {
 TEST_F(ViewsTest, CreateNothingAfterTheThirdFrame) {
     for (const Residency residency : {Residency::dense, Residency::atlas})
         for (const bool edits : {false, true}) {
-            std::deque<Renderer> views = views_of_one_store(kViews, {.residency = residency});
+            std::deque<Renderer> views = views_of_one_store(kViewCount, {.residency = residency});
             Volume volume = volume_;
             const auto draw = [&](int frame) {
                 if (edits)
                     volume = dabbed(volume, frame);
                 Commands commands(device());
-                for (int view = 0; view < kViews; ++view) {
+                for (int view = 0; view < kViewCount; ++view) {
                     Scene scene = scene_of(view, frame);
                     if (edits) // and another window, in all views at a time
                         scene.slice_transfer = window_function(-500, 1000 + 9 * frame, 1.0);

@@ -6,6 +6,7 @@
 
 #include "engine/base/printable.h"
 #include "tests/reader_fuzz/harness.h"
+#include "tests/support/given.h"
 #include "tests/support/temporary_folder.h"
 
 namespace palpate::fuzz {
@@ -32,7 +33,7 @@ class DamagedFiles : public TemporaryFolder, public testing::WithParamInterface<
 TEST_P(DamagedFiles, EndInAResultOrACause) {
     // 10^4 of every reader where there is time; else fewer where each file starts a child, but each
     // kind of damage twice.
-    const uint64_t count = GetParam().in_child ? PALPATE_FUZZ_IN_CHILD : PALPATE_FUZZ_COUNT;
+    const auto count = uint64_t(given("PALPATE_FUZZ_COUNT", GetParam().in_child ? 18 : 300));
     const Outcomes outcomes = meet_damaged_files(GetParam(), count, file(""));
     // A reader that takes everything, or that refuses everything, was not tried.
     EXPECT_GT(outcomes.refused, count / 10);

@@ -12,6 +12,7 @@
 #include "engine/session/project.h"
 #include "engine/volume/builder.h"
 #include "tests/reader_fuzz/harness.h"
+#include "tests/support/given.h"
 #include "tests/support/program.h"
 #include "tests/unit/session/session_work.h"
 
@@ -141,7 +142,8 @@ TEST_F(DamagedFiles, ProjectsAreOpenedOrRefusedInASentence) {
         for (int n = 0; n < 6; ++n)
             act(session, n);
     }
-    for (uint64_t number = 0; number < PALPATE_DAMAGED && !HasFailure(); ++number) {
+    for (uint64_t number = 0; number < uint64_t(given("PALPATE_DAMAGED", 12)) && !HasFailure();
+         ++number) {
         fs::remove_all(project);
         fs::copy(whole, project, fs::copy_options::recursive);
         std::vector<fs::path> files;
@@ -180,7 +182,8 @@ TEST_F(DamagedFiles, ScriptsAreDoneOrRefusedInASentence) {
 {"frame": 10, "t_s": 0.5, "key": "o", "down": true}
 {"frame": 20, "t_s": 0.75, "drop": ["synthetic:ball?size=7"]}
 )";
-    for (uint64_t number = 0; number < PALPATE_DAMAGED && !HasFailure(); ++number) {
+    for (uint64_t number = 0; number < uint64_t(given("PALPATE_DAMAGED", 12)) && !HasFailure();
+         ++number) {
         fs::remove_all(script);
         std::ofstream(script, std::ios::binary) << whole;
         if (below(3) == 0) { // a line of it, as JSON

@@ -1,6 +1,8 @@
 // What a button of the hand does beside carving, by a hand on a path; and what confines tools on
 // labels.
 
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "apps/palpate/view/pulled_mesh.h"

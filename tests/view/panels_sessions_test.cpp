@@ -109,6 +109,22 @@ const RecordedSteps kSessions[] = {
     {"unlocked_label_is_painted_over",
      "key b; at axial 10 20; click left; widget tool/label 0.8; at axial 10 20; click left",
      R"({"label_counts": {"2": 1}})"},
+    {"label_above_255_is_drawn",
+     "widget tool/label 0.2; hold ctrl; key a; let ctrl; type 300; key enter; widget tool/draw; at "
+     "axial 10 20; click left",
+     R"({"tool": {"label": 300}, "label_counts": {"300": 1}, "undo_steps": 1})"},
+    {"label_above_255_is_taken_back",
+     "widget tool/label 0.2; hold ctrl; key a; let ctrl; type 300; key enter; widget tool/draw; at "
+     "axial 10 20; click left; hold ctrl; key z; let ctrl",
+     R"({"tool": {"label": 300}, "label_counts": {"300": null}, "undo_steps": 0})"},
+    {"label_65535_is_the_last",
+     "widget tool/label 0.2; hold ctrl; key a; let ctrl; type 70000; key enter",
+     R"({"tool": {"label": 65535}})"},
+    {"label_above_255_beside_a_locked_one",
+     "key b; at axial 10 20; click left; widget tab/labels; widget labels/lock/1; widget tab/view; "
+     "widget tool/label 0.2; hold ctrl; key a; let ctrl; type 65535; key enter; widget tool/draw; "
+     "at axial 10 20; click left; at axial 40 20; click left",
+     R"({"label_counts": {"1": 1, "65535": 1}})"},
     {"label_named",
      "key b; at axial 10 20; click left; widget tab/labels; widget labels/name; type Liver",
      R"({"label_names": {"1": "Liver"}, "label_counts": {"1": 1}, "tool": {"hand": "draw"}})"},

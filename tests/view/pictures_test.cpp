@@ -1,6 +1,7 @@
 // Pictures of views: the same bytes whichever way they reach the interface, and in an order in
 // which no view waits for long.
 
+#include <algorithm>
 #include <chrono>
 #include <future>
 #include <mutex>

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "haptics/device/hand_path.h"
+#include "tests/support/given.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/random_hand.h"
 #include "tests/view/viewer_fixture.h"
@@ -198,10 +199,10 @@ class RandomInput : public ViewerTest, public ::testing::WithParamInterface<uint
 };
 
 TEST_P(RandomInput, EndsWithEverythingInItsRange) {
-    constexpr uint64_t kEvents = PALPATE_EVENTS;
-    for (uint64_t seed = 1000 * GetParam(); done_ < kEvents && !HasFailure(); ++seed)
-        meet(seed, std::min(kEventsASeed, kEvents - done_));
-    EXPECT_GE(done_, kEvents);
+    const auto events = uint64_t(given("PALPATE_EVENTS", 5000));
+    for (uint64_t seed = 1000 * GetParam(); done_ < events && !HasFailure(); ++seed)
+        meet(seed, std::min(kEventsASeed, events - done_));
+    EXPECT_GE(done_, events);
 }
 
 // What is recorded gives the same document, views and panels again.
@@ -215,7 +216,8 @@ TEST_P(RandomRecording, EndsTheSameWhenItIsReplayed) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomRecording, ::testing::Range<uint64_t>(100, 104));
-INSTANTIATE_TEST_SUITE_P(Shares, RandomInput, ::testing::Range<uint64_t>(0, PALPATE_SHARES));
+INSTANTIATE_TEST_SUITE_P(Shares, RandomInput,
+                         ::testing::Range<uint64_t>(0, uint64_t(given("PALPATE_SHARES", 4))));
 
 } // namespace
 } // namespace palpate::view

@@ -9,7 +9,7 @@ namespace {
 
 // The phantom of sessions_test.cpp: the brain of 35 HU about its middle, bone of 1100 HU round it.
 // Pixels: 267 / 24 / 1.04 = 10.7 a sample.
-const RecordedSteps kSessions[] = {
+const RecordedSteps kSegmentSessions[] = {
     {"segment_tab", "widget tab/segment", R"({"tab": "segment"})"},
     {"seed_key", "key q", R"({"tool": {"hand": "seed"}, "segment": {"brush": "inside"}})"},
     {"seed_brush_outside", "widget tab/segment; widget segment/outside 0.05",
@@ -25,7 +25,7 @@ class SegmentSessions : public RecordedSession {};
 TEST_P(SegmentSessions, End) {
     expect_end();
 }
-INSTANTIATE_TEST_SUITE_P(View, SegmentSessions, ::testing::ValuesIn(kSessions),
+INSTANTIATE_TEST_SUITE_P(View, SegmentSessions, ::testing::ValuesIn(kSegmentSessions),
                          [](const auto& test) { return std::string(test.param.name); });
 
 class Segmentation : public ViewerTest {
@@ -115,6 +115,30 @@ TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
     EXPECT_GT(count_of(Work::kLabels, 1.0f), 10u);
     EXPECT_EQ(count_of(Work::kLabels, Work::kOutside), 0u);
     EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u / 2u);
+}
+
+// Seeds are of any label but the last; 255, the number of what is no object among the seeds, too.
+TEST_F(Segmentation, SeedsAreOfAnyLabel) {
+    for (const int label : {255, 300, 65534}) {
+        open("synthetic:phantom?size=24");
+        click_widget("tab/segment");
+        click_widget("segment/label", 0.2);
+        type_over(std::to_string(label).c_str());
+        key("enter");
+        paint_seeds();
+        paint_outside();
+        EXPECT_GT(count_of(Work::kSeeds, label == 255 ? Work::kSeedOf255 : float(label)), 1u);
+        choose("watershed");
+        click_widget("segment/run");
+        frame({});
+        EXPECT_GT(count_of(Work::kLabels, float(label)), 10u) << label;
+        EXPECT_LT(count_of(Work::kLabels, float(label)), 24u * 24u * 24u / 2u);
+        size_t others = 24 * 24 * 24 - count_of(Work::kLabels, 0.0f);
+        EXPECT_EQ(others, count_of(Work::kLabels, float(label))) << "the outside is no label";
+        key("z", {.ctrl = true});
+        frame({});
+        EXPECT_EQ(volume(Work::kLabels).type(), ScalarType::u8);
+    }
 }
 
 // Bounds of a result: on the slider of the tab.

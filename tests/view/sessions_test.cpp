@@ -8,7 +8,7 @@ namespace {
 // The phantom: 24 samples of 200 / 23 mm (8.69..) each way about 0. The crosshair begins at sample
 // 12 (11.5 rounded up), 4.347826 mm. In a window of 800 x 600 a view of 267 x 288 pixels shows 24
 // samples and 4 % of them across 267 pixels.
-const RecordedSteps kSessions[] = {
+const RecordedSteps kAllSessions[] = {
     {"opens", "idle",
      R"({"layout": "four", "alone": "", "crosshair_sample": [12, 12, 12], "window": [-160, 240],
          "tool": {"hand": "crosshair", "radius_mm": 3, "label": 1}, "undo_steps": 0,
@@ -220,7 +220,7 @@ TEST_P(RecordedSession, EndsAsItMust) {
     expect_end();
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RecordedSession, ::testing::ValuesIn(kSessions), name_of_session);
+INSTANTIATE_TEST_SUITE_P(All, RecordedSession, ::testing::ValuesIn(kAllSessions), name_of_session);
 
 } // namespace
 } // namespace palpate::view

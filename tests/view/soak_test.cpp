@@ -18,6 +18,7 @@
 #include "engine/session/project.h"
 #include "engine/volume/content_hash.h"
 #include "tests/support/flat_memory.h"
+#include "tests/support/given.h"
 #include "tests/support/kill.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/view/viewer_fixture.h"
@@ -26,11 +27,6 @@ namespace palpate::view {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double given(const char* name, double otherwise) {
-    const char* text = std::getenv(name);
-    return text ? std::atof(text) : otherwise;
-}
 
 constexpr double kPath_s = 20.0; // of one path; then the hand is started again
 constexpr double kFile_s = 60.0; // then the file is opened anew, and the steps of undo go
@@ -169,7 +165,7 @@ class Soak : public TemporaryFolder {
 };
 
 TEST_F(Soak, MemoryIsFlatAndNoTickIsMissedByOurDoing) {
-    const double seconds = given("PALPATE_SECONDS", PALPATE_SECONDS);
+    const double seconds = given("PALPATE_SECONDS", 2);
     return_freed_memory(); // as the program
     GpuDevice pictures(headless_device("", false)), interface(headless_device("", false));
     std::unique_ptr<Viewer> viewer = open(pictures, interface, std::nullopt, 1);
@@ -224,7 +220,7 @@ TEST_F(Soak, DISABLED_WorksUntilItIsKilled) {
 }
 
 TEST_F(Soak, AProjectOpensWithEveryFinishedStrokeWheneverItIsKilled) {
-    const auto kills = static_cast<size_t>(given("PALPATE_KILLS", PALPATE_KILLS));
+    const auto kills = static_cast<size_t>(given("PALPATE_KILLS", 1));
     const std::string folder = file("work.palpate").string();
     const OpenedScene scene = open_synthetic(kVolume);
     const Document first =

@@ -170,7 +170,7 @@ TEST_F(Wire, EscapeDropsIt) {
     EXPECT_TRUE(state().wiring.frozen.empty());
 }
 
-const RecordedSteps kSessions[] = {
+const RecordedSteps kWireSessions[] = {
     {"wire_key", "key u", R"({"tool": {"hand": "wire"}, "segment": {"wire_samples": 0}})"},
     {"wire_in_the_panel", "widget tab/segment; widget segment/wire 0.05",
      R"({"tool": {"hand": "wire"}})"},
@@ -189,7 +189,7 @@ class WireSessions : public RecordedSession {};
 TEST_P(WireSessions, End) {
     expect_end();
 }
-INSTANTIATE_TEST_SUITE_P(View, WireSessions, ::testing::ValuesIn(kSessions),
+INSTANTIATE_TEST_SUITE_P(View, WireSessions, ::testing::ValuesIn(kWireSessions),
                          [](const auto& test) { return std::string(test.param.name); });
 
 } // namespace

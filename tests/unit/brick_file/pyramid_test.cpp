@@ -9,14 +9,14 @@
 namespace palpate {
 namespace {
 
-double hashed(glm::uvec3 i) {
+double hashed_level(glm::uvec3 i) {
     return static_cast<double>((i.x * 73856093u ^ i.y * 19349663u ^ i.z * 83492791u) % 4001) -
            1000.0;
 }
 
 TEST(Pyramid, ASampleIsTheMeanOfThoseItStandsFor) {
     const Grid grid = make_grid({70, 33, 65}, {0.5, 0.5, 3.0}, {-10.0, 20.0, 5.0});
-    const Volume fine = make_volume(grid, ScalarType::i16, hashed);
+    const Volume fine = make_volume(grid, ScalarType::i16, hashed_level);
     const Volume coarse = coarser_volume(fine, Reduction::mean);
     ASSERT_EQ(coarse.size(), glm::uvec3(35, 17, 33));
     for (uint32_t z = 0; z < 33; ++z)
@@ -27,7 +27,7 @@ TEST(Pyramid, ASampleIsTheMeanOfThoseItStandsFor) {
                     const glm::uvec3 at = 2u * glm::uvec3(x, y, z) +
                                           glm::uvec3(corner & 1, corner >> 1 & 1, corner >> 2);
                     if (at.x < 70 && at.y < 33 && at.z < 65) {
-                        sum += hashed(at);
+                        sum += hashed_level(at);
                         ++count;
                     }
                 }

@@ -12,6 +12,7 @@
 
 #include "engine/base/profile.h"
 #include "engine/volume/content_hash.h"
+#include "tests/support/given.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/edit/twin.h"
 #include "tests/unit/edit/unreadable.h"
@@ -142,7 +143,7 @@ TEST(Editor, GivesWhatStrokesGiveWhileOthersRead) {
     std::jthread frame(
         [&](const std::stop_token& stop) { read_until(stop, frame_reader, seen_by_frame); });
     Hand hand(editor, first, 2);
-    const auto end = Clock::now() + std::chrono::duration<double>(PALPATE_SECONDS);
+    const auto end = Clock::now() + std::chrono::duration<double>(given("PALPATE_SECONDS", 0.5));
     int strokes = 0;
     while ((Clock::now() < end || strokes < 4 || seen_by_servo == 0 || seen_by_frame == 0) &&
            !testing::Test::HasFailure()) {

@@ -5,6 +5,7 @@
 #include "engine/edit/stroke_run.h"
 #include "engine/volume/changes.h"
 #include "engine/volume/content_hash.h"
+#include "tests/support/given.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/edit/twin.h"
 #include "tests/unit/edit/unreadable.h"
@@ -35,7 +36,8 @@ class HistoryTest : public TemporaryFolder {
         History history(options);
         std::vector<uint64_t> hashes{content_hash(now)}; // of every depth
         size_t depth = 0;
-        for (int i = 0; i < PALPATE_EDITS; ++i) {
+        const int edits = int(given("PALPATE_EDITS", 400));
+        for (int i = 0; i < edits; ++i) {
             const int what = pick(random, 0, 9);
             if (what < 6) {
                 const Volume next = random_edit(random, now);

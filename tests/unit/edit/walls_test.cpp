@@ -5,12 +5,13 @@
 
 #include "engine/edit/stroke_run.h"
 #include "engine/surface/marching_cubes.h"
+#include "tests/support/given.h"
 #include "tests/unit/edit/random_edit.h"
 
 namespace palpate {
 namespace {
 
-constexpr int kPlaces = std::min(PALPATE_STROKES, 100);
+const auto kPlaces = uint64_t(std::min(given("PALPATE_STROKES", 25), 100.0));
 // Of linear interpolation in cells, for what curves and bends as these tools do, in samples.
 constexpr double kMostRms = 0.1;
 

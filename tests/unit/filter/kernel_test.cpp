@@ -19,7 +19,7 @@ double apply(const Kernel& kernel, const F& f) {
 
 // The weights are floats: each is off by at most 2^-24 of itself, and so are sums of products of
 // one sign. Factor 2 for the two roundings of a weight and its scale.
-constexpr double kRounding = 2.0 / (1 << 24);
+constexpr double kKernelRounding = 2.0 / (1 << 24);
 
 TEST(Kernel, PolynomialsAreExactAtEverySigma) {
     for (const double sigma : {0.1, 0.3, 0.45, 0.6, 1.0, 1.57, 4.0, 13.0}) {
@@ -27,13 +27,15 @@ TEST(Kernel, PolynomialsAreExactAtEverySigma) {
         const Kernel smooth = gaussian_kernel(sigma, 0);
         // (x0 + x)^3 blurred by variance v: x0^3 + 3 x0 v.
         const auto cube = [&](double x) { return std::pow(x0 + x, 3); };
-        EXPECT_NEAR(apply(smooth, cube), std::pow(x0, 3) + 3 * x0 * v, 4 * v * kRounding) << sigma;
+        EXPECT_NEAR(apply(smooth, cube), std::pow(x0, 3) + 3 * x0 * v, 4 * v * kKernelRounding)
+            << sigma;
         // Its derivative: 3 x0^2 + 3 v; of x^4: 4 x0^3 + 12 x0 v.
         if (v >= 1.0 / 3.0) {
             const Kernel first = gaussian_kernel(sigma, 1);
-            EXPECT_NEAR(apply(first, cube), 3 * x0 * x0 + 3 * v, (3 + 6 * v) * kRounding) << sigma;
+            EXPECT_NEAR(apply(first, cube), 3 * x0 * x0 + 3 * v, (3 + 6 * v) * kKernelRounding)
+                << sigma;
             EXPECT_NEAR(apply(first, [&](double x) { return std::pow(x0 + x, 4); }),
-                        4 * std::pow(x0, 3) + 12 * x0 * v, (4 + 24 * v) * kRounding)
+                        4 * std::pow(x0, 3) + 12 * x0 * v, (4 + 24 * v) * kKernelRounding)
                 << sigma;
         }
         // The second of x^4: 12 (x0^2 + v). Its weights have both signs: their absolute moments
@@ -41,7 +43,7 @@ TEST(Kernel, PolynomialsAreExactAtEverySigma) {
         if (v >= 1.0 / 6.0) {
             EXPECT_NEAR(
                 apply(gaussian_kernel(sigma, 2), [&](double x) { return std::pow(x0 + x, 4); }),
-                12 * (x0 * x0 + v), 4 * 12 * (1 + v) * kRounding)
+                12 * (x0 * x0 + v), 4 * 12 * (1 + v) * kKernelRounding)
                 << sigma;
         }
     }

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "engine/segment/median.h"
 
 #include <gmock/gmock.h>

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "engine/segment/vector_flow.h"
 
 #include <gmock/gmock.h>

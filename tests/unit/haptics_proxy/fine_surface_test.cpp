@@ -140,7 +140,7 @@ struct Sphere {
     }
 };
 
-constexpr double kRadius_mm = 6.0;
+constexpr double kBallRadius_mm = 6.0;
 
 // With e_i = 1 - cos of the angle to vertex i and their means E = sum w e, E2 = sum w e^2, a point
 // of a facet lies at R (1 - E), and what it bulges to at R (1 - E) (1 + E - E2 / 2) along its own
@@ -150,14 +150,14 @@ struct Bound {
     double e, depth_mm, aside_mm;
     explicit Bound(double edge_mm) {
         const double c2 = edge_mm * edge_mm;
-        e = c2 / (2.0 * kRadius_mm * (kRadius_mm - c2 / (2.0 * kRadius_mm)));
-        depth_mm = kRadius_mm * (1.5 * e * e + e * e * e) + 1e-6; // floats of 6 mm
-        aside_mm = kRadius_mm * e * std::sqrt(2.0 * e) + 1e-6;
+        e = c2 / (2.0 * kBallRadius_mm * (kBallRadius_mm - c2 / (2.0 * kBallRadius_mm)));
+        depth_mm = kBallRadius_mm * (1.5 * e * e + e * e * e) + 1e-6; // floats of 6 mm
+        aside_mm = kBallRadius_mm * e * std::sqrt(2.0 * e) + 1e-6;
     }
 };
 
 TEST(CurvedTriangles, LieOnTheSphereThatTheirNormalsAreOf) {
-    const Sphere sphere(kRadius_mm, 12);
+    const Sphere sphere(kBallRadius_mm, 12);
     const Bound bound(sphere.edge_mm);
     double flat = 0.0, curved = 0.0;
     for (const glm::uvec3 t : sphere.triangles) {
@@ -170,8 +170,8 @@ TEST(CurvedTriangles, LieOnTheSphereThatTheirNormalsAreOf) {
                                  double(4 - i - j) * dvec3(sphere.positions[t.z])) /
                                 4.0;
                 const haptics::SurfacePoint at = nearest_point(span, p);
-                flat = std::max(flat, std::abs(glm::length(at.point) - kRadius_mm));
-                curved = std::max(curved, std::abs(glm::length(at.curved) - kRadius_mm));
+                flat = std::max(flat, std::abs(glm::length(at.point) - kBallRadius_mm));
+                curved = std::max(curved, std::abs(glm::length(at.curved) - kBallRadius_mm));
             }
     }
     EXPECT_LE(curved, bound.depth_mm);
@@ -207,7 +207,7 @@ TEST(CurvedTriangles, MeetAtTheirEdges) {
 // Where a point settles on the sphere, the goal lies straight under it: normals of a facet's point
 // are the sphere's own there, so that what is left is how far aside it bulges, and 1e-4 mm.
 TEST(CurvedTriangles, HoldAPointStraightOverItsGoal) {
-    const Sphere sphere(kRadius_mm, 24);
+    const Sphere sphere(kBallRadius_mm, 24);
     const Bound bound(sphere.edge_mm);
     const haptics::TriangleSpan span = sphere.span(1.0);
     const dvec3 low(-20.0), high(20.0);
@@ -216,7 +216,7 @@ TEST(CurvedTriangles, HoldAPointStraightOverItsGoal) {
     int settled = 0;
     for (int n = 0; n < 400; ++n) {
         const dvec3 way = glm::normalize(dvec3(unit(), unit(), unit()) + 1e-3);
-        const dvec3 goal = (kRadius_mm - 0.05 - 1.5 * (unit() + 0.5)) * way;
+        const dvec3 goal = (kBallRadius_mm - 0.05 - 1.5 * (unit() + 0.5)) * way;
         // From where a hand comes from that slides by.
         const dvec3 from = 8.0 * glm::normalize(way + 0.3 * dvec3(unit(), unit(), unit()));
         haptics::Rest rest = come_to_rest(span, from, goal, low, high);
@@ -227,9 +227,9 @@ TEST(CurvedTriangles, HoldAPointStraightOverItsGoal) {
         if (!rest.settled)
             continue;
         const double goal_mm = glm::length(goal), aside = bound.aside_mm + 1e-4;
-        const dvec3 truth = kRadius_mm * way;
+        const dvec3 truth = kBallRadius_mm * way;
         EXPECT_LE(glm::distance(rest.curved, truth),
-                  aside * (1.0 + kRadius_mm / goal_mm) + bound.depth_mm + haptics::kSkin_mm);
+                  aside * (1.0 + kBallRadius_mm / goal_mm) + bound.depth_mm + haptics::kSkin_mm);
         // Never into a facet.
         EXPECT_GE(glm::dot(rest.point - nearest_point(span, rest.point).point, rest.point), 0.0);
     }
@@ -239,7 +239,7 @@ TEST(CurvedTriangles, HoldAPointStraightOverItsGoal) {
 // A goal just under the sphere and over its facets is held, and one just over it is not: no force
 // starts or ends with a jump.
 TEST(CurvedTriangles, HoldAsSoonAsTheBulgeIsMet) {
-    const Sphere sphere(kRadius_mm, 24);
+    const Sphere sphere(kBallRadius_mm, 24);
     const Bound bound(sphere.edge_mm);
     const haptics::TriangleSpan span = sphere.span(1.0);
     const glm::uvec3 t = sphere.triangles[40];
@@ -247,24 +247,24 @@ TEST(CurvedTriangles, HoldAsSoonAsTheBulgeIsMet) {
                                      dvec3(sphere.positions[t.z]));
     const haptics::SurfacePoint facet = first_crossing(span, 8.0 * way, 4.0 * way);
     ASSERT_TRUE(facet.found);
-    const double sag = kRadius_mm - glm::length(facet.point);
+    const double sag = kBallRadius_mm - glm::length(facet.point);
     ASSERT_GT(sag, 10.0 * bound.depth_mm);
     for (const double share : {0.2, 0.5, 0.8}) {
-        const dvec3 goal = (kRadius_mm - share * sag) * way;
+        const dvec3 goal = (kBallRadius_mm - share * sag) * way;
         const haptics::Rest held = rest_under_bulge(span, goal);
         EXPECT_TRUE(held.touching) << share;
         EXPECT_NEAR(glm::distance(held.curved, goal), share * sag,
                     2.0 * bound.depth_mm + haptics::kSkin_mm);
     }
     const haptics::Rest free =
-        rest_under_bulge(span, (kRadius_mm + 2.0 * bound.depth_mm + 1e-4) * way);
+        rest_under_bulge(span, (kBallRadius_mm + 2.0 * bound.depth_mm + 1e-4) * way);
     EXPECT_FALSE(free.touching);
     EXPECT_EQ(free.curved, free.point);
 }
 
 // A point as near to a face as floats round, or behind it by so much, is off it again.
 TEST(CurvedTriangles, ArePutOffFromWhereWindowsDiffer) {
-    const Sphere sphere(kRadius_mm, 12);
+    const Sphere sphere(kBallRadius_mm, 12);
     const haptics::TriangleSpan span = sphere.span(0.0);
     for (const double above : {-5e-6, 0.0, 5e-6, 5e-5}) {
         const glm::uvec3 t = sphere.triangles[77];

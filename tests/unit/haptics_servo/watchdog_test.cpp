@@ -73,7 +73,7 @@ class HookedDevice final : public HapticDevice {
 };
 
 // In the wall at z = 5 mm, with force, on the virtual clock.
-struct Pressed {
+struct PressedWatchdog {
     HookedWall* wall;
     HookedDevice* device;
     Loop loop;
@@ -84,10 +84,10 @@ struct Pressed {
                          {.time_s = 2.2, .tool = {.position_mm = {0, 0, 10}}},
                          {.time_s = 2.4, .tool = {.position_mm = {0, 0, 1}}}});
     }
-    explicit Pressed(const char* preset = "ideal")
-        : Pressed(std::make_unique<HookedWall>(),
-                  std::make_unique<HookedDevice>(Loop::simulated(path(), preset))) {}
-    Pressed(std::unique_ptr<HookedWall> a, std::unique_ptr<HookedDevice> d)
+    explicit PressedWatchdog(const char* preset = "ideal")
+        : PressedWatchdog(std::make_unique<HookedWall>(),
+                          std::make_unique<HookedDevice>(Loop::simulated(path(), preset))) {}
+    PressedWatchdog(std::unique_ptr<HookedWall> a, std::unique_ptr<HookedDevice> d)
         : wall(a.get()),
           device(d.get()),
           loop{{.version = 5000}, {.stiffness_n_per_m = 500.0}, std::move(a), std::move(d)} {
@@ -108,7 +108,7 @@ struct Pressed {
 };
 
 // The tick after a hang of `ms`, on schedule as the thread makes it.
-void expect_starts_anew(Pressed& run, int64_t ms) {
+void expect_starts_anew(PressedWatchdog& run, int64_t ms) {
     run.loop.now_ns += ms * kTick_ns;
     for (int i = 0; i < 500; ++i) { // in contact still: the soft start waits
         const ServoTick t = run.loop.tick();
@@ -124,7 +124,7 @@ void expect_starts_anew(Pressed& run, int64_t ms) {
 }
 
 TEST(Watchdog, LeavesAServoOnTimeAlone) {
-    Pressed run;
+    PressedWatchdog run;
     for (int i = 0; i < 1000; ++i) {
         run.loop.tick();
         for (int64_t later : {0, 5, 11}) // ms after the write
@@ -135,7 +135,7 @@ TEST(Watchdog, LeavesAServoOnTimeAlone) {
 }
 
 TEST(Watchdog, AServoThatTicksNoMoreLosesItsForceInElevenMilliseconds) {
-    Pressed run;
+    PressedWatchdog run;
     const int64_t wrote_ns = run.loop.now_ns;
     int64_t now_ns = wrote_ns;
     while (run.device->halts == 0 && now_ns < wrote_ns + 50 * kTick_ns)
@@ -154,7 +154,7 @@ TEST(Watchdog, AServoThatTicksNoMoreLosesItsForceInElevenMilliseconds) {
 TEST(Watchdog, WhatIsOnItsWayInADelayedDeviceIsLostToo) {
     DevicePreset preset = *find_device_preset("ideal");
     preset.plant.delay_ticks = 2;
-    SimulatedDevice device(preset, {}, Pressed::path(), Workspace({0, 0, 0}, 1.0));
+    SimulatedDevice device(preset, {}, PressedWatchdog::path(), Workspace({0, 0, 0}, 1.0));
     for (int64_t i = 1; i <= 3; ++i)
         device.write(i * kTick_ns, {{3, 0, 0}, {}});
     EXPECT_EQ(device.acting_force_n().x, 3.0);
@@ -170,7 +170,7 @@ TEST(Watchdog, ForceOfATickThatHungNeverGoesOut) {
     enum class Where { algorithm, read, write };
     for (const Where where : {Where::algorithm, Where::read, Where::write}) {
         SCOPED_TRACE(static_cast<int>(where));
-        Pressed run;
+        PressedWatchdog run;
         bool once = false;
         const auto hang = [&] {
             if (std::exchange(once, true))

@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int64_t kMs = 1'000'000;
+constexpr int64_t kMs_ns = 1'000'000;
 
 // What passes a model: each message to it, and the stream of bytes from it.
 class Listener final : public FakePeer {
@@ -97,7 +97,7 @@ TEST_F(UsbTest, AFalconAnswersTenThousandPackets) {
     const uint64_t before = model.commands();
     for (int i = 0; i < 10'000; ++i) {
         (*device)->write(monotonic_ns(), {{0, 0, 1}});
-        if (!(*device)->wait(monotonic_ns() + 5000 * kMs))
+        if (!(*device)->wait(monotonic_ns() + 5000 * kMs_ns))
             break;
         fresh += (*device)->read(monotonic_ns(), sample) == DeviceStatus::ok;
     }
@@ -115,7 +115,7 @@ TEST_F(UsbTest, ClosingEndsAllForce) {
     DeviceSample sample;
     for (int i = 0; i < 5; ++i) {
         (*device)->write(monotonic_ns(), {{0, 0, 1}});
-        (*device)->wait(monotonic_ns() + 1000 * kMs);
+        (*device)->wait(monotonic_ns() + 1000 * kMs_ns);
         (*device)->read(monotonic_ns(), sample);
     }
     {
@@ -124,7 +124,7 @@ TEST_F(UsbTest, ClosingEndsAllForce) {
     }
     device->reset();
     const auto lock = bed.hold();
-    model.advance(now_ns += 5 * kMs); // what is on the line arrives
+    model.advance(now_ns += 5 * kMs_ns); // what is on the line arrives
     EXPECT_EQ(model.command().motors, (falcon::Counts{}));
 }
 
@@ -132,17 +132,17 @@ TEST_F(UsbTest, UnpluggedItIsGoneAtOnceAndBackAgain) {
     std::unique_ptr<HapticDevice> device = std::move(open().value());
     DeviceSample sample;
     device->write(monotonic_ns(), {});
-    EXPECT_TRUE(device->wait(monotonic_ns() + 1000 * kMs));
+    EXPECT_TRUE(device->wait(monotonic_ns() + 1000 * kMs_ns));
     bed.is_unplugged = true;
     const int64_t began_ns = monotonic_ns();
     device->read(monotonic_ns(), sample); // may still give what had come
     device->write(monotonic_ns(), {});    // a request finds that it is gone
     EXPECT_EQ(device->read(monotonic_ns(), sample), DeviceStatus::gone);
     EXPECT_EQ(device->write(monotonic_ns(), {}), DeviceStatus::gone);
-    EXPECT_FALSE(device->wait(monotonic_ns() + 1000 * kMs));
+    EXPECT_FALSE(device->wait(monotonic_ns() + 1000 * kMs_ns));
     device->halt(0);
     device.reset();
-    EXPECT_LT(monotonic_ns() - began_ns, 1000 * kMs);
+    EXPECT_LT(monotonic_ns() - began_ns, 1000 * kMs_ns);
     bed.is_unplugged = false;
     EXPECT_TRUE(open());
 }
@@ -165,7 +165,7 @@ TEST_F(UsbTest, PluggedInAgainItIsFoundAtAnotherAddress) {
     const Result<std::unique_ptr<HapticDevice>> again = open();
     ASSERT_TRUE(again) << again.error().message;
     (*again)->write(monotonic_ns(), {});
-    EXPECT_TRUE((*again)->wait(monotonic_ns() + 5000 * kMs));
+    EXPECT_TRUE((*again)->wait(monotonic_ns() + 5000 * kMs_ns));
     EXPECT_EQ((*again)->read(monotonic_ns(), sample), DeviceStatus::ok);
 }
 
@@ -221,7 +221,7 @@ TEST(Usb, TheSameBytesPassLibusbAndTheFake) {
         int homed = 0;
         for (int i = 0; i < 300; ++i) {
             (*device)->write(clock.now_ns(), {{0, 0, 0.01 * i}});
-            ASSERT_TRUE((*device)->wait(clock.now_ns() + 5000 * kMs));
+            ASSERT_TRUE((*device)->wait(clock.now_ns() + 5000 * kMs_ns));
             homed += (*device)->read(clock.now_ns(), sample) == DeviceStatus::ok;
         }
         EXPECT_GT(homed, 190);
@@ -232,7 +232,7 @@ TEST(Usb, TheSameBytesPassLibusbAndTheFake) {
     VirtualClock clock;
     run(std::make_unique<FakeTransport>(by_fake, clock));
     std::atomic<int64_t> now_ns = 0;
-    UsbBed bed(by_libusb, [&] { return now_ns += kMs; }); // fast, so that no patience ends
+    UsbBed bed(by_libusb, [&] { return now_ns += kMs_ns; }); // fast, so that no patience ends
     Result<std::unique_ptr<Transport>> transport = open_usb(UsbBed::kNode, 0);
     ASSERT_TRUE(transport) << transport.error().message;
     run(std::move(*transport));

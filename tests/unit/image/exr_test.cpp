@@ -11,8 +11,8 @@ namespace {
 
 using ExrTest = TemporaryFolder;
 
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNoNumber = std::numeric_limits<float>::quiet_NaN();
+constexpr float kEndless = std::numeric_limits<float>::infinity();
 
 // Channels in the order a reader gives them back; values that half floats hold exactly, and NaN
 // and infinities among them.
@@ -20,9 +20,9 @@ Image varied_image(glm::uvec2 size_px) {
     Image image = make_image(size_px, {"R", "G", "B", "A", "depth", "value"});
     for (size_t i = 0; i < image.samples.size(); ++i)
         image.samples[i] = static_cast<float>(static_cast<int>(i * 37 % 2001) - 1000) * 0.25f;
-    image.samples[0] = kNaN;
-    image.samples[1] = kInfinity;
-    image.samples[2] = -kInfinity;
+    image.samples[0] = kNoNumber;
+    image.samples[1] = kEndless;
+    image.samples[2] = -kEndless;
     image.samples[3] = -0.0f;
     return image;
 }
@@ -61,7 +61,7 @@ TEST_F(ExrTest, KeepsWhatHalfFloatsHoldAndRoundsTheRest) {
     ASSERT_TRUE(rounded) << rounded.error().message;
     EXPECT_NE(rounded->image.samples[4], 0.1f);
     EXPECT_NEAR(rounded->image.samples[4], 0.1f, std::ldexp(1.0, -15));
-    EXPECT_EQ(rounded->image.samples[5], kInfinity);
+    EXPECT_EQ(rounded->image.samples[5], kEndless);
 }
 
 TEST_F(ExrTest, BringsChannelsBackAsColoursThenByName) {

@@ -93,7 +93,7 @@ struct Made {
 };
 
 // As decode_dicom() does: the largest plane is read, the others are left out.
-Made stack_of(std::vector<DicomFrame> images) {
+Made noisy_stack_of(std::vector<DicomFrame> images) {
     std::vector<DicomSeries> all = group_series(std::move(images));
     std::vector<DicomFrame> left_out;
     for (size_t i = 1; i < all.size(); ++i)
@@ -134,7 +134,7 @@ TEST(DicomNoise, OfDirectionsMakesOneVolume) {
             }
         std::vector<DicomFrame> stated = images;
         random.shuffle(images);
-        const Made made = stack_of(images);
+        const Made made = noisy_stack_of(images);
         ASSERT_TRUE(made.stack) << made.stack.error().message;
         const Grid& grid = made.stack->grid;
         EXPECT_EQ(made.planes, 1u);
@@ -199,7 +199,7 @@ TEST(DicomNoise, OfPixelSpacingsIsRounding) {
                 image.spacing_mm =
                     glm::dvec2(rounded(truth.spacing.x, 3), rounded(truth.spacing.y, 3));
         random.shuffle(images);
-        const Made made = stack_of(images);
+        const Made made = noisy_stack_of(images);
         ASSERT_TRUE(made.stack) << made.stack.error().message;
         EXPECT_EQ(made.planes, 1u);
         EXPECT_EQ(made.stack->grid.size.z, 24u);
@@ -228,7 +228,7 @@ TEST(DicomNoise, OfPositionsIsRounding) {
             for (int i = 0; i < 3; ++i)
                 (*image.position)[i] = rounded((*image.position)[i], decimals);
         random.shuffle(images);
-        const Made made = stack_of(images);
+        const Made made = noisy_stack_of(images);
         ASSERT_TRUE(made.stack) << made.stack.error().message;
         EXPECT_EQ(made.stack->grid.size.z, static_cast<uint32_t>(truth.slices));
         // The end of a fitted line is off by no more than its points: sqrt(3) halves each, and
@@ -273,7 +273,7 @@ TEST(DicomOutliers, InAnotherPlaneAreNamedAndLeaveNoData) {
         }
         const std::string file = odd.file.string();
         random.shuffle(images);
-        const Made made = stack_of(images);
+        const Made made = noisy_stack_of(images);
         ASSERT_TRUE(made.stack) << made.stack.error().message;
         EXPECT_EQ(made.planes, 2u);
         ASSERT_EQ(made.stack->frames.size(), 24u);
@@ -302,14 +302,15 @@ TEST(DicomOutliers, LocalizersChangeNothing) {
             images.push_back(scout);
         }
         random.shuffle(images);
-        const Made made = stack_of(images);
+        const Made made = noisy_stack_of(images);
         ASSERT_TRUE(made.stack) << made.stack.error().message;
-        EXPECT_EQ(made.stack->grid.world_from_index, stack_of(clean).stack->grid.world_from_index);
+        EXPECT_EQ(made.stack->grid.world_from_index,
+                  noisy_stack_of(clean).stack->grid.world_from_index);
         EXPECT_THAT(made.stack->warnings, IsEmpty());
         // One that is really missing is not taken for one of them.
         images.erase(std::find_if(images.begin(), images.end(),
                                   [](const DicomFrame& image) { return image.file == "012.dcm"; }));
-        const Made less = stack_of(images);
+        const Made less = noisy_stack_of(images);
         ASSERT_FALSE(less.stack);
         EXPECT_THAT(less.stack.error().message, HasSubstr("1 slice seems to be missing"));
     }
@@ -337,7 +338,7 @@ TEST(DicomOutliers, InAnotherPlaceAreNamed) {
         }
         const std::string file = odd.file.string();
         random.shuffle(images);
-        const Made made = stack_of(images);
+        const Made made = noisy_stack_of(images);
         ASSERT_FALSE(made.stack);
         EXPECT_THAT(
             made.stack.error().message,
@@ -365,7 +366,7 @@ TEST(DicomOutliers, MissingSlicesAreMissing) {
             for (size_t k = 0; k < images.size(); ++k)
                 images[k].instance_number = static_cast<int64_t>(k);
         random.shuffle(images);
-        const Made made = stack_of(images);
+        const Made made = noisy_stack_of(images);
         ASSERT_FALSE(made.stack);
         EXPECT_THAT(made.stack.error().message,
                     HasSubstr(fmt::format("{} slice{} to be missing", count,

@@ -9,6 +9,7 @@
 #include "engine/io/volume_io.h"
 #include "tests/unit/io/dicom_bytes.h"
 #include "tests/unit/io/dicom_codec.h"
+#include "tests/unit/io/loaded.h"
 #include "tests/unit/io/sample_files.h"
 
 namespace palpate {
@@ -24,18 +25,6 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 
 constexpr const char* kAxial = "1\\0\\0\\0\\1\\0";
-
-LoadedVolume loaded(const std::filesystem::path& path, const ReadOptions& options = {}) {
-    Result<LoadedVolume> result = load_volume(path, options);
-    if (!result)
-        throw std::runtime_error(result.error().message);
-    return std::move(*result);
-}
-
-std::string error_of(const std::filesystem::path& path, const ReadOptions& options = {}) {
-    const Result<LoadedVolume> result = load_volume(path, options);
-    return result ? "loaded" : result.error().message;
-}
 
 class DicomPreview : public test::InEveryEncoding {};
 class Mosaic : public test::InEveryEncoding {};

@@ -2,6 +2,7 @@
 
 #include "engine/decode/slice_list.h"
 #include "engine/io/volume_io.h"
+#include "tests/unit/io/loaded.h"
 #include "tests/unit/io/sample_files.h"
 
 namespace palpate {
@@ -12,18 +13,6 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-LoadedVolume loaded(const std::filesystem::path& path, const ReadOptions& options = {}) {
-    Result<LoadedVolume> result = load_volume(path, options);
-    if (!result)
-        throw std::runtime_error(result.error().message);
-    return std::move(*result);
-}
-
-std::string error_of(const std::filesystem::path& path, const ReadOptions& options = {}) {
-    const Result<LoadedVolume> result = load_volume(path, options);
-    return result ? "loaded" : result.error().message;
-}
 
 // 3 x 2 samples; value 1000 z + 10 y + x.
 std::string slice(uint16_t z) {

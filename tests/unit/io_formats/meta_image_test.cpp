@@ -11,8 +11,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const std::vector<double> kOneToTwelve{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
-
 class MetaImage : public testing::Test {
  protected:
     Result<DecodedHere> decode(const std::string& bytes, std::optional<uint32_t> frame = {}) const {

@@ -10,8 +10,6 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::vector<double> kOneToTwelve{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
-
 class Nifti : public testing::Test {
  protected:
     Result<DecodedHere> decode(const std::string& bytes, const std::string& name = "v.nii",

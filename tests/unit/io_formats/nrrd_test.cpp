@@ -11,7 +11,6 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-const std::vector<double> kOneToTwelve{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
 const std::string kText = "1 2 3\n4 5 6\n7,8,9\n+10 11 12\n";
 
 class Nrrd : public testing::Test {

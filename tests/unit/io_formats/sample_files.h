@@ -14,6 +14,8 @@
 // Small valid files of each format, made byte by byte and without the code under test.
 namespace palpate::io {
 
+inline const std::vector<double> kOneToTwelve{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+
 // A folder of this test's own, removed at its end.
 class TemporaryFolder {
  public:

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 #include <random>

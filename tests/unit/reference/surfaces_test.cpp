@@ -12,7 +12,7 @@ namespace {
 
 using namespace testing_scenes;
 
-const Grid kGrid = make_grid({11, 11, 11}, {1, 1, 1}, glm::dvec3(-5.0));
+const Grid kSurfaceGrid = make_grid({11, 11, 11}, {1, 1, 1}, glm::dvec3(-5.0));
 
 // Nested cubes, an eye above them that looks down the z axis, one ray.
 Mesh cube(double half_mm, uint16_t label = 0) {
@@ -28,7 +28,7 @@ Mesh cube(double half_mm, uint16_t label = 0) {
 }
 
 SceneData data_of(std::vector<Mesh> meshes) {
-    SceneData data{sampled(kGrid, [](glm::dvec3) { return 0.5; }), std::nullopt, {}};
+    SceneData data{sampled(kSurfaceGrid, [](glm::dvec3) { return 0.5; }), std::nullopt, {}};
     for (Mesh& mesh : meshes)
         data.meshes.push_back(std::make_shared<const Mesh>(std::move(mesh)));
     return data;

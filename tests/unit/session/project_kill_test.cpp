@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <map>
 
+#include "tests/support/given.h"
 #include "tests/support/kill.h"
 #include "tests/unit/session/project_fixture.h"
 
@@ -48,7 +49,7 @@ TEST_F(ProjectTest, LosesNoStepThatHadEndedWheneverItIsKilled) {
     ASSERT_EQ(::pipe2(told, O_NONBLOCK), 0);
     std::map<uint64_t, int> saves;
     kill_at_many_moments(
-        PALPATE_KILLS,
+        int(given("PALPATE_KILLS", 8)),
         [&] {
             if (::write(told[1], "", 1) != 1) // 0: nothing is opened yet
                 return 1;
@@ -87,7 +88,7 @@ TEST_F(ProjectTest, LosesNoStepThatHadEndedWheneverItIsKilled) {
 TEST_F(ProjectTest, IsMadeWholeOrNotAtAll) {
     int whole = 0, none = 0;
     kill_at_many_moments(
-        PALPATE_KILLS,
+        int(given("PALPATE_KILLS", 8)),
         [&] {
             take_away();
             return become_worker("create", file("p"), 2);

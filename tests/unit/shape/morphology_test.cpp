@@ -8,7 +8,8 @@
 namespace palpate {
 namespace {
 
-constexpr Neighbours kAll[] = {Neighbours::faces, Neighbours::edges, Neighbours::corners};
+constexpr Neighbours kEveryNeighbours[] = {Neighbours::faces, Neighbours::edges,
+                                           Neighbours::corners};
 
 bool in_element(Neighbours neighbours, glm::ivec3 d) {
     const int apart = std::abs(d.x) + std::abs(d.y) + std::abs(d.z);
@@ -55,12 +56,13 @@ Volume made(const Volume& labels, const MorphologyOptions& options) {
     return result.value();
 }
 
-const glm::uvec3 kSizes[] = {{130, 9, 7}, {64, 5, 3}, {63, 4, 34}, {1, 40, 5}, {33, 1, 1}};
+const glm::uvec3 kMorphologySizes[] = {
+    {130, 9, 7}, {64, 5, 3}, {63, 4, 34}, {1, 40, 5}, {33, 1, 1}};
 
 TEST(Morphology, StepsOfNeighboursAreThoseOfTheirDefinition) {
     uint64_t seed = 1;
-    for (const glm::uvec3 size : kSizes)
-        for (const Neighbours neighbours : kAll)
+    for (const glm::uvec3 size : kMorphologySizes)
+        for (const Neighbours neighbours : kEveryNeighbours)
             for (const MorphologyStep step : {MorphologyStep::erode, MorphologyStep::dilate}) {
                 const bool grow = step == MorphologyStep::dilate;
                 const Volume labels =
@@ -139,7 +141,7 @@ TEST(Morphology, ErodingTheComplementIsDilating) {
     const Volume turned = make_volume(labels.grid(), ScalarType::u8, [&](glm::uvec3 i) {
         return labels.value(i) == 0.0f ? 1.0 : 0.0;
     });
-    for (const Neighbours neighbours : kAll) {
+    for (const Neighbours neighbours : kEveryNeighbours) {
         std::vector<bool> dilated =
             set_of(made(labels, {.step = MorphologyStep::dilate, .neighbours = neighbours}));
         dilated.flip();

@@ -17,8 +17,8 @@
 namespace palpate {
 namespace {
 
-Volume make_labels(glm::uvec3 size, const std::function<double(glm::uvec3)>& value,
-                   ScalarType type = ScalarType::u8, glm::dvec3 spacing = {0.5, 0.5, 3.0}) {
+Volume tracked_labels(glm::uvec3 size, const std::function<double(glm::uvec3)>& value,
+                      ScalarType type = ScalarType::u8, glm::dvec3 spacing = {0.5, 0.5, 3.0}) {
     return make_volume(make_grid(size, spacing, {10, 20, 30}), type, value);
 }
 
@@ -27,7 +27,7 @@ Volume random_labels(glm::uvec3 size, uint32_t seed, uint32_t labels, ScalarType
     std::vector<uint8_t> values(size_t{size.x} * size.y * size.z);
     for (uint8_t& v : values)
         v = static_cast<uint8_t>(random() % labels);
-    return make_labels(
+    return tracked_labels(
         size, [&](glm::uvec3 i) { return values[i.x + size.x * (i.y + size_t{size.y} * i.z)]; },
         type);
 }
@@ -129,8 +129,8 @@ TEST(SurfaceTracker, FindsEveryCellAndTriangleOfRandomLabels) {
 
 TEST(SurfaceTracker, CellsAtXZeroAreNotLost) {
     // As printed, X+ = 0 for a surface that crosses a line at x = 0 alone would mean none.
-    const Volume volume =
-        make_labels({5, 4, 4}, [](glm::uvec3 i) { return i == glm::uvec3(0, 1, 1) ? 1.0 : 0.0; });
+    const Volume volume = tracked_labels(
+        {5, 4, 4}, [](glm::uvec3 i) { return i == glm::uvec3(0, 1, 1) ? 1.0 : 0.0; });
     SurfaceTracker tracker(volume, 1);
     tracker.find_all();
     EXPECT_EQ(tracker.end(1, 1), 1u);
@@ -138,7 +138,7 @@ TEST(SurfaceTracker, CellsAtXZeroAreNotLost) {
 }
 
 TEST(SurfaceTracker, ASeedFindsItsOwnSurfaceAlone) {
-    const Volume volume = make_labels({40, 20, 20}, [](glm::uvec3 i) {
+    const Volume volume = tracked_labels({40, 20, 20}, [](glm::uvec3 i) {
         const glm::dvec3 p(i);
         return glm::length(p - glm::dvec3(10, 10, 10)) < 6 ||
                        glm::length(p - glm::dvec3(30, 10, 10)) < 4
@@ -218,7 +218,7 @@ TEST(SurfaceTracker, LocalUpdatesEqualASearchAnew) {
 }
 
 TEST(SurfaceTracker, AnUpdateFindsWholeSurfacesThatComeIntoSight) {
-    const Volume before = make_labels({30, 20, 20}, [](glm::uvec3 i) {
+    const Volume before = tracked_labels({30, 20, 20}, [](glm::uvec3 i) {
         return glm::length(glm::dvec3(i) - glm::dvec3(20, 10, 10)) < 7 ? 1.0 : 0.0;
     });
     VolumeEdit edit(before);
@@ -285,7 +285,7 @@ TEST(SurfaceTracker, MayInterpolateAndTakeNormalsFromGradients) {
 
 TEST(SurfaceTracker, ThinVolumesHaveNoCells) {
     for (const glm::uvec3 size : {glm::uvec3(1, 9, 9), glm::uvec3(9, 9, 1), glm::uvec3(1)}) {
-        const Volume volume = make_labels(size, [](glm::uvec3) { return 1.0; });
+        const Volume volume = tracked_labels(size, [](glm::uvec3) { return 1.0; });
         SurfaceTracker open(volume, 1), closed(volume, 1, {.closed = true});
         open.find_all();
         closed.find_all();
@@ -294,13 +294,13 @@ TEST(SurfaceTracker, ThinVolumesHaveNoCells) {
         EXPECT_TRUE(found.closed && found.manifold);
         EXPECT_EQ(found.euler_number, 2);
     }
-    SurfaceTracker none(make_labels({5, 5, 5}, [](glm::uvec3) { return 0.0; }), 1);
+    SurfaceTracker none(tracked_labels({5, 5, 5}, [](glm::uvec3) { return 0.0; }), 1);
     none.find_all();
     EXPECT_TRUE(none.triangulate().triangles.empty());
 }
 
 TEST(TrackLabels, TakesEachLabelOnItsOwn) {
-    const Volume volume = make_labels(
+    const Volume volume = tracked_labels(
         {12, 6, 6}, [](glm::uvec3 i) { return i.x < 4   ? 3.0
                                               : i.x < 8 ? 300.0
                                                         : 0.0; },

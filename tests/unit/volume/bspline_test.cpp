@@ -18,7 +18,7 @@ namespace {
 constexpr double kPi = 3.14159265358979323846;
 constexpr float kNoData = std::numeric_limits<float>::quiet_NaN();
 
-double hashed(glm::uvec3 i) {
+double noise_at(glm::uvec3 i) {
     return 1000.0 * synthetic::noise(i, 3);
 }
 
@@ -64,7 +64,7 @@ std::vector<glm::dvec3> random_points(glm::uvec3 size, int count) {
 // Values reach 6000 and about 700 terms are summed: an error of 700 * 1.1e-16 * 6000 = 5e-10 is
 // the most that another order of summation makes.
 TEST(SmoothCursor, EqualsItsDefinition) {
-    const Volume volume = make_volume(kGrid, ScalarType::i16, hashed);
+    const Volume volume = make_volume(kGrid, ScalarType::i16, noise_at);
     SmoothCursor cursor(volume);
     std::vector<glm::dvec3> points = random_points(kGrid.size, 300);
     points.insert(points.end(), {{0, 0, 0}, {36, 34, 20}, {0, 17, 20}, {36, 0.5, 3}, {31, 32, 8}});
@@ -74,7 +74,7 @@ TEST(SmoothCursor, EqualsItsDefinition) {
 
 TEST(SmoothCursor, LeavesOutSamplesWithoutData) {
     const Volume volume = make_volume(kGrid, ScalarType::f32, [](glm::uvec3 i) {
-        return synthetic::noise(i, 5) > 1.5 ? double{kNoData} : hashed(i);
+        return synthetic::noise(i, 5) > 1.5 ? double{kNoData} : noise_at(i);
     });
     ASSERT_GT(volume.no_data_count(), 1000u);
     SmoothCursor cursor(volume);
@@ -96,7 +96,7 @@ TEST(SmoothCursor, LeavesOutSamplesWithoutData) {
 // A central difference of step 1e-4 errs by 1e-8 / 6 times the third derivative, which is at most
 // 8 * 6000 for a cubic B-spline of coefficients up to 6000, and by 1e-16 * 6000 / 1e-4 of rounding.
 TEST(SmoothCursor, GradientIsTheDerivativeOfTheValue) {
-    SmoothCursor cursor(make_volume(kGrid, ScalarType::i16, hashed));
+    SmoothCursor cursor(make_volume(kGrid, ScalarType::i16, noise_at));
     for (glm::dvec3 p : random_points(kGrid.size - 1u, 500)) {
         p += 1e-3;
         const glm::dvec3 gradient = cursor.sample(p).gradient;
@@ -112,7 +112,7 @@ TEST(SmoothCursor, GradientIsTheDerivativeOfTheValue) {
 
 // The window moves along with the points; no answer may depend on where it stood.
 TEST(SmoothCursor, GivesTheSameBitsInAnyOrder) {
-    const Volume volume = make_volume(kGrid, ScalarType::i16, hashed);
+    const Volume volume = make_volume(kGrid, ScalarType::i16, noise_at);
     SmoothCursor cursor(volume);
     for (const glm::dvec3 p : random_points(kGrid.size, 300)) {
         for (const double shift : {0.0, 0.7, 2.1}) {

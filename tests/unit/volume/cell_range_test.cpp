@@ -14,12 +14,12 @@ namespace {
 constexpr double kGap = std::numeric_limits<double>::quiet_NaN();
 
 // Values without order, and now and then a sample without data.
-double hashed(glm::uvec3 i) {
+double hashed_with_gaps(glm::uvec3 i) {
     const uint32_t h = (i.x * 73856093u ^ i.y * 19349663u ^ i.z * 83492791u) * 2654435761u;
     return h % 997 == 0 ? kGap : static_cast<double>(h % 4001) - 1000.0;
 }
 double without_gaps(glm::uvec3 i) {
-    const double value = hashed(i);
+    const double value = hashed_with_gaps(i);
     return std::isnan(value) ? 0.0 : value;
 }
 
@@ -65,7 +65,7 @@ TEST(CellRanges, AreThoseOfTheirSamples) {
     for (const glm::uvec3 size : {glm::uvec3(70, 33, 65), {64, 1, 9}, {1, 1, 1}, {9, 8, 33}})
         for (const uint32_t side : {4u, 8u}) {
             const Volume odd =
-                make_volume(make_grid(size, glm::dvec3(1.0)), ScalarType::f32, hashed);
+                make_volume(make_grid(size, glm::dvec3(1.0)), ScalarType::f32, hashed_with_gaps);
             expect_same(make_cell_ranges(odd, side), by_definition(odd, side));
             const Volume full =
                 make_volume(make_grid(size, glm::dvec3(1.0)), ScalarType::i16, without_gaps);
@@ -98,7 +98,7 @@ TEST(CellRanges, OfBricksInASourceAreThoseOfBlocks) {
         SamplesPtr fetch(uint64_t) const override { throw SourceError("was read"); }
     };
     const Grid grid = make_grid({90, 41, 64}, {1, 1, 1});
-    const Volume volume = make_volume(grid, ScalarType::f32, hashed);
+    const Volume volume = make_volume(grid, ScalarType::f32, hashed_with_gaps);
     const auto nowhere = std::make_shared<Nowhere>();
     VolumeBuilder builder(grid, ScalarType::f32);
     for_each_brick(volume, [&](glm::uvec3 p) {

@@ -11,10 +11,10 @@
 namespace palpate {
 namespace {
 
-const Grid kGrid = make_grid({40, 33, 3}, {0.5, 0.5, 3.0}, {-10.0, 20.0, 5.0});
+const Grid kCompared = make_grid({40, 33, 3}, {0.5, 0.5, 3.0}, {-10.0, 20.0, 5.0});
 
 Volume ramp() {
-    return make_volume(kGrid, ScalarType::f32, [](glm::uvec3 i) { return i.x + 100.0 * i.z; });
+    return make_volume(kCompared, ScalarType::f32, [](glm::uvec3 i) { return i.x + 100.0 * i.z; });
 }
 
 TEST(CompareVolumes, FindsNothingBetweenAVolumeAndItsCopy) {
@@ -43,7 +43,7 @@ TEST(CompareVolumes, MeasuresWhatAHandMeasures) {
 
 // Spacing z from 3 to 3.5 mm moves the far corners by 2 * 0.5 mm, shifting x by 2 mm moves all.
 TEST(CompareVolumes, MeasuresHowFarGridsLieApart) {
-    const Grid other = make_grid(kGrid.size, {0.5, 0.5, 3.5}, {-8.0, 20.0, 5.0});
+    const Grid other = make_grid(kCompared.size, {0.5, 0.5, 3.5}, {-8.0, 20.0, 5.0});
     const auto found = compare_volumes(ramp(), with_grid(ramp(), other), 0.0);
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->geometry_mm, std::sqrt(4.0 + 1.0), 1e-12);
@@ -61,11 +61,11 @@ TEST(CompareVolumes, RefusesOtherSizes) {
 
 // Label 2 fills x < 10 in A and x < 15 in B, label 300 is in A alone.
 TEST(CompareLabels, CountsVoxelsOfEachLabel) {
-    const Volume a = make_volume(kGrid, ScalarType::u16, [](glm::uvec3 i) {
+    const Volume a = make_volume(kCompared, ScalarType::u16, [](glm::uvec3 i) {
         return i.x < 10 ? 2.0 : i.x == 39 ? 300.0 : 0.0;
     });
     const Volume b =
-        make_volume(kGrid, ScalarType::u8, [](glm::uvec3 i) { return i.x < 15 ? 2.0 : 0.0; });
+        make_volume(kCompared, ScalarType::u8, [](glm::uvec3 i) { return i.x < 15 ? 2.0 : 0.0; });
     const auto found = compare_labels(a, b);
     ASSERT_TRUE(found);
     ASSERT_EQ(found->size(), 2u);
