@@ -89,7 +89,12 @@ Result<Segmented> run_level(
             // Curvature takes away what is thin: once more, from as much about the seeds as it
             // leaves. Not on a sheared grid, which has no such distance.
             if (const Result<Volume> start = start_about(*input.seeds, all[i].label, options)) {
-                PALPATE_TRY(moved, level_set({.distance = &*start}, given, options, part));
+                // A volume that is all object has no distance, and stays as it is.
+                if (Result<LevelSetResult> again =
+                        level_set({.distance = &*start}, given, options, part))
+                    moved = std::move(*again);
+                else if (task.stop.stop_requested())
+                    return pass_on(again);
             }
             if (moved.report.end == End::vanished)
                 found.note += "; add seeds, or choose another range of values or less curvature";
@@ -101,11 +106,15 @@ Result<Segmented> run_level(
             last.last_time = kLastWay * least;
             const int grown = moved.report.iterations;
             last.most_iterations -= grown;
-            PALPATE_TRY(const LevelSetResult moved_on,
-                        level_set({.distance = &*moved.distance}, given, last, part));
-            moved = moved_on;
-            moved.report.iterations += grown;
-            moved.report.end = End::settled;
+            // Of a volume that is all object there is no surface to go on with.
+            if (Result<LevelSetResult> moved_on =
+                    level_set({.distance = &*moved.distance}, given, last, part)) {
+                moved = std::move(*moved_on);
+                moved.report.iterations += grown;
+                moved.report.end = End::settled;
+            } else if (task.stop.stop_requested()) {
+                return pass_on(moved_on);
+            }
         }
         PALPATE_TRY(winner.add(all[i].label, *moved.distance, {task.stop, {}}));
         made.notes.push_back(

@@ -95,10 +95,6 @@ Result<Segmented> run_watershed(const SegmentInput& input, const ParameterValues
     const auto neighbors = neighbors_of(int(value_of(values, "neighbors")));
     if (!neighbors)
         return fail("neighbors: expected 6, 18 or 26, found {:g}", value_of(values, "neighbors"));
-    if (label_counts(*input.seeds).size() < 2)
-        return fail(
-            "watershed: expected seeds of two labels or more, such as an object and its "
-            "background, found one: it would take the whole volume");
     PALPATE_TRY(const Volume edges, edge_strength(input.volume, task.part(0.0, 0.2)));
     PALPATE_TRY(const Volume flooded,
                 watershed(edges, *input.seeds, *neighbors, task.part(0.2, 1.0)));
