@@ -117,30 +117,6 @@ TEST_F(Segmentation, SeedsOutsideAreNoLabel) {
     EXPECT_LT(count_of(Work::kLabels, 1.0f), 24u * 24u * 24u / 2u);
 }
 
-// Seeds are of any label but the last; 255, the number of what is no object among the seeds, too.
-TEST_F(Segmentation, SeedsAreOfAnyLabel) {
-    for (const int label : {255, 300, 65534}) {
-        open("synthetic:phantom?size=24");
-        click_widget("tab/segment");
-        click_widget("segment/label", 0.2);
-        type_over(std::to_string(label).c_str());
-        key("enter");
-        paint_seeds();
-        paint_outside();
-        EXPECT_GT(count_of(Work::kSeeds, label == 255 ? Work::kSeedOf255 : float(label)), 1u);
-        choose("watershed");
-        click_widget("segment/run");
-        frame({});
-        EXPECT_GT(count_of(Work::kLabels, float(label)), 10u) << label;
-        EXPECT_LT(count_of(Work::kLabels, float(label)), 24u * 24u * 24u / 2u);
-        size_t others = 24 * 24 * 24 - count_of(Work::kLabels, 0.0f);
-        EXPECT_EQ(others, count_of(Work::kLabels, float(label))) << "the outside is no label";
-        key("z", {.ctrl = true});
-        frame({});
-        EXPECT_EQ(volume(Work::kLabels).type(), ScalarType::u8);
-    }
-}
-
 // Bounds of a result: on the slider of the tab.
 class SegmentBound : public Segmentation {
  protected:

@@ -468,7 +468,8 @@ TEST_F(ViewerTest, TheWindowLooksAsItDid) {
                 places.views.begin(), places.views.end(),
                 [&](const Places::View& view) { return view.box.holds(glm::dvec2(x, y)); });
             pixels += in_view;
-            interface += !in_view && most > 0.5f / 255.0f;
+            // One step of 8 bits: blending rounds a tie either way (3 pixels with AVX-512).
+            interface += !in_view && most > 1.5f / 255.0f;
             views += in_view && most > 2.5f / 255.0f;
         }
     EXPECT_EQ(interface, 0u);
