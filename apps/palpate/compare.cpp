@@ -12,6 +12,7 @@
 #include "apps/palpate/output.h"
 #include "apps/palpate/read_options.h"
 #include "engine/annotate/strokes.h"
+#include "engine/base/file.h"
 #include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/image/compare.h"
@@ -199,6 +200,7 @@ Result<Json> compare_pictures(const CompareOptions& options, Verdict& verdict) {
         PALPATE_TRY(is_png(options.difference)
                         ? save_png(options.difference, picture)
                         : save_exr(options.difference, picture, ExrPrecision::full_float));
+        PALPATE_TRY(FilesTogether::commit_newest()); // whatever the verdict
     }
     verdict.judge_samples(difference->all);
     verdict.judge("--neighborhood", difference->neighborhood_match_share);
