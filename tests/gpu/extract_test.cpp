@@ -23,8 +23,9 @@ using testing::random_edit;
 class GpuExtraction : public GpuTest {
  protected:
     static ExtractPipelines& pipelines() { // compiled once
-        static ExtractPipelines instance(device());
-        return instance;
+        static auto& kept = KeptForTests<ExtractPipelines>::make(
+            [] { return std::make_unique<ExtractPipelines>(device()); });
+        return kept.get();
     }
 };
 

@@ -15,7 +15,7 @@ namespace palpate {
 class GpuTest : public ::testing::Test {
  protected:
     static GpuDevice& device() {
-        static KeptDevice& kept = KeptDevice::make({.validation = true});
+        static KeptForTests<GpuDevice>& kept = keep_device({.validation = true});
         return kept.get();
     }
     void SetUp() override { messages_before_ = device().validation_messages().size(); }

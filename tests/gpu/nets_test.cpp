@@ -15,8 +15,9 @@ namespace {
 class GpuNetsTest : public GpuTest {
  protected:
     static NetPipelines& pipelines() { // compiled once
-        static NetPipelines instance(device());
-        return instance;
+        static auto& kept = KeptForTests<NetPipelines>::make(
+            [] { return std::make_unique<NetPipelines>(device()); });
+        return kept.get();
     }
     static GpuNets nets(const Volume& labels, const SurfaceNetsOptions& options) {
         Result<GpuNets> made = GpuNets::make(pipelines(), labels, options);

@@ -132,7 +132,8 @@ class SurfaceTest : public GpuTest {
  protected:
     // As a device that has no atomic operations on 64 bits.
     static GpuDevice& narrow_device() {
-        static KeptDevice& kept = KeptDevice::make({.validation = true, .int64_atomics = false});
+        static KeptForTests<GpuDevice>& kept =
+            keep_device({.validation = true, .int64_atomics = false});
         return kept.get();
     }
 

@@ -27,7 +27,7 @@ inline OpenedScene open_synthetic(const std::string& name) {
 class ViewerTest : public ::testing::Test {
  protected:
     static GpuDevice& device() {
-        static KeptDevice& kept = KeptDevice::make(headless_device("", true));
+        static KeptForTests<GpuDevice>& kept = keep_device(headless_device("", true));
         return kept.get();
     }
     void SetUp() override { messages_before_ = device().validation_messages().size(); }
