@@ -1,6 +1,7 @@
 """A person at a window of `palpate view`: Xvfb, openbox and xdotool.
 
-Every step waits until the program has recorded what it caused (--record), and not for a time.
+Every step waits until the program has recorded what it caused (--record), and not for a time. What is
+done on another thread is waited for where it can be seen: in the picture, the title or a file.
 """
 import json
 import os
@@ -178,6 +179,26 @@ class Person:
         self.at(x, y)
         self.do("click", "--repeat", 2, "--delay", 60, 1, wants=4)
 
+    def title(self):
+        return self.screen.xdo("getwindowname", self.window)
+
+    def goes_round(self, turns=4):
+        """Waits until the program's loop has taken some more turns, at each of which its thread waits."""
+        def waits():
+            with open(f"/proc/{self.process.pid}/status") as status:
+                return int(next(line for line in status if line.startswith("voluntary")).split()[1])
+        before = waits()
+        until("turns of the loop", lambda: self._ended() or waits() >= before + turns)
+
+    def ask_to_close(self):
+        """As a person does: the program has the wish when this returns, and may have ended."""
+        def wishes():
+            return sum("close" in event for event in self.events())
+        before = wishes()
+        self.screen.xdo("windowactivate", "--sync", self.window)
+        self.screen.xdo("key", "alt+F4")
+        until("the wish to close", lambda: wishes() > before)
+
     def drag(self, x, y, by, button=1, steps=8):
         self.at(x, y)
         self.do("mousedown", button)
@@ -236,12 +257,20 @@ class Person:
     def looks_right(self):
         """Views that show something: grey values differ in each, and no view is black."""
         self.screen.xdo("mousemove", "--window", self.window, 2, 2)
-        time.sleep(0.3)  # pictures of the last step
-        picture = self.shot().astype(float)
-        state = self.state_of_replay()
-        for name, (x, y, width, height) in state["panels"].items():
-            view = picture[y:y + height, x:x + width]
-            assert view.std() > 8, f"{name} shows nothing: standard deviation {view.std():.1f}"
+        panels = self.state_of_replay()["panels"]
+
+        def all_show_something():
+            picture = self.shot(keep=False).astype(float)
+            return all(picture[y:y + height, x:x + width].std() > 8 for x, y, width, height in panels.values())
+        until("grey values in every view", lambda: self._ended() or all_show_something())
+        self.shot()
+
+    def changes(self, before, share):
+        """Waits until so large a share of the window's pixels is another than in a picture before."""
+        def changed():
+            differences = abs(self.shot(keep=False).astype(int) - before).max(axis=2)
+            return (differences > 8).mean() > share
+        until(f"{100 * share:.0f} % other pixels", lambda: self._ended() or changed())
 
     def state_of_replay(self):
         self.boxes()
@@ -250,12 +279,9 @@ class Person:
     def close(self, discards=False):
         """Closes the window as a person does, and returns the state then. discards: edits that are not
         saved, when the program asks, which it must."""
-        self.screen.xdo("windowactivate", "--sync", self.window)
-        self.screen.xdo("key", "alt+F4")
+        self.ask_to_close()
         if discards:
-            time.sleep(0.7)
-            assert self.process.poll() is None, "the program lost edits without a question"
-            self.last_click("leave/discard")
+            self.last_click("leave/discard")  # fails where the program has ended without a question
         try:
             self.process.wait(timeout=LONGEST_S)
         except subprocess.TimeoutExpired:

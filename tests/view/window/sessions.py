@@ -4,7 +4,6 @@ import json
 import os
 import struct
 import subprocess
-import time
 
 from person import Person, VOLUME, until
 
@@ -15,6 +14,18 @@ def near(a, b, most=1e-6):
     return abs(a - b) <= most
 
 
+def saved_project(p):
+    """The folder of a project that the window writes and goes on with."""
+    p.key("ctrl+s")
+    p.key("Return")
+    until("the project's title", lambda: p.title().startswith("work.palpate"))
+    return os.path.join(p.folder, "work.palpate")
+
+
+def size_of(folder):
+    return sum(os.path.getsize(os.path.join(where, name)) for where, _, names in os.walk(folder) for name in names)
+
+
 def browser_opens_a_typed_file(start):
     p = start()
     p.key("ctrl+o")
@@ -23,7 +34,7 @@ def browser_opens_a_typed_file(start):
     p.key("ctrl+a")
     p.type("synthetic:ball?size=20")
     p.key("Return")
-    time.sleep(1.0)
+    until("the title of the file", lambda: p.title().startswith("synthetic:ball"))
     p.looks_right()
     state = p.close()
     assert state["crosshair_sample"] == [10, 10, 10], state["crosshair_sample"]
@@ -32,9 +43,9 @@ def browser_opens_a_typed_file(start):
 
 def opens_without_a_file(start):
     p = start(volume="")
-    picture = p.shot()
     # The list of files lies in the middle of the window: a dark panel over all views.
-    assert picture[150:450, 150:500].mean() < 40, picture[150:450, 150:500].mean()
+    until("the list of files", lambda: p.shot(keep=False)[150:450, 150:500].mean() < 40)
+    p.shot()
     p.key("Escape")
     state = p.close()
     assert not state["browser_open"] and state["tab"] == "file", state["tab"]
@@ -152,7 +163,6 @@ def paints_erases_and_undoes(start):
     p.key("e")
     p.drag(130, 100, (0, 40))
     p.widget("tab/labels")
-    time.sleep(0.5)
     erased = p.state_of_replay()["label_counts"]
     p.looks_right()
     p.key("ctrl+z")
@@ -165,19 +175,22 @@ def paints_erases_and_undoes(start):
 
 def drills_with_the_mouse_as_a_hand(start):
     p = start()
+    project = saved_project(p)  # steps are in it as soon as they are done
+    steps = size_of(project)
     p.at(*VOLUME_VIEW)
     p.key("x", "o")
     p.key("space")
-    time.sleep(0.5)
-    p.do("mousedown", 1)
-    for step in range(6):
-        p.at(402 + 4 * step, 144 + 2 * step)
-        time.sleep(0.1)
-    time.sleep(0.5)
-    p.do("mouseup", 1)
-    time.sleep(0.5)
+
+    def drills():  # the hand comes to the pointer, and cuts, in a time of its own
+        p.do("mousedown", 1)
+        for step in range(6):
+            p.at(402 + 4 * step, 144 + 2 * step)
+        p.do("mouseup", 1)
+        p.at(*VOLUME_VIEW)
+        return size_of(project) > steps
+    until("a step of the hand", drills)
     p.looks_right()
-    state = p.close(discards=True)
+    state = p.close()
     assert state["hand"]["armed"] and state["hand"]["first"] == "cut", state["hand"]
     assert state["undo_steps"] >= 1, "the hand cut nothing"
 
@@ -186,12 +199,10 @@ def arms_and_disarms(start):
     p = start()
     p.at(*VOLUME_VIEW)
     p.key("o")
-    time.sleep(0.3)
     p.key("space")
-    time.sleep(0.3)
+    assert p.state_of_replay()["hand"]["armed"]
     p.shot()
     p.key("Escape")
-    time.sleep(0.3)
     state = p.close()
     assert state["hand"]["on"] and not state["hand"]["armed"], state["hand"]
     assert state["undo_steps"] == 0
@@ -232,11 +243,7 @@ def saves_and_goes_on(start):
     p.click(CORONAL[0] + 25, CORONAL[1] - 20)
     p.key("b")
     p.drag(100, 120, (40, 0))
-    p.key("ctrl+s")
-    p.key("Return")
-    project = os.path.join(p.folder, "work.palpate")
-    until("the project", lambda: os.path.exists(os.path.join(project, "project.json")))
-    time.sleep(0.5)
+    project = saved_project(p)
     recent = os.path.join(p.folder, ".local/state/palpate/recent.json")
 
     def is_listed():
@@ -302,8 +309,7 @@ def writes_pictures_round_the_head(start):
 
 def fills_the_screen(start):
     p = start(options=["--full-screen", "0"])
-    time.sleep(0.5)
-    assert p.shot().shape == (1024, 1280, 3)
+    until("a window as large as the screen", lambda: p.shot().shape == (1024, 1280, 3))
     state = p.close()
     assert state["size"] == [1280, 1024] and list(state["panels"]) == ["3d"], state["panels"]
 
@@ -321,12 +327,9 @@ def stays_when_it_is_asked(start):
     p = start()
     p.key("x")
     p.drag(100, 120, (40, 0))
-    p.screen.xdo("key", "alt+F4")
-    time.sleep(0.7)
-    assert p.process.poll() is None, "the program lost edits without a question"
-    p.shot()
-    p.widget("leave/cancel")
-    time.sleep(0.3)
+    p.ask_to_close()
+    p.widget("leave/cancel")  # fails where the program has ended without a question
+    assert p.state_of_replay()["leaving"] == ""
     state = p.close(discards=True)
     assert state["undo_steps"] == 1
 
@@ -335,7 +338,7 @@ def saves_when_it_is_asked(start):
     p = start()
     p.key("b")
     p.drag(100, 120, (40, 0))
-    p.screen.xdo("key", "alt+F4")
+    p.ask_to_close()
     p.widget("leave/save")
     p.last_click("save/save")
     p.process.wait(timeout=60)  # it closes when all is saved
@@ -364,9 +367,10 @@ def types_into_a_field(start):
 
 def shows_its_keys(start):
     p = start()
+    before = p.shot()
     p.key("question")
     assert p.state_of_replay()["help_open"]
-    time.sleep(0.3)
+    p.changes(before, 0.2)
     p.shot()
     p.key("Escape")
     assert not p.close()["help_open"]
@@ -411,7 +415,7 @@ def works_undoes_and_asks(start):
     p.key("ctrl+z")
     p.do("windowsize", "--sync", p.window, 900, 650)
     p.screen.xdo("windowminimize", "--sync", p.window)
-    time.sleep(0.3)
+    p.goes_round()
     p.screen.xdo("windowactivate", "--sync", p.window)
     p.key("question")
     state = p.close(discards=True)
@@ -429,11 +433,7 @@ def loses_no_step_when_it_is_killed(start):
     p = start()
     p.key("b")
     p.drag(120, 420, (48, 12))
-    p.key("ctrl+s")
-    p.key("Return")
-    project = os.path.join(p.folder, "work.palpate")
-    until("the project", lambda: os.path.exists(os.path.join(project, "project.json")))
-    time.sleep(0.5)
+    project = saved_project(p)
 
     def look():
         shown = subprocess.run([p.program, "--quiet", "view", project, "--headless", "--state", "-"],
@@ -442,14 +442,13 @@ def loses_no_step_when_it_is_killed(start):
 
     saved = look()
     p.drag(120, 380, (48, 12))
-    time.sleep(0.7)
+    until("the stroke after the save, on disk", lambda: look()["labels"] != saved["labels"])
     p.kill()
     kept = look()
     assert kept["labels"] != saved["labels"], "the stroke after the save is lost"
     assert kept["volume"] == saved["volume"]
     again = start(volume=project, name="after_the_kill")
     again.key("ctrl+z")
-    time.sleep(0.3)
     undone = again.close()
     assert undone["document"] == saved, "undo of the stroke that was recovered"
     assert undone["redo_steps"] == 1
