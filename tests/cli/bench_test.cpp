@@ -67,15 +67,6 @@ void expect_panels(const json& v) {
     }
 }
 
-// So short a run may find the default behind its front, by noise: then it says so and exits with 1.
-void expect_verdict(const ProgramRun& ran, const json& v) {
-    EXPECT_EQ(v["pass"].get<bool>(), v["failures"].empty());
-    EXPECT_EQ(ran.exit_code, v["pass"].get<bool>() ? 0 : 1) << ran.messages;
-    if (!v["pass"].get<bool>()) {
-        EXPECT_THAT(ran.messages, HasSubstr(v["failures"][0].get<std::string>()));
-    }
-}
-
 TEST_F(BenchCommand, IsAProgramOfItsOwnAndTheProgramSaysWhereItIsMissing) {
     namespace fs = std::filesystem;
     const fs::path alone = file("alone/palpate");
@@ -116,9 +107,11 @@ TEST_F(BenchCommand, SegmentGivesTimesAndErrorsBesideItk) {
 }
 
 TEST_F(BenchCommand, QualityGivesFrontsOrdersMapsAndFactors) {
-    const ProgramRun ran = bench("quality");
+    const ProgramRun ran = bench("quality"); // so short a run judges no default by its times
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     const json v = result("quality");
-    expect_verdict(ran, v);
+    EXPECT_EQ(v["pass"], true);
+    EXPECT_EQ(v["failures"], json::array());
     expect_environment(v);
     expect_panels(v);
     EXPECT_EQ(v["peers"]["absent_because"], "VTK was not asked (--no-peers)");
@@ -161,8 +154,9 @@ TEST_F(BenchCommand, FrameTellsWhatTheRecordingThreadTakes) {
 
 TEST_F(BenchCommand, RenderAndUploadShareAPageAndCompareWithThemselves) {
     ProgramRun ran = bench("render");
+    ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     const json render = result("render");
-    expect_verdict(ran, render);
+    EXPECT_EQ(render["pass"], true);
     expect_panels(render);
     ASSERT_EQ(render["relative"].size(), 4u);
     EXPECT_EQ(render["relative"][0]["interactive"].size(), 1u);

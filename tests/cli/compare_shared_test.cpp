@@ -6,7 +6,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
+using nlohmann::json;
 
 const std::string kData = kSharedData;
 const std::string kHippocampus = kData + "/mr_hippocampus_labels/hippocampus_001_";
@@ -23,23 +23,23 @@ TEST_F(CompareShared, LabelMapAgreesWithItself) {
     const std::string labels = kHippocampus + "label.nii.gz";
     const ProgramRun same = run({"compare", labels, labels, "--labels"});
     EXPECT_EQ(same.exit_code, 0) << same.messages;
-    const Json json = Json::parse(same.output);
-    EXPECT_EQ(json["kind"], "labels");
-    EXPECT_EQ(json["size"], Json({35, 51, 35}));
-    EXPECT_EQ(json["labels"].size(), 2u); // anterior and posterior hippocampus
-    EXPECT_EQ(json["least_dice"], 1.0);
-    EXPECT_TRUE(json["pass"]);
+    const json said = json::parse(same.output);
+    EXPECT_EQ(said["kind"], "labels");
+    EXPECT_EQ(said["size"], json({35, 51, 35}));
+    EXPECT_EQ(said["labels"].size(), 2u); // anterior and posterior hippocampus
+    EXPECT_EQ(said["least_dice"], 1.0);
+    EXPECT_TRUE(said["pass"]);
 }
 
 TEST_F(CompareShared, GreyValuesDifferFromTheirLabels) {
     const ProgramRun differing =
         run({"compare", kHippocampus + "image.nii.gz", kHippocampus + "label.nii.gz"});
     EXPECT_EQ(differing.exit_code, 1);
-    const Json json = Json::parse(differing.output);
-    EXPECT_EQ(json["kind"], "volume");
-    EXPECT_EQ(json["geometry_mm"], 0.0);
-    EXPECT_GT(json["max"], 0.0);
-    EXPECT_FALSE(json["pass"]);
+    const json said = json::parse(differing.output);
+    EXPECT_EQ(said["kind"], "volume");
+    EXPECT_EQ(said["geometry_mm"], 0.0);
+    EXPECT_GT(said["max"], 0.0);
+    EXPECT_FALSE(said["pass"]);
 }
 
 TEST_F(CompareShared, RefusesOtherSizes) {

@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
+using nlohmann::json;
 
 class CompareCommand : public ProgramTest {
  protected:
@@ -39,12 +39,12 @@ TEST_F(CompareCommand, PassesWhatIsIdentical) {
     const ProgramRun same = compare("a.exr", "a.exr");
     EXPECT_EQ(same.exit_code, 0) << same.messages;
     EXPECT_EQ(same.messages, "");
-    const Json json = Json::parse(same.output);
-    EXPECT_EQ(json["kind"], "image");
-    EXPECT_EQ(json["size_px"], Json({8, 8}));
-    EXPECT_EQ(json["max"], 0.0);
-    EXPECT_EQ(json["flip_mean"], 0.0);
-    EXPECT_TRUE(json["pass"]);
+    const json said = json::parse(same.output);
+    EXPECT_EQ(said["kind"], "image");
+    EXPECT_EQ(said["size_px"], json({8, 8}));
+    EXPECT_EQ(said["max"], 0.0);
+    EXPECT_EQ(said["flip_mean"], 0.0);
+    EXPECT_TRUE(said["pass"]);
 }
 
 TEST_F(CompareCommand, FailsWhatDiffersAndSaysByHowMuch) {
@@ -52,15 +52,15 @@ TEST_F(CompareCommand, FailsWhatDiffersAndSaysByHowMuch) {
     EXPECT_EQ(differing.exit_code, 1);
     EXPECT_NE(differing.messages.find("share beyond the bound is 0.0625"), std::string::npos)
         << differing.messages;
-    const Json json = Json::parse(differing.output);
-    EXPECT_FALSE(json["pass"]);
-    EXPECT_EQ(json["failed"].size(), 1u);
-    EXPECT_EQ(json["max"], 0.25);
-    EXPECT_EQ(json["beyond"], 4);
-    EXPECT_EQ(json["rmse"], std::sqrt(0.0625 * 4 / 64));
-    EXPECT_EQ(json["rgb"]["mean_signed"], 0.25 * 4 / 64);
-    EXPECT_EQ(json["channels"]["G"]["max"], 0.25);
-    EXPECT_GT(json["flip_mean"], 0.0);
+    const json said = json::parse(differing.output);
+    EXPECT_FALSE(said["pass"]);
+    EXPECT_EQ(said["failed"].size(), 1u);
+    EXPECT_EQ(said["max"], 0.25);
+    EXPECT_EQ(said["beyond"], 4);
+    EXPECT_EQ(said["rmse"], std::sqrt(0.0625 * 4 / 64));
+    EXPECT_EQ(said["rgb"]["mean_signed"], 0.25 * 4 / 64);
+    EXPECT_EQ(said["channels"]["G"]["max"], 0.25);
+    EXPECT_GT(said["flip_mean"], 0.0);
 }
 
 TEST_F(CompareCommand, JudgesByTheTolerancesThatAreGiven) {
@@ -119,18 +119,18 @@ TEST_F(CompareCommand, VolumesOfMeshesDoNotDependOnTheOrderOfTriangles) {
     std::reverse(mesh.labels.begin(), mesh.labels.end());
     std::reverse(mesh.outer_labels.begin(), mesh.outer_labels.end());
     ASSERT_TRUE(save_mesh(file("second.ply"), mesh));
-    const Json json = Json::parse(compare("first.ply", "second.ply").output);
+    const json said = json::parse(compare("first.ply", "second.ply").output);
     const double rounding = 1e-9;
     for (const int one : {0, 1}) {
-        EXPECT_NEAR(json["volume_mm3"][one].get<double>(), 0.5, rounding);
-        EXPECT_NEAR(json["labels"][0]["volume_mm3"][one].get<double>(), 2.0 / 6.0, rounding);
-        EXPECT_NEAR(json["labels"][1]["volume_mm3"][one].get<double>(), 1.0 / 6.0, rounding);
+        EXPECT_NEAR(said["volume_mm3"][one].get<double>(), 0.5, rounding);
+        EXPECT_NEAR(said["labels"][0]["volume_mm3"][one].get<double>(), 2.0 / 6.0, rounding);
+        EXPECT_NEAR(said["labels"][1]["volume_mm3"][one].get<double>(), 1.0 / 6.0, rounding);
     }
     mesh.labels.clear();
     mesh.outer_labels.clear();
     mesh.triangles.erase(mesh.triangles.begin()); // a hole: nothing is enclosed
     ASSERT_TRUE(save_mesh(file("open.ply"), mesh));
-    EXPECT_TRUE(Json::parse(compare("open.ply", "open.ply").output)["volume_mm3"][0].is_null());
+    EXPECT_TRUE(json::parse(compare("open.ply", "open.ply").output)["volume_mm3"][0].is_null());
 }
 
 TEST_F(CompareCommand, ScoresLabelMapsAndJudgesTheirSurfaces) {
@@ -148,12 +148,12 @@ TEST_F(CompareCommand, ScoresLabelMapsAndJudgesTheirSurfaces) {
     EXPECT_EQ(shifted.exit_code, 1);
     EXPECT_NE(shifted.messages.find("the least surface Dice"), std::string::npos)
         << shifted.messages;
-    const Json json = Json::parse(shifted.output);
-    EXPECT_EQ(json["failed"].size(), 1u) << json["failed"];
-    EXPECT_EQ(json["least_dice"], 0.9);
-    EXPECT_EQ(json["labels"][0]["surface"]["largest_mm"], 1.0);
-    EXPECT_EQ(json["overall"]["sensitivity"], 0.9);
-    EXPECT_NEAR(json["runs"][0]["jaccard_mean"].get<double>(), (2 * 9.0 / 11 + 8.0 / 12) / 3,
+    const json said = json::parse(shifted.output);
+    EXPECT_EQ(said["failed"].size(), 1u) << said["failed"];
+    EXPECT_EQ(said["least_dice"], 0.9);
+    EXPECT_EQ(said["labels"][0]["surface"]["largest_mm"], 1.0);
+    EXPECT_EQ(said["overall"]["sensitivity"], 0.9);
+    EXPECT_NEAR(said["runs"][0]["jaccard_mean"].get<double>(), (2 * 9.0 / 11 + 8.0 / 12) / 3,
                 1e-12);
     const ProgramRun idle = compare("l0.nrrd", "l0.nrrd", {"--tolerance-mm", "2"});
     EXPECT_EQ(idle.exit_code, 0);

@@ -14,7 +14,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
+using nlohmann::json;
 using test::DicomData;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -57,9 +57,9 @@ TEST_F(DicomCommands, InfoNamesTheSegmentsOfASegmentation) {
     EXPECT_EQ(text.exit_code, 0) << text.messages;
     EXPECT_THAT(text.output, AllOf(HasSubstr("size       8 x 4 x 1"), HasSubstr("label 7"),
                                    HasSubstr("kidney (#ffffff)"), Not(HasSubstr("\x1b"))));
-    const ProgramRun json = run({"info", "--json", file("seg.dcm").string()});
-    EXPECT_EQ(json.exit_code, 0) << json.messages;
-    const Json labels = Json::parse(json.output)["labels"];
+    const ProgramRun said = run({"info", "--json", file("seg.dcm").string()});
+    EXPECT_EQ(said.exit_code, 0) << said.messages;
+    const json labels = json::parse(said.output)["labels"];
     ASSERT_EQ(labels.size(), 1u);
     EXPECT_EQ(labels[0]["label"], 7);
     EXPECT_NEAR(labels[0]["color"][1].get<double>(), 1.0, 1e-3); // the matrix has seven digits
@@ -121,7 +121,7 @@ TEST_F(DicomCommands, UnevenSlicesAreRefusedInWordsAndResampledOnRequest) {
     const ProgramRun ran = run({"info", "--json", "--resample-slices", file("ct").string()});
     EXPECT_EQ(ran.exit_code, 0) << ran.messages;
     EXPECT_THAT(ran.messages, HasSubstr("7 slices 3.583 mm apart"));
-    EXPECT_EQ(Json::parse(ran.output)["size"], Json({8, 4, 7}));
+    EXPECT_EQ(json::parse(ran.output)["size"], json({8, 4, 7}));
 }
 
 TEST_F(DicomCommands, AWrittenSceneKeepsThatSlicesAreResampled) {
@@ -134,7 +134,7 @@ TEST_F(DicomCommands, AWrittenSceneKeepsThatSlicesAreResampled) {
     const std::string scene = file("scene.json").string();
     draw({file("ct").string(), "--resample-slices", "--mode", "mip", "--size", "16,12", "-o",
           file("a.exr").string(), "--write-scene", scene});
-    EXPECT_EQ(Json::parse(bytes_of("scene.json"))["resample_slices"], true);
+    EXPECT_EQ(json::parse(bytes_of("scene.json"))["resample_slices"], true);
     draw({scene, "-o", file("b.exr").string()});
     // The files name their scenes, which name the folder differently.
     EXPECT_EQ(load_exr(file("a.exr"))->image.samples, load_exr(file("b.exr"))->image.samples);

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
+using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -36,18 +36,18 @@ class InfoCommand : public ProgramTest {
 TEST_F(InfoCommand, JsonHasTheKeysProgramsRelyOn) {
     const ProgramRun ran = info({file("ramp.nrrd").string(), "--json"});
     EXPECT_EQ(ran.exit_code, 0) << ran.messages;
-    const Json json = Json::parse(ran.output);
-    EXPECT_EQ(json["size"], Json({5, 4, 3}));
-    EXPECT_EQ(json["spacing_mm"], Json({0.5, 1.0, 2.0}));
-    EXPECT_EQ(json["world_from_index"], Json({-0.5, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 2.0, 0.0, 0.0,
+    const json said = json::parse(ran.output);
+    EXPECT_EQ(said["size"], json({5, 4, 3}));
+    EXPECT_EQ(said["spacing_mm"], json({0.5, 1.0, 2.0}));
+    EXPECT_EQ(said["world_from_index"], json({-0.5, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 2.0, 0.0, 0.0,
                                               2.0, 3.0, 0.0, 0.0, 0.0, 1.0}));
-    EXPECT_EQ(json["type"], "i8");
-    EXPECT_EQ(json["range"], Json({-10.0, 49.0}));
-    EXPECT_EQ(json["no_data_count"], 0);
-    EXPECT_EQ(json["corners_mm"]["lps"], Json({{1.0, 2.0, 3.0}, {-1.0, 5.0, 7.0}}));
-    EXPECT_EQ(json["corners_mm"]["ras"], Json({{-1.0, -2.0, 3.0}, {1.0, -5.0, 7.0}}));
-    EXPECT_EQ(json["warnings"], Json::array());
-    EXPECT_FALSE(json.contains("modality"));
+    EXPECT_EQ(said["type"], "i8");
+    EXPECT_EQ(said["range"], json({-10.0, 49.0}));
+    EXPECT_EQ(said["no_data_count"], 0);
+    EXPECT_EQ(said["corners_mm"]["lps"], json({{1.0, 2.0, 3.0}, {-1.0, 5.0, 7.0}}));
+    EXPECT_EQ(said["corners_mm"]["ras"], json({{-1.0, -2.0, 3.0}, {1.0, -5.0, 7.0}}));
+    EXPECT_EQ(said["warnings"], json::array());
+    EXPECT_FALSE(said.contains("modality"));
 }
 
 TEST_F(InfoCommand, TextNamesTheSidesOfThePatient) {

@@ -11,7 +11,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
+using nlohmann::json;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -39,7 +39,7 @@ TEST_F(MeasureCommand, LengthsAnglesAreasAndBalls) {
                  "--polygon", "0.5,0.5,4,4.5,0.5,4,4.5,2.5,4,0.5,2.5,4", "--sphere", "10,10,20,1.5",
                  "--sphere", "500,0,0,3", "--json", "-"});
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
-    const Json all = Json::parse(ran.output)["measures"];
+    const json all = json::parse(ran.output)["measures"];
     ASSERT_EQ(all.size(), 6u);
     EXPECT_EQ(all[0]["length_mm"], 5.0);
     EXPECT_EQ(all[1]["length_mm"], 7.0);
@@ -64,14 +64,14 @@ TEST_F(MeasureCommand, LabelsAsTextTableAndJson) {
     const ProgramRun table = measure({labels[0], labels[1], "--csv", "-"});
     EXPECT_THAT(table.output, StartsWith("kind,name,label,length_mm"));
     EXPECT_THAT(table.output, testing::ContainsRegex("label,,4,,,,[0-9.]+,1600,1.6,800,0,968.5,"));
-    const ProgramRun json = measure(
+    const ProgramRun said = measure(
         {labels[0], labels[1], "--csv", file("t.csv").string(), "--json", file("t.json").string()});
-    EXPECT_EQ(json.exit_code, 0) << json.messages;
-    EXPECT_EQ(json.output, "");
-    const Json one = Json::parse(bytes_of("t.json"))["labels"][0];
-    EXPECT_EQ(one["low"], Json({0.0, 0.0, 0.0}));
-    EXPECT_EQ(one["high"], Json({2.0, 19.0, 19.0}));
-    EXPECT_EQ(one["centroid_mm"], Json({1.0, 9.5, 19.0}));
+    EXPECT_EQ(said.exit_code, 0) << said.messages;
+    EXPECT_EQ(said.output, "");
+    const json one = json::parse(bytes_of("t.json"))["labels"][0];
+    EXPECT_EQ(one["low"], json({0.0, 0.0, 0.0}));
+    EXPECT_EQ(one["high"], json({2.0, 19.0, 19.0}));
+    EXPECT_EQ(one["centroid_mm"], json({1.0, 9.5, 19.0}));
     EXPECT_EQ(bytes_of("t.csv"), table.output);
 }
 

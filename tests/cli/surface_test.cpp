@@ -21,7 +21,7 @@
 namespace palpate {
 namespace {
 
-using Json = nlohmann::json;
+using nlohmann::json;
 using ::testing::HasSubstr;
 
 class SurfaceCommand : public ProgramTest {
@@ -33,7 +33,7 @@ class SurfaceCommand : public ProgramTest {
         std::filesystem::remove(file("report.json"));
         return run(options);
     }
-    Json report() const { return Json::parse(bytes_of("report.json")); }
+    json report() const { return json::parse(bytes_of("report.json")); }
 };
 
 TEST_F(SurfaceCommand, IsoWritesAMeshAndSaysWhatItIs) {
@@ -46,21 +46,21 @@ TEST_F(SurfaceCommand, IsoWritesAMeshAndSaysWhatItIs) {
             ran.messages,
             testing::MatchesRegex("palpate: info: .*ball.ply: [0-9]+ triangles, [0-9]+ vertices, "
                                   "[0-9.]+ kB\n"));
-        const Json json = report();
+        const json said = report();
         const Result<LoadedMesh> loaded = load_mesh(file("ball.ply"));
         ASSERT_TRUE(loaded);
         const MeshTopology found = topology(loaded->mesh);
-        EXPECT_EQ(json["triangles"], found.triangles);
-        EXPECT_EQ(json["vertices"], found.vertices);
-        EXPECT_EQ(json["components"], 1);
-        EXPECT_EQ(json["euler_number"], 2);
-        EXPECT_EQ(json["open_edges"], 0);
-        EXPECT_EQ(json["non_manifold_edges"], 0);
-        EXPECT_NEAR(json["area_mm2"], found.area_mm2, 1e-3);
-        EXPECT_NEAR(json["volume_mm3"], found.volume_mm3, 1e-2);
+        EXPECT_EQ(said["triangles"], found.triangles);
+        EXPECT_EQ(said["vertices"], found.vertices);
+        EXPECT_EQ(said["components"], 1);
+        EXPECT_EQ(said["euler_number"], 2);
+        EXPECT_EQ(said["open_edges"], 0);
+        EXPECT_EQ(said["non_manifold_edges"], 0);
+        EXPECT_NEAR(said["area_mm2"], found.area_mm2, 1e-3);
+        EXPECT_NEAR(said["volume_mm3"], found.volume_mm3, 1e-2);
         EXPECT_EQ(loaded->mesh.normals.size(), loaded->mesh.positions.size());
         for (const char* stage : {"read", "extract", "check", "write", "total"})
-            EXPECT_GE(json["ms"][stage], 0.0) << stage;
+            EXPECT_GE(said["ms"][stage], 0.0) << stage;
     }
 }
 
@@ -71,7 +71,7 @@ TEST_F(SurfaceCommand, TheGraphicsDeviceMakesTheSameMesh) {
     EXPECT_EQ(report()["extraction"]["on"], "cpu");
     const ProgramRun ran = surface(volume, "gpu.ply", {"--iso", "500", "--on", "gpu"});
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
-    const Json told = report()["extraction"];
+    const json told = report()["extraction"];
     EXPECT_EQ(told["on"], "gpu");
     EXPECT_FALSE(told["device"].get<std::string>().empty());
     for (const char* pass : {"cull", "count", "emit", "upload and extract", "read back"})
@@ -92,11 +92,11 @@ TEST_F(SurfaceCommand, WhatTheGraphicsDeviceDoesNotDoIsRefusedInASentence) {
 TEST_F(SurfaceCommand, LabelsShareWallsOrStandAlone) {
     const std::string labels = "synthetic:checkerboard?size=24,20,16";
     ASSERT_EQ(surface(labels, "shared.ply", {"--labels"}).exit_code, 0);
-    const Json shared = report();
+    const json shared = report();
     ASSERT_FALSE(shared["labels"].empty());
     EXPECT_EQ(shared["open_edges"], 0);
     EXPECT_EQ(shared["non_manifold_edges"], 0); // faults of labels, not lines where walls meet
-    for (const Json& label : shared["labels"]) {
+    for (const json& label : shared["labels"]) {
         EXPECT_EQ(label["open_edges"], 0) << label["label"];
         EXPECT_EQ(label["non_manifold_edges"], 0) << label["label"];
         EXPECT_NEAR(label["volume_mm3"].get<double>() / label["volume_fp64_mm3"].get<double>(), 1.0,
@@ -108,7 +108,7 @@ TEST_F(SurfaceCommand, LabelsShareWallsOrStandAlone) {
     EXPECT_EQ(mesh->mesh.outer_labels.size(), mesh->mesh.triangles.size());
 
     ASSERT_EQ(surface(labels, "alone.ply", {"--labels", "--walls", "separate"}).exit_code, 0);
-    const Json alone = report();
+    const json alone = report();
     ASSERT_EQ(alone["labels"].size(), shared["labels"].size());
     for (size_t n = 0; n < alone["labels"].size(); ++n) {
         EXPECT_EQ(alone["labels"][n]["voxels"], shared["labels"][n]["voxels"]);
@@ -122,22 +122,22 @@ TEST_F(SurfaceCommand, LabelsShareWallsOrStandAlone) {
 TEST_F(SurfaceCommand, SmoothsAndDecimates) {
     const std::vector<std::string> ball{"--iso", "500"};
     ASSERT_EQ(surface("synthetic:ball?size=32", "full.ply", ball).exit_code, 0);
-    const Json full = report();
+    const json full = report();
     for (const char* filter : {"mean", "taubin", "sinc"}) {
         ASSERT_EQ(surface("synthetic:ball?size=32", "smooth.stl",
                           {"--iso", "500", "--smooth", filter, "--passes", "5"})
                       .exit_code,
                   0);
-        const Json json = report();
-        EXPECT_EQ(json["triangles"], full["triangles"]);
-        EXPECT_EQ(json["smoothing"]["volume_before_mm3"], full["volume_mm3"]);
-        EXPECT_EQ(json["smoothing"]["volume_after_mm3"], json["volume_mm3"]);
-        EXPECT_GT(json["smoothing"]["largest_shift_mm"], 0.0);
+        const json said = report();
+        EXPECT_EQ(said["triangles"], full["triangles"]);
+        EXPECT_EQ(said["smoothing"]["volume_before_mm3"], full["volume_mm3"]);
+        EXPECT_EQ(said["smoothing"]["volume_after_mm3"], said["volume_mm3"]);
+        EXPECT_GT(said["smoothing"]["largest_shift_mm"], 0.0);
     }
     ASSERT_EQ(surface("synthetic:ball?size=32", "few.ply", {"--iso", "500", "--decimate", "0.5"})
                   .exit_code,
               0);
-    const Json few = report();
+    const json few = report();
     EXPECT_LT(few["triangles"], full["triangles"].get<double>() / 2);
     EXPECT_LE(few["decimation"]["hausdorff_mm"], 0.5);
     EXPECT_EQ(few["decimation"]["triangles_before"], full["triangles"]);
@@ -154,12 +154,12 @@ TEST_F(SurfaceCommand, SmoothsAndDecimates) {
 TEST_F(SurfaceCommand, DecimatesNoisyVolumes) {
     const std::vector<std::string> iso{"--iso", "300"};
     ASSERT_EQ(surface("synthetic:phantom?size=48", "full.ply", iso).exit_code, 0);
-    const Json full = report();
+    const json full = report();
     ProgramRun ran =
         surface("synthetic:phantom?size=48", "half.ply", {"--iso", "300", "--decimate-to", "50%"});
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
     EXPECT_THAT(ran.messages, testing::Not(HasSubstr("warning")));
-    const Json half = report();
+    const json half = report();
     EXPECT_EQ(half["triangles"], (full["triangles"].get<uint64_t>() / 2 + 1) / 2 * 2);
     for (const char* same : {"components", "euler_number", "open_edges", "non_manifold_edges"})
         EXPECT_EQ(half[same], full[same]) << same;
@@ -208,7 +208,7 @@ TEST_F(SurfaceCommand, ReportsGoToStandardOutputToo) {
     const ProgramRun ran = run({"surface", "synthetic:torus?size=32", "--iso", "500", "-o",
                                 file("torus.obj").string(), "--report", "-"});
     ASSERT_EQ(ran.exit_code, 0) << ran.messages;
-    EXPECT_EQ(Json::parse(ran.output)["euler_number"], 0);
+    EXPECT_EQ(json::parse(ran.output)["euler_number"], 0);
     EXPECT_THAT(bytes_of("torus.obj"), HasSubstr("\nvn "));
 }
 
@@ -350,7 +350,7 @@ class CompareMeshesCommand : public ProgramTest {
 TEST_F(CompareMeshesCommand, GivesMetricsAndPass) {
     const ProgramRun same = compare("a.ply", "a.ply");
     EXPECT_EQ(same.exit_code, 0) << same.messages;
-    const Json zero = Json::parse(same.output);
+    const json zero = json::parse(same.output);
     EXPECT_EQ(zero["kind"], "mesh");
     EXPECT_TRUE(zero["pass"]);
     EXPECT_LT(zero["hausdorff_mm"], 1e-9);
@@ -358,26 +358,26 @@ TEST_F(CompareMeshesCommand, GivesMetricsAndPass) {
     const ProgramRun apart = compare("a.ply", "b.stl");
     EXPECT_EQ(apart.exit_code, 1);
     EXPECT_THAT(apart.messages, HasSubstr("the Hausdorff distance in mm is"));
-    const Json json = Json::parse(apart.output);
-    EXPECT_FALSE(json["pass"]);
+    const json said = json::parse(apart.output);
+    EXPECT_FALSE(said["pass"]);
     // The same facets about one centre, 0.5 mm apart at their corners and a little less between.
-    EXPECT_NEAR(json["hausdorff_mm"], 0.5, 0.02);
-    EXPECT_NEAR(json["rms_mm"], 0.5, 0.02);
-    EXPECT_EQ(json["triangles"], Json({512, 512}));
-    EXPECT_EQ(json["euler_number"], Json({2, 2}));
+    EXPECT_NEAR(said["hausdorff_mm"], 0.5, 0.02);
+    EXPECT_NEAR(said["rms_mm"], 0.5, 0.02);
+    EXPECT_EQ(said["triangles"], json({512, 512}));
+    EXPECT_EQ(said["euler_number"], json({2, 2}));
     for (const char* key : {"hausdorff_tolerance_mm", "normal_rms_deg", "forward", "backward",
                             "area_mm2", "volume_mm3", "components", "open_edges", "failed"})
-        EXPECT_TRUE(json.contains(key)) << key;
+        EXPECT_TRUE(said.contains(key)) << key;
     EXPECT_EQ(compare("a.ply", "b.stl", {"--hausdorff", "0.6"}).exit_code, 0);
     EXPECT_EQ(compare("a.ply", "b.stl", {"--hausdorff", "0.4"}).exit_code, 1);
     // What is told lies between two bounds; a limit between them is settled by narrowing them, and
     // passes by the upper one alone. Limits a part in 1e4 of their distance to each side of it.
-    const double least = json["hausdorff_mm"], most = json["hausdorff_most_mm"];
+    const double least = said["hausdorff_mm"], most = said["hausdorff_most_mm"];
     EXPECT_LE(least, most);
-    EXPECT_LE(most - least, json["hausdorff_tolerance_mm"].get<double>() * (1 + 1e-9));
+    EXPECT_LE(most - least, said["hausdorff_tolerance_mm"].get<double>() * (1 + 1e-9));
     const auto by_limit = [&](double limit) {
         const ProgramRun ran = compare("a.ply", "b.stl", {"--hausdorff", fmt::format("{}", limit)});
-        const Json found = Json::parse(ran.output);
+        const json found = json::parse(ran.output);
         EXPECT_EQ(ran.exit_code, found["hausdorff_most_mm"].get<double>() <= limit ? 0 : 1);
         EXPECT_EQ(ran.exit_code, found["hausdorff_mm"].get<double>() > limit ? 1 : ran.exit_code);
         return ran.exit_code;
