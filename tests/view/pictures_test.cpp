@@ -2,14 +2,13 @@
 // which no view waits for long.
 
 #include <algorithm>
-#include <chrono>
+#include <atomic>
 #include <future>
 #include <mutex>
-#include <thread>
+#include <semaphore>
 #include <utility>
 
 #include "apps/palpate/view/pictures.h"
-#include "engine/base/timer.h"
 #include "engine/image/display_byte.h"
 #include "engine/image/png.h"
 #include "engine/volume/extent.h"
@@ -17,8 +16,6 @@
 
 namespace palpate::view {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 class PicturesTest : public ViewerTest {
  protected:
@@ -35,22 +32,29 @@ class PicturesTest : public ViewerTest {
                  display_of(state_, view.panel, {0, 0})});
         return all;
     }
-    // Until every view has its full picture; all that came.
-    static std::vector<Picture> until_complete(Pictures& pictures, size_t views) {
+    // Options whose pictures are waited for by wait().
+    Pictures::Options told(Pictures::Options options) {
+        options.on_picture = [this] { made_.release(); };
+        return options;
+    }
+    // Until another picture of told() has been made; false: none will be.
+    bool wait(Pictures& pictures) {
+        if (!pictures.failure())
+            made_.acquire();
+        const auto failure = pictures.failure();
+        EXPECT_FALSE(failure) << *failure;
+        return !failure;
+    }
+    // Until every view has its full picture; all that came. Pictures of told().
+    std::vector<Picture> until_complete(Pictures& pictures, size_t views) {
         std::vector<Picture> all;
         std::array<bool, kPanels.size()> complete{};
-        const auto end = Clock::now() + std::chrono::seconds(120);
-        while (std::count(complete.begin(), complete.end(), true) < static_cast<long>(views)) {
+        while (std::count(complete.begin(), complete.end(), true) < static_cast<long>(views) &&
+               wait(pictures))
             for (Picture& picture : pictures.take()) {
                 complete[static_cast<size_t>(picture.panel)] = picture.complete;
                 all.push_back(std::move(picture));
             }
-            if (pictures.failure() || Clock::now() > end) {
-                ADD_FAILURE() << pictures.failure().value_or("no full pictures in two minutes");
-                break;
-            }
-            std::this_thread::yield();
-        }
         return all;
     }
     std::vector<std::byte> bytes_of(Picture& picture, GpuDevice& of) {
@@ -76,6 +80,9 @@ class PicturesTest : public ViewerTest {
     }
     Work work_;
     ViewState state_;
+
+ private:
+    std::counting_semaphore<> made_{0};
 };
 
 TEST_F(PicturesTest, AreTheRenderersWhetherTheyStayOnTheDeviceOrNot) {
@@ -112,7 +119,7 @@ TEST_F(PicturesTest, OfAThreadOnTheInterfacesDeviceBecomeFull) {
     Pictures full(device(), work_.session(), {.threaded = false});
     full.want(wishes());
     std::vector<Picture> expected = full.draw().value();
-    Pictures pictures(second, work_.session(), {.frame_ms = 20.0, .stay = true});
+    Pictures pictures(second, work_.session(), told({.frame_ms = 20.0, .stay = true}));
     pictures.want(wishes());
     std::vector<Picture> last(kPanels.size());
     for (Picture& picture : until_complete(pictures, 4))
@@ -123,25 +130,41 @@ TEST_F(PicturesTest, OfAThreadOnTheInterfacesDeviceBecomeFull) {
     last.clear();
 }
 
-// While the camera turns without end, slices come soon; while slices change without end, so do
-// pictures of the volume.
+// While the camera turns and slices change without end, pictures of the volume and of the slices
+// take turns: whichever wish is newest, neither kind is made twice in a row.
 TEST_F(PicturesTest, NoViewWaitsForAnother) {
-    Pictures pictures(device(), work_.session(), {.frame_ms = 10.0});
-    pictures.want(wishes());
-    until_complete(pictures, 4);
-    std::array<size_t, kPanels.size()> made{};
-    const auto end = Clock::now() + std::chrono::seconds(60);
-    for (int i = 0; made[0] + made[3] < 60 && Clock::now() < end; ++i) {
+    constexpr size_t kTurns = 20;
+    std::vector<std::vector<Pictures::Wish>> all;
+    for (size_t i = 0; i < 4 * kTurns; ++i) { // of each picture another
         state_.camera = orbit(state_.camera, 1.0);
-        state_.crosshair_mm = world_point(work_.subject().grid, glm::dvec3(10.0 + i % 20));
-        pictures.want(wishes());
-        for (const Picture& picture : pictures.take())
-            ++made[static_cast<size_t>(picture.panel)];
-        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        state_.crosshair_mm =
+            world_point(work_.subject().grid, glm::dvec3(10.0 + static_cast<double>(i % 20)));
+        all.push_back(wishes());
     }
-    EXPECT_GE(made[0] + made[3], 60u);
-    EXPECT_GE(made[0], 20u); // they take turns
-    EXPECT_GE(made[3], 20u);
+    std::vector<Panel> made; // in order
+    std::promise<void> done;
+    Pictures* of = nullptr;
+    Pictures pictures(device(), work_.session(),
+                      {.frame_ms = 10.0, .on_picture = [&] {
+                           const size_t before = made.size();
+                           for (const Picture& picture : of->take())
+                               if (made.size() < all.size())
+                                   made.push_back(picture.panel);
+                           if (made.size() < all.size())
+                               of->want(all[made.size()]);
+                           if (before < all.size() && (made.size() == all.size() || of->failure()))
+                               done.set_value();
+                       }});
+    of = &pictures;
+    pictures.want(all.front());
+    done.get_future().wait();
+    ASSERT_EQ(made.size(), all.size()) << pictures.failure().value_or("");
+    // A turn is three slices, which are made together, and the volume.
+    const auto first =
+        static_cast<size_t>(std::find(made.begin(), made.end(), Panel::volume) - made.begin());
+    ASSERT_LE(first, 3u);
+    for (size_t i = 0; i < made.size(); ++i)
+        EXPECT_EQ(made[i] == Panel::volume, i % 4 == first) << i;
 }
 
 // A stroke in one slice: the slices that it does not reach are not drawn, rays where it can be seen
@@ -149,7 +172,7 @@ TEST_F(PicturesTest, NoViewWaitsForAnother) {
 TEST_F(PicturesTest, OfAnEditWhatItChangedIsDrawn) {
     for (const bool stay : {false, true}) {
         SCOPED_TRACE(stay);
-        Pictures pictures(device(), work_.session(), {.frame_ms = 1e6, .stay = stay});
+        Pictures pictures(device(), work_.session(), told({.frame_ms = 1e6, .stay = stay}));
         pictures.want(wishes());
         std::vector<Picture> last(kPanels.size());
         const auto keep = [&](std::vector<Picture> came) {
@@ -175,15 +198,12 @@ TEST_F(PicturesTest, OfAnEditWhatItChangedIsDrawn) {
             work_.session().settle();
             ASSERT_GT(work_.edited().snapshot, before);
             std::array<size_t, kPanels.size()> made{};
-            const auto end = Clock::now() + std::chrono::seconds(60);
-            while ((made[0] == 0 || made[3] == 0) && Clock::now() < end) {
+            while ((made[0] == 0 || made[3] == 0) && wait(pictures))
                 for (Picture& picture : pictures.take()) {
                     ++made[static_cast<size_t>(picture.panel)];
                     EXPECT_TRUE(picture.complete) << name_of(picture.panel);
                     last[static_cast<size_t>(picture.panel)] = std::move(picture);
                 }
-                std::this_thread::yield();
-            }
             EXPECT_EQ(made[0], 1u);
             EXPECT_EQ(made[1], 0u);
             EXPECT_EQ(made[2], 0u);
@@ -202,15 +222,14 @@ TEST_F(PicturesTest, OfAnEditWhatItChangedIsDrawn) {
 // A 3D cursor that moves casts no rays: nothing is refined anew, and the picture stays full.
 TEST_F(PicturesTest, MarksAreMovedOverThePictureThatIsThere) {
     state_.stereo.on = true;
-    Pictures pictures(device(), work_.session(), {.frame_ms = 10.0});
+    Pictures pictures(device(), work_.session(), told({.frame_ms = 10.0}));
     pictures.want(wishes());
     until_complete(pictures, 4);
     for (int i = 0; i < 5; ++i) {
         state_.cursor_mm = glm::dvec3(10.0 * i, 0.0, 0.0);
         pictures.want(wishes());
         std::vector<Picture> came;
-        const auto end = Clock::now() + std::chrono::seconds(30);
-        while (came.empty() && Clock::now() < end)
+        while (came.empty() && wait(pictures))
             came = pictures.take();
         ASSERT_EQ(came.size(), 1u);
         EXPECT_EQ(came.front().panel, Panel::volume);
@@ -264,7 +283,7 @@ TEST_F(PicturesTest, AFigureForPrintIsTheRenderersPictureWithItsMarks) {
 // The tool of a hand moves over a document that stays.
 TEST_F(PicturesTest, TheToolIsSeenWhereItHasMoved) {
     state_.layout = Layout::volume;
-    Pictures pictures(device(), work_.session(), {.frame_ms = 10.0});
+    Pictures pictures(device(), work_.session(), told({.frame_ms = 10.0}));
     for (const double x_mm : {-60.0, 60.0}) {
         pictures.want(with_tool(x_mm));
         Picture seen = std::move(until_complete(pictures, 1).back());
@@ -281,18 +300,20 @@ TEST_F(PicturesTest, AToolThatMovesLeavesTheRestOfThePictureAsItIs) {
     state_.layout = Layout::volume;
     std::mutex mutex;
     std::vector<bool> complete; // each picture that came since the last wish
+    std::counting_semaphore<> told{0};
     Pictures* made = nullptr;
     Pictures pictures(device(), work_.session(), {.frame_ms = 1e6, .on_picture = [&] {
                                                       const std::scoped_lock held(mutex);
                                                       for (const Picture& picture : made->take())
                                                           complete.push_back(picture.complete);
+                                                      told.release();
                                                   }});
     made = &pictures;
     const auto pictures_until_full = [&] {
-        const auto end = Clock::now() + std::chrono::seconds(60);
-        for (;; std::this_thread::yield()) {
+        for (;;) {
+            told.acquire();
             const std::scoped_lock held(mutex);
-            if ((!complete.empty() && complete.back()) || Clock::now() > end)
+            if ((!complete.empty() && complete.back()) || made->failure())
                 return std::exchange(complete, {});
         }
     };
@@ -338,33 +359,47 @@ TEST_F(PicturesTest, APictureIsRefinedWhileAToolMoves) {
 
 // An atlas too small for what is seen takes many parts: a picture of them is given up for the next.
 TEST_F(PicturesTest, APictureInPartsIsGivenUpForAnotherWish) {
-    RendererOptions renderer;
-    renderer.residency = Residency::atlas;
-    renderer.most_resident_bricks = 40;
+    constexpr size_t kWishes = 10;
     Work work(Source{open_synthetic("synthetic:phantom?size=160")}, {800, 600}, 1.0, false);
     state_ = work.subject().home;
     state_.layout = Layout::volume;
-    const auto wish = [&] {
-        return std::vector<Pictures::Wish>{
-            {Panel::volume,
-             scene_of(state_, work.subject().grid, Panel::volume, work.session().scene(), false),
-             {}}};
-    };
-    Pictures pictures(device(), work.session(), {.renderer = renderer});
-    pictures.want(wish());
-    const Timer first;
-    until_complete(pictures, 1);
-    const double full_ms = first.ms();
-    size_t made = 0;
-    const Timer timer;
-    for (int i = 0; i < 10; ++i) { // each wish before the one before can be done
+    std::vector<std::vector<Pictures::Wish>> all;
+    for (size_t i = 0; i <= kWishes; ++i) {
         state_.camera = orbit(state_.camera, 5.0);
-        pictures.want(wish());
-        std::this_thread::sleep_for(std::chrono::duration<double>(0.1e-3 * full_ms));
-        made += pictures.take().size();
+        all.push_back(
+            {{Panel::volume,
+              scene_of(state_, work.subject().grid, Panel::volume, work.session().scene(), false),
+              {}}});
     }
-    EXPECT_LT(made, 5u);
-    until_complete(pictures, 1); // and the last one comes
+    // On the thread that draws: with the second part of each picture comes another wish.
+    Pictures* of = nullptr;
+    std::atomic<size_t> wished = 0;
+    std::vector<size_t> parts; // of each picture that was begun
+    Pictures::Options options;
+    options.renderer.residency = Residency::atlas;
+    options.renderer.most_resident_bricks = 40;
+    options.renderer.progress = [&](double share) {
+        if (share == 0.0)
+            parts.push_back(0);
+        ++parts.back();
+        if (share > 0.0 && wished > 0 && wished < kWishes)
+            of->want(all[++wished]);
+        return true;
+    };
+    Pictures pictures(device(), work.session(), told(std::move(options)));
+    of = &pictures;
+    pictures.want(all.front());
+    until_complete(pictures, 1);
+    parts.clear();
+    pictures.want(all[++wished]);
+    size_t made = 0;
+    while ((wished < kWishes || made == 0) && wait(pictures))
+        made += pictures.take().size();
+    EXPECT_EQ(made, 1u); // the last wish's
+    ASSERT_EQ(parts.size(), kWishes);
+    EXPECT_GT(parts.back(), 2u);
+    parts.pop_back();
+    EXPECT_EQ(parts, std::vector<size_t>(kWishes - 1, 2));
 }
 
 } // namespace

@@ -38,8 +38,9 @@ Pictures::Pictures(GpuDevice& device, Session& session, Options options)
       volume_(device,
               [this] {
                   RendererOptions renderer = options_.renderer;
-                  renderer.progress = [this](double) {
-                      return !stopping_at_wishes_ || !is_outdated();
+                  renderer.progress = [this, of_options = renderer.progress](double share) {
+                      return (!of_options || of_options(share)) &&
+                             (!stopping_at_wishes_ || !is_outdated());
                   };
                   return renderer;
               }()),

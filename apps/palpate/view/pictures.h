@@ -34,7 +34,7 @@ namespace palpate::view {
 class Pictures {
  public:
     struct Options {
-        RendererOptions renderer;
+        RendererOptions renderer; // its progress is asked of pictures in parts, on the thread
         double frame_ms = 60.0;
         std::vector<std::shared_ptr<const Mesh>> meshes; // of the session's scene
         std::optional<Volume> fused, overlay;            // SceneData
