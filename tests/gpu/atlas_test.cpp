@@ -42,7 +42,7 @@ class AtlasTest : public GpuTest {
     }
 
     static Frame draw(const Scene& scene, const SceneData& data, RendererOptions options) {
-        Renderer renderer(device(), options);
+        Renderer renderer = kept_renderer(options);
         Result<Frame> frame = renderer.render(scene, data);
         EXPECT_TRUE(frame) << frame.error().message;
         return frame ? std::move(*frame) : Frame{};

@@ -101,7 +101,7 @@ class ExactTest : public GpuTest {
  protected:
     static Image picture(const Scene& scene, const SceneData& data,
                          TexelFormat format = TexelFormat::automatic) {
-        Renderer renderer(device(), {.volume_format = format});
+        Renderer renderer = kept_renderer({.volume_format = format});
         Result<Frame> frame = renderer.render(scene, data);
         EXPECT_TRUE(frame) << frame.error().message;
         return frame->eyes.back();

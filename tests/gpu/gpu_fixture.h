@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <memory>
+#include <tuple>
+#include <vector>
 
 #include "engine/gpu/device.h"
 #include "engine/render/renderer.h"
@@ -25,6 +29,35 @@ class GpuTest : public ::testing::Test {
             ADD_FAILURE() << messages[i];
     }
 
+    // A renderer that makes no pipeline anew which another of these has made, on that device with
+    // those options, in any test of the program: on CPU drivers that takes longer than most
+    // pictures. Options of values alone.
+    static Renderer kept_renderer(GpuDevice& on, const RendererOptions& options) {
+        const auto values = [](const RendererOptions& o) {
+            return std::tuple(o.volume_format, o.memory_limit_bytes, o.skipping, o.residency,
+                              o.most_resident_bricks, o.sampling, o.frames_in_flight,
+                              o.stored_gradients, o.block_maker);
+        };
+        auto& all = kept_renderers();
+        auto found = std::find_if(all.begin(), all.end(), [&](const KeptRenderer& one) {
+            return one.on == &on && values(one.options) == values(options);
+        });
+        if (found == all.end())
+            found =
+                all.insert(all.end(), {&on, options, &KeptForTests<Renderer>::make([&on, options] {
+                                           return std::make_unique<Renderer>(on, options);
+                                       })});
+        return Renderer(found->kept->get().store());
+    }
+    static Renderer kept_renderer(const RendererOptions& options = {}) {
+        return kept_renderer(device(), options);
+    }
+    // Frees what they hold on their devices.
+    static void drop_kept_renderers() {
+        for (const KeptRenderer& one : kept_renderers())
+            one.kept->TearDown();
+    }
+
     // A picture's size; under PALPATE_SMALL, for slow devices, half as many pixels each way. What
     // is checked, and within what bounds, stays the same.
     static glm::uvec2 size_or_half(glm::uvec2 size_px) {
@@ -32,6 +65,16 @@ class GpuTest : public ::testing::Test {
     }
 
  private:
+    struct KeptRenderer {
+        GpuDevice* on;
+        RendererOptions options;
+        KeptForTests<Renderer>* kept;
+    };
+    static std::vector<KeptRenderer>& kept_renderers() {
+        static std::vector<KeptRenderer> all;
+        return all;
+    }
+
     size_t messages_before_ = 0;
 };
 

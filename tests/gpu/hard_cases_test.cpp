@@ -11,8 +11,9 @@ namespace {
 class HardCases : public GpuTest, public testing::WithParamInterface<cases::HardCase> {};
 
 TEST_P(HardCases, Passes) {
-    cases::GpuPainter painter(device());
-    expect_pass(cases::run(GetParam(), painter));
+    static KeptForTests<cases::GpuPainter>& painter = KeptForTests<cases::GpuPainter>::make(
+        [] { return std::make_unique<cases::GpuPainter>(device()); });
+    expect_pass(cases::run(GetParam(), painter.get()));
 }
 
 INSTANTIATE_TEST_SUITE_P(R, HardCases, testing::ValuesIn(cases::hard_cases()), hard_case_name);

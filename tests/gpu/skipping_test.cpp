@@ -41,7 +41,7 @@ class SkippingTest : public GpuTest {
 
     static std::vector<Image> draw(const Scene& scene, const SceneData& data, bool skipping,
                                    uint64_t* samples = nullptr) {
-        Renderer renderer(device(), {.skipping = skipping});
+        Renderer renderer = kept_renderer({.skipping = skipping});
         Result<Frame> frame = renderer.render(scene, data);
         EXPECT_TRUE(frame) << frame.error().message;
         if (samples)

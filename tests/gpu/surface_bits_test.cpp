@@ -213,6 +213,7 @@ TEST_F(SurfaceTest, PartsOfAVolumeChangeNoBit) {
 
 // What a scene does not use is not there.
 TEST_F(SurfaceTest, ASceneHoldsWhatItShowsAndNothingElse) {
+    drop_kept_renderers();
     const auto has = [](std::string_view part) {
         const auto& all = device().resources();
         return std::any_of(all.begin(), all.end(), [&](const ResourceInfo& r) {

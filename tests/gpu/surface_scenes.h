@@ -138,8 +138,8 @@ class SurfaceTest : public GpuTest {
     }
 
     static std::vector<Image> drawn_on(GpuDevice& which, const Scene& scene, const SceneData& data,
-                                       RendererOptions options) {
-        Renderer renderer(which, std::move(options));
+                                       const RendererOptions& options) {
+        Renderer renderer = kept_renderer(which, options);
         Result<Frame> frame = renderer.render(scene, data);
         EXPECT_TRUE(frame) << frame.error().message;
         return frame ? std::move(frame->eyes) : std::vector<Image>{};

@@ -107,7 +107,7 @@ class TwinTest : public GpuTest {
  protected:
     static Difference compare(const Scene& scene, const SceneData& data, double bound,
                               TexelFormat format = TexelFormat::automatic) {
-        Renderer renderer(device(), {.volume_format = format});
+        Renderer renderer = kept_renderer({.volume_format = format});
         const Result<Frame> frame = renderer.render(scene, data);
         EXPECT_TRUE(frame) << frame.error().message;
         Difference found;
