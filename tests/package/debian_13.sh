@@ -18,10 +18,12 @@ trap 'rm -rf "$work"' EXIT
 timeout 900 mmdebstrap --variant=apt --mode=root --quiet --include=ca-certificates trixie "$root" > "$work/said" 2>&1 ||
     skip "no Debian could be made: $(tail -1 "$work/said")"
 
-# A session of its own, with /proc and /dev and without the outer system's variables.
-within() { unshare --mount --pid --fork --mount-proc="$root/proc" chroot "$root" \
-    env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    sh -c 'mountpoint -q /dev/shm || { mkdir -p /dev/shm && mount -t tmpfs tmpfs /dev/shm; }; exec "$@"' sh "$@"; }
+# A session of its own, with /proc, /dev and shared memory and without the outer system's variables. What mounts is the
+# outer system's: the small Debian has no mount.
+export root
+within() { unshare --mount --pid --fork --mount-proc="$root/proc" \
+    sh -c 'mkdir -p "$root/dev/shm" && mount -t tmpfs tmpfs "$root/dev/shm" && exec chroot "$root" /usr/bin/env -i "$@"' \
+    sh PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
 
 mkdir "$root/palpate"
 git -C "$checkout" archive HEAD | tar -x -C "$root/palpate"
