@@ -45,11 +45,12 @@ function(palpate_compile_fast target)
     target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1>)
 endfunction()
 
-# palpate_library(<name> SOURCES ... [DEPENDS ...] [PRIVATE_DEPENDS ...])
-# Declares the static library palpate_<name>, known to users as palpate::<name>.
+# palpate_library(<name> ABOUT <words> SOURCES ... [DEPENDS ...] [PRIVATE_DEPENDS ...])
+# Declares the static library palpate_<name>, known to users as palpate::<name>. ABOUT says what is in it, for the table
+# of libraries in docs/api.md (scripts/libraries).
 # DEPENDS are seen through its headers; PRIVATE_DEPENDS by its sources only.
 function(palpate_library name)
-    cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+    cmake_parse_arguments(PARSE_ARGV 1 ARG "" "ABOUT" "SOURCES;DEPENDS;PRIVATE_DEPENDS")
     set(target palpate_${name})
     add_library(${target} STATIC ${ARG_SOURCES})
     add_library(palpate::${name} ALIAS ${target})
@@ -60,5 +61,34 @@ function(palpate_library name)
     target_link_libraries(${target} PUBLIC palpate_options ${ARG_DEPENDS}
                           PRIVATE $<BUILD_INTERFACE:palpate_warnings> ${ARG_PRIVATE_DEPENDS})
     set_property(GLOBAL APPEND PROPERTY PALPATE_LIBRARIES ${target})
+    palpate_tell_of_library(${name} "${ARG_ABOUT}" ${ARG_DEPENDS} ${ARG_PRIVATE_DEPENDS})
+endfunction()
+
+# palpate_tell_of_library(<name> <words> <linked target>...)
+# A line of the table of libraries; for those that are not installed and declare themselves.
+function(palpate_tell_of_library name about)
+    list(JOIN ARGN " " links)
+    set_property(GLOBAL APPEND_STRING PROPERTY PALPATE_LIBRARY_TABLE "${name}|${about}|${links}\n")
+endfunction()
+
+# palpate_write_library_table(): <build>/libraries.txt, a line each: name|what is in it|what it links.
+function(palpate_write_library_table)
+    get_property(table GLOBAL PROPERTY PALPATE_LIBRARY_TABLE)
+    file(WRITE ${PROJECT_BINARY_DIR}/libraries.txt "${table}")
+endfunction()
+
+# palpate_embed_text(<folder> <file>:<constant> <extension>)
+# Makes <folder>/<file>.h, which holds the text of <file>.<extension> in this folder as a constant.
+set(PALPATE_EMBED_TEXT ${CMAKE_CURRENT_LIST_DIR}/EmbedText.cmake)
+function(palpate_embed_text folder part extension)
+    string(REPLACE ":" ";" part ${part})
+    list(GET part 0 file)
+    list(GET part 1 constant)
+    file(MAKE_DIRECTORY ${folder})
+    set(text ${CMAKE_CURRENT_SOURCE_DIR}/${file}.${extension})
+    add_custom_command(OUTPUT ${folder}/${file}.h
+        COMMAND ${CMAKE_COMMAND} -DIN=${text} -DNAME=${constant} -DOUT=${folder}/${file}.h
+                -P ${PALPATE_EMBED_TEXT}
+        DEPENDS ${text} ${PALPATE_EMBED_TEXT})
 endfunction()
 include(GNUInstallDirs)

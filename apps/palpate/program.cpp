@@ -15,7 +15,7 @@
 #include "apps/palpate/option_checks.h"
 #include "apps/palpate/output.h"
 #include "apps/palpate/program.h"
-#include "apps/version/version.h"
+#include "engine/version/version.h"
 #include "engine/base/file.h"
 #include "engine/base/json_value.h"
 #include "engine/base/log.h"

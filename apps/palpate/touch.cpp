@@ -18,7 +18,7 @@
 #include "apps/palpate/touch_options.h"
 #include "apps/palpate/touch_run.h"
 #include "apps/palpate/touch_said.h"
-#include "bench/page/touch_page.h"
+#include "apps/palpate/touch_page.h"
 #include "engine/base/file.h"
 #include "engine/base/log.h"
 #include "engine/io/scene_data.h"
@@ -155,7 +155,7 @@ Result<void> write_all(const TouchOptions& o, const TouchRun& run, const std::st
         fmt::format("{} touched with {} on {}", o.scene, o.algorithm, o.device);
     Result<void> done = write_text(o.report, haptics::touch_csv(run.ticks, run.start_ns));
     if (done && !o.page.empty())
-        done = write_text(o.page, bench::touch_page(run.ticks, run.start_ns, title));
+        done = write_text(o.page, touch_page(run.ticks, run.start_ns, title));
     if (done && !o.record.empty())
         done = haptics::save_device_log(o.record, run.records);
     if (done && !o.sound.empty() && !run.ticks.empty())

@@ -9,7 +9,7 @@
 #include <string>
 #include <thread>
 
-#include "apps/version/version.h"
+#include "engine/version/version.h"
 #include "engine/base/memory.h"
 
 namespace palpate::bench {

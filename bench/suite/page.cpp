@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "bench/page/page_of.h"
+#include "engine/page/page_of.h"
 #include "bench/suite/page_edit.h"
 #include "bench/suite/page_segment.h"
 #include "bench/suite/page_suites.h"

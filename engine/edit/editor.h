@@ -150,8 +150,8 @@ class Editor {
     // For one reading thread each, Mailbox::kMaxReaders at a time.
     Readers::Reader add_reader() { return states_.add_reader(); }
 
-    // The newest input popped from the ring, by number; for tests and status lines.
-    // How many inputs and commands were accepted; see EditState for how many of them are done.
+    // How many inputs and commands were accepted; EditState says how many of them are done. Any
+    // thread.
     uint64_t commands_given() const { return commanded_.load(std::memory_order_acquire); }
     // History::titles(). Any thread.
     std::vector<std::string> step_titles() const { return history_->titles(); }

@@ -241,6 +241,9 @@ Result<void> listen(Child& child, const Fd& memory, const ReadOptions& options, 
             pending.erase(0, end + 1);
         }
     }
+    if (options.progress && reported.claim &&
+        reported.decoded) // a quick reader was never looked at
+        options.progress(share_written(memory, *reported.claim));
     return {};
 }
 

@@ -18,9 +18,11 @@ namespace palpate {
 //   IndexedFaceSet, IndexedTriangleSet, Box, Sphere, Cylinder, Cone
 //                                      one mesh; convex faces are cut into fans
 //   Material                           diffuseColor and transparency; one label of the mesh each
-//   Viewpoint, Background, ClipPlane   the camera (the first one), its first colour, at most 8
-//   planes StereoInfo                         interocularDistance, focalDistance VolumeData,
-//   IsoSurfaceVolumeData, SegmentedVolumeData
+//   Viewpoint                          the camera (the first one)
+//   Background                         its first colour
+//   ClipPlane                          at most 8 planes
+//   StereoInfo                         interocularDistance, focalDistance
+//   VolumeData, IsoSurfaceVolumeData, SegmentedVolumeData
 //                                      the file of the volume (the url of a texture), iso-values,
 //                                      labels; MIP by a ProjectionVolumeStyle, else opacity. The
 //                                      volume lies where its file says.

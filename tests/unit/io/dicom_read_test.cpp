@@ -62,11 +62,10 @@ TEST(DicomProgress, IsTheShareOfVoxelsThatAreWritten) {
     ReadOptions options;
     options.progress = [&](double share) { shares.push_back(share); };
     EXPECT_EQ(loaded(folder.path(), options).volume.size(), glm::uvec3(256, 256, 24));
-    ASSERT_GE(shares.size(), 2u);
+    ASSERT_FALSE(shares.empty());
     EXPECT_GE(shares.front(), 0.0);
     EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
-    EXPECT_GT(shares.back(), 0.0);
-    EXPECT_LE(shares.back(), 1.0);
+    EXPECT_EQ(shares.back(), 1.0);
 }
 
 // ---- signed samples

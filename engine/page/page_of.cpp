@@ -1,8 +1,8 @@
-#include "bench/page/page_of.h"
+#include "engine/page/page_of.h"
 
-#include "bench/page/page_template.h"
+#include "engine/page/page_template.h"
 
-namespace palpate::bench {
+namespace palpate {
 
 std::string page_of(std::string_view script, const Json& results) {
     // "</script" and "<!--" must not appear inside a script element.
@@ -18,4 +18,4 @@ std::string page_of(std::string_view script, const Json& results) {
     return page;
 }
 
-} // namespace palpate::bench
+} // namespace palpate

@@ -5,7 +5,7 @@ execute_process(COMMAND git -C ${SOURCE} describe --always --dirty --abbrev=12 -
 if(NOT commit)
     set(commit unknown)
 endif()
-set(text "#include \"apps/version/version.h\"
+set(text "#include \"engine/version/version.h\"
 namespace palpate {
 const char* built_from() {
     return \"${commit}\";

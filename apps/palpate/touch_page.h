@@ -6,7 +6,7 @@
 
 #include "haptics/servo/servo.h"
 
-namespace palpate::bench {
+namespace palpate {
 
 // One page that needs nothing else: position, force, energy and penetration of a run of the servo
 // over time. Times count from start_ns; ticks before it are left out. Each pixel column shows the
@@ -14,4 +14,4 @@ namespace palpate::bench {
 std::string touch_page(std::span<const haptics::ServoTick> ticks, int64_t start_ns,
                        const std::string& title);
 
-} // namespace palpate::bench
+} // namespace palpate

@@ -1,15 +1,15 @@
-#include "bench/page/touch_page.h"
+#include "apps/palpate/touch_page.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
 
-#include "bench/page/page_of.h"
-#include "bench/page/page_run.h"
+#include "apps/palpate/touch_page_script.h"
+#include "engine/page/page_of.h"
 #include "haptics/servo/touch_log.h"
 
-namespace palpate::bench {
+namespace palpate {
 
 namespace {
 
@@ -117,7 +117,7 @@ std::string touch_page(std::span<const ServoTick> ticks, int64_t start_ns,
                    {"from_s", ticks.empty() ? 0.0 : seconds(ticks.front())},
                    {"to_s", ticks.empty() ? 1.0 : seconds(ticks.back())},
                    {"panels", panels}};
-    return page_of(kPageRun, Json::array({run}));
+    return page_of(kTouchPageScript, Json::array({run}));
 }
 
-} // namespace palpate::bench
+} // namespace palpate

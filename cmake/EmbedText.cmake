@@ -10,8 +10,8 @@ while(at LESS length)
     math(EXPR at "${at} + 8000")
 endwhile()
 file(WRITE ${OUT} "#pragma once
-namespace palpate::bench {
+namespace palpate {
 inline constexpr char ${NAME}[] =
 ${pieces};
-} // namespace palpate::bench
+} // namespace palpate
 ")
