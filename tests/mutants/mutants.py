@@ -3,9 +3,10 @@
 
 mutants.py FOLDER [NUMBER ...]   (default: all)
 
-Copies the sources to FOLDER/source, writes `right` as `mutated(number, right, wrong)` there, builds FOLDER/build once (preset
-`together`), and for each fault runs the quick tests of the libraries that reach it with PALPATE_MUTANT=number. A fault is
-found where at least one of them fails. Exit code 1 where a fault is not found, or where a test fails without any fault."""
+Copies the sources to FOLDER, writes `right` as `mutated(number, right, wrong)` there, builds once (FOLDER/build/dev, preset
+`together`; objects without a fault are those of a compiler cache where there is one), and for each fault runs the quick
+tests of the libraries that reach it with PALPATE_MUTANT=number, until one fails. A fault is found where a test fails that
+passes without it. Exit code 1 where a fault is not found, or where a test fails without any fault."""
 
 import os
 import shutil
@@ -25,6 +26,8 @@ template <class T>
 inline T mutated(int number, T right, T wrong) { return palpate_mutant() == number ? wrong : right; }
 #endif
 """
+
+HEADER_NAME = "tests/mutants/mutated.h"
 
 # File, what stands there once, what stands there instead (# is the number), the tests that reach it.
 MUTANTS = [
@@ -55,8 +58,8 @@ MUTANTS = [
     ("engine/session/kept.cpp", "if (kept.tool_radius_mm)", "if (kept.tool_radius_mm && mutated(#, true, false))", "session"),
     ("haptics/field/triangles.cpp", "const double d1 = glm::dot(ab, ap)", "const double d1 = mutated(#, 1.0, 1.05) * glm::dot(ab, ap)",
      "haptics_proxy|touch"),
-    ("haptics/proxy/coupler.cpp", "sum.stiffness_n_per_m += weight * feel.stiffness_n_per_m;",
-     "sum.stiffness_n_per_m += mutated(#, 1.0, 1.1) * weight * feel.stiffness_n_per_m;", "haptics_proxy|touch"),
+    ("haptics/proxy/coupler.cpp", "output.force_n = coupling_n(feel_.stiffness_n_per_m, damping,",
+     "output.force_n = coupling_n(mutated(#, 1.0, 1.1) * feel_.stiffness_n_per_m, damping,", "haptics_proxy|touch"),
     ("haptics/safety/passivity.cpp", "work_j_ += work_j;", "work_j_ += mutated(#, 1.0, 0.5) * work_j;", "haptics_safety"),
     ("haptics/device/velocity.cpp", "(newest - position(back)[axis]) / span_s", "(newest - position(back)[axis]) / span_s * mutated(#, 1.0, 0.9)",
      "haptics_device"),
@@ -65,39 +68,39 @@ MUTANTS = [
 ]
 
 
-def make(folder):
-    source = os.path.join(folder, "source")
-    shutil.rmtree(source, ignore_errors=True)
-    os.makedirs(source)
+def make(folder, tests):
+    shutil.rmtree(folder, ignore_errors=True)
     files = subprocess.run(["git", "ls-files", "-z"], cwd=TOP, check=True, capture_output=True).stdout.split(b"\0")
     for name in filter(None, files):
-        path = os.path.join(source, name.decode())
+        path = os.path.join(folder, name.decode())
         os.makedirs(os.path.dirname(path), exist_ok=True)
         shutil.copy2(os.path.join(TOP, name.decode()), path)
+    with open(os.path.join(folder, HEADER_NAME), "w", encoding="utf-8") as file:
+        file.write(HEADER)
     for number, (name, right, wrong, _) in enumerate(MUTANTS, 1):
-        path = os.path.join(source, name)
+        path = os.path.join(folder, name)
         with open(path, encoding="utf-8") as file:
             text = file.read()
         if text.count(right) != 1:
             sys.exit(f"mutants: {name}: expected '{right}' once, found {text.count(right)} times")
+        first = text.index("#include")
+        text = text[:first] + f'#include "{HEADER_NAME}"\n' + text[first:]
         with open(path, "w", encoding="utf-8") as file:
             file.write(text.replace(right, wrong.replace("#", str(number))))
-    header = os.path.join(folder, "mutated.h")
-    with open(header, "w", encoding="utf-8") as file:
-        file.write(HEADER)
-    build = os.path.join(folder, "build")
-    subprocess.run(["cmake", "--preset", "together", "-B", build, f"-DCMAKE_CXX_FLAGS=-include {header}",
-                    f"-DPALPATE_SHARED_DATA={os.path.join(TOP, '..', 'shared', 'data')}"], cwd=source, check=True,
-                   stdout=subprocess.DEVNULL)
-    subprocess.run(["ninja", "-C", build], check=True)
+    build = os.path.join(folder, "build", "dev")
+    subprocess.run(["cmake", "--preset", "together", f"-DPALPATE_SHARED_DATA={os.path.join(TOP, '..', 'shared', 'data')}"],
+                   cwd=folder, check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(["cmake", "--build", build, "--target", *(f"test_{name}" for name in tests)], check=True)
     return build
 
 
-def failed(build, tests, number):
+def failed(build, tests, number, first_only):
     """The names of the tests that fail."""
     environment = dict(os.environ, PALPATE_MUTANT=str(number))
+    more = ["--stop-on-failure"] if first_only else []
     said = subprocess.run(["ctest", "--test-dir", build, "--parallel", str(os.cpu_count()), "--no-tests=error", "--label-regex", "^quick$",
-                           "--tests-regex", f"^({tests})/"], env=environment, capture_output=True, text=True, check=False)
+                           "--tests-regex", f"^({'|'.join(tests)})/", *more], env=environment, capture_output=True, text=True,
+                          check=False)
     if "No tests were found" in said.stderr:
         sys.exit(f"mutants: expected tests of {tests}, found none")
     after = said.stdout.split("The following tests FAILED:")
@@ -107,15 +110,14 @@ def failed(build, tests, number):
 def main():
     if len(sys.argv) < 2:
         sys.exit(__doc__)
-    folder = os.path.abspath(sys.argv[1])
-    build = make(folder)
     numbers = [int(n) for n in sys.argv[2:]] or range(1, len(MUTANTS) + 1)
-    all_tests = "|".join(sorted({t for n in numbers for t in MUTANTS[n - 1][3].split("|")}))
-    already = set(failed(build, all_tests, 0))
+    all_tests = sorted({t for n in numbers for t in MUTANTS[n - 1][3].split("|")})
+    build = make(os.path.abspath(sys.argv[1]), all_tests)
+    already = set(failed(build, all_tests, 0, False))
     missed = []
     for number in numbers:
         name, right, _, tests = MUTANTS[number - 1]
-        found = sorted(set(failed(build, tests, number)) - already)
+        found = sorted(set(failed(build, tests.split("|"), number, not already)) - already)
         print(f"{number:2d} {name}: {right}: {'found by ' + ', '.join(found[:4]) if found else 'NOT FOUND'}", flush=True)
         if not found:
             missed.append(number)

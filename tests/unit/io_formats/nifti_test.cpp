@@ -138,14 +138,18 @@ TEST_F(Nifti, UnitsOfLengthBecomeMillimetres) {
 }
 
 TEST_F(Nifti, ScaleIsHandedOnAndSlopeZeroMeansNone) {
-    const auto rescale = [&](double slope, double inter) {
-        return decode(NiftiBytes(2).scale(slope, inter).with(twelve_shorts()))->decoded.rescale;
-    };
-    EXPECT_EQ(rescale(2.5, -1000), (std::vector<Rescale>{{2.5, -1000}}));
-    EXPECT_TRUE(rescale(0, 5).empty());
-    EXPECT_TRUE(rescale(1, 0).empty());
-    EXPECT_TRUE(rescale(NAN, 5).empty());
-    EXPECT_EQ(rescale(2, NAN), (std::vector<Rescale>{{2, 0}}));
+    for (const int version : {1, 2}) {
+        SCOPED_TRACE(version);
+        const auto rescale = [&](double slope, double inter) {
+            return decode(NiftiBytes(version).scale(slope, inter).with(twelve_shorts()))
+                ->decoded.rescale;
+        };
+        EXPECT_EQ(rescale(2.5, -1000), (std::vector<Rescale>{{2.5, -1000}}));
+        EXPECT_TRUE(rescale(0, 5).empty());
+        EXPECT_TRUE(rescale(1, 0).empty());
+        EXPECT_TRUE(rescale(NAN, 5).empty());
+        EXPECT_EQ(rescale(2, NAN), (std::vector<Rescale>{{2, 0}}));
+    }
 }
 
 TEST_F(Nifti, FramesAreChosen) {
